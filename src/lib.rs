@@ -1,0 +1,41 @@
+//! catseye simulates automotive radar: glTF road scenes in, radar cross sections, ADC cubes,
+//! range-Doppler maps, detections and points out, on a GPU through wgpu or on the CPU.
+//!
+//! Data flows one way, and a module imports only modules that stand above it in this list.
+#![deny(unsafe_code)]
+
+pub mod error;
+pub mod frames;
+pub mod units;
+
+pub mod gpu;
+
+pub mod formats;
+
+pub mod scene;
+
+pub mod road;
+
+pub mod geom;
+
+pub mod em;
+
+pub mod trace;
+
+pub mod rcs;
+
+pub mod adc;
+
+pub mod dsp;
+
+pub mod cpu;
+
+pub mod engine;
+
+pub mod detect;
+
+pub mod plot;
+
+pub mod cli;
+
+pub use error::{Error, Result};

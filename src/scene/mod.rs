@@ -1,0 +1,130 @@
+//! What stands on the road: meshes with radar materials, moving objects, point targets; and the
+//! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
+
+pub mod gltf;
+pub mod material;
+pub mod radar;
+pub mod scenario;
+pub mod toml_file;
+
+use crate::frames::{Pose, Target, World};
+use glam::DVec3;
+pub use material::{Material, MaterialKind};
+
+/// Triangles in an object's own frame, metres, ISO 8855 axes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    pub positions_m: Vec<DVec3>,
+    /// Counter-clockwise seen from outside; the front is where the right-hand normal points.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into `Scene::materials` for each triangle.
+    pub material: Vec<u32>,
+}
+
+/// A rigid body: one glTF node with a mesh, or one point target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// Unique in the scene and what returns and points are labelled with; 0 means "none".
+    pub id: u32,
+    pub name: String,
+    /// `extras.catseye.class`, or "" when not given.
+    pub class: String,
+    /// Index into `Scene::meshes`; several objects may share a mesh.
+    pub shape: Shape,
+    /// Pose at time zero.
+    pub pose: Pose<Target, World>,
+    /// Non-uniform scale and mirrored nodes are baked into the mesh at import, so this is rigid.
+    pub velocity_mps: DVec3,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    Mesh(usize),
+    /// An isotropic scatterer at the object's origin.
+    Point {
+        rcs_dbsm: f64,
+    },
+}
+
+/// Everything that can return an echo. Time zero is the start of frame 0; object `o` stands at
+/// `pose.translation_m + velocity_mps * t`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scene {
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    pub objects: Vec<Object>,
+    pub import: ImportReport,
+}
+
+/// What the importer had to drop or assume; printed by the command line and kept in the manifest.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct ImportReport {
+    pub triangles: usize,
+    pub degenerate_triangles_dropped: usize,
+    pub notes: Vec<String>,
+}
+
+impl Scene {
+    pub fn triangle_count(&self) -> usize {
+        self.objects
+            .iter()
+            .map(|o| match o.shape {
+                Shape::Mesh(m) => self.meshes[m].triangles.len(),
+                Shape::Point { .. } => 0,
+            })
+            .sum()
+    }
+
+    /// Adds a mesh as a new object with the next free id and returns that id.
+    pub fn add_mesh(&mut self, name: &str, class: &str, mesh: Mesh, pose: Pose<Target, World>) -> u32 {
+        self.meshes.push(mesh);
+        let shape = Shape::Mesh(self.meshes.len() - 1);
+        self.add_object(name, class, shape, pose, DVec3::ZERO)
+    }
+
+    pub fn add_object(
+        &mut self,
+        name: &str,
+        class: &str,
+        shape: Shape,
+        pose: Pose<Target, World>,
+        velocity_mps: DVec3,
+    ) -> u32 {
+        let id = self.objects.iter().map(|o| o.id).max().unwrap_or(0) + 1;
+        self.objects.push(Object { id, name: name.into(), class: class.into(), shape, pose, velocity_mps });
+        id
+    }
+
+    /// Index of a material in this scene, added when absent.
+    pub fn material_index(&mut self, material: &Material) -> u32 {
+        if let Some(i) = self.materials.iter().position(|m| m == material) {
+            return i as u32;
+        }
+        self.materials.push(material.clone());
+        (self.materials.len() - 1) as u32
+    }
+
+    pub fn object_by_id(&self, id: u32) -> Option<&Object> {
+        self.objects.iter().find(|o| o.id == id)
+    }
+
+    /// Axis-aligned bounds in the world at `time_s`, or None for an empty scene.
+    pub fn bounds_m(&self, time_s: f64) -> Option<(DVec3, DVec3)> {
+        let mut b: Option<(DVec3, DVec3)> = None;
+        let mut grow = |p: DVec3| {
+            b = Some(b.map_or((p, p), |(lo, hi)| (lo.min(p), hi.max(p))));
+        };
+        for o in &self.objects {
+            let shift = o.velocity_mps * time_s;
+            match o.shape {
+                Shape::Mesh(m) => {
+                    for p in &self.meshes[m].positions_m {
+                        grow(o.pose.point(*p) + shift);
+                    }
+                }
+                Shape::Point { .. } => grow(o.pose.translation_m + shift),
+            }
+        }
+        b
+    }
+}

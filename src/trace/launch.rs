@@ -1,0 +1,1 @@
+//! Which tubes to send.

@@ -1,0 +1,65 @@
+//! Rays through the scene. Three seams, each one file: `launch` decides which tubes to send, `rays`
+//! finds the chain of facets that each tube meets, `contribute` turns a chain into
+//! physical-optics returns. Exact beams are to replace the middle two for smooth facets.
+
+pub mod launch;
+
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// Longest chain of facets that is kept.
+pub const MAX_BOUNCES: usize = 8;
+
+/// Which bounces radiate to the receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Convention {
+    /// The physical-optics current of every bounce radiates (default).
+    Every,
+    /// Only the bounce from which the ray leaves the scene.
+    Last,
+}
+
+/// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
+/// in sqrt(W) of a channel is
+/// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T spread e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Return {
+    /// Radar to first scatterer ... last scatterer to radar.
+    pub path_length_m: f64,
+    /// Its time derivative; range rate is half of it, positive receding.
+    pub path_rate_mps: f64,
+    /// Unit vector to the first scatterer, sensor frame; and the distance to it.
+    pub departure: DVec3,
+    pub first_range_m: f64,
+    /// Unit vector to the last scatterer, sensor frame; and the distance to it.
+    pub arrival: DVec3,
+    pub last_range_m: f64,
+    /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
+    /// the unfolded length to the last scatterer, R_r = last_range_m.
+    pub spread: [[Complex64; 2]; 2],
+    /// Object ids in the order met; zero after the last.
+    pub chain: [u32; MAX_BOUNCES],
+    pub bounces: u8,
+}
+
+impl Return {
+    pub fn range_m(&self) -> f64 {
+        0.5 * self.path_length_m
+    }
+    pub fn range_rate_mps(&self) -> f64 {
+        0.5 * self.path_rate_mps
+    }
+    /// The object that scattered last.
+    pub fn object_id(&self) -> u32 {
+        self.chain[(self.bounces as usize).saturating_sub(1)]
+    }
+}
+
+/// All echoes of one frame, in launch order (the same bytes whatever the number of threads).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Returns {
+    pub returns: Vec<Return>,
+    /// Primary rays sent, for the manifest.
+    pub rays: u64,
+}
