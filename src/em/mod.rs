@@ -1,1 +1,3 @@
-//! Room: em.
+//! Electromagnetic formulas in f64: reflection, and later layers, roughness, wedges, spheres.
+
+pub mod fresnel;

@@ -2,3 +2,210 @@
 //! BVH. Rebuilt for each frame in which something moves.
 
 pub mod bvh;
+mod patches;
+
+use crate::error::{BadInput, Result};
+use crate::scene::{Scene, Shape};
+use bvh::Bvh;
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// Two corners closer than this many times the mesh's size make a triangle degenerate.
+const DEGENERATE: f64 = 1e-12;
+
+/// One facet in the world. A point of the plane has barycentric coordinates
+/// (u, v) = ((p - v0) . du, (p - v0) . dv), inside when u, v >= 0 and u + v <= 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    pub v0: DVec3,
+    pub e1: DVec3,
+    pub e2: DVec3,
+    /// Unit normal, right-handed about v0, v1, v2.
+    pub normal: DVec3,
+    du: DVec3,
+    dv: DVec3,
+    /// Coplanar neighbours share a patch: a ray that leaves a patch cannot meet it again.
+    pub patch: u32,
+    /// Index into `Geometry::bodies`.
+    pub body: u32,
+    /// Index into `Geometry::surfaces`.
+    pub surface: u32,
+}
+
+impl Triangle {
+    /// None when the corners are (nearly) on one line.
+    pub fn new(v: [DVec3; 3], patch: u32, body: u32, surface: u32) -> Option<Self> {
+        let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
+        let n = e1.cross(e2);
+        let scale = e1.length_squared().max(e2.length_squared()).max((e2 - e1).length_squared());
+        let area2 = n.length();
+        if !(area2.is_finite() && area2 > DEGENERATE * scale && area2 > 0.0) {
+            return None;
+        }
+        let normal = n / area2;
+        Some(Triangle {
+            v0: v[0],
+            e1,
+            e2,
+            normal,
+            du: e2.cross(normal) / area2,
+            dv: normal.cross(e1) / area2,
+            patch,
+            body,
+            surface,
+        })
+    }
+
+    pub fn corners(&self) -> [DVec3; 3] {
+        [self.v0, self.v0 + self.e1, self.v0 + self.e2]
+    }
+
+    pub fn area_m2(&self) -> f64 {
+        0.5 * self.e1.cross(self.e2).length()
+    }
+
+    /// Distance along `dir` (in its units) to the triangle's plane if the ray passes through it.
+    #[inline]
+    pub fn intersect(&self, origin: DVec3, dir: DVec3) -> Option<f64> {
+        let r = self.v0 - origin;
+        let t = r.dot(self.normal) / dir.dot(self.normal);
+        // Negative and NaN (ray in the plane) both fail here.
+        if t <= 0.0 || !t.is_finite() {
+            return None;
+        }
+        let p = dir * t - r;
+        let (u, v) = (p.dot(self.du), p.dot(self.dv));
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(t)
+    }
+}
+
+/// The object that a triangle belongs to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    pub id: u32,
+    pub velocity_mps: DVec3,
+}
+
+/// A material at the frequency in use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// eps' - j eps''; None is a perfect conductor.
+    pub eps_r: Option<Complex64>,
+    pub roughness_rms_m: f64,
+}
+
+/// An isotropic scatterer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointTarget {
+    pub id: u32,
+    pub position_m: DVec3,
+    pub velocity_mps: DVec3,
+    pub rcs_dbsm: f64,
+}
+
+#[derive(Debug)]
+pub struct Geometry {
+    /// In the order of the BVH's leaves.
+    pub triangles: Vec<Triangle>,
+    pub bvh: Bvh,
+    pub bodies: Vec<Body>,
+    pub surfaces: Vec<Surface>,
+    pub points: Vec<PointTarget>,
+    pub patches: u32,
+    pub degenerate_dropped: usize,
+    pub freq_hz: f64,
+    /// Hits nearer than this along a ray are its own start; set from the size of the scene.
+    pub t_min_m: f64,
+    pub bounds_m: (DVec3, DVec3),
+}
+
+impl Geometry {
+    /// The scene at `time_s`, with materials at `freq_hz`.
+    ///
+    /// Errors: a material without a value at this frequency; positions that are not finite; a scene
+    /// with neither triangles nor points.
+    pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
+        let surfaces = scene
+            .materials
+            .iter()
+            .map(|m| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m }))
+            .collect::<Result<Vec<_>>>()?;
+        let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
+
+        let (mut triangles, mut bodies, mut points) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut patch_base, mut dropped) = (0, 0);
+        for object in &scene.objects {
+            let shift = object.velocity_mps * time_s;
+            match object.shape {
+                Shape::Point { rcs_dbsm } => points.push(PointTarget {
+                    id: object.id,
+                    position_m: object.pose.translation_m + shift,
+                    velocity_mps: object.velocity_mps,
+                    rcs_dbsm,
+                }),
+                Shape::Mesh(m) => {
+                    let mesh = &scene.meshes[m];
+                    let body = bodies.len() as u32;
+                    bodies.push(Body { id: object.id, velocity_mps: object.velocity_mps });
+                    let (patch, count) = &mesh_patches[m];
+                    let world: Vec<DVec3> =
+                        mesh.positions_m.iter().map(|p| object.pose.point(*p) + shift).collect();
+                    if let Some(bad) = world.iter().position(|p| !p.is_finite()) {
+                        return Err(BadInput::new("position is not a finite number")
+                            .key(format!("object '{}' vertex {bad}", object.name))
+                            .value(world[bad])
+                            .remedy("repair the mesh")
+                            .into());
+                    }
+                    for (i, t) in mesh.triangles.iter().enumerate() {
+                        let v = t.map(|j| world[j as usize]);
+                        match Triangle::new(v, patch_base + patch[i], body, mesh.material[i]) {
+                            Some(t) => triangles.push(t),
+                            None => dropped += 1,
+                        }
+                    }
+                    patch_base += count;
+                }
+            }
+        }
+        if triangles.is_empty() && points.is_empty() {
+            return Err(BadInput::new("the scene has no triangles and no point targets")
+                .remedy("add a mesh or a [[point]]")
+                .into());
+        }
+        let mut lo = DVec3::splat(f64::INFINITY);
+        let mut hi = DVec3::splat(f64::NEG_INFINITY);
+        for p in triangles.iter().flat_map(|t| t.corners()).chain(points.iter().map(|p| p.position_m)) {
+            lo = lo.min(p);
+            hi = hi.max(p);
+        }
+        // A millionth of the size: above the rounding of f32 positions, below any feature that matters.
+        let t_min_m = 1e-6 * (hi - lo).max_element().max(1e-3);
+        let bvh = Bvh::build(&mut triangles, t_min_m);
+        Ok(Geometry {
+            triangles,
+            bvh,
+            bodies,
+            surfaces,
+            points,
+            patches: patch_base,
+            degenerate_dropped: dropped,
+            freq_hz,
+            t_min_m,
+            bounds_m: (lo, hi),
+        })
+    }
+
+    /// Centre and radius of a sphere that holds every triangle.
+    pub fn bounding_sphere_m(&self) -> (DVec3, f64) {
+        let centre = 0.5 * (self.bounds_m.0 + self.bounds_m.1);
+        let r = self
+            .triangles
+            .iter()
+            .flat_map(|t| t.corners())
+            .map(|p| (p - centre).length_squared())
+            .fold(0.0, f64::max)
+            .sqrt();
+        (centre, r)
+    }
+}

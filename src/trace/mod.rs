@@ -63,3 +63,19 @@ pub struct Returns {
     /// Primary rays sent, for the manifest.
     pub rays: u64,
 }
+
+/// What to follow and what to keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TraceOptions {
+    /// Facets met by one ray, 1..=MAX_BOUNCES.
+    pub bounces: usize,
+    pub convention: Convention,
+    /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
+    pub amplitude_floor: f64,
+}
+
+impl Default for TraceOptions {
+    fn default() -> Self {
+        TraceOptions { bounces: 3, convention: Convention::Every, amplitude_floor: 1e-8 }
+    }
+}

@@ -1,0 +1,3 @@
+//! Radar cross sections in f64.
+
+pub mod po_sum;

@@ -1,0 +1,4 @@
+//! Rays and their fields in f64.
+
+pub mod contribute;
+pub mod rays;

@@ -1,0 +1,58 @@
+//! Reflection at a plane surface (CONVENTIONS eq. 4).
+
+use num_complex::Complex64;
+
+/// (R_perp, R_par) at incidence cosine `cos_i` in (0, 1] from a medium of relative permittivity
+/// `eps_r` = eps' - j eps''; None is a perfect conductor.
+pub fn reflection(eps_r: Option<Complex64>, cos_i: f64) -> (Complex64, Complex64) {
+    let one = Complex64::new(1.0, 0.0);
+    let Some(eps) = eps_r else {
+        return (-one, one);
+    };
+    let mut q = (eps - (1.0 - cos_i * cos_i)).sqrt();
+    // The transmitted wave decays into the medium: Im q <= 0 with e^{+j omega t}.
+    if q.im > 0.0 {
+        q = -q;
+    }
+    ((cos_i - q) / (cos_i + q), (eps * cos_i - q) / (eps * cos_i + q))
+}
+
+/// Loss of the coherent field on a Gaussian rough surface: exp(-2 (k h cos)^2) (Ament 1953).
+pub fn rayleigh_factor(wavenumber: f64, roughness_rms_m: f64, cos_i: f64) -> f64 {
+    let x = wavenumber * roughness_rms_m * cos_i;
+    (-2.0 * x * x).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits() {
+        let glass = Some(Complex64::new(4.0, 0.0));
+        // Normal incidence: (1 - n)/(1 + n) and its negative, with these field vectors.
+        let (s, p) = reflection(glass, 1.0);
+        assert!((s - Complex64::new(-1.0 / 3.0, 0.0)).norm() < 1e-15);
+        assert!((p - Complex64::new(1.0 / 3.0, 0.0)).norm() < 1e-15);
+        // Brewster's angle: tan = n.
+        let cos_b = 1.0 / (1.0 + 4.0f64).sqrt();
+        assert!(reflection(glass, cos_b).1.norm() < 1e-15);
+        // Grazing: both go to -1.
+        let (s, p) = reflection(glass, 1e-9);
+        assert!((s + 1.0).norm() < 1e-8 && (p + 1.0).norm() < 1e-7);
+        // Metal is nearly a perfect conductor.
+        let metal = Some(Complex64::new(1.0, -3.56e7 / (std::f64::consts::TAU * 77e9 * crate::units::EPS0)));
+        let (s, p) = reflection(metal, 0.5);
+        assert!((s + 1.0).norm() < 2e-3 && (p - 1.0).norm() < 5e-3);
+    }
+
+    #[test]
+    fn passive_everywhere() {
+        for eps in [(2.0, 0.0), (5.0, 0.5), (2.5, 3.0), (1.0, 1e7), (0.5, 0.0)] {
+            for i in 1..=1000 {
+                let (s, p) = reflection(Some(Complex64::new(eps.0, -eps.1)), i as f64 / 1000.0);
+                assert!(s.norm() <= 1.0 + 1e-12 && p.norm() <= 1.0 + 1e-12, "{eps:?} {i}");
+            }
+        }
+    }
+}

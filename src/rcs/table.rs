@@ -1,0 +1,1 @@
+//! The RCS table and its CSV.
