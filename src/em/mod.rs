@@ -1,1 +1,3 @@
 //! Room: em.
+
+pub mod mie;

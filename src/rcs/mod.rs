@@ -1,1 +1,3 @@
 //! Room: rcs.
+
+pub mod closed_form;
