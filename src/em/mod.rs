@@ -1,3 +1,4 @@
 //! Electromagnetic formulas in f64: reflection, and later layers, roughness, wedges, spheres.
 
 pub mod fresnel;
+pub mod mie;

@@ -1,5 +1,6 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
 
+pub mod closed_form;
 pub mod table;
 
 use num_complex::Complex64;

@@ -1,0 +1,128 @@
+//! Circular cylinder, faceted.
+
+use super::{Builder, Built, Kind, Param, Range, SAGITTA, check_triangles, length};
+use crate::road::shape::revolve_z;
+use crate::scene::Mesh;
+use glam::DVec2;
+use std::f64::consts::{PI, TAU};
+
+/// A prism about the z axis, centred at the origin, with a facet square to +x.
+///
+/// Its corners lie slightly outside the circle, so that the cross section has exactly the circle's
+/// area: then the radius is right on average, and with it the mean phase of the specular return.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    pub radius_m: f64,
+    pub length_m: f64,
+    /// Greatest distance of a facet from the arc through its edges.
+    pub sagitta_m: f64,
+    /// With end discs (a solid) or without (a tube).
+    pub closed: bool,
+}
+
+const ENDS: Param =
+    Param { name: "ends", doc: "with or without end discs", range: Range::Choice(&["closed", "open"]) };
+
+pub static KIND: Kind = Kind {
+    name: "cylinder",
+    summary: "circular cylinder",
+    pose: "axis along z, centred at the origin",
+    params: &[
+        super::number("radius_m", 0.003, 1e-4, 100.0, "radius"),
+        length("length_m", 0.15, "extent along z"),
+        SAGITTA,
+        ENDS,
+    ],
+    boresight_deg: (0.0, 0.0),
+    build: |v| {
+        let c = Cylinder {
+            radius_m: v.number("radius_m"),
+            length_m: v.number("length_m"),
+            sagitta_m: v.number("sagitta_m"),
+            closed: v.word("ends") == "closed",
+        };
+        check_triangles("cylinder", 4.0 * c.segments() as f64)?;
+        Ok(Built::Mesh(Box::new(c)))
+    },
+};
+
+impl Cylinder {
+    /// Number of facets round the circle: the fewest, but at least 8, that keep the sagitta.
+    pub fn segments(&self) -> usize {
+        segments(self.radius_m, self.sagitta_m)
+    }
+}
+
+/// Facets round a circle of `radius_m` so that none lies more than `sagitta_m` inside its arc.
+pub(super) fn segments(radius_m: f64, sagitta_m: f64) -> usize {
+    // 1 - cos(pi/n) = 2 sin²(pi/2n) keeps its digits for a small sagitta. The corners are at
+    // radius rho > R, which the loop allows for.
+    let half = (0.5 * sagitta_m / radius_m).min(1.0).sqrt().asin();
+    let mut n = ((0.5 * PI / half).ceil() as usize).max(8);
+    while equal_area_radius(radius_m, n) * 2.0 * (0.5 * PI / n as f64).sin().powi(2) > sagitta_m && n > 8 {
+        n += 1;
+    }
+    n
+}
+
+/// Corner radius of a regular polygon of `n` sides with the area of the circle of `radius_m`.
+pub(super) fn equal_area_radius(radius_m: f64, n: usize) -> f64 {
+    let a = TAU / n as f64;
+    radius_m * (a / a.sin()).sqrt()
+}
+
+impl Builder for Cylinder {
+    fn mesh(&self) -> Mesh {
+        let n = self.segments();
+        let (rho, z) = (equal_area_radius(self.radius_m, n), 0.5 * self.length_m);
+        let (bottom, top) = (DVec2::new(rho, -z), DVec2::new(rho, z));
+        let axis = |z| DVec2::new(0.0, z);
+        let start = -PI / n as f64;
+        if self.closed {
+            revolve_z(&[axis(-z), bottom, top, axis(z)], n, start, 0)
+        } else {
+            revolve_z(&[bottom, top], n, start, 0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
+
+    #[test]
+    fn volume_sagitta_and_facing() {
+        for (radius_m, sagitta_m) in [(0.003, 1.5573e-5), (0.1, 1e-4), (2.0, 0.01), (0.001, 1.0)] {
+            let c = Cylinder { radius_m, length_m: 0.15, sagitta_m, closed: true };
+            let m = c.mesh();
+            assert!(is_watertight(&m));
+            let exact = PI * radius_m * radius_m * 0.15;
+            assert!((volume_m3(&m) / exact - 1.0).abs() < 1e-12);
+            // Side facets: distance of the plane from the axis against the corner radius.
+            let mut rho = 0.0f64;
+            let mut inner = f64::INFINITY;
+            for t in 0..m.triangles.len() {
+                let n = area_vector_m2(&m, t).normalize();
+                let p = m.positions_m[m.triangles[t][1] as usize];
+                if n.z.abs() < 0.5 {
+                    rho = rho.max(p.x.hypot(p.y));
+                    inner = inner.min(n.dot(p));
+                }
+            }
+            assert!(
+                c.segments() == 8 || rho - inner <= sagitta_m * (1.0 + 1e-9),
+                "{} {}",
+                rho - inner,
+                sagitta_m
+            );
+            assert!(c.segments() == 8 || rho - inner > 0.5 * sagitta_m, "too fine");
+            assert!(rho > radius_m && inner < radius_m);
+            let square_to_x = (0..m.triangles.len())
+                .any(|t| (area_vector_m2(&m, t).normalize() - glam::DVec3::X).length() < 1e-9);
+            assert!(square_to_x);
+        }
+        let tube = Cylinder { radius_m: 0.003, length_m: 0.15, sagitta_m: 1e-5, closed: false };
+        assert_eq!(tube.mesh().triangles.len(), 2 * tube.segments());
+    }
+}

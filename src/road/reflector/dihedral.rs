@@ -1,0 +1,61 @@
+//! Right-angled dihedral corner.
+
+use super::{Builder, Built, Kind, length};
+use crate::road::shape::polygon;
+use crate::scene::Mesh;
+use glam::DVec3;
+
+/// Two rectangles at a right angle, each `width_m` wide and `height_m` high, that share a seam along
+/// the z axis centred at the origin and open to +x: 4 triangles. Face on, geometric optics gives
+/// 8 pi width² height² / lambda².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dihedral {
+    pub width_m: f64,
+    pub height_m: f64,
+}
+
+pub static KIND: Kind = Kind {
+    name: "dihedral",
+    summary: "two plates at a right angle",
+    pose: "seam along z centred at the origin, opening to +x",
+    params: &[
+        length("width_m", 0.1, "width of each plate"),
+        length("height_m", 0.1, "extent along z, the seam"),
+    ],
+    boresight_deg: (0.0, 0.0),
+    build: |v| {
+        Ok(Built::Mesh(Box::new(Dihedral { width_m: v.number("width_m"), height_m: v.number("height_m") })))
+    },
+};
+
+impl Builder for Dihedral {
+    fn mesh(&self) -> Mesh {
+        let d = self.width_m * std::f64::consts::FRAC_1_SQRT_2;
+        let z = DVec3::Z * (0.5 * self.height_m);
+        let (left, right) = (DVec3::new(d, d, 0.0), DVec3::new(d, -d, 0.0));
+        let mut mesh = Mesh::default();
+        polygon(&mut mesh, &[-z, left - z, left + z, z], 0);
+        polygon(&mut mesh, &[right - z, -z, z, right + z], 0);
+        mesh
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::shape::{area_m2, area_vector_m2};
+
+    #[test]
+    fn right_angle_open_to_x() {
+        let m = Dihedral { width_m: 0.1, height_m: 0.3 }.mesh();
+        assert_eq!(m.triangles.len(), 4);
+        assert!((area_m2(&m) - 0.06).abs() < 1e-15);
+        let n: Vec<DVec3> = (0..4).map(|t| area_vector_m2(&m, t).normalize()).collect();
+        assert!(n[0].dot(n[2]).abs() < 1e-12 && (n[0] - n[1]).length() < 1e-12);
+        let bisector = (n[0] + n[2]).normalize();
+        assert!((bisector - DVec3::X).length() < 1e-12);
+        // The left plate looks right and the other way round.
+        assert!(n[0].y < 0.0 && n[2].y > 0.0);
+        assert!(m.positions_m.iter().all(|p| p.x >= 0.0));
+    }
+}

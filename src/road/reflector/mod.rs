@@ -1,0 +1,559 @@
+//! Reflectors, each with its parameters and its documented pose in the target frame (x along
+//! boresight to the radar, y left, z up). To add one: a file with a struct, its `mesh` and a `KIND`,
+//! and a row in [`kinds`].
+//!
+//! A reflector is named by a spec string, `"type1:width_m=0.16,height_m=0.004"`; the kind alone takes
+//! every default.
+
+pub mod cylinder;
+pub mod dihedral;
+pub mod manhole;
+pub mod plate;
+pub mod point;
+pub mod sphere;
+pub mod trihedral;
+pub mod type1;
+
+use crate::error::{BadInput, Result, nearest};
+use crate::frames::{Pose, Target, World};
+use crate::road::MaterialLookup;
+use crate::scene::{Mesh, Scene, Shape};
+use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
+use glam::DVec3;
+use std::fmt;
+
+pub use cylinder::Cylinder;
+pub use dihedral::Dihedral;
+pub use manhole::Manhole;
+pub use plate::Plate;
+pub use point::Point;
+pub use sphere::Sphere;
+pub use trihedral::{SquareTrihedral, Trihedral};
+pub use type1::{PlateShape, Type1};
+
+/// Default greatest depth of a facet below a curved surface: a 250th of the wavelength at 77 GHz
+/// (flat facets err by about 40 sagitta/lambda dB).
+pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 250.0;
+
+/// More triangles than this are refused.
+pub const MAX_TRIANGLES: f64 = 4e6;
+
+/// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
+pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
+
+/// Something with facets. All triangles have material 0.
+pub trait Builder {
+    fn mesh(&self) -> Mesh;
+}
+
+/// What a kind builds.
+pub enum Built {
+    Mesh(Box<dyn Builder>),
+    Point(Point),
+}
+
+/// One row of the registry.
+pub struct Kind {
+    pub name: &'static str,
+    /// One line for the help text.
+    pub summary: &'static str,
+    /// Pose in the target frame.
+    pub pose: &'static str,
+    pub params: &'static [Param],
+    /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
+    pub boresight_deg: (f64, f64),
+    build: fn(&Values) -> Result<Built>,
+}
+
+/// A parameter: its name carries the unit.
+pub struct Param {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub range: Range,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// A finite number from `min` to `max`, both included.
+    Number { default: f64, min: f64, max: f64 },
+    /// One of the words; the first is the default.
+    Choice(&'static [&'static str]),
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Range::Number { min, max, .. } => write!(f, "{min}..{max}"),
+            Range::Choice(words) => f.write_str(&words.join("|")),
+        }
+    }
+}
+
+impl Range {
+    pub fn default_value(&self) -> Value {
+        match *self {
+            Range::Number { default, .. } => Value::Number(default),
+            Range::Choice(words) => Value::Word(words[0]),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    Number(f64),
+    Word(&'static str),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(x) => write!(f, "{x}"),
+            Value::Word(w) => f.write_str(w),
+        }
+    }
+}
+
+/// A checked value for each parameter of a kind, in its order.
+pub struct Values<'a> {
+    kind: &'static Kind,
+    values: &'a [Value],
+}
+
+impl Values<'_> {
+    fn value(&self, name: &str) -> Value {
+        let i = self.kind.params.iter().position(|p| p.name == name);
+        self.values[i.expect("a builder asks only for the parameters of its own KIND")]
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        match self.value(name) {
+            Value::Number(x) => x,
+            Value::Word(_) => f64::NAN,
+        }
+    }
+
+    fn word(&self, name: &str) -> &'static str {
+        match self.value(name) {
+            Value::Number(_) => "",
+            Value::Word(w) => w,
+        }
+    }
+}
+
+/// All kinds, in the order of the help text.
+pub fn kinds() -> &'static [&'static Kind] {
+    static KINDS: [&Kind; 11] = [
+        &plate::KIND,
+        &dihedral::KIND,
+        &trihedral::KIND,
+        &trihedral::SQUARE_KIND,
+        &sphere::KIND,
+        &cylinder::KIND,
+        &type1::KIND,
+        &type1::TYPE2_KIND,
+        &manhole::ROUND_KIND,
+        &manhole::SQUARE_KIND,
+        &point::KIND,
+    ];
+    &KINDS
+}
+
+/// The parameter that every kind with facets has besides its own.
+pub const MATERIAL_PARAM: &str = "material";
+
+/// A kind with checked parameters.
+#[derive(Clone)]
+pub struct Reflector {
+    kind: &'static Kind,
+    values: Vec<Value>,
+    /// Name of the radar material of all its facets.
+    pub material: String,
+}
+
+impl fmt::Debug for Reflector {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.spec())
+    }
+}
+
+impl PartialEq for Reflector {
+    fn eq(&self, other: &Self) -> bool {
+        self.kind.name == other.kind.name && self.values == other.values && self.material == other.material
+    }
+}
+
+impl Reflector {
+    /// Reads `KIND` or `KIND:name=value,name=value`. Errors name the nearest kind or parameter, all of
+    /// them, and the allowed range with the default.
+    pub fn parse(spec: &str) -> Result<Reflector> {
+        let (kind, rest) = match spec.split_once(':') {
+            Some((kind, rest)) => (kind.trim(), Some(rest)),
+            None => (spec.trim(), None),
+        };
+        let mut pairs = Vec::new();
+        for item in rest.iter().flat_map(|r| r.split(',')) {
+            let (name, value) = item.split_once('=').ok_or_else(|| {
+                BadInput::new("expected name=value")
+                    .key(kind)
+                    .value(format!("'{}'", item.trim()))
+                    .remedy(format!("write for example {}", Self::example(kind)))
+            })?;
+            pairs.push((name.trim(), value.trim()));
+        }
+        Self::from_pairs(kind, &pairs)
+    }
+
+    /// The same from a kind and its parameters as text.
+    pub fn from_pairs(kind_name: &str, pairs: &[(&str, &str)]) -> Result<Reflector> {
+        let kind: &'static Kind = kinds().iter().find(|k| k.name == kind_name).ok_or_else(|| {
+            let names: Vec<&str> = kinds().iter().map(|k| k.name).collect();
+            let e = BadInput::new("unknown kind of reflector")
+                .key("kind")
+                .value(format!("'{kind_name}'"))
+                .allowed(names.join(", "));
+            match nearest(kind_name, names.iter().copied()) {
+                Some(n) => e.remedy(format!("did you mean '{n}'?")),
+                None => e,
+            }
+        })?;
+        let has_facets = !std::ptr::eq(kind, &point::KIND);
+        let mut values: Vec<Option<Value>> = vec![None; kind.params.len()];
+        let mut material: Option<String> = None;
+        for &(name, text) in pairs {
+            let key = format!("{kind_name}:{name}");
+            let twice = || BadInput::new("given twice").key(&key).value(text).remedy("keep one");
+            if name == MATERIAL_PARAM && has_facets {
+                if text.is_empty() {
+                    return Err(BadInput::new("the material has no name").key(key).into());
+                }
+                if material.replace(text.into()).is_some() {
+                    return Err(twice().into());
+                }
+                continue;
+            }
+            let Some(i) = kind.params.iter().position(|p| p.name == name) else {
+                let mut names: Vec<&str> = kind.params.iter().map(|p| p.name).collect();
+                if has_facets {
+                    names.push(MATERIAL_PARAM);
+                }
+                let mut e = BadInput::new(format!("{kind_name} has no such parameter"))
+                    .key(key)
+                    .value(text)
+                    .allowed(names.join(", "));
+                if let Some(n) = nearest(name, names.iter().copied()) {
+                    e = e.remedy(format!("did you mean '{n}'?"));
+                }
+                return Err(e.into());
+            };
+            let param = &kind.params[i];
+            let value = param.read(text).ok_or_else(|| {
+                BadInput::new(match param.range {
+                    Range::Number { .. } => "not a number in range",
+                    Range::Choice(_) => "not one of the choices",
+                })
+                .key(&key)
+                .value(format!("'{text}'"))
+                .allowed(param.range.to_string())
+                .remedy(format!("the default is {}", param.range.default_value()))
+            })?;
+            if values[i].replace(value).is_some() {
+                return Err(twice().into());
+            }
+        }
+        let values = values
+            .iter()
+            .zip(kind.params)
+            .map(|(v, p)| v.unwrap_or_else(|| p.range.default_value()))
+            .collect();
+        let reflector = Reflector { kind, values, material: material.unwrap_or_else(|| "pec".into()) };
+        reflector.build()?;
+        Ok(reflector)
+    }
+
+    fn build(&self) -> Result<Built> {
+        (self.kind.build)(&Values { kind: self.kind, values: &self.values })
+    }
+
+    fn example(kind_name: &str) -> String {
+        match kinds().iter().find(|k| k.name == kind_name) {
+            Some(k) => format!("{}:{}={}", k.name, k.params[0].name, k.params[0].range.default_value()),
+            None => "type1:width_m=0.16,height_m=0.004".into(),
+        }
+    }
+
+    pub fn kind(&self) -> &'static Kind {
+        self.kind
+    }
+
+    /// The value of a parameter, or None when the kind has none of that name.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        Some(self.values[self.kind.params.iter().position(|p| p.name == name)?])
+    }
+
+    /// The spec string with every parameter written out; parses back to the same reflector.
+    pub fn spec(&self) -> String {
+        let mut items: Vec<String> =
+            self.kind.params.iter().zip(&self.values).map(|(p, v)| format!("{}={v}", p.name)).collect();
+        if !std::ptr::eq(self.kind, &point::KIND) {
+            items.push(format!("{MATERIAL_PARAM}={}", self.material));
+        }
+        format!("{}:{}", self.kind.name, items.join(","))
+    }
+
+    /// Facets in the target frame, all of material 0; None for a point.
+    pub fn mesh(&self) -> Option<Mesh> {
+        match self.build() {
+            Ok(Built::Mesh(b)) => Some(b.mesh()),
+            _ => None,
+        }
+    }
+
+    /// The cross section of a point, dBsm; None for a reflector with facets.
+    pub fn point_rcs_dbsm(&self) -> Option<f64> {
+        match self.build() {
+            Ok(Built::Point(p)) => Some(p.rcs_dbsm),
+            _ => None,
+        }
+    }
+
+    /// Adds it to a scene as a new object and returns the object's id. Fails when the material is
+    /// unknown.
+    pub fn add_to(
+        &self,
+        scene: &mut Scene,
+        materials: MaterialLookup,
+        (name, class): (&str, &str),
+        pose: Pose<Target, World>,
+        velocity_mps: DVec3,
+    ) -> Result<u32> {
+        let shape = match self.build()? {
+            Built::Point(p) => Shape::Point { rcs_dbsm: p.rcs_dbsm },
+            Built::Mesh(b) => {
+                let mut mesh = b.mesh();
+                let index = scene.material_index(&materials(&self.material)?);
+                mesh.material.fill(index);
+                scene.meshes.push(mesh);
+                Shape::Mesh(scene.meshes.len() - 1)
+            }
+        };
+        Ok(scene.add_object(name, class, shape, pose, velocity_mps))
+    }
+
+    /// A scene that holds nothing but this reflector, at the origin and at rest.
+    pub fn to_scene(&self, materials: MaterialLookup) -> Result<Scene> {
+        let mut scene = Scene::default();
+        self.add_to(&mut scene, materials, (self.kind.name, "reflector"), Pose::IDENTITY, DVec3::ZERO)?;
+        scene.import.triangles = scene.triangle_count();
+        Ok(scene)
+    }
+}
+
+impl Param {
+    fn read(&self, text: &str) -> Option<Value> {
+        match self.range {
+            Range::Number { min, max, .. } => {
+                let x: f64 = text.parse().ok()?;
+                (min..=max).contains(&x).then_some(Value::Number(x))
+            }
+            Range::Choice(words) => words.iter().find(|w| **w == text).map(|w| Value::Word(w)),
+        }
+    }
+}
+
+const fn number(name: &'static str, default: f64, min: f64, max: f64, doc: &'static str) -> Param {
+    Param { name, doc, range: Range::Number { default, min, max } }
+}
+
+/// A length from 0.1 mm to 100 m.
+const fn length(name: &'static str, default: f64, doc: &'static str) -> Param {
+    number(name, default, 1e-4, 100.0, doc)
+}
+
+const SAGITTA: Param = number(
+    "sagitta_m",
+    DEFAULT_SAGITTA_M,
+    1e-8,
+    1.0,
+    "greatest depth of a facet below the curved surface through its corners",
+);
+
+/// Refuses a facet count that would not fit in memory.
+fn check_triangles(kind: &str, triangles: f64) -> Result<()> {
+    if triangles <= MAX_TRIANGLES {
+        return Ok(());
+    }
+    Err(BadInput::new(format!("this size and sagitta need about {triangles:.1e} triangles"))
+        .key(format!("{kind}:sagitta_m"))
+        .allowed(format!("at most {MAX_TRIANGLES:.0e}"))
+        .remedy("give a larger sagitta_m or a smaller body")
+        .into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::shape::{area_vector_m2, volume_m3};
+    use crate::scene::Material;
+    use proptest::prelude::*;
+
+    fn any_material(name: &str) -> Result<Material> {
+        Ok(Material { name: name.into(), ..Material::pec() })
+    }
+
+    fn message(spec: &str) -> String {
+        let e = Reflector::parse(spec).unwrap_err();
+        assert_eq!(e.exit_code(), 2, "{spec}");
+        let m = e.to_string();
+        assert!(!m.contains('\n'), "{m}");
+        m
+    }
+
+    #[test]
+    fn parses_as_the_contract_writes_it() {
+        let r = Reflector::parse("type1:width_m=0.16,height_m=0.004").unwrap();
+        assert_eq!(r, Reflector::parse("type1").unwrap());
+        assert_eq!(r.kind().name, "type1");
+        assert_eq!(r.value("width_m"), Some(Value::Number(0.16)));
+        assert_eq!(r.value("plates"), Some(Value::Word("strip")));
+        assert_eq!(r.value("nothing"), None);
+        let r = Reflector::parse(" plate : width_m = 20e-2 , material = aluminium").unwrap();
+        assert_eq!((r.value("width_m"), r.material.as_str()), (Some(Value::Number(0.2)), "aluminium"));
+        let s = r.to_scene(&any_material).unwrap();
+        assert_eq!((s.objects.len(), s.materials[0].name.as_str(), s.objects[0].id), (1, "aluminium", 1));
+        let p = Reflector::parse("point:rcs_dbsm=-3.5").unwrap();
+        assert_eq!((p.point_rcs_dbsm(), p.mesh()), (Some(-3.5), None));
+        assert_eq!(
+            p.to_scene(&|_| unreachable!("a point has no material")).unwrap().objects[0].shape,
+            Shape::Point { rcs_dbsm: -3.5 }
+        );
+    }
+
+    #[test]
+    fn errors_say_what_is_allowed() {
+        let m = message("trihedron");
+        assert!(m.contains("did you mean 'trihedral'?") && m.contains("manhole-square"), "{m}");
+        let m = message("type1:widht_m=1");
+        assert!(
+            m.contains("did you mean 'width_m'?") && m.contains("slant_deg") && m.contains("material"),
+            "{m}"
+        );
+        let m = message("type1:width_m=-1");
+        assert!(m.contains("0.0001..100") && m.contains("default is 0.16"), "{m}");
+        let m = message("type1:plates=round");
+        assert!(m.contains("strip|triangle"), "{m}");
+        for bad in [
+            "",
+            ":",
+            "plate:",
+            "plate:width_m",
+            "plate:width_m=",
+            "plate:width_m=nan",
+            "plate:width_m=inf",
+            "plate:width_m=1e400",
+            "plate:width_m=0.1,width_m=0.2",
+            "plate:width_m=0.1,",
+            "plate:material=",
+            "plate:material=a,material=b",
+            "point:material=pec",
+            "sphere:radius_m=100",
+            "cylinder:radius_m=100,sagitta_m=1e-8,length_m=1,ends=flat",
+        ] {
+            message(bad);
+        }
+    }
+
+    #[test]
+    fn unknown_material_is_an_error() {
+        let r = Reflector::parse("plate:material=unobtainium").unwrap();
+        let none = |n: &str| Err(BadInput::new(format!("unknown material '{n}'")).into());
+        assert!(r.to_scene(&none).is_err());
+    }
+
+    #[test]
+    fn names_and_defaults_are_sound() {
+        for k in kinds() {
+            assert_eq!(kinds().iter().filter(|o| o.name == k.name).count(), 1);
+            assert!(!k.params.is_empty() && !k.summary.is_empty() && !k.pose.is_empty());
+            for p in k.params {
+                assert!(!p.doc.is_empty() && p.name != MATERIAL_PARAM);
+                assert_eq!(k.params.iter().filter(|o| o.name == p.name).count(), 1);
+                assert_eq!(p.read(&p.range.default_value().to_string()), Some(p.range.default_value()));
+            }
+        }
+    }
+
+    fn check_mesh(m: &Mesh, what: &str) {
+        assert!(!m.triangles.is_empty() && m.material.len() == m.triangles.len(), "{what}");
+        assert!(m.material.iter().all(|&i| i == 0), "{what}");
+        assert!(m.positions_m.iter().all(|p| p.is_finite()), "{what}");
+        for t in 0..m.triangles.len() {
+            assert!(m.triangles[t].iter().all(|&i| (i as usize) < m.positions_m.len()), "{what}");
+            assert!(area_vector_m2(m, t).length() > 0.0, "{what}: triangle {t} has no area");
+        }
+    }
+
+    #[test]
+    fn every_kind_builds_with_defaults_and_limits() {
+        for k in kinds() {
+            let specs =
+                std::iter::once(k.name.to_string()).chain(k.params.iter().flat_map(|p| match p.range {
+                    Range::Number { min, max, .. } => {
+                        vec![format!("{}:{}={min}", k.name, p.name), format!("{}:{}={max}", k.name, p.name)]
+                    }
+                    Range::Choice(w) => w.iter().map(|w| format!("{}:{}={w}", k.name, p.name)).collect(),
+                }));
+            for spec in specs {
+                match Reflector::parse(&spec) {
+                    Ok(r) => {
+                        assert_eq!(Reflector::parse(&r.spec()).unwrap(), r);
+                        match r.mesh() {
+                            Some(m) => check_mesh(&m, &spec),
+                            None => assert!(r.point_rcs_dbsm().is_some()),
+                        }
+                    }
+                    // Only an honest refusal of a size is allowed.
+                    Err(e) => assert!(
+                        e.to_string().contains("triangles") || e.to_string().contains("frame_m"),
+                        "{spec}: {e}"
+                    ),
+                }
+            }
+            assert!(Reflector::parse(k.name).is_ok());
+        }
+    }
+
+    #[test]
+    fn closed_bodies_have_positive_volume() {
+        for spec in ["sphere:radius_m=0.01", "cylinder", "manhole-round", "manhole-square"] {
+            let m = Reflector::parse(spec).unwrap().mesh().unwrap();
+            assert!(crate::road::shape::is_watertight(&m), "{spec}");
+            assert!(volume_m3(&m) > 0.0, "{spec}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn parser_never_panics(s in "\\PC{0,60}") {
+            let _ = Reflector::parse(&s);
+        }
+
+        #[test]
+        fn parser_survives_near_misses(
+            k in prop::sample::select(vec!["type1", "plate", "sphere", "manhole-round", "point"]),
+            p in prop::sample::select(vec!["width_m", "radius_m", "plates", "rcs_dbsm", "sagitta_m", "frame_m"]),
+            v in "[-+0-9.eE]{0,8}",
+        ) {
+            if let Ok(r) = Reflector::parse(&format!("{k}:{p}={v}")) {
+                prop_assert_eq!(&Reflector::parse(&r.spec()).unwrap(), &r);
+            }
+        }
+
+        #[test]
+        fn numbers_survive_the_spec(w in 1e-4f64..100.0, h in 1e-4f64..100.0, g in -45.0f64..45.0) {
+            let r = Reflector::parse(&format!("type1:width_m={w},height_m={h},slant_deg={g}")).unwrap();
+            prop_assert_eq!(r.value("slant_deg"), Some(Value::Number(g)));
+            prop_assert_eq!(&Reflector::parse(&r.spec()).unwrap(), &r);
+            check_mesh(&r.mesh().unwrap(), "type1");
+        }
+    }
+}

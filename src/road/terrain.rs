@@ -1,0 +1,104 @@
+//! Hills of a million triangles for the ray-casting workload W6.
+
+use crate::scene::Mesh;
+use glam::DVec3;
+
+/// Quads along each side of W6's terrain: 2 x 708² = 1,002,528 triangles.
+pub const W6_QUADS: u32 = 708;
+/// Edge of W6's quads.
+pub const W6_CELL_M: f64 = 0.25;
+/// Greatest height over the mean in W6.
+pub const W6_RELIEF_M: f64 = 4.0;
+
+/// The terrain of W6, 177 x 177 m.
+pub fn w6(material: u32) -> Mesh {
+    terrain(W6_QUADS, W6_CELL_M, W6_RELIEF_M, 1, material)
+}
+
+/// A square sheet of `quads`² cells of edge `cell_m`, centred at the origin, looking up; heights are
+/// value noise in six octaves, below `relief_m` in amount, and depend on nothing but `seed` and the
+/// place.
+pub fn terrain(quads: u32, cell_m: f64, relief_m: f64, seed: u32, material: u32) -> Mesh {
+    let side = quads + 1;
+    let half = 0.5 * f64::from(quads) * cell_m;
+    let mut mesh = Mesh::default();
+    mesh.positions_m.reserve((side * side) as usize);
+    for j in 0..side {
+        for i in 0..side {
+            let z = relief_m * height(f64::from(i), f64::from(j), seed);
+            mesh.positions_m.push(DVec3::new(f64::from(i) * cell_m - half, f64::from(j) * cell_m - half, z));
+        }
+    }
+    for j in 0..quads {
+        for i in 0..quads {
+            let a = j * side + i;
+            mesh.triangles.push([a, a + 1, a + side + 1]);
+            mesh.triangles.push([a, a + side + 1, a + side]);
+        }
+    }
+    mesh.material = vec![material; mesh.triangles.len()];
+    mesh
+}
+
+/// Sum of octaves from 64 cells down to 2 cells; each half the height of the one before; within ±1.
+fn height(x: f64, y: f64, seed: u32) -> f64 {
+    let (mut sum, mut weight, mut scale) = (0.0, 0.5, 64.0);
+    for octave in 0..6 {
+        sum += weight * value_noise(x / scale, y / scale, seed ^ (octave << 24));
+        weight *= 0.5;
+        scale *= 0.5;
+    }
+    sum
+}
+
+/// Smoothly interpolated hash values on the integer lattice, within ±1.
+fn value_noise(x: f64, y: f64, seed: u32) -> f64 {
+    let (i, j) = (x.floor(), y.floor());
+    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (u, v) = (smooth(x - i), smooth(y - j));
+    let at = |di: u32, dj: u32| {
+        let h = hash((i as u32).wrapping_add(di), (j as u32).wrapping_add(dj), seed);
+        f64::from(h) / f64::from(u32::MAX) * 2.0 - 1.0
+    };
+    let low = at(0, 0) * (1.0 - u) + at(1, 0) * u;
+    let high = at(0, 1) * (1.0 - u) + at(1, 1) * u;
+    low * (1.0 - v) + high * v
+}
+
+/// Murmur3's 32-bit finaliser over the three words.
+fn hash(a: u32, b: u32, c: u32) -> u32 {
+    let mut h = c;
+    for word in [a, b] {
+        h = (h ^ word).wrapping_mul(0x9e37_79b1);
+        h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+        h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+        h ^= h >> 16;
+    }
+    h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::shape::area_vector_m2;
+
+    #[test]
+    fn a_million_triangles_looking_up() {
+        let m = w6(3);
+        assert_eq!(m.triangles.len(), 1_002_528);
+        assert_eq!(m.positions_m.len(), 709 * 709);
+        assert!(m.material.iter().all(|&i| i == 3));
+        let cell = 0.5 * W6_CELL_M * W6_CELL_M;
+        assert!((0..m.triangles.len()).all(|t| (area_vector_m2(&m, t).z - cell).abs() < 1e-9));
+        let (lo, hi) =
+            m.positions_m.iter().fold((f64::MAX, f64::MIN), |(lo, hi), p| (lo.min(p.z), hi.max(p.z)));
+        assert!(lo > -W6_RELIEF_M && hi < W6_RELIEF_M && hi - lo > W6_RELIEF_M, "{lo} {hi}");
+    }
+
+    #[test]
+    fn same_seed_same_hills() {
+        let m = |seed| terrain(20, 1.0, 2.0, seed, 0);
+        assert_eq!(m(5), m(5));
+        assert_ne!(m(5), m(6));
+    }
+}
