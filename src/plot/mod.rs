@@ -1,1 +1,28 @@
-//! Room: plot.
+//! Pictures of results as PNG. Charts take plain numbers and do no physics; every chart is drawn by
+//! `chart` (or `polar`) on one `canvas`.
+
+mod axis;
+mod birds_eye;
+mod canvas;
+mod chart;
+mod file;
+mod polar;
+mod profile;
+mod range_doppler;
+mod rcs;
+
+pub use axis::Axis;
+pub use birds_eye::{BirdsEye, BirdsEyePoint, FieldOfView, Outline, birds_eye};
+pub use canvas::{Pen, Picture, Rgb};
+pub use chart::{
+    Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map,
+    lines, scatter,
+};
+pub use file::{PlotOptions, plot_file};
+pub use polar::polar;
+pub use profile::{RangeProfile, range_profile};
+pub use range_doppler::{RangeDoppler, range_doppler};
+pub use rcs::{RcsRow, RcsStyle, rcs_lines, rcs_map, rcs_picture, rcs_polar};
+
+#[cfg(test)]
+mod tests;
