@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod frames;
+pub mod rng;
 pub mod units;
 
 pub mod gpu;

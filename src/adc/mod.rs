@@ -1,5 +1,8 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod noise;
+pub mod synthesis;
+
 use num_complex::Complex;
 
 /// Samples of one frame, `[chirp, channel, sample]`, row-major, in sqrt(W) at the receiver input.
