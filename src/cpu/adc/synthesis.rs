@@ -348,13 +348,14 @@ impl Vectorised for Recurrence<'_> {
             let twice = (4 * block * half + 2 * half) as i32 - 2 * half_length as i32 - 1;
             let echoes =
                 Echoes { n, twice, phase: &phase, half_step: &half_step, drift: &drift, re: &re, im: &im };
-            let mut acc = [[[0.0f32; LANES]; 4]; HALF];
+            let mut acc = Sums([[[0.0; LANES]; 4]; HALF]);
+            let acc = &mut acc.0[..half];
             if drifts {
-                echoes.add::<FMA, true>(&mut acc[..half]);
+                echoes.add::<FMA, true>(acc);
             } else {
-                echoes.add::<FMA, false>(&mut acc[..half]);
+                echoes.add::<FMA, false>(acc);
             }
-            for (k, a) in acc[..half].iter().enumerate() {
+            for (k, a) in acc.iter().enumerate() {
                 let [xc, ys, yc, xs] = a.map(|lanes| lanes.iter().map(|x| *x as f64).sum::<f64>());
                 if let Some(after) = sum.get_mut(half + k) {
                     *after += Complex64::new(xc - ys, yc + xs);
@@ -366,6 +367,21 @@ impl Vectorised for Recurrence<'_> {
         }
     }
 }
+
+/// Kept from straddling cache lines.
+#[repr(align(64))]
+struct Sums([[V; 4]; HALF]);
+
+/// (k + ½)².
+const SQUARES: [f32; HALF] = {
+    let mut o = [0.0; HALF];
+    let mut k = 0;
+    while k < HALF {
+        o[k] = (k as f32 + 0.5) * (k as f32 + 0.5);
+        k += 1;
+    }
+    o
+};
 
 struct Echoes<'a> {
     n: usize,
@@ -411,8 +427,7 @@ impl Echoes<'_> {
             let (xd, yd) = (v(|l| -tau * drift[l] * y[l]), v(|l| tau * drift[l] * x[l]));
             for (k, a) in acc.iter_mut().enumerate() {
                 let (xk, yk) = if DRIFT {
-                    let o = k as f32 + 0.5;
-                    let o2 = o * o;
+                    let o2 = SQUARES[k];
                     (v(|l| madd::<FMA>(xd[l], o2, x[l])), v(|l| madd::<FMA>(yd[l], o2, y[l])))
                 } else {
                     (x, y)
