@@ -6,8 +6,9 @@
 
 pub mod error;
 pub mod frames;
-pub mod rng;
 pub mod units;
+
+pub mod rng;
 
 pub mod gpu;
 
