@@ -8,6 +8,8 @@ use catseye::adc::{Cube, synthesis};
 use catseye::cpu::adc::noise;
 use catseye::cpu::adc::synthesis::{Control, Precision, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
+use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
+use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::trace::{Return, Returns};
 use catseye::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
@@ -556,6 +558,100 @@ fn noise_depends_on_seed_and_frame_alone() {
     assert!(Noise::thermal(&quiet, 1, 0).is_none());
 }
 
+fn on_gpu(gpu: &Gpu, plan: &Plan, noise: Option<Noise>) -> Cube<f32> {
+    let mut recorder = gpu.recorder("adc");
+    let cube = plan.record(gpu, &mut recorder).unwrap();
+    if let Some(noise) = noise {
+        noise.record(&mut recorder, &cube);
+    }
+    let pending = cube.read(&mut recorder);
+    let mut done = recorder.submit().unwrap();
+    cube.take(&mut done, pending)
+}
+
+fn parts<T: Copy>(cube: &Cube<T>) -> Vec<T> {
+    cube.data.iter().flat_map(|z| [z.re, z.im]).collect()
+}
+
+#[test]
+fn gpu_synthesis_agrees_with_f64() {
+    let tolerance = synthesis::KERNEL.tolerance.relative_l2;
+    for (sampling, samples, bandwidth, ramp, rate, speed) in [
+        (Sampling::Iq, 300, 1e9, 40e-6, 12.8e6, 30.0),
+        (Sampling::Real, 512, 1e9, 40e-6, 25.6e6, 30.0),
+        (Sampling::Iq, 2048, 2.46e9, 48e-6, 62.5e6, 20.0),
+        (Sampling::Iq, 64, 1e9, 40e-6, 12.8e6, 70.0),
+        (Sampling::Iq, 128, 1e9, 40e-6, 12.8e6, 0.0),
+    ] {
+        let mut radar = radar();
+        (radar.sampling, radar.samples) = (sampling, samples);
+        (radar.bandwidth_hz, radar.ramp_time_s, radar.sample_rate_hz) = (bandwidth, ramp, rate);
+        for list in [many(201, speed), many(1, speed), many(0, 0.0)] {
+            let plan = Plan::new(&radar, &list).unwrap();
+            let want = cube::<f64>(&radar, &list);
+            let got = on_gpu(test_gpu(), &plan, None);
+            let d = check_close(&parts(&got), &parts(&want), tolerance).unwrap();
+            println!("{sampling:?} {samples}, {} echoes: {:.1e}", list.returns.len(), d.relative_l2);
+            if list.returns.len() == 201 {
+                let (worst, _) = errors(&got.to_f64(), &want);
+                assert!(worst < 1e-4);
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_pieces_are_the_whole() {
+    let mut radar = radar();
+    radar.chirps = 7;
+    let list = many(50, 20.0);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let noise = Noise::thermal(&radar, 9, 4);
+    let whole = on_gpu(test_gpu(), &plan, noise);
+    // Two chirps in a piece; all echoes in one upload, so the sums keep their order.
+    let limit = |bytes| {
+        Gpu::open(Want::Named(&test_device_name())).unwrap().with_poisoned_buffers().with_binding_limit(bytes)
+    };
+    let pieces = on_gpu(&limit(2 * 6 * 300 * 8 + 100), &plan, noise);
+    assert!(parts(&whole) == parts(&pieces));
+    // Echoes in several uploads: the same up to rounding. Few samples, so that a chirp still fits.
+    radar.samples = 20;
+    let plan = Plan::new(&radar, &list).unwrap();
+    let whole = on_gpu(test_gpu(), &plan, None);
+    let pieces = on_gpu(&limit(6 * 32 * 7), &plan, None);
+    check_close(&parts(&pieces), &parts(&whole.to_f64()), 1e-6).unwrap();
+    let few = limit(300);
+    let mut recorder = few.recorder("adc");
+    assert!(plan.record(&few, &mut recorder).err().unwrap().to_string().contains("300 bytes"));
+}
+
+#[test]
+fn gpu_refuses_a_drift_that_it_cannot_follow() {
+    let mut radar = radar();
+    (radar.samples, radar.bandwidth_hz, radar.ramp_time_s, radar.sample_rate_hz) = (16, 4e9, 60e-6, 0.3e6);
+    let list = returns(vec![point_echo(DVec3::new(0.3, 0.0, 0.0), DVec3::new(70.0, 0.0, 0.0), 1.0, 1)]);
+    let plan = Plan::new(&radar, &list).unwrap();
+    assert_eq!(plan.front_end.dropped, 0);
+    let mut recorder = test_gpu().recorder("adc");
+    assert!(plan.record(test_gpu(), &mut recorder).err().unwrap().to_string().contains("drifts"));
+}
+
+#[test]
+fn gpu_noise_is_that_of_the_cpu() {
+    for sampling in [Sampling::Iq, Sampling::Real] {
+        let mut radar = radar();
+        (radar.sampling, radar.chirps, radar.samples) = (sampling, 40, 512);
+        let none = returns(Vec::new());
+        let noise = Noise::thermal(&radar, 0xfeed_0123_4567_89ab, 77).unwrap();
+        let got = on_gpu(test_gpu(), &Plan::new(&radar, &none).unwrap(), Some(noise));
+        let mut want = cube::<f64>(&radar, &none);
+        noise::add(&mut want, &noise);
+        let tolerance = catseye::adc::noise::KERNEL.tolerance.relative_l2;
+        let d = check_close(&parts(&got), &parts(&want), tolerance).unwrap();
+        println!("noise {sampling:?}: {:.1e}", d.relative_l2);
+    }
+}
+
 /// `cargo test --release --test adc -- --ignored --nocapture speed`
 #[test]
 #[ignore = "a measurement"]
@@ -587,4 +683,20 @@ fn speed() {
     let t = std::time::Instant::now();
     noise::add(&mut a, &Noise::thermal(&radar, 1, 0).unwrap());
     println!("noise {:.2} ns per sample", 1e9 * t.elapsed().as_secs_f64() / a.data.len() as f64);
+    for _ in 0..2 {
+        let mut recorder = test_gpu().recorder("adc");
+        let t = std::time::Instant::now();
+        let cube = plan.record(test_gpu(), &mut recorder).unwrap();
+        let record_s = t.elapsed().as_secs_f64();
+        let pending = cube.read(&mut recorder);
+        let mut done = recorder.submit().unwrap();
+        let seconds = done.seconds();
+        cube.take(&mut done, pending);
+        println!(
+            "{}: {:.4} ns per echo and sample; record {:.1} ns per echo and channel",
+            test_device_name(),
+            1e9 * seconds / work as f64,
+            1e9 * record_s / (list.returns.len() * plan.channels) as f64
+        );
+    }
 }

@@ -7,8 +7,11 @@
 //! at the phase centre. An echo outside is dropped whole, counted and its power reported; nothing
 //! wraps round into the first range cells.
 
+use super::{CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;
+use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar, Sampling};
 use crate::trace::{Return, Returns};
 use crate::units::{C0, w_from_dbm};
@@ -281,5 +284,152 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
         spread: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
         chain,
         bounces: 1,
+    }
+}
+
+gpu_struct! {
+    /// Uniform of `shaders/adc/synthesis.wgsl`.
+    pub struct Params {
+        pub chirps: u32,
+        pub copies: u32,
+        pub channels: u32,
+        pub samples: u32,
+        pub echoes: u32,
+        pub chirp_origin: i32,
+        pub sample_origin: i32,
+        pub accumulate: u32,
+        pub is_real: u32,
+    }
+}
+
+gpu_struct! {
+    /// `Coefficients` about the middle of frame and ramp as the shader reads them.
+    pub struct Echo {
+        pub amplitude: [f32; 2],
+        pub a0: u32,
+        pub a1: u32,
+        pub half_step: u32,
+        pub b1: f32,
+        pub a2: f32,
+        pub c: f32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "adc/synthesis",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/complex.wgsl"),
+        include_str!("../../shaders/shared/phase.wgsl"),
+        include_str!("../../shaders/adc/synthesis.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::ReadWrite],
+    structs: &[Echo::LAYOUT],
+    tolerance: Tolerance {
+        relative_l2: 2e-5,
+        reason: "cosine and sine 3e-7, recurrence over 8 steps 64 eps = 4e-6, first order in the drift \
+                 of the frequency up to 1.3e-5; sums of up to 1e5 echoes of random phase 1e-5",
+    },
+};
+
+/// Samples of one thread of the shader.
+const BLOCK: u64 = 16;
+/// Largest |c| (k + ½)² in turns that the shader follows well enough to first order.
+const LARGEST_DRIFT: f64 = 8e-4;
+
+/// 2⁻³² turns, wrapping.
+fn fixed_turns(turns: f64) -> u32 {
+    ((turns - turns.floor()) * 4_294_967_296.0).round() as u64 as u32
+}
+
+impl Plan<'_> {
+    fn origin(&self) -> (i32, i32) {
+        ((self.chirps / 2) as i32, (self.samples / 2) as i32)
+    }
+
+    fn echo(&self, index: u32, channel: usize) -> Echo {
+        let (m, n) = self.origin();
+        let k = self.coefficients(index, channel).about(f64::from(m), f64::from(n));
+        Echo {
+            amplitude: [k.amplitude.re as f32, k.amplitude.im as f32],
+            a0: fixed_turns(k.a0),
+            a1: fixed_turns(k.a1),
+            half_step: fixed_turns(0.5 * k.b0),
+            b1: k.b1 as f32,
+            a2: k.a2 as f32,
+            c: k.c as f32,
+        }
+    }
+
+    fn dispatch(&self, recorder: &mut Recorder, cube: &DeviceCube, set: Set, echoes: &[u32], first: bool) {
+        let list: Vec<Echo> = (0..self.channels)
+            .into_par_iter()
+            .flat_map(|channel| echoes.par_iter().map(move |i| self.echo(*i, channel)))
+            .collect();
+        let buffer = recorder.upload("echoes", &list);
+        let (m, n) = self.origin();
+        for piece in &cube.pieces {
+            let rows = match set {
+                Set::Still => 1,
+                Set::Moving => piece.chirps,
+            };
+            let params = Params {
+                chirps: rows as u32,
+                copies: (piece.chirps - rows) as u32,
+                channels: self.channels as u32,
+                samples: self.samples as u32,
+                echoes: echoes.len() as u32,
+                chirp_origin: piece.first_chirp as i32 - m,
+                sample_origin: -n,
+                accumulate: u32::from(!first),
+                is_real: u32::from(self.sampling == Sampling::Real),
+            };
+            let threads = (rows * self.channels) as u64 * (self.samples as u64).div_ceil(BLOCK);
+            recorder.dispatch(&KERNEL, &params, &[&buffer, &piece.data], Threads::Linear(threads));
+        }
+    }
+
+    /// Records the synthesis of the cube without noise, in pieces of whole chirps that each fit a
+    /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
+    /// too long, or when one chirp exceeds a binding.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
+        let drift = self.largest_drift() * 7.5 * 7.5;
+        if drift > LARGEST_DRIFT {
+            return Err(Error::Failed(format!(
+                "the beat frequency drifts by {drift:.1e} turns within 8 samples, the shader allows {LARGEST_DRIFT:.0e}; \
+                 use --device cpu or a higher sample rate"
+            )));
+        }
+        let limit = gpu.max_binding_bytes() as usize;
+        let chirp_bytes = self.channels * self.samples * size_of::<[f32; 2]>();
+        let echo_bytes = self.channels * size_of::<Echo>();
+        let (per_piece, per_upload) = (limit / chirp_bytes.max(1), limit / echo_bytes.max(1));
+        if per_piece == 0 || per_upload == 0 {
+            return Err(Error::Failed(format!(
+                "one chirp of {} channels x {} samples does not fit the {limit} bytes of a binding of this adapter",
+                self.channels, self.samples
+            )));
+        }
+        let pieces = (0..self.chirps)
+            .step_by(per_piece)
+            .map(|first_chirp| {
+                let chirps = per_piece.min(self.chirps - first_chirp);
+                let data = recorder.buffer("cube", chirps * self.channels * self.samples);
+                CubePiece { first_chirp, chirps, data }
+            })
+            .collect();
+        let cube = DeviceCube { chirps: self.chirps, channels: self.channels, samples: self.samples, pieces };
+        // The first dispatch writes every sample, also when there is nothing at rest.
+        let still = self.set(Set::Still);
+        self.dispatch(recorder, &cube, Set::Still, &still[..per_upload.min(still.len())], true);
+        for echoes in still[per_upload.min(still.len())..].chunks(per_upload) {
+            self.dispatch(recorder, &cube, Set::Still, echoes, false);
+        }
+        for echoes in self.set(Set::Moving).chunks(per_upload) {
+            self.dispatch(recorder, &cube, Set::Moving, echoes, false);
+        }
+        Ok(cube)
     }
 }
