@@ -45,12 +45,12 @@ fn main(
     let id = linear_id(workgroup_id, num_workgroups, local_index, 64u);
     let blocks = (params.samples + 15u) / 16u;
     let block = id % blocks;
-    let row = id / blocks;
-    if row >= params.chirps * params.channels {
+    let chirp = id / blocks;
+    if chirp >= params.chirps {
         return;
     }
-    let channel = row % params.channels;
-    let chirp = row / params.channels;
+    // The same in the whole workgroup, and so are the echoes that it reads.
+    let channel = workgroup_id.z;
     let dm = i32(chirp) + params.chirp_origin;
     let m = f32(dm);
     // Twice the distance to the middle of the block, which lies between two samples.

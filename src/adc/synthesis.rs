@@ -364,10 +364,15 @@ impl Plan<'_> {
     }
 
     fn dispatch(&self, recorder: &mut Recorder, cube: &DeviceCube, set: Set, echoes: &[u32], first: bool) {
-        let list: Vec<Echo> = (0..self.channels)
-            .into_par_iter()
-            .flat_map(|channel| echoes.par_iter().map(move |i| self.echo(*i, channel)))
-            .collect();
+        let mut list = vec![Echo::default(); self.channels * echoes.len()];
+        if !echoes.is_empty() {
+            list.par_chunks_mut(echoes.len()).enumerate().for_each(|(channel, list)| {
+                list.par_iter_mut()
+                    .zip(echoes)
+                    .with_min_len(1024)
+                    .for_each(|(echo, i)| *echo = self.echo(*i, channel));
+            });
+        }
         let buffer = recorder.upload("echoes", &list);
         let (m, n) = self.origin();
         for piece in &cube.pieces {
@@ -386,8 +391,11 @@ impl Plan<'_> {
                 accumulate: u32::from(!first),
                 is_real: u32::from(self.sampling == Sampling::Real),
             };
-            let threads = (rows * self.channels) as u64 * (self.samples as u64).div_ceil(BLOCK);
-            recorder.dispatch(&KERNEL, &params, &[&buffer, &piece.data], Threads::Linear(threads));
+            // Blocks of a row after row along x and y, channels along z.
+            let groups = (rows as u64 * (self.samples as u64).div_ceil(BLOCK)).div_ceil(64);
+            let y = groups.div_ceil(65_535).max(1);
+            let threads = Threads::Workgroups([groups.div_ceil(y) as u32, y as u32, self.channels as u32]);
+            recorder.dispatch(&KERNEL, &params, &[&buffer, &piece.data], threads);
         }
     }
 
