@@ -1,8 +1,9 @@
 //! Choice between engines.
 
+use crate::adc;
 use crate::gpu::{Kernel, selftest};
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
-    vec![&selftest::KERNEL]
+    vec![&selftest::KERNEL, &adc::synthesis::KERNEL, &adc::noise::KERNEL]
 }

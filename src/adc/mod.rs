@@ -1,5 +1,9 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod noise;
+pub mod synthesis;
+
+use crate::gpu::{Buffer, Done, Pending, Recorder};
 use num_complex::Complex;
 
 /// Samples of one frame, `[chirp, channel, sample]`, row-major, in sqrt(W) at the receiver input.
@@ -43,5 +47,36 @@ impl Cube<f32> {
             samples: self.samples,
             data: self.data.iter().map(|z| Complex::new(z.re as f64, z.im as f64)).collect(),
         }
+    }
+}
+
+/// A cube on the device, in pieces of whole chirps that each fit one binding.
+pub struct DeviceCube {
+    pub chirps: usize,
+    pub channels: usize,
+    pub samples: usize,
+    /// In order of chirps, together the whole cube.
+    pub pieces: Vec<CubePiece>,
+}
+
+/// Chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
+pub struct CubePiece {
+    pub first_chirp: usize,
+    pub chirps: usize,
+    pub data: Buffer<[f32; 2]>,
+}
+
+impl DeviceCube {
+    /// Records the read-back, to be taken with [`DeviceCube::take`].
+    pub fn read(&self, recorder: &mut Recorder) -> Vec<Pending<[f32; 2]>> {
+        self.pieces.iter().map(|p| recorder.read(&p.data)).collect()
+    }
+
+    pub fn take(&self, done: &mut Done, pending: Vec<Pending<[f32; 2]>>) -> Cube<f32> {
+        let mut data = Vec::with_capacity(self.chirps * self.channels * self.samples);
+        for p in pending {
+            data.extend(done.take(p).into_iter().map(|[re, im]| Complex::new(re, im)));
+        }
+        Cube { chirps: self.chirps, channels: self.channels, samples: self.samples, data }
     }
 }

@@ -1,5 +1,6 @@
-//! The engine without a GPU, in f64, and the truth that the shaders are tested against. Mirrors
-//! `shaders/` stem for stem.
+//! The engine without a GPU, in f64 (cubes and maps also in f32), and the truth that the shaders are
+//! tested against. Mirrors `shaders/` stem for stem.
 
+pub mod adc;
 pub mod rcs;
 pub mod trace;

@@ -1,0 +1,101 @@
+//! Thermal noise of the receiver (CONVENTIONS eq. 13).
+//!
+//! Sample `i` of the cube, row-major, draws the four words of Philox4x32-10 with counter
+//! (i lo, i hi, seed hi, stream) and key (seed lo, frame). The first two words w0, w1 give by
+//! Box-Muller √(−2 ln u) (cos 2πv, sin 2πv) with u = (⌊w0/256⌋ + 1)/2²⁴ and v = w1/2³²; u is exact
+//! in f32, so both engines start from the same numbers. Real sampling uses the cosine alone.
+
+use super::DeviceCube;
+use crate::gpu::{Access, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+use crate::scene::radar::{Radar, Sampling};
+use crate::units::{BOLTZMANN, T0_K, power_from_db};
+
+/// Philox stream of the thermal noise.
+pub const THERMAL_STREAM: u32 = 0;
+
+/// The noise of one frame: both engines draw the same samples from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of I and of Q ("iq") or of the real sample ("real"), √W. The same
+    /// number, √(k T0 F f_s / 2), for both.
+    pub sigma: f64,
+    pub sampling: Sampling,
+    pub seed: u64,
+    pub frame: u32,
+}
+
+impl Noise {
+    /// The thermal noise of `radar`, or None when it is switched off.
+    pub fn thermal(radar: &Radar, seed: u64, frame: u32) -> Option<Noise> {
+        let power = BOLTZMANN * T0_K * power_from_db(radar.noise_figure_db) * radar.sample_rate_hz;
+        radar.thermal_noise.then(|| Noise {
+            sigma: (0.5 * power).sqrt(),
+            sampling: radar.sampling,
+            seed,
+            frame,
+        })
+    }
+
+    /// Philox key of this frame.
+    pub fn key(&self) -> [u32; 2] {
+        [self.seed as u32, self.frame]
+    }
+
+    /// Philox counter of one sample of the cube.
+    pub fn counter(&self, index: u64) -> [u32; 4] {
+        [index as u32, (index >> 32) as u32, (self.seed >> 32) as u32, THERMAL_STREAM]
+    }
+
+    /// Records the addition of the noise to every sample of the cube.
+    pub fn record(&self, recorder: &mut Recorder, cube: &DeviceCube) {
+        for piece in &cube.pieces {
+            let base = (piece.first_chirp * cube.channels * cube.samples) as u64;
+            let params = Params {
+                count: piece.data.len() as u32,
+                base_lo: base as u32,
+                base_hi: (base >> 32) as u32,
+                seed_lo: self.seed as u32,
+                seed_hi: (self.seed >> 32) as u32,
+                frame: self.frame,
+                stream: THERMAL_STREAM,
+                is_real: u32::from(self.sampling == Sampling::Real),
+                sigma: self.sigma as f32,
+            };
+            recorder.dispatch(&KERNEL, &params, &[&piece.data], Threads::Linear(piece.data.len() as u64));
+        }
+    }
+}
+
+gpu_struct! {
+    /// Uniform of `shaders/adc/noise.wgsl`.
+    pub struct Params {
+        pub count: u32,
+        pub base_lo: u32,
+        pub base_hi: u32,
+        pub seed_lo: u32,
+        pub seed_hi: u32,
+        pub frame: u32,
+        pub stream: u32,
+        pub is_real: u32,
+        pub sigma: f32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "adc/noise",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/phase.wgsl"),
+        include_str!("../../shaders/shared/rng.wgsl"),
+        include_str!("../../shaders/adc/noise.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance {
+        relative_l2: 1e-5,
+        reason: "WGSL promises log to 2^-21 absolute near 1 and to 3 ulp elsewhere: 2e-6 in the radius",
+    },
+};

@@ -1,0 +1,443 @@
+//! What each echo contributes to each channel: CONVENTIONS eq. 9-12, worked out once in f64 so that
+//! an engine is left with a sum of phasors whose phase is quadratic in chirp and sample.
+//!
+//! **Front end.** The anti-alias filter is ideal and flat. "iq" passes beat frequencies in
+//! 0..f_s, "real" passes |f_b| < f_s/2 (a real mixer cannot tell the sign). An echo's beat frequency
+//! is taken at the middle of the frame and of the sampled part of the ramp, Doppler shift included,
+//! at the phase centre. An echo outside is dropped whole, counted and its power reported; nothing
+//! wraps round into the first range cells.
+
+use super::{CubePiece, DeviceCube};
+use crate::error::{Error, Result};
+use crate::frames::angles_from_direction;
+use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+use crate::scene::radar::{Antenna, Radar, Sampling};
+use crate::trace::{Return, Returns};
+use crate::units::{C0, w_from_dbm};
+use glam::DVec3;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// One echo in one channel. In √W and turns, with loop m and sample n counted from zero:
+/// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + n (b0 + b1 m) + c n²)).
+///
+/// This is eq. 12 with eq. 11 put in, without approximation: the delay is linear in m and in n.
+/// Real sampling takes √2 Re of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Coefficients {
+    pub amplitude: Complex64,
+    pub a0: f64,
+    pub a1: f64,
+    pub a2: f64,
+    pub b0: f64,
+    pub b1: f64,
+    pub c: f64,
+}
+
+impl Coefficients {
+    /// Phase in turns, not wrapped.
+    pub fn turns(&self, chirp: f64, sample: f64) -> f64 {
+        let (m, n) = (chirp, sample);
+        self.a0 + m * (self.a1 + m * self.a2) + n * (self.b0 + m * self.b1 + n * self.c)
+    }
+
+    /// The same polynomial about (chirp, sample) as origin.
+    pub fn about(&self, chirp: f64, sample: f64) -> Coefficients {
+        let (m, n) = (chirp, sample);
+        Coefficients {
+            amplitude: self.amplitude,
+            a0: self.turns(m, n),
+            a1: self.a1 + 2.0 * m * self.a2 + n * self.b1,
+            a2: self.a2,
+            b0: self.b0 + m * self.b1 + 2.0 * n * self.c,
+            b1: self.b1,
+            c: self.c,
+        }
+    }
+}
+
+/// What the front end did with the echoes of one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct FrontEnd {
+    pub echoes: u64,
+    /// Of those, the ones whose path length changes. When there are none, one chirp of each
+    /// transmitter is synthesised and copied to all loops, which is exact.
+    pub moving: u64,
+    /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0.
+    pub dropped: u64,
+    pub dropped_power_w: f64,
+}
+
+/// Which echoes of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Set {
+    /// The same in every loop.
+    Still,
+    Moving,
+}
+
+/// The echoes of one frame as one radar receives them. Made once, read by either engine.
+pub struct Plan<'a> {
+    pub chirps: usize,
+    pub channels: usize,
+    pub samples: usize,
+    pub sampling: Sampling,
+    pub front_end: FrontEnd,
+    radar: &'a Radar,
+    returns: &'a [Return],
+    still: Vec<u32>,
+    moving: Vec<u32>,
+    /// Index of the amplitude of each channel among those of one echo: channels of equal antennas share it.
+    kind: Vec<usize>,
+    /// conj(a0) of eq. 12, `[return, kind]`.
+    amplitudes: Vec<Complex64>,
+    kinds: usize,
+}
+
+impl<'a> Plan<'a> {
+    /// Errors when an echo is not finite.
+    pub fn new(radar: &'a Radar, returns: &'a Returns) -> Result<Plan<'a>> {
+        let returns = &returns.returns[..];
+        if returns.len() > u32::MAX as usize {
+            return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", returns.len())));
+        }
+        if let Some((i, r)) = returns.iter().enumerate().find(|(_, r)| !is_finite(r)) {
+            return Err(Error::Failed(format!("echo {i} is not finite: {r:?}")));
+        }
+        let (pairs, kind) = antenna_pairs(radar);
+        let kinds = pairs.len();
+        let scale =
+            w_from_dbm(radar.tx_power_dbm).sqrt() * radar.wavelength_m() / (4.0 * std::f64::consts::PI);
+        let amplitudes: Vec<Complex64> = returns
+            .par_iter()
+            .flat_map_iter(|r| pairs.iter().map(move |(tx, rx)| (scale * pair_amplitude(r, tx, rx)).conj()))
+            .collect();
+        let mut plan = Plan {
+            chirps: radar.chirps,
+            channels: radar.channels(),
+            samples: radar.samples,
+            sampling: radar.sampling,
+            front_end: FrontEnd { echoes: returns.len() as u64, ..Default::default() },
+            radar,
+            returns,
+            still: Vec::new(),
+            moving: Vec::new(),
+            kind,
+            amplitudes,
+            kinds,
+        };
+        for (i, r) in returns.iter().enumerate() {
+            if !passes_filter(radar, beat_frequency_hz(radar, r)) {
+                plan.front_end.dropped += 1;
+                plan.front_end.dropped_power_w +=
+                    plan.kind.first().map_or(0.0, |k| plan.amplitudes[i * kinds + k].norm_sqr());
+            } else if r.path_rate_mps == 0.0 {
+                plan.still.push(i as u32);
+            } else {
+                plan.moving.push(i as u32);
+            }
+        }
+        plan.front_end.moving = plan.moving.len() as u64;
+        Ok(plan)
+    }
+
+    /// Indices into the frame's returns, ascending.
+    pub fn set(&self, set: Set) -> &[u32] {
+        match set {
+            Set::Still => &self.still,
+            Set::Moving => &self.moving,
+        }
+    }
+
+    /// The contribution of return `index` to `channel`.
+    pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
+        let r = &self.returns[index as usize];
+        let n_rx = self.radar.rx.len();
+        let (tx, rx) = (channel / n_rx, channel % n_rx);
+        let amplitude = self.amplitudes[index as usize * self.kinds + self.kind[channel]];
+        phase_polynomial(self.radar, channel_path_m(self.radar, r, tx, rx), r.path_rate_mps, tx, amplitude)
+    }
+
+    /// Largest |c| in turns per sample²: how fast the beat frequency drifts during a ramp.
+    pub fn largest_drift(&self) -> f64 {
+        self.moving.iter().map(|i| self.coefficients(*i, 0).c.abs()).fold(0.0, f64::max)
+    }
+}
+
+fn is_finite(r: &Return) -> bool {
+    r.path_length_m.is_finite()
+        && r.path_rate_mps.is_finite()
+        && r.departure.is_finite()
+        && r.arrival.is_finite()
+        && r.first_range_m.is_finite()
+        && r.last_range_m.is_finite()
+        && r.spread.iter().flatten().all(|s| s.is_finite())
+}
+
+/// The distinct (tx, rx) antenna pairs, positions apart, and the pair that each channel uses.
+fn antenna_pairs(radar: &Radar) -> (Vec<(&Antenna, &Antenna)>, Vec<usize>) {
+    let alike = |a: &Antenna, b: &Antenna| {
+        a.gain_dbi == b.gain_dbi && a.polarisation == b.polarisation && a.pattern == b.pattern
+    };
+    let mut pairs: Vec<(&Antenna, &Antenna)> = Vec::new();
+    let mut kind = Vec::with_capacity(radar.channels());
+    for tx in &radar.tx {
+        for rx in &radar.rx {
+            let found = pairs.iter().position(|(t, r)| alike(t, tx) && alike(r, rx));
+            kind.push(found.unwrap_or_else(|| {
+                pairs.push((tx, rx));
+                pairs.len() - 1
+            }));
+        }
+    }
+    (pairs, kind)
+}
+
+/// √(G_t G_r) p_rᵀ [S/(R_t R_r)] p_t of eq. 9, in 1/m.
+fn pair_amplitude(r: &Return, tx: &Antenna, rx: &Antenna) -> Complex64 {
+    let gain = power_gain(tx, r.departure) * power_gain(rx, r.arrival);
+    let (t, s) = (&tx.polarisation, &r.spread);
+    let v = s[0][0] * t.v + s[0][1] * t.h;
+    let h = s[1][0] * t.v + s[1][1] * t.h;
+    gain.sqrt() * (rx.polarisation.v * v + rx.polarisation.h * h)
+}
+
+/// Power gain over isotropic of `antenna` towards `direction` in the sensor frame.
+pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
+    let (azimuth, elevation) = angles_from_direction(direction);
+    crate::units::power_from_db(antenna.gain_dbi) * antenna.pattern.power_gain(azimuth, elevation)
+}
+
+/// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,
+/// exact for spherical waves. The rate of change is taken at the phase centre for all channels.
+pub fn channel_path_m(radar: &Radar, r: &Return, tx: usize, rx: usize) -> f64 {
+    r.path_length_m
+        + excess_m(r.departure, r.first_range_m, radar.tx[tx].position_m)
+        + excess_m(r.arrival, r.last_range_m, radar.rx[rx].position_m)
+}
+
+/// |P − p| − |P| for P = range · direction, free of cancellation.
+fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
+    let point = direction * range;
+    let sum = (point - p).length() + range;
+    if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
+}
+
+/// Eq. 11 in eq. 12 as a polynomial. With τ = a + b m + d n: b the change of delay from loop to
+/// loop, d from sample to sample.
+fn phase_polynomial(radar: &Radar, path_m: f64, rate: f64, tx: usize, amplitude: Complex64) -> Coefficients {
+    let (f0, slope, fs, t_adc) =
+        (radar.start_hz(), radar.slope_hz_per_s(), radar.sample_rate_hz, radar.adc_start_s);
+    let stretch = 1.0 / (C0 + 0.5 * rate);
+    let beta = rate * stretch;
+    let a = path_m * stretch + beta * (radar.chirp_start_s(0, tx) + t_adc);
+    let b = beta * radar.loop_period_s();
+    let d = beta / fs;
+    let f = f0 + slope * t_adc;
+    Coefficients {
+        amplitude,
+        a0: f * a - 0.5 * slope * a * a,
+        a1: f * b - slope * a * b,
+        a2: -0.5 * slope * b * b,
+        b0: f * d + slope * a * (1.0 / fs - d),
+        b1: slope * b * (1.0 / fs - d),
+        c: slope * d * (1.0 / fs - 0.5 * d),
+    }
+}
+
+/// Beat frequency of an echo at the middle of the frame and of the sampled part of the ramp, Hz;
+/// negative when the Doppler shift outweighs the delay.
+pub fn beat_frequency_hz(radar: &Radar, r: &Return) -> f64 {
+    // dφ/dt of eq. 12 over 2π.
+    let t_n = radar.adc_start_s + 0.5 * (radar.samples as f64 - 1.0) / radar.sample_rate_hz;
+    let stretch = 1.0 / (C0 + 0.5 * r.path_rate_mps);
+    let beta = r.path_rate_mps * stretch;
+    let tau = r.path_length_m * stretch;
+    let slope = radar.slope_hz_per_s();
+    (radar.start_hz() + slope * t_n) * beta + slope * tau * (1.0 - beta)
+}
+
+/// Whether the ideal anti-alias filter passes this beat frequency.
+pub fn passes_filter(radar: &Radar, beat_hz: f64) -> bool {
+    match radar.sampling {
+        Sampling::Iq => (0.0..radar.sample_rate_hz).contains(&beat_hz),
+        Sampling::Real => beat_hz.abs() < 0.5 * radar.sample_rate_hz,
+    }
+}
+
+/// The echo of an isotropic scatterer in free space, with the radar at rest in the origin of the
+/// sensor frame: σ in m², position in m, velocity in m/s (CONVENTIONS eq. 3, 7).
+pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object: u32) -> Return {
+    let range = position_m.length();
+    let u = position_m / range;
+    let s = Complex64::from((sigma_m2 / (4.0 * std::f64::consts::PI)).sqrt() / (range * range));
+    let mut chain = [0; crate::trace::MAX_BOUNCES];
+    chain[0] = object;
+    Return {
+        path_length_m: 2.0 * range,
+        path_rate_mps: 2.0 * velocity_mps.dot(u),
+        departure: u,
+        first_range_m: range,
+        arrival: u,
+        last_range_m: range,
+        spread: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
+        chain,
+        bounces: 1,
+    }
+}
+
+gpu_struct! {
+    /// Uniform of `shaders/adc/synthesis.wgsl`.
+    pub struct Params {
+        pub chirps: u32,
+        pub copies: u32,
+        pub channels: u32,
+        pub samples: u32,
+        pub echoes: u32,
+        pub chirp_origin: i32,
+        pub sample_origin: i32,
+        pub accumulate: u32,
+        pub is_real: u32,
+    }
+}
+
+gpu_struct! {
+    /// `Coefficients` about the middle of frame and ramp as the shader reads them.
+    pub struct Echo {
+        pub amplitude: [f32; 2],
+        pub a0: u32,
+        pub a1: u32,
+        pub half_step: u32,
+        pub b1: f32,
+        pub a2: f32,
+        pub c: f32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "adc/synthesis",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/complex.wgsl"),
+        include_str!("../../shaders/shared/phase.wgsl"),
+        include_str!("../../shaders/adc/synthesis.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::ReadWrite],
+    structs: &[Echo::LAYOUT],
+    tolerance: Tolerance {
+        relative_l2: 2e-5,
+        reason: "cosine and sine 3e-7, recurrence over 8 steps 64 eps = 4e-6, first order in the drift \
+                 of the frequency up to 1.3e-5; sums of up to 1e5 echoes of random phase 1e-5",
+    },
+};
+
+/// Samples of one thread of the shader.
+const BLOCK: u64 = 16;
+/// Largest |c| (k + ½)² in turns that the shader follows well enough to first order.
+const LARGEST_DRIFT: f64 = 8e-4;
+
+/// 2⁻³² turns, wrapping.
+fn fixed_turns(turns: f64) -> u32 {
+    ((turns - turns.floor()) * 4_294_967_296.0).round() as u64 as u32
+}
+
+impl Plan<'_> {
+    fn origin(&self) -> (i32, i32) {
+        ((self.chirps / 2) as i32, (self.samples / 2) as i32)
+    }
+
+    fn echo(&self, index: u32, channel: usize) -> Echo {
+        let (m, n) = self.origin();
+        let k = self.coefficients(index, channel).about(f64::from(m), f64::from(n));
+        Echo {
+            amplitude: [k.amplitude.re as f32, k.amplitude.im as f32],
+            a0: fixed_turns(k.a0),
+            a1: fixed_turns(k.a1),
+            half_step: fixed_turns(0.5 * k.b0),
+            b1: k.b1 as f32,
+            a2: k.a2 as f32,
+            c: k.c as f32,
+        }
+    }
+
+    fn dispatch(&self, recorder: &mut Recorder, cube: &DeviceCube, set: Set, echoes: &[u32], first: bool) {
+        let mut list = vec![Echo::default(); self.channels * echoes.len()];
+        if !echoes.is_empty() {
+            list.par_chunks_mut(echoes.len()).enumerate().for_each(|(channel, list)| {
+                list.par_iter_mut()
+                    .zip(echoes)
+                    .with_min_len(1024)
+                    .for_each(|(echo, i)| *echo = self.echo(*i, channel));
+            });
+        }
+        let buffer = recorder.upload("echoes", &list);
+        let (m, n) = self.origin();
+        for piece in &cube.pieces {
+            let rows = match set {
+                Set::Still => 1,
+                Set::Moving => piece.chirps,
+            };
+            let params = Params {
+                chirps: rows as u32,
+                copies: (piece.chirps - rows) as u32,
+                channels: self.channels as u32,
+                samples: self.samples as u32,
+                echoes: echoes.len() as u32,
+                chirp_origin: piece.first_chirp as i32 - m,
+                sample_origin: -n,
+                accumulate: u32::from(!first),
+                is_real: u32::from(self.sampling == Sampling::Real),
+            };
+            // Blocks of a row after row along x and y, channels along z.
+            let groups = (rows as u64 * (self.samples as u64).div_ceil(BLOCK)).div_ceil(64);
+            let y = groups.div_ceil(65_535).max(1);
+            let threads = Threads::Workgroups([groups.div_ceil(y) as u32, y as u32, self.channels as u32]);
+            recorder.dispatch(&KERNEL, &params, &[&buffer, &piece.data], threads);
+        }
+    }
+
+    /// Records the synthesis of the cube without noise, in pieces of whole chirps that each fit a
+    /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
+    /// too long, or when one chirp exceeds a binding.
+    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
+        let drift = self.largest_drift() * 7.5 * 7.5;
+        if drift > LARGEST_DRIFT {
+            return Err(Error::Failed(format!(
+                "the beat frequency drifts by {drift:.1e} turns within 8 samples, the shader allows {LARGEST_DRIFT:.0e}; \
+                 use --device cpu or a higher sample rate"
+            )));
+        }
+        let limit = gpu.max_binding_bytes() as usize;
+        let chirp_bytes = self.channels * self.samples * size_of::<[f32; 2]>();
+        let echo_bytes = self.channels * size_of::<Echo>();
+        let (per_piece, per_upload) = (limit / chirp_bytes.max(1), limit / echo_bytes.max(1));
+        if per_piece == 0 || per_upload == 0 {
+            return Err(Error::Failed(format!(
+                "one chirp of {} channels x {} samples does not fit the {limit} bytes of a binding of this adapter",
+                self.channels, self.samples
+            )));
+        }
+        let pieces = (0..self.chirps)
+            .step_by(per_piece)
+            .map(|first_chirp| {
+                let chirps = per_piece.min(self.chirps - first_chirp);
+                let data = recorder.buffer("cube", chirps * self.channels * self.samples);
+                CubePiece { first_chirp, chirps, data }
+            })
+            .collect();
+        let cube = DeviceCube { chirps: self.chirps, channels: self.channels, samples: self.samples, pieces };
+        // The first dispatch writes every sample, also when there is nothing at rest.
+        let still = self.set(Set::Still);
+        self.dispatch(recorder, &cube, Set::Still, &still[..per_upload.min(still.len())], true);
+        for echoes in still[per_upload.min(still.len())..].chunks(per_upload) {
+            self.dispatch(recorder, &cube, Set::Still, echoes, false);
+        }
+        for echoes in self.set(Set::Moving).chunks(per_upload) {
+            self.dispatch(recorder, &cube, Set::Moving, echoes, false);
+        }
+        Ok(cube)
+    }
+}

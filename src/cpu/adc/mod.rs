@@ -1,0 +1,4 @@
+//! Synthesis and noise on the processor.
+
+pub mod noise;
+pub mod synthesis;

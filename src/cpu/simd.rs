@@ -1,0 +1,34 @@
+//! Runs a loop with the widest instructions that this machine has. The only `unsafe` of the cpu
+//! engine: a call into code compiled for instructions whose presence was checked a line before.
+#![allow(unsafe_code, reason = "a target_feature function can only be called this way")]
+
+/// A computation whose `run` is `#[inline(always)]`, so that it is compiled again for each level.
+pub trait Vectorised {
+    type Output;
+    /// `FMA`: a·b + c is one instruction here, so `mul_add` is fast; elsewhere it would be a call.
+    fn run<const FMA: bool>(self) -> Self::Output;
+}
+
+/// Which instructions `vectorised` uses here, for reports.
+pub fn level() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+        return "avx2+fma";
+    }
+    if cfg!(target_arch = "aarch64") { "neon" } else { "baseline" }
+}
+
+pub fn vectorised<V: Vectorised>(work: V) -> V::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,fma")]
+        fn avx2<V: Vectorised>(work: V) -> V::Output {
+            work.run::<true>()
+        }
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: both features were just found on this processor.
+            return unsafe { avx2(work) };
+        }
+    }
+    if cfg!(target_arch = "aarch64") { work.run::<true>() } else { work.run::<false>() }
+}
