@@ -1,1 +1,3 @@
-//! Room: cpu.
+//! The engine where there is no GPU, and the truth that the shaders are tested against.
+
+pub mod dsp;
