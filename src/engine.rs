@@ -1,1 +1,8 @@
 //! Choice between engines.
+
+use crate::gpu::{Kernel, selftest};
+
+/// The row of every shader in `shaders/`.
+pub fn all_kernels() -> Vec<&'static Kernel> {
+    vec![&selftest::KERNEL]
+}

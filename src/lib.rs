@@ -8,6 +8,8 @@ pub mod error;
 pub mod frames;
 pub mod units;
 
+pub mod rng;
+
 pub mod gpu;
 
 pub mod formats;

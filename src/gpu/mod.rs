@@ -1,1 +1,15 @@
-//! wgpu: the only room that touches it, and (with `cpu/simd.rs`) the only one that may use `unsafe`.
+//! wgpu: the only room that touches it. A stage writes its commands into a [`Recorder`], whose
+//! `submit` runs them.
+
+pub mod compare;
+pub mod context;
+pub mod kernel;
+pub mod layout;
+pub mod numbers;
+pub mod recorder;
+pub mod selftest;
+
+pub use context::{AdapterReport, Gpu, Want, adapters};
+pub use kernel::{Access, Kernel, Tolerance};
+pub use layout::StructLayout;
+pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};

@@ -1,0 +1,350 @@
+//! Adapters and the opened device.
+
+use super::kernel::{Kernel, Pipeline, build_pipeline};
+use super::recorder::Recorder;
+use super::selftest;
+use crate::error::{BadInput, Error, Result};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// One adapter as the driver describes it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct AdapterReport {
+    pub name: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+    pub backend: String,
+    pub driver: String,
+    /// Version; two versions of one software driver often share a name.
+    pub driver_info: String,
+    pub max_storage_binding_bytes: u64,
+    pub max_buffer_bytes: u64,
+    /// Threads of a workgroup.
+    pub max_workgroup_size: u32,
+    /// Workgroup memory.
+    pub shared_bytes: u32,
+    pub shader_f64: bool,
+    pub timestamp: bool,
+    /// A GPU and not a software driver.
+    pub is_hardware: bool,
+}
+
+impl AdapterReport {
+    fn new(adapter: &wgpu::Adapter) -> Self {
+        let (info, limits, features) = (adapter.get_info(), adapter.limits(), adapter.features());
+        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+        AdapterReport {
+            is_hardware: matches!(info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu),
+            name: info.name,
+            device_type: format!("{:?}", info.device_type),
+            backend: info.backend.to_string(),
+            driver: info.driver,
+            driver_info: info.driver_info,
+            max_storage_binding_bytes: limits.max_storage_buffer_binding_size,
+            max_buffer_bytes: limits.max_buffer_size,
+            max_workgroup_size: limits.max_compute_invocations_per_workgroup,
+            shared_bytes: limits.max_compute_workgroup_storage_size,
+            shader_f64: features.contains(wgpu::Features::SHADER_F64),
+            timestamp: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+        }
+    }
+
+    fn matches(&self, name: &str) -> bool {
+        let name = name.to_lowercase();
+        [&self.name, &self.driver, &self.driver_info].iter().any(|s| s.to_lowercase().contains(&name))
+    }
+
+    /// Order of choice among hardware: discrete, integrated, virtual.
+    fn rank(&self) -> u8 {
+        match self.device_type.as_str() {
+            "DiscreteGpu" => 0,
+            "IntegratedGpu" => 1,
+            _ => 2,
+        }
+    }
+}
+
+/// Which adapter to open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Want<'a> {
+    /// The best GPU; software drivers are not considered.
+    Hardware,
+    /// The first whose name, driver or driver version contains this, in any case.
+    Named(&'a str),
+}
+
+fn found_adapters() -> Vec<(wgpu::Adapter, AdapterReport)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+        .into_iter()
+        .map(|adapter| {
+            let report = AdapterReport::new(&adapter);
+            (adapter, report)
+        })
+        .collect()
+}
+
+/// All adapters, in the driver's order. No device is opened.
+pub fn adapters() -> Vec<AdapterReport> {
+    found_adapters().into_iter().map(|(_, report)| report).collect()
+}
+
+/// Index of the adapter that is wanted.
+fn choose(reports: &[AdapterReport], want: Want<'_>) -> Result<usize> {
+    let listed = match reports {
+        [] => "no adapter was found".to_string(),
+        _ => reports
+            .iter()
+            .map(|r| format!("{} ({} {})", r.name, r.driver, r.driver_info))
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    match want {
+        Want::Hardware => reports
+            .iter()
+            .enumerate()
+            .filter(|(_, r)| r.is_hardware)
+            .min_by_key(|(i, r)| (r.rank(), *i))
+            .map(|(i, _)| i)
+            .ok_or_else(|| {
+                BadInput::new("there is no hardware GPU")
+                    .key("device")
+                    .value("gpu")
+                    .allowed(listed)
+                    .remedy("name one of these adapters, or take the device cpu")
+                    .into()
+            }),
+        Want::Named(name) => {
+            reports.iter().position(|r| !name.is_empty() && r.matches(name)).ok_or_else(|| {
+                BadInput::new("no adapter has this in its name")
+                    .key("device")
+                    .value(name)
+                    .allowed(listed)
+                    .remedy("`catseye devices` lists the adapters")
+                    .into()
+            })
+        }
+    }
+}
+
+/// What went wrong outside any error scope.
+#[derive(Default)]
+struct Sink {
+    errors: Vec<String>,
+    lost: Option<String>,
+}
+
+/// An opened device that has passed the self-test. May be shared between threads.
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) limits: wgpu::Limits,
+    report: AdapterReport,
+    binding_limit: u64,
+    poison: bool,
+    pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
+    sink: Arc<Mutex<Sink>>,
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gpu").field("report", &self.report).finish_non_exhaustive()
+    }
+}
+
+// A panic elsewhere leaves these maps and lists whole.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Gpu {
+    /// Opens an adapter with all the limits it has and runs the self-test on it.
+    pub fn open(want: Want<'_>) -> Result<Gpu> {
+        let gpu = Gpu::open_untested(want)?;
+        selftest::run(&gpu, &selftest::KERNEL)?;
+        Ok(gpu)
+    }
+
+    pub(super) fn open_untested(want: Want<'_>) -> Result<Gpu> {
+        let found = found_adapters();
+        let reports: Vec<_> = found.iter().map(|(_, r)| r.clone()).collect();
+        let index = choose(&reports, want)?;
+        let (adapter, report) = &found[index];
+        let limits = adapter.limits();
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("catseye"),
+            required_features: wgpu::Features::empty(),
+            required_limits: limits.clone(),
+            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        }))
+        .map_err(|e| error(report, "none", format!("the device cannot be opened: {e}")))?;
+        let sink = Arc::new(Mutex::new(Sink::default()));
+        let errors = Arc::clone(&sink);
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| lock(&errors).errors.push(e.to_string())));
+        let lost = Arc::clone(&sink);
+        device.set_device_lost_callback(move |reason, message| {
+            lock(&lost).lost = Some(format!("the device was lost ({reason:?}: {message})"));
+        });
+        Ok(Gpu {
+            device,
+            queue,
+            binding_limit: limits.max_storage_buffer_binding_size,
+            limits,
+            report: report.clone(),
+            poison: cfg!(any(test, debug_assertions)),
+            pipelines: Mutex::default(),
+            sink,
+        })
+    }
+
+    pub fn report(&self) -> &AdapterReport {
+        &self.report
+    }
+
+    /// Bytes that one storage binding may hold. A stage with more data works in chunks.
+    pub fn max_binding_bytes(&self) -> u64 {
+        self.binding_limit
+    }
+
+    /// Pretends that the adapter's limit is smaller, to test chunking.
+    pub fn with_binding_limit(mut self, bytes: u64) -> Gpu {
+        self.binding_limit = self.binding_limit.min(bytes);
+        self
+    }
+
+    /// Fills buffers whose contents are unspecified with the bits [`super::recorder::POISON`], to show
+    /// what a kernel leaves unwritten. Always on in this crate's unit tests and in debug builds.
+    pub fn with_poisoned_buffers(mut self) -> Gpu {
+        self.poison = true;
+        self
+    }
+
+    pub(super) fn poison(&self) -> bool {
+        self.poison
+    }
+
+    pub fn recorder(&self, label: &'static str) -> Recorder<'_> {
+        Recorder::new(self, label)
+    }
+
+    pub(super) fn error(&self, kernel: &str, problem: impl Into<String>) -> Error {
+        error(&self.report, kernel, problem)
+    }
+
+    pub(super) fn pipeline(&self, kernel: &'static Kernel) -> Result<Arc<Pipeline>> {
+        let mut pipelines = lock(&self.pipelines);
+        if let Some(p) = pipelines.get(kernel.stem) {
+            return Ok(Arc::clone(p));
+        }
+        let built = Arc::new(self.scoped(kernel.stem, || build_pipeline(&self.device, kernel))?);
+        pipelines.insert(kernel.stem, Arc::clone(&built));
+        Ok(built)
+    }
+
+    /// Runs `f` and turns whatever wgpu reports meanwhile into an error about `kernel`.
+    pub(super) fn scoped<T>(&self, kernel: &str, f: impl FnOnce() -> T) -> Result<T> {
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let guards = [Validation, OutOfMemory, Internal].map(|filter| self.device.push_error_scope(filter));
+        let value = f();
+        let mut first = None;
+        for guard in guards.into_iter().rev() {
+            first = pollster::block_on(guard.pop()).or(first);
+        }
+        self.check_sink(kernel)?;
+        match first {
+            Some(e @ wgpu::Error::OutOfMemory { .. }) => {
+                let source = std::error::Error::source(&e).map(|s| format!(": {s}")).unwrap_or_default();
+                Err(self.error(kernel, format!("the adapter's memory is exhausted{source}")))
+            }
+            Some(e) => Err(self.error(kernel, e.to_string())),
+            None => Ok(value),
+        }
+    }
+
+    /// Fails if the device was lost or an error came from outside a scope since the last call.
+    pub(super) fn check_sink(&self, kernel: &str) -> Result<()> {
+        let mut sink = lock(&self.sink);
+        if let Some(lost) = &sink.lost {
+            return Err(self.error(kernel, lost.clone()));
+        }
+        match sink.errors.is_empty() {
+            true => Ok(()),
+            false => Err(self.error(kernel, std::mem::take(&mut sink.errors).join("; "))),
+        }
+    }
+}
+
+fn error(report: &AdapterReport, kernel: &str, problem: impl Into<String>) -> Error {
+    Error::Gpu {
+        // One line whatever a driver's or parser's message holds.
+        problem: problem.into().split_whitespace().collect::<Vec<_>>().join(" "),
+        kernel: kernel.to_string(),
+        adapter: report.name.clone(),
+        driver: format!("{} {}", report.driver, report.driver_info),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::compare::{test_device_name, test_gpu};
+
+    fn fake(name: &str, device_type: &str, driver_info: &str) -> AdapterReport {
+        AdapterReport {
+            name: name.into(),
+            device_type: device_type.into(),
+            backend: "vulkan".into(),
+            driver: "d".into(),
+            driver_info: driver_info.into(),
+            max_storage_binding_bytes: 1 << 27,
+            max_buffer_bytes: 1 << 31,
+            max_workgroup_size: 1024,
+            shared_bytes: 32768,
+            shader_f64: false,
+            timestamp: false,
+            is_hardware: device_type.ends_with("Gpu"),
+        }
+    }
+
+    #[test]
+    fn choice_of_adapter() {
+        let all = [
+            fake("llvmpipe", "Cpu", "Mesa 25.0.7"),
+            fake("Iris", "IntegratedGpu", "1"),
+            fake("H100", "DiscreteGpu", "2"),
+        ];
+        assert_eq!(choose(&all, Want::Hardware).unwrap(), 2);
+        assert_eq!(choose(&all, Want::Named("LLVMpipe")).unwrap(), 0);
+        assert_eq!(choose(&all, Want::Named("mesa 25")).unwrap(), 0);
+        assert_eq!(choose(&all[..2], Want::Hardware).unwrap(), 1);
+        for (reports, want) in
+            [(&all[..1], Want::Hardware), (&all[..], Want::Named("Arc")), (&all[..], Want::Named(""))]
+        {
+            let e = choose(reports, want).unwrap_err();
+            assert_eq!(e.exit_code(), 2);
+            assert!(e.to_string().contains("llvmpipe (d Mesa 25.0.7)"), "{e}");
+        }
+    }
+
+    #[test]
+    fn opens_the_test_device() {
+        let report = test_gpu().report();
+        assert!(report.matches(&test_device_name()), "{report:?}");
+        assert!(adapters().contains(report));
+        assert!(report.max_workgroup_size >= 256 && report.shared_bytes >= 16384, "{report:?}");
+    }
+
+    #[test]
+    fn a_lost_device_is_an_error() {
+        let gpu = Gpu::open_untested(Want::Named(&test_device_name())).unwrap();
+        gpu.device.destroy();
+        let mut recorder = gpu.recorder("lost");
+        let buffer = recorder.upload("data", &[1.0_f32; 8]);
+        let _ = recorder.read(&buffer);
+        let e = recorder.submit().err().expect("a lost device must not succeed");
+        assert_eq!(e.exit_code(), 1);
+        assert!(e.to_string().contains("lost") && e.to_string().contains(&gpu.report.name), "{e}");
+    }
+}

@@ -1,0 +1,85 @@
+//! One row per shader, and the pipeline built from it.
+
+use super::layout::StructLayout;
+use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
+
+/// How a kernel uses a storage buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    Read,
+    ReadWrite,
+}
+
+/// How far the GPU's result may lie from the f64 engine's, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    pub relative_l2: f64,
+    pub reason: &'static str,
+}
+
+/// Everything the host has to know about a shader. `layout::check_kernel` compares it with the WGSL.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel {
+    /// `dsp/fft` stands for `shaders/dsp/fft.wgsl`, `src/dsp/fft.rs` and `src/cpu/dsp/fft.rs`.
+    pub stem: &'static str,
+    /// `include_str!` of the shared parts, then of the entry file; concatenated.
+    pub sources: &'static [&'static str],
+    /// `@workgroup_size` of the entry point `main`.
+    pub workgroup: [u32; 3],
+    /// The uniform at `@group(0) @binding(0)`. Without one, storage still begins at binding 1.
+    pub params: Option<StructLayout>,
+    /// Storage buffer i is `@group(0) @binding(i + 1)`.
+    pub storage: &'static [Access],
+    /// Other structs that both sides declare.
+    pub structs: &'static [StructLayout],
+    pub tolerance: Tolerance,
+}
+
+impl Kernel {
+    /// The assembled WGSL.
+    pub fn source(&self) -> String {
+        self.sources.join("\n")
+    }
+}
+
+pub(super) struct Pipeline {
+    pub pipeline: wgpu::ComputePipeline,
+    pub layout: wgpu::BindGroupLayout,
+}
+
+/// Builds the pipeline. To be called inside error scopes. The layout is explicit because an automatic
+/// one leaves out bindings that the shader does not use.
+pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Pipeline {
+    let buffer = |binding: u32, ty: BufferBindingType| BindGroupLayoutEntry {
+        binding,
+        visibility: ShaderStages::COMPUTE,
+        ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let uniform = kernel.params.map(|_| buffer(0, BufferBindingType::Uniform));
+    let storage = kernel.storage.iter().zip(1..).map(|(access, binding)| {
+        buffer(binding, BufferBindingType::Storage { read_only: *access == Access::Read })
+    });
+    let entries: Vec<_> = uniform.into_iter().chain(storage).collect();
+    let label = Some(kernel.stem);
+    let layout =
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label,
+        source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label,
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    Pipeline { pipeline, layout }
+}

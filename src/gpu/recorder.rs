@@ -1,0 +1,664 @@
+//! Commands as data, and the one place that runs them. A recorder that has met an error ignores
+//! further commands; `submit` returns the first error.
+
+use super::context::Gpu;
+use super::kernel::Kernel;
+use crate::error::{Error, Result};
+use bytemuck::Pod;
+use std::marker::PhantomData;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+/// What a poisoned buffer holds before anything is written: a NaN with a recognisable payload.
+pub const POISON: u32 = 0x7FC0_DEAD;
+
+/// Bytes behind an empty buffer, since wgpu binds none of size zero: room for one element of any
+/// struct. Kernels take their counts from Params and never from `arrayLength`.
+const EMPTY_BYTES: u64 = 256;
+
+/// `len` values of `T` on the device. Cloning shares the memory. Lives as long as it is referred to,
+/// also beyond the recorder that made it.
+pub struct Buffer<T> {
+    /// None after a failed allocation, which the recorder reports.
+    raw: Option<Arc<Raw>>,
+    len: usize,
+    values: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for Buffer<T> {
+    fn clone(&self) -> Self {
+        Buffer { raw: self.raw.clone(), len: self.len, values: PhantomData }
+    }
+}
+
+impl<T> Buffer<T> {
+    pub fn len(&self) -> usize {
+        self.len
+    }
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+}
+
+mod sealed {
+    pub struct Raw {
+        pub(super) buffer: wgpu::Buffer,
+        pub(super) label: &'static str,
+    }
+    pub trait Sealed {
+        fn raw(&self) -> Option<&std::sync::Arc<Raw>>;
+    }
+}
+use sealed::Raw;
+
+impl<T> sealed::Sealed for Buffer<T> {
+    fn raw(&self) -> Option<&Arc<Raw>> {
+        self.raw.as_ref()
+    }
+}
+
+/// A buffer of whatever type, to be bound.
+pub trait AnyBuffer: sealed::Sealed {}
+impl<T> AnyBuffer for Buffer<T> {}
+
+/// How many threads a dispatch has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Threads {
+    /// A one-dimensional range, spread over x and y workgroups where it has more than one dimension
+    /// holds. The shader gets its index from `linear_id` and compares it with the count.
+    Linear(u64),
+    /// Threads along each axis, rounded up to workgroups.
+    Grid([u32; 3]),
+    Workgroups([u32; 3]),
+}
+
+impl Threads {
+    /// Workgroups along each axis; any zero means no work. None if they do not fit.
+    fn workgroups(self, size: [u32; 3], per_dimension: u32) -> Option<[u32; 3]> {
+        let groups = match self {
+            Threads::Linear(threads) => {
+                let groups = threads.div_ceil(size.iter().map(|&s| u64::from(s)).product::<u64>().max(1));
+                let rows = groups.div_ceil(u64::from(per_dimension));
+                let columns = if rows == 0 { 0 } else { groups.div_ceil(rows) };
+                // linear_id is a u32
+                let in_range = threads <= 1 << 32;
+                [u32::try_from(columns).ok().filter(|_| in_range)?, u32::try_from(rows).ok()?, 1]
+            }
+            Threads::Grid(threads) => [0, 1, 2].map(|i| threads[i].div_ceil(size[i].max(1))),
+            Threads::Workgroups(groups) => groups,
+        };
+        groups.iter().all(|&g| g <= per_dimension).then_some(groups)
+    }
+}
+
+/// A read-back to be taken from `Done`.
+#[derive(Debug)]
+pub struct Pending<T> {
+    recorder: u64,
+    index: usize,
+    len: usize,
+    values: PhantomData<fn() -> T>,
+}
+
+enum Command {
+    Dispatch {
+        kernel: &'static Kernel,
+        /// Where its Params lie in the recorder's uniforms.
+        params: (u64, u64),
+        storage: Vec<Arc<Raw>>,
+        workgroups: [u32; 3],
+    },
+    Read {
+        from: Arc<Raw>,
+        to: wgpu::Buffer,
+        bytes: u64,
+    },
+}
+
+/// The commands of one submission, in order. Later commands see what earlier ones wrote.
+pub struct Recorder<'a> {
+    gpu: &'a Gpu,
+    label: &'static str,
+    id: u64,
+    commands: Vec<Command>,
+    uniforms: Vec<u8>,
+    reads: usize,
+    error: Option<Error>,
+}
+
+impl<'a> Recorder<'a> {
+    pub(super) fn new(gpu: &'a Gpu, label: &'static str) -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        let id = NEXT.fetch_add(1, Ordering::Relaxed);
+        Recorder { gpu, label, id, commands: Vec::new(), uniforms: Vec::new(), reads: 0, error: None }
+    }
+
+    /// A buffer with these contents. May be empty.
+    pub fn upload<T: Pod>(&mut self, label: &'static str, data: &[T]) -> Buffer<T> {
+        self.new_buffer(label, data.len(), Some(bytemuck::cast_slice(data)))
+    }
+
+    /// A buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
+    pub fn buffer<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
+        let poison = match self.gpu.poison() {
+            true => vec![POISON; (len * size_of::<T>()).div_ceil(4)],
+            false => Vec::new(),
+        };
+        let fill: &[u8] = bytemuck::cast_slice(&poison);
+        self.new_buffer(label, len, (!fill.is_empty()).then_some(fill))
+    }
+
+    /// A buffer of zero bytes.
+    pub fn zeros<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
+        // wgpu clears whatever is not written.
+        self.new_buffer(label, len, None)
+    }
+
+    fn new_buffer<T: Pod>(&mut self, label: &'static str, len: usize, contents: Option<&[u8]>) -> Buffer<T> {
+        let failed = Buffer { raw: None, len, values: PhantomData };
+        if self.error.is_some() {
+            return failed;
+        }
+        let bytes = match (len as u64).saturating_mul(size_of::<T>() as u64) {
+            0 => EMPTY_BYTES,
+            bytes => bytes.next_multiple_of(4),
+        };
+        if bytes > self.gpu.limits.max_buffer_size {
+            let limit = self.gpu.limits.max_buffer_size;
+            self.fail(
+                self.label,
+                format!("buffer {label} of {bytes} bytes is larger than the adapter's {limit}"),
+            );
+            return failed;
+        }
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        match self.filled_buffer(label, bytes, usage, contents) {
+            Ok(buffer) => Buffer { raw: Some(Arc::new(Raw { buffer, label })), len, values: PhantomData },
+            Err(e) => {
+                self.error = Some(e);
+                failed
+            }
+        }
+    }
+
+    fn filled_buffer(
+        &self,
+        label: &str,
+        bytes: u64,
+        usage: wgpu::BufferUsages,
+        contents: Option<&[u8]>,
+    ) -> Result<wgpu::Buffer> {
+        let contents = contents.filter(|c| !c.is_empty());
+        let descriptor = wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes,
+            usage,
+            mapped_at_creation: contents.is_some(),
+        };
+        let buffer = self.gpu.scoped(self.label, || self.gpu.device.create_buffer(&descriptor))?;
+        if let Some(contents) = contents {
+            let mut view = buffer
+                .get_mapped_range_mut(..)
+                .map_err(|e| self.gpu.error(self.label, format!("buffer {label} cannot be written: {e}")))?;
+            view.slice(..contents.len()).copy_from_slice(contents);
+            drop(view);
+            self.gpu.scoped(self.label, || buffer.unmap())?;
+        }
+        Ok(buffer)
+    }
+
+    fn fail(&mut self, kernel: &str, problem: String) {
+        if self.error.is_none() {
+            self.error = Some(self.gpu.error(kernel, problem));
+        }
+    }
+
+    /// Runs `kernel` on `threads` threads. `params` is `&()` for a kernel without a uniform. Zero
+    /// threads do nothing.
+    pub fn dispatch<P: Pod>(
+        &mut self,
+        kernel: &'static Kernel,
+        params: &P,
+        storage: &[&dyn AnyBuffer],
+        threads: Threads,
+    ) {
+        if self.error.is_some() {
+            return;
+        }
+        match self.dispatch_command(kernel, bytemuck::bytes_of(params), storage, threads) {
+            Ok(Some(command)) => self.commands.push(command),
+            Ok(None) => {}
+            Err(problem) => self.fail(kernel.stem, problem),
+        }
+    }
+
+    fn dispatch_command(
+        &mut self,
+        kernel: &'static Kernel,
+        params: &[u8],
+        storage: &[&dyn AnyBuffer],
+        threads: Threads,
+    ) -> Result<Option<Command>, String> {
+        let expected = kernel.params.map_or(0, |p| p.size);
+        if params.len() != expected {
+            return Err(format!("Params of {} bytes given, {expected} expected", params.len()));
+        }
+        if storage.len() != kernel.storage.len() {
+            return Err(format!(
+                "{} storage buffers given, {} expected",
+                storage.len(),
+                kernel.storage.len()
+            ));
+        }
+        let per_dimension = self.gpu.limits.max_compute_workgroups_per_dimension;
+        let workgroups = threads
+            .workgroups(kernel.workgroup, per_dimension)
+            .ok_or_else(|| format!("{threads:?} is more than {per_dimension} workgroups along an axis"))?;
+        let storage: Vec<_> = storage.iter().filter_map(|b| b.raw().cloned()).collect();
+        if storage.len() != kernel.storage.len() {
+            return Err("a storage buffer comes from a recorder that failed".to_string());
+        }
+        let limit = self.gpu.max_binding_bytes();
+        if let Some(raw) = storage.iter().find(|raw| raw.buffer.size() > limit.max(EMPTY_BYTES)) {
+            return Err(format!(
+                "buffer {} of {} bytes exceeds the {limit} that one binding holds",
+                raw.label,
+                raw.buffer.size()
+            ));
+        }
+        if workgroups.contains(&0) {
+            return Ok(None);
+        }
+        let alignment = self.gpu.limits.min_uniform_buffer_offset_alignment as usize;
+        self.uniforms.resize(self.uniforms.len().next_multiple_of(alignment), 0);
+        let at = self.uniforms.len() as u64;
+        self.uniforms.extend_from_slice(params);
+        Ok(Some(Command::Dispatch { kernel, params: (at, params.len() as u64), storage, workgroups }))
+    }
+
+    /// Copies the buffer, as it is at this point of the commands, back to the host.
+    pub fn read<T: Pod>(&mut self, buffer: &Buffer<T>) -> Pending<T> {
+        let pending = Pending { recorder: self.id, index: self.reads, len: buffer.len, values: PhantomData };
+        self.reads += 1;
+        if self.error.is_some() {
+            return pending;
+        }
+        let Some(from) = buffer.raw.clone() else {
+            self.fail(self.label, "a buffer to be read comes from a recorder that failed".to_string());
+            return pending;
+        };
+        let bytes = from.buffer.size();
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        match self.filled_buffer(from.label, bytes, usage, None) {
+            Ok(to) => self.commands.push(Command::Read { from, to, bytes }),
+            Err(e) => self.error = Some(e),
+        }
+        pending
+    }
+
+    /// The kernels that an error can come from, for its message.
+    fn kernels(&self) -> String {
+        let mut stems = Vec::new();
+        for command in &self.commands {
+            if let Command::Dispatch { kernel, .. } = command
+                && !stems.contains(&kernel.stem)
+            {
+                stems.push(kernel.stem);
+            }
+        }
+        if stems.is_empty() { self.label.to_string() } else { stems.join("+") }
+    }
+
+    /// Runs all commands in one submission and waits for them.
+    pub fn submit(mut self) -> Result<Done> {
+        if let Some(e) = self.error.take() {
+            return Err(e);
+        }
+        let kernels = self.kernels();
+        let gpu = self.gpu;
+        let commands = self.encode()?;
+        let reads: Vec<wgpu::Buffer> = self
+            .commands
+            .into_iter()
+            .filter_map(|c| match c {
+                Command::Read { to, .. } => Some(to),
+                Command::Dispatch { .. } => None,
+            })
+            .collect();
+
+        let start = Instant::now();
+        let index = gpu.scoped(&kernels, || gpu.queue.submit([commands]))?;
+        let refused = Arc::new(Mutex::new(None));
+        gpu.scoped(&kernels, || {
+            for buffer in &reads {
+                let refused = Arc::clone(&refused);
+                buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+                    if let (Err(e), Ok(mut refused)) = (result, refused.lock()) {
+                        *refused = Some(e.to_string());
+                    }
+                });
+            }
+        })?;
+        // wgpu panics when the device is lost while it waits.
+        let waited = catch_unwind(AssertUnwindSafe(|| {
+            gpu.device.poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: None })
+        }));
+        let seconds = start.elapsed().as_secs_f64();
+        gpu.check_sink(&kernels)?;
+        match waited {
+            Ok(Ok(_)) => {}
+            Ok(Err(e)) => return Err(gpu.error(&kernels, format!("waiting failed: {e}"))),
+            Err(_) => return Err(gpu.error(&kernels, "the device was lost")),
+        }
+        if let Some(e) = refused.lock().ok().and_then(|mut r| r.take()) {
+            return Err(gpu.error(&kernels, format!("results cannot be read: {e}")));
+        }
+        let mut mapped = Vec::with_capacity(reads.len());
+        for buffer in &reads {
+            let view = buffer
+                .get_mapped_range(..)
+                .map_err(|e| gpu.error(&kernels, format!("results cannot be read: {e}")))?;
+            mapped.push(Some(view));
+        }
+        Ok(Done { recorder: self.id, reads: mapped, seconds })
+    }
+
+    fn encode(&self) -> Result<wgpu::CommandBuffer> {
+        let gpu = self.gpu;
+        let usage = wgpu::BufferUsages::UNIFORM;
+        let bytes = (self.uniforms.len() as u64).next_multiple_of(16).max(16);
+        let uniforms = self.filled_buffer("params", bytes, usage, Some(&self.uniforms))?;
+        // Pipelines and bind groups first, each in its own scope, so that an error names the kernel.
+        let mut prepared = Vec::new();
+        for command in &self.commands {
+            let Command::Dispatch { kernel, params, storage, .. } = command else { continue };
+            let pipeline = gpu.pipeline(kernel)?;
+            let uniform = kernel.params.map(|_| wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &uniforms,
+                    offset: params.0,
+                    size: std::num::NonZeroU64::new(params.1),
+                }),
+            });
+            let bound = storage.iter().zip(1..).map(|(raw, binding)| wgpu::BindGroupEntry {
+                binding,
+                resource: raw.buffer.as_entire_binding(),
+            });
+            let entries: Vec<_> = uniform.into_iter().chain(bound).collect();
+            let group = gpu.scoped(kernel.stem, || {
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some(kernel.stem),
+                    layout: &pipeline.layout,
+                    entries: &entries,
+                })
+            })?;
+            prepared.push((pipeline, group));
+        }
+        gpu.scoped(&self.kernels(), || {
+            let label = Some(self.label);
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+            let mut prepared = prepared.iter();
+            let mut commands = self.commands.iter().peekable();
+            while let Some(command) = commands.next() {
+                match command {
+                    Command::Read { from, to, bytes } => {
+                        encoder.copy_buffer_to_buffer(&from.buffer, 0, to, 0, *bytes);
+                    }
+                    Command::Dispatch { workgroups, .. } => {
+                        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                            label,
+                            timestamp_writes: None,
+                        });
+                        let mut workgroups = Some(workgroups);
+                        while let Some([x, y, z]) = workgroups
+                            && let Some((pipeline, group)) = prepared.next()
+                        {
+                            pass.set_pipeline(&pipeline.pipeline);
+                            pass.set_bind_group(0, group, &[]);
+                            pass.dispatch_workgroups(*x, *y, *z);
+                            workgroups = match commands.peek() {
+                                Some(Command::Dispatch { workgroups, .. }) => {
+                                    commands.next();
+                                    Some(workgroups)
+                                }
+                                _ => None,
+                            };
+                        }
+                    }
+                }
+            }
+            encoder.finish()
+        })
+    }
+}
+
+/// The results of a submission that succeeded.
+pub struct Done {
+    recorder: u64,
+    reads: Vec<Option<wgpu::BufferView>>,
+    seconds: f64,
+}
+
+impl Done {
+    /// The values read back, in the host's memory.
+    ///
+    /// # Panics
+    /// If `pending` comes from another recorder.
+    pub fn take<T: Pod>(&mut self, pending: Pending<T>) -> Vec<T> {
+        assert_eq!(pending.recorder, self.recorder, "a Pending of another recorder");
+        let mut values = vec![T::zeroed(); pending.len];
+        if let Some(view) = self.reads[pending.index].take() {
+            let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
+            let len = bytes.len();
+            bytes.copy_from_slice(&view[..len]);
+        }
+        values
+    }
+
+    /// Host time from submission to completion, pipelines already built, read-backs included, in s.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::compare::{is_poison, test_device_name, test_gpu};
+    use crate::gpu::{Access, Gpu, Tolerance, Want};
+    use crate::gpu_struct;
+
+    gpu_struct! {
+        struct Params { count: u32, scale: f32 }
+    }
+
+    const LINEAR: &str = include_str!("../../shaders/shared/linear.wgsl");
+    const EXACT: Tolerance = Tolerance { relative_l2: 0.0, reason: "integers" };
+
+    /// out[i] = scale * in[i] + i
+    static SCALE: Kernel = Kernel {
+        stem: "test/scale",
+        sources: &[
+            LINEAR,
+            "struct Params { count: u32, scale: f32 }
+            @group(0) @binding(0) var<uniform> params: Params;
+            @group(0) @binding(1) var<storage, read> input: array<f32>;
+            @group(0) @binding(2) var<storage, read_write> output: array<f32>;
+            @compute @workgroup_size(64) fn main(@builtin(workgroup_id) wg: vec3<u32>,
+                @builtin(num_workgroups) nwg: vec3<u32>, @builtin(local_invocation_index) li: u32) {
+                let i = linear_id(wg, nwg, li, 64u);
+                if i < params.count { output[i] = params.scale * input[i] + f32(i); }
+            }",
+        ],
+        workgroup: [64, 1, 1],
+        params: Some(Params::LAYOUT),
+        storage: &[Access::Read, Access::ReadWrite],
+        structs: &[],
+        tolerance: EXACT,
+    };
+
+    /// counts[i] += 1, for Linear dispatches beyond one dimension
+    static VISIT: Kernel = Kernel {
+        stem: "test/visit",
+        sources: &[
+            LINEAR,
+            "struct Params { count: u32, scale: f32 }
+            @group(0) @binding(0) var<uniform> params: Params;
+            @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
+            @compute @workgroup_size(1) fn main(@builtin(workgroup_id) wg: vec3<u32>,
+                @builtin(num_workgroups) nwg: vec3<u32>, @builtin(local_invocation_index) li: u32) {
+                let i = linear_id(wg, nwg, li, 1u);
+                if i < params.count { counts[i] += 1u; }
+            }",
+        ],
+        workgroup: [1, 1, 1],
+        storage: &[Access::ReadWrite],
+        params: Some(Params::LAYOUT),
+        structs: &[],
+        tolerance: EXACT,
+    };
+
+    #[test]
+    fn a_chain_of_dispatches_sees_earlier_writes() {
+        let gpu = test_gpu();
+        let n = 1000;
+        let input: Vec<f32> = (0..n).map(|i| i as f32).collect();
+        let mut r = gpu.recorder("chain");
+        let a = r.upload("a", &input);
+        let b = r.buffer::<f32>("b", n);
+        let c = r.zeros::<f32>("c", n + 8);
+        let early = r.read(&c);
+        r.dispatch(&SCALE, &Params { count: n as u32, scale: 2.0 }, &[&a, &b], Threads::Linear(n as u64));
+        r.dispatch(
+            &SCALE,
+            &Params { count: n as u32 - 8, scale: -1.0 },
+            &[&b, &c],
+            Threads::Grid([n as u32, 1, 1]),
+        );
+        let (b, c) = (r.read(&b), r.read(&c));
+        let mut done = r.submit().unwrap();
+        assert!(done.seconds() > 0.0);
+        assert_eq!(done.take(early), vec![0.0; n + 8]);
+        assert_eq!(done.take(b), (0..n).map(|i| 3.0 * i as f32).collect::<Vec<_>>());
+        let expected = (0..n + 8).map(|i| if i < n - 8 { -2.0 * i as f32 } else { 0.0 });
+        assert_eq!(done.take(c), expected.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn buffers_outlive_their_recorder_and_odd_sizes_come_back() {
+        let gpu = test_gpu();
+        let mut r = gpu.recorder("first");
+        let bytes: Vec<u8> = (0..7).collect();
+        let kept = r.upload("kept", &bytes);
+        r.submit().unwrap();
+        let mut r = gpu.recorder("second");
+        let (pending, empty) = (r.read(&kept), r.upload::<[f32; 4]>("empty", &[]));
+        let empty_read = r.read(&empty);
+        let mut done = r.submit().unwrap();
+        assert_eq!(done.take(pending), bytes);
+        assert!(empty.is_empty() && done.take(empty_read).is_empty());
+    }
+
+    #[test]
+    fn unwritten_values_show() {
+        let gpu = test_gpu();
+        let mut r = gpu.recorder("poison");
+        let (a, b) = (r.upload("a", &[1.0_f32; 64]), r.buffer::<f32>("b", 64));
+        r.dispatch(&SCALE, &Params { count: 60, scale: 1.0 }, &[&a, &b], Threads::Linear(60));
+        let b = r.read(&b);
+        let b = r.submit().unwrap().take(b);
+        assert!(b[..60].iter().all(|v| v.is_finite()) && b[60..].iter().all(is_poison));
+    }
+
+    #[test]
+    fn linear_reaches_every_index_once() {
+        let n = 65_535 * 3 + 7;
+        let gpu = test_gpu();
+        let mut r = gpu.recorder("linear");
+        let counts = r.zeros::<u32>("counts", n);
+        r.dispatch(&VISIT, &Params { count: n as u32, scale: 0.0 }, &[&counts], Threads::Linear(n as u64));
+        r.dispatch(&VISIT, &Params { count: n as u32, scale: 0.0 }, &[&counts], Threads::Linear(0));
+        let counts = r.read(&counts);
+        assert_eq!(r.submit().unwrap().take(counts), vec![1; n]);
+    }
+
+    #[test]
+    fn workgroup_counts() {
+        let w = |t: Threads, size| t.workgroups(size, 65_535);
+        assert_eq!(w(Threads::Linear(65), [64, 1, 1]), Some([2, 1, 1]));
+        assert_eq!(w(Threads::Linear(65_536), [1, 1, 1]), Some([32_768, 2, 1]));
+        assert_eq!(w(Threads::Linear(0), [64, 1, 1]), Some([0, 0, 1]));
+        assert_eq!(w(Threads::Linear((1 << 32) + 1), [64, 1, 1]), None);
+        assert_eq!(w(Threads::Grid([9, 8, 1]), [8, 8, 1]), Some([2, 1, 1]));
+        assert_eq!(w(Threads::Workgroups([65_536, 1, 1]), [1, 1, 1]), None);
+    }
+
+    fn error_of(f: impl FnOnce(&mut Recorder<'_>)) -> String {
+        let mut r = test_gpu().recorder("faulty");
+        f(&mut r);
+        let e = r.submit().err().expect("must fail");
+        assert_eq!(e.exit_code(), 1);
+        let text = e.to_string();
+        assert!(text.contains(&test_gpu().report().name) && !text.contains('\n'), "{text}");
+        text
+    }
+
+    #[test]
+    fn faults_are_errors_that_name_the_kernel() {
+        static BROKEN: Kernel =
+            Kernel { stem: "test/broken", sources: &["fn main() { return 1; }"], ..SCALE };
+        static LIES: Kernel = Kernel { stem: "test/lies", storage: &[Access::Read, Access::Read], ..SCALE };
+        let p = Params { count: 4, scale: 1.0 };
+        let four = Threads::Linear(4);
+        for (kernel, name) in [(&BROKEN, "test/broken"), (&LIES, "test/lies")] {
+            let text = error_of(|r| {
+                let (a, b) = (r.zeros::<f32>("a", 4), r.zeros::<f32>("b", 4));
+                r.dispatch(kernel, &p, &[&a, &b], four);
+                r.dispatch(&SCALE, &p, &[&a, &b], four);
+            });
+            assert!(text.contains(name), "{text}");
+        }
+        // The same buffer read and written
+        let text = error_of(|r| {
+            let a = r.zeros::<f32>("a", 4);
+            r.dispatch(&SCALE, &p, &[&a, &a], four);
+        });
+        assert!(text.contains("test/scale"), "{text}");
+        let text = error_of(|r| {
+            let a = r.zeros::<f32>("a", 4);
+            r.dispatch(&SCALE, &p, &[&a], four);
+        });
+        assert!(text.contains("1 storage buffers given, 2 expected"), "{text}");
+        let text = error_of(|r| {
+            let a = r.zeros::<u32>("a", 4);
+            r.dispatch(&VISIT, &1u32, &[&a], four);
+        });
+        assert!(text.contains("Params of 4 bytes given, 8 expected"), "{text}");
+        let text = error_of(|r| drop(r.zeros::<u8>("huge", 1 << 50)));
+        assert!(text.contains("buffer huge of 1125899906842624 bytes"), "{text}");
+        // and the device goes on working
+        let mut r = test_gpu().recorder("after");
+        let a = r.upload("a", &[5u32]);
+        let a = r.read(&a);
+        assert_eq!(r.submit().unwrap().take(a), [5]);
+    }
+
+    #[test]
+    fn binding_limit_is_enforced() {
+        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_binding_limit(1024);
+        assert_eq!(gpu.max_binding_bytes(), 1024);
+        for (len, good) in [(256, true), (257, false)] {
+            let mut r = gpu.recorder("limit");
+            let counts = r.zeros::<u32>("counts", len);
+            r.dispatch(&VISIT, &Params { count: 4, scale: 0.0 }, &[&counts], Threads::Linear(4));
+            let result = r.submit();
+            assert_eq!(result.is_ok(), good);
+            if let Err(e) = result {
+                assert!(e.to_string().contains("counts of 1028 bytes exceeds the 1024"), "{e}");
+            }
+        }
+    }
+}
