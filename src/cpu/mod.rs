@@ -2,5 +2,7 @@
 //! tested against. Mirrors `shaders/` stem for stem.
 
 pub mod adc;
+pub mod dsp;
 pub mod rcs;
+pub mod simd;
 pub mod trace;

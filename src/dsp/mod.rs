@@ -1,6 +1,44 @@
 //! From the cube to range-Doppler cells, detections and angles.
+//!
+//! Types, tables and planning that both engines share, and the host side of the kernels. The order
+//! of the chain is [`fft`] (range, then Doppler) -> [`power`] -> [`cfar_ca`] or [`cfar_os`] ->
+//! [`peaks`] -> [`snapshot`] -> [`doa_beamform`].
 
 use num_complex::Complex;
+
+pub mod cfar;
+pub mod cfar_ca;
+pub mod cfar_os;
+pub mod doa_beamform;
+pub mod fft;
+pub mod peaks;
+pub mod window;
+
+/// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.
+pub trait Real: rustfft::FftNum + rustfft::num_traits::Float + Default + std::iter::Sum {
+    /// Rounds to this type.
+    fn of(x: f64) -> Self;
+    /// The same value in f64.
+    fn wide(self) -> f64;
+}
+
+impl Real for f32 {
+    fn of(x: f64) -> f32 {
+        x as f32
+    }
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    fn of(x: f64) -> f64 {
+        x
+    }
+    fn wide(self) -> f64 {
+        self
+    }
+}
 
 /// The complex range-Doppler spectrum, `[doppler, channel, range]`, zero Doppler in the middle row,
 /// rows growing with range rate. Normalised so that |X|^2 of a target in the middle of its cell is
@@ -21,9 +59,58 @@ pub struct PowerMap<T> {
     pub data: Vec<T>,
 }
 
+impl<T: Copy> PowerMap<T> {
+    pub fn at(&self, doppler: usize, range: usize) -> T {
+        self.data[doppler * self.range_bins + range]
+    }
+}
+
 /// A cell of the map that passed the detector and is the largest of its neighbourhood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
     pub doppler: u32,
     pub range: u32,
+}
+
+/// What the detector found, cell by cell, `[doppler, range]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detection<T> {
+    pub mask: Vec<bool>,
+    /// Estimated mean noise power in W: for CA the mean of the training cells, for OS their order
+    /// statistic divided by its expectation on noise of unit mean.
+    pub noise: Vec<T>,
+    /// Threshold over `noise`, one number for each range column (it changes at the edges).
+    pub ratio: Vec<T>,
+}
+
+impl<T: Real> Detection<T> {
+    /// The power in W that a cell has to exceed.
+    pub fn threshold(&self, doppler: usize, range: usize) -> T {
+        self.noise[doppler * self.ratio.len() + range] * self.ratio[range]
+    }
+}
+
+/// The spectrum of every channel in the detected cells, `[cell, channel]`, in sqrt(W).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshots<T> {
+    pub channels: usize,
+    pub data: Vec<Complex<T>>,
+}
+
+impl<T> Snapshots<T> {
+    /// All channels of one cell.
+    pub fn of(&self, cell: usize) -> &[Complex<T>] {
+        &self.data[cell * self.channels..(cell + 1) * self.channels]
+    }
+}
+
+/// All that the chain says about a frame short of angles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RangeDoppler<T> {
+    pub map: PowerMap<T>,
+    pub detection: Detection<T>,
+    /// Strongest first.
+    pub cells: Vec<Cell>,
+    /// In the order of `cells`.
+    pub snapshots: Snapshots<T>,
 }

@@ -1,0 +1,30 @@
+//! Bartlett beamformer (CONVENTIONS eq. 19).
+
+use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::{Real, Snapshots};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+/// |y|^2 in W, `[cell, elevation, azimuth]`. `range_rates_mps`: one for each cell, from its
+/// interpolated row.
+pub fn spectra<T: Real>(beam: &Beamformer, snapshots: &Snapshots<T>, range_rates_mps: &[f64]) -> Vec<T> {
+    let channels = beam.channels();
+    let complex = |z: num_complex::Complex64| Complex::new(T::of(z.re), T::of(z.im));
+    let steering: Vec<Complex<T>> = beam.steering().into_iter().map(complex).collect();
+    let mut out = vec![T::zero(); beam.grid.len() * range_rates_mps.len()];
+    out.par_chunks_mut(beam.grid.len()).enumerate().for_each_init(Vec::new, |x, (cell, out)| {
+        x.clear();
+        x.extend(
+            snapshots
+                .of(cell)
+                .iter()
+                .enumerate()
+                .map(|(c, z)| *z * complex(beam.correction(c, range_rates_mps[cell]))),
+        );
+        for (p, steer) in out.iter_mut().zip(steering.chunks_exact(channels)) {
+            let y: Complex<T> = x.iter().zip(steer).map(|(x, s)| x * s).sum();
+            *p = y.norm_sqr();
+        }
+    });
+    out
+}

@@ -1,0 +1,53 @@
+//! Cell-averaging CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17).
+
+use super::cfar::{check_pfa, ln_series, solve_factor};
+use crate::error::Result;
+
+/// The factor on the mean of `training` cells that gives `pfa` when every cell is the mean of
+/// `channels` independent exponentials: F^-1(1 - pfa; 2K, 2KN).
+///
+/// With w = N/(N + alpha), pfa = I_w(KN, K) = w^(KN) sum_{j<K} (KN)_j / j! (1 - w)^j, a sum of
+/// positive terms because K is whole; solved in logarithms, so it holds for any pfa that f64 has.
+/// Errors: pfa outside 0..1.
+pub fn factor(channels: usize, training: usize, pfa: f64) -> Result<f64> {
+    check_pfa(pfa)?;
+    let (k, n) = (channels as f64, training as f64);
+    let ln_pfa = |alpha: f64| {
+        let z = alpha / (n + alpha);
+        -k * n * (alpha / n).ln_1p()
+            + ln_series((1..channels).map(|j| (k * n + j as f64 - 1.0) / j as f64 * z))
+    };
+    solve_factor(ln_pfa, pfa.ln())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::function::beta::beta_reg;
+
+    #[test]
+    fn known_factors() {
+        // Single look: N (pfa^(-1/N) - 1).
+        for (n, pfa) in [(100, 0.1), (1, 1e-2), (16, 1e-6), (2000, 1e-12), (8, 0.9)] {
+            let want = n as f64 * (-f64::ln(pfa) / n as f64).exp_m1();
+            let got = factor(1, n, pfa).unwrap();
+            assert!((got / want - 1.0).abs() < 1e-12, "{n} {pfa}: {got} {want}");
+        }
+        assert!((factor(1, 100, 0.1).unwrap() - 2.3293).abs() < 5e-5);
+        assert!((factor(12, 216, 1e-3).unwrap() - 2.138).abs() < 5e-4);
+    }
+
+    #[test]
+    fn agrees_with_the_beta_distribution() {
+        for k in [1, 2, 12, 16, 48, 192] {
+            for n in [1, 2, 16, 216, 2000] {
+                for pfa in [0.5, 1e-1, 1e-3, 1e-6, 1e-10] {
+                    let alpha = factor(k, n, pfa).unwrap();
+                    let (kf, nf) = (k as f64, n as f64);
+                    let back = beta_reg(kf * nf, kf, nf / (nf + alpha));
+                    assert!((back / pfa - 1.0).abs() < 1e-6, "K {k} N {n} pfa {pfa}: {back}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Bartlett beamformer over the virtual array: grid, steering matrix, peaks, and the host side of the
+//! kernel (CONVENTIONS eq. 19).
+
+use super::peaks::parabola;
+use super::{Real, window};
+use crate::error::{BadInput, Result};
+use crate::frames::direction_from_angles;
+use crate::scene::radar::Radar;
+use crate::units::wavenumber;
+use glam::DVec3;
+use num_complex::{Complex, Complex64};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Directions that are looked at. Both axes are uniform in the *sine* of the angle, from -sin(fov)
+/// to +sin(fov): a beam of a planar array is as wide in sines everywhere, so that no part of the
+/// field of view is sampled finer than another. One bin stands at angle 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    pub azimuth_rad: Vec<f64>,
+    pub elevation_rad: Vec<f64>,
+}
+
+impl Grid {
+    /// Errors: no bins, or a field of view outside 0..=90 degrees to each side.
+    pub fn new(radar: &Radar) -> Result<Self> {
+        let p = &radar.processing;
+        Ok(Grid {
+            azimuth_rad: sine_axis("azimuth", p.azimuth_bins, p.azimuth_fov_rad)?,
+            elevation_rad: sine_axis("elevation", p.elevation_bins, p.elevation_fov_rad)?,
+        })
+    }
+
+    pub fn len(&self) -> usize {
+        self.azimuth_rad.len() * self.elevation_rad.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+fn sine_axis(name: &str, bins: usize, fov: f64) -> Result<Vec<f64>> {
+    if bins == 0 {
+        return Err(BadInput::new("the beamformer needs at least one bin")
+            .key(format!("processing.{name}_bins"))
+            .value(bins)
+            .allowed("1 or more")
+            .into());
+    }
+    if bins == 1 {
+        return Ok(vec![0.0]);
+    }
+    if !(fov > 0.0 && fov <= FRAC_PI_2 + 1e-9) {
+        return Err(BadInput::new("not a field of view")
+            .key(format!("processing.{name}_fov"))
+            .value(format!("{:.3} deg", fov.to_degrees()))
+            .allowed("0 to 90 deg to each side")
+            .into());
+    }
+    let edge = fov.min(FRAC_PI_2).sin();
+    Ok((0..bins)
+        .map(|i| (edge * (2.0 * i as f64 / (bins - 1) as f64 - 1.0)).clamp(-1.0, 1.0).asin())
+        .collect())
+}
+
+/// Where the beamformer's power peaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Angle {
+    pub azimuth_rad: f64,
+    pub elevation_rad: f64,
+    /// y of eq. 19 in that direction, sqrt(W).
+    pub amplitude: Complex64,
+}
+
+/// A radar's array, ready to look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Beamformer {
+    pub grid: Grid,
+    /// Position of each virtual channel, p_tx + p_rx, sensor frame.
+    position_m: Vec<DVec3>,
+    /// w_c / sum(w).
+    weight: Vec<f64>,
+    /// TDM slot of each channel: the transmitter's number.
+    slot: Vec<usize>,
+    wavenumber: f64,
+    /// Phase that a channel gathers per slot and m/s of range rate: 2 pi (2/lambda) T_c.
+    slot_phase: f64,
+}
+
+impl Beamformer {
+    /// Channel weights are the angle window at the channels' positions along y
+    /// ([`window::at_positions`]). Errors: those of [`Grid::new`] and of the window; no antennas.
+    pub fn new(radar: &Radar) -> Result<Self> {
+        let grid = Grid::new(radar)?;
+        let (mut position_m, mut slot) = (Vec::new(), Vec::new());
+        for (k, tx) in radar.tx.iter().enumerate() {
+            for rx in &radar.rx {
+                position_m.push(tx.position_m + rx.position_m);
+                slot.push(k);
+            }
+        }
+        if slot.is_empty() {
+            return Err(BadInput::new("the radar has no channels").key("tx, rx").into());
+        }
+        let y: Vec<f64> = position_m.iter().map(|p| p.y).collect();
+        let w = window::at_positions(radar.processing.angle_window, &y)?;
+        let sum: f64 = w.iter().sum();
+        Ok(Beamformer {
+            grid,
+            position_m,
+            weight: w.iter().map(|v| v / sum).collect(),
+            slot,
+            wavenumber: wavenumber(radar.carrier_hz),
+            slot_phase: TAU * 2.0 / radar.wavelength_m() * radar.chirp_period_s,
+        })
+    }
+
+    pub fn channels(&self) -> usize {
+        self.slot.len()
+    }
+
+    /// w_c e^{+jk u.(p_tx + p_rx)} / sum(w) of one channel towards the unit vector `u`.
+    fn steer(&self, channel: usize, u: DVec3) -> Complex64 {
+        Complex64::cis(self.wavenumber * u.dot(self.position_m[channel])) * self.weight[channel]
+    }
+
+    /// The steering matrix of the grid, `[elevation, azimuth, channel]`.
+    pub fn steering(&self) -> Vec<Complex64> {
+        let mut out = Vec::with_capacity(self.grid.len() * self.channels());
+        for e in &self.grid.elevation_rad {
+            for a in &self.grid.azimuth_rad {
+                let u = direction_from_angles(*a, *e);
+                out.extend((0..self.channels()).map(|c| self.steer(c, u)));
+            }
+        }
+        out
+    }
+
+    /// The factor that takes out of a channel the phase that a target of this range rate gathers
+    /// between transmitters: e^{-j 2 pi (2v/lambda) k T_c}.
+    pub fn correction(&self, channel: usize, range_rate_mps: f64) -> Complex64 {
+        Complex64::cis(-self.slot_phase * range_rate_mps * self.slot[channel] as f64)
+    }
+
+    /// y of eq. 19 in any direction, in f64. `snapshot`: one value per channel.
+    pub fn amplitude<T: Real>(
+        &self,
+        snapshot: &[Complex<T>],
+        range_rate_mps: f64,
+        azimuth_rad: f64,
+        elevation_rad: f64,
+    ) -> Complex64 {
+        let u = direction_from_angles(azimuth_rad, elevation_rad);
+        snapshot
+            .iter()
+            .enumerate()
+            .map(|(c, x)| {
+                Complex64::new(x.re.wide(), x.im.wide())
+                    * self.correction(c, range_rate_mps)
+                    * self.steer(c, u)
+            })
+            .sum()
+    }
+
+    /// The peaks of one cell's angular power, strongest first: local maxima over the grid (in the 3 x
+    /// 3 neighbourhood) not more than `below_db` under the strongest, each moved to the top of a
+    /// parabola through log power on each axis, with the amplitude computed there. Peaks on the
+    /// border of the grid stay there. `below_db` = 0 leaves the strongest alone (of equals, the
+    /// first). Side lobes count as peaks: keep `below_db` above the angle window's side lobes.
+    ///
+    /// `power`: `[elevation, azimuth]` of this cell.
+    pub fn peaks<T: Real>(
+        &self,
+        power: &[T],
+        snapshot: &[Complex<T>],
+        range_rate_mps: f64,
+        below_db: f64,
+    ) -> Vec<Angle> {
+        let (rows, cols) = (self.grid.elevation_rad.len(), self.grid.azimuth_rad.len());
+        let p = |e: usize, a: usize| power[e * cols + a].wide();
+        let mut tops: Vec<(f64, usize, usize)> = Vec::new();
+        for e in 0..rows {
+            for a in 0..cols {
+                let here = p(e, a);
+                let (e0, e1) = (e.saturating_sub(1), (e + 1).min(rows - 1));
+                let (a0, a1) = (a.saturating_sub(1), (a + 1).min(cols - 1));
+                let beaten = (e0..=e1).flat_map(|i| (a0..=a1).map(move |j| (i, j))).any(|(i, j)| {
+                    (i, j) != (e, a) && (p(i, j) > here || (p(i, j) == here && (i, j) < (e, a)))
+                });
+                if !beaten {
+                    tops.push((here, e, a));
+                }
+            }
+        }
+        tops.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let least = tops.first().map_or(0.0, |t| t.0) * crate::units::power_from_db(-below_db.max(0.0));
+        if below_db <= 0.0 {
+            tops.truncate(1);
+        }
+        tops.retain(|t| t.0 >= least);
+        tops.iter()
+            .map(|&(here, e, a)| {
+                let refine = |axis: &[f64], i: usize, power: &dyn Fn(usize) -> f64| {
+                    if i == 0 || i + 1 >= axis.len() {
+                        return axis[i];
+                    }
+                    let (offset, _) = parabola(power(i - 1), here, power(i + 1));
+                    let step = 0.5 * (axis[i + 1].sin() - axis[i - 1].sin());
+                    (axis[i].sin() + offset * step).clamp(-1.0, 1.0).asin()
+                };
+                let azimuth_rad = refine(&self.grid.azimuth_rad, a, &|j| p(e, j));
+                let elevation_rad = refine(&self.grid.elevation_rad, e, &|i| p(i, a));
+                let amplitude = self.amplitude(snapshot, range_rate_mps, azimuth_rad, elevation_rad);
+                Angle { azimuth_rad, elevation_rad, amplitude }
+            })
+            .collect()
+    }
+
+    /// The strongest peak of one cell: [`Self::peaks`] with nothing below it.
+    pub fn strongest<T: Real>(
+        &self,
+        power: &[T],
+        snapshot: &[Complex<T>],
+        range_rate_mps: f64,
+    ) -> Option<Angle> {
+        self.peaks(power, snapshot, range_rate_mps, 0.0).into_iter().next()
+    }
+}

@@ -1,0 +1,481 @@
+//! Processing on the cpu engine against slow definitions, closed forms and statistics.
+
+use catseye::adc::Cube;
+use catseye::cpu::dsp as cpu;
+use catseye::dsp::doa_beamform::Beamformer;
+use catseye::dsp::{Cell, Detection, PowerMap, Snapshots, peaks};
+use catseye::frames::{Pose, direction_from_angles};
+use catseye::scene::radar::*;
+use glam::DVec3;
+use num_complex::{Complex32, Complex64};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+
+/// SplitMix64 (Steele et al. 2014): enough for test noise, and its own code.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+    /// In (0, 1].
+    fn uniform(&mut self) -> f64 {
+        ((self.next() >> 11) + 1) as f64 / (1u64 << 53) as f64
+    }
+    /// Complex, unit variance.
+    fn normal(&mut self) -> Complex64 {
+        Complex64::from_polar((-self.uniform().ln()).sqrt(), TAU * self.uniform())
+    }
+    /// Mean of `looks` unit exponentials.
+    fn gamma(&mut self, looks: usize) -> f64 {
+        -(0..looks).map(|_| self.uniform().ln()).sum::<f64>() / looks as f64
+    }
+}
+
+fn antenna(x: f64, y: f64, z: f64) -> Antenna {
+    let one = Complex64::new(1.0, 0.0);
+    Antenna {
+        position_m: DVec3::new(x, y, z),
+        polarisation: Polarisation { v: one, h: Complex64::default() },
+        gain_dbi: 0.0,
+        pattern: Pattern::Isotropic,
+    }
+}
+
+/// 3 x 4 MIMO: a filled line of 8 half wavelengths, and four more a half wavelength up.
+fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
+    let carrier_hz = 77e9;
+    let half = 0.5 * catseye::units::wavelength_m(carrier_hz);
+    Radar {
+        name: "test".into(),
+        carrier_hz,
+        bandwidth_hz: 1e9,
+        ramp_time_s: 40e-6,
+        chirp_period_s: 55e-6,
+        adc_start_s: 0.0,
+        sample_rate_hz: 12.8e6,
+        samples,
+        chirps,
+        sampling,
+        tx: vec![antenna(0.0, 0.0, 0.0), antenna(0.0, 4.0 * half, 0.0), antenna(0.0, 2.0 * half, half)],
+        rx: (0..4).map(|i| antenna(0.0, i as f64 * half, 0.0)).collect(),
+        tx_power_dbm: 12.0,
+        noise_figure_db: 10.0,
+        thermal_noise: false,
+        mounting: Pose::IDENTITY,
+        processing: Processing {
+            range_window: Window::Hann,
+            doppler_window: Window::Hamming,
+            angle_window: Window::Rectangle,
+            range_fft: samples.next_power_of_two(),
+            doppler_fft: chirps.next_power_of_two(),
+            azimuth_bins: 64,
+            azimuth_fov_rad: 70f64.to_radians(),
+            elevation_bins: 1,
+            elevation_fov_rad: 0.0,
+            cfar: Cfar { kind: CfarKind::Os { rank: 162 }, guard: [2, 1], train: [8, 4], pfa: 1e-6 },
+            max_points: 2000,
+        },
+    }
+}
+
+/// A far target.
+#[derive(Clone, Copy)]
+struct Target {
+    /// Range cell and Doppler row, with fractions.
+    cell: (f64, f64),
+    azimuth: f64,
+    elevation: f64,
+    amplitude: Complex64,
+}
+
+/// Written from eq. 9, 10 and 12, without a line of the engine.
+fn add_target(cube: &mut Cube<f64>, radar: &Radar, target: Target) {
+    let k = TAU / radar.wavelength_m();
+    let (range, row) = target.cell;
+    let fft = radar.processing.doppler_fft;
+    let cycles_per_loop = (row - (fft / 2) as f64) / fft as f64;
+    let u = direction_from_angles(target.azimuth, target.elevation);
+    let n_tx = radar.tx.len();
+    for m in 0..cube.chirps {
+        for (t, tx) in radar.tx.iter().enumerate() {
+            for (r, rx) in radar.rx.iter().enumerate() {
+                let shorter = u.dot(tx.position_m + rx.position_m);
+                let slow = cycles_per_loop * (m as f64 + t as f64 / n_tx as f64);
+                let channel = t * radar.rx.len() + r;
+                for n in 0..cube.samples {
+                    let fast = range * n as f64 / radar.processing.range_fft as f64;
+                    let z = target.amplitude * Complex64::cis(TAU * (fast + slow) - k * shorter);
+                    cube.data[(m * cube.channels + channel) * cube.samples + n] += match radar.sampling {
+                        Sampling::Iq => z,
+                        Sampling::Real => Complex64::new(2f64.sqrt() * z.re, 0.0),
+                    };
+                }
+            }
+        }
+    }
+}
+
+fn noise_cube(radar: &Radar, seed: u64) -> Cube<f64> {
+    let mut random = Random(seed);
+    let mut cube = Cube::zeros(radar.chirps, radar.channels(), radar.samples);
+    for z in &mut cube.data {
+        *z = random.normal();
+        if radar.sampling == Sampling::Real {
+            z.im = 0.0;
+        }
+    }
+    cube
+}
+
+fn relative_l2(got: &[Complex64], want: &[Complex64]) -> f64 {
+    if got.len() != want.len() {
+        return f64::INFINITY;
+    }
+    let error: f64 = got.iter().zip(want).map(|(g, w)| (g - w).norm_sqr()).sum();
+    (error / want.iter().map(|w| w.norm_sqr()).sum::<f64>()).sqrt()
+}
+
+fn wide(z: &[Complex32]) -> Vec<Complex64> {
+    z.iter().map(|z| Complex64::new(z.re.into(), z.im.into())).collect()
+}
+
+#[test]
+fn the_comparison_sees_differences() {
+    let a = [Complex64::new(1.0, 2.0), Complex64::new(-3.0, 0.5)];
+    assert_eq!(relative_l2(&a, &a), 0.0);
+    assert!(relative_l2(&[a[0], -a[1]], &a) > 0.5);
+    assert!(relative_l2(&[a[0], Complex64::new(f64::NAN, 0.0)], &a).is_nan());
+    assert!(relative_l2(&a[..1], &a).is_infinite());
+}
+
+/// Eq. 14 as it is written.
+fn slow_spectrum(cube: &Cube<f64>, radar: &Radar) -> Vec<Complex64> {
+    let p = &radar.processing;
+    let w = |window, n| catseye::dsp::window::coefficients(window, n).unwrap();
+    let (wr, wd) = (w(p.range_window, cube.samples), w(p.doppler_window, cube.chirps));
+    let gain = if radar.sampling == Sampling::Real { 2f64.sqrt() } else { 1.0 };
+    let scale = gain / (wr.iter().sum::<f64>() * wd.iter().sum::<f64>());
+    let mut out = Vec::new();
+    for row in 0..p.doppler_fft {
+        let d = row as f64 - (p.doppler_fft / 2) as f64;
+        for c in 0..cube.channels {
+            for r in 0..radar.range_bins() {
+                let mut sum = Complex64::default();
+                for m in 0..cube.chirps {
+                    for (n, x) in cube.row(m, c).iter().enumerate() {
+                        let turns =
+                            r as f64 * n as f64 / p.range_fft as f64 + d * m as f64 / p.doppler_fft as f64;
+                        sum += x * wr[n] * wd[m] * Complex64::cis(-TAU * turns);
+                    }
+                }
+                out.push(sum * scale);
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn spectrum_is_the_sum_of_eq_14() {
+    for (chirps, samples, sampling) in
+        [(8, 16, Sampling::Iq), (6, 13, Sampling::Iq), (5, 16, Sampling::Real), (1, 1, Sampling::Iq)]
+    {
+        let mut radar = radar(chirps, samples, sampling);
+        radar.processing.cfar = Cfar { kind: CfarKind::Ca, guard: [0, 0], train: [0, 1], pfa: 0.1 };
+        radar.processing.range_fft = radar.processing.range_fft.max(4);
+        let cube = noise_cube(&radar, 7);
+        let (spectrum, _) = cpu::process(&cube, &radar).unwrap();
+        let want = slow_spectrum(&cube, &radar);
+        let error = relative_l2(&spectrum.data, &want);
+        assert!(error < 1e-14, "{chirps} x {samples} {sampling:?}: {error:e}");
+        let (single, _) = cpu::process(&cube.to_f32(), &radar).unwrap();
+        let error = relative_l2(&wide(&single.data), &want);
+        assert!(error < 4.0 * f64::from(f32::EPSILON), "{chirps} x {samples} f32: {error:e}");
+    }
+}
+
+/// Parseval: sum |X|^2 / (N M) = sum |w x|^2 / (sum w)^2, at a size that blocks the columns.
+#[test]
+fn energy_is_kept() {
+    let mut radar = radar(60, 100, Sampling::Iq);
+    radar.processing.range_window = Window::Blackman;
+    let cube = noise_cube(&radar, 3);
+    let (spectrum, _) = cpu::process(&cube, &radar).unwrap();
+    let w = |window, n| catseye::dsp::window::coefficients(window, n).unwrap();
+    let (wr, wd) = (w(Window::Blackman, 100), w(Window::Hamming, 60));
+    let mut energy = 0.0;
+    for m in 0..60 {
+        for c in 0..12 {
+            energy += cube.row(m, c).iter().zip(&wr).map(|(x, w)| (x * w * wd[m]).norm_sqr()).sum::<f64>();
+        }
+    }
+    energy /= (wr.iter().sum::<f64>() * wd.iter().sum::<f64>()).powi(2);
+    let got = spectrum.data.iter().map(|x| x.norm_sqr()).sum::<f64>() / (128.0 * 64.0);
+    assert!((got / energy - 1.0).abs() < 1e-13, "{got} {energy}");
+}
+
+#[test]
+fn targets_are_where_they_are_put() {
+    for sampling in [Sampling::Iq, Sampling::Real] {
+        let mut radar = radar(64, 128, sampling);
+        radar.processing.elevation_bins = 17;
+        radar.processing.elevation_fov_rad = 0.5;
+        let mut cube = noise_cube(&radar, 11);
+        for z in &mut cube.data {
+            *z *= 1e-9;
+        }
+        // One recedes, one approaches; left and right, up and down. The first is in the middle of its
+        // cell.
+        let targets = [((40.0, 41.0), 0.35, 0.1, 4e-12), ((22.3, 11.4), -0.5, -0.12, 1e-12)];
+        for (cell, azimuth, elevation, power) in targets {
+            let amplitude = Complex64::from_polar(f64::sqrt(power), 1.0);
+            add_target(&mut cube, &radar, Target { cell, azimuth, elevation, amplitude });
+        }
+        let (_, found) = cpu::process(&cube, &radar).unwrap();
+        let beam = Beamformer::new(&radar).unwrap();
+        assert!(found.cells.len() >= 2);
+        for (i, ((range, row), azimuth, elevation, power)) in targets.into_iter().enumerate() {
+            let peak = peaks::interpolate(&found.map, found.cells[i]);
+            assert!((peak.range - range).abs() < 0.03 && (peak.doppler - row).abs() < 0.03, "{peak:?}");
+            // The parabola overshoots between cells: by the closed form of Hann at most 0.33 dB an axis.
+            let off_db = 10.0 * (peak.power / power).log10();
+            assert!(off_db > -0.02 && off_db < if i == 0 { 0.02 } else { 0.66 }, "{peak:?}");
+            let v = (peak.doppler - 32.0) * radar.velocity_bin_mps();
+            let only = Snapshots { channels: 12, data: found.snapshots.of(i).to_vec() };
+            let spectrum = cpu::doa_beamform::spectra(&beam, &only, &[v]);
+            let angle = beam.strongest(&spectrum, only.of(0), v).unwrap();
+            assert!((angle.azimuth_rad - azimuth).abs() < 0.01, "{angle:?}");
+            assert!((angle.elevation_rad - elevation).abs() < 0.02, "{angle:?}");
+            if i == 0 {
+                assert!((found.map.at(41, 40) / power - 1.0).abs() < 2e-3);
+                assert!((angle.amplitude.norm_sqr() / power - 1.0).abs() < 3e-3, "{angle:?}");
+            }
+        }
+    }
+}
+
+/// Without the second factor of eq. 19 the same target stands elsewhere, or not in focus.
+#[test]
+fn tdm_correction_matters() {
+    let radar = radar(64, 64, Sampling::Iq);
+    let mut cube = Cube::zeros(64, 12, 64);
+    let amplitude = Complex64::new(1.0, 0.0);
+    add_target(&mut cube, &radar, Target { cell: (20.0, 50.0), azimuth: 0.2, elevation: 0.0, amplitude });
+    let (_, found) = cpu::process(&cube, &radar).unwrap();
+    let beam = Beamformer::new(&radar).unwrap();
+    let snapshot = Snapshots { channels: 12, data: found.snapshots.of(0).to_vec() };
+    let at = |v: f64| {
+        let power = cpu::doa_beamform::spectra(&beam, &snapshot, &[v]);
+        beam.strongest(&power, snapshot.of(0), v).unwrap()
+    };
+    let right = at(18.0 * radar.velocity_bin_mps());
+    assert!((right.azimuth_rad - 0.2).abs() < 0.005 && (right.amplitude.norm() - 1.0).abs() < 1e-3);
+    let wrong = at(0.0);
+    assert!((wrong.azimuth_rad - 0.2).abs() > 0.03 || wrong.amplitude.norm() < 0.95);
+}
+
+#[test]
+fn two_targets_in_one_cell() {
+    let radar = radar(32, 32, Sampling::Iq);
+    let beam = Beamformer::new(&radar).unwrap();
+    let mut cube = Cube::zeros(32, 12, 32);
+    for (azimuth, amplitude) in [(0.5, Complex64::new(1.0, 0.0)), (-0.4, Complex64::new(0.0, 0.8))] {
+        add_target(&mut cube, &radar, Target { cell: (9.0, 16.0), azimuth, elevation: 0.0, amplitude });
+    }
+    let (_, found) = cpu::process(&cube, &radar).unwrap();
+    let one = Snapshots { channels: 12, data: found.snapshots.of(0).to_vec() };
+    let power = cpu::doa_beamform::spectra(&beam, &one, &[0.0]);
+    let angles = beam.peaks(&power, one.of(0), 0.0, 6.0);
+    assert_eq!(angles.len(), 2, "{angles:?}");
+    assert!((angles[0].azimuth_rad - 0.5).abs() < 0.05 && (angles[1].azimuth_rad + 0.4).abs() < 0.05);
+    assert_eq!(beam.peaks(&power, one.of(0), 0.0, 0.0).len(), 1);
+}
+
+/// Mask, noise and threshold straight from the definition: training cells listed one by one.
+fn slow_cfar(map: &PowerMap<f64>, cfar: &Cfar, looks: usize) -> Detection<f64> {
+    let (rows, cols) = (map.doppler_bins as i64, map.range_bins as i64);
+    let full = window_cells(cfar.guard, cfar.train);
+    let mut out = Detection { mask: vec![], noise: vec![], ratio: vec![0.0; map.range_bins] };
+    let [hd, hr] = [0, 1].map(|i| (cfar.guard[i] + cfar.train[i]) as i64);
+    for d in 0..rows {
+        for r in 0..cols {
+            let mut cells = vec![];
+            for dd in -hd..=hd {
+                for dr in -hr..=hr {
+                    let guard = dd.abs() <= cfar.guard[0] as i64 && dr.abs() <= cfar.guard[1] as i64;
+                    if !guard && (0..cols).contains(&(r + dr)) {
+                        cells.push(map.at((d + dd).rem_euclid(rows) as usize, (r + dr) as usize));
+                    }
+                }
+            }
+            let (threshold, noise) = match cfar.kind {
+                CfarKind::Ca => {
+                    let mean = cells.iter().sum::<f64>() / cells.len() as f64;
+                    (catseye::dsp::cfar_ca::factor(looks, cells.len(), cfar.pfa).unwrap() * mean, mean)
+                }
+                CfarKind::Os { rank } => {
+                    cells.sort_by(f64::total_cmp);
+                    let rank = ((rank * cells.len()) as f64 / full as f64).round().max(1.0) as usize;
+                    let os = catseye::dsp::cfar_os::factor(looks, cells.len(), rank, cfar.pfa).unwrap();
+                    (os.factor * cells[rank - 1], cells[rank - 1] / os.expectation)
+                }
+            };
+            out.mask.push(map.at(d as usize, r as usize) > threshold);
+            out.noise.push(noise);
+            out.ratio[r as usize] = threshold / noise;
+        }
+    }
+    out
+}
+
+fn window_cells(guard: [usize; 2], train: [usize; 2]) -> usize {
+    let outer = (2 * (guard[0] + train[0]) + 1) * (2 * (guard[1] + train[1]) + 1);
+    outer - (2 * guard[0] + 1) * (2 * guard[1] + 1)
+}
+
+fn noise_map(rows: usize, cols: usize, looks: usize, seed: u64) -> PowerMap<f64> {
+    let mut random = Random(seed);
+    let data = (0..rows * cols).map(|_| random.gamma(looks)).collect();
+    PowerMap { doppler_bins: rows, range_bins: cols, data }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(24) })]
+    #[test]
+    fn cfar_is_its_definition(
+        rows in 9usize..20, cols in 5usize..20, looks in 1usize..5,
+        guard in [0usize..2, 0usize..2], train in [0usize..3, 1usize..4], share in 0.01..1.0f64,
+        os: bool, seed: u64,
+    ) {
+        let mut map = noise_map(rows, cols, looks, seed);
+        map.data[cols + 3] = 1e15;
+        let rank = (share * window_cells(guard, train) as f64).ceil() as usize;
+        let kind = if os { CfarKind::Os { rank } } else { CfarKind::Ca };
+        let cfar = Cfar { kind, guard, train, pfa: 0.05 };
+        let got = cpu::detect(&map, &cfar, looks).unwrap();
+        let want = slow_cfar(&map, &cfar, looks);
+        prop_assert_eq!(&got.mask, &want.mask);
+        for (i, (a, b)) in got.noise.iter().zip(&want.noise).enumerate() {
+            prop_assert!((a / b - 1.0).abs() < 1e-12, "cell {}: {} {}", i, a, b);
+            let threshold = got.threshold(i / cols, i % cols);
+            prop_assert!((threshold / (b * want.ratio[i % cols]) - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+/// The central 99 % interval of a binomial count.
+fn binomial_99(trials: u64, p: f64) -> (u64, u64) {
+    use statrs::distribution::{Binomial, DiscreteCDF};
+    let b = Binomial::new(p, trials).unwrap();
+    (b.inverse_cdf(0.005), b.inverse_cdf(0.995))
+}
+
+/// Cells whose windows do not overlap are independent, so their count is binomial exactly. Of each
+/// window's height one row is counted, in the first, the middle and the last column, so that the
+/// edges stand for themselves. 24 counts on one fixed seed, each at 99 %.
+#[test]
+fn false_alarm_rate() {
+    const TRIALS: usize = 20_000;
+    for (name, kind, guard, train) in [
+        ("CA 1-D", CfarKind::Ca, [0, 2], [0, 8]),
+        ("OS 1-D", CfarKind::Os { rank: 12 }, [0, 2], [0, 8]),
+        ("CA 2-D", CfarKind::Ca, [1, 1], [2, 2]),
+        ("OS 2-D", CfarKind::Os { rank: 30 }, [1, 1], [2, 2]),
+    ] {
+        for looks in [1, 12] {
+            let cfar = Cfar { kind, guard, train, pfa: 0.01 };
+            let step = 2 * (guard[0] + train[0]) + 1;
+            let cols = 2 * (guard[1] + train[1]) + 1;
+            let map = noise_map(step * TRIALS, cols, looks, 42);
+            let found = cpu::detect(&map, &cfar, looks).unwrap();
+            for column in [0, cols / 2, cols - 1] {
+                let at = |i: usize| i * step * cols + column;
+                let alarms = (0..TRIALS).filter(|i| found.mask[at(*i)]).count() as u64;
+                let (low, high) = binomial_99(TRIALS as u64, 0.01);
+                println!("{name}, {looks} looks, column {column}: {alarms} in {low}..={high}");
+                assert!((low..=high).contains(&alarms), "{name}, {looks} looks, column {column}: {alarms}");
+                // The noise estimate is unbiased: its mean is 1 within four standard errors.
+                let n: Vec<f64> = (0..TRIALS).map(|i| found.noise[at(i)]).collect();
+                let mean = n.iter().sum::<f64>() / TRIALS as f64;
+                let variance = n.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / TRIALS as f64;
+                let error = (variance / TRIALS as f64).sqrt();
+                assert!((mean - 1.0).abs() < 4.0 * error, "{name}: {mean} +- {error}");
+            }
+        }
+    }
+}
+
+/// A strong target leaves its own noise estimate what it was (the guard cells hold it).
+#[test]
+fn a_strong_target_does_not_raise_its_own_threshold() {
+    let mut map = noise_map(64, 64, 4, 5);
+    for p in &mut map.data {
+        *p *= 1e-18;
+    }
+    let cfar = Cfar { kind: CfarKind::Ca, guard: [2, 2], train: [4, 4], pfa: 1e-4 };
+    let at = 20 * 64 + 20;
+    let before = cpu::detect(&map, &cfar, 4).unwrap().noise[at];
+    map.data[at] = 1.0;
+    let found = cpu::detect(&map, &cfar, 4).unwrap();
+    assert!(found.mask[at] && found.noise[at] == before);
+}
+
+#[test]
+fn peaks_are_local_maxima() {
+    let map = noise_map(12, 9, 1, 99);
+    let mask: Vec<bool> = map.data.iter().map(|p| *p > 0.7).collect();
+    let got = cpu::peaks::peaks(&map, &mask);
+    let mut want = vec![];
+    for d in 0..12i64 {
+        for r in 0..9i64 {
+            let here = map.at(d as usize, r as usize);
+            let mut best = f64::NEG_INFINITY;
+            for dd in -1..=1i64 {
+                for dr in -1..=1i64 {
+                    if (dd, dr) != (0, 0) && (0..9).contains(&(r + dr)) {
+                        best = best.max(map.at((d + dd).rem_euclid(12) as usize, (r + dr) as usize));
+                    }
+                }
+            }
+            if here > best && here > 0.7 {
+                want.push((here, Cell { doppler: d as u32, range: r as u32 }));
+            }
+        }
+    }
+    want.sort_by(|a, b| b.0.total_cmp(&a.0));
+    assert!(want.len() > 5);
+    assert_eq!(got, want.iter().map(|w| w.1).collect::<Vec<_>>());
+    // A plateau has one peak, its first cell.
+    let flat = PowerMap { doppler_bins: 3, range_bins: 3, data: vec![1.0f32; 9] };
+    assert_eq!(cpu::peaks::peaks(&flat, &[true; 9]), [Cell { doppler: 0, range: 0 }]);
+}
+
+#[test]
+fn wrong_input_is_refused() {
+    let radar = radar(32, 32, Sampling::Iq);
+    let cube = Cube::<f32>::zeros(32, 11, 32);
+    assert_eq!(cpu::process(&cube, &radar).unwrap_err().exit_code(), 2);
+    let mut cube = Cube::<f32>::zeros(32, 12, 32);
+    cube.data[5].re = f32::NAN;
+    assert!(cpu::process(&cube, &radar).unwrap_err().to_string().contains("not a finite power"));
+    let mut short = radar.clone();
+    short.processing.doppler_fft = 16;
+    assert_eq!(cpu::process(&cube, &short).unwrap_err().exit_code(), 2);
+    let mut wide = radar.clone();
+    wide.processing.azimuth_fov_rad = 2.0;
+    assert!(Beamformer::new(&wide).is_err());
+    wide.processing.azimuth_bins = 0;
+    assert!(Beamformer::new(&wide).is_err());
+}
+
+#[test]
+fn a_silent_cube_has_no_detections() {
+    let radar = radar(32, 32, Sampling::Iq);
+    let (_, found) = cpu::process(&Cube::<f64>::zeros(32, 12, 32), &radar).unwrap();
+    assert!(found.cells.is_empty() && found.snapshots.data.is_empty());
+}
