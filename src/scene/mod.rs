@@ -4,6 +4,7 @@
 pub mod gltf;
 pub mod material;
 pub mod radar;
+pub mod radar_toml;
 pub mod scenario;
 pub mod toml_file;
 

@@ -1,1 +1,401 @@
-//! TOML with line numbers in errors.
+//! TOML with serde such that each error is one line: file, line, key, value, what is allowed and what
+//! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
+
+use crate::error::{BadInput, Error, Result, nearest};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt::Display;
+use std::ops::{Range, RangeBounds};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Larger files are refused before they are read.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// A value and the bytes of the file from which it came (empty when it did not come from a file).
+#[derive(Debug, Clone, Default)]
+pub struct At<T> {
+    pub value: T,
+    pub span: Range<usize>,
+}
+
+impl<T> From<T> for At<T> {
+    fn from(value: T) -> Self {
+        At { value, span: 0..0 }
+    }
+}
+
+impl<T: PartialEq> PartialEq for At<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let s = Spanned::<T>::deserialize(deserializer)?;
+        Ok(At { span: s.span(), value: s.into_inner() })
+    }
+}
+
+impl<T: Serialize> Serialize for At<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.value.serialize(serializer)
+    }
+}
+
+impl<T: schemars::JsonSchema> schemars::JsonSchema for At<T> {
+    fn inline_schema() -> bool {
+        T::inline_schema()
+    }
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        T::schema_name()
+    }
+    fn schema_id() -> std::borrow::Cow<'static, str> {
+        T::schema_id()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        T::json_schema(generator)
+    }
+}
+
+/// A TOML file that has been parsed, and knows where each key stands.
+pub struct Document<'a> {
+    file: PathBuf,
+    text: &'a str,
+    tree: DeTable<'a>,
+}
+
+/// The text of a TOML file. Errors: a missing file, a directory, more than 16 MiB, not UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    let bad = |problem: &str| BadInput::new(problem).file(path);
+    let meta = match std::fs::metadata(path) {
+        Ok(m) => m,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            return Err(bad("no such file").remedy("check the path").into());
+        }
+        Err(e) => return Err(Error::io(path, e)),
+    };
+    if meta.is_dir() {
+        return Err(bad("is a directory").remedy("give a TOML file").into());
+    }
+    if meta.len() > MAX_BYTES {
+        return Err(bad("is too large for a TOML file")
+            .value(format!("{} bytes", meta.len()))
+            .allowed(format!("up to {MAX_BYTES} bytes"))
+            .into());
+    }
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+        bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()
+    })
+}
+
+impl<'a> Document<'a> {
+    /// Parses `text`; `file` is named in errors.
+    pub fn parse(file: impl AsRef<Path>, text: &'a str) -> Result<Self> {
+        let file = file.as_ref().to_path_buf();
+        match DeTable::parse(text) {
+            Ok(tree) => Ok(Document { file, text, tree: tree.into_inner() }),
+            Err(e) => {
+                let at = e.span().map_or(0, |s| s.start);
+                let line = line_of(text, at);
+                let shown = text.lines().nth(line - 1).unwrap_or("").trim();
+                Err(BadInput::new(format!("is not TOML: {}", one_line(e.message())))
+                    .file(file)
+                    .line(line)
+                    .value(clip(shown))
+                    .remedy("see https://toml.io for the syntax")
+                    .into())
+            }
+        }
+    }
+
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The document as `T`. Errors: unknown keys (with the nearest), missing keys, wrong types.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
+        let complaint = |e: toml::de::Error| self.complaint(e.message(), e.span()).into();
+        let reader = toml::de::Deserializer::parse(self.text).map_err(complaint)?;
+        T::deserialize(reader).map_err(complaint)
+    }
+
+    /// A complaint about the value at `span`: file, line, key and value are filled in.
+    pub fn bad(&self, span: &Range<usize>, problem: impl Into<String>) -> BadInput {
+        let mut b = BadInput::new(problem).file(&self.file);
+        if span.is_empty() {
+            return b;
+        }
+        b = b.line(line_of(self.text, span.start));
+        if let Some(found) = self.locate(span) {
+            b = b.key(found.path);
+            if let Some(v) = self.text.get(found.value).filter(|_| !found.is_table) {
+                b = b.value(clip(v));
+            }
+        }
+        b
+    }
+
+    /// The value when it lies in the range. Errors: one line with the range.
+    pub fn in_range<T, R>(&self, at: &At<T>, range: R, remedy: &str) -> Result<T>
+    where
+        T: PartialOrd + Copy + Display,
+        R: RangeBounds<T> + RangeText,
+    {
+        if range.contains(&at.value) {
+            return Ok(at.value);
+        }
+        Err(self.bad(&at.span, "is out of range").allowed(range.text()).remedy(remedy).into())
+    }
+
+    /// The value when it is finite.
+    pub fn finite(&self, at: &At<f64>, remedy: &str) -> Result<f64> {
+        if at.value.is_finite() {
+            return Ok(at.value);
+        }
+        Err(self.bad(&at.span, "is not a finite number").remedy(remedy).into())
+    }
+
+    /// Three finite numbers no larger than a million (metres, metres per second).
+    pub fn vector(&self, at: &At<[f64; 3]>) -> Result<glam::DVec3> {
+        if at.value.iter().all(|x| x.abs() <= 1e6) {
+            return Ok(at.value.into());
+        }
+        Err(self
+            .bad(&at.span, "must be three finite numbers")
+            .allowed("-1e6..=1e6 each")
+            .remedy("give [x, y, z]: forward, left, up")
+            .into())
+    }
+
+    fn complaint(&self, message: &str, span: Option<Range<usize>>) -> BadInput {
+        let span = span.unwrap_or(0..0);
+        let line = line_of(self.text, span.start);
+        let found = self.locate(&span);
+        let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+        let mut b = BadInput::default().file(&self.file).line(line);
+        if let Some(rest) = message.strip_prefix("unknown field ") {
+            let (word, known) = (quoted.first().copied().unwrap_or(""), quoted.get(1..).unwrap_or(&[]));
+            b = b.key(found.map_or(word.to_string(), |f| f.path));
+            b.problem = "unknown key".into();
+            if !known.is_empty() && !rest.is_empty() {
+                b = b.allowed(known.join(", "));
+            }
+            return b.remedy(match nearest(word, known.iter().copied()) {
+                Some(n) => format!("did you mean '{n}'?"),
+                None => "take the key out".into(),
+            });
+        }
+        if message.starts_with("missing field ") {
+            let word = quoted.first().copied().unwrap_or("");
+            let key = match found {
+                Some(f) => format!("{}.{word}", f.path),
+                None => word.to_string(),
+            };
+            b.problem = "is missing".into();
+            return b.key(key).remedy("add it (catseye init writes a commented example)");
+        }
+        if let Some(f) = found {
+            if let Some(v) = self.text.get(f.value).filter(|_| !f.is_table) {
+                b = b.value(clip(v));
+            }
+            b = b.key(f.path);
+        }
+        if message.starts_with("unknown variant ") {
+            let (word, known) = (quoted.first().copied().unwrap_or(""), quoted.get(1..).unwrap_or(&[]));
+            b.problem = "is not one of the choices".into();
+            b = b.allowed(known.join(", "));
+            if let Some(n) = nearest(word, known.iter().copied()) {
+                b = b.remedy(format!("did you mean '{n}'?"));
+            }
+            return b;
+        }
+        b.problem = one_line(message);
+        b
+    }
+
+    /// The innermost key whose name or value covers `span`.
+    fn locate(&self, span: &Range<usize>) -> Option<Found> {
+        let mut best = None;
+        search(&self.tree, "", span, &mut best);
+        best
+    }
+}
+
+struct Found {
+    path: String,
+    value: Range<usize>,
+    is_table: bool,
+    len: usize,
+}
+
+fn search(table: &DeTable<'_>, prefix: &str, span: &Range<usize>, best: &mut Option<Found>) {
+    for (key, value) in table {
+        let name = key.get_ref();
+        let path = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
+        visit(&path, Some(key.span()), value, span, best);
+    }
+}
+
+fn visit(
+    path: &str,
+    key: Option<Range<usize>>,
+    value: &Spanned<DeValue<'_>>,
+    span: &Range<usize>,
+    best: &mut Option<Found>,
+) {
+    let covers = |r: &Range<usize>| r.start <= span.start && span.end <= r.end && !r.is_empty();
+    for r in [key, Some(value.span())].into_iter().flatten() {
+        if covers(&r) && best.as_ref().is_none_or(|b| r.len() <= b.len) {
+            let is_table = matches!(value.get_ref(), DeValue::Table(_));
+            *best = Some(Found { path: path.into(), value: value.span(), is_table, len: r.len() });
+        }
+    }
+    match value.get_ref() {
+        DeValue::Table(t) => search(t, path, span, best),
+        DeValue::Array(a) => {
+            for (i, v) in a.iter().enumerate() {
+                visit(&format!("{path}[{i}]"), None, v, span, best);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn line_of(text: &str, at: usize) -> usize {
+    text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
+}
+
+fn one_line(s: &str) -> String {
+    s.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// At most 60 characters of one line.
+pub(crate) fn clip(s: &str) -> String {
+    let s: String = s.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if s.chars().count() <= 60 { s } else { s.chars().take(57).chain("...".chars()).collect() }
+}
+
+/// Ranges as the user reads them.
+pub trait RangeText {
+    fn text(&self) -> String;
+}
+
+impl<T: Display> RangeText for std::ops::RangeInclusive<T> {
+    fn text(&self) -> String {
+        format!("{}..={}", self.start(), self.end())
+    }
+}
+
+/// More than `low`, at most `high`.
+pub struct Above<T> {
+    pub low: T,
+    pub high: T,
+}
+
+impl<T: PartialOrd> RangeBounds<T> for Above<T> {
+    fn start_bound(&self) -> std::ops::Bound<&T> {
+        std::ops::Bound::Excluded(&self.low)
+    }
+    fn end_bound(&self) -> std::ops::Bound<&T> {
+        std::ops::Bound::Included(&self.high)
+    }
+}
+
+impl<T: Display> RangeText for Above<T> {
+    fn text(&self) -> String {
+        format!("more than {}, at most {}", self.low, self.high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)] // read by serde only
+    struct File {
+        samples: At<u32>,
+        part: Vec<Part>,
+        sampling: Option<Kind>,
+    }
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Part {
+        power_dbm: At<f64>,
+        position_m: Option<At<[f64; 3]>>,
+    }
+    #[derive(Debug, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Kind {
+        Real,
+        Iq,
+    }
+
+    fn complaint(text: &str) -> String {
+        let r = Document::parse("a.toml", text).and_then(|d| d.read::<File>().map(|_| ()));
+        r.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_error_says_where_what_and_the_remedy() {
+        let ok = "samples = 4\n[[part]]\npower_dbm = 1\n";
+        let doc = Document::parse("a.toml", ok).unwrap();
+        let file: File = doc.read().unwrap();
+        assert_eq!(file.part[0].power_dbm.value, 1.0);
+        assert_eq!(
+            doc.in_range(&file.part[0].power_dbm, 5.0..=9.0, "more").unwrap_err().to_string(),
+            "a.toml:3: part[0].power_dbm = 1: is out of range; allowed: 5..=9; more"
+        );
+        assert_eq!(
+            complaint("samples = 4\nsampels = 5\npart = []"),
+            "a.toml:2: sampels: unknown key; allowed: samples, part, sampling; did you mean 'samples'?"
+        );
+        assert_eq!(
+            complaint("samples = 4\n[[part]]\npower_dbm = 1\npower_dbw = 1\n"),
+            "a.toml:4: part[0].power_dbw: unknown key; allowed: power_dbm, position_m; did you mean 'power_dbm'?"
+        );
+        let e = complaint("part = []\n\nsamples = -4");
+        assert!(e.starts_with("a.toml:3: samples = -4: invalid value"), "{e}");
+        let e = complaint("part = []\nsamples = \"x\"");
+        assert!(e.starts_with("a.toml:2: samples = \"x\": invalid type"), "{e}");
+        let e = complaint("samples = 1\n[[part]]\n");
+        assert!(e.contains("part[0].power_dbm: is missing"), "{e}");
+        let e = complaint("samples = 1\nsampling = \"iqq\"\npart = []");
+        assert_eq!(
+            e,
+            "a.toml:2: sampling = \"iqq\": is not one of the choices; allowed: real, iq; did you mean 'iq'?"
+        );
+        let e = complaint("samples = 1\nx = = 2\n");
+        assert!(e.starts_with("a.toml:2: x = = 2: is not TOML"), "{e}");
+        let e = complaint("samples = 1\nsamples = 2\n");
+        assert!(e.starts_with("a.toml:2: ") && e.contains("duplicate key"), "{e}");
+    }
+
+    #[test]
+    fn hostile_files() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(read_text(dir.path()).unwrap_err().to_string().contains("is a directory"));
+        let missing = read_text(&dir.path().join("x.toml")).unwrap_err();
+        assert_eq!(missing.exit_code(), 2);
+        let p = dir.path().join("latin.toml");
+        std::fs::write(&p, b"a = 1\nname = \"\xe4\"\n").unwrap();
+        assert!(read_text(&p).unwrap_err().to_string().contains("latin.toml:2: is not UTF-8"));
+    }
+
+    proptest! {
+        #[test]
+        fn text_never_panics_and_errors_are_one_line(text in "[ -~\n\"\\[\\]=.a-z0-9]{0,120}") {
+            if let Err(e) = Document::parse("a.toml", &text).and_then(|d| d.read::<File>().map(|_| ())) {
+                prop_assert!(!e.to_string().contains('\n'), "{}", e);
+            }
+        }
+    }
+}

@@ -1,0 +1,1155 @@
+//! The radar TOML: what the keys are, their checks, the presets, and writing a radar back.
+
+use super::radar::{Antenna, Cfar, CfarKind, Pattern, Polarisation, Processing, Radar, Sampling, Window};
+use super::toml_file::{Above, At, Document, clip, read_text};
+use crate::error::{BadInput, Error, Result, nearest};
+use crate::frames::Pose;
+use glam::{DVec3, EulerRot};
+use num_complex::Complex64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::path::{Component, Path};
+
+/// An FMCW fast-chirp radar with TDM MIMO. Lengths are in metres, times in seconds, angles in degrees.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "catseye radar")]
+pub struct RadarFile {
+    /// Shown in results.
+    pub name: String,
+    pub waveform: WaveformTable,
+    pub receiver: ReceiverTable,
+    pub transmitter: TransmitterTable,
+    /// What holds for every antenna that does not say otherwise.
+    #[serde(default)]
+    pub antenna: AntennaTable,
+    /// Transmitters, in the order in which they send.
+    pub tx: Vec<ElementTable>,
+    pub rx: Vec<ElementTable>,
+    #[serde(default)]
+    pub mounting: MountingTable,
+    #[serde(default)]
+    pub processing: ProcessingTable,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveformTable {
+    /// Centre of the sweep.
+    pub carrier_hz: At<f64>,
+    /// Swept upwards during `ramp_time_s`.
+    pub bandwidth_hz: At<f64>,
+    pub ramp_time_s: At<f64>,
+    /// From the start of one chirp to the start of the next, of whichever transmitter.
+    pub chirp_period_s: At<f64>,
+    /// Chirps of each transmitter in a frame.
+    pub chirps: At<usize>,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReceiverTable {
+    /// "iq": complex samples, as many range cells as samples; "real": half as many.
+    pub sampling: Sampling,
+    pub sample_rate_hz: At<f64>,
+    /// Samples of one chirp.
+    pub samples: At<usize>,
+    /// From the start of the ramp to the first sample.
+    #[serde(default)]
+    pub adc_start_s: At<f64>,
+    pub noise_figure_db: At<f64>,
+    #[serde(default = "yes")]
+    pub thermal_noise: bool,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransmitterTable {
+    /// Of one transmitter, at its antenna's input.
+    pub power_dbm: At<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatternName {
+    /// The same gain everywhere.
+    Isotropic,
+    /// Power cos(azimuth)^azimuth_exponent cos(elevation)^elevation_exponent, zero behind.
+    CosinePower,
+    /// From a CSV file (`table_file`) or the three `table_…` lists.
+    Table,
+}
+
+/// Antenna properties; all may be left out.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AntennaTable {
+    /// V, H, +45, -45, RHCP or LHCP (default V).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarisation: Option<At<String>>,
+    /// Peak gain over isotropic. Default 0, and for a table its largest value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_dbi: Option<At<f64>>,
+    /// Default "isotropic".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<At<PatternName>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_exponent: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_exponent: Option<At<f64>>,
+    /// CSV with the header azimuth_deg,elevation_deg,gain_db and a row for each point of a full grid,
+    /// beside the radar file. Bilinear between the points; the largest gain is the peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_file: Option<At<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_azimuth_deg: Option<At<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_elevation_deg: Option<At<Vec<f64>>>,
+    /// Azimuth runs fastest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_gain_db: Option<At<Vec<f64>>>,
+}
+
+/// One transmit or receive antenna; what is left out is taken from `[antenna]`.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElementTable {
+    /// Phase centre [forward, left, up] from the radar's phase centre; or give
+    /// `position_half_wavelengths`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<At<[f64; 3]>>,
+    /// The same in units of half the wavelength at `carrier_hz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_half_wavelengths: Option<At<[f64; 3]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarisation: Option<At<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_dbi: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<At<PatternName>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_exponent: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_exponent: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_file: Option<At<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_azimuth_deg: Option<At<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_elevation_deg: Option<At<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table_gain_db: Option<At<Vec<f64>>>,
+}
+
+/// Pose of the radar on the vehicle: from the rear-axle centre, on the height that `ego.position_m` gives
+/// (0 by default, so that heights count from the road).
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MountingTable {
+    #[serde(default)]
+    pub position_m: At<[f64; 3]>,
+    /// Positive to the left.
+    #[serde(default)]
+    pub yaw_deg: At<f64>,
+    /// Positive nose down.
+    #[serde(default)]
+    pub pitch_deg: At<f64>,
+    /// Positive left side up.
+    #[serde(default)]
+    pub roll_deg: At<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WindowName {
+    Rectangle,
+    Hann,
+    Hamming,
+    Blackman,
+    DolphChebyshev,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindowTable {
+    pub kind: At<WindowName>,
+    /// For dolph-chebyshev, and only for it: side lobes this much below the peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side_lobe_db: Option<At<f64>>,
+}
+
+impl From<WindowName> for WindowTable {
+    fn from(kind: WindowName) -> Self {
+        WindowTable { kind: kind.into(), side_lobe_db: None }
+    }
+}
+
+/// All may be left out.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessingTable {
+    /// Default Hann.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_window: Option<WindowTable>,
+    /// Default Hann.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doppler_window: Option<WindowTable>,
+    /// Over the virtual array; default Hann.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_window: Option<WindowTable>,
+    /// A power of two, at least `samples` (the default is the next one).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_fft: Option<At<usize>>,
+    /// A power of two, at least `chirps` (the default is the next one).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doppler_fft: Option<At<usize>>,
+    /// Beams from -azimuth_max_deg to azimuth_max_deg; default 64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_bins: Option<At<usize>>,
+    /// Default 60.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_max_deg: Option<At<f64>>,
+    /// Default 1: no elevation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_bins: Option<At<usize>>,
+    /// Default 20.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_max_deg: Option<At<f64>>,
+    /// Points of a frame that are kept, the strongest first; default 4096.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_points: Option<At<usize>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cfar: Option<CfarTable>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CfarName {
+    /// Mean of the training cells.
+    Ca,
+    /// The `rank`-th smallest training cell.
+    Os,
+}
+
+/// The detector. A one-dimensional one along range has no guard and training cells in Doppler.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CfarTable {
+    pub kind: At<CfarName>,
+    /// For "os": counted from the smallest training cell, from 1. Default: three quarters of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank: Option<At<usize>>,
+    /// On each side.
+    #[serde(default)]
+    pub guard_range_cells: At<usize>,
+    #[serde(default)]
+    pub guard_doppler_cells: At<usize>,
+    /// On each side, outside the guard cells.
+    #[serde(default)]
+    pub train_range_cells: At<usize>,
+    #[serde(default)]
+    pub train_doppler_cells: At<usize>,
+    /// Chance that a cell of noise alone is detected.
+    pub false_alarm_probability: At<f64>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Built-in radars: name and TOML text.
+pub const PRESETS: [(&str, &str); 3] = [
+    ("feng77", include_str!("../../scenes/presets/feng77.toml")),
+    ("front77", include_str!("../../scenes/presets/front77.toml")),
+    ("demo77", include_str!("../../scenes/presets/demo77.toml")),
+];
+
+/// The built-in radar of that name. Errors: an unknown name, with the nearest.
+pub fn preset(name: &str) -> Result<Radar> {
+    match PRESETS.iter().find(|(n, _)| *n == name) {
+        Some((_, text)) => parse(Path::new(&format!("{name}.toml")), text),
+        None => Err(unknown_preset(name).into()),
+    }
+}
+
+fn unknown_preset(name: &str) -> BadInput {
+    let names = || PRESETS.iter().map(|(n, _)| *n);
+    let b = BadInput::new("is neither a preset nor a radar file")
+        .value(clip(name))
+        .allowed(format!("{}, or the path of a .toml file", names().collect::<Vec<_>>().join(", ")));
+    match nearest(name, names()) {
+        Some(n) => b.remedy(format!("did you mean '{n}'?")),
+        None => b.remedy("catseye init radar writes a file to start from"),
+    }
+}
+
+/// A preset by name, else the radar of a TOML file; a relative path is taken from `folder`.
+pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
+    if PRESETS.iter().any(|(n, _)| *n == name_or_path) {
+        return preset(name_or_path);
+    }
+    let path = folder.join(name_or_path);
+    if !name_or_path.ends_with(".toml") && !path.exists() {
+        return Err(unknown_preset(name_or_path).into());
+    }
+    parse(&path, &read_text(&path)?)
+}
+
+/// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
+pub fn parse(file: &Path, text: &str) -> Result<Radar> {
+    let doc = Document::parse(file, text)?;
+    let table: RadarFile = doc.read()?;
+    build(&doc, &table)
+}
+
+/// Checks a radar that was read as part of `doc`.
+pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
+    let w = &f.waveform;
+    let r = &f.receiver;
+    let carrier_hz =
+        doc.in_range(&w.carrier_hz, 1e8..=3e12, "give the centre of the sweep in hertz, as in 77e9")?;
+    let bandwidth_hz = doc.in_range(
+        &w.bandwidth_hz,
+        Above { low: 0.0, high: carrier_hz },
+        "give the swept bandwidth in hertz, as in 1e9",
+    )?;
+    let ramp_time_s =
+        doc.in_range(&w.ramp_time_s, Above { low: 0.0, high: 1.0 }, "give seconds, as in 40e-6")?;
+    let chirp_period_s =
+        doc.in_range(&w.chirp_period_s, Above { low: 0.0, high: 1.0 }, "give seconds, as in 55e-6")?;
+    if chirp_period_s < ramp_time_s * (1.0 - 1e-9) {
+        return Err(doc
+            .bad(&w.chirp_period_s.span, "is shorter than the ramp")
+            .allowed(format!("at least ramp_time_s = {ramp_time_s:e}"))
+            .remedy("lengthen the period or shorten the ramp")
+            .into());
+    }
+    let chirps = doc.in_range(&w.chirps, 1..=65536, "chirps of each transmitter in a frame")?;
+    let samples = doc.in_range(&r.samples, 2..=65536, "samples of one chirp")?;
+    let sample_rate_hz = doc.in_range(
+        &r.sample_rate_hz,
+        Above { low: 0.0, high: 1e11 },
+        "give samples per second, as in 12.8e6",
+    )?;
+    let adc_start_s = doc.in_range(&r.adc_start_s, 0.0..=1.0, "seconds after the ramp's start")?;
+    let last = adc_start_s + samples as f64 / sample_rate_hz;
+    if last > ramp_time_s * (1.0 + 1e-9) {
+        return Err(doc
+            .bad(
+                &r.samples.span,
+                format!(
+                    "the samples end {last:e} s after the ramp's start, but the ramp lasts {ramp_time_s:e} s"
+                ),
+            )
+            .allowed(format!(
+                "at most {} samples here",
+                (((ramp_time_s - adc_start_s) * sample_rate_hz * (1.0 + 1e-9)).max(0.0)) as u64
+            ))
+            .remedy("take fewer samples, sample faster or lengthen ramp_time_s")
+            .into());
+    }
+    let tx = elements(doc, &f.tx, f, "tx", carrier_hz)?;
+    let rx = elements(doc, &f.rx, f, "rx", carrier_hz)?;
+    let position_m = doc.vector(&f.mounting.position_m)?;
+    let angle = |a: &At<f64>| {
+        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
+    };
+    let m = &f.mounting;
+    let mut radar = Radar {
+        name: f.name.clone(),
+        carrier_hz,
+        bandwidth_hz,
+        ramp_time_s,
+        chirp_period_s,
+        adc_start_s,
+        sample_rate_hz,
+        samples,
+        chirps,
+        sampling: r.sampling,
+        tx,
+        rx,
+        tx_power_dbm: doc.in_range(&f.transmitter.power_dbm, -100.0..=100.0, "give dBm, as in 12")?,
+        noise_figure_db: doc.in_range(&r.noise_figure_db, 0.0..=60.0, "give decibels, as in 13")?,
+        thermal_noise: r.thermal_noise,
+        mounting: Pose::from_yaw_pitch_roll(
+            position_m,
+            angle(&m.yaw_deg)?,
+            angle(&m.pitch_deg)?,
+            angle(&m.roll_deg)?,
+        ),
+        processing: Processing {
+            range_window: Window::Hann,
+            doppler_window: Window::Hann,
+            angle_window: Window::Hann,
+            range_fft: samples.next_power_of_two(),
+            doppler_fft: chirps.next_power_of_two(),
+            azimuth_bins: 64,
+            azimuth_fov_rad: 60f64.to_radians(),
+            elevation_bins: 1,
+            elevation_fov_rad: 0.0,
+            cfar: Cfar { kind: CfarKind::Ca, guard: [0; 2], train: [0; 2], pfa: 1e-4 },
+            max_points: 4096,
+        },
+    };
+    processing(doc, &f.processing, &mut radar)?;
+    Ok(radar)
+}
+
+fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Result<()> {
+    let window = |t: &Option<WindowTable>| -> Result<Window> {
+        let Some(t) = t else { return Ok(Window::Hann) };
+        if let Some(s) = &t.side_lobe_db
+            && t.kind.value != WindowName::DolphChebyshev
+        {
+            return Err(doc
+                .bad(&s.span, "only a dolph-chebyshev window has a side-lobe level")
+                .remedy("take it out or set kind = \"dolph-chebyshev\"")
+                .into());
+        }
+        Ok(match t.kind.value {
+            WindowName::Rectangle => Window::Rectangle,
+            WindowName::Hann => Window::Hann,
+            WindowName::Hamming => Window::Hamming,
+            WindowName::Blackman => Window::Blackman,
+            WindowName::DolphChebyshev => {
+                let s = t.side_lobe_db.as_ref().ok_or_else(|| {
+                    doc.bad(&t.kind.span, "a dolph-chebyshev window needs its side-lobe level")
+                        .remedy("add side_lobe_db, as in 80")
+                })?;
+                Window::DolphChebyshev {
+                    side_lobe_db: doc.in_range(s, 20.0..=200.0, "decibels below the peak, positive")?,
+                }
+            }
+        })
+    };
+    let fft = |t: &Option<At<usize>>, at_least: usize, of: &str| -> Result<usize> {
+        let Some(t) = t else { return Ok(at_least.next_power_of_two()) };
+        let next = at_least.next_power_of_two();
+        if !t.value.is_power_of_two() || t.value < at_least || t.value > 1 << 18 {
+            return Err(doc
+                .bad(&t.span, format!("must be a power of two and at least {of} = {at_least}"))
+                .allowed(format!("{next}, {}, ... {}", next * 2, 1 << 18))
+                .remedy("leave it out for the smallest")
+                .into());
+        }
+        Ok(t.value)
+    };
+    let count = |t: &Option<At<usize>>, default: usize, high: usize, what: &str| match t {
+        Some(t) => doc.in_range(t, 1..=high, what),
+        None => Ok(default),
+    };
+    let degrees = |t: &Option<At<f64>>, default: f64| match t {
+        Some(t) => doc.in_range(t, Above { low: 0.0, high: 90.0 }, "half the field of view, in degrees"),
+        None => Ok(default),
+    };
+    let p = &mut radar.processing;
+    p.range_window = window(&f.range_window)?;
+    p.doppler_window = window(&f.doppler_window)?;
+    p.angle_window = window(&f.angle_window)?;
+    p.range_fft = fft(&f.range_fft, radar.samples, "samples")?;
+    p.doppler_fft = fft(&f.doppler_fft, radar.chirps, "chirps")?;
+    p.azimuth_bins = count(&f.azimuth_bins, 64, 65536, "beams in azimuth")?;
+    p.azimuth_fov_rad = degrees(&f.azimuth_max_deg, 60.0)?.to_radians();
+    p.elevation_bins = count(&f.elevation_bins, 1, 65536, "beams in elevation; 1 for none")?;
+    let elevation = degrees(&f.elevation_max_deg, 20.0)?.to_radians();
+    p.elevation_fov_rad = if p.elevation_bins == 1 { 0.0 } else { elevation };
+    p.max_points = count(&f.max_points, 4096, 10_000_000, "points of a frame")?;
+    let (doppler_bins, range_bins) = (p.doppler_fft, radar.range_bins());
+    radar.processing.cfar = match &f.cfar {
+        Some(c) => cfar(doc, c, doppler_bins, range_bins)?,
+        None => default_cfar(doppler_bins, range_bins),
+    };
+    Ok(())
+}
+
+/// Cell averaging over up to 8 x 4 cells each side, shrunk until it fits a small map.
+fn default_cfar(doppler_bins: usize, range_bins: usize) -> Cfar {
+    let fit = |bins: usize, guard: usize, train: usize| {
+        let room = bins.saturating_sub(1) / 2;
+        let g = guard.min(room / 2);
+        (g, train.min(room - g))
+    };
+    let (gd, td) = fit(doppler_bins, 2, 8);
+    let (gr, tr) = fit(range_bins, 1, 4);
+    Cfar { kind: CfarKind::Ca, guard: [gd, gr], train: [td, tr], pfa: 1e-5 }
+}
+
+fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usize) -> Result<Cfar> {
+    let cells = |t: &At<usize>| doc.in_range(t, 0..=4096, "cells on each side");
+    let guard = [cells(&c.guard_doppler_cells)?, cells(&c.guard_range_cells)?];
+    let train = [cells(&c.train_doppler_cells)?, cells(&c.train_range_cells)?];
+    let window = [2 * (guard[0] + train[0]) + 1, 2 * (guard[1] + train[1]) + 1];
+    for (i, (bins, axis, at)) in
+        [(doppler_bins, "Doppler", &c.train_doppler_cells), (range_bins, "range", &c.train_range_cells)]
+            .into_iter()
+            .enumerate()
+    {
+        if window[i] > bins {
+            return Err(doc
+                .bad(
+                    if at.span.is_empty() { &c.kind.span } else { &at.span },
+                    format!("the detector's window is {} {axis} cells long", window[i]),
+                )
+                .allowed(format!("at most the map's {bins} {axis} cells"))
+                .remedy("take fewer guard or training cells")
+                .into());
+        }
+    }
+    let training = window[0] * window[1] - (2 * guard[0] + 1) * (2 * guard[1] + 1);
+    if training == 0 {
+        return Err(doc
+            .bad(&c.kind.span, "the detector has no training cells")
+            .remedy("set train_range_cells or train_doppler_cells")
+            .into());
+    }
+    let kind = match (c.kind.value, &c.rank) {
+        (CfarName::Ca, None) => CfarKind::Ca,
+        (CfarName::Ca, Some(r)) => {
+            return Err(doc
+                .bad(&r.span, "only an \"os\" detector has a rank")
+                .remedy("take it out or set kind = \"os\"")
+                .into());
+        }
+        (CfarName::Os, None) => CfarKind::Os { rank: (3 * training).div_ceil(4) },
+        (CfarName::Os, Some(r)) => CfarKind::Os {
+            rank: doc.in_range(r, 1..=training, "counted from the smallest of the training cells")?,
+        },
+    };
+    let p = &c.false_alarm_probability;
+    let pfa = doc.in_range(p, 1e-12..=0.5, "chance of a false alarm in a cell, as in 1e-5")?;
+    Ok(Cfar { kind, guard, train, pfa })
+}
+
+fn elements(
+    doc: &Document<'_>,
+    list: &[ElementTable],
+    f: &RadarFile,
+    which: &str,
+    carrier_hz: f64,
+) -> Result<Vec<Antenna>> {
+    if list.is_empty() || list.len() > 1024 {
+        return Err(BadInput::new(format!("a radar with {} {which} antennas", list.len()))
+            .file(doc.file())
+            .key(which)
+            .allowed("1..=1024")
+            .remedy(format!("add a [[{which}]] table for each antenna"))
+            .into());
+    }
+    let half_wavelength = 0.5 * crate::units::wavelength_m(carrier_hz);
+    let mut out: Vec<Antenna> = Vec::with_capacity(list.len());
+    for (i, e) in list.iter().enumerate() {
+        let (position_m, at) = match (&e.position_m, &e.position_half_wavelengths) {
+            (Some(m), None) => (doc.vector(m)?, m),
+            (None, Some(h)) => (doc.vector(h)? * half_wavelength, h),
+            (Some(_), Some(h)) => {
+                return Err(doc
+                    .bad(&h.span, "the position is given twice")
+                    .remedy("keep position_m or position_half_wavelengths")
+                    .into());
+            }
+            (None, None) => {
+                return Err(BadInput::new("an antenna needs its position")
+                    .file(doc.file())
+                    .key(format!("{which}[{i}]"))
+                    .remedy("add position_m = [x, y, z] or position_half_wavelengths = [x, y, z]")
+                    .into());
+            }
+        };
+        if position_m.length() > 100.0 {
+            return Err(doc
+                .bad(&at.span, "the antenna is far from the radar's phase centre")
+                .allowed("within 100 m")
+                .remedy("check the unit: position_m or position_half_wavelengths")
+                .into());
+        }
+        let a = antenna(doc, e, &f.antenna, position_m)?;
+        if let Some(j) = out.iter().position(|o| {
+            o.position_m.distance(a.position_m) < 1e-6 * half_wavelength && o.polarisation == a.polarisation
+        }) {
+            return Err(doc
+                .bad(&at.span, format!("{which}[{i}] stands where {which}[{j}] does"))
+                .remedy("move one, or give it another polarisation")
+                .into());
+        }
+        out.push(a);
+    }
+    Ok(out)
+}
+
+fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: DVec3) -> Result<Antenna> {
+    let polarisation = match e.polarisation.as_ref().or(d.polarisation.as_ref()) {
+        None => Polarisation::V,
+        Some(p) => Polarisation::from_name(&p.value).ok_or_else(|| {
+            doc.bad(&p.span, "is not a polarisation")
+                .allowed(Polarisation::NAMES.map(|(n, _)| n).join(", "))
+                .remedy("V is up, H is left, +45 between the two")
+        })?,
+    };
+    // The keys of a pattern belong together: an element that names a pattern brings all of them.
+    let own = e.pattern.is_some();
+    let pick =
+        |a: &Option<At<f64>>, b: &Option<At<f64>>| if own { a.clone() } else { a.clone().or(b.clone()) };
+    let name = e.pattern.as_ref().or(d.pattern.as_ref());
+    let kind = name.map_or(PatternName::Isotropic, |p| p.value);
+    let exponents =
+        [pick(&e.azimuth_exponent, &d.azimuth_exponent), pick(&e.elevation_exponent, &d.elevation_exponent)];
+    let file =
+        if own { &e.table_file } else { e.table_file.as_ref().map_or(&d.table_file, |_| &e.table_file) };
+    let lists = if own || e.table_gain_db.is_some() {
+        [&e.table_azimuth_deg, &e.table_elevation_deg, &e.table_gain_db]
+    } else {
+        [&d.table_azimuth_deg, &d.table_elevation_deg, &d.table_gain_db]
+    };
+    if kind != PatternName::CosinePower
+        && let Some(x) = exponents.iter().flatten().next()
+    {
+        return Err(doc
+            .bad(&x.span, "only a cosine-power pattern has exponents")
+            .remedy("take it out or set pattern = \"cosine-power\"")
+            .into());
+    }
+    if kind != PatternName::Table {
+        let span = file.as_ref().map(|f| &f.span).or(lists.iter().copied().flatten().map(|l| &l.span).next());
+        if let Some(span) = span {
+            return Err(doc
+                .bad(span, "only a table pattern has a table")
+                .remedy("take it out or set pattern = \"table\"")
+                .into());
+        }
+    }
+    let mut table_peak = None;
+    let pattern = match kind {
+        PatternName::Isotropic => Pattern::Isotropic,
+        PatternName::CosinePower => {
+            let exponent = |x: &Option<At<f64>>, what: &str| -> Result<f64> {
+                match x {
+                    Some(x) => doc.in_range(x, 0.0..=10_000.0, "exponent of the cosine, in power"),
+                    None => Err(doc
+                        .bad(
+                            &name.map_or(0..0, |n| n.span.clone()),
+                            format!("a cosine-power pattern needs {what}"),
+                        )
+                        .remedy(format!("add {what}, as in 2"))
+                        .into()),
+                }
+            };
+            Pattern::CosinePower {
+                azimuth_exponent: exponent(&exponents[0], "azimuth_exponent")?,
+                elevation_exponent: exponent(&exponents[1], "elevation_exponent")?,
+            }
+        }
+        PatternName::Table => {
+            let (pattern, peak) = match (file, lists) {
+                (Some(f), [None, None, None]) => table_file(doc, f)?,
+                (None, [Some(az), Some(el), Some(gain)]) => {
+                    let n = az.value.len() * el.value.len();
+                    if n == 0 || n != gain.value.len() {
+                        return Err(doc
+                            .bad(&gain.span, format!("{} gains", gain.value.len()))
+                            .allowed(format!("one for each pair of the lists: {n}"))
+                            .remedy("azimuth runs fastest")
+                            .into());
+                    }
+                    for (list, limit) in [(az, 180.0), (el, 90.0)] {
+                        let rising = list.value.windows(2).all(|w| w[0] < w[1]);
+                        if !rising || list.value.iter().any(|x| x.is_nan() || x.abs() > limit) {
+                            return Err(doc
+                                .bad(&list.span, "must rise")
+                                .allowed(format!("-{limit}..={limit}"))
+                                .remedy("sort the angles")
+                                .into());
+                        }
+                    }
+                    if gain.value.iter().any(|g| g.is_nan() || g.abs() > 500.0) {
+                        return Err(doc
+                            .bad(&gain.span, "is out of range")
+                            .allowed("-500..=500 dB")
+                            .remedy("give decibels")
+                            .into());
+                    }
+                    normalised(&az.value, &el.value, gain.value.clone())
+                }
+                _ => {
+                    return Err(doc
+                        .bad(
+                            &name.map_or(0..0, |n| n.span.clone()),
+                            "a table pattern needs table_file, or table_azimuth_deg, table_elevation_deg and table_gain_db",
+                        )
+                        .remedy("give one of the two")
+                        .into());
+                }
+            };
+            table_peak = Some(peak);
+            pattern
+        }
+    };
+    let gain_dbi = match e.gain_dbi.as_ref().or(d.gain_dbi.as_ref()) {
+        Some(g) => doc.in_range(g, -100.0..=100.0, "peak gain in dBi, as in 11")?,
+        None => table_peak.unwrap_or(0.0),
+    };
+    Ok(Antenna { position_m, polarisation, gain_dbi, pattern })
+}
+
+/// The pattern relative to its peak, and the peak.
+fn normalised(azimuth_deg: &[f64], elevation_deg: &[f64], mut gain_db: Vec<f64>) -> (Pattern, f64) {
+    let peak = gain_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    gain_db.iter_mut().for_each(|g| *g -= peak);
+    let radians = |d: &[f64]| d.iter().map(|x| x.to_radians()).collect();
+    let (azimuth_rad, elevation_rad) = (radians(azimuth_deg), radians(elevation_deg));
+    (Pattern::Table { azimuth_rad, elevation_rad, gain_db }, peak)
+}
+
+fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
+    let relative = Path::new(&name.value);
+    if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
+        return Err(doc
+            .bad(&name.span, "leaves the folder of the radar file")
+            .allowed("a name below that folder")
+            .remedy("copy the table beside the radar file")
+            .into());
+    }
+    let path = doc.file().parent().unwrap_or(Path::new("")).join(relative);
+    pattern_csv(&path, &read_text(&path)?)
+}
+
+/// Reads `azimuth_deg,elevation_deg,gain_db` rows (in any order, `#` starts a comment) that fill a
+/// grid; returns the pattern relative to its peak and the peak. Errors: one line with the line number.
+pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
+    const HEADER: &str = "azimuth_deg,elevation_deg,gain_db";
+    let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
+    let mut rows: Vec<([f64; 3], usize)> = Vec::new();
+    let mut header = false;
+    for (i, l) in text.lines().enumerate() {
+        let l = l.trim_start_matches('\u{feff}').trim();
+        if l.is_empty() || l.starts_with('#') {
+            continue;
+        }
+        let fields: Vec<&str> = l.split(',').map(str::trim).collect();
+        if !header {
+            if fields.join(",") != HEADER {
+                return Err(bad(i + 1, "is not the header of an antenna pattern")
+                    .value(clip(l))
+                    .allowed(HEADER)
+                    .remedy("make it the first line")
+                    .into());
+            }
+            header = true;
+            continue;
+        }
+        let v: Vec<f64> = fields.iter().filter_map(|f| f.parse().ok()).collect();
+        let [az, el, gain] = v[..] else {
+            return Err(bad(i + 1, "is not three numbers").value(clip(l)).allowed(HEADER).into());
+        };
+        let ok = az.abs() <= 180.0 && el.abs() <= 90.0 && gain.abs() <= 500.0;
+        if !ok || fields.len() != 3 {
+            return Err(bad(i + 1, "is out of range")
+                .value(clip(l))
+                .allowed("azimuth -180..=180, elevation -90..=90, gain -500..=500")
+                .remedy("give degrees and decibels")
+                .into());
+        }
+        rows.push(([az, el, gain], i + 1));
+    }
+    let axis = |k: usize| {
+        let mut a: Vec<f64> = rows.iter().map(|r| r.0[k]).collect();
+        a.sort_by(f64::total_cmp);
+        a.dedup();
+        a
+    };
+    let (az, el) = (axis(0), axis(1));
+    if rows.is_empty() {
+        return Err(BadInput::new("has no rows").file(file).allowed(HEADER).remedy("add the pattern").into());
+    }
+    // A full grid has as many rows as points; a repeated point then leaves another one missing.
+    let mut gain = vec![f64::NAN; if az.len() * el.len() == rows.len() { rows.len() } else { 0 }];
+    for ([a, e, g], line) in &rows {
+        let at = |axis: &[f64], x: f64| axis.partition_point(|v| *v < x);
+        let Some(cell) = gain.get_mut(at(&el, *e) * az.len() + at(&az, *a)) else {
+            return Err(BadInput::new(format!(
+                "{} rows do not fill a grid of {} azimuths and {} elevations",
+                rows.len(),
+                az.len(),
+                el.len()
+            ))
+            .file(file)
+            .allowed("one row for each pair")
+            .remedy("add the missing rows")
+            .into());
+        };
+        if !cell.is_nan() {
+            return Err(bad(*line, "repeats a direction")
+                .value(format!("{a},{e}"))
+                .remedy("remove it")
+                .into());
+        }
+        *cell = *g;
+    }
+    Ok(normalised(&az, &el, gain))
+}
+
+impl Polarisation {
+    /// Up.
+    pub const V: Self = Self::new(1.0, 0.0, 0.0, 0.0);
+    /// Left.
+    pub const H: Self = Self::new(0.0, 0.0, 1.0, 0.0);
+
+    const fn new(v_re: f64, v_im: f64, h_re: f64, h_im: f64) -> Self {
+        Polarisation { v: Complex64::new(v_re, v_im), h: Complex64::new(h_re, h_im) }
+    }
+
+    /// Names and Jones vectors in (V, H). +45 lies between up and left as the radar sees it. RHCP is
+    /// right-handed in the sense of IEEE Std 145 for the transmitted wave: with e^{+j omega t} and
+    /// the look direction H x V, E = V cos(wt) - H sin(wt). The same vector serves on receive
+    /// (CONVENTIONS eq. 2 and 9), so an antenna hears best the hand that it sends.
+    pub const NAMES: [(&'static str, Polarisation); 6] = [
+        ("V", Self::V),
+        ("H", Self::H),
+        ("+45", Self::new(FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2, 0.0)),
+        ("-45", Self::new(FRAC_1_SQRT_2, 0.0, -FRAC_1_SQRT_2, 0.0)),
+        ("RHCP", Self::new(FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2)),
+        ("LHCP", Self::new(FRAC_1_SQRT_2, 0.0, 0.0, -FRAC_1_SQRT_2)),
+    ];
+
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, p)| *p)
+    }
+
+    pub fn name(&self) -> Option<&'static str> {
+        Self::NAMES.iter().find(|(_, p)| p == self).map(|(n, _)| *n)
+    }
+}
+
+/// The radar as a TOML text with every key written out, which [`parse`] reads back to the same radar
+/// (angles to rounding). Errors: a polarisation without a name.
+pub fn to_toml(radar: &Radar) -> Result<String> {
+    let element = |a: &Antenna| -> Result<ElementTable> {
+        let polarisation = a.polarisation.name().ok_or_else(|| {
+            Error::Failed(format!("radar '{}' has a polarisation that no name describes", radar.name))
+        })?;
+        let mut e = ElementTable {
+            position_m: Some(At::from(a.position_m.to_array())),
+            polarisation: Some(At::from(polarisation.to_string())),
+            gain_dbi: Some(a.gain_dbi.into()),
+            ..Default::default()
+        };
+        match &a.pattern {
+            Pattern::Isotropic => e.pattern = Some(PatternName::Isotropic.into()),
+            Pattern::CosinePower { azimuth_exponent, elevation_exponent } => {
+                e.pattern = Some(PatternName::CosinePower.into());
+                e.azimuth_exponent = Some((*azimuth_exponent).into());
+                e.elevation_exponent = Some((*elevation_exponent).into());
+            }
+            Pattern::Table { azimuth_rad, elevation_rad, gain_db } => {
+                let degrees = |r: &[f64]| r.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
+                e.pattern = Some(PatternName::Table.into());
+                e.table_azimuth_deg = Some(degrees(azimuth_rad).into());
+                e.table_elevation_deg = Some(degrees(elevation_rad).into());
+                e.table_gain_db = Some(gain_db.clone().into());
+            }
+        }
+        Ok(e)
+    };
+    let window = |w: &Window| {
+        Some(match *w {
+            Window::Rectangle => WindowName::Rectangle.into(),
+            Window::Hann => WindowName::Hann.into(),
+            Window::Hamming => WindowName::Hamming.into(),
+            Window::Blackman => WindowName::Blackman.into(),
+            Window::DolphChebyshev { side_lobe_db } => WindowTable {
+                kind: WindowName::DolphChebyshev.into(),
+                side_lobe_db: Some(side_lobe_db.into()),
+            },
+        })
+    };
+    let (yaw, pitch, roll) = radar.mounting.rotation.to_euler(EulerRot::ZYX);
+    let p = &radar.processing;
+    let (kind, rank) = match p.cfar.kind {
+        CfarKind::Ca => (CfarName::Ca, None),
+        CfarKind::Os { rank } => (CfarName::Os, Some(rank.into())),
+    };
+    let file = RadarFile {
+        name: radar.name.clone(),
+        waveform: WaveformTable {
+            carrier_hz: radar.carrier_hz.into(),
+            bandwidth_hz: radar.bandwidth_hz.into(),
+            ramp_time_s: radar.ramp_time_s.into(),
+            chirp_period_s: radar.chirp_period_s.into(),
+            chirps: radar.chirps.into(),
+        },
+        receiver: ReceiverTable {
+            sampling: radar.sampling,
+            sample_rate_hz: radar.sample_rate_hz.into(),
+            samples: radar.samples.into(),
+            adc_start_s: radar.adc_start_s.into(),
+            noise_figure_db: radar.noise_figure_db.into(),
+            thermal_noise: radar.thermal_noise,
+        },
+        transmitter: TransmitterTable { power_dbm: radar.tx_power_dbm.into() },
+        antenna: AntennaTable::default(),
+        tx: radar.tx.iter().map(element).collect::<Result<_>>()?,
+        rx: radar.rx.iter().map(element).collect::<Result<_>>()?,
+        mounting: MountingTable {
+            position_m: radar.mounting.translation_m.to_array().into(),
+            yaw_deg: yaw.to_degrees().into(),
+            pitch_deg: pitch.to_degrees().into(),
+            roll_deg: roll.to_degrees().into(),
+        },
+        processing: ProcessingTable {
+            range_window: window(&p.range_window),
+            doppler_window: window(&p.doppler_window),
+            angle_window: window(&p.angle_window),
+            range_fft: Some(p.range_fft.into()),
+            doppler_fft: Some(p.doppler_fft.into()),
+            azimuth_bins: Some(p.azimuth_bins.into()),
+            azimuth_max_deg: Some(p.azimuth_fov_rad.to_degrees().into()),
+            elevation_bins: Some(p.elevation_bins.into()),
+            elevation_max_deg: (p.elevation_bins > 1).then(|| p.elevation_fov_rad.to_degrees().into()),
+            max_points: Some(p.max_points.into()),
+            cfar: Some(CfarTable {
+                kind: kind.into(),
+                rank,
+                guard_range_cells: p.cfar.guard[1].into(),
+                guard_doppler_cells: p.cfar.guard[0].into(),
+                train_range_cells: p.cfar.train[1].into(),
+                train_doppler_cells: p.cfar.train[0].into(),
+                false_alarm_probability: p.cfar.pfa.into(),
+            }),
+        },
+    };
+    toml::to_string(&file).map_err(|e| Error::Failed(format!("radar '{}' as TOML: {e}", radar.name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{C0, db_from_power};
+    use proptest::prelude::*;
+
+    fn close(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
+    }
+
+    #[test]
+    fn feng77_is_the_radar_of_the_document() {
+        let r = preset("feng77").unwrap();
+        close(r.start_hz(), 77e9, 1.0);
+        close(r.max_range_m(), 62.4, 0.05);
+        close(r.range_bin_m(), C0 / (2.0 * 2.46e9), 1e-4);
+        // The document takes the wavelength at the sweep's start; the centre of the sweep gives 1.6 % less.
+        close(C0 / r.start_hz() / (4.0 * r.loop_period_s()), 20.3, 0.05);
+        close(r.max_velocity_mps(), 19.96, 0.01);
+        close(r.velocity_bin_mps(), 0.02, 0.001);
+        assert_eq!((r.samples, r.chirps, r.sampling), (2048, 1024, Sampling::Real));
+        assert_eq!((r.tx.len(), r.rx.len(), r.range_bins()), (1, 8, 1024));
+        assert_eq!(r.processing.range_window, Window::DolphChebyshev { side_lobe_db: 111.0 });
+        assert_eq!(r.processing.doppler_window, Window::DolphChebyshev { side_lobe_db: 141.5 });
+        let c = r.processing.cfar;
+        assert_eq!((c.kind, c.guard, c.train), (CfarKind::Os { rank: 50 }, [0, 5], [0, 50]));
+    }
+
+    #[test]
+    fn front77_is_w3_with_a_filled_row() {
+        let r = preset("front77").unwrap();
+        assert_eq!((r.samples, r.chirps, r.channels()), (512, 256, 12));
+        close(r.chirp_period_s, 55e-6, 1e-18);
+        close(r.bandwidth_hz, 1e9, 0.0);
+        close(r.samples as f64 / r.sample_rate_hz, r.ramp_time_s, 1e-15);
+        for name in ["front77", "demo77"] {
+            let r = preset(name).unwrap();
+            let mut y: Vec<f64> = Vec::new();
+            for t in &r.tx {
+                y.extend(r.rx.iter().map(|x| t.position_m.y + x.position_m.y));
+            }
+            let mean = y.iter().sum::<f64>() / 12.0;
+            close(mean, 0.0, 1e-15);
+            for (i, pair) in y.windows(2).enumerate() {
+                let gap = (pair[1] - pair[0]) / (0.5 * r.wavelength_m());
+                assert!((gap - 1.0).abs() < 1e-12, "{name}: gap {i} is {gap} half-wavelengths");
+            }
+        }
+        let d = preset("demo77").unwrap();
+        assert!(d.max_range_m() > 100.0 && d.max_velocity_mps() > 20.0);
+    }
+
+    /// Gain cannot exceed the directivity 4 pi / (integral of the pattern over the sphere).
+    #[test]
+    fn preset_antennas_are_passive() {
+        for (name, _) in PRESETS {
+            let r = preset(name).unwrap();
+            for a in r.tx.iter().chain(&r.rx) {
+                let n = 720;
+                let step = std::f64::consts::PI / n as f64;
+                let mut sum = 0.0;
+                for i in 0..2 * n {
+                    for j in 0..n {
+                        let az = -std::f64::consts::PI + (i as f64 + 0.5) * step;
+                        let el = -0.5 * std::f64::consts::PI + (j as f64 + 0.5) * step;
+                        sum += a.pattern.power_gain(az, el) * el.cos() * step * step;
+                    }
+                }
+                let directivity = db_from_power(4.0 * std::f64::consts::PI / sum);
+                assert!(
+                    a.gain_dbi <= directivity && a.gain_dbi > directivity - 2.0,
+                    "{name}: {} against {directivity}",
+                    a.gain_dbi
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_radar_reads_back_from_what_it_writes() {
+        for (name, _) in PRESETS {
+            let mut a = preset(name).unwrap();
+            a.mounting = Pose::from_yaw_pitch_roll(DVec3::new(3.4, 0.1, 0.5), 0.3, -0.05, 0.02);
+            a.rx[0].polarisation = Polarisation::from_name("LHCP").unwrap();
+            a.rx[1].pattern = Pattern::Table {
+                azimuth_rad: vec![-0.5, 0.0, 0.5],
+                elevation_rad: vec![-0.1, 0.1],
+                gain_db: vec![-6.0, -1.0, -6.0, -5.0, 0.0, -5.0],
+            };
+            let text = to_toml(&a).unwrap();
+            let b = parse(Path::new("x.toml"), &text).unwrap();
+            assert!(a.mounting.rotation.angle_between(b.mounting.rotation) < 1e-7);
+            let mut b2 = b.clone();
+            b2.mounting = a.mounting;
+            b2.processing.azimuth_fov_rad = a.processing.azimuth_fov_rad;
+            let (Pattern::Table { azimuth_rad: x, .. }, Pattern::Table { azimuth_rad: y, .. }) =
+                (&a.rx[1].pattern, &b.rx[1].pattern)
+            else {
+                panic!("the table was lost")
+            };
+            close(x[2], y[2], 1e-15);
+            b2.rx[1].pattern = a.rx[1].pattern.clone();
+            assert_eq!(a, b2);
+        }
+    }
+
+    #[test]
+    fn polarisations_are_unit_and_orthogonal_in_pairs() {
+        let p = |n: &str| Polarisation::from_name(n).unwrap();
+        for (a, b) in [("V", "H"), ("+45", "-45"), ("RHCP", "LHCP")] {
+            let (a, b) = (p(a), p(b));
+            close(a.v.norm_sqr() + a.h.norm_sqr(), 1.0, 1e-15);
+            // Hermitian product, as fields.
+            close((a.v * b.v.conj() + a.h * b.h.conj()).norm(), 0.0, 1e-15);
+        }
+        // A sphere (S = identity) returns the other hand: the same antenna hears nothing.
+        let r = p("RHCP");
+        close((r.v * r.v + r.h * r.h).norm(), 0.0, 1e-15);
+        // Seen along the direction of travel x = H x V, E turns from up (V) towards the right (-H).
+        let at = |wt: f64| (r.h * Complex64::from_polar(1.0, wt)).re;
+        assert!(at(0.0).abs() < 1e-15 && at(0.1) < 0.0);
+    }
+
+    fn changed(from: &str, to: &str) -> String {
+        let text = PRESETS[1].1;
+        assert!(text.contains(from), "the preset does not hold '{from}'");
+        parse(Path::new("r.toml"), &text.replacen(from, to, 1)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn mistakes_are_one_line_with_the_remedy() {
+        for (from, to, expect) in [
+            ("carrier_hz = 77e9", "carrier_hz = -1", "waveform.carrier_hz = -1: is out of range; allowed: 1"),
+            ("carrier_hz = 77e9", "carrier_hz = nan", "waveform.carrier_hz = nan: is out of range"),
+            ("carrier_hz", "carier_hz", "waveform.carier_hz: unknown key"),
+            ("ramp_time_s = 40e-6", "ramp_time_s = 60e-6", "is shorter than the ramp"),
+            ("ramp_time_s = 40e-6", "ramp_time_s = 39e-6", "but the ramp lasts"),
+            ("samples = 512", "samples = 513", "at most 512 samples here"),
+            ("samples = 512", "samples = 0", "receiver.samples = 0: is out of range; allowed: 2..=65536"),
+            ("samples = 512", "samples = 1e3", "invalid type"),
+            ("sampling = \"iq\"", "sampling = \"IQ\"", "allowed: real, iq"),
+            ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
+            ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),
+            ("train_range_cells = 8", "train_range_cells = 300", "at most the map's 512 range cells"),
+            ("[processing]", "[processing]\nrange_fft = 600", "power of two and at least samples = 512"),
+            ("[processing]", "[processing]\nrange_fft = 256", "power of two and at least samples = 512"),
+            ("polarisation = \"V\"", "polarisation = \"X\"", "allowed: V, H, +45, -45, RHCP, LHCP"),
+            ("pattern = \"cosine-power\"", "pattern = \"isotropic\"", "only a cosine-power pattern has"),
+            (
+                "position_half_wavelengths = [0, 0.5, 0]",
+                "position_half_wavelengths = [0, -0.5, 0]",
+                "stands where",
+            ),
+            ("position_half_wavelengths = [0, 0.5, 0]", "position_m = [0, 1e9, 0]", "three finite numbers"),
+            ("position_half_wavelengths = [0, 0.5, 0]", "position_m = [0, 999, 0]", "within 100 m"),
+            ("position_half_wavelengths = [0, 0.5, 0]", "", "an antenna needs its position"),
+        ] {
+            let e = changed(from, to);
+            assert!(
+                e.contains(expect) && e.starts_with("r.toml:") && !e.contains('\n'),
+                "{from} -> {to}: {e}"
+            );
+        }
+        let e = load("front7", Path::new("")).unwrap_err().to_string();
+        assert!(e.contains("did you mean 'front77'?"), "{e}");
+        let e = load("gone.toml", Path::new("/nowhere")).unwrap_err().to_string();
+        assert!(e.contains("/nowhere/gone.toml: no such file"), "{e}");
+    }
+
+    #[test]
+    fn pattern_tables() {
+        let csv =
+            "# horn\nazimuth_deg,elevation_deg,gain_db\n-10,0,8\n10,0,9\n0,0,11\n0,5,6\n-10,5,3\n10,5,4\n";
+        let (p, peak) = pattern_csv(Path::new("p.csv"), csv).unwrap();
+        assert_eq!(peak, 11.0);
+        close(db_from_power(p.power_gain(0.0, 0.0)), 0.0, 1e-12);
+        close(db_from_power(p.power_gain(5f64.to_radians(), 2.5f64.to_radians())), -3.5, 1e-12);
+        close(db_from_power(p.power_gain(2.0, -1.0)), -2.0, 1e-12);
+        for (from, to, expect) in [
+            ("0,5,6\n", "", "do not fill a grid"),
+            ("0,5,6", "0,0,6", "p.csv:6: 0,0: repeats a direction"),
+            ("0,5,6", "0,5,x", "p.csv:6: 0,5,x: is not three numbers"),
+            ("0,5,6", "0,95,6", "p.csv:6: 0,95,6: is out of range"),
+            ("azimuth_deg,", "azimuth,", "p.csv:2: azimuth,"),
+        ] {
+            let e = pattern_csv(Path::new("p.csv"), &csv.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(e.contains(expect), "{e}");
+        }
+        assert!(pattern_csv(Path::new("p.csv"), "").is_err());
+
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("horn.csv"), csv).unwrap();
+        let text = PRESETS[1].1.replacen(
+            "pattern = \"cosine-power\"",
+            "pattern = \"table\"\ntable_file = \"horn.csv\"",
+            1,
+        );
+        let text: String = text
+            .lines()
+            .filter(|l| !l.contains("_exponent") && !l.starts_with("gain_dbi"))
+            .map(|l| format!("{l}\n"))
+            .collect();
+        let r = parse(&dir.path().join("r.toml"), &text).unwrap();
+        assert_eq!(r.tx[0].gain_dbi, 11.0);
+        let e = parse(&dir.path().join("r.toml"), &text.replace("horn.csv", "../horn.csv")).unwrap_err();
+        assert!(e.to_string().contains("leaves the folder"), "{e}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        /// Any number in any place: a radar that passes the checks, or one line.
+        #[test]
+        fn numbers_never_panic(which in 0usize..60, x in prop_oneof![Just("0".to_string()), Just("-1".into()),
+            Just("1e308".into()), Just("-1e-308".into()), Just("nan".into()), Just("inf".into()),
+            Just("9223372036854775807".into()), "[0-9]{1,6}", "[0-9]{1,3}e-?[0-9]"])
+        {
+            let text = PRESETS[1].1;
+            let mut seen = 0;
+            let changed: String = text.lines().map(|l| {
+                let number = l.split_once(" = ").filter(|(_, v)| v.starts_with(|c: char| c.is_ascii_digit()));
+                let l = match number {
+                    Some((k, _)) => { seen += 1; if seen == which + 1 { format!("{k} = {x}") } else { l.into() } }
+                    None => l.to_string(),
+                };
+                l + "\n"
+            }).collect();
+            match parse(Path::new("r.toml"), &changed) {
+                Ok(r) => { prop_assert!(r.max_range_m().is_finite() && r.range_bins() > 0); }
+                Err(e) => { prop_assert!(!e.to_string().contains('\n')); }
+            }
+        }
+    }
+}
