@@ -2,8 +2,18 @@
 
 use crate::adc;
 use crate::gpu::{Kernel, selftest};
+use crate::rcs::po_sum;
+use crate::trace::{contribute, rays, scan};
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
-    vec![&selftest::KERNEL, &adc::synthesis::KERNEL, &adc::noise::KERNEL]
+    vec![
+        &selftest::KERNEL,
+        &rays::KERNEL,
+        &scan::KERNEL,
+        &contribute::KERNEL,
+        &po_sum::KERNEL,
+        &adc::synthesis::KERNEL,
+        &adc::noise::KERNEL,
+    ]
 }
