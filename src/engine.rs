@@ -1,6 +1,7 @@
 //! Choice between engines.
 
 use crate::adc;
+use crate::dsp;
 use crate::gpu::{Kernel, selftest};
 use crate::rcs::po_sum;
 use crate::trace::{contribute, rays, scan};
@@ -15,5 +16,12 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &po_sum::KERNEL,
         &adc::synthesis::KERNEL,
         &adc::noise::KERNEL,
+        &dsp::fft::KERNEL,
+        &dsp::power::KERNEL,
+        &dsp::cfar_ca::KERNEL,
+        &dsp::cfar_os::KERNEL,
+        &dsp::peaks::KERNEL,
+        &dsp::snapshot::KERNEL,
+        &dsp::doa_beamform::KERNEL,
     ]
 }

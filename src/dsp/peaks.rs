@@ -1,6 +1,44 @@
-//! Peaks: their order and their place between cells (CONVENTIONS eq. 18).
+//! Peaks: their order, their place between cells (CONVENTIONS eq. 18), and the host side of the
+//! kernel that lists them.
 
 use super::{Cell, PowerMap, Real};
+use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+
+gpu_struct! {
+    /// Uniform of `shaders/dsp/peaks.wgsl`.
+    pub struct Params {
+        pub doppler_bins: u32,
+        pub range_bins: u32,
+        pub capacity: u32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/peaks",
+    sources: &[include_str!("../../shaders/dsp/peaks.wgsl")],
+    workgroup: [256, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance { relative_l2: 0.0, reason: "compares and counts" },
+};
+
+/// Lists the peaks of a map of `[doppler bins, range bins]` among its masked cells: first how many there
+/// are, then up to `capacity` of them as doppler x range_bins + range, in the order of the map.
+pub fn record(
+    recorder: &mut Recorder<'_>,
+    map: &Buffer<f32>,
+    mask: &Buffer<u32>,
+    size: [usize; 2],
+    capacity: usize,
+) -> Buffer<u32> {
+    let list = recorder.buffer::<u32>("detected cells", capacity + 1);
+    let params =
+        Params { doppler_bins: size[0] as u32, range_bins: size[1] as u32, capacity: capacity as u32 };
+    recorder.dispatch(&KERNEL, &params, &[map, mask, &list], Threads::Workgroups([1, 1, 1]));
+    list
+}
 
 /// Where a peak lies between cells, and its height there.
 #[derive(Debug, Clone, Copy, PartialEq)]
