@@ -89,7 +89,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
     let sight = Pen::dashed([90, 90, 90], 1.2, [6.0, 4.0]);
     for r in input.radars.iter().filter(|r| r.half_angle_rad > 0.0) {
         let polygon = sector(r).into_iter().map(turned).collect();
-        chart.layers.push(Layer::Area { polygon, fill: Some(([255, 214, 92], 0.12)), stroke: Some(sight) });
+        chart.layers.push(Layer::Area { polygon, fill: None, stroke: Some(sight) });
     }
     if input.radars.iter().any(|r| r.half_angle_rad > 0.0) {
         chart.key("field of view", Symbol::Line(sight));
@@ -108,7 +108,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
             let axis = Axis::new(label, -most, most).to_ticks(8);
             Scale { map: ColourMap::BlueWhiteRed, axis }
         });
-        let mark = Mark::Dot { radius: 3.6 };
+        let mark = Mark::Dot { radius: 3.2 };
         chart.layers.push(Layer::Marks { points, mark, paint: Paint::Scaled(values) });
         chart.key(format!("points ({})", input.points.len()), Symbol::Mark(mark, [150, 180, 215]));
     }
