@@ -17,7 +17,7 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
     let top = (max / 5.0).ceil() * 5.0;
     let bottom = ((min / 10.0).floor() * 10.0).clamp(top - 50.0, top - 20.0);
     let radial = Axis::new(radial_label, bottom, top);
-    let half = curves.iter().all(|c| c.points.iter().all(|p| !(p[0].abs() > 90.0 + 1e-6)));
+    let half = curves.iter().all(|c| c.points.iter().all(|p| p[0].is_nan() || p[0].abs() <= 90.0 + 1e-6));
 
     const RADIUS: f64 = 270.0;
     const AROUND: f64 = 48.0;
