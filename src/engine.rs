@@ -1,8 +1,9 @@
 //! Choice between engines.
 
 use crate::gpu::{Kernel, selftest};
+use crate::trace;
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
-    vec![&selftest::KERNEL]
+    vec![&selftest::KERNEL, &trace::closest::KERNEL]
 }

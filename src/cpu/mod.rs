@@ -1,1 +1,3 @@
 //! Room: cpu.
+
+pub mod trace;

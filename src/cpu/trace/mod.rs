@@ -1,0 +1,3 @@
+//! Rays on the cpu engine.
+
+pub mod closest;
