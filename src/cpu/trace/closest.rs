@@ -6,9 +6,9 @@ use obvhs::cwbvh::{CwBvh, node::CwBvhNode};
 use obvhs::traverse;
 use rayon::prelude::*;
 
-/// obvhs' node test passes over whatever is nearer than 1e-4 in units of the direction's length. Directions
-/// are shortened by this, a power of two so that nothing is rounded: 1e-7 of the given length remains.
-const SHORTER: f32 = 1.0 / 1024.0;
+/// obvhs' node test passes over whatever is nearer than 1e-4 in units of the direction's length. Its rays
+/// get directions of about this length in m: 1e-8 m remains.
+const SHORT_M: f32 = 1.0 / 16384.0;
 /// Its node test rounds like f32; the far end of the ray gives way by as much.
 const LONGER: f32 = 1.0 + 1e-6;
 /// Rounding error of an edge function in units of its largest term.
@@ -43,7 +43,10 @@ fn hit(tree: &CwBvh, triangles: &[[f32; 4]], find: Find, ray: &Ray, skip_patch: 
         return best;
     }
     let (origin, dir) = (Vec3A::from(ray.origin), Vec3A::from(ray.dir));
-    let direction = dir * SHORTER;
+    // By a power of two, so that nothing is rounded.
+    let size = f32::from_bits(dir.abs().max_element().max(1e-30).to_bits() & 0x7f80_0000);
+    let shorter = SHORT_M / size;
+    let direction = dir * shorter;
     // Not `Ray::new`: it takes components below 1.2e-7 for that, which turns the ray by as much.
     // The sign of -0 must be that of `d < 0`, by which the node test sorts the planes.
     let inverse = |d: f32| if d < 0.0 { 1.0 / d.min(-1e-18) } else { 1.0 / d.max(1e-18) };
@@ -52,7 +55,7 @@ fn hit(tree: &CwBvh, triangles: &[[f32; 4]], find: Find, ray: &Ray, skip_patch: 
         direction,
         inv_direction: Vec3A::from(direction.to_array().map(inverse)),
         tmin: 0.0,
-        tmax: ray.t_max / SHORTER * LONGER,
+        tmax: ray.t_max / shorter * LONGER,
     };
     let mut state = tree.new_traversal(direction);
     let mut node: &CwBvhNode;
@@ -65,7 +68,7 @@ fn hit(tree: &CwBvh, triangles: &[[f32; 4]], find: Find, ray: &Ray, skip_patch: 
             && (t < best.t || (t == best.t && index < best.triangle && best.triangle != NO_TRIANGLE))
         {
             best = Hit { t, u, v, triangle: index };
-            boxes.tmax = t / SHORTER * LONGER;
+            boxes.tmax = t / shorter * LONGER;
             if find == Find::Any {
                 break;
             }
