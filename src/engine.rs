@@ -4,12 +4,13 @@ use crate::adc;
 use crate::dsp;
 use crate::gpu::{Kernel, selftest};
 use crate::rcs::po_sum;
-use crate::trace::{contribute, rays, scan};
+use crate::trace::{closest, contribute, rays, scan};
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
     vec![
         &selftest::KERNEL,
+        &closest::KERNEL,
         &rays::KERNEL,
         &scan::KERNEL,
         &contribute::KERNEL,
