@@ -164,6 +164,25 @@ impl DeviceColumn {
 const TILE_SIDE: usize = 16;
 const TILE_WORDS: usize = 4096;
 
+/// Iterations of all its loops together that a kernel may ask of a thread. Mesa's llvmpipe leaves
+/// loops, without a word, after 65,535.
+const ITERATIONS: usize = 65_000;
+
+/// Refuses windows that a thread cannot go through in [`ITERATIONS`]. `passes`: how often at most.
+pub(crate) fn check_window(cfar: &Cfar, passes: usize) -> Result<()> {
+    let [rows, width] = [0, 1].map(|i| 2 * (cfar.guard[i] + cfar.train[i]) + 1);
+    // Each row costs its cells and a step of the outer loop.
+    if passes * (rows * (width + 1) + 1) <= ITERATIONS {
+        return Ok(());
+    }
+    Err(BadInput::new("the CFAR window is too large for the GPU")
+        .key("cfar.guard + cfar.train")
+        .value(format!("{rows} x {width} cells"))
+        .allowed(format!("about {} cells", ITERATIONS / passes))
+        .remedy("take fewer training cells, or the device cpu")
+        .into())
+}
+
 /// Records a CFAR kernel on a map of `[doppler bins, range bins]`.
 pub(crate) fn record(
     recorder: &mut Recorder<'_>,

@@ -19,6 +19,9 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
+/// Times that a thread goes through its training cells.
+pub(crate) const PASSES: usize = 1;
+
 /// The factor on the mean of `training` cells that gives `pfa` when every cell is the mean of
 /// `channels` independent exponentials: F^-1(1 - pfa; 2K, 2KN).
 ///

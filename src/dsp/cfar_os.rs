@@ -20,6 +20,10 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
+/// Times at most that a thread goes through its training cells: once for their bounds, and once for each
+/// bit of a positive f32, by which the bounds close in.
+pub(crate) const PASSES: usize = 32;
+
 /// The factor on the order statistic, and what that statistic is on average on noise of unit mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OsFactor {

@@ -74,12 +74,13 @@ pub(crate) fn record_cfar(
     size: [usize; 2],
     cfar: &Cfar,
     columns: &[cfar::Column],
-) -> DeviceDetection {
-    let kernel = match cfar.kind {
-        CfarKind::Ca => &cfar_ca::KERNEL,
-        CfarKind::Os { .. } => &cfar_os::KERNEL,
+) -> Result<DeviceDetection> {
+    let (kernel, passes) = match cfar.kind {
+        CfarKind::Ca => (&cfar_ca::KERNEL, cfar_ca::PASSES),
+        CfarKind::Os { .. } => (&cfar_os::KERNEL, cfar_os::PASSES),
     };
-    cfar::record(recorder, kernel, map, size, cfar, columns)
+    cfar::check_window(cfar, passes)?;
+    Ok(cfar::record(recorder, kernel, map, size, cfar, columns))
 }
 
 fn detection(mask: Vec<u32>, noise: Vec<f32>, columns: &[cfar::Column]) -> Detection<f32> {
@@ -92,7 +93,7 @@ pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> R
     let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
     let mut recorder = gpu.recorder("cfar");
     let buffer = recorder.upload("map", &map.data);
-    let found = record_cfar(&mut recorder, &buffer, [map.doppler_bins, map.range_bins], cfar, &columns);
+    let found = record_cfar(&mut recorder, &buffer, [map.doppler_bins, map.range_bins], cfar, &columns)?;
     let (mask, noise) = (recorder.read(&found.mask), recorder.read(&found.noise));
     let mut done = recorder.submit()?;
     Ok(detection(done.take(mask), done.take(noise), &columns))
@@ -113,7 +114,7 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
     let mut recorder = gpu.recorder("processing");
     let spectrum = fft::record(&mut recorder, gpu.max_binding_bytes(), cube, &transform)?;
     let map = power::record(&mut recorder, &spectrum);
-    let found = record_cfar(&mut recorder, &map, size, cfar, &columns);
+    let found = record_cfar(&mut recorder, &map, size, cfar, &columns)?;
     let limit = (gpu.max_binding_bytes() as usize / (8 * transform.channels)).max(1);
     let (list, channels) = record_cells(&mut recorder, &spectrum, &map, &found.mask, CELLS.min(limit));
     let map_read = recorder.read(&map);
