@@ -1,10 +1,22 @@
-//! Choice between engines.
+//! The only place that chooses between the engines: every stage of the chain once, on whichever was
+//! opened.
 
-use crate::adc;
-use crate::dsp;
-use crate::gpu::{Kernel, selftest};
-use crate::rcs::po_sum;
-use crate::trace::{closest, contribute, rays, scan};
+use crate::adc::noise::Noise;
+use crate::adc::synthesis::{FrontEnd, Plan};
+use crate::adc::{self, Cube};
+use crate::cpu;
+use crate::cpu::adc::synthesis::Control;
+use crate::dsp::doa_beamform::{Angle, Beamformer};
+use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real};
+use crate::error::{BadInput, Error, Result};
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::Geometry;
+use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
+use crate::rcs::{self, Aspect, RcsOptions, Scattering, po_sum};
+use crate::scene::radar::Radar;
+use crate::trace::launch::Fan;
+use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
+use glam::DVec3;
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
@@ -25,4 +37,289 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &dsp::snapshot::KERNEL,
         &dsp::doa_beamform::KERNEL,
     ]
+}
+
+/// Precision of cube, FFT and detection on the cpu engine; geometry, phase and fields are always f64.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    #[default]
+    F32,
+    F64,
+}
+
+/// An engine that is ready to work.
+pub enum Engine {
+    Cpu(Precision),
+    Gpu(Box<Gpu>),
+}
+
+/// What the manifest says about the engine.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EngineReport {
+    pub engine: &'static str,
+    pub precision: Precision,
+    /// "cpu" or the adapter's name.
+    pub adapter: String,
+    pub driver: String,
+    pub driver_info: String,
+}
+
+/// A cube in the precision of its engine.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyCube {
+    F32(Cube<f32>),
+    F64(Cube<f64>),
+}
+
+impl AnyCube {
+    pub fn into_f32(self) -> Cube<f32> {
+        match self {
+            AnyCube::F32(c) => c,
+            AnyCube::F64(c) => c.to_f32(),
+        }
+    }
+}
+
+/// One detected cell with its place between cells and its direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectedCell {
+    pub cell: Cell,
+    /// Row and column with fractions (CONVENTIONS eq. 18).
+    pub doppler: f64,
+    pub range: f64,
+    /// Mean noise power at this cell in W.
+    pub noise_w: f64,
+    pub angle: Angle,
+}
+
+/// A processed frame. Maps are f32, whatever the precision that they were made in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Processed {
+    pub map: PowerMap<f32>,
+    /// Power in W that a cell has to exceed, `[doppler, range]`.
+    pub threshold: Vec<f32>,
+    /// Strongest first.
+    pub cells: Vec<DetectedCell>,
+    /// Cells over the threshold, before they were thinned to local maxima and `max_points`.
+    pub cells_over_threshold: usize,
+}
+
+impl Engine {
+    /// `auto`: a hardware GPU, else the cpu; `cpu`; `gpu`: a hardware GPU or an error; anything else: the
+    /// adapter that has it in its name.
+    ///
+    /// Errors: no such adapter; one that fails its self-test; `f64` with a GPU.
+    pub fn open(device: &str, precision: Precision) -> Result<Engine> {
+        let gpu = match device {
+            "cpu" => None,
+            "auto" if precision == Precision::F64 => None,
+            "auto" => match adapters().iter().any(|a| a.is_hardware) {
+                true => Some(Gpu::open(Want::Hardware)?),
+                false => None,
+            },
+            "gpu" => Some(Gpu::open(Want::Hardware)?),
+            "" => {
+                return Err(BadInput::new("no device is named")
+                    .key("device")
+                    .allowed("auto, cpu, gpu, part of an adapter's name")
+                    .remedy("`catseye devices` lists the adapters")
+                    .into());
+            }
+            name => Some(Gpu::open(Want::Named(name))?),
+        };
+        match gpu {
+            None => Ok(Engine::Cpu(precision)),
+            Some(_) if precision == Precision::F64 => Err(BadInput::new("shaders compute in f32")
+                .key("precision")
+                .value("f64")
+                .allowed("f32 on a gpu")
+                .remedy("use --device cpu")
+                .into()),
+            Some(gpu) => Ok(Engine::Gpu(Box::new(gpu))),
+        }
+    }
+
+    pub fn report(&self) -> EngineReport {
+        match self {
+            Engine::Cpu(precision) => EngineReport {
+                engine: "cpu",
+                precision: *precision,
+                adapter: "cpu".into(),
+                driver: "rayon".into(),
+                driver_info: format!("{} threads", rayon::current_num_threads()),
+            },
+            Engine::Gpu(gpu) => {
+                let r = gpu.report();
+                EngineReport {
+                    engine: "gpu",
+                    precision: Precision::F32,
+                    adapter: r.name.clone(),
+                    driver: r.driver.clone(),
+                    driver_info: r.driver_info.clone(),
+                }
+            }
+        }
+    }
+
+    /// One line for people: engine, adapter, driver.
+    pub fn describe(&self) -> String {
+        let r = self.report();
+        match self {
+            Engine::Cpu(_) => format!("cpu ({}, {:?})", r.driver_info, r.precision).to_lowercase(),
+            Engine::Gpu(_) => format!("gpu: {} ({} {})", r.adapter, r.driver, r.driver_info),
+        }
+    }
+
+    /// S for each aspect.
+    pub fn rcs_sweep(
+        &self,
+        geometry: &Geometry,
+        aspects: &[Aspect],
+        options: &RcsOptions,
+    ) -> Result<Vec<Scattering>> {
+        let mut swept = match self {
+            Engine::Cpu(_) => cpu::rcs::po_sum::sweep(geometry, aspects, options),
+            Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
+        };
+        for (s, a) in swept.iter_mut().zip(aspects) {
+            s.add(&rcs::point_sum(geometry, *a, options));
+        }
+        match swept.iter().position(|s| !s.is_finite()) {
+            None => Ok(swept),
+            Some(i) => Err(Error::Failed(format!(
+                "the cross section at azimuth {:.4} deg, elevation {:.4} deg is not a number",
+                aspects[i].azimuth.to_degrees(),
+                aspects[i].elevation.to_degrees()
+            ))),
+        }
+    }
+
+    /// Echoes at the radar's pose, moving with `velocity_mps` (world).
+    pub fn returns(
+        &self,
+        geometry: &Geometry,
+        fan: &Fan,
+        pose: &Pose<Sensor, World>,
+        velocity_mps: DVec3,
+        options: &TraceOptions,
+    ) -> Result<Returns> {
+        match self {
+            Engine::Cpu(_) => Ok(cpu::trace::contribute::returns(geometry, fan, pose, velocity_mps, options)),
+            Engine::Gpu(gpu) => contribute::returns(gpu, geometry, fan, pose, velocity_mps, options),
+        }
+    }
+
+    /// Samples of one frame with the receiver's noise.
+    pub fn cube(
+        &self,
+        radar: &Radar,
+        returns: &Returns,
+        seed: u64,
+        frame: u32,
+        control: Control<'_>,
+    ) -> Result<(AnyCube, FrontEnd)> {
+        let plan = Plan::new(radar, returns)?;
+        let noise = Noise::thermal(radar, seed, frame);
+        let cube = match self {
+            Engine::Cpu(Precision::F32) => {
+                let mut cube = cpu::adc::synthesis::synthesise::<f32>(&plan, control)?;
+                if let Some(n) = &noise {
+                    cpu::adc::noise::add(&mut cube, n);
+                }
+                AnyCube::F32(cube)
+            }
+            Engine::Cpu(Precision::F64) => {
+                let mut cube = cpu::adc::synthesis::synthesise::<f64>(&plan, control)?;
+                if let Some(n) = &noise {
+                    cpu::adc::noise::add(&mut cube, n);
+                }
+                AnyCube::F64(cube)
+            }
+            Engine::Gpu(gpu) => {
+                let mut recorder = gpu.recorder("synthesis");
+                let device = plan.record(gpu, &mut recorder)?;
+                if let Some(n) = &noise {
+                    n.record(&mut recorder, &device);
+                }
+                let pending = device.read(&mut recorder);
+                let mut done = recorder.submit()?;
+                AnyCube::F32(device.take(&mut done, pending))
+            }
+        };
+        Ok((cube, plan.front_end))
+    }
+
+    /// From samples to detected cells with directions.
+    pub fn process(&self, radar: &Radar, cube: &AnyCube) -> Result<Processed> {
+        let beam = Beamformer::new(radar)?;
+        match (self, cube) {
+            (Engine::Cpu(_), AnyCube::F32(cube)) => {
+                let rd = cpu::dsp::process(cube, radar)?.1;
+                finish(radar, &beam, rd, |s, v| Ok(cpu::dsp::doa_beamform::spectra(&beam, s, v)))
+            }
+            (Engine::Cpu(_), AnyCube::F64(cube)) => {
+                let rd = cpu::dsp::process(cube, radar)?.1;
+                finish(radar, &beam, rd, |s, v| Ok(cpu::dsp::doa_beamform::spectra(&beam, s, v)))
+            }
+            (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
+                let rd = dsp::device::process(gpu, cube, radar)?.1;
+                finish(radar, &beam, rd, |s, v| dsp::doa_beamform::spectra(gpu, &beam, s, v))
+            }
+            (Engine::Gpu(_), AnyCube::F64(cube)) => self.process(radar, &AnyCube::F32(cube.to_f32())),
+        }
+    }
+}
+
+/// Range rate of a row with a fraction (CONVENTIONS eq. 16), m/s.
+fn range_rate_mps(radar: &Radar, doppler: f64) -> f64 {
+    (doppler - (radar.processing.doppler_fft / 2) as f64) * radar.velocity_bin_mps()
+}
+
+fn finish<T: Real>(
+    radar: &Radar,
+    beam: &Beamformer,
+    rd: RangeDoppler<T>,
+    spectra: impl FnOnce(&dsp::Snapshots<T>, &[f64]) -> Result<Vec<T>>,
+) -> Result<Processed> {
+    let RangeDoppler { map, detection, mut cells, mut snapshots } = rd;
+    let cells_over_threshold = detection.mask.iter().filter(|m| **m).count();
+    cells.truncate(radar.processing.max_points);
+    snapshots.data.truncate(cells.len() * snapshots.channels);
+    let peaks: Vec<_> = cells.iter().map(|c| dsp::peaks::interpolate(&map, *c)).collect();
+    let rates: Vec<f64> = peaks.iter().map(|p| range_rate_mps(radar, p.doppler)).collect();
+    let mut detected = Vec::with_capacity(cells.len());
+    if !cells.is_empty() {
+        let power = spectra(&snapshots, &rates)?;
+        let directions = beam.grid.len();
+        for (i, (cell, peak)) in cells.iter().zip(&peaks).enumerate() {
+            let own = &power[i * directions..(i + 1) * directions];
+            if let Some(angle) = beam.strongest(own, snapshots.of(i), rates[i]) {
+                let at = cell.doppler as usize * map.range_bins + cell.range as usize;
+                detected.push(DetectedCell {
+                    cell: *cell,
+                    doppler: peak.doppler,
+                    range: peak.range,
+                    noise_w: detection.noise[at].wide(),
+                    angle,
+                });
+            }
+        }
+    }
+    Ok(Processed {
+        threshold: thresholds(&map, &detection),
+        map: PowerMap {
+            doppler_bins: map.doppler_bins,
+            range_bins: map.range_bins,
+            data: map.data.iter().map(|p| p.wide() as f32).collect(),
+        },
+        cells: detected,
+        cells_over_threshold,
+    })
+}
+
+fn thresholds<T: Real>(map: &PowerMap<T>, detection: &Detection<T>) -> Vec<f32> {
+    (0..map.data.len())
+        .map(|i| detection.threshold(i / map.range_bins, i % map.range_bins).wide() as f32)
+        .collect()
 }

@@ -127,8 +127,16 @@ impl Bvh {
         // Upper bound in f32: rounding must not cut off the hit itself.
         let bound = |t: f64| ((t + self.t_min_m) / self.unit_m) as f32 * (1.0 + 1e-6);
         let d: Vec3A = (dir * self.unit_m).as_vec3a();
-        let mut ray =
-            Ray::new(origin.as_vec3a(), d, 0.0, if t_max.is_finite() { bound(t_max) } else { f32::MAX });
+        // Not `Ray::new`: it takes components below 1.2e-7 for that, which turns the ray by as much. The
+        // sign of -0 must be that of `d < 0`, by which the node test sorts the planes.
+        let inverse = |d: f32| if d < 0.0 { 1.0 / d.min(-1e-18) } else { 1.0 / d.max(1e-18) };
+        let mut ray = Ray {
+            origin: origin.as_vec3a(),
+            direction: d,
+            inv_direction: Vec3A::from(d.to_array().map(inverse)),
+            tmin: 0.0,
+            tmax: if t_max.is_finite() { bound(t_max) } else { f32::MAX },
+        };
         let mut state = self.cwbvh.new_traversal(ray.direction);
         let mut node: &CwBvhNode;
         traverse!(self.cwbvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
@@ -138,5 +146,67 @@ impl Bvh {
                 None => break,
             }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn soup(seed: u64, n: usize, snap: bool) -> Vec<Triangle> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            let x = (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0;
+            // Coordinates on a coarse lattice make flat boxes, shared planes and axis-parallel edges.
+            if snap { (x * 4.0).round() / 4.0 } else { x }
+        };
+        (0..n)
+            .filter_map(|i| {
+                let c = DVec3::new(next(), next(), next());
+                let mut corner = || c + 0.3 * DVec3::new(next(), next(), next());
+                Triangle::new([corner(), corner(), corner()], i as u32, 0, 0)
+            })
+            .collect()
+    }
+
+    fn nearest_of_all(triangles: &[Triangle], o: DVec3, d: DVec3, skip: u32, t_min: f64) -> Option<f64> {
+        triangles
+            .iter()
+            .filter(|t| t.patch != skip)
+            .filter_map(|t| t.intersect(o, d))
+            .filter(|t| *t > t_min)
+            .min_by(f64::total_cmp)
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_every_triangle(
+            seed in any::<u64>(),
+            n in 7usize..200,
+            snap in any::<bool>(),
+            o in prop::array::uniform3(-2.0f64..2.0),
+            d in prop::array::uniform3(prop_oneof![Just(0.0), Just(-0.0), Just(1e-9), -1.0f64..1.0]),
+            skip in 0u32..10,
+            scale in prop_oneof![Just(1.0), Just(1e-3), Just(100.0)],
+        ) {
+            let dir = DVec3::from_array(d);
+            let dir = dir.try_normalize().unwrap_or(DVec3::X);
+            let mut triangles: Vec<Triangle> = soup(seed, n, snap)
+                .iter()
+                .filter_map(|t| Triangle::new(t.corners().map(|c| c * scale), t.patch, 0, 0))
+                .collect();
+            let t_min = 1e-6 * scale;
+            let origin = DVec3::from_array(o) * scale;
+            let truth = nearest_of_all(&triangles, origin, dir, skip, t_min);
+            let bvh = Bvh::build(&mut triangles, t_min);
+            let hit = bvh.closest_hit(&triangles, origin, dir, skip, f64::INFINITY);
+            prop_assert_eq!(hit.map(|h| h.t), truth);
+            for t_max in [0.5 * scale, f64::INFINITY] {
+                let any = bvh.any_hit(&triangles, origin, dir, skip, t_max);
+                prop_assert_eq!(any, truth.is_some_and(|t| t < t_max));
+            }
+        }
     }
 }

@@ -4,6 +4,9 @@ pub mod closed_form;
 pub mod po_sum;
 pub mod table;
 
+use crate::frames::direction_from_angles;
+use crate::geom::Geometry;
+use crate::units::{power_from_db, wavenumber};
 use num_complex::Complex64;
 
 /// Where the radar stands while a cross section is taken.
@@ -48,10 +51,34 @@ impl Scattering {
         }
     }
 
+    pub fn is_finite(&self) -> bool {
+        self.every.iter().chain(&self.last).flatten().all(|z| z.re.is_finite() && z.im.is_finite())
+    }
+
     pub fn of(&self, convention: crate::trace::Convention) -> &[[Complex64; 2]; 2] {
         match convention {
             crate::trace::Convention::Every => &self.every,
             crate::trace::Convention::Last => &self.last,
         }
     }
+}
+
+/// S of the geometry's point targets: sqrt(sigma / 4 pi) in both polarisations at its phase, not hidden
+/// by facets and not bounced. Points have no bounces, so the two conventions agree.
+pub fn point_sum(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scattering {
+    let k = wavenumber(geometry.freq_hz);
+    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
+    let mut sum = Complex64::ZERO;
+    for p in &geometry.points {
+        let amplitude = (power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt();
+        sum += match options.distance {
+            Distance::Infinite => Complex64::from_polar(amplitude, 2.0 * k * u.dot(p.position_m)),
+            Distance::At(r0) => {
+                let r = (u * r0 - p.position_m).length();
+                Complex64::from_polar(amplitude * (r0 / r).powi(2), -2.0 * k * (r - r0))
+            }
+        };
+    }
+    let s = [[sum, Complex64::ZERO], [Complex64::ZERO, sum]];
+    Scattering { every: s, last: s }
 }

@@ -12,6 +12,9 @@ use rayon::prelude::*;
 
 /// S of the geometry for each aspect (monostatic).
 pub fn sweep(geometry: &Geometry, aspects: &[Aspect], options: &RcsOptions) -> Vec<Scattering> {
+    if geometry.triangles.is_empty() {
+        return vec![Scattering::default(); aspects.len()];
+    }
     aspects.par_iter().map(|a| scattering(geometry, *a, options)).collect()
 }
 
