@@ -1,10 +1,13 @@
-//! Processing on the cpu engine against slow definitions, closed forms and statistics.
+//! Processing: the cpu engine against slow definitions, closed forms and statistics, and the GPU
+//! against the cpu engine.
 
 use catseye::adc::Cube;
 use catseye::cpu::dsp as cpu;
-use catseye::dsp::doa_beamform::Beamformer;
-use catseye::dsp::{Cell, Detection, PowerMap, Snapshots, peaks};
+use catseye::dsp::doa_beamform::{self, Beamformer};
+use catseye::dsp::{Cell, Detection, PowerMap, Snapshots, cfar_ca, device, fft, peaks, power};
 use catseye::frames::{Pose, direction_from_angles};
+use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
+use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
@@ -478,4 +481,244 @@ fn a_silent_cube_has_no_detections() {
     let radar = radar(32, 32, Sampling::Iq);
     let (_, found) = cpu::process(&Cube::<f64>::zeros(32, 12, 32), &radar).unwrap();
     assert!(found.cells.is_empty() && found.snapshots.data.is_empty());
+}
+
+// ---- GPU ----
+
+fn ca(guard: [usize; 2], train: [usize; 2], pfa: f64) -> Cfar {
+    Cfar { kind: CfarKind::Ca, guard, train, pfa }
+}
+
+/// Noise and two targets 50 dB over it.
+fn scene(radar: &Radar) -> Cube<f64> {
+    let mut cube = noise_cube(radar, 21);
+    let (m, n) = (radar.processing.doppler_fft as f64, radar.range_bins() as f64);
+    for (row, range, azimuth) in [(0.3, 0.4, 0.3), (0.7, 0.8, -0.2)] {
+        let target = Target {
+            cell: (range * n, row * m),
+            azimuth,
+            elevation: 0.0,
+            amplitude: Complex64::new(9.0, 3.0),
+        };
+        add_target(&mut cube, radar, target);
+    }
+    // What the GPU gets, so that only its own rounding counts.
+    cube.to_f32().to_f64()
+}
+
+fn parts(z: &[Complex32]) -> &[f32] {
+    bytemuck::cast_slice(z)
+}
+
+fn parts_f64(z: &[Complex64]) -> &[f64] {
+    bytemuck::cast_slice(z)
+}
+
+#[test]
+fn gpu_chain_agrees_with_the_cpu() {
+    for (chirps, samples, sampling, os) in [
+        (64, 128, Sampling::Iq, true),
+        (40, 100, Sampling::Real, true),
+        (32, 512, Sampling::Iq, false),
+        (200, 30, Sampling::Iq, false),
+    ] {
+        let name = format!("{chirps} x {samples} {sampling:?}");
+        let mut radar = radar(chirps, samples, sampling);
+        radar.processing.cfar.pfa = 1e-3;
+        if !os {
+            radar.processing.cfar.kind = CfarKind::Ca;
+        }
+        let cube = scene(&radar);
+        let (spectrum, _) = cpu::process(&cube, &radar).unwrap();
+        let map = cpu::power::power(&spectrum);
+        let (on_device, got) = device::process(test_gpu(), &cube.to_f32(), &radar).unwrap();
+        let read = on_device.read(test_gpu()).unwrap();
+        let d = check_close(parts(&read.data), parts_f64(&spectrum.data), fft::KERNEL.tolerance.relative_l2)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        println!("{name}: spectrum {:.2e}", d.relative_l2);
+        let d = check_close(&got.map.data, &map.data, power::KERNEL.tolerance.relative_l2)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        println!("{name}: map {:.2e}", d.relative_l2);
+        // The detector, the list and the snapshots on the GPU's own map and spectrum, to the bit.
+        let want = cpu::detect(&got.map, &radar.processing.cfar, 12).unwrap();
+        compare_detections(&name, &got.map, &got.detection, &want, os);
+        assert!(got.cells.len() >= 2, "{name}");
+        assert_eq!(got.cells, cpu::peaks::peaks(&got.map, &got.detection.mask), "{name}");
+        assert_eq!(got.snapshots, cpu::snapshot::snapshots(&read, &got.cells), "{name}");
+    }
+}
+
+/// OS: the same to the bit. CA: the noise within its tolerance, and the same mask but for cells whose
+/// power is as close to the threshold as that.
+fn compare_detections(
+    name: &str,
+    map: &PowerMap<f32>,
+    got: &Detection<f32>,
+    want: &Detection<f32>,
+    os: bool,
+) {
+    assert_eq!(got.ratio, want.ratio, "{name}");
+    // Cell by cell, since one strong cell would rule a sum.
+    let apart = |a: f32, b: f32| if a == b { 0.0 } else { f64::from((a - b) / b).abs() };
+    let worst = (0..map.data.len())
+        .max_by(|a, b| apart(got.noise[*a], want.noise[*a]).total_cmp(&apart(got.noise[*b], want.noise[*b])));
+    let worst = worst.unwrap();
+    let distance = apart(got.noise[worst], want.noise[worst]);
+    let bound = if os { 0.0 } else { cfar_ca::KERNEL.tolerance.relative_l2 };
+    println!("{name}: noise {distance:.2e}");
+    assert!(distance <= bound, "{name}: cell {worst}: {} {}", got.noise[worst], want.noise[worst]);
+    for (i, p) in map.data.iter().enumerate() {
+        if got.mask[i] != want.mask[i] {
+            let threshold = want.threshold(i / map.range_bins, i % map.range_bins);
+            let margin = f64::from((p - threshold) / threshold).abs();
+            assert!(margin < 2.0 * bound, "{name}: cell {i} is {margin:e} from its threshold");
+        }
+    }
+}
+
+fn f32_map(map: &PowerMap<f64>) -> PowerMap<f32> {
+    PowerMap {
+        doppler_bins: map.doppler_bins,
+        range_bins: map.range_bins,
+        data: map.data.iter().map(|p| *p as f32).collect(),
+    }
+}
+
+#[test]
+fn gpu_detectors_agree_with_the_cpu() {
+    for (rows, cols, guard, train, rank) in [
+        (37, 53, [2, 1], [8, 4], 162),
+        (16, 16, [0, 2], [0, 8], 12),
+        (64, 7, [3, 0], [6, 0], 1),
+        (9, 40, [0, 0], [1, 1], 8),
+        (33, 5, [1, 2], [2, 9], 90),
+        // Too large for a workgroup's memory.
+        (140, 60, [4, 1], [50, 3], 600),
+    ] {
+        let mut map = noise_map(rows, cols, 2, 77);
+        // Strong, equal and zero cells.
+        map.data[rows * cols / 2] = 1e12;
+        for i in 0..cols.min(9) {
+            map.data[i] = 0.0;
+            map.data[3 * cols + i % cols] = 1.0;
+        }
+        let map = f32_map(&map);
+        for kind in [CfarKind::Os { rank }, CfarKind::Ca] {
+            let cfar = Cfar { kind, guard, train, pfa: 0.02 };
+            let name = format!("{rows} x {cols} {kind:?}");
+            let got = device::detect(test_gpu(), &map, &cfar, 2).unwrap();
+            let want = cpu::detect(&map, &cfar, 2).unwrap();
+            compare_detections(&name, &map, &got, &want, kind != CfarKind::Ca);
+            assert!(want.mask.iter().any(|m| *m), "{name}");
+        }
+    }
+}
+
+#[test]
+fn every_gpu_length_agrees_with_the_cpu() {
+    for log2 in 0..=12 {
+        let n = 1 << log2;
+        for (chirps, samples) in [(4, n), (n, 4)] {
+            let mut radar = radar(chirps, samples, Sampling::Iq);
+            radar.tx.truncate(1);
+            radar.rx.truncate(3);
+            radar.processing.range_window = Window::Rectangle;
+            radar.processing.doppler_window = Window::Rectangle;
+            radar.processing.cfar = ca([0, 0], [0, 3], 1e-2);
+            if samples < 4 {
+                radar.processing.cfar = ca([0, 0], [1, 0], 1e-2);
+            }
+            let cube = noise_cube(&radar, 1 + log2);
+            let cube = cube.to_f32().to_f64();
+            let (want, _) = cpu::process(&cube, &radar).unwrap();
+            let (got, _) = device::process(test_gpu(), &cube.to_f32(), &radar).unwrap();
+            let got = got.read(test_gpu()).unwrap();
+            let bound = fft::KERNEL.tolerance.relative_l2;
+            let d = check_close(parts(&got.data), parts_f64(&want.data), bound)
+                .unwrap_or_else(|e| panic!("{chirps} x {samples}: {e}"));
+            println!("{chirps} x {samples}: {:.2e}", d.relative_l2);
+        }
+    }
+}
+
+#[test]
+fn chunks_change_no_bit() {
+    for sampling in [Sampling::Iq, Sampling::Real] {
+        let mut radar = radar(60, 100, sampling);
+        radar.processing.cfar.pfa = 1e-2;
+        let cube = scene(&radar).to_f32();
+        let (whole, want) = device::process(test_gpu(), &cube, &radar).unwrap();
+        assert_eq!(whole.chunks(), 1);
+        let whole = whole.read(test_gpu()).unwrap();
+        // The map of 64 x 128 takes 32 KiB; all channels together 1.5 times 512 KiB.
+        for (limit, least) in [(300 << 10, 2), (64 << 10, 6), ((32 << 10) + 100, 12)] {
+            let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+            let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
+            let (chunks, got) = device::process(&gpu, &cube, &radar).unwrap();
+            println!("{sampling:?} {limit}: {} chunks", chunks.chunks());
+            assert!(chunks.chunks() >= least, "{limit}: {}", chunks.chunks());
+            assert_eq!(chunks.read(&gpu).unwrap(), whole, "{limit}");
+            assert_eq!(got, want, "{limit}");
+        }
+    }
+}
+
+#[test]
+fn more_cells_than_expected_are_all_found() {
+    let mut radar = radar(256, 256, Sampling::Iq);
+    radar.rx.truncate(1);
+    radar.processing.range_window = Window::Rectangle;
+    radar.processing.doppler_window = Window::Rectangle;
+    radar.processing.cfar = ca([0, 0], [0, 8], 0.5);
+    let cube = noise_cube(&radar, 4).to_f32();
+    let (spectrum, got) = device::process(test_gpu(), &cube, &radar).unwrap();
+    assert!(got.cells.len() > 4096, "{}", got.cells.len());
+    assert_eq!(got.cells, cpu::peaks::peaks(&got.map, &got.detection.mask));
+    assert_eq!(got.snapshots, cpu::snapshot::snapshots(&spectrum.read(test_gpu()).unwrap(), &got.cells));
+}
+
+#[test]
+fn gpu_beamformer_agrees_with_the_cpu() {
+    let mut radar = radar(64, 64, Sampling::Iq);
+    radar.processing.elevation_bins = 5;
+    radar.processing.elevation_fov_rad = 0.4;
+    radar.processing.angle_window = Window::Hamming;
+    let beam = Beamformer::new(&radar).unwrap();
+    let mut random = Random(8);
+    let data: Vec<Complex32> =
+        (0..12 * 100).map(|_| random.normal()).map(|z| Complex32::new(z.re as f32, z.im as f32)).collect();
+    let v: Vec<f64> = (0..100).map(|i| -10.0 + 0.21 * f64::from(i)).collect();
+    let want = cpu::doa_beamform::spectra(&beam, &Snapshots { channels: 12, data: wide(&data) }, &v);
+    let snapshots = Snapshots { channels: 12, data };
+    let got = doa_beamform::spectra(test_gpu(), &beam, &snapshots, &v).unwrap();
+    let d = check_close(&got, &want, doa_beamform::KERNEL.tolerance.relative_l2).unwrap();
+    println!("beamformer {:.2e}", d.relative_l2);
+    // Chunks of cells change no bit; the steering matrix takes 30 KiB.
+    let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_poisoned_buffers();
+    let chunked = doa_beamform::spectra(&gpu.with_binding_limit(32 << 10), &beam, &snapshots, &v).unwrap();
+    assert_eq!(chunked, got);
+    let none = Snapshots { channels: 12, data: vec![] };
+    assert!(doa_beamform::spectra(test_gpu(), &beam, &none, &[]).unwrap().is_empty());
+}
+
+#[test]
+fn gpu_refuses_what_it_cannot_do() {
+    let mut long = radar(32, 32, Sampling::Iq);
+    long.processing.range_fft = 8192;
+    let cube = Cube::<f32>::zeros(32, 12, 32);
+    let error = device::process(test_gpu(), &cube, &long).err().unwrap();
+    assert!(
+        error.exit_code() == 2 && error.to_string().contains("8192") && error.to_string().contains("4096")
+    );
+    let mut odd = radar(32, 32, Sampling::Iq);
+    odd.processing.doppler_fft = 48;
+    assert_eq!(device::process(test_gpu(), &cube, &odd).err().unwrap().exit_code(), 2);
+    let mut wide = radar(128, 32, Sampling::Iq);
+    wide.processing.cfar = Cfar { kind: CfarKind::Os { rank: 1 }, guard: [0, 0], train: [60, 12], pfa: 1e-3 };
+    let error = device::process(test_gpu(), &Cube::zeros(128, 12, 32), &wide).err().unwrap();
+    assert!(error.exit_code() == 2 && error.to_string().contains("121 x 25 cells"), "{error}");
+    let mut nan = Cube::<f32>::zeros(32, 12, 32);
+    nan.data[77].im = f32::NAN;
+    let error = device::process(test_gpu(), &nan, &radar(32, 32, Sampling::Iq)).err().unwrap();
+    assert!(error.to_string().contains("not a finite power"), "{error}");
 }

@@ -1,8 +1,11 @@
 //! What the CFAR detectors have in common: the training region, how it shrinks at the ends of the
 //! range axis, and the table of factors (CONVENTIONS eq. 17).
 
+use super::device::DeviceDetection;
 use super::{PowerMap, Real, cfar_ca, cfar_os};
 use crate::error::{BadInput, Error, Result};
+use crate::gpu::{Buffer, Kernel, Recorder, Threads};
+use crate::gpu_struct;
 use crate::scene::radar::{Cfar, CfarKind};
 use std::collections::HashMap;
 
@@ -118,6 +121,103 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
 /// Threshold over noise for each column, as [`super::Detection::ratio`] holds it.
 pub(crate) fn ratios<T: Real>(columns: &[Column]) -> Vec<T> {
     columns.iter().map(|c| T::of(c.factor / c.scale)).collect()
+}
+
+gpu_struct! {
+    /// Uniform of both CFAR shaders.
+    pub struct Params {
+        pub doppler_bins: u32,
+        pub range_bins: u32,
+        pub guard_doppler: u32,
+        pub half_doppler: u32,
+        pub guard_range: u32,
+        pub half_range: u32,
+        pub tiled: u32,
+    }
+}
+
+/// [`Column`] as the shaders have it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct DeviceColumn {
+    count: u32,
+    rank: u32,
+    factor: f32,
+    scale: f32,
+}
+
+impl DeviceColumn {
+    pub const LAYOUT: crate::gpu::StructLayout = crate::gpu::StructLayout {
+        name: "Column",
+        size: size_of::<DeviceColumn>(),
+        fields: &[
+            ("count", std::mem::offset_of!(DeviceColumn, count)),
+            ("rank", std::mem::offset_of!(DeviceColumn, rank)),
+            ("factor", std::mem::offset_of!(DeviceColumn, factor)),
+            ("scale", std::mem::offset_of!(DeviceColumn, scale)),
+        ],
+    };
+}
+
+/// Cells of the map that a workgroup judges, a side, and the words of its memory for them and what
+/// surrounds them.
+const TILE_SIDE: usize = 16;
+const TILE_WORDS: usize = 4096;
+
+/// Iterations of all its loops together that a kernel may ask of a thread. Mesa's llvmpipe leaves
+/// loops, without a word, after 65,535.
+const ITERATIONS: usize = 65_000;
+
+/// Refuses windows that a thread cannot go through in [`ITERATIONS`]. `passes`: how often at most.
+pub(crate) fn check_window(cfar: &Cfar, passes: usize) -> Result<()> {
+    let [rows, width] = [0, 1].map(|i| 2 * (cfar.guard[i] + cfar.train[i]) + 1);
+    // Each row costs its cells and a step of the outer loop.
+    if passes * (rows * (width + 1) + 1) <= ITERATIONS {
+        return Ok(());
+    }
+    Err(BadInput::new("the CFAR window is too large for the GPU")
+        .key("cfar.guard + cfar.train")
+        .value(format!("{rows} x {width} cells"))
+        .allowed(format!("about {} cells", ITERATIONS / passes))
+        .remedy("take fewer training cells, or the device cpu")
+        .into())
+}
+
+/// Records a CFAR kernel on a map of `[doppler bins, range bins]`.
+pub(crate) fn record(
+    recorder: &mut Recorder<'_>,
+    kernel: &'static Kernel,
+    map: &Buffer<f32>,
+    size: [usize; 2],
+    cfar: &Cfar,
+    columns: &[Column],
+) -> DeviceDetection {
+    let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
+    let tile = (TILE_SIDE + 2 * half[0]) * (TILE_SIDE + 2 * half[1]);
+    let params = Params {
+        doppler_bins: size[0] as u32,
+        range_bins: size[1] as u32,
+        guard_doppler: cfar.guard[0] as u32,
+        half_doppler: half[0] as u32,
+        guard_range: cfar.guard[1] as u32,
+        half_range: half[1] as u32,
+        tiled: u32::from(tile <= TILE_WORDS),
+    };
+    let columns: Vec<DeviceColumn> = columns
+        .iter()
+        .map(|c| DeviceColumn {
+            count: c.count,
+            rank: c.rank,
+            factor: c.factor as f32,
+            scale: c.scale as f32,
+        })
+        .collect();
+    let columns = recorder.upload("cfar columns", &columns);
+    let mask = recorder.buffer::<u32>("cfar mask", size[0] * size[1]);
+    let noise = recorder.buffer::<f32>("cfar noise", size[0] * size[1]);
+    let groups = [size[1].div_ceil(TILE_SIDE) as u32, size[0].div_ceil(TILE_SIDE) as u32, 1];
+    recorder.dispatch(kernel, &params, &[map, &columns, &mask, &noise], Threads::Workgroups(groups));
+    DeviceDetection { mask, noise }
 }
 
 /// Refuses a map that no detector can judge.

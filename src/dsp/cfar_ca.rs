@@ -1,7 +1,26 @@
 //! Cell-averaging CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17).
 
-use super::cfar::{check_pfa, ln_series, solve_factor};
+use super::cfar::{DeviceColumn, Params, check_pfa, ln_series, solve_factor};
 use crate::error::Result;
+use crate::gpu::{Access, Kernel, Tolerance};
+
+/// Run by [`super::cfar::record`].
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/cfar_ca",
+    sources: &[include_str!("../../shaders/dsp/cfar_ca.wgsl")],
+    workgroup: [256, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
+    structs: &[DeviceColumn::LAYOUT],
+    tolerance: Tolerance {
+        relative_l2: 1e-6,
+        reason: "a sum of positive terms by rows: at most (rows + columns) eps/2 of it, 16 eps for W4's 21 x 11 window, \
+                 and far less on average. A cell whose power is within that of its threshold may be judged otherwise",
+    },
+};
+
+/// Times that a thread goes through its training cells.
+pub(crate) const PASSES: usize = 1;
 
 /// The factor on the mean of `training` cells that gives `pfa` when every cell is the mean of
 /// `channels` independent exponentials: F^-1(1 - pfa; 2K, 2KN).

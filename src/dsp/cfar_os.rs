@@ -1,9 +1,28 @@
 //! Order-statistic CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17; Rohling,
 //! IEEE Trans. AES-19 (1983) 608, for one look).
 
-use super::cfar::{check_pfa, ln_series, solve_factor};
+use super::cfar::{DeviceColumn, Params, check_pfa, ln_series, solve_factor};
 use crate::error::Result;
+use crate::gpu::{Access, Kernel, Tolerance};
 use statrs::function::gamma::ln_gamma;
+
+/// Run by [`super::cfar::record`].
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/cfar_os",
+    sources: &[include_str!("../../shaders/dsp/cfar_os.wgsl")],
+    workgroup: [256, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
+    structs: &[DeviceColumn::LAYOUT],
+    tolerance: Tolerance {
+        relative_l2: 1e-7,
+        reason: "one rounding of the product with the scale; the mask and the statistic are exact",
+    },
+};
+
+/// Times at most that a thread goes through its training cells: once for their bounds, and once for each
+/// bit of a positive f32, by which the bounds close in.
+pub(crate) const PASSES: usize = 32;
 
 /// The factor on the order statistic, and what that statistic is on average on noise of unit mean.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,13 +2,15 @@
 //! kernel (CONVENTIONS eq. 19).
 
 use super::peaks::parabola;
-use super::{Real, window};
+use super::{Real, Snapshots, window};
 use crate::error::{BadInput, Result};
 use crate::frames::direction_from_angles;
+use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
+use crate::gpu_struct;
 use crate::scene::radar::Radar;
 use crate::units::wavenumber;
 use glam::DVec3;
-use num_complex::{Complex, Complex64};
+use num_complex::{Complex, Complex32, Complex64};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Directions that are looked at. Both axes are uniform in the *sine* of the angle, from -sin(fov)
@@ -225,4 +227,75 @@ impl Beamformer {
     ) -> Option<Angle> {
         self.peaks(power, snapshot, range_rate_mps, 0.0).into_iter().next()
     }
+}
+
+gpu_struct! {
+    /// Uniform of `shaders/dsp/doa_beamform.wgsl`.
+    pub struct Params {
+        pub cells: u32,
+        pub directions: u32,
+        pub channels: u32,
+        pub slot_channels: u32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/doa_beamform",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/complex.wgsl"),
+        include_str!("../../shaders/dsp/doa_beamform.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance {
+        relative_l2: 2e-6,
+        reason: "the phases are rounded once, in the tables (eps each); a sum over K channels adds eps/2 sqrt K, \
+                 1e-6 at 192, and the square doubles it",
+    },
+};
+
+/// |y|^2 in W, `[cell, elevation, azimuth]`: the twin of the cpu engine's `spectra`, in as many
+/// chunks of cells as the adapter's bindings ask for. `range_rates_mps`: one for each cell.
+pub fn spectra(
+    gpu: &Gpu,
+    beam: &Beamformer,
+    snapshots: &Snapshots<f32>,
+    range_rates_mps: &[f64],
+) -> Result<Vec<f32>> {
+    let narrow = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
+    let channels = beam.channels();
+    let slot_channels = beam.slot.iter().filter(|s| **s == 0).count();
+    let directions = beam.grid.len();
+    let mut recorder = gpu.recorder("beamformer");
+    let steering: Vec<Complex32> = beam.steering().into_iter().map(narrow).collect();
+    let steering = recorder.upload("steering", &steering);
+    let corrections: Vec<Complex32> = range_rates_mps
+        .iter()
+        .flat_map(|v| (0..channels).step_by(slot_channels).map(|c| narrow(beam.correction(c, *v))))
+        .collect();
+    let slots = channels / slot_channels;
+    let cell_bytes = (8 * channels).max(4 * directions) as u64;
+    let together = (gpu.max_binding_bytes() / cell_bytes).max(1) as usize;
+    let mut pending = Vec::new();
+    for first in (0..range_rates_mps.len()).step_by(together) {
+        let cells = first..(first + together).min(range_rates_mps.len());
+        let part =
+            recorder.upload("snapshots", &snapshots.data[cells.start * channels..cells.end * channels]);
+        let turn = recorder.upload("tdm corrections", &corrections[cells.start * slots..cells.end * slots]);
+        let power = recorder.buffer::<f32>("angular power", cells.len() * directions);
+        let params = Params {
+            cells: cells.len() as u32,
+            directions: directions as u32,
+            channels: channels as u32,
+            slot_channels: slot_channels as u32,
+        };
+        let threads = Threads::Linear((cells.len() * directions) as u64);
+        recorder.dispatch(&KERNEL, &params, &[&part, &turn, &steering, &power], threads);
+        pending.push(recorder.read(&power));
+    }
+    let mut done = recorder.submit()?;
+    Ok(pending.into_iter().flat_map(|p| done.take(p)).collect())
 }

@@ -9,9 +9,12 @@ use num_complex::Complex;
 pub mod cfar;
 pub mod cfar_ca;
 pub mod cfar_os;
+pub mod device;
 pub mod doa_beamform;
 pub mod fft;
 pub mod peaks;
+pub mod power;
+pub mod snapshot;
 pub mod window;
 
 /// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.

@@ -1,6 +1,64 @@
-//! Peaks: their order and their place between cells (CONVENTIONS eq. 18).
+//! Peaks: their order, their place between cells (CONVENTIONS eq. 18), and the host side of the
+//! kernel that lists them.
 
 use super::{Cell, PowerMap, Real};
+use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+
+gpu_struct! {
+    /// Uniform of `shaders/dsp/peaks.wgsl`.
+    pub struct Params {
+        pub doppler_bins: u32,
+        pub range_bins: u32,
+        pub capacity: u32,
+        pub phase: u32,
+        pub blocks: u32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/peaks",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/dsp/peaks.wgsl"),
+    ],
+    workgroup: [256, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance { relative_l2: 0.0, reason: "compares and counts" },
+};
+
+/// Cells that one workgroup looks at: its threads x the stretch of each in the shader.
+const BLOCK: usize = 256 * 16;
+
+/// Lists the peaks of a map of `[doppler bins, range bins]` among its masked cells: first how many there
+/// are, then up to `capacity` of them as doppler x range_bins + range, in the order of the map.
+pub fn record(
+    recorder: &mut Recorder<'_>,
+    map: &Buffer<f32>,
+    mask: &Buffer<u32>,
+    size: [usize; 2],
+    capacity: usize,
+) -> Buffer<u32> {
+    let list = recorder.buffer::<u32>("detected cells", capacity + 1);
+    let blocks = (size[0] * size[1]).div_ceil(BLOCK);
+    let places = recorder.buffer::<u32>("places of detected cells", blocks);
+    let threads = (blocks * KERNEL.workgroup[0] as usize) as u64;
+    for (phase, threads) in
+        [(0, Threads::Linear(threads)), (1, Threads::Workgroups([1, 1, 1])), (2, Threads::Linear(threads))]
+    {
+        let params = Params {
+            doppler_bins: size[0] as u32,
+            range_bins: size[1] as u32,
+            capacity: capacity as u32,
+            phase,
+            blocks: blocks as u32,
+        };
+        recorder.dispatch(&KERNEL, &params, &[map, mask, &places, &list], threads);
+    }
+    list
+}
 
 /// Where a peak lies between cells, and its height there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,6 +3,7 @@
 
 pub mod bvh;
 mod patches;
+pub mod upload;
 
 use crate::error::{BadInput, Result};
 use crate::scene::{Scene, Shape};

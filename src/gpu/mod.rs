@@ -9,6 +9,7 @@ pub mod numbers;
 pub mod recorder;
 pub mod selftest;
 
+pub use crate::gpu_struct;
 pub use context::{AdapterReport, Gpu, Want, adapters};
 pub use kernel::{Access, Kernel, Tolerance};
 pub use layout::StructLayout;

@@ -65,7 +65,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
     let turned = |p: [f64; 2]| if lying { p } else { [p[1], p[0]] };
 
     // Large areas first, so that a road does not hide what stands on it.
-    let mut objects: Vec<&Outline> = input.objects.iter().collect();
+    let mut objects: Vec<&Outline> = input.objects.iter().filter(|o| shown(o, [x0, y0], [x1, y1])).collect();
     objects.sort_by(|a, b| area(&b.polygon).total_cmp(&area(&a.polygon)));
     let classes = classes(&objects);
     for o in &objects {
@@ -89,7 +89,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
     let sight = Pen::dashed([90, 90, 90], 1.2, [6.0, 4.0]);
     for r in input.radars.iter().filter(|r| r.half_angle_rad > 0.0) {
         let polygon = sector(r).into_iter().map(turned).collect();
-        chart.layers.push(Layer::Area { polygon, fill: Some(([255, 214, 92], 0.12)), stroke: Some(sight) });
+        chart.layers.push(Layer::Area { polygon, fill: None, stroke: Some(sight) });
     }
     if input.radars.iter().any(|r| r.half_angle_rad > 0.0) {
         chart.key("field of view", Symbol::Line(sight));
@@ -108,7 +108,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
             let axis = Axis::new(label, -most, most).to_ticks(8);
             Scale { map: ColourMap::BlueWhiteRed, axis }
         });
-        let mark = Mark::Dot { radius: 3.6 };
+        let mark = Mark::Dot { radius: 3.2 };
         chart.layers.push(Layer::Marks { points, mark, paint: Paint::Scaled(values) });
         chart.key(format!("points ({})", input.points.len()), Symbol::Mark(mark, [150, 180, 215]));
     }
@@ -133,6 +133,14 @@ fn bounds(input: &BirdsEye) -> [[f64; 2]; 2] {
     let ((x0, x1), (y0, y1)) = (range(0), range(1));
     let pad = 0.03 * (x1 - x0).max(y1 - y0).max(1.0);
     [[x0 - pad, y0 - pad], [x1 + pad, y1 + pad]]
+}
+
+/// Whether the box around an object meets the box that is shown, so that the legend names no class
+/// that is not there.
+fn shown(o: &Outline, lower: [f64; 2], upper: [f64; 2]) -> bool {
+    (0..2).all(|i| {
+        finite_range(o.polygon.iter().map(|p| p[i])).is_some_and(|(lo, hi)| hi >= lower[i] && lo <= upper[i])
+    })
 }
 
 /// Twice the area of a polygon, by the shoelace formula.

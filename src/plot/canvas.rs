@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::formats::stage;
+use image::RgbImage;
 use kuva::RasterBackend;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
@@ -18,26 +19,29 @@ pub const GREY: Rgb = [105, 105, 105];
 pub const GRID: Rgb = [226, 226, 226];
 pub const WHITE: Rgb = [255, 255, 255];
 
-/// A finished picture: PNG bytes.
-#[derive(Debug, Clone)]
+/// A finished picture.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    png: Vec<u8>,
+    pixels: RgbImage,
 }
 
 impl Picture {
-    pub fn png(&self) -> &[u8] {
-        &self.png
+    pub fn pixels(&self) -> &RgbImage {
+        &self.pixels
     }
 
-    pub fn pixels(&self) -> Result<image::RgbImage> {
-        image::load_from_memory_with_format(&self.png, image::ImageFormat::Png)
-            .map(|i| i.into_rgb8())
-            .map_err(|e| Error::Failed(format!("the picture cannot be decoded: {e}")))
+    /// Encoded as PNG.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.pixels
+            .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
+            .map_err(|e| Error::Failed(format!("the picture cannot be encoded: {e}")))?;
+        Ok(bytes)
     }
 
     /// Writes the PNG; an existing file is replaced only with `force`.
     pub fn write(&self, path: impl AsRef<Path>, force: bool) -> Result<PathBuf> {
-        stage::write_file(path, force, &self.png)
+        stage::write_file(path, force, &self.png()?)
     }
 }
 
@@ -90,19 +94,30 @@ pub enum Anchor {
 pub struct Canvas {
     scene: Scene,
     clips: usize,
+    upwards: Vec<Upwards>,
+}
+
+/// A line of text that runs upwards.
+struct Upwards {
+    baseline_x: f64,
+    middle_y: f64,
+    content: String,
+    size: u32,
+    colour: Rgb,
 }
 
 impl Canvas {
     pub fn new(width: f64, height: f64) -> Self {
-        Canvas { scene: Scene::new(width.ceil().max(1.0), height.ceil().max(1.0)), clips: 0 }
+        let scene = Scene::new(width.ceil().max(1.0), height.ceil().max(1.0));
+        Canvas { scene, clips: 0, upwards: Vec::new() }
     }
 
     pub fn finish(self) -> Result<Picture> {
-        RasterBackend::new()
-            .with_scale(SCALE as f32)
-            .render_scene(&self.scene)
-            .map(|png| Picture { png })
-            .map_err(|e| Error::Failed(format!("the picture cannot be drawn: {e}")))
+        let mut pixels = rasterised(&self.scene)?;
+        for text in &self.upwards {
+            stamp_upwards(&mut pixels, text)?;
+        }
+        Ok(Picture { pixels })
     }
 
     /// A filled box.
@@ -201,23 +216,6 @@ impl Canvas {
 
     /// Text with its baseline at `y`.
     pub fn text(&mut self, (x, y): (f64, f64), content: &str, size: u32, anchor: Anchor, colour: Rgb) {
-        self.write((x, y), content, size, anchor, colour, None);
-    }
-
-    /// Text that runs upwards, its baseline at `x`.
-    pub fn text_upwards(&mut self, (x, y): (f64, f64), content: &str, size: u32, colour: Rgb) {
-        self.write((x, y), content, size, Anchor::Middle, colour, Some(-90.0));
-    }
-
-    fn write(
-        &mut self,
-        (x, y): (f64, f64),
-        content: &str,
-        size: u32,
-        anchor: Anchor,
-        colour: Rgb,
-        rotate: Option<f64>,
-    ) {
         self.scene.add(Primitive::Text {
             x,
             y,
@@ -229,10 +227,15 @@ impl Canvas {
                 Anchor::Middle => TextAnchor::Middle,
                 Anchor::End => TextAnchor::End,
             },
-            rotate,
+            rotate: None,
             bold: false,
             color: Some(color(colour)),
         });
+    }
+
+    /// Text that runs upwards, its baseline at `x` and its middle at `y`.
+    pub fn text_upwards(&mut self, (x, y): (f64, f64), content: &str, size: u32, colour: Rgb) {
+        self.upwards.push(Upwards { baseline_x: x, middle_y: y, content: content.into(), size, colour });
     }
 
     /// What `draw` draws is cut off at `r`.
@@ -243,6 +246,37 @@ impl Canvas {
         draw(self);
         self.scene.add(Primitive::ClipEnd);
     }
+}
+
+fn rasterised(scene: &Scene) -> Result<RgbImage> {
+    let failed = |e: String| Error::Failed(format!("the picture cannot be drawn: {e}"));
+    let png = RasterBackend::new().with_scale(SCALE as f32).render_scene(scene).map_err(failed)?;
+    image::load_from_memory_with_format(&png, image::ImageFormat::Png)
+        .map(|i| i.into_rgb8())
+        .map_err(|e| failed(e.to_string()))
+}
+
+/// The rasteriser loses the smooth edges of text that it turns, so such text is drawn level, on white,
+/// turned by whole pixels and multiplied into the picture.
+fn stamp_upwards(pixels: &mut RgbImage, text: &Upwards) -> Result<()> {
+    let width = (text_width(&text.content, text.size) + 16.0).ceil();
+    let baseline = f64::from(text.size) * 1.2;
+    let mut level = Canvas::new(width, baseline + f64::from(text.size) * 0.5);
+    level.text((0.5 * width, baseline), &text.content, text.size, Anchor::Middle, text.colour);
+    let turned = image::imageops::rotate270(&rasterised(&level.scene)?);
+    let left = ((text.baseline_x - baseline) * SCALE).round() as i64;
+    let top = (text.middle_y * SCALE).round() as i64 - i64::from(turned.height() / 2);
+    for (x, y, ink) in turned.enumerate_pixels() {
+        let at = (u32::try_from(left + i64::from(x)), u32::try_from(top + i64::from(y)));
+        if let (Ok(x), Ok(y)) = at
+            && let Some(p) = pixels.get_pixel_mut_checked(x, y)
+        {
+            for (p, ink) in p.0.iter_mut().zip(ink.0) {
+                *p = (u16::from(*p) * u16::from(ink) / 255) as u8;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn color(c: Rgb) -> Color {
@@ -321,7 +355,7 @@ mod tests {
         let mut c = Canvas::new(300.0, 40.0);
         let text = "−12.5 range rate (m/s)|";
         c.text((10.0, 25.0), text, 14, Anchor::Start, BLACK);
-        let img = c.finish().unwrap().pixels().unwrap();
+        let img = c.finish().unwrap().pixels().clone();
         let last = img.enumerate_pixels().filter(|p| p.2.0[0] < 128).map(|p| p.0).max().unwrap();
         // The bar's ink ends in the middle of its advance, 0.337 em wide.
         let expected = SCALE * (10.0 + text_width(text, 14) - 0.5 * 0.337 * 14.0);

@@ -169,7 +169,7 @@ impl Chart {
     /// Only when the rasteriser fails.
     pub fn draw(&self) -> Result<Picture> {
         let x_ticks = fitting_ticks(&self.x, self.width);
-        let y_ticks = self.y.ticks(((self.height / 45.0) as usize).max(2));
+        let y_ticks = self.y.ticks(((self.height / 38.0) as usize).max(2));
         let (x_labels, y_labels) = (tick_labels(&x_ticks), tick_labels(&y_ticks));
         let widest = |labels: &[String]| labels.iter().map(|l| text_width(l, TICK_SIZE)).fold(0.0, f64::max);
 
@@ -179,7 +179,7 @@ impl Chart {
         let bottom = 52.0;
         let mut right = (8.0 + x_labels.last().map_or(0.0, |l| 0.5 * text_width(l, TICK_SIZE))).max(18.0);
         let bar = self.scale.as_ref().map(|scale| {
-            let ticks = scale.axis.ticks(((self.height / 45.0) as usize).max(2));
+            let ticks = scale.axis.ticks(((self.height / 38.0) as usize).max(2));
             let labels = tick_labels(&ticks);
             right = (16.0 + 14.0 + 9.0 + widest(&labels) + 8.0 + 16.0 + 8.0).ceil();
             (scale, ticks, labels)
@@ -218,7 +218,7 @@ impl Chart {
         }
         c.text(
             (frame.x + 0.5 * frame.w, frame.bottom() + 40.0),
-            &self.x.label,
+            fitting_label(&self.x.label, self.width),
             LABEL_SIZE,
             Anchor::Middle,
             BLACK,
@@ -228,7 +228,8 @@ impl Chart {
             c.rect(Rect { x: frame.x - 5.0, y: y.round() - 0.5, w: 5.0, h: 1.0 }, BLACK, 1.0);
             c.text((frame.x - 9.0, y + 4.5), label, TICK_SIZE, Anchor::End, BLACK);
         }
-        c.text_upwards((22.0, frame.y + 0.5 * frame.h), &self.y.label, LABEL_SIZE, BLACK);
+        let label = fitting_label(&self.y.label, self.height);
+        c.text_upwards((22.0, frame.y + 0.5 * frame.h), label, LABEL_SIZE, BLACK);
         if let Some((scale, ticks, labels)) = bar {
             let bar = Rect { x: frame.right() + 16.0, y: frame.y, w: 14.0, h: frame.h };
             draw_colour_bar(&mut c, bar, scale, &ticks, &labels);
@@ -280,6 +281,14 @@ impl Chart {
     }
 }
 
+/// The label, or what stands before its comma where there is no room for all of it.
+fn fitting_label(label: &str, room: f64) -> &str {
+    match label.split_once(", ") {
+        Some((short, _)) if text_width(label, LABEL_SIZE) > room => short,
+        _ => label,
+    }
+}
+
 /// As many ticks as fit without their labels touching.
 fn fitting_ticks(axis: &Axis, width: f64) -> Vec<f64> {
     let mut count = ((width / 60.0) as usize).max(2);
@@ -315,6 +324,12 @@ pub(super) fn draw_header(c: &mut Canvas, title: &str, rows: &[Vec<(f64, Key)>],
             let middle = y + 0.5 * LEGEND_ROW - 2.0;
             match key.symbol {
                 Symbol::Line(pen) => c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen),
+                Symbol::Mark(mark @ Mark::Ring { radius }, colour) => {
+                    // A ring is made for heat maps, so it is shown on their darkest colour.
+                    let centre = (x + 0.5 * SYMBOL, middle);
+                    c.circle(centre, radius + 3.0, Some(([68, 1, 84], 1.0)), None);
+                    draw_mark(c, centre, mark, colour);
+                }
                 Symbol::Mark(mark, colour) => draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, colour),
                 Symbol::Area { fill, stroke } => {
                     let (x0, x1, y0, y1) = (x + 2.0, x + SYMBOL - 2.0, middle - 5.0, middle + 5.0);
@@ -381,7 +396,8 @@ fn draw_colour_bar(c: &mut Canvas, bar: Rect, scale: &Scale, ticks: &[f64], labe
         widest = widest.max(text_width(label, TICK_SIZE));
     }
     let x = bar.right() + 9.0 + widest + 8.0 + 12.0;
-    c.text_upwards((x, bar.y + 0.5 * bar.h), &scale.axis.label, LABEL_SIZE, BLACK);
+    let label = fitting_label(&scale.axis.label, bar.h);
+    c.text_upwards((x, bar.y + 0.5 * bar.h), label, LABEL_SIZE, BLACK);
 }
 
 /// A run of device pixels that show the same cells.
@@ -549,10 +565,11 @@ pub fn lines(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> Cha
     chart
 }
 
-/// The pen of the i-th curve: another colour each, and dashes once the colours are used up.
+/// The pen of the i-th curve: another colour each, and dashes once the colours are used up. The first
+/// is broader, so that a second one which lies on it does not hide it.
 pub fn curve_pen(i: usize) -> Pen {
     let dash = [None, Some([7.0, 4.0]), Some([2.0, 3.5])][i / CURVE_COLOURS.len() % 3];
-    Pen { colour: CURVE_COLOURS[i % CURVE_COLOURS.len()], width: 1.6, dash }
+    Pen { colour: CURVE_COLOURS[i % CURVE_COLOURS.len()], width: if i == 0 { 2.2 } else { 1.2 }, dash }
 }
 
 /// Heat map of cells whose centres run evenly from `x.0` to `x.1` and `y.0` to `y.1`; values

@@ -17,10 +17,10 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
     let top = (max / 5.0).ceil() * 5.0;
     let bottom = ((min / 10.0).floor() * 10.0).clamp(top - 50.0, top - 20.0);
     let radial = Axis::new(radial_label, bottom, top);
-    let half = curves.iter().all(|c| c.points.iter().all(|p| !(p[0].abs() > 90.0 + 1e-6)));
+    let half = curves.iter().all(|c| c.points.iter().all(|p| p[0].is_nan() || p[0].abs() <= 90.0 + 1e-6));
 
     const RADIUS: f64 = 270.0;
-    const AROUND: f64 = 44.0;
+    const AROUND: f64 = 48.0;
     let keys: Vec<Key> = curves
         .iter()
         .enumerate()
@@ -89,9 +89,6 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
         c.text((x, ruler_y + 18.0), &label, TICK_SIZE, Anchor::Middle, BLACK);
     }
     c.text((cx + 0.5 * RADIUS, ruler_y + 38.0), &radial.label, LABEL_SIZE, Anchor::Middle, BLACK);
-    if half {
-        c.text((cx - 0.5 * RADIUS, ruler_y + 18.0), "positive angles left", TICK_SIZE, Anchor::Middle, BLACK);
-    }
     c.circle((cx, cy), 2.0, Some((BLACK, 1.0)), Some((WHITE, 0.5)));
     c.finish()
 }

@@ -48,7 +48,7 @@ fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
     let (x0, x1) = finite_range(all().map(|p| p[0])).unwrap_or((0.0, 1.0));
     let (min, max) = finite_range(all().map(|p| p[1])).unwrap_or((-40.0, 0.0));
     let lowest = min.max(max - SPAN_DB).min(max - 3.0);
-    let y = Axis::new(RCS_LABEL, lowest, max + 1.0).to_ticks(8);
+    let y = Axis::new(RCS_LABEL, lowest, max + 0.3).to_ticks(8);
     let bottom = y.lo;
     let x = Axis { degrees: x.degrees, ..Axis::new(x.label, x0, x1) };
     let mut chart = Chart::new(title, x, y);

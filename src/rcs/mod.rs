@@ -1,6 +1,7 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
 
 pub mod closed_form;
+pub mod po_sum;
 pub mod table;
 
 use num_complex::Complex64;
@@ -37,6 +38,16 @@ pub struct Scattering {
 }
 
 impl Scattering {
+    /// Adds another part of the same target.
+    pub fn add(&mut self, o: &Scattering) {
+        for rx in 0..2 {
+            for tx in 0..2 {
+                self.every[rx][tx] += o.every[rx][tx];
+                self.last[rx][tx] += o.last[rx][tx];
+            }
+        }
+    }
+
     pub fn of(&self, convention: crate::trace::Convention) -> &[[Complex64; 2]; 2] {
         match convention {
             crate::trace::Convention::Every => &self.every,

@@ -2,7 +2,12 @@
 //! finds the chain of facets that each tube meets, `contribute` turns a chain into
 //! physical-optics returns. Exact beams are to replace the middle two for smooth facets.
 
+pub mod closest;
+pub mod contribute;
 pub mod launch;
+pub mod points;
+pub mod rays;
+pub mod scan;
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -54,6 +59,17 @@ impl Return {
     pub fn object_id(&self) -> u32 {
         self.chain[(self.bounces as usize).saturating_sub(1)]
     }
+}
+
+/// Largest entry of the matrix, in amplitude (1/m).
+pub fn strength(r: &Return) -> f64 {
+    r.spread.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
+}
+
+/// Drops the returns below `floor` times the strongest, in amplitude.
+pub fn drop_weak(returns: &mut Vec<Return>, floor: f64) {
+    let strongest = returns.iter().map(strength).fold(0.0, f64::max);
+    returns.retain(|r| strength(r) > floor * strongest);
 }
 
 /// All echoes of one frame, in launch order (the same bytes whatever the number of threads).

@@ -23,29 +23,19 @@ fn scattering(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scat
         let basis = polarisation_basis(-tube.dir);
         let mut sum = Scattering::default();
         let chain = follow(geometry, tube, options.bounces, true);
-        radiate(
-            geometry,
-            tube,
-            &chain,
-            spreading,
-            receiver,
-            true,
-            basis,
-            |_| basis,
-            |c| {
-                let phase = -k * to_phase(c.length_in_m, c.length_out_m, c.point);
-                let cis = Complex64::cis(phase);
-                for rx in 0..2 {
-                    for tx in 0..2 {
-                        let z = c.s[rx][tx] * cis;
-                        sum.every[rx][tx] += z;
-                        if c.is_last {
-                            sum.last[rx][tx] += z;
-                        }
+        radiate(geometry, tube, &chain, spreading, receiver, true, basis, polarisation_basis, |c| {
+            let phase = -k * to_phase(c.length_in_m, c.length_out_m, c.point);
+            let cis = Complex64::cis(phase);
+            for rx in 0..2 {
+                for tx in 0..2 {
+                    let z = c.s[rx][tx] * cis;
+                    sum.every[rx][tx] += z;
+                    if c.is_last {
+                        sum.last[rx][tx] += z;
                     }
                 }
-            },
-        );
+            }
+        });
         sum
     };
     match options.distance {
@@ -99,17 +89,6 @@ fn total(parts: &[Scattering], scale: f64) -> Scattering {
         }
     }
     sum
-}
-
-impl Scattering {
-    fn add(&mut self, o: &Scattering) {
-        for rx in 0..2 {
-            for tx in 0..2 {
-                self.every[rx][tx] += o.every[rx][tx];
-                self.last[rx][tx] += o.last[rx][tx];
-            }
-        }
-    }
 }
 
 #[cfg(test)]

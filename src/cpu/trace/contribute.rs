@@ -5,7 +5,8 @@ use crate::em::fresnel::{rayleigh_factor, reflection};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::Geometry;
 use crate::trace::launch::{Fan, Tube};
-use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions};
+use crate::trace::points::point_returns;
+use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak};
 use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -231,14 +232,8 @@ pub fn returns(
         .collect();
     let mut all: Vec<Return> = blocks.into_iter().flatten().collect();
     all.extend(point_returns(geometry, fan.origin_m, velocity_mps, to_sensor));
-    let strongest = all.iter().map(strength).fold(0.0, f64::max);
-    all.retain(|r| strength(r) > options.amplitude_floor * strongest);
+    drop_weak(&mut all, options.amplitude_floor);
     Returns { returns: all, rays: fan.cells.len() as u64 }
-}
-
-/// Largest entry of the matrix, in amplitude.
-pub fn strength(r: &Return) -> f64 {
-    r.spread.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
 fn echo(
@@ -276,42 +271,4 @@ fn echo(
         chain: ids,
         bounces: c.bounce as u8 + 1,
     }
-}
-
-/// Direct echoes of the point targets that nothing hides (S = sqrt(sigma / 4 pi) on both polarisations).
-pub fn point_returns(
-    geometry: &Geometry,
-    origin: DVec3,
-    radar_velocity: DVec3,
-    to_sensor: glam::DQuat,
-) -> Vec<Return> {
-    geometry
-        .points
-        .iter()
-        .filter_map(|p| {
-            let d = p.position_m - origin;
-            let r = d.length();
-            if r <= geometry.t_min_m {
-                return None;
-            }
-            let dir = d / r;
-            if geometry.bvh.any_hit(&geometry.triangles, origin, dir, u32::MAX, r) {
-                return None;
-            }
-            let s = (crate::units::power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt() / (r * r);
-            let mut ids = [0; MAX_BOUNCES];
-            ids[0] = p.id;
-            Some(Return {
-                path_length_m: 2.0 * r,
-                path_rate_mps: 2.0 * dir.dot(p.velocity_mps - radar_velocity),
-                departure: to_sensor * dir,
-                first_range_m: r,
-                arrival: to_sensor * dir,
-                last_range_m: r,
-                spread: [[s.into(), Complex64::ZERO], [Complex64::ZERO, s.into()]],
-                chain: ids,
-                bounces: 1,
-            })
-        })
-        .collect()
 }

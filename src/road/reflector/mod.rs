@@ -158,6 +158,19 @@ pub fn kinds() -> &'static [&'static Kind] {
     &KINDS
 }
 
+/// All kinds with their poses and parameters, for a help text.
+pub fn help() -> String {
+    let mut text = String::new();
+    for k in kinds() {
+        text += &format!("{}: {}; {}\n", k.name, k.summary, k.pose);
+        for p in k.params {
+            text +=
+                &format!("    {:16} {} [{}, default {}]\n", p.name, p.doc, p.range, p.range.default_value());
+        }
+    }
+    text + &format!("    {MATERIAL_PARAM:16} radar material of every kind but point [default pec]\n")
+}
+
 /// The parameter that every kind with facets has besides its own.
 pub const MATERIAL_PARAM: &str = "material";
 
@@ -477,6 +490,7 @@ mod tests {
             for p in k.params {
                 assert!(!p.doc.is_empty() && p.name != MATERIAL_PARAM);
                 assert_eq!(k.params.iter().filter(|o| o.name == p.name).count(), 1);
+                assert!(help().contains(p.doc) && help().contains(k.name));
                 assert_eq!(p.read(&p.range.default_value().to_string()), Some(p.range.default_value()));
             }
         }

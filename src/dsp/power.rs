@@ -1,0 +1,56 @@
+//! Mean power over channels: the host side of the kernel (CONVENTIONS eq. 14).
+
+use super::device::DeviceSpectrum;
+use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+
+gpu_struct! {
+    /// Uniform of `shaders/dsp/power.wgsl`.
+    pub struct Params {
+        pub doppler_bins: u32,
+        pub channels: u32,
+        pub ranges: u32,
+        pub first_range: u32,
+        pub range_bins: u32,
+        pub start: u32,
+        pub scale: f32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/power",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/complex.wgsl"),
+        include_str!("../../shaders/dsp/power.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance {
+        relative_l2: 1.5e-6,
+        reason: "twice the 6e-7 of the amplitudes, and the rounding of a sum of positive terms, at most \
+                 eps/2 a channel where they are all alike and far less on average",
+    },
+};
+
+/// The map of a spectrum, `[doppler, range]`, in W.
+pub fn record(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> Buffer<f32> {
+    let map = recorder.buffer::<f32>("map", spectrum.doppler_bins * spectrum.range_bins);
+    for chunk in &spectrum.chunks {
+        let last = chunk.first_channel + chunk.channels == spectrum.channels;
+        let params = Params {
+            doppler_bins: spectrum.doppler_bins as u32,
+            channels: chunk.channels as u32,
+            ranges: chunk.ranges as u32,
+            first_range: chunk.first_range as u32,
+            range_bins: spectrum.range_bins as u32,
+            start: u32::from(chunk.first_channel == 0),
+            scale: if last { (1.0 / spectrum.channels as f64) as f32 } else { 1.0 },
+        };
+        let threads = Threads::Linear((spectrum.doppler_bins * chunk.ranges) as u64);
+        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, &map], threads);
+    }
+    map
+}

@@ -1,0 +1,57 @@
+//! The channels of the detected cells: the host side of the kernel.
+
+use super::device::DeviceSpectrum;
+use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu_struct;
+use num_complex::Complex32;
+
+gpu_struct! {
+    /// Uniform of `shaders/dsp/snapshot.wgsl`.
+    pub struct Params {
+        pub capacity: u32,
+        pub channels: u32,
+        pub range_bins: u32,
+        pub first_channel: u32,
+        pub chunk_channels: u32,
+        pub first_range: u32,
+        pub ranges: u32,
+    }
+}
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/snapshot",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/dsp/snapshot.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::ReadWrite],
+    structs: &[],
+    tolerance: Tolerance { relative_l2: 0.0, reason: "copies" },
+};
+
+/// `[cell, channel]` for the cells of a list as [`super::peaks::record`] makes it, with room for as
+/// many as that has.
+pub fn record(
+    recorder: &mut Recorder<'_>,
+    spectrum: &DeviceSpectrum,
+    list: &Buffer<u32>,
+) -> Buffer<Complex32> {
+    let capacity = list.len() - 1;
+    let snapshots = recorder.buffer::<Complex32>("snapshots", capacity * spectrum.channels);
+    for chunk in &spectrum.chunks {
+        let params = Params {
+            capacity: capacity as u32,
+            channels: spectrum.channels as u32,
+            range_bins: spectrum.range_bins as u32,
+            first_channel: chunk.first_channel as u32,
+            chunk_channels: chunk.channels as u32,
+            first_range: chunk.first_range as u32,
+            ranges: chunk.ranges as u32,
+        };
+        let threads = Threads::Linear((capacity * chunk.channels) as u64);
+        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, list, &snapshots], threads);
+    }
+    snapshots
+}
