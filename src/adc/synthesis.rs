@@ -18,6 +18,7 @@ use crate::units::{C0, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// One echo in one channel. In √W and turns, with loop m and sample n counted from zero:
 /// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + n (b0 + b1 m) + c n²)).
@@ -105,14 +106,10 @@ impl<'a> Plan<'a> {
         if let Some((i, r)) = returns.iter().enumerate().find(|(_, r)| !is_finite(r)) {
             return Err(Error::Failed(format!("echo {i} is not finite: {r:?}")));
         }
-        let (pairs, kind) = antenna_pairs(radar);
-        let kinds = pairs.len();
-        let scale =
-            w_from_dbm(radar.tx_power_dbm).sqrt() * radar.wavelength_m() / (4.0 * std::f64::consts::PI);
-        let amplitudes: Vec<Complex64> = returns
-            .par_iter()
-            .flat_map_iter(|r| pairs.iter().map(move |(tx, rx)| (scale * pair_amplitude(r, tx, rx)).conj()))
-            .collect();
+        let levels = Levels::new(radar);
+        let kinds = levels.pairs.len();
+        let amplitudes: Vec<Complex64> =
+            returns.par_iter().flat_map_iter(|r| levels.amplitudes(r).map(|a| a.conj())).collect();
         let mut plan = Plan {
             chirps: radar.chirps,
             channels: radar.channels(),
@@ -123,7 +120,7 @@ impl<'a> Plan<'a> {
             returns,
             still: Vec::new(),
             moving: Vec::new(),
-            kind,
+            kind: levels.kind,
             amplitudes,
             kinds,
         };
@@ -192,6 +189,36 @@ fn antenna_pairs(radar: &Radar) -> (Vec<(&Antenna, &Antenna)>, Vec<usize>) {
         }
     }
     (pairs, kind)
+}
+
+/// Amplitudes of echoes one by one (eq. 9).
+pub struct Levels<'a> {
+    pairs: Vec<(&'a Antenna, &'a Antenna)>,
+    kind: Vec<usize>,
+    /// √P_t λ/4π.
+    scale: f64,
+}
+
+impl<'a> Levels<'a> {
+    pub fn new(radar: &'a Radar) -> Self {
+        let (pairs, kind) = antenna_pairs(radar);
+        let scale = w_from_dbm(radar.tx_power_dbm).sqrt() * radar.wavelength_m() / (4.0 * PI);
+        Levels { pairs, kind, scale }
+    }
+
+    /// a of eq. 9 without its e^{-jkL} for each kind of antenna pair, √W.
+    fn amplitudes<'b>(&'b self, r: &'b Return) -> impl Iterator<Item = Complex64> + 'b {
+        self.pairs.iter().map(|(t, x)| self.scale * pair_amplitude(r, t, x))
+    }
+
+    /// a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over
+    /// channels; its phase is that of channel 0.
+    pub fn amplitude(&self, r: &Return) -> Complex64 {
+        let all: Vec<Complex64> = self.amplitudes(r).collect();
+        let power: f64 = self.kind.iter().map(|k| all[*k].norm_sqr()).sum();
+        let mean = (power / self.kind.len().max(1) as f64).sqrt();
+        self.kind.first().map_or(Complex64::ZERO, |k| Complex64::from_polar(mean, all[*k].arg()))
+    }
 }
 
 /// √(G_t G_r) p_rᵀ [S/(R_t R_r)] p_t of eq. 9, in 1/m.
@@ -271,7 +298,7 @@ pub fn passes_filter(radar: &Radar, beat_hz: f64) -> bool {
 pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object: u32) -> Return {
     let range = position_m.length();
     let u = position_m / range;
-    let s = Complex64::from((sigma_m2 / (4.0 * std::f64::consts::PI)).sqrt() / (range * range));
+    let s = Complex64::from((sigma_m2 / (4.0 * PI)).sqrt() / (range * range));
     let mut chain = [0; crate::trace::MAX_BOUNCES];
     chain[0] = object;
     Return {

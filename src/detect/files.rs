@@ -1,0 +1,70 @@
+//! `points.csv` and `returns.csv`.
+
+use super::points::Point;
+use crate::adc::synthesis::Levels;
+use crate::formats::csv::Writer;
+use crate::frames::angles_from_direction;
+use crate::scene::radar::Radar;
+use crate::trace::Returns;
+use crate::units::dbm_from_w;
+use std::io::Write;
+
+pub const POINT_COLUMNS: [&str; 12] = [
+    "range_m",
+    "range_rate_mps",
+    "azimuth_deg",
+    "elevation_deg",
+    "x_m",
+    "y_m",
+    "z_m",
+    "power_dbm",
+    "snr_db",
+    "rcs_dbsm",
+    "object_id",
+    "class",
+];
+
+/// `chain` is the ids of the objects met, in order, with blanks between. Angles are those of arrival;
+/// power is the mean over channels, of this echo alone.
+pub const RETURN_COLUMNS: [&str; 7] =
+    ["range_m", "range_rate_mps", "azimuth_deg", "elevation_deg", "power_dbm", "chain", "bounces"];
+
+pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
+    let mut table = Writer::new(out, &[], &POINT_COLUMNS)?;
+    for p in points {
+        table.row([
+            &p.range_m as &dyn std::fmt::Display,
+            &p.range_rate_mps,
+            &p.azimuth_rad.to_degrees(),
+            &p.elevation_rad.to_degrees(),
+            &p.position_m.x,
+            &p.position_m.y,
+            &p.position_m.z,
+            &p.power_dbm,
+            &p.snr_db,
+            &p.rcs_dbsm,
+            &p.object_id,
+            &p.class,
+        ])?;
+    }
+    table.finish()
+}
+
+pub fn write_returns<W: Write>(out: W, radar: &Radar, returns: &Returns) -> std::io::Result<W> {
+    let mut table = Writer::new(out, &[], &RETURN_COLUMNS)?;
+    let levels = Levels::new(radar);
+    for r in &returns.returns {
+        let (azimuth, elevation) = angles_from_direction(r.arrival);
+        let chain: Vec<String> = r.chain.iter().take_while(|id| **id != 0).map(u32::to_string).collect();
+        table.row([
+            &r.range_m() as &dyn std::fmt::Display,
+            &r.range_rate_mps(),
+            &azimuth.to_degrees(),
+            &elevation.to_degrees(),
+            &dbm_from_w(levels.amplitude(r).norm_sqr()),
+            &chain.join(" "),
+            &r.bounces,
+        ])?;
+    }
+    table.finish()
+}

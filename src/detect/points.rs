@@ -1,0 +1,152 @@
+//! Cells to points (CONVENTIONS eq. 15, 16, 20).
+
+use super::label::Labeller;
+use crate::adc::synthesis::power_gain;
+use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::peaks::{Peak, interpolate};
+use crate::dsp::{RangeDoppler, Real};
+use crate::frames::direction_from_angles;
+use crate::scene::Object;
+use crate::scene::radar::Radar;
+use crate::trace::Returns;
+use crate::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// A detected cell, placed between cells and in angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detected {
+    /// Column and row of the map, with a fraction (eq. 18). The row may lie up to half a cell outside.
+    pub range_bin: f64,
+    pub doppler_row: f64,
+    pub azimuth_rad: f64,
+    pub elevation_rad: f64,
+    /// |y|² of eq. 19 at its peak, W.
+    pub power_w: f64,
+    /// Noise estimate of eq. 17 in the cell, W: the mean over channels, before beamforming.
+    pub noise_w: f64,
+}
+
+/// A point of the cloud, sensor frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Negative values of some centimetres can occur next to the radar: eq. 15 subtracts the Doppler shift.
+    pub range_m: f64,
+    /// Positive when receding; within ±`Radar::max_velocity_mps`.
+    pub range_rate_mps: f64,
+    /// Positive to the left.
+    pub azimuth_rad: f64,
+    /// Positive up.
+    pub elevation_rad: f64,
+    pub position_m: DVec3,
+    pub power_dbm: f64,
+    /// Power after beamforming over the noise of one channel's cell (eq. 20).
+    pub snr_db: f64,
+    /// Infinite where the antennas have no gain.
+    pub rcs_dbsm: f64,
+    /// The object whose echoes made it; 0 for none.
+    pub object_id: u32,
+    /// That object's class; "" for none.
+    pub class: String,
+}
+
+/// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
+pub fn range_rate_mps(radar: &Radar, doppler_row: f64) -> f64 {
+    let rows = radar.processing.doppler_fft as f64;
+    ((doppler_row).rem_euclid(rows) - 0.5 * rows) * radar.velocity_bin_mps()
+}
+
+/// Range of a bin, which may be fractional: the Doppler shift that the beat frequency holds is
+/// taken out (eq. 15).
+pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64) -> f64 {
+    let beat_hz = range_bin * radar.sample_rate_hz / radar.processing.range_fft as f64;
+    0.5 * C0 / radar.slope_hz_per_s() * (beat_hz - 2.0 * range_rate_mps * radar.carrier_hz / C0)
+}
+
+/// √(G_t G_r) of the array towards (azimuth, elevation), mean over channels.
+fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
+    let u = direction_from_angles(azimuth, elevation);
+    let mean = |list: &[crate::scene::radar::Antenna]| {
+        list.iter().map(|a| power_gain(a, u).sqrt()).sum::<f64>() / list.len() as f64
+    };
+    mean(&radar.tx) * mean(&radar.rx)
+}
+
+/// One point without a label (eq. 15, 16, 20). The RCS is that seen by the antennas' polarisation.
+pub fn point(radar: &Radar, d: &Detected) -> Point {
+    let rate = range_rate_mps(radar, d.doppler_row);
+    let range = range_m(radar, d.range_bin, rate);
+    let gain = array_gain(radar, d.azimuth_rad, d.elevation_rad).powi(2);
+    let rcs = d.power_w * (4.0 * PI).powi(3) * range.powi(4)
+        / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
+    Point {
+        range_m: range,
+        range_rate_mps: rate,
+        azimuth_rad: d.azimuth_rad,
+        elevation_rad: d.elevation_rad,
+        position_m: direction_from_angles(d.azimuth_rad, d.elevation_rad) * range,
+        power_dbm: dbm_from_w(d.power_w),
+        snr_db: db_from_power(d.power_w / d.noise_w),
+        rcs_dbsm: db_from_power(rcs),
+        object_id: 0,
+        class: String::new(),
+    }
+}
+
+/// The peaks of the map for the cells of `found` in their order, at most
+/// `Processing::max_points`, and their range rates, which the beamformer asks for.
+pub fn peaks<T: Real>(radar: &Radar, found: &RangeDoppler<T>) -> (Vec<Peak>, Vec<f64>) {
+    found
+        .cells
+        .iter()
+        .take(radar.processing.max_points)
+        .map(|cell| {
+            let peak = interpolate(&found.map, *cell);
+            (peak, range_rate_mps(radar, peak.doppler))
+        })
+        .unzip()
+}
+
+/// Cells with their angles: `angular_power` is the beamformer's `[cell, elevation, azimuth]` for the
+/// peaks and range rates of [`peaks`]. One entry for each peak, in their order.
+pub fn detected<T: Real>(
+    found: &RangeDoppler<T>,
+    (peaks, range_rates): &(Vec<Peak>, Vec<f64>),
+    beam: &Beamformer,
+    angular_power: &[T],
+) -> Vec<Detected> {
+    peaks
+        .iter()
+        .zip(range_rates)
+        .zip(angular_power.chunks_exact(beam.grid.len()))
+        .enumerate()
+        .filter_map(|(i, ((peak, rate), power))| {
+            let angle = beam.strongest(power, found.snapshots.of(i), *rate)?;
+            let cell = found.cells[i];
+            let at = cell.doppler as usize * found.map.range_bins + cell.range as usize;
+            Some(Detected {
+                range_bin: peak.range,
+                doppler_row: peak.doppler,
+                azimuth_rad: angle.azimuth_rad,
+                elevation_rad: angle.elevation_rad,
+                power_w: angle.amplitude.norm_sqr(),
+                noise_w: found.detection.noise[at].wide(),
+            })
+        })
+        .collect()
+}
+
+/// Points with labels, in the order of `detected`. `objects` gives the classes; `returns` are the
+/// echoes of this frame (empty for a cube from elsewhere: all labels are 0).
+pub fn points(radar: &Radar, detected: &[Detected], returns: &Returns, objects: &[Object]) -> Vec<Point> {
+    let labeller = Labeller::new(radar, returns, objects);
+    detected
+        .iter()
+        .map(|d| {
+            let mut p = point(radar, d);
+            p.object_id = labeller.label(&p);
+            p.class = labeller.class(p.object_id).to_string();
+            p
+        })
+        .collect()
+}
