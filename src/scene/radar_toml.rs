@@ -978,7 +978,7 @@ mod tests {
         for (name, _) in PRESETS {
             let r = preset(name).unwrap();
             for a in r.tx.iter().chain(&r.rx) {
-                let n = 720;
+                let n = 360;
                 let step = std::f64::consts::PI / n as f64;
                 let mut sum = 0.0;
                 for i in 0..2 * n {

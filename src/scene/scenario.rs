@@ -1,1 +1,667 @@
-//! Scenario TOML.
+//! The scenario TOML: what stands in the scene, who drives, which radar looks, for how many frames.
+//! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
+
+use super::gltf::{self, ImportOptions};
+use super::radar::Radar;
+use super::radar_toml::{self, RadarFile};
+use super::toml_file::{At, Document, clip, read_text};
+use super::{Mesh, Scene, Shape};
+use crate::error::{BadInput, Error, Result, nearest};
+use crate::frames::{Pose, Target, Vehicle, World};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A scene, a radar and motion. Lengths in metres, speeds in m/s, angles in degrees.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "catseye scenario")]
+pub struct ScenarioFile {
+    /// Shown in results.
+    pub name: String,
+    /// Of the noise; the same seed gives the same bytes. Default 0.
+    #[serde(default)]
+    pub seed: u64,
+    /// A preset (feng77, front77, demo77), the path of a radar file, or the radar itself as a table.
+    pub radar: RadarRef,
+    #[serde(default)]
+    pub scene: SceneTable,
+    /// Point targets.
+    #[serde(default)]
+    pub point: Vec<PointTable>,
+    /// Objects that are added to the scene.
+    #[serde(default)]
+    pub object: Vec<ObjectTable>,
+    #[serde(default)]
+    pub ego: EgoTable,
+    #[serde(default)]
+    pub frames: FramesTable,
+    #[serde(default)]
+    pub trace: TraceTable,
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// A name or a whole radar.
+#[derive(Debug, Clone)]
+pub enum RadarRef {
+    Name(String),
+    Inline(Box<RadarFile>),
+}
+
+impl<'de> Deserialize<'de> for RadarRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = RadarRef;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the name of a preset, the path of a radar file, or one radar as a table")
+            }
+            fn visit_str<E>(self, s: &str) -> Result<RadarRef, E> {
+                Ok(RadarRef::Name(s.into()))
+            }
+            // Straight from the map, so that the values keep their places in the file.
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<RadarRef, A::Error> {
+                RadarFile::deserialize(MapAccessDeserializer::new(map)).map(|r| RadarRef::Inline(Box::new(r)))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for RadarRef {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "RadarRef".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [{ "type": "string" }, generator.subschema_for::<RadarFile>()] })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Builtin {
+    /// Nothing but the points and objects of this file.
+    Empty,
+    /// 100 m of two-lane road with markers, rails, a manhole and two cars.
+    MarkedRoad,
+    /// The benchmark scene, nothing in it moves.
+    W3,
+    /// The benchmark scene with moving cars.
+    W3Moving,
+}
+
+/// A built-in scene or a glTF file; with neither, the scene is empty.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneTable {
+    pub builtin: Option<At<Builtin>>,
+    /// A .glb or .gltf file, relative to this file.
+    pub file: Option<At<String>>,
+    /// Unit of the glTF file: m (default), cm, mm, in or ft.
+    pub unit: Option<At<String>>,
+    /// Axis of the glTF file that points up: y (default) or z.
+    pub up: Option<At<String>>,
+    /// For surfaces of the glTF file whose material is missing or unknown.
+    pub default_material: Option<At<String>>,
+    /// Material of the glTF file = material of the table.
+    #[serde(default)]
+    pub materials: BTreeMap<String, At<String>>,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointTable {
+    #[serde(default)]
+    pub name: String,
+    #[serde(default)]
+    pub class: String,
+    /// At the middle of frame 0: [forward, left, up] in the world.
+    pub position_m: At<[f64; 3]>,
+    /// In the world; default at rest.
+    #[serde(default)]
+    pub velocity_mps: At<[f64; 3]>,
+    pub rcs_dbsm: At<f64>,
+}
+
+/// A glTF file or a reflector, placed in the world.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectTable {
+    #[serde(default)]
+    pub name: String,
+    /// Default: what the file says, "reflector" for a reflector.
+    #[serde(default)]
+    pub class: String,
+    /// A .glb or .gltf file, relative to this file.
+    pub file: Option<At<String>>,
+    /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    pub reflector: Option<At<String>>,
+    /// Of the object's origin in the world.
+    pub position_m: At<[f64; 3]>,
+    /// Of the object's x axis (a reflector's boresight), positive to the left; 180 faces a radar that
+    /// looks along +x.
+    #[serde(default)]
+    pub yaw_deg: At<f64>,
+    /// Positive nose down.
+    #[serde(default)]
+    pub pitch_deg: At<f64>,
+    /// Positive left side up.
+    #[serde(default)]
+    pub roll_deg: At<f64>,
+    /// In the world; added to what the file gives its nodes.
+    #[serde(default)]
+    pub velocity_mps: At<[f64; 3]>,
+    pub unit: Option<At<String>>,
+    pub up: Option<At<String>>,
+    pub default_material: Option<At<String>>,
+    #[serde(default)]
+    pub materials: BTreeMap<String, At<String>>,
+}
+
+/// The vehicle that carries the radar.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EgoTable {
+    /// Of its rear axle's centre at the middle of frame 0; height 0 lets the radar's mounting height
+    /// count from the road.
+    #[serde(default)]
+    pub position_m: At<[f64; 3]>,
+    /// Heading, positive to the left.
+    #[serde(default)]
+    pub yaw_deg: At<f64>,
+    /// Along the heading.
+    #[serde(default)]
+    pub speed_mps: At<f64>,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FramesTable {
+    pub count: At<u32>,
+    /// From the middle of a frame to the middle of the next.
+    pub interval_s: At<f64>,
+}
+
+impl Default for FramesTable {
+    fn default() -> Self {
+        FramesTable { count: 1.into(), interval_s: 0.05.into() }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BounceConvention {
+    /// The current of every bounce radiates to the receiver.
+    Every,
+    /// Only the current of the bounce from which the ray leaves.
+    Last,
+}
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TraceTable {
+    /// Primary rays of a frame, about.
+    pub rays: At<u64>,
+    /// Reflections of a ray that are followed.
+    pub bounces: At<u32>,
+    pub convention: BounceConvention,
+}
+
+impl Default for TraceTable {
+    fn default() -> Self {
+        TraceTable { rays: 1_000_000.into(), bounces: 3.into(), convention: BounceConvention::Every }
+    }
+}
+
+/// Which files are written for each frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// adc.npy, the samples.
+    pub adc: bool,
+    /// range_doppler.npy.
+    pub range_doppler: bool,
+    /// points.csv.
+    pub points: bool,
+    /// returns.csv, every echo.
+    pub returns: bool,
+    /// truth.json.
+    pub truth: bool,
+    /// The PNGs.
+    pub plots: bool,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Output { adc: true, range_doppler: true, points: true, returns: true, truth: true, plots: true }
+    }
+}
+
+/// Most bounces that may be asked for (the length of a return's object chain).
+pub const MAX_BOUNCES: u32 = 8;
+
+/// A scenario that has been read and checked. Paths are resolved against the scenario's folder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    pub name: String,
+    pub seed: u64,
+    pub radar: Radar,
+    pub scene: SceneSource,
+    pub points: Vec<PointTarget>,
+    pub objects: Vec<Placed>,
+    pub ego: Ego,
+    pub frames: Frames,
+    pub trace: TraceSettings,
+    pub output: Output,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneSource {
+    Builtin(Builtin),
+    File { path: PathBuf, options: ImportOptions },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointTarget {
+    pub name: String,
+    pub class: String,
+    pub position_m: DVec3,
+    pub velocity_mps: DVec3,
+    pub rcs_dbsm: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum ObjectSource {
+    File {
+        path: PathBuf,
+        options: ImportOptions,
+    },
+    /// As given, and the place to name when the builder refuses it.
+    Reflector {
+        spec: String,
+        at: BadInput,
+    },
+}
+
+impl ObjectSource {
+    /// Whether both build the same, wherever they stand in the file.
+    fn same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (ObjectSource::Reflector { spec: a, .. }, ObjectSource::Reflector { spec: b, .. }) => a == b,
+            (a, b) => a == b,
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placed {
+    pub name: String,
+    pub class: String,
+    pub source: ObjectSource,
+    pub pose: Pose<Target, World>,
+    pub velocity_mps: DVec3,
+}
+
+/// The vehicle that carries the radar moves straight on at constant speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ego {
+    pub position_m: DVec3,
+    pub yaw_rad: f64,
+    pub speed_mps: f64,
+}
+
+impl Ego {
+    pub fn velocity_mps(&self) -> DVec3 {
+        DVec3::new(self.yaw_rad.cos(), self.yaw_rad.sin(), 0.0) * self.speed_mps
+    }
+    /// Pose at a time counted from the middle of frame 0.
+    pub fn pose(&self, time_s: f64) -> Pose<Vehicle, World> {
+        Pose::from_yaw_pitch_roll(self.position_m + self.velocity_mps() * time_s, self.yaw_rad, 0.0, 0.0)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frames {
+    pub count: u32,
+    pub interval_s: f64,
+}
+
+impl Frames {
+    /// Time of the middle of frame `index`.
+    pub fn time_s(&self, index: u32) -> f64 {
+        index as f64 * self.interval_s
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TraceSettings {
+    pub rays: u64,
+    /// 1 to [`MAX_BOUNCES`].
+    pub bounces: u32,
+    pub convention: BounceConvention,
+}
+
+/// Builds what this room cannot: it is given by a room below (`road`).
+pub trait Builder {
+    /// The built-in scene of that name.
+    fn builtin(&self, name: Builtin) -> Result<Scene>;
+    /// The objects of a reflector's spec string, in its target frame.
+    fn reflector(&self, spec: &str) -> Result<Scene>;
+}
+
+impl Scenario {
+    /// Reads and checks a scenario file. Errors: one line with file, line, key, value and remedy.
+    pub fn load(path: &Path) -> Result<Scenario> {
+        parse(path, &read_text(path)?)
+    }
+
+    /// The scene with all points and objects in it.
+    pub fn build(&self, builder: &dyn Builder) -> Result<Scene> {
+        let mut scene = match &self.scene {
+            SceneSource::Builtin(Builtin::Empty) => Scene::default(),
+            SceneSource::Builtin(b) => builder.builtin(*b)?,
+            SceneSource::File { path, options } => gltf::import(path, options)?,
+        };
+        for p in &self.points {
+            let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);
+            let shape = Shape::Point { rcs_dbsm: p.rcs_dbsm };
+            scene.add_object(&p.name, &p.class, shape, pose, p.velocity_mps);
+        }
+        // Files and specs that occur again share their meshes.
+        let mut known: Vec<(&ObjectSource, Scene, usize)> = Vec::new();
+        for o in &self.objects {
+            let k = match known.iter().position(|(s, ..)| s.same(&o.source)) {
+                Some(k) => k,
+                None => {
+                    let built = match &o.source {
+                        ObjectSource::File { path, options } => gltf::import(path, options)?,
+                        ObjectSource::Reflector { spec, at } => {
+                            builder.reflector(spec).map_err(|e| in_file(e, at))?
+                        }
+                    };
+                    let first = scene.add_meshes(&built);
+                    scene.import.degenerate_triangles_dropped += built.import.degenerate_triangles_dropped;
+                    scene.import.notes.extend(built.import.notes.iter().cloned());
+                    known.push((&o.source, built, first));
+                    known.len() - 1
+                }
+            };
+            let (_, built, first) = &known[k];
+            for part in &built.objects {
+                let shape = match part.shape {
+                    Shape::Mesh(m) => Shape::Mesh(first + m),
+                    point => point,
+                };
+                let name = match (o.name.is_empty(), built.objects.len()) {
+                    (true, _) => part.name.clone(),
+                    (false, 1) => o.name.clone(),
+                    (false, _) => format!("{}/{}", o.name, part.name),
+                };
+                let class = if o.class.is_empty() { &part.class } else { &o.class };
+                let pose =
+                    Pose::new(o.pose.rotation * part.pose.rotation, o.pose.point(part.pose.translation_m));
+                let velocity = o.velocity_mps + o.pose.direction(part.velocity_mps);
+                scene.add_object(&name, class, shape, pose, velocity);
+            }
+        }
+        if scene.objects.is_empty() {
+            return Err(BadInput::new("the scenario has nothing in it")
+                .key("scene")
+                .remedy("give scene.builtin, scene.file, a [[point]] or an [[object]]")
+                .into());
+        }
+        scene.import.triangles = scene.triangle_count();
+        Ok(scene)
+    }
+}
+
+/// A complaint from another room with the place in the scenario added.
+fn in_file(e: Error, at: &BadInput) -> Error {
+    match e {
+        Error::Input(mut b) => {
+            b.file = b.file.or_else(|| at.file.clone());
+            b.line = b.line.or(at.line);
+            b.key = b.key.or_else(|| at.key.clone());
+            b.value = b.value.or_else(|| at.value.clone());
+            Error::Input(b)
+        }
+        e => e,
+    }
+}
+
+impl Scene {
+    /// Adds the meshes and materials of another scene and returns the index of the first mesh.
+    pub fn add_meshes(&mut self, other: &Scene) -> usize {
+        let materials: Vec<u32> = other.materials.iter().map(|m| self.material_index(m)).collect();
+        let first = self.meshes.len();
+        self.meshes.extend(other.meshes.iter().map(|m| Mesh {
+            material: m.material.iter().map(|k| materials[*k as usize]).collect(),
+            ..m.clone()
+        }));
+        first
+    }
+}
+
+/// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
+pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
+    let doc = Document::parse(file, text)?;
+    let f: ScenarioFile = doc.read()?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let radar = match &f.radar {
+        RadarRef::Inline(r) => radar_toml::build(&doc, r)?,
+        RadarRef::Name(n) => radar_toml::load(n, folder).map_err(|e| match e {
+            // An unknown name is this file's mistake; a mistake inside a radar file is that file's.
+            Error::Input(b) if b.file.is_none() => Error::Input(Box::new(b.file(file).key("radar"))),
+            e => e,
+        })?,
+    };
+    let options = |o: ImportTable<'_>| import_options(&doc, &o);
+    let scene = match (&f.scene.builtin, &f.scene.file) {
+        (Some(b), Some(_)) => {
+            return Err(doc.bad(&b.span, "the scene is given twice").remedy("keep builtin or file").into());
+        }
+        (None, Some(path)) => SceneSource::File {
+            path: folder.join(&path.value),
+            options: options(ImportTable::from(&f.scene))?,
+        },
+        (builtin, None) => {
+            let import = ImportTable::from(&f.scene);
+            if let Some(span) = import.first_span() {
+                return Err(doc
+                    .bad(span, "belongs to a glTF file")
+                    .remedy("give file, or take it out")
+                    .into());
+            }
+            SceneSource::Builtin(builtin.as_ref().map_or(Builtin::Empty, |b| b.value))
+        }
+    };
+    let angle = |a: &At<f64>| {
+        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
+    };
+    let mut points = Vec::with_capacity(f.point.len());
+    for (i, p) in f.point.iter().enumerate() {
+        points.push(PointTarget {
+            name: if p.name.is_empty() { format!("point {}", i + 1) } else { p.name.clone() },
+            class: p.class.clone(),
+            position_m: doc.vector(&p.position_m)?,
+            velocity_mps: speed(&doc, &p.velocity_mps)?,
+            rcs_dbsm: doc.in_range(&p.rcs_dbsm, -200.0..=200.0, "give dBsm, as in 10")?,
+        });
+    }
+    let mut objects = Vec::with_capacity(f.object.len());
+    for o in &f.object {
+        let import = ImportTable::from(o);
+        let source = match (&o.file, &o.reflector) {
+            (Some(path), None) => {
+                ObjectSource::File { path: folder.join(&path.value), options: options(import)? }
+            }
+            (None, Some(spec)) => {
+                if let Some(span) = import.first_span() {
+                    return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
+                }
+                ObjectSource::Reflector { spec: spec.value.clone(), at: doc.bad(&spec.span, "") }
+            }
+            (both, _) => {
+                let problem =
+                    if both.is_some() { "the object is given twice" } else { "the object is missing" };
+                return Err(doc
+                    .bad(&o.position_m.span, problem)
+                    .remedy("give file = \"x.glb\" or reflector = \"type1:width_m=0.16\"")
+                    .into());
+            }
+        };
+        let class = match (&source, o.class.is_empty()) {
+            (ObjectSource::Reflector { .. }, true) => "reflector".into(),
+            _ => o.class.clone(),
+        };
+        objects.push(Placed {
+            name: o.name.clone(),
+            class,
+            source,
+            pose: Pose::from_yaw_pitch_roll(
+                doc.vector(&o.position_m)?,
+                angle(&o.yaw_deg)?,
+                angle(&o.pitch_deg)?,
+                angle(&o.roll_deg)?,
+            ),
+            velocity_mps: speed(&doc, &o.velocity_mps)?,
+        });
+    }
+    Ok(Scenario {
+        name: f.name,
+        seed: f.seed,
+        radar,
+        scene,
+        points,
+        objects,
+        ego: Ego {
+            position_m: doc.vector(&f.ego.position_m)?,
+            yaw_rad: angle(&f.ego.yaw_deg)?,
+            speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
+        },
+        frames: Frames {
+            count: doc.in_range(&f.frames.count, 1..=10_000_000, "frames to simulate")?,
+            interval_s: doc.in_range(
+                &f.frames.interval_s,
+                0.0..=1e6,
+                "seconds between frames, as in 0.05",
+            )?,
+        },
+        trace: TraceSettings {
+            rays: doc.in_range(&f.trace.rays, 1..=1_000_000_000_000, "primary rays of a frame")?,
+            bounces: doc.in_range(&f.trace.bounces, 1..=MAX_BOUNCES, "reflections of a ray")?,
+            convention: f.trace.convention,
+        },
+        output: f.output,
+    })
+}
+
+fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {
+    let v = doc.vector(at)?;
+    if v.length() < 1e5 {
+        return Ok(v);
+    }
+    Err(doc.bad(&at.span, "is too fast").allowed("below 1e5 m/s").remedy("give metres per second").into())
+}
+
+/// The keys about a glTF file, of the scene or of an object.
+struct ImportTable<'a> {
+    unit: &'a Option<At<String>>,
+    up: &'a Option<At<String>>,
+    default_material: &'a Option<At<String>>,
+    materials: &'a BTreeMap<String, At<String>>,
+}
+
+impl<'a> From<&'a SceneTable> for ImportTable<'a> {
+    fn from(t: &'a SceneTable) -> Self {
+        ImportTable {
+            unit: &t.unit,
+            up: &t.up,
+            default_material: &t.default_material,
+            materials: &t.materials,
+        }
+    }
+}
+
+impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
+    fn from(t: &'a ObjectTable) -> Self {
+        ImportTable {
+            unit: &t.unit,
+            up: &t.up,
+            default_material: &t.default_material,
+            materials: &t.materials,
+        }
+    }
+}
+
+impl ImportTable<'_> {
+    fn first_span(&self) -> Option<&std::ops::Range<usize>> {
+        let given = [self.unit, self.up, self.default_material];
+        given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
+    }
+}
+
+fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptions> {
+    let mut o = ImportOptions::default();
+    let here = |at: &At<String>| {
+        let at = doc.bad(&at.span, "");
+        move |e: Error| match e {
+            // The file is the scenario's: its key and value say more than the callee's.
+            Error::Input(b) => Error::Input(Box::new(BadInput {
+                problem: b.problem,
+                allowed: b.allowed,
+                remedy: b.remedy,
+                ..at
+            })),
+            e => e,
+        }
+    };
+    if let Some(u) = t.unit {
+        o.unit_m = gltf::unit_m(&u.value).map_err(here(u))?;
+    }
+    if let Some(u) = t.up {
+        o.up = gltf::up(&u.value).map_err(here(u))?;
+    }
+    for m in t.materials.values().chain(t.default_material) {
+        super::material::by_name(&m.value).map_err(here(m))?;
+    }
+    o.default_material = t.default_material.as_ref().map(|m| m.value.clone());
+    o.material_map = t.materials.iter().map(|(from, to)| (from.clone(), to.value.clone())).collect();
+    Ok(o)
+}
+
+/// A commented file to start from, for `catseye init`. Errors: an unknown kind, or one that is not
+/// there yet.
+pub fn template(kind: &str) -> Result<&'static str> {
+    const KINDS: [&str; 4] = ["scenario", "radar", "recipe", "study"];
+    match kind {
+        "scenario" => Ok(include_str!("../../scenes/presets/template_scenario.toml")),
+        "radar" => Ok(include_str!("../../scenes/presets/template_radar.toml")),
+        "recipe" | "study" => Err(BadInput::new("comes in a later version")
+            .value(kind)
+            .allowed("scenario, radar")
+            .remedy("start with catseye init scenario")
+            .into()),
+        _ => {
+            let b = BadInput::new("is not a kind of file").value(clip(kind)).allowed(KINDS.join(", "));
+            Err(match nearest(kind, KINDS) {
+                Some(n) => b.remedy(format!("did you mean '{n}'?")),
+                None => b.remedy("choose one of them"),
+            }
+            .into())
+        }
+    }
+}
+
+/// JSON schemas of the TOML files: (file name in `schema/`, text).
+pub fn schemas() -> [(&'static str, String); 2] {
+    let text = |s: schemars::Schema| serde_json::to_string_pretty(&s).unwrap_or_default() + "\n";
+    [
+        ("radar.schema.json", text(schemars::schema_for!(RadarFile))),
+        ("scenario.schema.json", text(schemars::schema_for!(ScenarioFile))),
+    ]
+}
