@@ -6,8 +6,8 @@ use crate::adc::synthesis::{FrontEnd, Plan};
 use crate::adc::{self, Cube};
 use crate::cpu;
 use crate::cpu::adc::synthesis::Control;
-use crate::dsp::doa_beamform::{Angle, Beamformer};
-use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real};
+use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
@@ -79,30 +79,6 @@ impl AnyCube {
             AnyCube::F64(c) => c.to_f32(),
         }
     }
-}
-
-/// One detected cell with its place between cells and its direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DetectedCell {
-    pub cell: Cell,
-    /// Row and column with fractions (CONVENTIONS eq. 18).
-    pub doppler: f64,
-    pub range: f64,
-    /// Mean noise power at this cell in W.
-    pub noise_w: f64,
-    pub angle: Angle,
-}
-
-/// A processed frame. Maps are f32, whatever the precision that they were made in.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Processed {
-    pub map: PowerMap<f32>,
-    /// Power in W that a cell has to exceed, `[doppler, range]`.
-    pub threshold: Vec<f32>,
-    /// Strongest first.
-    pub cells: Vec<DetectedCell>,
-    /// Cells over the threshold, before they were thinned to local maxima and `max_points`.
-    pub cells_over_threshold: usize,
 }
 
 impl Engine {
@@ -250,76 +226,35 @@ impl Engine {
         Ok((cube, plan.front_end))
     }
 
-    /// From samples to detected cells with directions.
-    pub fn process(&self, radar: &Radar, cube: &AnyCube) -> Result<Processed> {
-        let beam = Beamformer::new(radar)?;
+    /// From samples to detected cells. The stages run in the precision of the engine; what they found is
+    /// handed on in f64.
+    pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
         match (self, cube) {
-            (Engine::Cpu(_), AnyCube::F32(cube)) => {
-                let rd = cpu::dsp::process(cube, radar)?.1;
-                finish(radar, &beam, rd, |s, v| Ok(cpu::dsp::doa_beamform::spectra(&beam, s, v)))
-            }
-            (Engine::Cpu(_), AnyCube::F64(cube)) => {
-                let rd = cpu::dsp::process(cube, radar)?.1;
-                finish(radar, &beam, rd, |s, v| Ok(cpu::dsp::doa_beamform::spectra(&beam, s, v)))
-            }
-            (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
-                let rd = dsp::device::process(gpu, cube, radar)?.1;
-                finish(radar, &beam, rd, |s, v| dsp::doa_beamform::spectra(gpu, &beam, s, v))
-            }
-            (Engine::Gpu(_), AnyCube::F64(cube)) => self.process(radar, &AnyCube::F32(cube.to_f32())),
-        }
-    }
-}
-
-/// Range rate of a row with a fraction (CONVENTIONS eq. 16), m/s.
-fn range_rate_mps(radar: &Radar, doppler: f64) -> f64 {
-    (doppler - (radar.processing.doppler_fft / 2) as f64) * radar.velocity_bin_mps()
-}
-
-fn finish<T: Real>(
-    radar: &Radar,
-    beam: &Beamformer,
-    rd: RangeDoppler<T>,
-    spectra: impl FnOnce(&dsp::Snapshots<T>, &[f64]) -> Result<Vec<T>>,
-) -> Result<Processed> {
-    let RangeDoppler { map, detection, mut cells, mut snapshots } = rd;
-    let cells_over_threshold = detection.mask.iter().filter(|m| **m).count();
-    cells.truncate(radar.processing.max_points);
-    snapshots.data.truncate(cells.len() * snapshots.channels);
-    let peaks: Vec<_> = cells.iter().map(|c| dsp::peaks::interpolate(&map, *c)).collect();
-    let rates: Vec<f64> = peaks.iter().map(|p| range_rate_mps(radar, p.doppler)).collect();
-    let mut detected = Vec::with_capacity(cells.len());
-    if !cells.is_empty() {
-        let power = spectra(&snapshots, &rates)?;
-        let directions = beam.grid.len();
-        for (i, (cell, peak)) in cells.iter().zip(&peaks).enumerate() {
-            let own = &power[i * directions..(i + 1) * directions];
-            if let Some(angle) = beam.strongest(own, snapshots.of(i), rates[i]) {
-                let at = cell.doppler as usize * map.range_bins + cell.range as usize;
-                detected.push(DetectedCell {
-                    cell: *cell,
-                    doppler: peak.doppler,
-                    range: peak.range,
-                    noise_w: detection.noise[at].wide(),
-                    angle,
-                });
+            (Engine::Cpu(_), AnyCube::F64(cube)) => Ok(cpu::dsp::process(cube, radar)?.1),
+            (Engine::Cpu(_), AnyCube::F32(cube)) => Ok(cpu::dsp::process(cube, radar)?.1.widened()),
+            (Engine::Gpu(gpu), AnyCube::F32(cube)) => Ok(dsp::device::process(gpu, cube, radar)?.1.widened()),
+            (Engine::Gpu(_), AnyCube::F64(_)) => {
+                Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
             }
         }
     }
-    Ok(Processed {
-        threshold: thresholds(&map, &detection),
-        map: PowerMap {
-            doppler_bins: map.doppler_bins,
-            range_bins: map.range_bins,
-            data: map.data.iter().map(|p| p.wide() as f32).collect(),
-        },
-        cells: detected,
-        cells_over_threshold,
-    })
-}
 
-fn thresholds<T: Real>(map: &PowerMap<T>, detection: &Detection<T>) -> Vec<f32> {
-    (0..map.data.len())
-        .map(|i| detection.threshold(i / map.range_bins, i % map.range_bins).wide() as f32)
-        .collect()
+    /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).
+    pub fn angular_power(
+        &self,
+        beam: &Beamformer,
+        snapshots: &Snapshots<f64>,
+        range_rates_mps: &[f64],
+    ) -> Result<Vec<f64>> {
+        let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
+        Ok(match self {
+            Engine::Cpu(Precision::F64) => cpu::dsp::doa_beamform::spectra(beam, snapshots, range_rates_mps),
+            Engine::Cpu(Precision::F32) => {
+                widen(cpu::dsp::doa_beamform::spectra(beam, &snapshots.narrowed(), range_rates_mps))
+            }
+            Engine::Gpu(gpu) => {
+                widen(dsp::doa_beamform::spectra(gpu, beam, &snapshots.narrowed(), range_rates_mps)?)
+            }
+        })
+    }
 }

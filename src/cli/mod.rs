@@ -1,1 +1,145 @@
-//! Room: cli.
+//! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
+
+mod angles;
+mod devices;
+mod plot;
+mod rcs;
+mod reflector;
+mod target;
+
+use crate::engine::{Engine, Precision};
+use crate::error::{Error, Result};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::process::ExitCode;
+
+/// Automotive-radar simulator: glTF road scenes to radar cross sections, ADC cubes, detections and points.
+#[derive(Debug, Parser)]
+#[command(name = "catseye", version, max_term_width = 110)]
+struct Cli {
+    #[command(flatten)]
+    global: Global,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+pub struct Global {
+    /// auto: a hardware GPU, else the cpu; cpu; gpu: a hardware GPU; or part of an adapter's name
+    #[arg(long, global = true, default_value = "auto", value_name = "auto|cpu|gpu|NAME")]
+    pub device: String,
+    /// Of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
+    #[arg(long, global = true, default_value = "f32")]
+    pub precision: PrecisionName,
+    /// Print one machine-readable object on stdout
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress and no messages on stderr
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Seed of all random numbers
+    #[arg(long, global = true, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Replace an existing result
+    #[arg(long, global = true)]
+    pub force: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionName {
+    F32,
+    F64,
+}
+
+impl Global {
+    pub fn engine(&self) -> Result<Engine> {
+        let precision = match self.precision {
+            PrecisionName::F32 => Precision::F32,
+            PrecisionName::F64 => Precision::F64,
+        };
+        let engine = Engine::open(&self.device, precision)?;
+        self.say(&format!("engine: {}", engine.describe()));
+        Ok(engine)
+    }
+
+    /// A message for people, on stderr.
+    pub fn say(&self, message: &str) {
+        if !self.quiet {
+            eprintln!("{message}");
+        }
+    }
+
+    /// A bar on stderr, silent when that is not a terminal.
+    pub fn bar(&self, label: &str, length: u64) -> indicatif::ProgressBar {
+        if self.quiet {
+            return indicatif::ProgressBar::hidden();
+        }
+        let style =
+            indicatif::ProgressStyle::with_template("{msg} {bar:30} {pos}/{len} {elapsed} (left {eta})")
+                .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar());
+        indicatif::ProgressBar::new(length).with_style(style).with_message(label.to_string())
+    }
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Devices(devices::Devices),
+    Reflector(reflector::MakeReflector),
+    Rcs(rcs::Rcs),
+    Plot(plot::Plot),
+}
+
+/// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => return usage(&e),
+    };
+    let g = &cli.global;
+    let result = match &cli.command {
+        Command::Devices(c) => c.run(g),
+        Command::Reflector(c) => c.run(g),
+        Command::Rcs(c) => c.run(g),
+        Command::Plot(c) => c.run(g),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            ExitCode::from(e.exit_code())
+        }
+    }
+}
+
+/// Help and version go to stdout; a wrong command line is one line on stderr.
+fn usage(e: &clap::Error) -> ExitCode {
+    if !e.use_stderr() {
+        let _ = e.print();
+        return ExitCode::SUCCESS;
+    }
+    if e.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        let _ = e.print();
+        return ExitCode::from(2);
+    }
+    let text = e.render().to_string();
+    let parts: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .filter(|l| !l.is_empty() && !l.starts_with("Usage:") && !l.starts_with("For more information"))
+        .collect();
+    eprintln!("{}", parts.join(" "));
+    ExitCode::from(2)
+}
+
+/// Prints a JSON object on stdout.
+pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("JSON: {e}")))?;
+    print(&text)
+}
+
+/// Prints a line on stdout; a closed pipe is an `Error::Io` that ends the program quietly.
+pub fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    writeln!(std::io::stdout(), "{text}").map_err(|e| Error::io("stdout", e))
+}

@@ -117,3 +117,37 @@ pub struct RangeDoppler<T> {
     /// In the order of `cells`.
     pub snapshots: Snapshots<T>,
 }
+
+impl RangeDoppler<f32> {
+    /// The same in f64, exactly.
+    pub fn widened(self) -> RangeDoppler<f64> {
+        let wide = |v: Vec<f32>| v.into_iter().map(f64::from).collect();
+        RangeDoppler {
+            map: PowerMap {
+                doppler_bins: self.map.doppler_bins,
+                range_bins: self.map.range_bins,
+                data: wide(self.map.data),
+            },
+            detection: Detection {
+                mask: self.detection.mask,
+                noise: wide(self.detection.noise),
+                ratio: wide(self.detection.ratio),
+            },
+            cells: self.cells,
+            snapshots: Snapshots {
+                channels: self.snapshots.channels,
+                data: self.snapshots.data.iter().map(|z| Complex::new(z.re.into(), z.im.into())).collect(),
+            },
+        }
+    }
+}
+
+impl Snapshots<f64> {
+    /// Rounded to f32 (exact when they came from there).
+    pub fn narrowed(&self) -> Snapshots<f32> {
+        Snapshots {
+            channels: self.channels,
+            data: self.data.iter().map(|z| Complex::new(z.re as f32, z.im as f32)).collect(),
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! `catseye plot`: PNG of any file that the other commands write.
+
+use super::{Global, print, print_json};
+use crate::error::Result;
+use crate::plot::{PlotOptions, plot_file};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Draw result files as PNG
+#[derive(Debug, Args)]
+pub struct Plot {
+    /// RCS CSV, range_doppler.npy, adc.npy, points.csv, returns.csv
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// PNG to write (default: beside the file); with several files a folder
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+}
+
+impl Plot {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let mut written = Vec::new();
+        for file in &self.files {
+            let out = match &self.output {
+                Some(o) if self.files.len() == 1 => o.clone(),
+                Some(folder) => {
+                    folder.join(file.file_name().unwrap_or(file.as_os_str())).with_extension("png")
+                }
+                None => file.with_extension("png"),
+            };
+            let options = PlotOptions { force: global.force, ..Default::default() };
+            plot_file(file, &out, &options)?;
+            if !global.json {
+                print(&out.display().to_string())?;
+            }
+            written.push(out);
+        }
+        if global.json { print_json(&serde_json::json!({ "written": written })) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,368 @@
+//! `catseye rcs`: the scattering matrix of a target over frequency and direction.
+
+use super::angles::{LONGEST, parse_list};
+use super::target::{self, ImportArgs};
+use super::{Global, print, print_json};
+use crate::engine::Engine;
+use crate::error::{BadInput, Result};
+use crate::formats::stage::StagedFile;
+use crate::geom::Geometry;
+use crate::plot::{RcsRow, RcsStyle, rcs_picture};
+use crate::rcs::table::{RcsTable, Row};
+use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::trace::{Convention, MAX_BOUNCES};
+use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Radar cross section of a glTF file or of a reflector: table, CSV, plot
+#[derive(Debug, Args)]
+#[command(after_help = format!(
+    "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up.\n\
+     Reflectors (KIND:name=value,...):\n\n{}", crate::road::reflector::help()))]
+pub struct Rcs {
+    /// A .glb or .gltf file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
+    pub target: String,
+    /// Value, START:STOP:STEP (both included) or list
+    #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]
+    pub frequency_hz: String,
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
+    pub azimuth_deg: String,
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
+    pub elevation_deg: String,
+    /// Distance of the radar from the target's origin; inf is a plane wave
+    #[arg(long, default_value_t = f64::INFINITY, value_name = "R|inf")]
+    pub range_m: f64,
+    /// Facets met by one ray
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    pub bounces: usize,
+    /// Which bounces radiate: each, or only the one from which a ray leaves
+    #[arg(long, default_value = "every")]
+    pub convention: ConventionName,
+    /// Density of the ray grid; the error falls roughly as its power 3/2
+    #[arg(long, default_value_t = 10.0, value_name = "N")]
+    pub rays_per_wavelength: f64,
+    /// Edge diffraction (this version has none)
+    #[arg(long, default_value = "none", value_name = "none")]
+    pub diffraction: String,
+    /// Ground under the target (this version has none; put it into the scene)
+    #[arg(long, default_value = "none", value_name = "none")]
+    pub ground: String,
+    #[command(flatten)]
+    pub import: ImportArgs,
+    /// CSV to write
+    #[arg(short, long, value_name = "F.csv")]
+    pub output: Option<PathBuf>,
+    /// Picture to write
+    #[arg(long, value_name = "F.png")]
+    pub plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ConventionName {
+    Every,
+    Last,
+}
+
+/// Aspects between two steps of the progress bar.
+const BATCH: usize = 64;
+
+#[derive(serde::Serialize)]
+struct JsonRow {
+    frequency_hz: f64,
+    azimuth_deg: f64,
+    elevation_deg: f64,
+    vv_dbsm: f64,
+    vh_dbsm: f64,
+    hv_dbsm: f64,
+    hh_dbsm: f64,
+    /// [[vv, vh], [hv, hh]], each [re, im] in m.
+    s_m: [[[f64; 2]; 2]; 2],
+}
+
+impl Rcs {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        self.check()?;
+        let frequencies = parse_list("frequency-hz", &self.frequency_hz)?;
+        if let Some(f) = frequencies.iter().find(|f| !(1e8..=1e12).contains(*f)) {
+            return Err(BadInput::new("the frequency is out of range")
+                .key("--frequency-hz")
+                .value(f)
+                .allowed("1e8..1e12")
+                .into());
+        }
+        let azimuths = parse_list("azimuth-deg", &self.azimuth_deg)?;
+        let elevations = parse_list("elevation-deg", &self.elevation_deg)?;
+        for (key, list, limit) in
+            [("--azimuth-deg", &azimuths, 360.0), ("--elevation-deg", &elevations, 90.0)]
+        {
+            if let Some(x) = list.iter().find(|x| x.abs() > limit) {
+                return Err(BadInput::new("the angle is out of range")
+                    .key(key)
+                    .value(x)
+                    .allowed(format!("-{limit}..{limit}"))
+                    .into());
+            }
+        }
+        let count = frequencies.len() as u128 * azimuths.len() as u128 * elevations.len() as u128;
+        if count > LONGEST as u128 {
+            return Err(BadInput::new("too many directions")
+                .key("--azimuth-deg x --elevation-deg x --frequency-hz")
+                .value(count)
+                .allowed(format!("at most {LONGEST}"))
+                .remedy("take larger steps or split the sweep")
+                .into());
+        }
+        let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
+        if let Some(p) = &self.plot
+            && p.exists()
+            && !global.force
+        {
+            return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
+        }
+        let target = target::load(&self.target, &self.import)?;
+        for note in &target.scene.import.notes {
+            global.say(&format!("note: {note}"));
+        }
+        let options = RcsOptions {
+            bounces: self.bounces,
+            rays_per_wavelength: self.rays_per_wavelength,
+            distance: if self.range_m.is_finite() { Distance::At(self.range_m) } else { Distance::Infinite },
+        };
+        let convention = match self.convention {
+            ConventionName::Every => Convention::Every,
+            ConventionName::Last => Convention::Last,
+        };
+        let engine = global.engine()?;
+
+        let aspects: Vec<Aspect> = elevations
+            .iter()
+            .flat_map(|el| {
+                azimuths.iter().map(|az| Aspect { azimuth: az.to_radians(), elevation: el.to_radians() })
+            })
+            .collect();
+        let boresight = Aspect {
+            azimuth: target.boresight_deg.0.to_radians(),
+            elevation: target.boresight_deg.1.to_radians(),
+        };
+        let bar = global.bar("directions", count as u64);
+        let mut table = RcsTable { comments: Vec::new(), rows: Vec::with_capacity(count as usize) };
+        let mut on_boresight = Vec::new();
+        for &frequency_hz in &frequencies {
+            let geometry = Geometry::build(&target.scene, 0.0, frequency_hz)?;
+            if let Distance::At(r) = options.distance {
+                check_range(&geometry, r)?;
+            }
+            on_boresight.push(sweep(&engine, &geometry, &[boresight], &options, &bar, 0)?[0]);
+            let swept = sweep(&engine, &geometry, &aspects, &options, &bar, 1)?;
+            table.rows.extend(aspects.iter().zip(&swept).map(|(a, s)| Row {
+                frequency_hz,
+                aspect: *a,
+                s: *s.of(convention),
+            }));
+        }
+        bar.finish_and_clear();
+        table.comments = self.comments(&target.name, &engine, &target, &frequencies, &on_boresight);
+
+        if let Some(staged) = csv {
+            table.write(staged.path())?;
+            staged.commit()?;
+        }
+        if let Some(p) = &self.plot {
+            let rows: Vec<RcsRow> = table.rows.iter().map(plot_row).collect();
+            rcs_picture(&self.target, &rows, RcsStyle::Auto)?.write(p, global.force)?;
+        }
+        if global.json {
+            return print_json(&serde_json::json!({
+                "target": target.name,
+                "convention": format!("{convention:?}").to_lowercase(),
+                "bounces": self.bounces,
+                "rays_per_wavelength": self.rays_per_wavelength,
+                "engine": engine.report(),
+                "boresight": frequencies.iter().zip(&on_boresight).map(|(f, s)| boresight_json(*f, &target, s)).collect::<Vec<_>>(),
+                "rows": table.rows.iter().map(json_row).collect::<Vec<_>>(),
+            }));
+        }
+        self.summary(&table)
+    }
+
+    fn check(&self) -> Result<()> {
+        let ranged = |key: &str, value: String, allowed: &str| {
+            BadInput::new("out of range").key(key).value(value).allowed(allowed)
+        };
+        if !(1..=MAX_BOUNCES).contains(&self.bounces) {
+            return Err(ranged("--bounces", self.bounces.to_string(), &format!("1..={MAX_BOUNCES}")).into());
+        }
+        if !(0.5..=200.0).contains(&self.rays_per_wavelength) {
+            return Err(
+                ranged("--rays-per-wavelength", self.rays_per_wavelength.to_string(), "0.5..=200").into()
+            );
+        }
+        if self.range_m.is_nan() || self.range_m <= 0.0 {
+            return Err(ranged("--range-m", self.range_m.to_string(), "a positive number, or inf").into());
+        }
+        for (key, value, remedy) in [
+            ("--diffraction", &self.diffraction, "this version computes physical optics without edges"),
+            ("--ground", &self.ground, "this version has no image ground; put a ground plane into the glTF"),
+        ] {
+            if value != "none" {
+                return Err(BadInput::new("is not available")
+                    .key(key)
+                    .value(value)
+                    .allowed("none")
+                    .remedy(remedy)
+                    .into());
+            }
+        }
+        Ok(())
+    }
+
+    fn comments(
+        &self,
+        name: &str,
+        engine: &Engine,
+        target: &target::Target,
+        frequencies: &[f64],
+        on_boresight: &[Scattering],
+    ) -> Vec<String> {
+        let mut lines = vec![
+            format!("target: {name}"),
+            format!(
+                "convention: {} (which bounces radiate)",
+                format!("{:?}", self.convention).to_lowercase()
+            ),
+            format!("bounces: {}", self.bounces),
+            format!("range_m: {}", self.range_m),
+            format!("rays_per_wavelength: {}", self.rays_per_wavelength),
+            format!("engine: {}", engine.describe()),
+            format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
+        ];
+        for (f, s) in frequencies.iter().zip(on_boresight) {
+            let (az, el) = target.boresight_deg;
+            let db = |m: &[[num_complex::Complex64; 2]; 2]| {
+                format!(
+                    "VV {:.3} HH {:.3} dBsm",
+                    dbsm_from_amplitude(m[0][0].norm()),
+                    dbsm_from_amplitude(m[1][1].norm())
+                )
+            };
+            lines.push(format!(
+                "boresight (azimuth {az} deg, elevation {el:.4} deg) at {f} Hz: every {}; last {}",
+                db(&s.every),
+                db(&s.last)
+            ));
+        }
+        lines
+    }
+
+    fn summary(&self, table: &RcsTable) -> Result<()> {
+        for c in &table.comments {
+            print(&format!("# {c}"))?;
+        }
+        const SHOWN: usize = 40;
+        if table.rows.len() <= SHOWN {
+            print("   frequency_hz  azimuth_deg  elevation_deg   vv_dbsm   vh_dbsm   hv_dbsm   hh_dbsm")?;
+            for r in &table.rows {
+                print(&format!(
+                    "{:>15} {:>12.4} {:>14.4} {:>9.3} {:>9.3} {:>9.3} {:>9.3}",
+                    r.frequency_hz,
+                    r.aspect.azimuth.to_degrees(),
+                    r.aspect.elevation.to_degrees(),
+                    r.dbsm(0, 0),
+                    r.dbsm(0, 1),
+                    r.dbsm(1, 0),
+                    r.dbsm(1, 1)
+                ))?;
+            }
+        } else {
+            for (name, i) in [("VV", 0), ("HH", 1)] {
+                if let Some(best) = table.rows.iter().max_by(|a, b| a.dbsm(i, i).total_cmp(&b.dbsm(i, i))) {
+                    print(&format!(
+                        "{name}: largest {:.3} dBsm at azimuth {:.4} deg, elevation {:.4} deg, {} Hz ({} directions)",
+                        best.dbsm(i, i),
+                        best.aspect.azimuth.to_degrees(),
+                        best.aspect.elevation.to_degrees(),
+                        best.frequency_hz,
+                        table.rows.len()
+                    ))?;
+                }
+            }
+        }
+        for p in [&self.output, &self.plot].into_iter().flatten() {
+            print(&format!("wrote {}", p.display()))?;
+        }
+        Ok(())
+    }
+}
+
+/// A radar inside the target has no aspect.
+fn check_range(geometry: &Geometry, range_m: f64) -> Result<()> {
+    let (centre, radius) = geometry.bounding_sphere_m();
+    let least = centre.length() + radius;
+    if !geometry.triangles.is_empty() && range_m <= 1.05 * least {
+        return Err(BadInput::new("the radar would stand inside the target's bounding sphere")
+            .key("--range-m")
+            .value(range_m)
+            .allowed(format!("more than {:.4}", 1.05 * least))
+            .into());
+    }
+    Ok(())
+}
+
+fn sweep(
+    engine: &Engine,
+    geometry: &Geometry,
+    aspects: &[Aspect],
+    options: &RcsOptions,
+    bar: &indicatif::ProgressBar,
+    step: u64,
+) -> Result<Vec<Scattering>> {
+    let mut out = Vec::with_capacity(aspects.len());
+    for batch in aspects.chunks(BATCH) {
+        out.extend(engine.rcs_sweep(geometry, batch, options)?);
+        bar.inc(step * batch.len() as u64);
+    }
+    Ok(out)
+}
+
+fn plot_row(r: &Row) -> RcsRow {
+    RcsRow {
+        frequency_hz: r.frequency_hz,
+        azimuth_deg: r.aspect.azimuth.to_degrees(),
+        elevation_deg: r.aspect.elevation.to_degrees(),
+        vv_dbsm: r.dbsm(0, 0),
+        vh_dbsm: r.dbsm(0, 1),
+        hv_dbsm: r.dbsm(1, 0),
+        hh_dbsm: r.dbsm(1, 1),
+    }
+}
+
+fn json_row(r: &Row) -> JsonRow {
+    let p = plot_row(r);
+    JsonRow {
+        frequency_hz: p.frequency_hz,
+        azimuth_deg: p.azimuth_deg,
+        elevation_deg: p.elevation_deg,
+        vv_dbsm: p.vv_dbsm,
+        vh_dbsm: p.vh_dbsm,
+        hv_dbsm: p.hv_dbsm,
+        hh_dbsm: p.hh_dbsm,
+        s_m: r.s.map(|row| row.map(|z| [z.re, z.im])),
+    }
+}
+
+fn boresight_json(frequency_hz: f64, target: &target::Target, s: &Scattering) -> serde_json::Value {
+    let db = |m: &[[num_complex::Complex64; 2]; 2]| {
+        serde_json::json!({
+            "vv_dbsm": dbsm_from_amplitude(m[0][0].norm()),
+            "hh_dbsm": dbsm_from_amplitude(m[1][1].norm()),
+        })
+    };
+    serde_json::json!({
+        "frequency_hz": frequency_hz,
+        "azimuth_deg": target.boresight_deg.0,
+        "elevation_deg": target.boresight_deg.1,
+        "every": db(&s.every),
+        "last": db(&s.last),
+    })
+}
