@@ -274,7 +274,7 @@ impl<'a> Importer<'a> {
 
     fn run(mut self) -> Result<Scene> {
         let roots = self.roots()?;
-        let order = self.walk(&roots)?;
+        let order = self.walk(&roots);
         self.resolve_materials(&order)?;
         if !self.root.animations.is_empty() {
             self.note(format!(
@@ -388,7 +388,7 @@ impl<'a> Importer<'a> {
     }
 
     /// (node, parent) in file order, parents first.
-    fn walk(&self, roots: &[usize]) -> Result<Vec<(usize, Option<usize>)>> {
+    fn walk(&self, roots: &[usize]) -> Vec<(usize, Option<usize>)> {
         let mut order = Vec::new();
         let mut stack: Vec<_> = roots.iter().rev().map(|r| (*r, None)).collect();
         while let Some((i, parent)) = stack.pop() {
@@ -396,7 +396,7 @@ impl<'a> Importer<'a> {
             let children: Vec<_> = self.root.nodes[i].children.iter().flatten().collect();
             stack.extend(children.into_iter().rev().map(|c| (c.value(), Some(i))));
         }
-        Ok(order)
+        order
     }
 
     fn node(
@@ -483,9 +483,13 @@ impl<'a> Importer<'a> {
             }
         }
         let (class, velocity_mps) = (here.class.clone(), here.velocity_mps);
-        let mut add = |me: &mut Self, name: String, shape: Shape, pose| {
+        let mut add = |me: &mut Self, name: String, shape: Shape, pose| -> Result<()> {
             if me.scene.objects.len() >= MAX_OBJECTS {
-                return Err(me.bad("nodes", "too many objects").allowed(format!("up to {MAX_OBJECTS}")));
+                return Err(me
+                    .bad("nodes", "too many objects")
+                    .allowed(format!("up to {MAX_OBJECTS}"))
+                    .remedy("split the scene")
+                    .into());
             }
             given.push(id);
             me.scene.objects.push(Object { id: 0, name, class: class.clone(), shape, pose, velocity_mps });
@@ -609,8 +613,7 @@ impl<'a> Importer<'a> {
                 },
             }
         };
-        let read = |name: &str| -> Result<Option<usize>> { index(name) };
-        let (t, r, s) = (read("TRANSLATION")?, read("ROTATION")?, read("SCALE")?);
+        let (t, r, s) = (index("TRANSLATION")?, index("ROTATION")?, index("SCALE")?);
         let t = t.map(|a| self.elements::<3>(a, &format!("{key}.TRANSLATION"))).transpose()?;
         let r = r.map(|a| self.elements::<4>(a, &format!("{key}.ROTATION"))).transpose()?;
         let s = s.map(|a| self.elements::<3>(a, &format!("{key}.SCALE"))).transpose()?;
@@ -738,7 +741,7 @@ impl<'a> Importer<'a> {
             };
             let n = corners.len();
             let triangles = if mode == Mode::Triangles { n / 3 } else { n.saturating_sub(2) };
-            if mode == Mode::Triangles && n % 3 != 0 {
+            if mode == Mode::Triangles && !n.is_multiple_of(3) {
                 self.note(format!("{key} has {} corners more than whole triangles", n % 3));
             }
             if stored + all.triangles.len() + triangles > MAX_TRIANGLES {
@@ -1817,7 +1820,7 @@ mod tests {
                 let mut node = node.clone();
                 if i + 1 < chain.len() { node["children"] = json!([i + 1]); } else { node["mesh"] = json!(0); }
                 nodes.push(node);
-                product = product * *m;
+                product *= *m;
             }
             v["nodes"] = json!(nodes);
             let s = read(&v);
