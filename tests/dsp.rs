@@ -592,7 +592,6 @@ fn gpu_detectors_agree_with_the_cpu() {
         (64, 7, [3, 0], [6, 0], 1),
         (9, 40, [0, 0], [1, 1], 8),
         (33, 5, [1, 2], [2, 9], 90),
-        // Too large for a workgroup's memory.
         (140, 60, [4, 1], [50, 3], 600),
     ] {
         let mut map = noise_map(rows, cols, 2, 77);
