@@ -1,7 +1,8 @@
 // Batched FFT of power-of-two lengths up to 4096: Stockham autosort, radix 4, with a last radix-2
-// pass for odd powers. A workgroup holds 4096 values, as many whole lines as that makes, so that on a
-// strided axis neighbouring threads still load neighbouring values. The load applies the window and
-// fills with zeros; the store shifts and keeps a range of positions (CONVENTIONS eq. 14).
+// pass for odd powers. A workgroup works on a tile of 1024 to 4096 values, as many whole lines as that
+// makes: large tiles let neighbouring threads load neighbouring values on a strided axis, small ones
+// stay in a CPU's cache. The load applies the window and fills with zeros; the store shifts and keeps a
+// range of positions (CONVENTIONS eq. 14).
 
 struct Params {
     lines: u32,
@@ -19,6 +20,8 @@ struct Params {
     kept: u32,
     // 1 where lines lie side by side in memory (in_line = 1), 0 where values of a line do.
     side_by_side: u32,
+    // 10 to 12, and not less than log2_length.
+    log2_tile: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -29,14 +32,12 @@ struct Params {
 @group(0) @binding(4) var<storage, read_write> spectrum: array<vec2<f32>>;
 
 const THREADS = 256u;
-const LOG2_TILE = 12u;
-const TILE = 4096u;
 
 var<workgroup> tile: array<vec2<f32>, 4096>;
 
 // (line, place in the line) of element e of the tile, in the order that suits the memory.
 fn place(e: u32) -> vec2<u32> {
-    let log2_lines = LOG2_TILE - params.log2_length;
+    let log2_lines = params.log2_tile - params.log2_length;
     if params.side_by_side == 1u {
         return vec2<u32>(e & ((1u << log2_lines) - 1u), e >> log2_lines);
     }
@@ -50,9 +51,11 @@ fn main(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let length = 1u << params.log2_length;
-    let first_line = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (LOG2_TILE - params.log2_length);
+    let tile_length = 1u << params.log2_tile;
+    let butterflies = tile_length / (4u * THREADS);
+    let first_line = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (params.log2_tile - params.log2_length);
 
-    for (var e = thread; e < TILE; e += THREADS) {
+    for (var e = thread; e < tile_length; e += THREADS) {
         let at = place(e);
         let line = first_line + at.x;
         var x = vec2<f32>(0.0);
@@ -68,7 +71,7 @@ fn main(
     for (var pass_ = 0u; pass_ < params.log2_length / 2u; pass_++) {
         var v: array<vec2<f32>, 16>;
         let step = quarter / done;
-        for (var b = 0u; b < 4u; b++) {
+        for (var b = 0u; b < butterflies; b++) {
             let q = thread + b * THREADS;
             let j = q & (quarter - 1u);
             let at = ((q - j) << 2u) + j;
@@ -87,7 +90,7 @@ fn main(
             v[4u * b + 3u] = odd + turned;
         }
         workgroupBarrier();
-        for (var b = 0u; b < 4u; b++) {
+        for (var b = 0u; b < butterflies; b++) {
             let q = thread + b * THREADS;
             let j = q & (quarter - 1u);
             let k = j & (done - 1u);
@@ -102,7 +105,7 @@ fn main(
     }
     if (params.log2_length & 1u) == 1u {
         // done = length / 2: each butterfly goes back where it came from.
-        for (var q = thread; q < TILE / 2u; q += THREADS) {
+        for (var q = thread; q < tile_length / 2u; q += THREADS) {
             let j = q & (done - 1u);
             let at = ((q - j) << 1u) + j;
             let x0 = tile[at];
@@ -113,7 +116,7 @@ fn main(
         workgroupBarrier();
     }
 
-    for (var e = thread; e < TILE; e += THREADS) {
+    for (var e = thread; e < tile_length; e += THREADS) {
         let at = place(e);
         let line = first_line + at.x;
         let position = at.y - params.first; // wraps below first, and is then not less than kept

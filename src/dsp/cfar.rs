@@ -132,7 +132,6 @@ gpu_struct! {
         pub half_doppler: u32,
         pub guard_range: u32,
         pub half_range: u32,
-        pub tiled: u32,
     }
 }
 
@@ -158,11 +157,6 @@ impl DeviceColumn {
         ],
     };
 }
-
-/// Cells of the map that a workgroup judges, a side, and the words of its memory for them and what
-/// surrounds them.
-const TILE_SIDE: usize = 16;
-const TILE_WORDS: usize = 4096;
 
 /// Iterations of all its loops together that a kernel may ask of a thread. Mesa's llvmpipe leaves
 /// loops, without a word, after 65,535.
@@ -193,7 +187,6 @@ pub(crate) fn record(
     columns: &[Column],
 ) -> DeviceDetection {
     let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
-    let tile = (TILE_SIDE + 2 * half[0]) * (TILE_SIDE + 2 * half[1]);
     let params = Params {
         doppler_bins: size[0] as u32,
         range_bins: size[1] as u32,
@@ -201,7 +194,6 @@ pub(crate) fn record(
         half_doppler: half[0] as u32,
         guard_range: cfar.guard[1] as u32,
         half_range: half[1] as u32,
-        tiled: u32::from(tile <= TILE_WORDS),
     };
     let columns: Vec<DeviceColumn> = columns
         .iter()
@@ -215,8 +207,8 @@ pub(crate) fn record(
     let columns = recorder.upload("cfar columns", &columns);
     let mask = recorder.buffer::<u32>("cfar mask", size[0] * size[1]);
     let noise = recorder.buffer::<f32>("cfar noise", size[0] * size[1]);
-    let groups = [size[1].div_ceil(TILE_SIDE) as u32, size[0].div_ceil(TILE_SIDE) as u32, 1];
-    recorder.dispatch(kernel, &params, &[map, &columns, &mask, &noise], Threads::Workgroups(groups));
+    let threads = Threads::Grid([size[1] as u32, size[0] as u32, 1]);
+    recorder.dispatch(kernel, &params, &[map, &columns, &mask, &noise], threads);
     DeviceDetection { mask, noise }
 }
 

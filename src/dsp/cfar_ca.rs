@@ -8,7 +8,7 @@ use crate::gpu::{Access, Kernel, Tolerance};
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_ca",
     sources: &[include_str!("../../shaders/dsp/cfar_ca.wgsl")],
-    workgroup: [256, 1, 1],
+    workgroup: [16, 16, 1],
     params: Some(Params::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],

@@ -10,7 +10,7 @@ use statrs::function::gamma::ln_gamma;
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_os",
     sources: &[include_str!("../../shaders/dsp/cfar_os.wgsl")],
-    workgroup: [256, 1, 1],
+    workgroup: [16, 16, 1],
     params: Some(Params::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],

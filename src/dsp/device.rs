@@ -112,7 +112,7 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
     let columns = cfar::columns(cfar, transform.channels, size[0], size[1])?;
 
     let mut recorder = gpu.recorder("processing");
-    let spectrum = fft::record(&mut recorder, gpu.max_binding_bytes(), cube, &transform)?;
+    let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
     let map = power::record(&mut recorder, &spectrum);
     let found = record_cfar(&mut recorder, &map, size, cfar, &columns)?;
     let limit = (gpu.max_binding_bytes() as usize / (8 * transform.channels)).max(1);

@@ -5,7 +5,7 @@ use super::device::{Chunk, DeviceSpectrum};
 use super::window;
 use crate::adc::Cube;
 use crate::error::{BadInput, Result};
-use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Processing, Radar, Sampling};
 use num_complex::{Complex32, Complex64};
@@ -127,6 +127,7 @@ gpu_struct! {
         pub first: u32,
         pub kept: u32,
         pub side_by_side: u32,
+        pub log2_tile: u32,
     }
 }
 
@@ -158,15 +159,19 @@ fn twiddles(n: usize) -> Vec<Complex32> {
         .collect()
 }
 
+/// Shortest tile of a workgroup: four values for each of its threads.
+const SHORTEST_TILE: usize = 1024;
+
 /// One axis of the transform on the device.
 struct Axis {
     length: usize,
     weights: Buffer<f32>,
     twiddles: Buffer<Complex32>,
+    hardware: bool,
 }
 
 impl Axis {
-    fn new(recorder: &mut Recorder<'_>, key: &str, length: usize, window: &[f64]) -> Result<Self> {
+    fn new(gpu: &Gpu, recorder: &mut Recorder<'_>, key: &str, length: usize, window: &[f64]) -> Result<Self> {
         if !length.is_power_of_two() || length > LONGEST {
             return Err(BadInput::new("the GPU has no FFT of this length")
                 .key(key)
@@ -180,6 +185,7 @@ impl Axis {
             length,
             weights: recorder.upload("window", &weights),
             twiddles: recorder.upload("twiddles", &twiddles(length)),
+            hardware: gpu.report().is_hardware,
         })
     }
 
@@ -190,11 +196,16 @@ impl Axis {
         to: &Buffer<Complex32>,
         params: Params,
     ) {
-        let groups = u64::from(params.lines).div_ceil((LONGEST / self.length) as u64);
+        let side_by_side = params.in_line == 1 && params.in_step > 1;
+        // On a strided axis a GPU wants many lines together; a CPU's driver wants its cache. The numbers
+        // that come out are the same.
+        let tile = if side_by_side && self.hardware { LONGEST } else { self.length.max(SHORTEST_TILE) };
+        let groups = u64::from(params.lines).div_ceil((tile / self.length) as u64);
         let params = Params {
             log2_length: self.length.ilog2(),
             count: self.weights.len() as u32,
-            side_by_side: u32::from(params.in_line == 1 && params.in_step > 1),
+            side_by_side: u32::from(side_by_side),
+            log2_tile: tile.ilog2(),
             ..params
         };
         let storage: [&dyn crate::gpu::AnyBuffer; 4] = [from, &self.weights, &self.twiddles, to];
@@ -242,13 +253,13 @@ impl Cut {
 /// [`LONGEST`]; a single column too large for the adapter.
 pub fn record(
     recorder: &mut Recorder<'_>,
-    max_binding_bytes: u64,
+    gpu: &Gpu,
     cube: &Cube<f32>,
     t: &Transform,
 ) -> Result<DeviceSpectrum> {
-    let range = Axis::new(recorder, "processing.range_fft", t.range_fft, &t.range_window)?;
-    let doppler = Axis::new(recorder, "processing.doppler_fft", t.doppler_fft, &t.doppler_window)?;
-    let cut = Cut::new(t, max_binding_bytes)?;
+    let range = Axis::new(gpu, recorder, "processing.range_fft", t.range_fft, &t.range_window)?;
+    let doppler = Axis::new(gpu, recorder, "processing.doppler_fft", t.doppler_fft, &t.doppler_window)?;
+    let cut = Cut::new(t, gpu.max_binding_bytes())?;
     let mut chunks = Vec::new();
     for first_channel in (0..t.channels).step_by(cut.channels) {
         let channels = cut.channels.min(t.channels - first_channel);

@@ -84,7 +84,7 @@ fn dolph_chebyshev(n: usize, side_lobe_db: f64) -> Result<Vec<f64>> {
     }
     let order = (n - 1) as f64;
     let x0 = (10f64.powf(side_lobe_db / 20.0).acosh() / order).cosh();
-    let even = n % 2 == 0;
+    let even = n.is_multiple_of(2);
     let mut p: Vec<Complex64> = (0..n)
         .map(|k| {
             let x = PI * k as f64 / n as f64;
