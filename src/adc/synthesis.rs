@@ -371,6 +371,11 @@ fn fixed_turns(turns: f64) -> u32 {
     ((turns - turns.floor()) * 4_294_967_296.0).round() as u64 as u32
 }
 
+/// Echoes that one thread walks over, and copies of a row that it writes for each of 16 samples, stay
+/// together below [`LOOP_LIMIT`](crate::gpu::LOOP_LIMIT).
+const ECHOES_PER_DISPATCH: usize = 16_384;
+const CHIRPS_PER_PIECE: usize = 2048;
+
 impl Plan<'_> {
     fn origin(&self) -> (i32, i32) {
         ((self.chirps / 2) as i32, (self.samples / 2) as i32)
@@ -440,7 +445,8 @@ impl Plan<'_> {
         let limit = gpu.max_binding_bytes() as usize;
         let chirp_bytes = self.channels * self.samples * size_of::<[f32; 2]>();
         let echo_bytes = self.channels * size_of::<Echo>();
-        let (per_piece, per_upload) = (limit / chirp_bytes.max(1), limit / echo_bytes.max(1));
+        let per_piece = (limit / chirp_bytes.max(1)).min(CHIRPS_PER_PIECE);
+        let per_upload = (limit / echo_bytes.max(1)).min(ECHOES_PER_DISPATCH);
         if per_piece == 0 || per_upload == 0 {
             return Err(Error::Failed(format!(
                 "one chirp of {} channels x {} samples does not fit the {limit} bytes of a binding of this adapter",

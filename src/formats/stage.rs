@@ -20,7 +20,11 @@ pub struct StagedDir {
     temporary: PathBuf,
     force: bool,
     done: bool,
+    keep: bool,
 }
+
+/// In a resumable folder under construction: what it is a part of.
+const IDENTITY: &str = "identity";
 
 impl StagedDir {
     /// Makes the temporary folder next to `final_path` (whose parents are made too).
@@ -35,7 +39,29 @@ impl StagedDir {
         let temporary = sibling(&final_path, "partial")?;
         make_parents(&final_path)?;
         fs::create_dir(&temporary).map_err(|e| Error::io(&temporary, e))?;
-        Ok(StagedDir { final_path, temporary, force, done: false })
+        Ok(StagedDir { final_path, temporary, force, done: false, keep: false })
+    }
+
+    /// A folder that survives an interruption: a later call with the same `identity` goes on in it (and
+    /// returns true), one with another begins anew. Its contents have to show what is complete.
+    ///
+    /// # Errors
+    /// As [`StagedDir::new`].
+    pub fn resumable(final_path: impl AsRef<Path>, force: bool, identity: &str) -> Result<(Self, bool)> {
+        let final_path = resolved(final_path.as_ref())?;
+        check_dir(&final_path, force)?;
+        make_parents(&final_path)?;
+        let temporary = hidden(&final_path, "unfinished")?;
+        let mark = temporary.join(IDENTITY);
+        let resumed = fs::read_to_string(&mark).is_ok_and(|found| found == identity);
+        if !resumed {
+            if temporary.exists() {
+                fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?;
+            }
+            fs::create_dir(&temporary).map_err(|e| Error::io(&temporary, e))?;
+            fs::write(&mark, identity).map_err(|e| Error::io(&mark, e))?;
+        }
+        Ok((StagedDir { final_path, temporary, force, done: false, keep: true }, resumed))
     }
 
     /// The folder to write into.
@@ -53,6 +79,10 @@ impl StagedDir {
     pub fn commit(mut self) -> Result<PathBuf> {
         // Checked again: somebody may have written there meanwhile.
         check_dir(&self.final_path, self.force)?;
+        if self.keep {
+            let mark = self.temporary.join(IDENTITY);
+            fs::remove_file(&mark).map_err(|e| Error::io(&mark, e))?;
+        }
         let old = if self.final_path.exists() {
             let old = sibling(&self.final_path, "old")?;
             fs::rename(&self.final_path, &old).map_err(|e| Error::io(&self.final_path, e))?;
@@ -77,7 +107,7 @@ impl StagedDir {
 
 impl Drop for StagedDir {
     fn drop(&mut self) {
-        if !self.done {
+        if !self.done && !self.keep {
             let _ = fs::remove_dir_all(&self.temporary);
         }
     }
@@ -196,13 +226,18 @@ fn check_file(path: &Path, force: bool) -> Result<()> {
 /// `DIR/.NAME.KIND-PROCESS-COUNT`, on the same file system so that a rename is atomic.
 fn sibling(path: &Path, kind: &str) -> Result<PathBuf> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
+    hidden(path, &format!("{kind}-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)))
+}
+
+/// `DIR/.NAME.SUFFIX`.
+fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
     let name = path.file_name().ok_or_else(|| {
         BadInput::new("cannot be written as an output").file(path).remedy("give a name for the output")
     })?;
-    let mut hidden = OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{kind}-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-    Ok(path.with_file_name(hidden))
+    let mut file = OsString::from(".");
+    file.push(name);
+    file.push(format!(".{suffix}"));
+    Ok(path.with_file_name(file))
 }
 
 /// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.

@@ -1,6 +1,10 @@
 //! wgpu: the only room that touches it. A stage writes its commands into a [`Recorder`], whose
 //! `submit` runs them.
 
+/// llvmpipe ends every loop of a thread, silently, once the iterations of all its loops together reach this
+/// number (Mesa's gallivm, seen with 22.3.6): a kernel has to stay below it.
+pub const LOOP_LIMIT: usize = 65_535;
+
 pub mod compare;
 pub mod context;
 pub mod kernel;

@@ -94,11 +94,12 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Tubes that one workgroup adds up.
-const TUBES_PER_BLOCK: u32 = 1024;
+/// Tubes that one workgroup adds up: four a thread, which keeps all loops of a thread together far below
+/// [`LOOP_LIMIT`](crate::gpu::LOOP_LIMIT).
+const TUBES_PER_BLOCK: u32 = 256;
 /// Blocks in one dispatch: short enough for the time limits of desktop drivers, under the limit of
 /// workgroups per dimension.
-const BLOCKS_PER_DISPATCH: usize = 2048;
+const BLOCKS_PER_DISPATCH: usize = 8192;
 
 /// S of the geometry for each aspect (monostatic), as `cpu::rcs::po_sum::sweep` gives it.
 pub fn sweep(

@@ -1,0 +1,236 @@
+//! The whole chain for one frame.
+
+use crate::adc::synthesis::FrontEnd;
+use crate::cpu::adc::synthesis::Control;
+use crate::detect::points::{self, Point};
+use crate::dsp::RangeDoppler;
+use crate::dsp::doa_beamform::Beamformer;
+use crate::engine::{AnyCube, Engine};
+use crate::error::{BadInput, Result};
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::Geometry;
+use crate::scene::radar::Radar;
+use crate::scene::scenario::{BounceConvention, Ego, Scenario, TraceSettings};
+use crate::scene::{Object, Scene};
+use crate::trace::launch::Fan;
+use crate::trace::{Convention, Returns, TraceOptions};
+use glam::DVec3;
+use std::time::Instant;
+
+/// Seconds of each stage of a frame, on the host's clock.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Stages {
+    pub geometry_s: f64,
+    pub launch_s: f64,
+    pub trace_s: f64,
+    pub synthesis_s: f64,
+    pub processing_s: f64,
+    pub angles_s: f64,
+}
+
+impl Stages {
+    pub fn total_s(&self) -> f64 {
+        self.geometry_s + self.launch_s + self.trace_s + self.synthesis_s + self.processing_s + self.angles_s
+    }
+}
+
+/// All that one frame gives.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    pub index: u32,
+    /// Middle of the frame, from the middle of frame 0.
+    pub time_s: f64,
+    /// Of the radar, at that time.
+    pub pose: Pose<Sensor, World>,
+    pub velocity_mps: DVec3,
+    pub triangles: usize,
+    pub returns: Returns,
+    pub front_end: FrontEnd,
+    pub cube: AnyCube,
+    pub map: RangeDoppler<f64>,
+    pub points: Vec<Point>,
+    pub stages: Stages,
+}
+
+/// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
+pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
+    (radar.mounting.then(&ego.pose(time_s)), ego.velocity_mps())
+}
+
+/// Settings of the scenario as the tracer takes them.
+pub fn trace_options(settings: &TraceSettings) -> TraceOptions {
+    TraceOptions {
+        bounces: settings.bounces as usize,
+        convention: match settings.convention {
+            BounceConvention::Every => Convention::Every,
+            BounceConvention::Last => Convention::Last,
+        },
+        ..Default::default()
+    }
+}
+
+/// Frame `index` of a scenario, from `scene` (what `Scenario::build` gave) to points. The same scenario,
+/// seed, engine and index give the same frame, whatever was run before.
+pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
+    simulate_with(engine, scenario, scene, index, Control::default())
+}
+
+/// [`simulate`] with progress and cancellation of the synthesis.
+pub fn simulate_with(
+    engine: &Engine,
+    scenario: &Scenario,
+    scene: &Scene,
+    index: u32,
+    control: Control<'_>,
+) -> Result<Frame> {
+    let radar = &scenario.radar;
+    let time_s = scenario.frames.time_s(index);
+    let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+    let mut stages = Stages::default();
+    let mut clock = Clock::start();
+
+    let geometry = Geometry::build(scene, time_s, radar.carrier_hz)?;
+    stages.geometry_s = clock.lap();
+    let fan = Fan::cover(&geometry, radar, &pose, scenario.trace.rays);
+    stages.launch_s = clock.lap();
+    let returns = engine.returns(&geometry, &fan, &pose, velocity_mps, &trace_options(&scenario.trace))?;
+    stages.trace_s = clock.lap();
+    let (cube, front_end) = engine.cube(radar, &returns, scenario.seed, index, control)?;
+    stages.synthesis_s = clock.lap();
+    let (map, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
+    Ok(Frame {
+        index,
+        time_s,
+        pose,
+        velocity_mps,
+        triangles: geometry.triangles.len(),
+        returns,
+        front_end,
+        cube,
+        map,
+        points,
+        stages,
+    })
+}
+
+/// From a cube to points. `returns` and `objects` label them; both may be empty.
+///
+/// Errors: a cube of another shape than the radar's, samples that are not finite.
+pub fn detect(
+    engine: &Engine,
+    radar: &Radar,
+    cube: &AnyCube,
+    returns: &Returns,
+    objects: &[Object],
+    stages: &mut Stages,
+) -> Result<(RangeDoppler<f64>, Vec<Point>)> {
+    let mut clock = Clock::start();
+    let mut map = engine.range_doppler(radar, cube)?;
+    stages.processing_s = clock.lap();
+    let tops = points::peaks(radar, &map);
+    map.cells.truncate(tops.0.len());
+    map.snapshots.data.truncate(tops.0.len() * map.snapshots.channels);
+    let cloud = if map.cells.is_empty() {
+        Vec::new()
+    } else {
+        let beam = Beamformer::new(radar)?;
+        let power = engine.angular_power(&beam, &map.snapshots, &tops.1)?;
+        points::points(radar, &points::detected(&map, &tops, &beam, &power), returns, objects)
+    };
+    stages.angles_s = clock.lap();
+    Ok((map, cloud))
+}
+
+/// How far an object's peak in the range-Doppler map moves when twice the rays are sent.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Convergence {
+    pub object_id: u32,
+    pub class: String,
+    pub range_m: f64,
+    pub range_rate_mps: f64,
+    /// Level at the peak with the scenario's rays.
+    pub power_dbm: f64,
+    /// Change of the level with twice as many.
+    pub change_db: f64,
+}
+
+/// Runs frame `index` without noise with the scenario's rays and with twice as many, and compares the map
+/// at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
+pub fn convergence(
+    engine: &Engine,
+    scenario: &Scenario,
+    scene: &Scene,
+    index: u32,
+) -> Result<Vec<Convergence>> {
+    let mut quiet = scenario.clone();
+    quiet.radar.thermal_noise = false;
+    let coarse = simulate(engine, &quiet, scene, index)?;
+    quiet.trace.rays = quiet.trace.rays.checked_mul(2).ok_or_else(|| {
+        BadInput::new("twice as many rays cannot be counted").key("trace.rays").value(scenario.trace.rays)
+    })?;
+    let fine = simulate(engine, &quiet, scene, index)?;
+    let radar = &scenario.radar;
+    let noise_w = crate::adc::noise::Noise::thermal(radar, 0, 0)
+        .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64);
+    Ok(scene
+        .objects
+        .iter()
+        .filter_map(|o| {
+            let (range_m, range_rate_mps, cell) = strongest_cell(radar, &coarse, o.id)?;
+            let (a, b) = (coarse.map.map.data[cell], fine.map.map.data[cell]);
+            (a > noise_w).then(|| Convergence {
+                object_id: o.id,
+                class: o.class.clone(),
+                range_m,
+                range_rate_mps,
+                power_dbm: crate::units::dbm_from_w(a),
+                change_db: crate::units::db_from_power(b / a),
+            })
+        })
+        .collect())
+}
+
+/// Range, range rate and index in the map of the largest cell near the object's strongest echo.
+fn strongest_cell(radar: &Radar, frame: &Frame, id: u32) -> Option<(f64, f64, usize)> {
+    let best = frame
+        .returns
+        .returns
+        .iter()
+        .filter(|r| r.object_id() == id)
+        .max_by(|a, b| crate::trace::strength(a).total_cmp(&crate::trace::strength(b)))?;
+    let map = &frame.map.map;
+    let rate = best.range_rate_mps();
+    let beat_m = best.range_m() + rate * radar.carrier_hz / radar.slope_hz_per_s();
+    let column = (beat_m / radar.range_bin_m()).round();
+    if !(0.0..map.range_bins as f64).contains(&column) {
+        return None;
+    }
+    let rows = map.doppler_bins as i64;
+    let row = (rate / radar.velocity_bin_mps()).round() as i64 + rows / 2;
+    let mut top: Option<(f64, usize)> = None;
+    for d in -1..=1 {
+        for r in -1..=1 {
+            let c = column as i64 + r;
+            if (0..map.range_bins as i64).contains(&c) {
+                let at = ((row + d).rem_euclid(rows) * map.range_bins as i64 + c) as usize;
+                if top.is_none_or(|(p, _)| map.data[at] > p) {
+                    top = Some((map.data[at], at));
+                }
+            }
+        }
+    }
+    top.map(|(_, at)| (best.range_m(), rate, at))
+}
+
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Self {
+        Clock(Instant::now())
+    }
+    fn lap(&mut self) -> f64 {
+        let s = self.0.elapsed().as_secs_f64();
+        self.0 = Instant::now();
+        s
+    }
+}

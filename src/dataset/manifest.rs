@@ -1,0 +1,115 @@
+//! `manifest.json`: what made a result, its axes, and a checksum for each file.
+
+use super::frame::{Convergence, Frame, Stages};
+use crate::adc::synthesis::FrontEnd;
+use crate::engine::EngineReport;
+use crate::error::{Error, Result};
+use crate::formats::stage::{self, MANIFEST};
+use crate::scene::ImportReport;
+use crate::scene::radar::Radar;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Evenly spaced values.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Axis {
+    pub first: f64,
+    pub step: f64,
+    pub count: usize,
+}
+
+impl Axis {
+    pub fn values(&self) -> Vec<f64> {
+        (0..self.count).map(|i| self.first + i as f64 * self.step).collect()
+    }
+}
+
+/// Axes of the range-Doppler map (CONVENTIONS eq. 15 and 16).
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Axes {
+    pub range_m: Axis,
+    /// Positive receding.
+    pub range_rate_mps: Axis,
+}
+
+impl Axes {
+    pub fn of(radar: &Radar) -> Axes {
+        let rows = radar.processing.doppler_fft;
+        let step = radar.velocity_bin_mps();
+        Axes {
+            range_m: Axis { first: 0.0, step: radar.range_bin_m(), count: radar.range_bins() },
+            range_rate_mps: Axis { first: -((rows / 2) as f64) * step, step, count: rows },
+        }
+    }
+}
+
+/// What the manifest keeps of a frame.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FrameRecord {
+    pub index: u32,
+    pub time_s: f64,
+    pub triangles: usize,
+    pub rays: u64,
+    pub returns: usize,
+    pub front_end: FrontEndRecord,
+    pub points: usize,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<Convergence>,
+    /// Not part of the result's identity.
+    pub seconds: Stages,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FrontEndRecord {
+    pub moving: u64,
+    /// Echoes that the anti-alias filter stopped, and their power.
+    pub dropped: u64,
+    pub dropped_power_w: f64,
+}
+
+impl FrameRecord {
+    pub fn of(frame: &Frame, convergence: Vec<Convergence>) -> Self {
+        let FrontEnd { moving, dropped, dropped_power_w, .. } = frame.front_end;
+        FrameRecord {
+            index: frame.index,
+            time_s: frame.time_s,
+            triangles: frame.triangles,
+            rays: frame.returns.rays,
+            returns: frame.returns.returns.len(),
+            front_end: FrontEndRecord { moving, dropped, dropped_power_w },
+            points: frame.points.len(),
+            convergence,
+            seconds: frame.stages,
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Manifest {
+    pub catseye: &'static str,
+    pub engine: EngineReport,
+    pub seed: u64,
+    /// The scenario file as it was read, and its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    pub scenario_name: String,
+    /// The radar in full, as TOML.
+    pub radar: String,
+    pub axes: Axes,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<ImportReport>,
+    pub frames: Vec<FrameRecord>,
+    /// SHA-256 of every file.
+    pub checksums: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Takes the checksums and writes the file into `dir`.
+    pub fn write(mut self, dir: &Path) -> Result<()> {
+        self.checksums = stage::checksums(dir)?;
+        let text =
+            serde_json::to_string_pretty(&self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
+        let path = dir.join(MANIFEST);
+        std::fs::write(&path, text).map_err(|e| Error::io(&path, e))
+    }
+}

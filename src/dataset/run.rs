@@ -1,0 +1,119 @@
+//! Many frames into one folder. Each frame appears under its name when it is complete; an interrupted
+//! run goes on where it stopped; the folder gets its own name at the very end.
+
+use super::files::{Truth, frame_name, write_frame};
+use super::frame::{Frame, convergence, simulate_with};
+use super::manifest::{Axes, FrameRecord, Manifest};
+use crate::cpu::adc::synthesis::Control;
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::formats::stage::{StagedDir, sha256_of_bytes};
+use crate::road::{Library, lane_lines};
+use crate::scene::Scene;
+use crate::scene::radar_toml::to_toml;
+use crate::scene::scenario::{Scenario, SceneSource};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// In a frame's folder while the run is not complete: its line of the manifest.
+const RECORD: &str = ".record.json";
+
+/// How to run.
+pub struct RunOptions<'a> {
+    pub force: bool,
+    /// Measure how far each object's peak moves when the rays are doubled.
+    pub convergence: bool,
+    /// The text of the scenario file, kept in the manifest.
+    pub source: Option<String>,
+    /// Draws the pictures of a frame into its folder.
+    pub pictures: &'a dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()>,
+    /// Called with (frames done, of them found complete from an earlier run).
+    pub progress: &'a dyn Fn(u32, u32),
+}
+
+/// What a run left.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunReport {
+    pub folder: PathBuf,
+    /// Frames that an interrupted run had left complete.
+    pub resumed: u32,
+    pub frames: Vec<FrameRecord>,
+}
+
+/// Runs all frames of the scenario on `engine` into `out`.
+pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
+    let scene = scenario.build(&Library)?;
+    let radar = to_toml(&scenario.radar)?;
+    // Everything that decides on the bytes: another one of these must not continue this folder.
+    let identity = sha256_of_bytes(
+        format!(
+            "{} {:?} {scenario:?} {radar} {} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            engine.report(),
+            options.convergence,
+            scene
+        )
+        .as_bytes(),
+    );
+    let (staged, _) = StagedDir::resumable(out, options.force, &identity)?;
+    let lanes = match &scenario.scene {
+        SceneSource::Builtin(b) => lane_lines(*b),
+        SceneSource::File { .. } => Vec::new(),
+    };
+    let mut records = Vec::new();
+    let mut resumed = 0;
+    for index in 0..scenario.frames.count {
+        let folder = staged.path().join(frame_name(index));
+        if let Some(record) = read_record(&folder) {
+            records.push(record);
+            resumed += 1;
+            (options.progress)(index + 1, resumed);
+            continue;
+        }
+        let unfinished = staged.path().join(format!("{}.unfinished", frame_name(index)));
+        for old in [&folder, &unfinished] {
+            if old.exists() {
+                fs::remove_dir_all(old).map_err(|e| Error::io(old, e))?;
+            }
+        }
+        fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
+        let frame = simulate_with(engine, scenario, &scene, index, Control::default())?;
+        let truth = Truth::new(scenario, &scene, &frame, &lanes);
+        write_frame(&unfinished, &scenario.output, &scenario.radar, &frame, &truth)?;
+        if scenario.output.plots {
+            (options.pictures)(scenario, &scene, &frame, &truth, &unfinished)?;
+        }
+        let moves =
+            if options.convergence { convergence(engine, scenario, &scene, index)? } else { Vec::new() };
+        let record = FrameRecord::of(&frame, moves);
+        let text = serde_json::to_string(&record).map_err(|e| Error::Failed(format!("record: {e}")))?;
+        let path = unfinished.join(RECORD);
+        fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
+        fs::rename(&unfinished, &folder).map_err(|e| Error::io(&folder, e))?;
+        records.push(record);
+        (options.progress)(index + 1, resumed);
+    }
+    for index in 0..scenario.frames.count {
+        let path = staged.path().join(frame_name(index)).join(RECORD);
+        fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
+    }
+    Manifest {
+        catseye: env!("CARGO_PKG_VERSION"),
+        engine: engine.report(),
+        seed: scenario.seed,
+        scenario: options.source.clone(),
+        scenario_name: scenario.name.clone(),
+        radar,
+        axes: Axes::of(&scenario.radar),
+        import: Some(scene.import.clone()),
+        frames: records.clone(),
+        checksums: Default::default(),
+    }
+    .write(staged.path())?;
+    let folder = staged.commit()?;
+    Ok(RunReport { folder, resumed, frames: records })
+}
+
+fn read_record(folder: &Path) -> Option<FrameRecord> {
+    serde_json::from_slice(&fs::read(folder.join(RECORD)).ok()?).ok()
+}
