@@ -1,10 +1,15 @@
 //! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
 
 mod angles;
+mod demo;
 mod devices;
+mod frames;
+mod init;
 mod plot;
+mod process;
 mod rcs;
 mod reflector;
+mod simulate;
 mod target;
 
 use crate::engine::{Engine, Precision};
@@ -83,9 +88,13 @@ impl Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Demo),
     Devices(devices::Devices),
+    Init(init::Init),
     Reflector(reflector::MakeReflector),
     Rcs(rcs::Rcs),
+    Simulate(simulate::Simulate),
+    Process(process::Process),
     Plot(plot::Plot),
 }
 
@@ -97,9 +106,13 @@ pub fn run() -> ExitCode {
     };
     let g = &cli.global;
     let result = match &cli.command {
+        Command::Demo(c) => c.run(g),
         Command::Devices(c) => c.run(g),
+        Command::Init(c) => c.run(g),
         Command::Reflector(c) => c.run(g),
         Command::Rcs(c) => c.run(g),
+        Command::Simulate(c) => c.run(g),
+        Command::Process(c) => c.run(g),
         Command::Plot(c) => c.run(g),
     };
     match result {

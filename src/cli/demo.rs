@@ -1,0 +1,92 @@
+//! `catseye demo`: the built-in marked road, end to end, from nothing but this binary.
+
+use super::frames::draw_frame;
+use super::simulate::summary;
+use super::{Global, print};
+use crate::dataset::run::{RunOptions, run};
+use crate::error::{Error, Result};
+use crate::formats::stage::StagedFile;
+use crate::geom::Geometry;
+use crate::plot::{Curve, rcs_polar};
+use crate::rcs::{Aspect, Distance, RcsOptions};
+use crate::road::demo::MARKER;
+use crate::road::reflector::Reflector;
+use crate::scene::{material, scenario};
+use crate::units::dbsm_from_amplitude;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// The built-in marked road, end to end, into ./catseye-demo
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Folder to write; an older demo in it is replaced
+    #[arg(short, long, default_value = "catseye-demo", value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// The scenario of the demo, as a user would write it.
+const SCENARIO: &str = include_str!("../../scenes/road/demo.toml");
+
+impl Demo {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let mut scenario = scenario::parse(Path::new("demo.toml"), SCENARIO)?;
+        if let Some(seed) = global.seed {
+            scenario.seed = seed;
+        }
+        let engine = global.engine()?;
+        let report = run(
+            &engine,
+            &scenario,
+            &self.output,
+            &RunOptions {
+                // Its own folder: `StagedDir` refuses one that catseye did not write.
+                force: true,
+                convergence: false,
+                source: Some(SCENARIO.into()),
+                pictures: &|scenario, scene, frame, truth, dir| {
+                    draw_frame(scenario, scene, frame, truth, dir)?;
+                    draw_marker(&engine, dir)
+                },
+                progress: &|_, _| {},
+            },
+        )?;
+        summary(&report, global)?;
+        if !global.json {
+            print(&format!(
+                "pictures: {}",
+                ["birds_eye", "range_doppler", "range_profile", "marker_rcs"]
+                    .map(|p| report.folder.join(format!("frame_000000/{p}.png")).display().to_string())
+                    .join(", ")
+            ))?;
+        }
+        Ok(())
+    }
+}
+
+/// RCS of the road's marker over azimuth at the elevation from which a car's radar sees it 10 m ahead.
+fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
+    let scene = Reflector::parse(MARKER)?.to_scene(&material::by_name)?;
+    let geometry = Geometry::build(&scene, 0.0, 77e9)?;
+    let elevation = (0.5f64 / 10.0).atan();
+    let aspects: Vec<Aspect> =
+        (-180..=180).map(|i| Aspect { azimuth: (0.5 * i as f64).to_radians(), elevation }).collect();
+    let options = RcsOptions { bounces: 3, rays_per_wavelength: 20.0, distance: Distance::Infinite };
+    let swept = engine.rcs_sweep(&geometry, &aspects, &options)?;
+    let curve = |name: &str, i: usize| Curve {
+        label: name.into(),
+        points: aspects
+            .iter()
+            .zip(&swept)
+            .map(|(a, s)| [a.azimuth.to_degrees(), dbsm_from_amplitude(s.every[i][i].norm())])
+            .collect(),
+        ..Default::default()
+    };
+    let picture = rcs_polar(
+        &format!("marker ({MARKER}), elevation {:.1} deg, 77 GHz", elevation.to_degrees()),
+        &[curve("VV", 0), curve("HH", 1)],
+    )?;
+    let staged = StagedFile::new(dir.join("marker_rcs.png"), true)?;
+    std::fs::write(staged.path(), picture.png()?).map_err(|e| Error::io(staged.final_path(), e))?;
+    staged.commit()?;
+    Ok(())
+}

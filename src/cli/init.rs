@@ -1,0 +1,30 @@
+//! `catseye init`: a commented file to start from.
+
+use super::{Global, print};
+use crate::error::Result;
+use crate::formats::stage;
+use crate::scene::scenario::template;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Write a commented file to start from
+#[derive(Debug, Args)]
+pub struct Init {
+    /// scenario or radar
+    pub kind: String,
+    /// File to write (default: KIND.toml); - prints it
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+}
+
+impl Init {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let text = template(&self.kind)?;
+        let path = self.output.clone().unwrap_or_else(|| format!("{}.toml", self.kind).into());
+        if path.as_os_str() == "-" {
+            return print(text.trim_end());
+        }
+        let written = stage::write_file(&path, global.force, text.as_bytes())?;
+        print(&format!("wrote {}", written.display()))
+    }
+}

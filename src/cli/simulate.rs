@@ -1,0 +1,197 @@
+//! `catseye simulate`: a scenario to frames.
+
+use super::frames::draw_frame;
+use super::{Global, print, print_json};
+use crate::dataset::frame::radar_pose;
+use crate::dataset::run::{RunOptions, RunReport, run};
+use crate::error::{BadInput, Result};
+use crate::geom::Geometry;
+use crate::road::Library;
+use crate::scene::scenario::Scenario;
+use crate::trace::launch::Fan;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Simulate the frames of a scenario: samples, range-Doppler maps, points, truth, pictures
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Scenario TOML (`catseye init scenario` writes one)
+    pub scenario: PathBuf,
+    /// Folder to write; an interrupted run goes on when the same command is given again
+    #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
+    pub output: Option<PathBuf>,
+    /// Number of frames instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub frames: Option<u32>,
+    /// Print rays, memory and disk that a frame needs, and run nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Measure how far each object's peak moves when the rays are doubled (three times the work)
+    #[arg(long)]
+    pub convergence: bool,
+}
+
+/// The scenario with what the command line changes.
+pub fn load(path: &Path, frames: Option<u32>, seed: Option<u64>) -> Result<Scenario> {
+    let mut scenario = Scenario::load(path)?;
+    if let Some(n) = frames {
+        if n == 0 {
+            return Err(BadInput::new("a run has at least one frame")
+                .key("--frames")
+                .value(n)
+                .allowed("1 or more")
+                .into());
+        }
+        scenario.frames.count = n;
+    }
+    if let Some(seed) = seed {
+        scenario.seed = seed;
+    }
+    Ok(scenario)
+}
+
+impl Simulate {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let scenario = load(&self.scenario, self.frames, global.seed)?;
+        if self.dry_run {
+            return dry_run(&scenario, global);
+        }
+        let output = self
+            .output
+            .clone()
+            .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
+        let source = crate::scene::toml_file::read_text(&self.scenario)?;
+        let report = simulate(&scenario, Some(source), &output, self.convergence, global)?;
+        summary(&report, global)
+    }
+}
+
+/// Runs a scenario with a progress bar.
+pub fn simulate(
+    scenario: &Scenario,
+    source: Option<String>,
+    output: &Path,
+    convergence: bool,
+    global: &Global,
+) -> Result<RunReport> {
+    let engine = global.engine()?;
+    let bar = global.bar("frames", scenario.frames.count as u64);
+    let report = run(
+        &engine,
+        scenario,
+        output,
+        &RunOptions {
+            force: global.force,
+            convergence,
+            source,
+            pictures: &draw_frame,
+            progress: &|done, _| bar.set_position(done as u64),
+        },
+    )?;
+    bar.finish_and_clear();
+    if report.resumed > 0 {
+        global.say(&format!("{} frames were complete from an earlier run", report.resumed));
+    }
+    for f in &report.frames {
+        if f.front_end.dropped > 0 {
+            global.say(&format!(
+                "frame {}: {} echoes lie beyond the receiver's band and were filtered out",
+                f.index, f.front_end.dropped
+            ));
+        }
+    }
+    Ok(report)
+}
+
+/// What was written.
+pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
+    if global.json {
+        return print_json(report);
+    }
+    const SHOWN: usize = 20;
+    for f in report.frames.iter().take(SHOWN) {
+        print(&format!(
+            "frame {}: {} triangles, {} rays, {} echoes, {} points, {:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
+            f.index,
+            f.triangles,
+            f.rays,
+            f.returns,
+            f.points,
+            f.seconds.total_s(),
+            f.seconds.trace_s,
+            f.seconds.synthesis_s,
+            f.seconds.processing_s
+        ))?;
+        if let Some(worst) =
+            f.convergence.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()))
+        {
+            print(&format!(
+                "    with twice the rays the peak of object {} ({}) moves most, by {:.2} dB; manifest.json lists all {}",
+                worst.object_id,
+                worst.class,
+                worst.change_db,
+                f.convergence.len()
+            ))?;
+        }
+    }
+    if report.frames.len() > SHOWN {
+        print(&format!("... {} frames in all", report.frames.len()))?;
+    }
+    print(&format!("wrote {}", report.folder.display()))
+}
+
+#[derive(serde::Serialize)]
+struct DryRun {
+    frames: u32,
+    triangles: usize,
+    rays: usize,
+    cube_bytes: u64,
+    disk_bytes_per_frame: u64,
+    disk_bytes: u64,
+    echo_bytes_at_most: u64,
+    /// Sample values that the direct sum of `echoes` moving echoes costs, for scale.
+    sums_per_echo: u64,
+}
+
+fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
+    let radar = &scenario.radar;
+    let scene = scenario.build(&Library)?;
+    let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+    let (pose, _) = radar_pose(radar, &scenario.ego, 0.0);
+    let fan = Fan::cover(&geometry, radar, &pose, scenario.trace.rays);
+    let samples = (radar.chirps * radar.channels() * radar.samples) as u64;
+    let map = (radar.processing.doppler_fft * radar.range_bins()) as u64;
+    let o = &scenario.output;
+    let disk = if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
+    let d = DryRun {
+        frames: scenario.frames.count,
+        triangles: geometry.triangles.len(),
+        rays: fan.cells.len(),
+        cube_bytes: 8 * samples,
+        disk_bytes_per_frame: disk,
+        disk_bytes: disk * scenario.frames.count as u64,
+        echo_bytes_at_most: (fan.cells.len() * scenario.trace.bounces as usize) as u64
+            * size_of::<crate::trace::Return>() as u64,
+        sums_per_echo: samples,
+    };
+    if global.json {
+        return print_json(&d);
+    }
+    let mib = |b: u64| b as f64 / (1 << 20) as f64;
+    print(&format!("{} frames, {} triangles, {} rays a frame", d.frames, d.triangles, d.rays))?;
+    print(&format!(
+        "cube {:.1} MiB, echoes at most {:.1} MiB",
+        mib(d.cube_bytes),
+        mib(d.echo_bytes_at_most)
+    ))?;
+    print(&format!(
+        "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
+        mib(d.disk_bytes_per_frame),
+        mib(d.disk_bytes)
+    ))?;
+    print(&format!(
+        "each moving echo adds to {} samples: a million of them cost about {:.0} s on two cores",
+        d.sums_per_echo,
+        1e6 * d.sums_per_echo as f64 * 0.2e-9
+    ))
+}
