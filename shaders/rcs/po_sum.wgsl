@@ -139,7 +139,8 @@ fn tube_sum(a: Aspect, index: u32) -> Sum {
         if dot(step.normal, to_receiver) > 0.0
             && (bounce == 0u || !any_hit(step.point.hi, to_receiver, params.t_min, distance, patch_bits)) {
             let grow = select(1.0, path.x, spherical);
-            amplitude = footprint(m, edge0 * grow, edge1 * grow, to_receiver, params.wavenumber);
+            let foot = footprint(m, edge0 * grow, edge1 * grow, to_receiver, params.wavenumber);
+            amplitude = foot.x * sinc(foot.y) * sinc(foot.z);
             if spherical {
                 amplitude /= path.x * distance;
             }

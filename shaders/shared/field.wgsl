@@ -91,13 +91,14 @@ fn sinc(x: f32) -> f32 {
     return cis_turns_f(x * 0.159154943).y / x;
 }
 
-// k / 4 pi times the integral of the phase over the footprint, without the axis' phase.
-fn footprint(m: Mirror, edge0: vec3<f32>, edge1: vec3<f32>, to_receiver: vec3<f32>, wavenumber: f32) -> f32 {
+// The integral over the footprint without the axis' phase: x is k / 4 pi times the area, y and z are half
+// the phase along its two edges, of which the sincs are to be multiplied (or the end terms taken).
+fn footprint(m: Mirror, edge0: vec3<f32>, edge1: vec3<f32>, to_receiver: vec3<f32>, wavenumber: f32) -> vec3<f32> {
     let cos_i = -dot(m.dir_in, m.normal);
     let f0 = edge0 + m.dir_in * (dot(m.normal, edge0) / cos_i);
     let f1 = edge1 + m.dir_in * (dot(m.normal, edge1) / cos_i);
     let w = (m.dir_in - to_receiver) * wavenumber;
-    return length(cross(f0, f1)) * sinc(0.5 * dot(w, f0)) * sinc(0.5 * dot(w, f1)) * wavenumber * 0.0795774715;
+    return vec3<f32>(length(cross(f0, f1)) * wavenumber * 0.0795774715, 0.5 * dot(w, f0), 0.5 * dot(w, f1));
 }
 
 // -j (eta J + M x s) on the receiver's V (xy) and H (zw), for the incident field e and its reflection r.

@@ -24,7 +24,8 @@ struct Params {
 }
 
 struct Echo {
-    // S over R_t R_r: received V, H of the V-launched wave, then of the H-launched one.
+    // S over R_t R_r: received V, H of the V-launched wave, then of the H-launched one; without the sinc of
+    // half_phase, which the host turns into end terms.
     spread_v: vec4<f32>,
     spread_h: vec4<f32>,
     // World.
@@ -38,6 +39,11 @@ struct Echo {
     bounces: u32,
     // Two bodies a word.
     chain: vec4<u32>,
+    // Half the phase across the footprint along its end axis, and which ends go on (1 lower, 2 upper).
+    half_phase: f32,
+    goes_on: u32,
+    pad0: u32,
+    pad1: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -60,8 +66,9 @@ fn main(
     if index >= params.tubes {
         return;
     }
-    let base = index * (params.bounces + 1u);
+    let base = index * (params.bounces + 2u);
     let seen = chains[base] >> 16u;
+    let goes_on = chains[base + 1u];
     if seen == 0u {
         return;
     }
@@ -87,7 +94,7 @@ fn main(
         if (seen >> b) == 0u {
             break;
         }
-        let triangle = chains[base + b + 1u];
+        let triangle = chains[base + 2u + b];
         let body = bitcast<u32>(bvh_triangles[3u * triangle + 1u].w);
         let surface = surfaces[bitcast<u32>(bvh_triangles[3u * triangle + 2u].w)];
         let body_velocity = body_velocities[body].xyz;
@@ -104,8 +111,11 @@ fn main(
             let back = dfv_sub(radar, step.point);
             let range = dfv_length(back);
             let to_receiver = back.hi / range.x;
-            let amplitude =
-                footprint(m, edge0 * path.x, edge1 * path.x, to_receiver, params.wavenumber) / (path.x * range.x);
+            let foot = footprint(m, edge0 * path.x, edge1 * path.x, to_receiver, params.wavenumber);
+            // As in src/trace/ends.rs.
+            let lies = abs(step.normal.z) > 0.70710678;
+            let across = select(foot.z, foot.y, lies);
+            let amplitude = foot.x * sinc(across) / (path.x * range.x);
             let arrival = transpose(sensor) * -to_receiver;
             let v = sensor * v_of(arrival);
             let h = sensor * h_of(arrival);
@@ -122,6 +132,8 @@ fn main(
             echo.path_rate = rate + dot(body_velocity, dir.hi - to_receiver) + dot(params.velocity, to_receiver);
             echo.bounces = b + 1u;
             echo.chain = chain;
+            echo.half_phase = select(foot.y, foot.z, lies);
+            echo.goes_on = ((goes_on >> b) & 1u) | (((goes_on >> (8u + b)) & 1u) << 1u);
             echoes[slot] = echo;
             slot += 1u;
         }

@@ -8,6 +8,7 @@ use crate::geom::Geometry;
 use crate::geom::upload::{GeometryArrays, split3};
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
+use crate::trace::ends::Ends;
 use crate::trace::launch::Fan;
 use crate::units::wavenumber;
 use glam::DVec3;
@@ -51,6 +52,10 @@ gpu_struct! {
         pub path_rate: f32,
         pub bounces: u32,
         pub chain: [u32; 4],
+        pub half_phase: f32,
+        pub goes_on: u32,
+        pub pad0: u32,
+        pub pad1: u32,
     }
 }
 
@@ -107,7 +112,7 @@ pub fn returns(
             let tubes = cells.len();
             let mut recorder = gpu.recorder("trace");
             let words = recorder.upload("cells", &cell_words(fan, cells));
-            let chains = recorder.buffer::<u32>("chains", tubes * (options.bounces + 1));
+            let chains = recorder.buffer::<u32>("chains", tubes * (options.bounces + 2));
             let counts = recorder.buffer::<u32>("counts", tubes);
             rays::record(
                 &mut recorder,
@@ -164,7 +169,13 @@ pub fn returns(
             );
             let read = recorder.read(&out);
             let mut done = recorder.submit()?;
-            all.extend(done.take(read).iter().map(|e| return_from_echo(e, geometry, to_sensor)));
+            for e in done.take(read) {
+                let goes_on = [e.goes_on & 1 != 0, e.goes_on & 2 != 0];
+                if let Some(ends) = Ends::of(goes_on) {
+                    let r = return_from_echo(&e, geometry, to_sensor);
+                    ends.emit(r, e.half_phase as f64, wavenumber(geometry.freq_hz), &mut all);
+                }
+            }
         }
     }
     all.extend(super::points::point_returns(geometry, fan.origin_m, velocity_mps, to_sensor));

@@ -93,6 +93,18 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// The same cell moved so that its axis is the middle of one of its borders: axis 0 is azimuth, 1 sine
+    /// of elevation; side 0 is the lower one.
+    pub fn border(&self, axis: usize, side: usize) -> Cell {
+        let half = if side == 0 { -0.5 } else { 0.5 };
+        let mut c = *self;
+        match axis {
+            0 => c.azimuth += half * self.d_azimuth,
+            _ => c.sin_elevation += half * self.d_sin,
+        }
+        c
+    }
+
     /// Axis and edges per metre, in the axes of the fan.
     #[inline]
     pub fn axis_and_edges(&self) -> (DVec3, [DVec3; 2]) {
@@ -121,7 +133,12 @@ pub struct Fan {
 impl Fan {
     #[inline]
     pub fn tube(&self, index: usize) -> Tube {
-        let (dir, edge) = self.cells[index].axis_and_edges();
+        self.tube_of(&self.cells[index])
+    }
+
+    #[inline]
+    pub fn tube_of(&self, cell: &Cell) -> Tube {
+        let (dir, edge) = cell.axis_and_edges();
         Tube { origin_m: self.origin_m, dir: self.rotation * dir, edge: edge.map(|e| self.rotation * e) }
     }
 

@@ -4,6 +4,7 @@
 
 pub mod closest;
 pub mod contribute;
+pub mod ends;
 pub mod launch;
 pub mod points;
 pub mod rays;

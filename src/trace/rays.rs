@@ -82,7 +82,7 @@ pub fn columns(rotation: glam::DQuat) -> [[f32; 3]; 3] {
     [m.x_axis, m.y_axis, m.z_axis].map(|c: DVec3| c.as_vec3().to_array())
 }
 
-/// `chains` has `bounces + 1` words a tube, `counts` one.
+/// `chains` has `bounces + 2` words a tube, `counts` one.
 #[allow(clippy::too_many_arguments)] // the stage's buffers
 pub fn record(
     recorder: &mut Recorder<'_>,

@@ -28,10 +28,10 @@ fn scattering(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scat
         let chain = follow(geometry, tube, options.bounces, true);
         radiate(geometry, tube, &chain, spreading, receiver, true, basis, polarisation_basis, |c| {
             let phase = -k * to_phase(c.length_in_m, c.length_out_m, c.point);
-            let cis = Complex64::cis(phase);
+            let (s, cis) = (c.integrated(), Complex64::cis(phase));
             for rx in 0..2 {
                 for tx in 0..2 {
-                    let z = c.s[rx][tx] * cis;
+                    let z = s[rx][tx] * cis;
                     sum.every[rx][tx] += z;
                     if c.is_last {
                         sum.last[rx][tx] += z;

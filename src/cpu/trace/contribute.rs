@@ -4,7 +4,8 @@ use super::rays::{Chain, follow};
 use crate::em::fresnel::{rayleigh_factor, reflection};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::Geometry;
-use crate::trace::launch::{Fan, Tube};
+use crate::trace::ends::{Ends, STEEP, end_axis};
+use crate::trace::launch::{Cell, Fan, Tube};
 use crate::trace::points::point_returns;
 use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak};
 use crate::units::wavenumber;
@@ -70,9 +71,22 @@ pub struct Contribution {
     pub length_in_m: f64,
     /// Point to receiver; 0 for one at infinity.
     pub length_out_m: f64,
-    /// S[rx][tx] in m without the path's phase, over R_t (spherical waves) and R_r (receivers at finite
-    /// distance).
+    /// S[rx][tx] in m without the path's phase and without the two sincs of eq. 6, over R_t (spherical
+    /// waves) and R_r (receivers at finite distance).
     pub s: [[Complex64; 2]; 2],
+    /// Arguments of those sincs: half the phase across the footprint along each edge of the tube.
+    pub x: [f64; 2],
+    /// Phase per metre along each edge of the footprint, rad/m.
+    pub gradient: [f64; 2],
+    pub normal: DVec3,
+}
+
+impl Contribution {
+    /// S with the sincs.
+    pub fn integrated(&self) -> [[Complex64; 2]; 2] {
+        let pattern = sinc(self.x[0]) * sinc(self.x[1]);
+        self.s.map(|row| row.map(|z| z * pattern))
+    }
 }
 
 /// Calls `emit` for each bounce of `chain` that radiates to the receiver. `launch_basis` is the (V, H)
@@ -145,8 +159,8 @@ pub fn radiate(
             let foot = edge.map(|e| (e + dir * (n.dot(e) / cos_i)) * grow);
             let w = (dir - to_receiver) * k;
             let area = foot[0].cross(foot[1]).length();
-            let pattern = area * sinc(0.5 * w.dot(foot[0])) * sinc(0.5 * w.dot(foot[1]));
-            let mut amplitude = pattern * k / (4.0 * std::f64::consts::PI);
+            let along = foot.map(|f| w.dot(f));
+            let mut amplitude = area * k / (4.0 * std::f64::consts::PI);
             if spreading == Spreading::Spherical {
                 amplitude /= length;
             }
@@ -175,6 +189,9 @@ pub fn radiate(
                 length_in_m: length,
                 length_out_m: length_out,
                 s,
+                x: along.map(|a| 0.5 * a),
+                gradient: [0, 1].map(|i| along[i].abs() / foot[i].length()),
+                normal: n,
             });
         }
         field = reflected;
@@ -184,12 +201,16 @@ pub fn radiate(
 }
 
 #[inline]
-fn sinc(x: f64) -> f64 {
+pub fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
 }
 
 /// All echoes of a frame at the radar `pose` moving with `velocity_mps` (world): the tubes of `fan` and
 /// the point targets. The same returns in the same order whatever the number of threads.
+///
+/// Along one edge of its footprint the integral of a tube is the difference of two end terms (eq. 6a), and
+/// where the next tube goes on over the same facets its end term is the same: both are left out. What
+/// stays are the outlines of what is lit, and the places of stationary phase.
 pub fn returns(
     geometry: &Geometry,
     fan: &Fan,
@@ -197,15 +218,18 @@ pub fn returns(
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Returns {
-    const BLOCK: usize = 4096;
+    const BLOCK: usize = 1024;
     let to_sensor = pose.rotation.inverse();
+    let k = wavenumber(geometry.freq_hz);
+    let see_exit = options.convention == Convention::Last;
     let blocks: Vec<Vec<Return>> = (0..fan.cells.len().div_ceil(BLOCK))
         .into_par_iter()
         .map(|block| {
             let mut out = Vec::new();
             for i in block * BLOCK..((block + 1) * BLOCK).min(fan.cells.len()) {
                 let tube = fan.tube(i);
-                let chain = follow(geometry, &tube, options.bounces, options.convention == Convention::Last);
+                let chain = follow(geometry, &tube, options.bounces, see_exit);
+                let mut borders = Borders { geometry, fan, cell: &fan.cells[i], see_exit, found: [None; 4] };
                 let basis = |d_world: DVec3| {
                     let (v, h) = polarisation_basis(to_sensor * d_world);
                     (pose.rotation * v, pose.rotation * h)
@@ -220,10 +244,19 @@ pub fn returns(
                     basis(tube.dir),
                     |to_receiver| basis(-to_receiver),
                     |c| {
-                        if options.convention == Convention::Last && !c.is_last {
+                        if see_exit && !c.is_last {
                             return;
                         }
-                        out.push(echo(geometry, &tube, &chain, &c, velocity_mps, to_sensor));
+                        let axis = end_axis(c.normal);
+                        let steep = c.gradient[axis] > STEEP * k;
+                        let goes_on = |side| steep && borders.go_on(&chain, c.bounce, axis, side);
+                        let Some(ends) = Ends::of([0, 1].map(goes_on)) else {
+                            return;
+                        };
+                        let mut r = echo(geometry, &tube, &chain, &c, velocity_mps, to_sensor);
+                        let across = sinc(c.x[1 - axis]);
+                        r.spread = r.spread.map(|row| row.map(|z| z * across));
+                        ends.emit(r, c.x[axis], k, &mut out);
                     },
                 );
             }
@@ -234,6 +267,46 @@ pub fn returns(
     all.extend(point_returns(geometry, fan.origin_m, velocity_mps, to_sensor));
     drop_weak(&mut all, options.amplitude_floor);
     Returns { returns: all, rays: fan.cells.len() as u64 }
+}
+
+/// Rays along the borders of a tube, followed when asked for.
+struct Borders<'a> {
+    geometry: &'a Geometry,
+    fan: &'a Fan,
+    cell: &'a Cell,
+    see_exit: bool,
+    /// Two sides of each axis.
+    found: [Option<Chain>; 4],
+}
+
+impl Borders<'_> {
+    /// Whether the ray in the middle of a border meets the same patches as the axis up to `bounce`, and
+    /// its last point sees the radar too.
+    fn go_on(&mut self, axis_chain: &Chain, bounce: usize, axis: usize, side: usize) -> bool {
+        let geometry = self.geometry;
+        let chain = self.found[2 * axis + side].get_or_insert_with(|| {
+            let tube = self.fan.tube_of(&self.cell.border(axis, side));
+            follow(geometry, &tube, axis_chain.len, self.see_exit)
+        });
+        let patch = |c: &Chain, b: usize| geometry.triangles[c.triangle[b] as usize].patch;
+        if chain.len <= bounce || (0..=bounce).any(|b| patch(chain, b) != patch(axis_chain, b)) {
+            return false;
+        }
+        // With "last", both have to leave after the same facet.
+        if self.see_exit && (chain.len != axis_chain.len || chain.left != axis_chain.left) {
+            return false;
+        }
+        let back = self.fan.origin_m - chain.point[bounce];
+        let distance = back.length();
+        bounce == 0
+            || !geometry.bvh.any_hit(
+                &geometry.triangles,
+                chain.point[bounce],
+                back / distance,
+                patch(chain, bounce),
+                distance,
+            )
+    }
 }
 
 fn echo(
