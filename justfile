@@ -1,0 +1,37 @@
+# `just` lists the commands; each is what README and CI use.
+
+_list:
+    @just --list --unsorted
+
+# The marked road, end to end, into ./catseye-demo
+demo *options:
+    cargo run --release -- demo {{ options }}
+
+# All tests; installs the software Vulkan driver where it is missing
+test *options:
+    scripts/test {{ options }}
+
+# Format
+fmt:
+    cargo fmt
+
+# Lints, as in CI
+lint:
+    cargo fmt --check
+    cargo clippy --release --locked --all-targets -- -D warnings
+
+# Everything that CI checks
+ci:
+    bash .ci/run
+
+# Licences and sources of the dependencies (needs cargo-deny)
+deny:
+    cargo deny check licenses bans sources
+
+# Adapters, and which one `auto` takes
+devices:
+    cargo run --release -- devices
+
+# API documentation
+doc:
+    cargo doc --release --no-deps --open
