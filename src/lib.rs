@@ -36,6 +36,8 @@ pub mod engine;
 
 pub mod detect;
 
+pub mod validate;
+
 pub mod plot;
 
 pub mod cli;

@@ -6,6 +6,7 @@ mod plot;
 mod rcs;
 mod reflector;
 mod target;
+mod validate;
 
 use crate::engine::{Engine, Precision};
 use crate::error::{Error, Result};
@@ -87,6 +88,7 @@ enum Command {
     Reflector(reflector::MakeReflector),
     Rcs(rcs::Rcs),
     Plot(plot::Plot),
+    Validate(validate::Validate),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
@@ -101,6 +103,7 @@ pub fn run() -> ExitCode {
         Command::Reflector(c) => c.run(g),
         Command::Rcs(c) => c.run(g),
         Command::Plot(c) => c.run(g),
+        Command::Validate(c) => c.run(g),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
