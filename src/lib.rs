@@ -38,6 +38,8 @@ pub mod detect;
 
 pub mod dataset;
 
+pub mod validate;
+
 pub mod plot;
 
 pub mod cli;

@@ -11,6 +11,7 @@ mod rcs;
 mod reflector;
 mod simulate;
 mod target;
+mod validate;
 
 use crate::engine::{Engine, Precision};
 use crate::error::{Error, Result};
@@ -96,6 +97,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Process(process::Process),
     Plot(plot::Plot),
+    Validate(validate::Validate),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
@@ -114,6 +116,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Plot(c) => c.run(g),
+        Command::Validate(c) => c.run(g),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
