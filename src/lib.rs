@@ -38,6 +38,8 @@ pub mod detect;
 
 pub mod dataset;
 
+pub mod bench;
+
 pub mod plot;
 
 pub mod cli;

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
 
 mod angles;
+mod bench;
 mod devices;
 mod plot;
 mod rcs;
@@ -87,6 +88,7 @@ enum Command {
     Reflector(reflector::MakeReflector),
     Rcs(rcs::Rcs),
     Plot(plot::Plot),
+    Bench(bench::Bench),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
@@ -101,6 +103,7 @@ pub fn run() -> ExitCode {
         Command::Reflector(c) => c.run(g),
         Command::Rcs(c) => c.run(g),
         Command::Plot(c) => c.run(g),
+        Command::Bench(c) => c.run(g),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
