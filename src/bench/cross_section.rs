@@ -63,7 +63,7 @@ pub fn type1(quick: bool) -> Sweep {
         aspects: aspects(&elevation, &azimuth),
         reference: [160.0, 320.0],
         // Numbers without a common factor with 161 and 21, so that all azimuths have their turn.
-        every: if quick { [5, 40] } else { [75, 1000] },
+        every: if quick { [10, 80] } else { [150, 1500] },
     }
 }
 

@@ -13,7 +13,7 @@ use crate::geom::Geometry;
 use crate::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use crate::scene::radar::Radar;
 use crate::scene::{Scene, material, radar_toml};
-use crate::trace::launch::Fan;
+use crate::trace::launch::{Cell, Fan};
 use crate::trace::{Return, Returns, TraceOptions};
 use crate::units::db_from_power;
 use glam::{DQuat, DVec3};
@@ -26,8 +26,8 @@ pub const RAYS: u64 = 1 << 20;
 const RAYS_MOVING_ON_A_PROCESSOR: u64 = 1 << 16;
 const RAYS_QUICK: u64 = 1 << 16;
 const RAYS_QUICK_MOVING: u64 = 1 << 13;
-/// The reference has so many times the rays.
-const FINER: u64 = 16;
+/// The reference cuts each tube into so many along both sides: sixteen times the rays.
+const FINER: usize = 4;
 /// Loops of the frames that are compared: the fewest that the detector's window allows.
 const LOOPS_COMPARED: usize = 16;
 /// Tubes of the reference that are followed together.
@@ -105,20 +105,18 @@ pub(super) fn w3(
     sheet.count("points", cloud.len());
     drop((cube, found, power, cloud));
 
-    (sheet.say)(&format!("  reference with {FINER} times the rays"));
+    (sheet.say)(&format!("  reference with {} times the rays", FINER * FINER));
     let mut radar = frame.radar.clone();
     radar.thermal_noise = false;
     radar.chirps = LOOPS_COMPARED;
     radar.processing.doppler_fft = LOOPS_COMPARED;
-    let (got, _) = map(engine, &frame, &radar, &fan)?;
-    drop(fan);
-    let finer = frame.fan(FINER * rays);
-    sheet.accuracy("reference_rays", finer.cells.len());
-    let (want, strongest) = map(engine, &frame, &radar, &finer)?;
+    let (got, _) = map(engine, &frame, &radar, &fan, 1)?;
+    let (want, strongest) = map(engine, &frame, &radar, &fan, FINER)?;
+    sheet.accuracy("reference_rays", fan.cells.len() * FINER * FINER);
     sheet.accuracy("map_relative_l2", relative_l2(got.data.iter().copied(), want.data.iter().copied()));
     compare(&mut sheet, &frame, &radar, &got, &want, &strongest);
     sheet.note(format!(
-        "maps without noise over {LOOPS_COMPARED} of {} loops{}; cells of the objects are those of their strongest echo",
+        "against the same tubes cut into {FINER} x {FINER}; maps without noise over {LOOPS_COMPARED} of {} loops{}; cells of the objects are those of their strongest echo",
         frame.radar.chirps,
         if moving { "" } else { ", which at rest are all alike" }
     ));
@@ -139,19 +137,32 @@ struct Strongest {
     range: usize,
 }
 
-/// The map of a fan, followed in parts so that any number of rays fits the memory; and the strongest
-/// echo of each object.
+/// The cell cut into `n` x `n`.
+fn cut(c: Cell, n: usize) -> impl Iterator<Item = Cell> {
+    let (d_azimuth, d_sin) = (c.d_azimuth / n as f64, c.d_sin / n as f64);
+    let at = move |i: usize| i as f64 - 0.5 * (n as f64 - 1.0);
+    (0..n * n).map(move |i| Cell {
+        azimuth: c.azimuth + at(i % n) * d_azimuth,
+        sin_elevation: c.sin_elevation + at(i / n) * d_sin,
+        d_azimuth,
+        d_sin,
+    })
+}
+
+/// The map of a fan whose tubes are cut into `n` x `n`, followed in parts so that any number of rays fits
+/// the memory; and the strongest echo of each object.
 fn map(
     engine: &Engine,
     frame: &Frame,
     radar: &Radar,
     fan: &Fan,
+    n: usize,
 ) -> Result<(PowerMap<f64>, BTreeMap<u32, Strongest>)> {
     let levels = Levels::new(radar);
     let mut strongest = BTreeMap::new();
     let mut sum: Option<AnyCube> = None;
-    for cells in fan.cells.chunks(CHUNK) {
-        let part = Fan { cells: cells.to_vec(), ..*fan };
+    for cells in fan.cells.chunks(CHUNK / (n * n)) {
+        let part = Fan { cells: cells.iter().flat_map(|c| cut(*c, n)).collect(), ..*fan };
         let returns = frame.returns(engine, &part)?;
         for r in &returns.returns {
             let power_w = levels.amplitude(r).norm_sqr();
