@@ -40,6 +40,8 @@ pub mod dataset;
 
 pub mod validate;
 
+pub mod bench;
+
 pub mod plot;
 
 pub mod cli;

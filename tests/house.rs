@@ -167,6 +167,7 @@ const ROOMS: [&[&str]; 19] = [
     &["lane"],
     &["dataset"],
     &["validate"],
+    &["bench"],
     &["plot"],
     &["cli"],
 ];

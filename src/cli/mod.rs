@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
 
 mod angles;
+mod bench;
 mod demo;
 mod devices;
 mod frames;
@@ -98,6 +99,7 @@ enum Command {
     Process(process::Process),
     Plot(plot::Plot),
     Validate(validate::Validate),
+    Bench(bench::Bench),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
@@ -117,6 +119,7 @@ pub fn run() -> ExitCode {
         Command::Process(c) => c.run(g),
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
+        Command::Bench(c) => c.run(g),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
