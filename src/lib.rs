@@ -38,6 +38,10 @@ pub mod detect;
 
 pub mod dataset;
 
+pub mod validate;
+
+pub mod bench;
+
 pub mod plot;
 
 pub mod cli;

@@ -69,8 +69,8 @@ fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
     let geometry = Geometry::build(&scene, 0.0, 77e9)?;
     let elevation = (0.5f64 / 10.0).atan();
     let aspects: Vec<Aspect> =
-        (-180..=180).map(|i| Aspect { azimuth: (0.5 * i as f64).to_radians(), elevation }).collect();
-    let options = RcsOptions { bounces: 3, rays_per_wavelength: 20.0, distance: Distance::Infinite };
+        (-90..=90).map(|i| Aspect { azimuth: f64::from(i).to_radians(), elevation }).collect();
+    let options = RcsOptions { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
     let swept = engine.rcs_sweep(&geometry, &aspects, &options)?;
     let curve = |name: &str, i: usize| Curve {
         label: name.into(),
@@ -82,7 +82,7 @@ fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
         ..Default::default()
     };
     let picture = rcs_polar(
-        &format!("marker ({MARKER}), elevation {:.1} deg, 77 GHz", elevation.to_degrees()),
+        &format!("marker of the road, {:.1} deg up, 77 GHz", elevation.to_degrees()),
         &[curve("VV", 0), curve("HH", 1)],
     )?;
     let staged = StagedFile::new(dir.join("marker_rcs.png"), true)?;

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
 
 mod angles;
+mod bench;
 mod demo;
 mod devices;
 mod frames;
@@ -11,6 +12,7 @@ mod rcs;
 mod reflector;
 mod simulate;
 mod target;
+mod validate;
 
 use crate::engine::{Engine, Precision};
 use crate::error::{Error, Result};
@@ -96,6 +98,8 @@ enum Command {
     Simulate(simulate::Simulate),
     Process(process::Process),
     Plot(plot::Plot),
+    Validate(validate::Validate),
+    Bench(bench::Bench),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
@@ -114,6 +118,8 @@ pub fn run() -> ExitCode {
         Command::Simulate(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Plot(c) => c.run(g),
+        Command::Validate(c) => c.run(g),
+        Command::Bench(c) => c.run(g),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,6 +7,9 @@ use crate::geom::Geometry;
 use crate::scene::radar::Radar;
 use crate::units::wavelength_m;
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::f64::consts::TAU;
 
 /// Number and size of the tiles, at most `spacing` wide, that fill `extent` exactly: edges along the
@@ -177,8 +180,11 @@ impl Fan {
 
 /// Widest tube, as the quadratic phase ½k h² (2/R) that is left out across half of it (rad).
 const QUADRATIC_PHASE: f64 = 0.25;
-/// Finest tube across, in wavelengths: below it the footprint's integral no longer gains.
+/// Finest tube across an outline, in wavelengths: below it the footprint's integral hardly gains.
 const FINEST: f64 = 1.0 / 8.0;
+/// So many times finer across outlines that run along an axis: there all tubes err to the same side, and
+/// finer ones cost little as they may be long.
+const ALIGNED: f64 = 16.0;
 /// Facets are cut until they look smaller than this, so that their bounds in angle are tight.
 const LOOK: f64 = 0.1;
 /// Plane patches of at least this size serve as mirrors in which other objects are looked for.
@@ -193,26 +199,64 @@ const GAIN_FLOOR: f64 = 1e-9;
 struct Demand {
     azimuth: [f64; 2],
     sin: [f64; 2],
-    /// Extent of the whole object of which this is a part, if tubes are to resolve it.
-    extent: Option<[f64; 2]>,
+    /// A piece of an outline; None for a piece of a surface.
+    outline: Option<Outline>,
     finest: f64,
     widest: f64,
 }
 
+/// A straight piece of an edge in (azimuth, sine of elevation).
+#[derive(Debug, Clone, Copy)]
+struct Outline {
+    from: [f64; 2],
+    /// Unit vector across.
+    normal: [f64; 2],
+    /// Extent of the whole object of which this is a part.
+    extent: [f64; 2],
+}
+
 impl Demand {
-    /// The largest tube allowed here when objects are resolved by `density` tubes across.
+    /// The largest tube allowed here when objects are resolved by `density` tubes across. Within a surface
+    /// the integral over a tube is exact up to the quadratic phase; at an outline a tube is wholly in or
+    /// wholly out.
     fn limit(&self, density: f64) -> [f64; 2] {
-        match self.extent {
-            None => [self.widest; 2],
-            Some(e) => e.map(|x| (x / density).clamp(self.finest, self.widest)),
+        let Some(o) = &self.outline else { return [self.widest; 2] };
+        let across = o.extent.map(|x| (x / density).clamp(self.finest, self.widest));
+        [0, 1].map(|i| {
+            let other = 1 - i;
+            let aligned = o.normal[other].abs() * self.widest < across[other];
+            let fine = if aligned { across[i] / ALIGNED } else { across[i] };
+            (fine / o.normal[i].abs().max(1e-9)).min(self.widest)
+        })
+    }
+
+    /// Whether the bounds hold all of a cell.
+    fn covers(&self, azimuth: [f64; 2], sin: [f64; 2]) -> bool {
+        let turned = |turn: f64| self.azimuth[0] + turn <= azimuth[0] && self.azimuth[1] + turn >= azimuth[1];
+        self.sin[0] <= sin[0] && self.sin[1] >= sin[1] && [-TAU, 0.0, TAU].into_iter().any(turned)
+    }
+
+    fn meets(&self, cell: &Cell, azimuth: [f64; 2], sin: [f64; 2]) -> bool {
+        if self.sin[0] >= sin[1] || self.sin[1] <= sin[0] {
+            return false;
         }
+        [-TAU, 0.0, TAU].iter().any(|turn| {
+            self.azimuth[0] + turn < azimuth[1]
+                && self.azimuth[1] + turn > azimuth[0]
+                && self.outline.is_none_or(|o| {
+                    let d = [cell.azimuth - turn - o.from[0], cell.sin_elevation - o.from[1]];
+                    let away = (d[0] * o.normal[0] + d[1] * o.normal[1]).abs();
+                    away <= 0.5
+                        * (cell.d_azimuth * o.normal[0].abs() + cell.d_sin * o.normal[1].abs() + self.finest)
+                })
+        })
     }
 }
 
 impl Fan {
-    /// Tubes from the radar over everything in its view. Tubes over an object are as many times finer
-    /// than the object (as it looks from the radar, directly and in the mirror of the largest planes) as
-    /// makes about `rays` in all; fewer when the finest useful tubes need fewer.
+    /// Tubes from the radar over everything in its view. Tubes across the edges of an object that can be
+    /// seen from the radar, directly or in the mirror of the largest planes, are as many times finer than
+    /// the object as makes about `rays` in all; fewer when the finest useful tubes need fewer.
     pub fn cover(geometry: &Geometry, radar: &Radar, pose: &Pose<Sensor, World>, rays: u64) -> Fan {
         let planner = Planner::new(geometry, radar, pose);
         // The count grows with the square of the density above a floor: secant steps on the square.
@@ -227,10 +271,138 @@ impl Fan {
                 break;
             }
         }
-        let mut cells = Vec::new();
-        planner.walk(density, &mut |c| cells.push(c));
+        let cells = planner.cells(density);
         Fan { origin_m: pose.translation_m, rotation: DQuat::IDENTITY, cells }
     }
+}
+
+/// Cells below this size are refined by one thread each (rad).
+const PART: f64 = 0.05;
+
+/// Number of a demand, and its limit at the density in use.
+type Limited = (u32, [f64; 2]);
+
+/// A cell on its way, as [`Planner::split`] takes it.
+struct Part {
+    cell: Cell,
+    covered: bool,
+    inside: Vec<Limited>,
+}
+
+/// A plane in which the scene is seen again.
+#[derive(Debug, Clone, Copy)]
+struct Mirror {
+    normal: DVec3,
+    offset_m: f64,
+    patch: u32,
+}
+
+impl Mirror {
+    fn image(&self, p: DVec3) -> DVec3 {
+        p - self.normal * (2.0 * (self.normal.dot(p) - self.offset_m))
+    }
+}
+
+/// Border of a patch.
+struct Edge {
+    ends: [DVec3; 2],
+    body: u32,
+    patch: u32,
+}
+
+/// All sides of triangles but those inside a plane patch, each once, in the order of the triangles.
+fn edges(geometry: &Geometry) -> Vec<Edge> {
+    let mut seen: HashMap<(u32, [[u64; 3]; 2]), usize> = HashMap::new();
+    let mut found: Vec<(Edge, bool)> = Vec::new();
+    for t in &geometry.triangles {
+        let c = t.corners();
+        for ends in [[c[0], c[1]], [c[1], c[2]], [c[2], c[0]]] {
+            // To a nanometre: corners of neighbours are computed by different sums.
+            let mut key = ends.map(|p| (p * 1e9).round().to_array().map(|x| x as i64 as u64));
+            key.sort_unstable();
+            match seen.entry((t.body, key)) {
+                Entry::Occupied(e) => {
+                    let (edge, inner) = &mut found[*e.get()];
+                    *inner = edge.patch == t.patch;
+                }
+                Entry::Vacant(e) => {
+                    e.insert(found.len());
+                    found.push((Edge { ends, body: t.body, patch: t.patch }, false));
+                }
+            }
+        }
+    }
+    found.into_iter().filter(|(_, inner)| !inner).map(|(e, _)| e).collect()
+}
+
+/// Whether `p`, which is an image if there is a mirror, is to be seen from `origin`.
+fn can_see(geometry: &Geometry, origin: DVec3, p: DVec3, mirror: Option<&Mirror>) -> bool {
+    let reach = (p - origin).length();
+    let dir = (p - origin) / reach;
+    let clear = |from: DVec3, dir, skip, length: f64| {
+        !geometry.bvh.any_hit(&geometry.triangles, from, dir, skip, length * (1.0 - 1e-6) - 1e-4)
+    };
+    let Some(m) = mirror else { return clear(origin, dir, u32::MAX, reach) };
+    let Some(hit) = geometry.bvh.closest_hit(&geometry.triangles, origin, dir, u32::MAX, reach) else {
+        return false;
+    };
+    geometry.triangles[hit.triangle as usize].patch == m.patch
+        && clear(origin + dir * hit.t, dir - m.normal * (2.0 * dir.dot(m.normal)), m.patch, reach - hit.t)
+}
+
+/// Adds the pieces of an edge seen from `origin`, cut until they are straight in the angles; those that
+/// are hidden altogether are left out.
+fn outline(
+    ends: [DVec3; 2],
+    origin: DVec3,
+    k: f64,
+    extent: &dyn Fn(&Demand) -> [f64; 2],
+    sees: &dyn Fn(DVec3) -> bool,
+    out: &mut Vec<Demand>,
+    depth: u32,
+) {
+    let angles = |p: DVec3| {
+        let r = p - origin;
+        [r.y.atan2(r.x), r.z / r.length()]
+    };
+    let [a, b] = ends;
+    let middle = 0.5 * (a + b);
+    let along = b - a;
+    let t = ((origin - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    let nearest = (a + along * t - origin).length();
+    if nearest <= 0.0 || nearest.is_nan() {
+        return;
+    }
+    let finest = FINEST * TAU / k / nearest;
+    let from = angles(a);
+    let near = |mut q: [f64; 2]| {
+        q[0] -= TAU * ((q[0] - from[0]) / TAU).round();
+        q
+    };
+    let (to, mid) = (near(angles(b)), near(angles(middle)));
+    let d = [to[0] - from[0], to[1] - from[1]];
+    let length = d[0].hypot(d[1]);
+    let normal = if length > 0.0 { [-d[1] / length, d[0] / length] } else { [1.0, 0.0] };
+    let sag = ((mid[0] - from[0]) * normal[0] + (mid[1] - from[1]) * normal[1]).abs();
+    if (length > 0.5 * LOOK || sag > 0.25 * finest) && depth < 16 {
+        for half in [[a, middle], [middle, b]] {
+            outline(half, origin, k, extent, sees, out, depth + 1);
+        }
+        return;
+    }
+    if ![0.02, 0.26, 0.5, 0.74, 0.98].iter().any(|t| sees(a + along * *t)) {
+        return;
+    }
+    let bounds = |i: usize| [from[i].min(to[i]) - 0.5 * finest, from[i].max(to[i]) + 0.5 * finest];
+    let mut demand =
+        Demand { azimuth: bounds(0), sin: bounds(1), outline: None, finest, widest: widest(k, nearest) };
+    demand.outline = Some(Outline { from, normal, extent: extent(&demand) });
+    out.push(demand);
+}
+
+/// The angle across half of which the quadratic phase ½k h² (2/R) reaches its limit.
+fn widest(k: f64, range_m: f64) -> f64 {
+    2.0 * (QUADRATIC_PHASE / (k * range_m)).sqrt()
 }
 
 struct Planner<'a> {
@@ -256,36 +428,28 @@ impl<'a> Planner<'a> {
         area.retain(|a| a.0 >= MIRROR_M2);
         area.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         area.truncate(MIRRORS);
-        let mirrors: Vec<(DVec3, f64, u32)> = area
-            .iter()
-            .map(|&(_, i)| {
-                let t = &geometry.triangles[i];
-                (t.normal, t.normal.dot(t.v0), t.patch)
-            })
-            .collect();
+        let edges = edges(geometry);
+        let mirrors = area.iter().map(|&(_, i)| {
+            let t = &geometry.triangles[i];
+            Mirror { normal: t.normal, offset_m: t.normal.dot(t.v0), patch: t.patch }
+        });
 
         let mut demands = Vec::new();
-        let mut images: Vec<Option<(DVec3, f64, u32)>> = vec![None];
-        images.extend(mirrors.iter().copied().map(Some));
-        for image in &images {
-            for body in &by_body {
+        for mirror in std::iter::once(None).chain(mirrors.map(Some)) {
+            for (index, body) in by_body.iter().enumerate() {
                 let mut parts: Vec<Demand> = Vec::new();
                 for &i in body {
                     let t = &geometry.triangles[i];
                     // A plane is not looked for in its own mirror.
-                    if image.is_some_and(|(_, _, patch)| patch == t.patch) {
+                    if mirror.is_some_and(|m| m.patch == t.patch) {
                         continue;
                     }
-                    let corners = t.corners().map(|p| match image {
-                        Some((n, d, _)) => p - *n * (2.0 * (n.dot(p) - d)),
-                        None => p,
-                    });
+                    let corners = t.corners().map(|p| mirror.map_or(p, |m| m.image(p)));
                     cut(corners, origin, k, &mut parts, 0);
                 }
                 if parts.is_empty() {
                     continue;
                 }
-                // A floor that fills the view has no outline to resolve.
                 let bounds = |f: fn(&Demand) -> [f64; 2]| {
                     parts
                         .iter()
@@ -293,16 +457,21 @@ impl<'a> Planner<'a> {
                         .fold([f64::INFINITY, f64::NEG_INFINITY], |b, x| [b[0].min(x[0]), b[1].max(x[1])])
                 };
                 let (azimuth, sin) = (bounds(|p| p.azimuth), bounds(|p| p.sin));
-                let floor = azimuth[1] - azimuth[0] > 1.0 && sin[1] - sin[0] > 0.5;
-                if !floor {
-                    // How large the body looks at each place along it: a rail is long but thin.
-                    let across = Extent::new(azimuth, parts.iter().map(|p| (p.azimuth, p.sin)));
-                    let along = Extent::new(sin, parts.iter().map(|p| (p.sin, p.azimuth)));
-                    for p in &mut parts {
-                        p.extent = Some([along.at(p.sin), across.at(p.azimuth)]);
-                    }
+                // How large the body looks at each place along it: a rail is long but thin.
+                let across = Extent::new(azimuth, parts.iter().map(|p| (p.azimuth, p.sin)));
+                let along = Extent::new(sin, parts.iter().map(|p| (p.sin, p.azimuth)));
+                let extent = |d: &Demand| [along.at(d.sin), across.at(d.azimuth)];
+                for e in edges
+                    .iter()
+                    .filter(|e| e.body as usize == index && mirror.is_none_or(|m| m.patch != e.patch))
+                {
+                    let ends = e.ends.map(|p| mirror.map_or(p, |m| m.image(p)));
+                    let sees = |p: DVec3| can_see(geometry, origin, p, mirror.as_ref());
+                    outline(ends, origin, k, &extent, &sees, &mut demands, 0);
                 }
-                if image.is_none() || !floor {
+                // What the plane of the road shows of itself in a mirror adds nothing.
+                let floor = azimuth[1] - azimuth[0] > 1.0 && sin[1] - sin[0] > 0.5;
+                if mirror.is_none() || !floor {
                     demands.extend(parts);
                 }
             }
@@ -311,40 +480,78 @@ impl<'a> Planner<'a> {
     }
 
     fn count(&self, density: f64) -> u64 {
-        let mut n = 0;
-        self.walk(density, &mut |_| n += 1);
-        n
+        let count = |part: &Part| {
+            let mut n = 0;
+            self.split(part.cell, part.covered, &part.inside, 0.0, &mut |_, _, _| n += 1);
+            n
+        };
+        self.parts(density).par_iter().map(count).sum()
     }
 
-    fn walk(&self, density: f64, emit: &mut impl FnMut(Cell)) {
-        let all: Vec<(u32, [f64; 2])> =
+    fn cells(&self, density: f64) -> Vec<Cell> {
+        let cells = |part: &Part| {
+            let mut cells = Vec::new();
+            self.split(part.cell, part.covered, &part.inside, 0.0, &mut |c, _, _| cells.push(c));
+            cells
+        };
+        self.parts(density).par_iter().flat_map_iter(cells).collect()
+    }
+
+    /// Cells of moderate size, in order, for the threads to share.
+    fn parts(&self, density: f64) -> Vec<Part> {
+        let all: Vec<Limited> =
             (0..self.demands.len() as u32).map(|i| (i, self.demands[i as usize].limit(density))).collect();
-        self.split(Cell { azimuth: 0.0, sin_elevation: 0.0, d_azimuth: TAU, d_sin: 2.0 }, &all, emit);
+        let mut parts = Vec::new();
+        let whole = Cell { azimuth: 0.0, sin_elevation: 0.0, d_azimuth: TAU, d_sin: 2.0 };
+        self.split(whole, false, &all, PART, &mut |cell, covered, inside| {
+            parts.push(Part { cell, covered, inside: inside.to_vec() })
+        });
+        parts
     }
 
-    /// Halves the cell along the axis that is too wide for some demand in it; emits it when none is.
-    fn split(&self, cell: Cell, above: &[(u32, [f64; 2])], emit: &mut impl FnMut(Cell)) {
+    /// Halves the cell along the axis that is too wide for some demand in it; emits it when none is, or
+    /// when both sides are below `stop`. `above` are the demands that may still ask for something here,
+    /// `covered` tells that a surface fills the cell.
+    fn split(
+        &self,
+        cell: Cell,
+        mut covered: bool,
+        above: &[Limited],
+        stop: f64,
+        emit: &mut impl FnMut(Cell, bool, &[Limited]),
+    ) {
         let a = [cell.azimuth - 0.5 * cell.d_azimuth, cell.azimuth + 0.5 * cell.d_azimuth];
         let s = [cell.sin_elevation - 0.5 * cell.d_sin, cell.sin_elevation + 0.5 * cell.d_sin];
         let mut limit = [LOOK; 2];
         let mut inside = Vec::with_capacity(above.len());
+        let mut surface = covered;
         for &(i, l) in above {
             let d = &self.demands[i as usize];
-            let meets_azimuth =
-                [-TAU, 0.0, TAU].iter().any(|w| d.azimuth[0] + w < a[1] && d.azimuth[1] + w > a[0]);
-            if meets_azimuth && d.sin[0] < s[1] && d.sin[1] > s[0] {
+            if !d.meets(&cell, a, s) {
+                continue;
+            }
+            let satisfied = cell.d_azimuth <= l[0] && cell.d_sin <= l[1];
+            if d.outline.is_none() {
+                surface = true;
+                covered |= d.covers(a, s);
+            }
+            if !satisfied || (d.outline.is_none() && !covered) {
                 limit = [limit[0].min(l[0]), limit[1].min(l[1])];
                 inside.push((i, l));
             }
         }
-        if inside.is_empty() {
+        if !surface {
             return;
         }
         let excess = [cell.d_azimuth / limit[0], cell.d_sin / limit[1]];
         if excess[0] <= 1.0 && excess[1] <= 1.0 {
-            if self.in_view(&cell) {
-                emit(cell);
+            if stop > 0.0 || self.in_view(&cell) {
+                emit(cell, covered, &inside);
             }
+            return;
+        }
+        if cell.d_azimuth < stop && cell.d_sin < stop {
+            emit(cell, covered, &inside);
             return;
         }
         let mut half = [cell, cell];
@@ -360,7 +567,7 @@ impl<'a> Planner<'a> {
             }
         }
         for h in half {
-            self.split(h, &inside, emit);
+            self.split(h, covered, &inside, stop, emit);
         }
     }
 
@@ -435,10 +642,9 @@ fn cut(v: [DVec3; 3], origin: DVec3, k: f64, out: &mut Vec<Demand>, depth: u32) 
     out.push(Demand {
         azimuth: [azimuth[0] - pad[0], azimuth[1] + pad[0]],
         sin: [sin[0] - pad[1], sin[1] + pad[1]],
-        extent: None,
+        outline: None,
         finest: FINEST * lambda / nearest,
-        // half width h = R delta / 2, phase k h^2 / R
-        widest: 2.0 * (QUADRATIC_PHASE / (k * nearest)).sqrt(),
+        widest: widest(k, nearest),
     });
 }
 

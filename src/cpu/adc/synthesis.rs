@@ -26,7 +26,7 @@ const SEGMENT: usize = 256;
 const LANES: usize = 8;
 /// Most samples on either side of an exact phase in the f32 sum.
 const HALF: usize = 16;
-/// Above this the drift of the frequency within a block of the f32 sum is followed, turns.
+/// Above this the drift of the frequency within a block of the f32 sum is followed, turns. From block to block it always is.
 const DRIFT_SEEN: f64 = 1e-6;
 /// Up to this it is followed to first order well enough, turns; blocks are made shorter beyond.
 const DRIFT_FIRST_ORDER: f64 = 8e-4;
@@ -409,11 +409,9 @@ impl Echoes<'_> {
             let mut phase: [u32; LANES] = std::array::from_fn(|l| self.phase[at + l]);
             for l in 0..LANES {
                 phase[l] = phase[l].wrapping_add(half_step[l].wrapping_mul(self.twice as u32));
-                if DRIFT {
-                    let to_fixed = |turns: f32| (turns * 4_294_967_296.0) as i32 as u32;
-                    phase[l] = phase[l].wrapping_add(to_fixed(offset * offset * drift[l]));
-                    half_step[l] = half_step[l].wrapping_add(to_fixed(offset * drift[l]));
-                }
+                let to_fixed = |turns: f32| (turns * 4_294_967_296.0) as i32 as u32;
+                phase[l] = phase[l].wrapping_add(to_fixed(offset * offset * drift[l]));
+                half_step[l] = half_step[l].wrapping_add(to_fixed(offset * drift[l]));
             }
             let (pc, ps) = cis::<FMA>(&phase);
             let (mut c, mut s) = cis::<FMA>(&half_step);

@@ -1,0 +1,53 @@
+//! One frame of W3 at rest from the geometry to detected cells, and one direction of W1, on each engine.
+//! `CATSEYE_BENCH_DEVICE` as in `stages`.
+
+use catseye::bench::cross_section::{RAYS_PER_WAVELENGTH, Sweep, trihedral};
+use catseye::bench::frame::Frame;
+use catseye::cpu::adc::synthesis::Control;
+use catseye::engine::Engine;
+use criterion::{BenchmarkId, Criterion};
+use std::hint::black_box;
+use std::time::Duration;
+
+mod devices;
+
+const RAYS: u64 = 1 << 15;
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(5))
+        .configure_from_args();
+    for (name, engine) in devices::engines() {
+        println!("{name}: {}", engine.describe());
+        road(&mut criterion, &name, &engine);
+        corner(&mut criterion, &name, &engine);
+    }
+    criterion.final_summary();
+}
+
+fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
+    let mut group = criterion.benchmark_group("end to end");
+    group.bench_function(BenchmarkId::new(format!("W3-static, {RAYS} rays"), name), |b| {
+        b.iter(|| {
+            let frame = Frame::new(false).unwrap();
+            let returns = frame.returns(engine, &frame.fan(RAYS)).unwrap();
+            let (cube, _) = engine.cube(&frame.radar, &returns, 1, 0, Control::default()).unwrap();
+            black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
+        })
+    });
+    group.finish();
+}
+
+fn corner(criterion: &mut Criterion, name: &str, engine: &Engine) {
+    let mut group = criterion.benchmark_group("cross section");
+    let sweep = trihedral(true);
+    let geometry = sweep.geometry().unwrap();
+    let options = Sweep::options(RAYS_PER_WAVELENGTH);
+    let one = &sweep.aspects[sweep.aspects.len() - 1..];
+    group.bench_function(BenchmarkId::new("W1, one direction", name), |b| {
+        b.iter(|| black_box(engine.rcs_sweep(&geometry, one, &options).unwrap()))
+    });
+    group.finish();
+}

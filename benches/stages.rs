@@ -1,0 +1,110 @@
+//! Each stage of the chain on its own, on each engine. `CATSEYE_BENCH_DEVICE` names the device (as
+//! `--device` does); without it the cpu engine runs, and Mesa's software adapter where there is one.
+
+use catseye::bench::frame::Frame;
+use catseye::bench::{processing, ray_cast};
+use catseye::cpu::adc::synthesis::Control;
+use catseye::dsp::PowerMap;
+use catseye::dsp::fft::Transform;
+use catseye::engine::{Engine, Precision};
+use catseye::{cpu, dsp};
+use criterion::{BenchmarkId, Criterion, Throughput};
+use std::hint::black_box;
+use std::time::Duration;
+
+mod devices;
+
+const RAYS: u64 = 1 << 15;
+const SCREEN: [usize; 2] = [480, 270];
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .configure_from_args();
+    geometry(&mut criterion);
+    for (name, engine) in devices::engines() {
+        println!("{name}: {}", engine.describe());
+        trace(&mut criterion, &name, &engine);
+        synthesis(&mut criterion, &name, &engine);
+        processing(&mut criterion, &name, &engine);
+    }
+    criterion.final_summary();
+}
+
+/// The tree is built on the host whatever the device.
+fn geometry(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("geometry");
+    group.bench_function("W3, 1,406 triangles", |b| b.iter(|| black_box(Frame::new(false).unwrap())));
+    group.bench_function("W6, 1,002,528 triangles", |b| b.iter(|| black_box(ray_cast::geometry().unwrap())));
+    group.finish();
+}
+
+fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
+    let mut group = criterion.benchmark_group("trace");
+    let terrain = ray_cast::geometry().unwrap();
+    let caster = ray_cast::Caster::new(engine, &terrain).unwrap();
+    let [width, height] = SCREEN;
+    for (kind, rays) in [
+        ("coherent", ray_cast::coherent(&terrain, SCREEN)),
+        ("random", ray_cast::random(&terrain, width * height, 1)),
+    ] {
+        group.throughput(Throughput::Elements(rays.len() as u64));
+        group.bench_function(BenchmarkId::new(format!("{kind} {width}x{height}"), name), |b| {
+            b.iter(|| black_box(caster.cast(&rays).unwrap()))
+        });
+    }
+    let frame = Frame::new(false).unwrap();
+    let fan = frame.fan(RAYS);
+    group.throughput(Throughput::Elements(fan.cells.len() as u64));
+    group.bench_function(BenchmarkId::new(format!("W3, {} rays", fan.cells.len()), name), |b| {
+        b.iter(|| black_box(frame.returns(engine, &fan).unwrap()))
+    });
+    group.finish();
+}
+
+/// Few echoes, as each meets every sample: what counts is echoes times samples.
+fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
+    let mut group = criterion.benchmark_group("synthesis");
+    for (kind, moving, echoes) in [("at rest", false, 16_384), ("moving", true, 256)] {
+        let frame = Frame::new(moving).unwrap();
+        let mut returns = frame.returns(engine, &frame.fan(RAYS)).unwrap();
+        returns.returns.truncate(echoes);
+        let chirps = if moving { frame.radar.chirps } else { 1 };
+        let samples = chirps * frame.radar.channels() * frame.radar.samples;
+        group.throughput(Throughput::Elements((returns.returns.len() * samples) as u64));
+        let label = format!("{kind}, {} echoes", returns.returns.len());
+        group.bench_function(BenchmarkId::new(label, name), |b| {
+            b.iter(|| black_box(engine.cube(&frame.radar, &returns, 1, 0, Control::default()).unwrap()))
+        });
+    }
+    group.finish();
+}
+
+fn processing(criterion: &mut Criterion, name: &str, engine: &Engine) {
+    let mut group = criterion.benchmark_group("processing");
+    let radar = processing::radar().unwrap();
+    let cube = processing::cube(&radar, 1);
+    let transform = Transform::of_cube(&cube, &radar).unwrap();
+    let spectrum = cpu::dsp::fft::spectrum(&cube, &transform);
+    let map: PowerMap<f32> = cpu::dsp::power::power(&spectrum);
+    let (cfar, channels) = (&radar.processing.cfar, radar.channels());
+    group.throughput(Throughput::Elements(cube.data.len() as u64));
+    group.bench_function(BenchmarkId::new("FFT 12x512x1024", name), |b| match engine {
+        Engine::Cpu(Precision::F64) => unreachable!("the benches open the cpu engine in f32"),
+        Engine::Cpu(Precision::F32) => b.iter(|| black_box(cpu::dsp::fft::spectrum(&cube, &transform))),
+        Engine::Gpu(gpu) => b.iter(|| {
+            let mut recorder = gpu.recorder("fft");
+            let spectrum = dsp::fft::record(&mut recorder, gpu, &cube, &transform).unwrap();
+            recorder.submit().unwrap();
+            black_box(spectrum)
+        }),
+    });
+    group.throughput(Throughput::Elements(map.data.len() as u64));
+    group.bench_function(BenchmarkId::new("OS-CFAR 512x1024, 216 cells", name), |b| match engine {
+        Engine::Cpu(_) => b.iter(|| black_box(cpu::dsp::detect(&map, cfar, channels).unwrap())),
+        Engine::Gpu(gpu) => b.iter(|| black_box(dsp::device::detect(gpu, &map, cfar, channels).unwrap())),
+    });
+    group.finish();
+}
