@@ -172,6 +172,8 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     barrier_zero = params.zero;
+    // Tubes that run along an edge, as those of a symmetric target do, belong to one side of it.
+    edge_slack = 0.0;
     let block_index = workgroup.x;
     let block = blocks[block_index];
     let a = aspects[block.x];

@@ -28,7 +28,8 @@ const BVH_STACK: u32 = 24u;
 // Relative errors, in units of the largest term. Box: rounded difference to the corner, reciprocal (2.5
 // units in the last place by the WGSL specification), product and sum. Edge: product of three and sums.
 const BOX_SLACK: f32 = 1e-6;
-const EDGE_SLACK: f32 = 4e-7;
+// An entry point that would rather lose a ray than give it to the wrong facet sets it to zero.
+var<private> edge_slack: f32 = 4e-7;
 
 struct BoxRay {
     origin: vec3<f32>,
@@ -108,9 +109,10 @@ fn node_hits(node: u32, ray: BoxRay, t_min: f32, t_max: f32) -> vec4<u32> {
     return vec4<u32>(links.x, links.y, hits, head.w >> 24u);
 }
 
-// Where the ray meets a triangle, from either side. Edges give way by their rounding error, so that no ray
-// slips between neighbours. A miss has triangle NO_TRIANGLE.
-fn triangle_hit(origin: vec3<f32>, dir: vec3<f32>, triangle: u32, v0: vec3<f32>) -> Hit {
+// Where the ray meets a triangle, from either side. A miss has triangle NO_TRIANGLE. Edges give way by
+// their rounding error, so that no ray slips between neighbours; but not for a ray that starts on a facet
+// (`leaves`): one that starts beside an edge would meet the neighbour's widened outline behind it.
+fn triangle_hit(origin: vec3<f32>, dir: vec3<f32>, triangle: u32, v0: vec3<f32>, leaves: bool) -> Hit {
     let e1 = bvh_triangles[3u * triangle + 1u].xyz;
     let e2 = bvh_triangles[3u * triangle + 2u].xyz;
     let start = origin - v0;
@@ -122,7 +124,7 @@ fn triangle_hit(origin: vec3<f32>, dir: vec3<f32>, triangle: u32, v0: vec3<f32>)
     let u = side * dot(start, cross(dir, e2));
     let v = side * dot(start, cross(e1, dir));
     let edges = max(abs(e1), abs(e2));
-    let slack = EDGE_SLACK * dot(abs(start), vec3<f32>(1.0)) * dot(abs(dir), vec3<f32>(1.0)) * max(edges.x, max(edges.y, edges.z));
+    let slack = select(edge_slack, 0.0, leaves) * dot(abs(start), vec3<f32>(1.0)) * dot(abs(dir), vec3<f32>(1.0)) * max(edges.x, max(edges.y, edges.z));
     if size > 0.0 && u >= -slack && v >= -slack && u + v <= size + slack {
         return Hit(side * dot(start, normal) / size, u / size, v / size, triangle);
     }
@@ -164,7 +166,7 @@ fn bvh_hit(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, skip_patch
             if bitcast<u32>(head.w) == skip_patch {
                 continue;
             }
-            let hit = triangle_hit(origin, dir, triangle, head.xyz);
+            let hit = triangle_hit(origin, dir, triangle, head.xyz, skip_patch != 0xffffffffu);
             // The lower index wins a tie, whatever the order of the visit.
             if hit.triangle != NO_TRIANGLE && hit.t > t_min && (hit.t < best.t || (hit.t == best.t && triangle < best.triangle && best.triangle != NO_TRIANGLE)) {
                 best = hit;

@@ -104,6 +104,7 @@ enum Command {
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
 pub fn run() -> ExitCode {
+    crate::gpu::quieten_loader();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => return usage(&e),

@@ -328,8 +328,8 @@ fn sweep(
 fn plot_row(r: &Row) -> RcsRow {
     RcsRow {
         frequency_hz: r.frequency_hz,
-        azimuth_deg: r.aspect.azimuth.to_degrees(),
-        elevation_deg: r.aspect.elevation.to_degrees(),
+        azimuth_deg: r.azimuth_deg(),
+        elevation_deg: r.elevation_deg(),
         vv_dbsm: r.dbsm(0, 0),
         vh_dbsm: r.dbsm(0, 1),
         hv_dbsm: r.dbsm(1, 0),

@@ -73,6 +73,16 @@ pub enum Want<'a> {
     Named(&'a str),
 }
 
+/// Keeps Mesa's device-select layer, which only reorders adapters for desktops, from complaining on stderr
+/// where there is no desktop session. To be called first in `main`, before any thread is started.
+#[allow(unsafe_code)] // changing the environment is
+pub fn quieten_loader() {
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: no other thread runs yet that could read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
 fn found_adapters() -> Vec<(wgpu::Adapter, AdapterReport)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))

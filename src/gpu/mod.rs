@@ -14,7 +14,7 @@ pub mod recorder;
 pub mod selftest;
 
 pub use crate::gpu_struct;
-pub use context::{AdapterReport, Gpu, Want, adapters};
+pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
 pub use kernel::{Access, Kernel, Tolerance};
 pub use layout::StructLayout;
 pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};

@@ -35,6 +35,15 @@ pub struct Row {
 }
 
 impl Row {
+    /// To a billionth of a degree: angles that were given in degrees come back as they were.
+    pub fn azimuth_deg(&self) -> f64 {
+        (self.aspect.azimuth.to_degrees() * 1e9).round() / 1e9
+    }
+
+    pub fn elevation_deg(&self) -> f64 {
+        (self.aspect.elevation.to_degrees() * 1e9).round() / 1e9
+    }
+
     /// 10 lg(4 pi |S|^2 / 1 m^2); -inf for no echo.
     pub fn dbsm(&self, rx: usize, tx: usize) -> f64 {
         dbsm_from_amplitude(self.s[rx][tx].norm())
@@ -55,12 +64,7 @@ impl RcsTable {
         let file = std::io::BufWriter::new(std::fs::File::create(path).map_err(io)?);
         let mut csv = Writer::new(file, &self.comments, &COLUMNS).map_err(io)?;
         for r in &self.rows {
-            let mut cells =
-                vec![r.frequency_hz, r.aspect.azimuth.to_degrees(), r.aspect.elevation.to_degrees()];
-            // Angles that were given in degrees come back as such.
-            for c in &mut cells[1..] {
-                *c = (*c * 1e9).round() / 1e9;
-            }
+            let mut cells = vec![r.frequency_hz, r.azimuth_deg(), r.elevation_deg()];
             let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
             cells.extend(pairs.map(|(rx, tx)| (r.dbsm(rx, tx) * 1e6).round() / 1e6));
             cells.extend(pairs.iter().flat_map(|&(rx, tx)| [r.s[rx][tx].re, r.s[rx][tx].im]));
@@ -113,7 +117,7 @@ mod tests {
         };
         table.write(&path).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text.contains("77000000000,-12.3,0,-2.01819"), "{text}");
+        assert!(text.contains("77000000000,-12.3,0,-2.0182"), "{text}");
         let back = RcsTable::read(&path).unwrap();
         assert_eq!(back.comments, table.comments);
         assert_eq!(back.rows[0].s, table.rows[0].s);

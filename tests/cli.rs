@@ -1,0 +1,237 @@
+//! The command line as a user meets it: exit codes, one-line errors, files, resuming.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn catseye(dir: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_catseye")).current_dir(dir).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Exit code 2, and one line that says all of `parts`.
+fn refused(dir: &Path, args: &[&str], parts: &[&str]) {
+    let out = catseye(dir, args);
+    let err = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{args:?}: {err}");
+    let lines: Vec<&str> = err.lines().filter(|l| l.starts_with("error:")).collect();
+    assert_eq!(lines.len(), 1, "{args:?}: {err}");
+    for p in parts {
+        assert!(lines[0].contains(p), "{args:?}: '{p}' is not in: {err}");
+    }
+}
+
+fn done(dir: &Path, args: &[&str]) -> String {
+    let out = catseye(dir, args);
+    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+    text(&out.stdout)
+}
+
+const SMALL: &str = r#"
+name = "two points"
+seed = 7
+radar = "radar.toml"
+[[point]]
+position_m = [20, 3, 0.5]
+velocity_mps = [-5, 0, 0]
+rcs_dbsm = 10
+class = "corner"
+[[point]]
+position_m = [35, -4, 0.5]
+velocity_mps = [6, 0, 0]
+rcs_dbsm = 10
+class = "corner"
+[frames]
+count = 2
+interval_s = 0.1
+[output]
+plots = false
+"#;
+
+fn small_radar() -> String {
+    include_str!("../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 32")
+}
+
+fn scenario(dir: &Path) {
+    std::fs::write(dir.join("radar.toml"), small_radar()).unwrap();
+    std::fs::write(dir.join("s.toml"), SMALL).unwrap();
+}
+
+#[test]
+fn wrong_input_is_one_line_and_code_2() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    refused(d, &["rcs", "trihedra"], &["trihedra", "did you mean 'trihedral'"]);
+    refused(d, &["rcs", "plate:width_m=-1"], &["plate:width_m", "-1"]);
+    refused(d, &["rcs", "sphere", "--azimuth-deg", "0:1e9:1e-3"], &["--azimuth-deg", "too many"]);
+    refused(d, &["rcs", "sphere", "--frequency-hz", "0"], &["--frequency-hz"]);
+    refused(d, &["rcs", "sphere", "--range-m", "0.001"], &["--range-m"]);
+    refused(d, &["rcs", "sphere", "--diffraction", "ptd"], &["--diffraction", "none"]);
+    refused(d, &["rcs", "missing.glb"], &["missing.glb", "no such file"]);
+    refused(d, &["rcs", "sphere", "--device", "voodoo2"], &["device", "voodoo2"]);
+    refused(d, &["rcs", "sphere", "--nonsense"], &["--nonsense"]);
+    refused(d, &["rcs", "sphere:material=unobtainium"], &["unobtainium", "aluminium"]);
+    refused(d, &["simulate", "missing.toml", "-o", "x"], &["missing.toml"]);
+    refused(d, &["init", "novel"], &["novel"]);
+    std::fs::write(d.join("s.toml"), "name = \"x\"\nradar = \"front77\"\n[frames]\ncuont = 3\n").unwrap();
+    refused(d, &["simulate", "s.toml", "-o", "x"], &["s.toml:4", "cuont", "count"]);
+    std::fs::write(d.join("bad.npy"), b"not an array").unwrap();
+    refused(d, &["process", "bad.npy", "--radar", "front77", "-o", "x"], &["bad.npy"]);
+    assert!(!d.join("x").exists());
+    let left: Vec<_> = std::fs::read_dir(d).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "nothing half-written: {left:?}");
+}
+
+#[test]
+fn a_table_is_written_once_and_reads_back() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let args = [
+        "rcs",
+        "plate:width_m=0.05,height_m=0.05",
+        "--azimuth-deg",
+        "-10:10:1",
+        "-o",
+        "p.csv",
+        "--plot",
+        "p.png",
+    ];
+    done(d, &args);
+    let table = std::fs::read_to_string(d.join("p.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(rows.len(), 22);
+    assert!(
+        rows[0].starts_with("frequency_hz,azimuth_deg,elevation_deg,vv_dbsm,vh_dbsm,hv_dbsm,hh_dbsm,vv_re_m")
+    );
+    // 4 pi (A / lambda)^2 on boresight.
+    let middle: Vec<f64> = rows[11].split(',').map(|x| x.parse().unwrap()).collect();
+    let lambda = 299_792_458.0 / 77e9;
+    let hand = 10.0 * (4.0 * std::f64::consts::PI * (0.05f64 * 0.05 / lambda).powi(2)).log10();
+    assert_eq!(middle[1], 0.0);
+    assert!((middle[3] - hand).abs() < 0.01, "{} {hand}", middle[3]);
+    assert!(table.contains("# convention: every") && table.contains("last VV"));
+    refused(d, &args, &["p.csv", "--force"]);
+    done(d, &["plot", "p.csv", "-o", "again.png"]);
+    let json = done(d, &["rcs", "plate", "--json", "--azimuth-deg", "-3,4"]);
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["rows"].as_array().unwrap().len(), 2);
+    assert_eq!(value["rows"][0]["azimuth_deg"], -3.0);
+}
+
+#[test]
+fn a_reflector_file_has_the_same_cross_section() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    done(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"]);
+    refused(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"], &["t.glb", "--force"]);
+    let level = |target: &str| -> f64 {
+        let json = done(d, &["rcs", target, "--elevation-deg", "35.2644", "--json"]);
+        let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+        v["rows"][0]["vv_dbsm"].as_f64().unwrap()
+    };
+    assert!((level("t.glb") - level("trihedral:leg_m=0.06")).abs() < 0.01);
+}
+
+#[test]
+fn frames_points_and_signs() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    assert!(done(d, &["simulate", "s.toml", "--dry-run"]).contains("2 frames"));
+    done(d, &["simulate", "s.toml", "-o", "out"]);
+    refused(d, &["simulate", "s.toml", "-o", "out"], &["out", "--force"]);
+    for file in ["adc.npy", "range_doppler.npy", "points.csv", "returns.csv", "truth.json"] {
+        assert!(d.join("out/frame_000001").join(file).is_file(), "{file}");
+    }
+    assert!(!d.join("out/frame_000001/.record.json").exists() && !d.join("out/identity").exists());
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(d.join("out/manifest.json")).unwrap()).unwrap();
+    assert_eq!(manifest["frames"].as_array().unwrap().len(), 2);
+    assert_eq!(manifest["seed"], 7);
+    assert_eq!(manifest["checksums"]["frame_000000/adc.npy"].as_str().unwrap().len(), 64);
+
+    // One approaches on the left, one recedes on the right.
+    let points = std::fs::read_to_string(d.join("out/frame_000000/points.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = points.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let near = |x: f64| {
+        rows.iter()
+            .map(|r| {
+                (
+                    r[1].parse::<f64>().unwrap(),
+                    r[2].parse::<f64>().unwrap(),
+                    r[4].parse::<f64>().unwrap(),
+                    r[11],
+                )
+            })
+            .find(|p| (p.2 - (x - 3.6)).abs() < 1.0)
+            .unwrap_or_else(|| panic!("no point near {x}: {points}"))
+    };
+    let (approaching, receding) = (near(20.0), near(35.0));
+    assert!(approaching.0 < -4.0 && approaching.1 > 5.0 && approaching.3 == "corner", "{approaching:?}");
+    assert!(receding.0 > 5.0 && receding.1 < -4.0 && receding.3 == "corner", "{receding:?}");
+
+    // The cube alone gives the same map.
+    done(d, &["process", "out/frame_000000/adc.npy", "--radar", "radar.toml", "-o", "again"]);
+    let same = |f: &str| std::fs::read(d.join(f)).unwrap();
+    assert!(same("again/range_doppler.npy") == same("out/frame_000000/range_doppler.npy"));
+    refused(
+        d,
+        &["process", "out/frame_000000/adc.npy", "--radar", "front77", "-o", "no"],
+        &["adc.npy", "shape", "[32, 12, 256]"],
+    );
+}
+
+#[test]
+fn an_interrupted_run_goes_on_and_gives_the_same_bytes() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    done(d, &["simulate", "s.toml", "-o", "whole"]);
+    // As a run leaves it that was killed in its second frame.
+    done(d, &["simulate", "s.toml", "-o", "part"]);
+    let bytes = |f: &str| std::fs::read(d.join(f)).unwrap();
+    for file in ["frame_000000/adc.npy", "frame_000001/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+    std::fs::remove_dir_all(d.join("part")).unwrap();
+    // Killed while it runs, wherever that is; then the same command again.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(["simulate", "s.toml", "-o", "part", "--frames", "12", "--quiet"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let partial = d.join(".part.unfinished/frame_000001");
+    while !partial.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+    let json = done(d, &["simulate", "s.toml", "-o", "part", "--frames", "12", "--json", "--force"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["frames"].as_array().unwrap().len(), 12);
+    for file in ["frame_000000/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+}
+
+#[test]
+fn the_templates_run() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    done(d, &["init", "scenario"]);
+    done(d, &["init", "radar"]);
+    refused(d, &["init", "scenario"], &["scenario.toml", "--force"]);
+    assert!(done(d, &["simulate", "scenario.toml", "--dry-run"]).contains("rays a frame"));
+}
+
+#[test]
+fn devices_are_listed() {
+    let t = tempfile::tempdir().unwrap();
+    let json = done(t.path(), &["devices", "--json"]);
+    let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(["cpu", "gpu"].contains(&v["auto"].as_str().unwrap()));
+    assert!(v["adapters"].as_array().unwrap().iter().any(|a| a["self_test"] == "passed"), "{json}");
+}
