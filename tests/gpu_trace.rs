@@ -201,8 +201,9 @@ fn returns_of_a_street() {
         println!("{near:?}");
         near.unwrap();
         for (t, f) in a.returns.iter().zip(&b.returns) {
-            // An end of a footprint lies x/k from its middle, and x is f32.
-            assert!((t.path_length_m - f.path_length_m).abs() < 1e-6, "{t:?} {f:?}");
+            // An end of a footprint lies x/k from its middle, and x is f32: at grazing incidence that is much.
+            // What it does to the field is judged above.
+            assert!((t.path_length_m - f.path_length_m).abs() < 1e-5, "{t:?} {f:?}");
             assert!((t.path_rate_mps - f.path_rate_mps).abs() < 1e-5, "{t:?} {f:?}");
             assert!((t.departure - f.departure).length() < 1e-6 && (t.arrival - f.arrival).length() < 1e-6);
         }
