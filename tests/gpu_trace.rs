@@ -60,7 +60,7 @@ fn compare_sweeps(scene: &Scene, aspects: &[Aspect], options: &RcsOptions) {
     let gpu = compare::test_gpu();
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
     let truth = flat(&cpu::rcs::po_sum::sweep(&geometry, aspects, options));
-    let found = flat(&po_sum::sweep(&gpu, &geometry, aspects, options).unwrap());
+    let found = flat(&po_sum::sweep(gpu, &geometry, aspects, options).unwrap());
     for (name, t, f) in [("every", &truth.0, &found.0), ("last", &truth.1, &found.1)] {
         let f32s: Vec<f32> = f.iter().map(|x| *x as f32).collect();
         let found = compare::check_close(&f32s, t, po_sum::KERNEL.tolerance.relative_l2);
@@ -75,8 +75,8 @@ fn deg(az: f64, el: f64) -> Aspect {
 
 #[test]
 fn cross_section_of_a_metal_trihedral_with_a_plastic_side() {
-    let mut scene = Scene::default();
-    scene.materials = vec![Material::pec(), dielectric(2.6, 0.02)];
+    let materials = vec![Material::pec(), dielectric(2.6, 0.02)];
+    let mut scene = Scene { materials, ..Default::default() };
     let mut m = mesh(&trihedral(0.05), 0);
     m.material[1] = 1;
     scene.add_mesh("corner", "", m, Pose::IDENTITY);
@@ -87,12 +87,12 @@ fn cross_section_of_a_metal_trihedral_with_a_plastic_side() {
 }
 
 fn street() -> (Geometry, Fan, Pose<Sensor, World>) {
-    let mut scene = Scene::default();
-    scene.materials = vec![
+    let materials = vec![
         Material::pec(),
         dielectric(5.0, 0.5),
         Material { roughness_rms_m: 2e-4, ..dielectric(4.0, 0.1) },
     ];
+    let mut scene = Scene { materials, ..Default::default() };
     scene.add_mesh(
         "road",
         "road",
@@ -158,7 +158,7 @@ fn returns_of_a_street() {
     for convention in [Convention::Every, Convention::Last] {
         let options = TraceOptions { bounces: 4, convention, amplitude_floor: 0.0 };
         let truth = cpu::trace::contribute::returns(&geometry, &fan, &pose, velocity, &options);
-        let found = contribute::returns(&gpu, &geometry, &fan, &pose, velocity, &options).unwrap();
+        let found = contribute::returns(gpu, &geometry, &fan, &pose, velocity, &options).unwrap();
         println!("{} {}", truth.returns.len(), found.returns.len());
         assert!(truth.returns.len() > 500);
         // Axes that graze an edge within f32 rounding may fall on its other side: pair by departure and

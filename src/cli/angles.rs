@@ -1,7 +1,7 @@
 //! Lists of numbers on the command line: a value, `start:stop:step` (both ends included), or values
 //! with commas between.
 
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 
 /// Longest list that one option may stand for.
 pub const LONGEST: usize = 10_000_000;
@@ -16,7 +16,7 @@ pub fn parse_list(key: &str, text: &str) -> Result<Vec<f64>> {
     };
     let number = |s: &str| match s.trim().parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
-        _ => Err(bad(&format!("'{}' is not a finite number", s.trim()))),
+        _ => Err(Error::from(bad(&format!("'{}' is not a finite number", s.trim())))),
     };
     let mut out = Vec::new();
     for item in text.split(',') {

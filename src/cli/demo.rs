@@ -79,7 +79,6 @@ fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
             .zip(&swept)
             .map(|(a, s)| [a.azimuth.to_degrees(), dbsm_from_amplitude(s.every[i][i].norm())])
             .collect(),
-        ..Default::default()
     };
     let picture = rcs_polar(
         &format!("marker of the road, {:.1} deg up, 77 GHz", elevation.to_degrees()),

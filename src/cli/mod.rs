@@ -88,6 +88,7 @@ impl Global {
     }
 }
 
+#[allow(clippy::large_enum_variant)] // one exists in a run
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Demo),

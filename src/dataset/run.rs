@@ -18,6 +18,9 @@ use std::path::{Path, PathBuf};
 /// In a frame's folder while the run is not complete: its line of the manifest.
 const RECORD: &str = ".record.json";
 
+/// Draws the pictures of a frame into a folder.
+pub type Pictures<'a> = &'a dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()>;
+
 /// How to run.
 pub struct RunOptions<'a> {
     pub force: bool,
@@ -26,7 +29,7 @@ pub struct RunOptions<'a> {
     /// The text of the scenario file, kept in the manifest.
     pub source: Option<String>,
     /// Draws the pictures of a frame into its folder.
-    pub pictures: &'a dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()>,
+    pub pictures: Pictures<'a>,
     /// Called with (frames done, of them found complete from an earlier run).
     pub progress: &'a dyn Fn(u32, u32),
 }

@@ -75,7 +75,7 @@ pub enum Want<'a> {
 
 /// Keeps Mesa's device-select layer, which only reorders adapters for desktops, from complaining on stderr
 /// where there is no desktop session. To be called first in `main`, before any thread is started.
-#[allow(unsafe_code)] // changing the environment is
+#[allow(unsafe_code, clippy::disallowed_methods)] // once, at the start of the program; tests never call it
 pub fn quieten_loader() {
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // SAFETY: no other thread runs yet that could read the environment.

@@ -29,15 +29,9 @@ fn scattering(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scat
         radiate(geometry, tube, &chain, spreading, receiver, true, basis, polarisation_basis, |c| {
             let phase = -k * to_phase(c.length_in_m, c.length_out_m, c.point);
             let (s, cis) = (c.integrated(), Complex64::cis(phase));
-            for rx in 0..2 {
-                for tx in 0..2 {
-                    let z = s[rx][tx] * cis;
-                    sum.every[rx][tx] += z;
-                    if c.is_last {
-                        sum.last[rx][tx] += z;
-                    }
-                }
-            }
+            let radiated = s.map(|row| row.map(|z| z * cis));
+            let none = Default::default();
+            sum.add(&Scattering { every: radiated, last: if c.is_last { radiated } else { none } });
         });
         sum
     };

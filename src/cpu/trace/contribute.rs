@@ -321,10 +321,10 @@ fn echo(
     let mut dir = tube.dir;
     let mut rate = -radar_velocity.dot(dir);
     let mut from = chain.point[0];
-    for b in 0..=c.bounce {
+    for (b, id) in ids.iter_mut().enumerate().take(c.bounce + 1) {
         let tri = &geometry.triangles[chain.triangle[b] as usize];
         let body = &geometry.bodies[tri.body as usize];
-        ids[b] = body.id;
+        *id = body.id;
         let next =
             if b == c.bounce { c.to_receiver } else { (chain.point[b + 1] - chain.point[b]).normalize() };
         rate += body.velocity_mps.dot(dir - next);
