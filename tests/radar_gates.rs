@@ -228,7 +228,8 @@ fn a_plate_hides_what_is_behind_it() {
             let r = run(&engine, &radar, &scene, &Pose::IDENTITY, DVec3::ZERO);
             let of = |id: u32| r.returns.returns.iter().filter(|e| e.object_id() == id).count();
             assert_eq!(of(post), usize::from(!hidden), "{}", engine.describe());
-            assert!(of(plate) > 100);
+            // End terms only: a smooth plate returns its outline and its mirror point.
+            assert!(of(plate) > 0);
             let seen = r.points.iter().any(|p| p.object_id == post && (p.range_m - 20.0).abs() < 0.2);
             assert_eq!(seen, !hidden, "{}", engine.describe());
         }
