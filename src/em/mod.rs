@@ -1,4 +1,5 @@
-//! Electromagnetic formulas in f64: reflection, and later layers, roughness, wedges, spheres.
+//! Electromagnetic formulas in f64: reflection at surfaces and layers, spheres.
 
 pub mod fresnel;
+pub mod layers;
 pub mod mie;
