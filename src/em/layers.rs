@@ -61,7 +61,36 @@ impl Stack {
 
     /// Reflection alone: (R_perp, R_par) at incidence cosine `cos_i` in (0, 1].
     pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
-        self.response(wavenumber, cos_i).reflection
+        let [perp, par] = self.front(wavenumber, cos_i).map(|(a, b)| (a * cos_i - b) / (a * cos_i + b));
+        (perp, par)
+    }
+
+    /// (A, B) for both polarisations with R = (A cos - B)/(A cos + B): the front's H and E for E
+    /// perpendicular to the plane of incidence, E and H for the other, but for a common factor. They vary
+    /// slowly with the angle, also where R does not: near grazing and at resonances.
+    pub fn front(&self, wavenumber: f64, cos_i: f64) -> [(Complex64, Complex64); 2] {
+        let one = Complex64::ONE;
+        let zero = Complex64::ZERO;
+        let sin2 = 1.0 - cos_i * cos_i;
+        let admittance = |eps: Complex64| {
+            let q = normal_wavenumber(eps, sin2);
+            [q, q / eps]
+        };
+        let backing = match self.backing {
+            Backing::Pec => [(zero, one), (one, zero)],
+            Backing::Air => [(one, Complex64::from(cos_i)); 2],
+            Backing::HalfSpace(eps) => admittance(eps).map(|a| (one, a)),
+        };
+        self.layers.iter().rev().fold(backing, |pairs, layer| {
+            let admittance = admittance(layer.eps_r);
+            // Once down and up the layer: E perpendicular has q for its admittance.
+            let round = (Complex64::new(0.0, -2.0 * wavenumber * layer.thickness_m) * admittance[0]).exp();
+            [0, 1].map(|p| {
+                let ((a, b), own) = (pairs[p], admittance[p]);
+                let r = (a * own - b) / (a * own + b) * round;
+                (one + r, own * (one - r))
+            })
+        })
     }
 
     /// Reflection and transmission of a wave of `wavenumber` (rad/m, in air) at incidence cosine
@@ -301,6 +330,7 @@ mod tests {
                 let (r, t) = transfer_matrix(&s, k, cos_i);
                 let found = s.response(k, cos_i);
                 near(found.reflection, r, 1e-9);
+                near(s.reflection(k, cos_i), found.reflection, 1e-11);
                 if let Some(t) = t {
                     let free = Complex64::cis(k * cos_i * s.thickness_m());
                     near(found.transmission, (t[0] * free, t[1] * free), 1e-9);

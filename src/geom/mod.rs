@@ -5,8 +5,10 @@ pub mod bvh;
 mod patches;
 pub mod upload;
 
+use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
+use crate::em::layers::{Backing, Layer, Stack};
 use crate::error::{BadInput, Result};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Material, MaterialKind, Scene, Shape};
 use bvh::Bvh;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -87,12 +89,59 @@ pub struct Body {
     pub velocity_mps: DVec3,
 }
 
-/// A material at the frequency in use.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A material at one frequency: a conductor, a half-space, or layers on one of these or on air.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    /// eps' - j eps''; None is a perfect conductor.
-    pub eps_r: Option<Complex64>,
+    pub stack: Stack,
+    /// Standard deviation of the front's height, m; 0 is smooth.
     pub roughness_rms_m: f64,
+}
+
+impl Surface {
+    /// Errors: a material without a value at this frequency, a perfect conductor as a layer.
+    pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
+        let backing = match (&material.kind, material.eps_r(freq_hz)?) {
+            (_, None) => Backing::Pec,
+            (MaterialKind::Air, _) => Backing::Air,
+            (_, Some(eps)) => Backing::HalfSpace(eps),
+        };
+        let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {
+            Some(eps_r) => Ok(Layer { eps_r, thickness_m: l.thickness_m }),
+            None => Err(BadInput::new("a perfect conductor hides what is under it")
+                .key(format!("layer of '{}'", material.name))
+                .value(&l.material.name)
+                .remedy("make it the base, without what lies under it")
+                .into()),
+        });
+        let stack = Stack { layers: layers.collect::<Result<_>>()?, backing };
+        Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m })
+    }
+
+    /// (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and `wavenumber`
+    /// rad/m (CONVENTIONS eq. 4 and 22), with the phase on the front.
+    #[inline]
+    pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
+        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
+        if self.roughness_rms_m == 0.0 {
+            return (perp, par);
+        }
+        let loss = rayleigh_factor(wavenumber, self.roughness_rms_m, cos_i);
+        (perp * loss, par * loss)
+    }
+
+    /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it
+    /// (CONVENTIONS eq. 23 and 24). None when nothing passes, or not into air.
+    pub fn transmission(&self, wavenumber: f64, cos_i: f64) -> Option<(Complex64, Complex64)> {
+        if self.stack.backing != Backing::Air {
+            return None;
+        }
+        let (perp, par) = self.stack.response(wavenumber, cos_i).transmission;
+        let loss =
+            self.stack.layers.first().map_or(1.0, |l| {
+                transmission_roughness_factor(wavenumber, self.roughness_rms_m, l.eps_r, cos_i)
+            });
+        Some((perp * loss, par * loss))
+    }
 }
 
 /// An isotropic scatterer.
@@ -104,13 +153,20 @@ pub struct PointTarget {
     pub rcs_dbsm: f64,
 }
 
+fn surfaces_at(materials: &[Material], freq_hz: f64) -> Result<Vec<Surface>> {
+    materials.iter().map(|m| Surface::of(m, freq_hz)).collect()
+}
+
 #[derive(Debug)]
 pub struct Geometry {
     /// In the order of the BVH's leaves.
     pub triangles: Vec<Triangle>,
     pub bvh: Bvh,
     pub bodies: Vec<Body>,
+    /// The scene's materials at `freq_hz`.
     pub surfaces: Vec<Surface>,
+    /// The same without a frequency.
+    pub materials: Vec<Material>,
     pub points: Vec<PointTarget>,
     pub patches: u32,
     pub degenerate_dropped: usize,
@@ -126,11 +182,7 @@ impl Geometry {
     /// Errors: a material without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        let surfaces = scene
-            .materials
-            .iter()
-            .map(|m| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m }))
-            .collect::<Result<Vec<_>>>()?;
+        let surfaces = surfaces_at(&scene.materials, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
         let (mut triangles, mut bodies, mut points) = (Vec::new(), Vec::new(), Vec::new());
@@ -188,6 +240,7 @@ impl Geometry {
             bvh,
             bodies,
             surfaces,
+            materials: scene.materials.clone(),
             points,
             patches: patch_base,
             degenerate_dropped: dropped,
@@ -195,6 +248,12 @@ impl Geometry {
             t_min_m,
             bounds_m: (lo, hi),
         })
+    }
+
+    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no
+    /// other geometry. Errors: a material without a value there.
+    pub fn surfaces_at(&self, freq_hz: f64) -> Result<Vec<Surface>> {
+        surfaces_at(&self.materials, freq_hz)
     }
 
     /// Centre and radius of a sphere that holds every triangle.
