@@ -10,7 +10,8 @@ use std::path::Path;
 /// How to read a glTF file.
 #[derive(Debug, Clone, Args)]
 pub struct ImportArgs {
-    /// Radar material for a material name of the file (may be given several times)
+    /// Radar material for a material name of the file (may be given several times); layers of so many metres
+    /// on it as in aluminium+water:0.0005
     #[arg(long = "material", value_name = "NAME=MATERIAL")]
     pub materials: Vec<String>,
     /// Radar material for everything that has none

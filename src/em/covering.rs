@@ -197,7 +197,8 @@ pub fn coverings_on(region: Region) -> Result<Vec<Covering>> {
         [(20, (Some(-23.0), Some(16.0))), (30, (Some(-25.0), Some(15.0))), (54, (Some(-30.0), Some(11.0)))]
     {
         let mass = 1e-3 * f64::from(g);
-        let remark = "a film of pure water; it was held in a sponge of unknown size in the corner";
+        let remark = "a film of pure water, opaque from half a millimetre on, so its mass hardly matters; it was held in a sponge of \
+                      unknown size in the corner";
         add(format!("{g} g water"), Some(mass), water(mass, area)?, measured, remark.into())?;
     }
     for (g, measured) in

@@ -61,6 +61,9 @@ impl Stack {
 
     /// Reflection alone: (R_perp, R_par) at incidence cosine `cos_i` in (0, 1].
     pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
+        if self.layers.is_empty() && self.backing == Backing::Pec {
+            return (-Complex64::ONE, Complex64::ONE);
+        }
         let [perp, par] = self.front(wavenumber, cos_i).map(|(a, b)| (a * cos_i - b) / (a * cos_i + b));
         (perp, par)
     }

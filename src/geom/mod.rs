@@ -7,6 +7,7 @@ pub mod upload;
 
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack};
+use crate::em::roughness::Shares;
 use crate::error::{BadInput, Result};
 use crate::scene::{Material, MaterialKind, Scene, Shape};
 use bvh::Bvh;
@@ -127,6 +128,13 @@ impl Surface {
         }
         let loss = rayleigh_factor(wavenumber, self.roughness_rms_m, cos_i);
         (perp * loss, par * loss)
+    }
+
+    /// Shares of the incident power that the roughness turns from coherent into diffuse scattering,
+    /// [perpendicular, parallel] (CONVENTIONS eq. 27).
+    pub fn diffuse_share(&self, wavenumber: f64, cos_i: f64) -> [f64; 2] {
+        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
+        [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
     }
 
     /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it

@@ -91,10 +91,11 @@ const TABLE_MAX: usize = 1 << 15;
 
 /// The words of `surfaces` in the shaders: one for each surface, then the tables of the layered ones.
 ///
-/// The word of a surface is (eps', -eps'', height deviation in m, 0) for a half-space, (0, 0, deviation,
-/// 1) for a perfect conductor, and (first word of its table, intervals, deviation, 2) for layers. A table
-/// holds, for incidence cosines from 0 to 1 in even steps, two words (A, B): those of
-/// [`Stack::front`](crate::em::layers::Stack::front) for E perpendicular, then in the plane of incidence.
+/// The word of a half-space is (eps', -eps'', height deviation in m, 0), of a perfect conductor (0, 0,
+/// deviation, 1), of layers (first word of the table, intervals, deviation, 2). A table has two words (A,
+/// B) for each incidence cosine from 0 to 1 in even steps: those of
+/// [`Stack::front`](crate::em::layers::Stack::front) for E perpendicular to the plane of incidence, then
+/// in it.
 ///
 /// Errors: layers so thick and clear that the table would not reach [`TABLE_ERROR`].
 pub fn surface_words(surfaces: &[Surface], freq_hz: f64) -> Result<Vec<[f32; 4]>> {
