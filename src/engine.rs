@@ -12,7 +12,8 @@ use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
-use crate::rcs::{self, Aspect, RcsOptions, Scattering, po_sum};
+use crate::rcs::{self, Aspect, Look, RayGrid, RcsOptions, Scattering, po_sum};
+use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::launch::Fan;
 use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
@@ -147,12 +148,33 @@ impl Engine {
         }
     }
 
-    /// S for each aspect.
-    pub fn rcs_sweep(
+    /// S of the scene's objects, origin at the world's: for each frequency, each look (`[frequency, look]`).
+    ///
+    /// Errors: a material without a value at a frequency; options that are out of range.
+    pub fn rcs(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        looks: &[Look],
+        options: &RcsOptions,
+    ) -> Result<Vec<Scattering>> {
+        let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
+        for &f in frequencies_hz {
+            let geometry = Geometry::build(scene, 0.0, f)?;
+            let aspects: Vec<Aspect> = looks.iter().map(|l| l.transmit).collect();
+            let grid =
+                RayGrid { bounces: options.bounces, rays_per_wavelength: 10.0, distance: options.distance };
+            out.extend(self.rcs_rays(&geometry, &aspects, &grid)?);
+        }
+        Ok(out)
+    }
+
+    /// S for each aspect by a grid of rays.
+    pub fn rcs_rays(
         &self,
         geometry: &Geometry,
         aspects: &[Aspect],
-        options: &RcsOptions,
+        options: &RayGrid,
     ) -> Result<Vec<Scattering>> {
         let mut swept = match self {
             Engine::Cpu(_) => cpu::rcs::po_sum::sweep(geometry, aspects, options),

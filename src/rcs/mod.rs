@@ -25,9 +25,67 @@ pub struct Aspect {
     pub elevation: f64,
 }
 
-/// How to take a sweep at one frequency.
+/// A direction to transmit from and one to receive in, seen from the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    pub transmit: Aspect,
+    pub receive: Aspect,
+}
+
+impl Look {
+    pub fn monostatic(aspect: Aspect) -> Self {
+        Look { transmit: aspect, receive: aspect }
+    }
+
+    pub fn is_monostatic(&self) -> bool {
+        self.transmit == self.receive
+    }
+}
+
+/// What edges add to physical optics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Diffraction {
+    #[default]
+    None,
+    /// First-order physical theory of diffraction.
+    Ptd,
+}
+
+/// The plane z = 0 under the target.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Ground {
+    #[default]
+    None,
+    Plane(crate::scene::Material),
+}
+
+/// How to take a cross section.
+#[derive(Debug, Clone, PartialEq)]
 pub struct RcsOptions {
+    /// Facets met by one beam, 1..=MAX_BOUNCES.
+    pub bounces: usize,
+    pub distance: Distance,
+    /// Error that curved bodies and finite ranges may have, dB; flat facets seen from infinity have none.
+    pub accuracy_db: f64,
+    pub diffraction: Diffraction,
+    pub ground: Ground,
+}
+
+impl Default for RcsOptions {
+    fn default() -> Self {
+        RcsOptions {
+            bounces: 3,
+            distance: Distance::Infinite,
+            accuracy_db: 0.1,
+            diffraction: Diffraction::None,
+            ground: Ground::None,
+        }
+    }
+}
+
+/// A uniform grid of rays: the check on the exact beams, and slower than they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayGrid {
     pub bounces: usize,
     pub rays_per_wavelength: f64,
     pub distance: Distance,
@@ -65,7 +123,7 @@ impl Scattering {
 
 /// S of the geometry's point targets: sqrt(sigma / 4 pi) in both polarisations at its phase, not hidden
 /// by facets and not bounced. Points have no bounces, so the two conventions agree.
-pub fn point_sum(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scattering {
+pub fn point_sum(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scattering {
     let k = wavenumber(geometry.freq_hz);
     let u = direction_from_angles(aspect.azimuth, aspect.elevation);
     let mut sum = Complex64::ZERO;
