@@ -7,7 +7,7 @@ mod patches;
 pub mod upload;
 
 use crate::error::{BadInput, Result};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Material, Scene, Shape};
 use bvh::Bvh;
 use faces::Faces;
 use glam::DVec3;
@@ -105,6 +105,14 @@ pub struct Surface {
     pub roughness_rms_m: f64,
 }
 
+/// The scene's materials at a frequency, in their order.
+///
+/// Errors: a material without a value there.
+pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
+    let at = |m: &Material| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m });
+    scene.materials.iter().map(at).collect()
+}
+
 /// An isotropic scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointTarget {
@@ -137,11 +145,7 @@ impl Geometry {
     /// Errors: a material without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        let surfaces = scene
-            .materials
-            .iter()
-            .map(|m| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m }))
-            .collect::<Result<Vec<_>>>()?;
+        let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
         let (mut triangles, mut bodies, mut points) = (Vec::new(), Vec::new(), Vec::new());
