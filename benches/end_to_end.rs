@@ -47,7 +47,7 @@ fn corner(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let options = Sweep::options(RAYS_PER_WAVELENGTH);
     let one = &sweep.aspects[sweep.aspects.len() - 1..];
     group.bench_function(BenchmarkId::new("W1, one direction", name), |b| {
-        b.iter(|| black_box(engine.rcs_sweep(&geometry, one, &options).unwrap()))
+        b.iter(|| black_box(engine.rcs_rays(&geometry, one, &options).unwrap()))
     });
     group.finish();
 }

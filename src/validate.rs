@@ -16,7 +16,7 @@ use crate::geom::Geometry;
 use crate::rcs::closed_form::{
     go_dihedral_m2, go_square_trihedral_m2, go_trihedral_m2, mie_sphere, po_cylinder, po_plate, rcs_m2,
 };
-use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
 use crate::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use crate::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use crate::scene::{Scene, Shape, material, radar_toml};
@@ -134,8 +134,8 @@ fn geometry(spec: &str, roll: f64) -> Result<Geometry> {
 }
 
 fn sweep(engine: &Engine, geometry: &Geometry, aspects: &[Aspect], rays: f64) -> Result<Vec<Scattering>> {
-    let options = RcsOptions { bounces: 3, rays_per_wavelength: rays, distance: Distance::Infinite };
-    engine.rcs_sweep(geometry, aspects, &options)
+    let options = RayGrid { bounces: 3, rays_per_wavelength: rays, distance: Distance::Infinite };
+    engine.rcs_rays(geometry, aspects, &options)
 }
 
 fn dbsm(s: &Matrix, rx: usize, tx: usize) -> f64 {

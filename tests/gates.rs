@@ -4,7 +4,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Target, World};
 use catseye::geom::Geometry;
 use catseye::gpu::compare::test_device_name;
-use catseye::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, Distance, RayGrid, Scattering};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::{Material, MaterialKind, Scene, material};
@@ -24,8 +24,8 @@ fn deg(azimuth: f64, elevation: f64) -> Aspect {
     Aspect { azimuth: azimuth.to_radians(), elevation: elevation.to_radians() }
 }
 
-fn options(rays_per_wavelength: f64, distance: Distance) -> RcsOptions {
-    RcsOptions { bounces: 3, rays_per_wavelength, distance }
+fn options(rays_per_wavelength: f64, distance: Distance) -> RayGrid {
+    RayGrid { bounces: 3, rays_per_wavelength, distance }
 }
 
 fn build(scene: &Scene) -> Geometry {
@@ -37,7 +37,7 @@ fn scene(spec: &str) -> Scene {
 }
 
 fn far(geometry: &Geometry, aspects: &[Aspect], rays: f64) -> Vec<Scattering> {
-    cpu().rcs_sweep(geometry, aspects, &options(rays, Distance::Infinite)).unwrap()
+    cpu().rcs_rays(geometry, aspects, &options(rays, Distance::Infinite)).unwrap()
 }
 
 fn db(z: Complex64) -> f64 {
@@ -115,8 +115,8 @@ fn gpu_distances() -> Vec<(&'static str, f64)> {
     for kind in kinds() {
         let g = build(&scene(kind.name));
         let o = options(rays_for(&g), Distance::Infinite);
-        let want = cpu().rcs_sweep(&g, &around(kind), &o).unwrap();
-        let got = gpu.rcs_sweep(&g, &around(kind), &o).unwrap();
+        let want = cpu().rcs_rays(&g, &around(kind), &o).unwrap();
+        let got = gpu.rcs_rays(&g, &around(kind), &o).unwrap();
         found.push((kind.name, distance(&got, &want)));
     }
     println!("{found:?}");
@@ -148,7 +148,7 @@ fn a_file_keeps_the_cross_section() {
 fn finite_range_tends_to_the_far_field() {
     let plate = build(&scene("plate"));
     let aspects = [deg(0.0, 0.0), deg(1.1, 0.4)];
-    let at = |r: f64| cpu().rcs_sweep(&plate, &aspects, &options(10.0, Distance::At(r))).unwrap();
+    let at = |r: f64| cpu().rcs_rays(&plate, &aspects, &options(10.0, Distance::At(r))).unwrap();
     let truth = far(&plate, &aspects, 10.0);
     let errors = [50.0, 100.0, 200.0].map(|r| distance(&at(r), &truth));
     println!("plate at 50, 100, 200 m: {errors:?}");
@@ -159,7 +159,7 @@ fn finite_range_tends_to_the_far_field() {
     for spec in ["plate", "dihedral", "trihedral"] {
         let g = build(&scene(spec));
         let (a, e) = Reflector::parse(spec).unwrap().kind().boresight_deg;
-        let near = cpu().rcs_sweep(&g, &[deg(a, e)], &options(10.0, Distance::At(200.0))).unwrap();
+        let near = cpu().rcs_rays(&g, &[deg(a, e)], &options(10.0, Distance::At(200.0))).unwrap();
         let far = far(&g, &[deg(a, e)], 10.0);
         let d = db(near[0].every[0][0]) - db(far[0].every[0][0]);
         println!("{spec} at 200 m: {d:.4} dB");

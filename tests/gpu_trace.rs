@@ -5,7 +5,7 @@ use catseye::cpu;
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
-use catseye::rcs::{Aspect, Distance, RcsOptions, Scattering, po_sum};
+use catseye::rcs::{Aspect, Distance, RayGrid, Scattering, po_sum};
 use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
 use catseye::trace::launch::{Cell, Fan};
@@ -56,7 +56,7 @@ fn flat(s: &[Scattering]) -> (Vec<f64>, Vec<f64>) {
     (s.iter().flat_map(|s| take(&s.every)).collect(), s.iter().flat_map(|s| take(&s.last)).collect())
 }
 
-fn compare_sweeps(scene: &Scene, aspects: &[Aspect], options: &RcsOptions) {
+fn compare_sweeps(scene: &Scene, aspects: &[Aspect], options: &RayGrid) {
     let gpu = compare::test_gpu();
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
     let truth = flat(&cpu::rcs::po_sum::sweep(&geometry, aspects, options));
@@ -84,7 +84,7 @@ fn cross_section_of_a_trihedral_of_metal_plastic_and_wet_paint() {
     scene.add_mesh("corner", "", m, Pose::IDENTITY);
     let aspects: Vec<Aspect> = (-4..=4).map(|i| deg(7.3 * i as f64, 30.0)).collect();
     for distance in [Distance::Infinite, Distance::At(3.0)] {
-        compare_sweeps(&scene, &aspects, &RcsOptions { bounces: 3, rays_per_wavelength: 6.0, distance });
+        compare_sweeps(&scene, &aspects, &RayGrid { bounces: 3, rays_per_wavelength: 6.0, distance });
     }
 }
 

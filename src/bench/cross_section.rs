@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::error::Result;
 use crate::frames::direction_from_angles;
 use crate::geom::Geometry;
-use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
 use crate::road::reflector::Reflector;
 use crate::scene::material;
 use crate::trace::launch::PlaneGrid;
@@ -74,8 +74,8 @@ impl Sweep {
         Geometry::build(&scene, 0.0, DEFAULT_FREQUENCY_HZ)
     }
 
-    pub fn options(rays_per_wavelength: f64) -> RcsOptions {
-        RcsOptions { bounces: 3, rays_per_wavelength, distance: Distance::Infinite }
+    pub fn options(rays_per_wavelength: f64) -> RayGrid {
+        RayGrid { bounces: 3, rays_per_wavelength, distance: Distance::Infinite }
     }
 }
 
@@ -118,7 +118,7 @@ fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> 
     sheet.count("triangles", geometry.triangles.len());
     sheet.count("rays_per_wavelength", RAYS_PER_WAVELENGTH);
     sheet.count("rays", rays);
-    let found = sheet.stage("sweep", || engine.rcs_sweep(&geometry, &sweep.aspects, &options))?;
+    let found = sheet.stage("sweep", || engine.rcs_rays(&geometry, &sweep.aspects, &options))?;
 
     // The reference, and the check of the reference, in f64.
     let thin = |every: usize| -> (Vec<Aspect>, Vec<Scattering>) {

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::formats::stage::StagedFile;
 use crate::geom::Geometry;
 use crate::plot::{Curve, rcs_polar};
-use crate::rcs::{Aspect, Distance, RcsOptions};
+use crate::rcs::{Aspect, Distance, RayGrid};
 use crate::road::demo::MARKER;
 use crate::road::reflector::Reflector;
 use crate::scene::{material, scenario};
@@ -70,8 +70,8 @@ fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
     let elevation = (0.5f64 / 10.0).atan();
     let aspects: Vec<Aspect> =
         (-90..=90).map(|i| Aspect { azimuth: f64::from(i).to_radians(), elevation }).collect();
-    let options = RcsOptions { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
-    let swept = engine.rcs_sweep(&geometry, &aspects, &options)?;
+    let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
+    let swept = engine.rcs_rays(&geometry, &aspects, &options)?;
     let curve = |name: &str, i: usize| Curve {
         label: name.into(),
         points: aspects

@@ -9,7 +9,7 @@ use crate::formats::stage::StagedFile;
 use crate::geom::Geometry;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::table::{RcsTable, Row};
-use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
 use crate::trace::{Convention, MAX_BOUNCES};
 use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use clap::{Args, ValueEnum};
@@ -124,7 +124,7 @@ impl Rcs {
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
-        let options = RcsOptions {
+        let options = RayGrid {
             bounces: self.bounces,
             rays_per_wavelength: self.rays_per_wavelength,
             distance: if self.range_m.is_finite() { Distance::At(self.range_m) } else { Distance::Infinite },
@@ -313,13 +313,13 @@ fn sweep(
     engine: &Engine,
     geometry: &Geometry,
     aspects: &[Aspect],
-    options: &RcsOptions,
+    options: &RayGrid,
     bar: &indicatif::ProgressBar,
     step: u64,
 ) -> Result<Vec<Scattering>> {
     let mut out = Vec::with_capacity(aspects.len());
     for batch in aspects.chunks(BATCH) {
-        out.extend(engine.rcs_sweep(geometry, batch, options)?);
+        out.extend(engine.rcs_rays(geometry, batch, options)?);
         bar.inc(step * batch.len() as u64);
     }
     Ok(out)

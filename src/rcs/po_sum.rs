@@ -1,6 +1,6 @@
 //! Physical-optics sum of all tubes over the aspects of a sweep, on the gpu engine.
 
-use super::{Aspect, Distance, RcsOptions, Scattering};
+use super::{Aspect, Distance, RayGrid, Scattering};
 use crate::error::Result;
 use crate::frames::direction_from_angles;
 use crate::geom::Geometry;
@@ -106,7 +106,7 @@ pub fn sweep(
     gpu: &Gpu,
     geometry: &Geometry,
     aspects: &[Aspect],
-    options: &RcsOptions,
+    options: &RayGrid,
 ) -> Result<Vec<Scattering>> {
     if geometry.triangles.is_empty() {
         return Ok(vec![Scattering::default(); aspects.len()]);
@@ -189,7 +189,7 @@ fn sums(
     buffers: &GeometryBuffers,
     aspects: &[layout::Aspect],
     cells: &[[f32; 4]],
-    options: &RcsOptions,
+    options: &RayGrid,
     scale: f64,
 ) -> Result<Vec<Scattering>> {
     let blocks: Vec<[u32; 2]> = aspects

@@ -4,21 +4,21 @@ use crate::cpu::trace::contribute::{Receiver, Spreading, radiate};
 use crate::cpu::trace::rays::follow;
 use crate::frames::{direction_from_angles, polarisation_basis};
 use crate::geom::Geometry;
-use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
 use crate::trace::launch::{Fan, PlaneGrid, Tube};
 use crate::units::wavenumber;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// S of the geometry for each aspect (monostatic).
-pub fn sweep(geometry: &Geometry, aspects: &[Aspect], options: &RcsOptions) -> Vec<Scattering> {
+pub fn sweep(geometry: &Geometry, aspects: &[Aspect], options: &RayGrid) -> Vec<Scattering> {
     if geometry.triangles.is_empty() {
         return vec![Scattering::default(); aspects.len()];
     }
     aspects.par_iter().map(|a| scattering(geometry, *a, options)).collect()
 }
 
-fn scattering(geometry: &Geometry, aspect: Aspect, options: &RcsOptions) -> Scattering {
+fn scattering(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scattering {
     let k = wavenumber(geometry.freq_hz);
     let u = direction_from_angles(aspect.azimuth, aspect.elevation);
     let one = |tube: &Tube, receiver, spreading, to_phase: &dyn Fn(f64, f64, glam::DVec3) -> f64| {
@@ -119,7 +119,7 @@ mod tests {
         let (o, l, rr, t) = (p(0., 0., 0.), p(r, r, 0.), p(r, -r, 0.), p(0., 0., a));
         let g = geometry(&[[o, rr, l], [o, l, t], [o, t, rr]]);
         let aspect = Aspect { azimuth: 0.0, elevation: (0.5f64.sqrt()).atan() };
-        let options = RcsOptions { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
+        let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
         let s = sweep(&g, &[aspect], &options)[0];
         let db = |z: Complex64| dbsm_from_amplitude(z.norm());
         println!("every {:?} last {:?}", s.every.map(|r| r.map(db)), s.last.map(|r| r.map(db)));
@@ -133,7 +133,7 @@ mod tests {
         let (a, b) = (p(0., 0., -h), p(0., 0., h));
         let (la, lb, ra, rb) = (p(w, w, -h), p(w, w, h), p(w, -w, -h), p(w, -w, h));
         let g = geometry(&[[a, b, lb], [a, lb, la], [a, rb, b], [a, ra, rb]]);
-        let options = RcsOptions { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
+        let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
         let s = sweep(&g, &[Aspect { azimuth: 0.0, elevation: 0.0 }], &options)[0];
         let db = |z: Complex64| dbsm_from_amplitude(z.norm());
         println!("every {:?} last {:?}", s.every.map(|r| r.map(db)), s.last.map(|r| r.map(db)));
