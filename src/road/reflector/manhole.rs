@@ -96,7 +96,7 @@ impl Builder for Manhole {
             (0.0, top),
         ]
         .map(|(r, z)| DVec2::new(r * scale, z));
-        revolve_z(&outline, n, start, 0)
+        revolve_z(&outline, n, start, !self.square, 0)
     }
 }
 

@@ -119,6 +119,7 @@ impl Builder for Sphere {
         }
         mesh.material = vec![0; mesh.triangles.len()];
         let rho = self.radius_m * (4.0 / 3.0 * PI / volume_m3(&mesh)).cbrt();
+        mesh.normals = mesh.positions_m.clone();
         for p in &mut mesh.positions_m {
             *p *= rho;
         }

@@ -52,6 +52,7 @@ impl Builder for Trihedral {
             positions_m: vec![DVec3::ZERO, l[0], l[1], l[2]],
             triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]],
             material: vec![0; 3],
+            ..Mesh::default()
         }
     }
 }
