@@ -34,6 +34,7 @@ pub static KIND: Kind = Kind {
         ENDS,
     ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         let c = Cylinder {
             radius_m: v.number("radius_m"),

@@ -23,6 +23,7 @@ pub static KIND: Kind = Kind {
         length("height_m", 0.1, "extent along z, the seam"),
     ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         Ok(Built::Mesh(Box::new(Dihedral { width_m: v.number("width_m"), height_m: v.number("height_m") })))
     },

@@ -36,6 +36,7 @@ pub static ROUND_KIND: Kind = Kind {
     pose: POSE,
     params: &[COVER, FRAME, GROOVE, RELIEF, SAGITTA],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         let m = Manhole::from_values(v, false, v.number("sagitta_m"))?;
         check_triangles("manhole-round", 14.0 * m.steps() as f64)?;
@@ -49,6 +50,7 @@ pub static SQUARE_KIND: Kind = Kind {
     pose: POSE,
     params: &[COVER, FRAME, GROOVE, RELIEF],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| Ok(Built::Mesh(Box::new(Manhole::from_values(v, true, 1.0)?))),
 };
 

@@ -13,13 +13,16 @@ pub mod point;
 pub mod sphere;
 pub mod trihedral;
 pub mod type1;
+pub mod type3;
+pub mod type4;
 
-use crate::error::{BadInput, Result, nearest};
+use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, World};
 use crate::road::MaterialLookup;
+use crate::road::shape::{append, moved};
 use crate::scene::{Mesh, Scene, Shape};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use std::fmt;
 
 pub use cylinder::Cylinder;
@@ -29,7 +32,9 @@ pub use plate::Plate;
 pub use point::Point;
 pub use sphere::Sphere;
 pub use trihedral::{SquareTrihedral, Trihedral};
-pub use type1::{PlateShape, Type1};
+pub use type1::{Filled, PlateShape, Type1};
+pub use type3::{Packing, Type3};
+pub use type4::{Curve, Type4};
 
 /// Default greatest depth of a facet below a curved surface: a 250th of the wavelength at 77 GHz
 /// (flat facets err by about 40 sagitta/lambda dB).
@@ -41,14 +46,26 @@ pub const MAX_TRIANGLES: f64 = 4e6;
 /// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
 pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
 
-/// Something with facets. All triangles have material 0.
+/// Something with facets.
 pub trait Builder {
+    /// Triangles of material 0 are of the reflector's own material, those of 1 and more of
+    /// [`Builder::further_materials`].
     fn mesh(&self) -> Mesh;
+
+    fn further_materials(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// What a kind builds.
 pub enum Built {
     Mesh(Box<dyn Builder>),
+    /// Many copies of one part, as one mesh or as objects that share the part's mesh.
+    Swarm {
+        part: Box<dyn Builder>,
+        at_m: Vec<DVec3>,
+        shared: bool,
+    },
     Point(Point),
 }
 
@@ -62,6 +79,8 @@ pub struct Kind {
     pub params: &'static [Param],
     /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
     pub boresight_deg: (f64, f64),
+    /// Radar material unless another is given.
+    pub material: &'static str,
     build: fn(&Values) -> Result<Built>,
 }
 
@@ -76,6 +95,11 @@ pub struct Param {
 pub enum Range {
     /// A finite number from `min` to `max`, both included.
     Number { default: f64, min: f64, max: f64 },
+    /// A whole number from `min` to `max`, both included.
+    Whole { default: u32, min: u32, max: u32 },
+    /// The name of a radar material, or "none"; whether there is one of that name shows when a scene is
+    /// made.
+    Material(&'static str),
     /// One of the words; the first is the default.
     Choice(&'static [&'static str]),
 }
@@ -84,6 +108,8 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Range::Number { min, max, .. } => write!(f, "{min}..{max}"),
+            Range::Whole { min, max, .. } => write!(f, "{min}..{max}, whole"),
+            Range::Material(_) => f.write_str("none|MATERIAL"),
             Range::Choice(words) => f.write_str(&words.join("|")),
         }
     }
@@ -93,15 +119,18 @@ impl Range {
     pub fn default_value(&self) -> Value {
         match *self {
             Range::Number { default, .. } => Value::Number(default),
+            Range::Whole { default, .. } => Value::Number(f64::from(default)),
+            Range::Material(name) => Value::Material(name.into()),
             Range::Choice(words) => Value::Word(words[0]),
         }
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     Number(f64),
     Word(&'static str),
+    Material(String),
 }
 
 impl fmt::Display for Value {
@@ -109,6 +138,7 @@ impl fmt::Display for Value {
         match self {
             Value::Number(x) => write!(f, "{x}"),
             Value::Word(w) => f.write_str(w),
+            Value::Material(m) => f.write_str(m),
         }
     }
 }
@@ -120,29 +150,34 @@ pub struct Values<'a> {
 }
 
 impl Values<'_> {
-    fn value(&self, name: &str) -> Value {
+    fn value(&self, name: &str) -> &Value {
         let i = self.kind.params.iter().position(|p| p.name == name);
-        self.values[i.expect("a builder asks only for the parameters of its own KIND")]
+        &self.values[i.expect("a builder asks only for the parameters of its own KIND")]
     }
 
     fn number(&self, name: &str) -> f64 {
         match self.value(name) {
-            Value::Number(x) => x,
-            Value::Word(_) => f64::NAN,
+            Value::Number(x) => *x,
+            _ => f64::NAN,
         }
     }
 
-    fn word(&self, name: &str) -> &'static str {
+    fn whole(&self, name: &str) -> u32 {
+        self.number(name) as u32
+    }
+
+    fn word(&self, name: &str) -> &str {
         match self.value(name) {
             Value::Number(_) => "",
             Value::Word(w) => w,
+            Value::Material(m) => m,
         }
     }
 }
 
 /// All kinds, in the order of the help text.
 pub fn kinds() -> &'static [&'static Kind] {
-    static KINDS: [&Kind; 11] = [
+    static KINDS: [&Kind; 13] = [
         &plate::KIND,
         &dihedral::KIND,
         &trihedral::KIND,
@@ -151,6 +186,8 @@ pub fn kinds() -> &'static [&'static Kind] {
         &cylinder::KIND,
         &type1::KIND,
         &type1::TYPE2_KIND,
+        &type3::KIND,
+        &type4::KIND,
         &manhole::ROUND_KIND,
         &manhole::SQUARE_KIND,
         &point::KIND,
@@ -261,7 +298,8 @@ impl Reflector {
             let param = &kind.params[i];
             let value = param.read(text).ok_or_else(|| {
                 BadInput::new(match param.range {
-                    Range::Number { .. } => "not a number in range",
+                    Range::Number { .. } | Range::Whole { .. } => "not a number in range",
+                    Range::Material(_) => "not the name of a material",
                     Range::Choice(_) => "not one of the choices",
                 })
                 .key(&key)
@@ -274,11 +312,12 @@ impl Reflector {
             }
         }
         let values = values
-            .iter()
+            .into_iter()
             .zip(kind.params)
             .map(|(v, p)| v.unwrap_or_else(|| p.range.default_value()))
             .collect();
-        let reflector = Reflector { kind, values, material: material.unwrap_or_else(|| "pec".into()) };
+        let reflector =
+            Reflector { kind, values, material: material.unwrap_or_else(|| kind.material.into()) };
         reflector.build()?;
         Ok(reflector)
     }
@@ -300,7 +339,7 @@ impl Reflector {
 
     /// The value of a parameter, or None when the kind has none of that name.
     pub fn value(&self, name: &str) -> Option<Value> {
-        Some(self.values[self.kind.params.iter().position(|p| p.name == name)?])
+        Some(self.values[self.kind.params.iter().position(|p| p.name == name)?].clone())
     }
 
     /// The spec string with every parameter written out; parses back to the same reflector.
@@ -313,10 +352,29 @@ impl Reflector {
         format!("{}:{}", self.kind.name, items.join(","))
     }
 
-    /// Facets in the target frame, all of material 0; None for a point.
+    /// Facets in the target frame; None for a point. Material 0 is the reflector's own, those of 1 and
+    /// more are [`Reflector::further_materials`].
     pub fn mesh(&self) -> Option<Mesh> {
         match self.build() {
             Ok(Built::Mesh(b)) => Some(b.mesh()),
+            Ok(Built::Swarm { part, at_m, .. }) => Some(joined(&part.mesh(), &at_m)),
+            _ => None,
+        }
+    }
+
+    /// Names of the materials beside the reflector's own.
+    pub fn further_materials(&self) -> Vec<String> {
+        match self.build() {
+            Ok(Built::Mesh(b)) => b.further_materials(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Greatest depth of a facet below the curved surface that it stands for; None for a kind that has
+    /// only flat faces.
+    pub fn sagitta_m(&self) -> Option<f64> {
+        match self.value(SAGITTA.name) {
+            Some(Value::Number(x)) => Some(x),
             _ => None,
         }
     }
@@ -339,14 +397,32 @@ impl Reflector {
         pose: Pose<Target, World>,
         velocity_mps: DVec3,
     ) -> Result<u32> {
+        let mut add_mesh = |mut mesh: Mesh, further: Vec<String>| -> Result<Shape> {
+            let mut index = vec![scene.material_index(&materials(&self.material)?)];
+            for name in further {
+                index.push(scene.material_index(&materials(&name)?));
+            }
+            for m in &mut mesh.material {
+                *m = index[*m as usize];
+            }
+            scene.meshes.push(mesh);
+            Ok(Shape::Mesh(scene.meshes.len() - 1))
+        };
         let shape = match self.build()? {
             Built::Point(p) => Shape::Point { rcs_dbsm: p.rcs_dbsm },
-            Built::Mesh(b) => {
-                let mut mesh = b.mesh();
-                let index = scene.material_index(&materials(&self.material)?);
-                mesh.material.fill(index);
-                scene.meshes.push(mesh);
-                Shape::Mesh(scene.meshes.len() - 1)
+            Built::Mesh(b) => add_mesh(b.mesh(), b.further_materials())?,
+            Built::Swarm { part, at_m, shared: false } => {
+                add_mesh(joined(&part.mesh(), &at_m), part.further_materials())?
+            }
+            Built::Swarm { part, at_m, shared: true } => {
+                let shape = add_mesh(part.mesh(), part.further_materials())?;
+                let mut first = None;
+                for at in at_m {
+                    let pose = Pose::new(pose.rotation, pose.point(at));
+                    let id = scene.add_object(name, class, shape, pose, velocity_mps);
+                    first.get_or_insert(id);
+                }
+                return first.ok_or_else(|| BadInput::new("has no parts").key(self.spec()).into());
             }
         };
         Ok(scene.add_object(name, class, shape, pose, velocity_mps))
@@ -368,9 +444,32 @@ impl Param {
                 let x: f64 = text.parse().ok()?;
                 (min..=max).contains(&x).then_some(Value::Number(x))
             }
+            Range::Whole { min, max, .. } => {
+                let x: u32 = text.parse().ok()?;
+                (min..=max).contains(&x).then_some(Value::Number(f64::from(x)))
+            }
+            Range::Material(_) => (!text.is_empty()).then(|| Value::Material(text.into())),
             Range::Choice(words) => words.iter().find(|w| **w == text).map(|w| Value::Word(w)),
         }
     }
+}
+
+fn joined(part: &Mesh, at_m: &[DVec3]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for at in at_m {
+        append(&mut mesh, part, &Pose::<Target, Target>::new(DQuat::IDENTITY, *at));
+    }
+    mesh
+}
+
+/// Lifts the corner of a low reflector: turns it about its front edge on z = 0 at `front_m`.
+fn raised(mesh: Mesh, raise_deg: f64, front_m: f64) -> Mesh {
+    if raise_deg == 0.0 {
+        return mesh;
+    }
+    let turn = DQuat::from_rotation_y(raise_deg.to_radians());
+    let edge = DVec3::X * front_m;
+    moved(mesh, &Pose::<Target, Target>::new(turn, edge - turn * edge))
 }
 
 const fn number(name: &'static str, default: f64, min: f64, max: f64, doc: &'static str) -> Param {
@@ -381,6 +480,27 @@ const fn number(name: &'static str, default: f64, min: f64, max: f64, doc: &'sta
 const fn length(name: &'static str, default: f64, doc: &'static str) -> Param {
     number(name, default, 1e-4, 100.0, doc)
 }
+
+const fn whole(name: &'static str, default: u32, min: u32, max: u32, doc: &'static str) -> Param {
+    Param { name, doc, range: Range::Whole { default, min, max } }
+}
+
+/// Thickness of the metal.
+const fn thickness(default: f64) -> Param {
+    number("thickness_m", default, 0.0, 1.0, "thickness of the metal behind its face; 0 is a sheet")
+}
+
+/// The metal would fold over itself.
+fn too_thick(v: &Values) -> Error {
+    BadInput::new("the metal is thicker than its bends and faces leave room for")
+        .key(format!("{}:thickness_m", v.kind.name))
+        .value(v.number("thickness_m"))
+        .remedy("give a smaller thickness_m, or 0 for a sheet")
+        .into()
+}
+
+/// Half a wavelength at 77 GHz, the width of the document's stripes, steps and chaff.
+const HALF_WAVE_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 2.0;
 
 const SAGITTA: Param = number(
     "sagitta_m",
@@ -514,6 +634,10 @@ mod tests {
                     Range::Number { min, max, .. } => {
                         vec![format!("{}:{}={min}", k.name, p.name), format!("{}:{}={max}", k.name, p.name)]
                     }
+                    Range::Whole { min, max, .. } => {
+                        vec![format!("{}:{}={min}", k.name, p.name), format!("{}:{}={max}", k.name, p.name)]
+                    }
+                    Range::Material(_) => vec![format!("{}:{}=ice", k.name, p.name)],
                     Range::Choice(w) => w.iter().map(|w| format!("{}:{}={w}", k.name, p.name)).collect(),
                 }));
             for spec in specs {

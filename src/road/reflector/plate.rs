@@ -18,6 +18,7 @@ pub static KIND: Kind = Kind {
     pose: "normal +x, width along y, height along z, centred at the origin",
     params: &[length("width_m", 0.1, "extent along y"), length("height_m", 0.1, "extent along z")],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         Ok(Built::Mesh(Box::new(Plate { width_m: v.number("width_m"), height_m: v.number("height_m") })))
     },

@@ -27,6 +27,7 @@ pub static KIND: Kind = Kind {
     pose: POSE,
     params: &[length("leg_m", 0.1, "length of each of the three inner edges")],
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
+    material: "pec",
     build: |v| Ok(Built::Mesh(Box::new(Trihedral { leg_m: v.number("leg_m") }))),
 };
 
@@ -36,6 +37,7 @@ pub static SQUARE_KIND: Kind = Kind {
     pose: POSE,
     params: &[length("leg_m", 0.1, "length of each of the three inner edges")],
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
+    material: "pec",
     build: |v| Ok(Built::Mesh(Box::new(SquareTrihedral { leg_m: v.number("leg_m") }))),
 };
 
