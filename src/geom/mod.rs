@@ -4,6 +4,7 @@
 pub mod bvh;
 mod patches;
 pub mod upload;
+pub mod validate;
 
 use crate::error::{BadInput, Result};
 use crate::scene::{Scene, Shape};

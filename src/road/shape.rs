@@ -164,7 +164,7 @@ pub struct Terrace {
 }
 
 /// The closed body between z = `base_m` and the levels of a ground plan whose polygons meet corner to
-/// corner. Every level lies above the base. Walls are cut at each level, so that edges meet.
+/// corner; fans from their first corners have no empty triangle. Every level lies above the base. Walls are cut at each level, so that edges meet.
 pub fn terraces(plan: &[Terrace], base_m: f64, material: u32) -> Mesh {
     let key = |p: DVec2| (p + DVec2::ZERO).to_array().map(f64::to_bits);
     let mut levels: Vec<f64> = plan.iter().map(|c| c.level_m).chain([base_m]).collect();
@@ -183,7 +183,13 @@ pub fn terraces(plan: &[Terrace], base_m: f64, material: u32) -> Mesh {
     for cell in plan {
         let at = |z: f64| cell.corners.iter().map(move |p| p.extend(z));
         polygon(&mut mesh, &at(cell.level_m).collect::<Vec<_>>(), material);
-        polygon(&mut mesh, &at(base_m).rev().collect::<Vec<_>>(), material);
+        // The same fan from below, so that corners on a straight side stay no fan's tip.
+        let first = mesh.positions_m.len() as u32;
+        mesh.positions_m.extend(at(base_m));
+        for i in 1..cell.corners.len() as u32 - 1 {
+            mesh.triangles.push([first, first + i + 1, first + i]);
+            mesh.material.push(material);
+        }
         for (a, b) in sides(cell) {
             let foot = beside.get(&(key(b), key(a))).copied().unwrap_or(base_m);
             for pair in levels.windows(2).filter(|p| p[0] >= foot && p[1] <= cell.level_m) {

@@ -47,6 +47,11 @@ impl Material {
         }
     }
 
+    /// Whether waves enter it: anything but a conductor.
+    pub fn is_dielectric(&self) -> bool {
+        !matches!(self.kind, MaterialKind::Pec | MaterialKind::Conductor { .. })
+    }
+
     /// Complex relative permittivity eps' - j eps''; None for a perfect conductor.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {
         let (lo, hi) = self.valid_hz;

@@ -5,11 +5,14 @@
 //! A reflector is named by a spec string, `"type1:width_m=0.16,height_m=0.004"`; the kind alone takes
 //! every default.
 
+pub mod crossing;
 pub mod cylinder;
 pub mod dihedral;
+pub mod lattice;
 pub mod manhole;
 pub mod plate;
 pub mod point;
+pub mod roadside;
 pub mod sphere;
 pub mod trihedral;
 pub mod type1;
@@ -19,17 +22,20 @@ pub mod type4;
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, World};
 use crate::road::MaterialLookup;
-use crate::road::shape::{append, moved};
+use crate::road::shape::{append, moved, thicken};
 use crate::scene::{Mesh, Scene, Shape};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
 use glam::{DQuat, DVec3};
 use std::fmt;
 
+pub use crossing::{Crossing, Element, Row, Stepped};
 pub use cylinder::Cylinder;
 pub use dihedral::Dihedral;
+pub use lattice::{Chaff, Lattice, Wave};
 pub use manhole::Manhole;
 pub use plate::Plate;
 pub use point::Point;
+pub use roadside::{GuardPost, GuardRail, Kerb, SignPole};
 pub use sphere::Sphere;
 pub use trihedral::{SquareTrihedral, Trihedral};
 pub use type1::{Filled, PlateShape, Type1};
@@ -177,7 +183,7 @@ impl Values<'_> {
 
 /// All kinds, in the order of the help text.
 pub fn kinds() -> &'static [&'static Kind] {
-    static KINDS: [&Kind; 13] = [
+    static KINDS: [&Kind; 25] = [
         &plate::KIND,
         &dihedral::KIND,
         &trihedral::KIND,
@@ -188,8 +194,20 @@ pub fn kinds() -> &'static [&'static Kind] {
         &type1::TYPE2_KIND,
         &type3::KIND,
         &type4::KIND,
+        &crossing::KIND,
+        &crossing::STRING_KIND,
+        &lattice::STRIPES_KIND,
+        &lattice::CROSSED_KIND,
+        &crossing::STEPPED_KIND,
+        &lattice::CHAFF_KIND,
+        &lattice::MESH_KIND,
+        &lattice::WAVE_KIND,
         &manhole::ROUND_KIND,
         &manhole::SQUARE_KIND,
+        &roadside::RAIL_KIND,
+        &roadside::POST_KIND,
+        &roadside::KERB_KIND,
+        &roadside::POLE_KIND,
         &point::KIND,
     ];
     &KINDS
@@ -462,6 +480,14 @@ fn joined(part: &Mesh, at_m: &[DVec3]) -> Mesh {
     mesh
 }
 
+/// The sheet, or its closed body; for sheets that leave room for any thickness behind them.
+fn thickened(sheet: Mesh, thickness_m: f64) -> Mesh {
+    match thickness_m > 0.0 {
+        true => thicken(&sheet, thickness_m).unwrap_or(sheet),
+        false => sheet,
+    }
+}
+
 /// Lifts the corner of a low reflector: turns it about its front edge on z = 0 at `front_m`.
 fn raised(mesh: Mesh, raise_deg: f64, front_m: f64) -> Mesh {
     if raise_deg == 0.0 {
@@ -549,6 +575,7 @@ mod tests {
         assert_eq!(r.value("width_m"), Some(Value::Number(0.16)));
         assert_eq!(r.value("plates"), Some(Value::Word("strip")));
         assert_eq!(r.value("nothing"), None);
+        assert_eq!(r.value("fill"), Some(Value::Material("none".into())));
         let r = Reflector::parse(" plate : width_m = 20e-2 , material = aluminium").unwrap();
         assert_eq!((r.value("width_m"), r.material.as_str()), (Some(Value::Number(0.2)), "aluminium"));
         let s = r.to_scene(&any_material).unwrap();
@@ -616,44 +643,56 @@ mod tests {
         }
     }
 
-    fn check_mesh(m: &Mesh, what: &str) {
+    fn check_mesh(m: &Mesh, materials: usize, what: &str) {
         assert!(!m.triangles.is_empty() && m.material.len() == m.triangles.len(), "{what}");
-        assert!(m.material.iter().all(|&i| i == 0), "{what}");
+        assert!(m.material.iter().all(|&i| (i as usize) < materials), "{what}");
         assert!(m.positions_m.iter().all(|p| p.is_finite()), "{what}");
+        assert!(m.normals.is_empty() || m.normals.len() == m.positions_m.len(), "{what}");
         for t in 0..m.triangles.len() {
             assert!(m.triangles[t].iter().all(|&i| (i as usize) < m.positions_m.len()), "{what}");
-            assert!(area_vector_m2(m, t).length() > 0.0, "{what}: triangle {t} has no area");
+            let area = area_vector_m2(m, t);
+            assert!(area.length() > 0.0, "{what}: triangle {t} has no area");
+            for n in m.corner_normals(t).into_iter().flatten() {
+                assert!((n.length() - 1.0).abs() < 1e-12 && n.dot(area) > 0.0, "{what}: normal of {t}");
+            }
         }
+    }
+
+    /// Too large to build in a test at their limits.
+    fn builds_quickly(spec: &str) -> bool {
+        !["chaff:wires=1000000", "string:number=10000"].contains(&spec)
     }
 
     #[test]
     fn every_kind_builds_with_defaults_and_limits() {
         for k in kinds() {
-            let specs =
-                std::iter::once(k.name.to_string()).chain(k.params.iter().flat_map(|p| match p.range {
-                    Range::Number { min, max, .. } => {
-                        vec![format!("{}:{}={min}", k.name, p.name), format!("{}:{}={max}", k.name, p.name)]
-                    }
-                    Range::Whole { min, max, .. } => {
-                        vec![format!("{}:{}={min}", k.name, p.name), format!("{}:{}={max}", k.name, p.name)]
-                    }
-                    Range::Material(_) => vec![format!("{}:{}=ice", k.name, p.name)],
-                    Range::Choice(w) => w.iter().map(|w| format!("{}:{}={w}", k.name, p.name)).collect(),
-                }));
-            for spec in specs {
+            let ends = |p: &Param| match p.range {
+                Range::Number { min, max, .. } => vec![min.to_string(), max.to_string()],
+                Range::Whole { min, max, .. } => vec![min.to_string(), max.to_string()],
+                Range::Material(_) => vec!["ice".into()],
+                Range::Choice(w) => w.iter().map(|w| w.to_string()).collect(),
+            };
+            let specs = std::iter::once(k.name.to_string()).chain(
+                k.params
+                    .iter()
+                    .flat_map(|p| ends(p).into_iter().map(move |v| format!("{}:{}={v}", k.name, p.name))),
+            );
+            for spec in specs.filter(|s| builds_quickly(s)) {
                 match Reflector::parse(&spec) {
                     Ok(r) => {
                         assert_eq!(Reflector::parse(&r.spec()).unwrap(), r);
+                        assert_eq!(r.sagitta_m().is_some(), k.params.iter().any(|p| p.name == "sagitta_m"));
                         match r.mesh() {
-                            Some(m) => check_mesh(&m, &spec),
+                            Some(m) => check_mesh(&m, 1 + r.further_materials().len(), &spec),
                             None => assert!(r.point_rcs_dbsm().is_some()),
                         }
                     }
-                    // Only an honest refusal of a size is allowed.
-                    Err(e) => assert!(
-                        e.to_string().contains("triangles") || e.to_string().contains("frame_m"),
-                        "{spec}: {e}"
-                    ),
+                    // Only an honest refusal of a size is allowed, and it names a parameter of the kind.
+                    Err(e) => {
+                        let e = e.to_string();
+                        let named = k.params.iter().any(|p| e.contains(&format!("{}:{}", k.name, p.name)));
+                        assert!(named && e.contains("give"), "{spec}: {e}");
+                    }
                 }
             }
             assert!(Reflector::parse(k.name).is_ok());
@@ -662,7 +701,33 @@ mod tests {
 
     #[test]
     fn closed_bodies_have_positive_volume() {
-        for spec in ["sphere:radius_m=0.01", "cylinder", "manhole-round", "manhole-square"] {
+        for spec in [
+            "sphere:radius_m=0.01",
+            "cylinder",
+            "plate:thickness_m=0.001",
+            "dihedral:thickness_m=0.001",
+            "trihedral:thickness_m=0.001",
+            "square-trihedral:thickness_m=0.001",
+            "type1:thickness_m=0.001",
+            "type2:thickness_m=0.001",
+            "type3:width_m=0.01",
+            "type4:thickness_m=0.001",
+            "crossing:thickness_m=0.001",
+            "string:thickness_m=0.001",
+            "stripes",
+            "crossed-stripes",
+            "stepped:thickness_m=0.0002",
+            "mesh",
+            "wave:thickness_m=0.0005",
+            "manhole-round",
+            "manhole-round:ribs=5",
+            "manhole-square",
+            "manhole-square:studs=6",
+            "guard-rail:thickness_m=0.003",
+            "guard-post:thickness_m=0.003",
+            "kerb",
+            "sign-pole",
+        ] {
             let m = Reflector::parse(spec).unwrap().mesh().unwrap();
             assert!(crate::road::shape::is_watertight(&m), "{spec}");
             assert!(volume_m3(&m) > 0.0, "{spec}");
@@ -687,11 +752,13 @@ mod tests {
         }
 
         #[test]
-        fn numbers_survive_the_spec(w in 1e-4f64..100.0, h in 1e-4f64..100.0, g in -45.0f64..45.0) {
+        fn numbers_survive_the_spec(w in 1e-3f64..100.0, h in 0.1f64..0.99, g in -45.0f64..45.0) {
+            // Higher ones may lean over until they cross.
+            let h = h * w;
             let r = Reflector::parse(&format!("type1:width_m={w},height_m={h},slant_deg={g}")).unwrap();
             prop_assert_eq!(r.value("slant_deg"), Some(Value::Number(g)));
             prop_assert_eq!(&Reflector::parse(&r.spec()).unwrap(), &r);
-            check_mesh(&r.mesh().unwrap(), "type1");
+            check_mesh(&r.mesh().unwrap(), 1, "type1");
         }
     }
 }

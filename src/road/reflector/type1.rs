@@ -2,7 +2,8 @@
 //! Type 2 with slanted plates.
 
 use super::{
-    Builder, Built, Kind, Param, PlateShape::*, Range, Values, length, number, raised, thickness, too_thick,
+    Builder, Built, Kind, Param, PlateShape::*, Range, Values, length, number, raised, thickened, thickness,
+    too_thick,
 };
 use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target};
@@ -133,6 +134,16 @@ fn build(v: &Values) -> Result<Built> {
             .remedy("leave it out, or use plates=strip")
             .into());
     }
+    let (over, leg_m) =
+        (-reflector.height_m * reflector.slant_deg.to_radians().sin(), reflector.width_m * FRAC_1_SQRT_2);
+    if reflector.plates == Strip && over >= 0.999 * leg_m {
+        return Err(BadInput::new("the standing plates lean over until they cross")
+            .key(format!("{}:slant_deg", v.kind.name))
+            .value(reflector.slant_deg)
+            .allowed(format!("a lean of less than {leg_m} m over the height"))
+            .remedy("give a smaller slant_deg or height_m, or a larger width_m")
+            .into());
+    }
     if reflector.thickness_m > 0.0 && thicken(&reflector.sheet(None), reflector.thickness_m).is_none() {
         return Err(too_thick(v));
     }
@@ -243,10 +254,7 @@ impl Type1 {
     /// The metal alone, before `depth_m` of a filled one.
     fn metal(&self, cut_m: Option<f64>) -> Mesh {
         let sheet = self.sheet(cut_m);
-        let body = match self.thickness_m > 0.0 {
-            true => thicken(&sheet, self.thickness_m).unwrap_or(sheet),
-            false => sheet,
-        };
+        let body = thickened(sheet, self.thickness_m);
         raised(body, self.raise_deg, self.front_m())
     }
 }
@@ -458,7 +466,10 @@ mod tests {
                     prop_assert!(volume_m3(&m) > 0.0, "{}", spec);
                     prop_assert!((0..m.triangles.len()).all(|i| area_vector_m2(&m, i).length() > 0.0));
                 }
-                Err(e) => prop_assert!(e.to_string().contains("thickness_m"), "{}", e),
+                Err(e) => {
+                    let e = e.to_string();
+                    prop_assert!(e.contains("thickness_m") || e.contains("slant_deg"), "{}", e);
+                }
             }
         }
     }

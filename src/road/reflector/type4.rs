@@ -2,8 +2,8 @@
 
 use super::type1::{HEIGHT, LENGTH, RAISE, WIDTH};
 use super::{
-    Builder, Built, Kind, Param, Range, SAGITTA, Values, check_triangles, length, raised, thickness,
-    too_thick,
+    Builder, Built, Kind, Param, Range, SAGITTA, Values, check_triangles, length, raised, thickened,
+    thickness, too_thick,
 };
 use crate::error::{BadInput, Result};
 use crate::road::shape::{curved_polygon, polygon, thicken, weld};
@@ -149,10 +149,7 @@ impl Type4 {
 impl Builder for Type4 {
     fn mesh(&self) -> Mesh {
         let sheet = self.sheet();
-        let body = match self.thickness_m > 0.0 {
-            true => thicken(&sheet, self.thickness_m).unwrap_or(sheet),
-            false => sheet,
-        };
+        let body = thickened(sheet, self.thickness_m);
         raised(body, self.raise_deg, self.front_m())
     }
 }
