@@ -271,7 +271,7 @@ fn raster(mesh: &Mesh, eye: &Eye, size: (f64, f64)) -> RgbImage {
         let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions_m[i as usize]);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    let lamp = (0.55 * eye.to_eye + 0.75 * eye.up - 0.4 * eye.right).normalize();
+    let lamp = (0.8 * eye.to_eye + 0.5 * eye.up + 0.15 * eye.right).normalize();
     // The filling comes last, over what is behind it.
     for filling in [false, true] {
         for t in 0..mesh.triangles.len() {

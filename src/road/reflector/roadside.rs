@@ -7,7 +7,7 @@ use super::{
 };
 use crate::error::BadInput;
 use crate::frames::{Pose, Target};
-use crate::road::objects::{W_BEAM_DEPTH_M, W_BEAM_HALF_HEIGHT_M, u_post, w_beam_section};
+use crate::road::objects::{W_BEAM_HALF_HEIGHT_M, u_post, w_beam_section};
 use crate::road::shape::{append, curved_polygon, polygon, thicken, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
@@ -325,6 +325,7 @@ impl Builder for SignPole {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::road::objects::W_BEAM_DEPTH_M;
     use crate::road::reflector::Reflector;
     use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
     use proptest::prelude::*;
