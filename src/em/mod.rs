@@ -2,3 +2,4 @@
 
 pub mod fresnel;
 pub mod mie;
+pub mod wedge;
