@@ -14,7 +14,7 @@ use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// A source nearer to the plane of a half-plane than this (radians) lies in it.
+/// A source nearer to the plane of a face than this (radians) lies in it.
 const IN_PLANE: f64 = 1e-9;
 /// Sine of the smallest angle between incidence and edge; a wave closer to the edge is taken there.
 const ALONG_EDGE: f64 = 1e-6;
@@ -80,10 +80,14 @@ impl Wedge {
             return DMat3::ZERO;
         }
         let phi = self.angle(-incident).clamp(0.0, self.n * PI);
+        // A wave in the plane of a face is half-way between one that lights the face and one that finds it
+        // hidden: by the metal of a wedge, which returns nothing, or lit from the other side of a sheet.
+        let one_side = |phi| 0.5 * self.of_faces(phi, incident, scattered);
         if self.n == 2.0 && (phi < IN_PLANE || 2.0 * PI - phi < IN_PLANE) {
-            // A wave in the plane of a sheet lights neither side more than the other: mean of both.
-            let mean = self.of_faces(0.0, incident, scattered) + self.of_faces(2.0 * PI, incident, scattered);
-            return 0.5 * mean;
+            return one_side(0.0) + one_side(2.0 * PI);
+        }
+        if phi < IN_PLANE || self.n * PI - phi < IN_PLANE {
+            return one_side(phi);
         }
         self.of_faces(phi, incident, scattered)
     }
@@ -455,6 +459,10 @@ mod tests {
     fn no_wedge_where_the_outside_is_no_larger_than_half_of_space() {
         assert!(Wedge::new([DVec3::X, -DVec3::X], DVec3::Y).is_none());
         assert!(Wedge::new([DVec3::X, DVec3::Y], DVec3::Y).is_none());
+        // Half lit in the plane of a face.
+        let (w, s) = (wedge(1.5), direction(0.0, 1.0));
+        let (at, above) = (w.fringe(-s, DVec3::Y), w.fringe(-direction(1e-7, 1.0), DVec3::Y));
+        assert!((2.0 * at - above).to_cols_array().iter().all(|x| x.abs() < 1e-5), "{at} {above}");
         assert_eq!(Wedge::new([DVec3::X, DVec3::X], DVec3::Y).unwrap().n, 2.0);
         assert_eq!(wedge(1.5).fringe(-direction(1.75 * PI, 1.0), DVec3::X), DMat3::ZERO);
     }

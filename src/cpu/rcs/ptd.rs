@@ -27,6 +27,8 @@ const SAMPLES_PER_WAVELENGTH: f64 = 4.0;
 /// but at most this often; between two tests that differ the boundary is bisected.
 const MOST_SAMPLES: f64 = 16.0;
 const BISECTIONS: usize = 16;
+/// Visibility is tested from this many times `t_min_m` outside the edge.
+const LIFT: f64 = 2.0;
 
 /// Where a transmitter or a receiver stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,10 +169,13 @@ fn visible(
     receive: Station,
 ) -> Vec<(DVec3, DVec3)> {
     let [a, b] = edge.ends_m;
+    // A little outside the metal, so that a station in the plane of a face sees the far edge over the near one.
+    let out = edge.normal[0] + edge.normal[1] - edge.into[0] - edge.into[1];
+    let lift = out.normalize_or_zero() * (LIFT * geometry.t_min_m);
     let sees = |s: f64, station: &Station| {
         let p = a.lerp(b, s);
         let (d, r) = station.seen_from(p);
-        wedge.is_outside(d) && !geometry.bvh.any_hit(&geometry.triangles, p, d, edge.patch[0], r)
+        wedge.is_outside(d) && !geometry.bvh.any_hit(&geometry.triangles, p + lift, d, edge.patch[0], r)
     };
     let is_seen = |s: f64| sees(s, &transmit) && (receive == transmit || sees(s, &receive));
     let n = samples as usize;
