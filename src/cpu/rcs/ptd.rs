@@ -1,10 +1,19 @@
 //! Edge diffraction of first order: the fringe currents of all wedges, added to a physical-optics sum
-//! (CONVENTIONS eq. 36–39).
+//! (CONVENTIONS eq. 36-39).
 //!
 //! A host sum in f64 that serves both engines: a target has few edges. What it adds holds for edges of metal
 //! that both the transmitter and the receiver see, and for fields that come to the edge straight from the
-//! transmitter. Edges of dielectrics, corners (where two edges end), waves that run along a sheet from one edge
-//! to another (which matter for HH within some 20° of grazing), and edges lit by a bounce are left out.
+//! transmitter. Edges of dielectrics, edges lit by a bounce, corners (where two edges end) and what one edge
+//! sends to another are left out. The last matters near grazing where E stands across the edges: a face of
+//! extent d along a ray that grazes it at the angle α needs k d (1 − cos α) of 3 and more, else its far edge
+//! lies in the penumbra of its near one.
+//!
+//! Measured on the plates and the box of the Austin suite (`tests/austin.rs`, 5 to 10 GHz): beyond 40° from the
+//! normal the lobes of a plate of 3 to 9 wavelengths are off by 1.1 to 2.1 dB rms in VV and 3.9 to 5.3 dB in
+//! HH, against 13 to 27 and 9 to 12 dB of physical optics alone.
+//!
+//! Fringe currents radiate all round. Physical optics by (5) leaves out receivers behind a face, so towards
+//! forward directions the two do not add up to the exact field.
 
 use crate::em::wedge::Wedge;
 use crate::frames::{direction_from_angles, polarisation_basis};
