@@ -8,3 +8,4 @@ pub mod mie;
 pub mod mixing;
 pub mod roughness;
 pub mod sphere_marking;
+pub mod wedge;

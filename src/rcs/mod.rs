@@ -19,6 +19,15 @@ pub enum Distance {
     At(f64),
 }
 
+/// What is added to physical optics at edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Diffraction {
+    #[default]
+    None,
+    /// First-order physical theory of diffraction on metal edges (CONVENTIONS eq. 30-39).
+    Ptd,
+}
+
 /// One direction of a sweep, radians: the radar stands towards (azimuth, elevation) of the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aspect {

@@ -2,3 +2,4 @@
 
 pub mod beam_sum;
 pub mod po_sum;
+pub mod ptd;
