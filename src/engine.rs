@@ -12,7 +12,7 @@ use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
-use crate::rcs::{self, Aspect, Look, RayGrid, RcsOptions, Scattering, po_sum};
+use crate::rcs::{self, Aspect, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::launch::Fan;
@@ -150,7 +150,8 @@ impl Engine {
 
     /// S of the scene's objects, origin at the world's: for each frequency, each look (`[frequency, look]`).
     ///
-    /// Errors: a material without a value at a frequency; options that are out of range.
+    /// Errors: a material or a scattering table without a value at a frequency; options that are out of
+    /// range.
     pub fn rcs(
         &self,
         scene: &Scene,
@@ -158,9 +159,25 @@ impl Engine {
         looks: &[Look],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
+        if options.ground != Ground::None {
+            return rcs::ground::scattering(scene, frequencies_hz, looks, options, |s, f, l, o| {
+                self.rcs(s, f, l, o)
+            });
+        }
         let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
         for &f in frequencies_hz {
             let geometry = Geometry::build(scene, 0.0, f)?;
+            if geometry.triangles.is_empty() {
+                for l in looks {
+                    out.push(rcs::point_sum(&geometry, *l, options.distance)?);
+                }
+                continue;
+            }
+            if looks.iter().any(|l| !l.is_monostatic()) {
+                return Err(Error::Failed(
+                    "the ray grid takes no receiver apart from the transmitter".into(),
+                ));
+            }
             let aspects: Vec<Aspect> = looks.iter().map(|l| l.transmit).collect();
             let grid =
                 RayGrid { bounces: options.bounces, rays_per_wavelength: 10.0, distance: options.distance };
@@ -181,7 +198,7 @@ impl Engine {
             Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
         };
         for (s, a) in swept.iter_mut().zip(aspects) {
-            s.add(&rcs::point_sum(geometry, *a, options));
+            s.add(&rcs::point_sum(geometry, Look::monostatic(*a), options.distance)?);
         }
         match swept.iter().position(|s| !s.is_finite()) {
             None => Ok(swept),

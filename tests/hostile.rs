@@ -263,7 +263,7 @@ fn buffers_come_only_from_the_folder() {
         ("b.bin%00", "leaves the folder"),
         ("", "leaves the folder"),
         ("b.bin%zz", "is not a valid URI"),
-        ("gone.bin", "the buffer file is missing"),
+        ("gone.bin", "the file is missing"),
         ("sub dir", "is not a file"),
         ("short.bin", "the buffer holds only 8 bytes"),
         ("data:application/octet-stream;base64,AA*A", "is not base64"),

@@ -1,12 +1,16 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
 
 pub mod closed_form;
+pub mod ground;
 pub mod po_sum;
+pub mod polarisation;
 pub mod table;
 
-use crate::frames::direction_from_angles;
+use crate::error::{BadInput, Result};
+use crate::frames::{direction_from_angles, polarisation_basis};
 use crate::geom::Geometry;
 use crate::units::{power_from_db, wavenumber};
+use glam::DVec3;
 use num_complex::Complex64;
 
 /// Where the radar stands while a cross section is taken.
@@ -121,22 +125,47 @@ impl Scattering {
     }
 }
 
-/// S of the geometry's point targets: sqrt(sigma / 4 pi) in both polarisations at its phase, not hidden
-/// by facets and not bounced. Points have no bounces, so the two conventions agree.
-pub fn point_sum(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scattering {
+/// S of the geometry's point targets, sqrt(sigma / 4 pi) in both polarisations, and of its scattering
+/// tables, at their phases. Neither is bounced, so the two conventions agree; what facets hide from the
+/// transmitter or the receiver is left out.
+///
+/// Errors: a scattering table seen with transmitter and receiver apart.
+pub fn point_sum(geometry: &Geometry, look: Look, distance: Distance) -> Result<Scattering> {
     let k = wavenumber(geometry.freq_hz);
-    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
-    let mut sum = Complex64::ZERO;
-    for p in &geometry.points {
-        let amplitude = (power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt();
-        sum += match options.distance {
-            Distance::Infinite => Complex64::from_polar(amplitude, 2.0 * k * u.dot(p.position_m)),
-            Distance::At(r0) => {
-                let r = (u * r0 - p.position_m).length();
-                Complex64::from_polar(amplitude * (r0 / r).powi(2), -2.0 * k * (r - r0))
-            }
-        };
+    let directions = [look.transmit, look.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
+    if !look.is_monostatic() && !geometry.tables.is_empty() {
+        return Err(BadInput::new("a scattering table holds echoes to where the wave came from")
+            .key("rcs_table")
+            .remedy("take it out of the scene for other directions and for a ground")
+            .into());
     }
-    let s = [[sum, Complex64::ZERO], [Complex64::ZERO, sum]];
-    Scattering { every: s, last: s }
+    let mut sum = [[Complex64::ZERO; 2]; 2];
+    let mut add = |position: DVec3, s: &dyn Fn(DVec3) -> [[Complex64; 2]; 2]| {
+        // Towards each antenna, and its amplitude and way against the origin's.
+        let legs = directions.map(|u| match distance {
+            Distance::Infinite => (u, f64::INFINITY, 1.0, -u.dot(position)),
+            Distance::At(r0) => {
+                let d = u * r0 - position;
+                (d / d.length(), d.length(), r0 / d.length(), d.length() - r0)
+            }
+        });
+        let hidden = legs
+            .iter()
+            .any(|(to, r, ..)| geometry.bvh.any_hit(&geometry.triangles, position, *to, u32::MAX, *r));
+        if hidden {
+            return;
+        }
+        let factor = Complex64::from_polar(legs[0].2 * legs[1].2, -k * (legs[0].3 + legs[1].3));
+        for (z, x) in sum.as_flattened_mut().iter_mut().zip(s(legs[0].0).as_flattened()) {
+            *z += x * factor;
+        }
+    };
+    for p in &geometry.points {
+        let amplitude = (power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt().into();
+        add(p.position_m, &|_| [[amplitude, Complex64::ZERO], [Complex64::ZERO, amplitude]]);
+    }
+    for t in &geometry.tables {
+        add(t.position_m, &|to| t.scattering(to, polarisation_basis(to)));
+    }
+    Ok(Scattering { every: sum, last: sum })
 }
