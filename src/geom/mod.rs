@@ -2,6 +2,7 @@
 //! BVH. Rebuilt for each frame in which something moves.
 
 pub mod bvh;
+pub mod faces;
 mod patches;
 pub mod upload;
 
@@ -10,9 +11,10 @@ use crate::frames::{angles_from_direction, polarisation_basis};
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
 use crate::scene::{Scene, Shape};
 use bvh::Bvh;
+use faces::Faces;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Two corners closer than this many times the mesh's size make a triangle degenerate.
 const DEGENERATE: f64 = 1e-12;
@@ -28,6 +30,7 @@ pub struct Triangle {
     pub normal: DVec3,
     du: DVec3,
     dv: DVec3,
+    exact: [DVec3; 3],
     /// Coplanar neighbours share a patch: a ray that leaves a patch cannot meet it again.
     pub patch: u32,
     /// Index into `Geometry::bodies`.
@@ -54,6 +57,7 @@ impl Triangle {
             normal,
             du: e2.cross(normal) / area2,
             dv: normal.cross(e1) / area2,
+            exact: v,
             patch,
             body,
             surface,
@@ -62,6 +66,11 @@ impl Triangle {
 
     pub fn corners(&self) -> [DVec3; 3] {
         [self.v0, self.v0 + self.e1, self.v0 + self.e2]
+    }
+
+    /// The corners as they came, without the rounding of v0 + e1.
+    pub fn corners_exact(&self) -> [DVec3; 3] {
+        self.exact
     }
 
     pub fn area_m2(&self) -> f64 {
@@ -148,6 +157,7 @@ pub struct Geometry {
     /// Hits nearer than this along a ray are its own start; set from the size of the scene.
     pub t_min_m: f64,
     pub bounds_m: (DVec3, DVec3),
+    faces: OnceLock<Faces>,
 }
 
 impl Geometry {
@@ -240,7 +250,13 @@ impl Geometry {
             freq_hz,
             t_min_m,
             bounds_m: (lo, hi),
+            faces: OnceLock::new(),
         })
+    }
+
+    /// The convex faces that beams meet, made when first asked for.
+    pub fn faces(&self) -> &Faces {
+        self.faces.get_or_init(|| Faces::build(self))
     }
 
     /// Centre and radius of a sphere that holds every triangle.

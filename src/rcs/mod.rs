@@ -113,6 +113,12 @@ impl Scattering {
         }
     }
 
+    pub fn scale(&mut self, factor: f64) {
+        for z in self.every.iter_mut().chain(&mut self.last).flatten() {
+            *z *= factor;
+        }
+    }
+
     pub fn is_finite(&self) -> bool {
         self.every.iter().chain(&self.last).flatten().all(|z| z.re.is_finite() && z.im.is_finite())
     }
