@@ -74,6 +74,10 @@ pub fn scattering(
     let alone = RcsOptions { ground: Ground::None, ..options.clone() };
     if is_mirror(material) {
         let doubled = with_image(scene)?;
+        if doubled.objects.is_empty() {
+            // All of the target lies in the plane: it is a part of the ground.
+            return Ok(vec![Scattering::default(); frequencies_hz.len() * looks.len()]);
+        }
         let ways: Vec<Look> = looks
             .iter()
             .flat_map(|l| [*l, Look { transmit: below(l.transmit), receive: l.receive }])
@@ -175,6 +179,9 @@ fn with_image(scene: &Scene) -> Result<Scene> {
                 let kept: Vec<usize> = (0..mesh.triangles.len())
                     .filter(|t| mesh.triangles[*t].iter().any(|v| world[*v as usize].z > IN_PLANE_M))
                     .collect();
+                if kept.is_empty() {
+                    continue;
+                }
                 for mirrored in [false, true] {
                     let half = Mesh {
                         positions_m: if mirrored {
