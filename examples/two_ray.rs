@@ -1,45 +1,24 @@
 //! A point and a corner reflector 0.35 m over a conducting plane, seen from 0.15 m: the nulls of the point are
 //! the two-ray formula's, those of the corner are split in two. Writes `two_ray.png`, or the file that is named.
 
-use catseye::cpu::rcs::beam_sum::{Tone, sweep};
+use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
-use catseye::geom::Geometry;
 use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
-use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions, Scattering, ground, point_sum};
+use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
-use catseye::scene::{Material, Scene, material};
-use catseye::trace::beams::BeamOptions;
-use catseye::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
+use catseye::scene::{Material, material};
+use catseye::units::{dbsm_from_amplitude, wavelength_m};
 use glam::DVec3;
 
 const FREQUENCY_HZ: f64 = 77e9;
 const RADAR_M: f64 = 0.15;
 const TARGET_M: f64 = 0.35;
 
-fn free(
-    scene: &Scene,
-    frequencies: &[f64],
-    looks: &[Look],
-    o: &RcsOptions,
-) -> catseye::Result<Vec<Scattering>> {
-    let mut out = Vec::new();
-    for &f in frequencies {
-        let g = Geometry::build(scene, 0.0, f)?;
-        let tone = Tone { wavenumber: wavenumber(f), surfaces: &g.surfaces };
-        let beams = BeamOptions::new(o.bounces, o.accuracy_db, false);
-        for (l, s) in looks.iter().zip(sweep(&g, &[tone], looks, o.distance, &beams)) {
-            let mut s = s[0];
-            s.add(&point_sum(&g, *l, o.distance)?);
-            out.push(s);
-        }
-    }
-    Ok(out)
-}
-
 /// HH over the plane, dBsm, as if in free space at that distance.
 fn curve(spec: &str, pitch: f64, ground: &Ground, ranges_m: &[f64]) -> catseye::Result<Vec<[f64; 2]>> {
     let mut scene = Reflector::parse(spec)?.to_scene(&material::by_name)?;
     scene.objects[0].pose = Pose::from_yaw_pitch_roll(DVec3::Z * TARGET_M, 0.0, pitch, 0.0);
+    let engine = Engine::open("cpu", Precision::F32)?;
     let mut points = Vec::new();
     for &d in ranges_m {
         let aspect = Aspect { azimuth: 0.0, elevation: RADAR_M.atan2(d) };
@@ -47,9 +26,10 @@ fn curve(spec: &str, pitch: f64, ground: &Ground, ranges_m: &[f64]) -> catseye::
             distance: Distance::At(d.hypot(RADAR_M)),
             ground: ground.clone(),
             accuracy_db: 0.05,
+            last: false,
             ..Default::default()
         };
-        let s = ground::scattering(&scene, &[FREQUENCY_HZ], &[Look::monostatic(aspect)], &options, free)?[0];
+        let s = engine.rcs(&scene, &[FREQUENCY_HZ], &[Look::monostatic(aspect)], &options)?[0];
         points.push([d, dbsm_from_amplitude(s.every[1][1].norm())]);
     }
     Ok(points)

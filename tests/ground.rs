@@ -1,15 +1,13 @@
 //! The plane under a target: image theory against closed forms (CONVENTIONS eq. 44-48).
 
-use catseye::cpu::rcs::beam_sum::{Tone, sweep};
+use catseye::engine::{Engine, Precision};
 use catseye::error::Result;
 use catseye::frames::Pose;
-use catseye::geom::Geometry;
 use catseye::rcs::closed_form::sinc;
-use catseye::rcs::ground::{FresnelZone, coefficients, scattering, warning};
-use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions, Scattering, point_sum};
+use catseye::rcs::ground::{FresnelZone, coefficients, warning};
+use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Scene, material};
-use catseye::trace::beams::BeamOptions;
 use catseye::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -17,20 +15,8 @@ use std::f64::consts::PI;
 
 const F: f64 = 77e9;
 
-/// S without a ground by exact beams.
-fn free(scene: &Scene, frequencies: &[f64], looks: &[Look], o: &RcsOptions) -> Result<Vec<Scattering>> {
-    let mut out = Vec::new();
-    for &f in frequencies {
-        let g = Geometry::build(scene, 0.0, f)?;
-        let tone = Tone { wavenumber: wavenumber(f), surfaces: &g.surfaces };
-        let beams = BeamOptions::new(o.bounces, o.accuracy_db, true);
-        for (l, s) in looks.iter().zip(sweep(&g, &[tone], looks, o.distance, &beams)) {
-            let mut s = s[0];
-            s.add(&point_sum(&g, *l, o.distance)?);
-            out.push(s);
-        }
-    }
-    Ok(out)
+fn rcs(scene: &Scene, looks: &[Look], options: &RcsOptions) -> Result<Vec<Scattering>> {
+    Engine::open("cpu", Precision::F64)?.rcs(scene, &[F], looks, options)
 }
 
 fn target(spec: &str, height_m: f64) -> Scene {
@@ -58,7 +44,7 @@ fn look(azimuth_deg: f64, elevation_deg: f64) -> Look {
 }
 
 fn one(scene: &Scene, look: Look, options: &RcsOptions) -> [[Complex64; 2]; 2] {
-    scattering(scene, &[F], &[look], options, free).unwrap()[0].every
+    rcs(scene, &[look], options).unwrap()[0].every
 }
 
 /// The look and the distance of a radar `h` above the plane, `d` away along it.
@@ -177,7 +163,7 @@ fn low_marker_on_conducting_ground() {
     let scene = target("type1:width_m=0.16,height_m=0.004", 0.0);
     let looks: Vec<Look> = (1..=100).map(|i| look(0.0, 0.1 * f64::from(i))).collect();
     let peak = |ground| {
-        scattering(&scene, &[F], &looks, &over(ground, Distance::Infinite), free)
+        rcs(&scene, &looks, &over(ground, Distance::Infinite))
             .unwrap()
             .iter()
             .map(|s| dbsm_from_amplitude(s.every[0][0].norm()))
@@ -247,7 +233,7 @@ fn warnings_where_the_zone_reaches_the_target() {
 #[test]
 fn bad_input() {
     let complaint = |scene: &Scene, l: Look, ground: Ground| {
-        let e = scattering(scene, &[F], &[l], &over(ground, Distance::Infinite), free).unwrap_err();
+        let e = rcs(scene, &[l], &over(ground, Distance::Infinite)).unwrap_err();
         assert_eq!(e.exit_code(), 2, "{e}");
         e.to_string()
     };

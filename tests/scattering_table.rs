@@ -88,7 +88,7 @@ fn a_table_scatters_as_the_facets_that_it_was_made_of() {
                 [Aspect { azimuth: 0.0, elevation: 0.0 }, Aspect { azimuth: 0.11, elevation: -0.07 }]
             {
                 let a = cpu::rcs::po_sum::sweep(&facets, &[aspect], &GRID)[0];
-                let b = point_sum(&tables, Look::monostatic(aspect), Distance::Infinite).unwrap();
+                let b = point_sum(&tables, Look::monostatic(aspect), F, Distance::Infinite).unwrap();
                 let d = worst(&a.every, &b.every) / face_on;
                 // The grid of rays lies askew on the rolled reflector; interpolation adds 1e-3.
                 assert!(d < 0.02, "{spec} {p:?}: {d}\n{:?}\n{:?}", a.every, b.every);
@@ -136,5 +136,5 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     let g = Geometry::build(&walled, 0.0, F).unwrap();
     assert!(point_returns(&g, DVec3::X * -5.0, DVec3::ZERO, glam::DQuat::IDENTITY).is_empty());
     let behind = Look::monostatic(Aspect { azimuth: std::f64::consts::PI, elevation: 0.0 });
-    assert_eq!(point_sum(&g, behind, Distance::Infinite).unwrap(), Default::default());
+    assert_eq!(point_sum(&g, behind, F, Distance::Infinite).unwrap(), Default::default());
 }

@@ -9,7 +9,7 @@ pub mod upload;
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{angles_from_direction, polarisation_basis};
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Material, Scene, Shape};
 use bvh::Bvh;
 use faces::Faces;
 use glam::{DQuat, DVec3};
@@ -107,6 +107,14 @@ pub struct Surface {
     pub roughness_rms_m: f64,
 }
 
+/// The scene's materials at a frequency, in their order.
+///
+/// Errors: a material without a value there.
+pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
+    let at = |m: &Material| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m });
+    scene.materials.iter().map(at).collect()
+}
+
 /// An isotropic scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointTarget {
@@ -130,12 +138,12 @@ pub struct TableTarget {
 }
 
 impl TableTarget {
-    /// S towards the unit vector `u` from the object (world), with the vectors V and H of `basis` (world) for
+    /// S at a place among the table's frequencies, towards the unit vector `u` from the object (world), with the vectors V and H of `basis` (world) for
     /// transmit and receive (CONVENTIONS eq. 43).
-    pub fn scattering(&self, u: DVec3, basis: (DVec3, DVec3)) -> Matrix {
+    pub fn scattering(&self, band: &Stencil, u: DVec3, basis: (DVec3, DVec3)) -> Matrix {
         let own = self.rotation.inverse() * u;
         let (azimuth, elevation) = angles_from_direction(own);
-        let s = self.table.scattering(&self.band, azimuth, elevation);
+        let s = self.table.scattering(band, azimuth, elevation);
         let (v, h) = polarisation_basis(own);
         let (v, h) = (self.rotation * v, self.rotation * h);
         turned(&s, [[basis.0.dot(v), basis.0.dot(h)], [basis.1.dot(v), basis.1.dot(h)]])
@@ -166,11 +174,7 @@ impl Geometry {
     /// Errors: a material or a scattering table without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        let surfaces = scene
-            .materials
-            .iter()
-            .map(|m| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m }))
-            .collect::<Result<Vec<_>>>()?;
+        let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
         let (mut triangles, mut bodies) = (Vec::new(), Vec::new());

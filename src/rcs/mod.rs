@@ -73,6 +73,9 @@ pub struct RcsOptions {
     pub accuracy_db: f64,
     pub diffraction: Diffraction,
     pub ground: Ground,
+    /// Also take the convention "last", which costs about half as much again. Without it `Scattering::last`
+    /// is NaN.
+    pub last: bool,
 }
 
 impl Default for RcsOptions {
@@ -83,6 +86,7 @@ impl Default for RcsOptions {
             accuracy_db: 0.1,
             diffraction: Diffraction::None,
             ground: Ground::None,
+            last: true,
         }
     }
 }
@@ -135,9 +139,9 @@ impl Scattering {
 /// tables, at their phases. Neither is bounced, so the two conventions agree; what facets hide from the
 /// transmitter or the receiver is left out.
 ///
-/// Errors: a scattering table seen with transmitter and receiver apart.
-pub fn point_sum(geometry: &Geometry, look: Look, distance: Distance) -> Result<Scattering> {
-    let k = wavenumber(geometry.freq_hz);
+/// Errors: a scattering table seen with transmitter and receiver apart, or without a value at the frequency.
+pub fn point_sum(geometry: &Geometry, look: Look, freq_hz: f64, distance: Distance) -> Result<Scattering> {
+    let k = wavenumber(freq_hz);
     let directions = [look.transmit, look.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
     if !look.is_monostatic() && !geometry.tables.is_empty() {
         return Err(BadInput::new("a scattering table holds echoes to where the wave came from")
@@ -171,7 +175,8 @@ pub fn point_sum(geometry: &Geometry, look: Look, distance: Distance) -> Result<
         add(p.position_m, &|_| [[amplitude, Complex64::ZERO], [Complex64::ZERO, amplitude]]);
     }
     for t in &geometry.tables {
-        add(t.position_m, &|to| t.scattering(to, polarisation_basis(to)));
+        let band = t.table.band(freq_hz)?;
+        add(t.position_m, &|to| t.scattering(&band, to, polarisation_basis(to)));
     }
     Ok(Scattering { every: sum, last: sum })
 }

@@ -49,7 +49,7 @@ pub fn point_returns(
         echo(t.id, t.position_m, t.velocity_mps, &|dir| {
             let (v, h) = polarisation_basis(to_sensor * dir);
             let to_world = to_sensor.inverse();
-            t.scattering(-dir, (to_world * v, to_world * h))
+            t.scattering(&t.band, -dir, (to_world * v, to_world * h))
         })
     });
     points.chain(tables).collect()
