@@ -1,13 +1,15 @@
 //! Objects that carry a scattering table echo as the facets that the table was made of.
 
 use catseye::cpu;
+use catseye::cpu::rcs::beam_sum::{Tone, sweep};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::rcs::table::{RcsTable, Row};
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, point_sum};
+use catseye::rcs::{Aspect, Distance, Look, point_sum};
 use catseye::road::reflector::Reflector;
 use catseye::scene::scatterer::ScatteringTable;
 use catseye::scene::{Scene, Shape, material};
+use catseye::trace::beams::BeamOptions;
 use catseye::trace::launch::Fan;
 use catseye::trace::points::point_returns;
 use catseye::trace::{Convention, TraceOptions};
@@ -17,7 +19,14 @@ use num_complex::Complex64;
 use std::sync::Arc;
 
 const F: f64 = 77e9;
-const GRID: RayGrid = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
+
+/// Every bounce's S of the facets by exact beams.
+fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<[[Complex64; 2]; 2]> {
+    let tone = Tone { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
+    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+    let options = BeamOptions::new(3, 0.1, false);
+    sweep(geometry, &[tone], &looks, Distance::Infinite, &options).iter().map(|s| s[0].every).collect()
+}
 
 /// The reflector's scattering as a file that went through the CSV, within 24 degrees of its x axis.
 fn table_of(spec: &str) -> (Scene, Arc<ScatteringTable>) {
@@ -26,11 +35,11 @@ fn table_of(spec: &str) -> (Scene, Arc<ScatteringTable>) {
     let steps = || (-24..=24).map(|d| f64::from(d).to_radians());
     let aspects: Vec<Aspect> =
         steps().flat_map(|elevation| steps().map(move |azimuth| Aspect { azimuth, elevation })).collect();
-    let swept = cpu::rcs::po_sum::sweep(&geometry, &aspects, &GRID);
+    let swept = exact(&geometry, &aspects);
     let rows = aspects
         .iter()
         .zip(swept)
-        .map(|(a, s)| Row { frequency_hz: F, aspect: *a, receive: None, s: s.every })
+        .map(|(a, s)| Row { frequency_hz: F, aspect: *a, receive: None, s })
         .collect();
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("table.csv");
@@ -75,23 +84,19 @@ fn pose((angles, at): ([f64; 3], [f64; 3]), turn: f64) -> Pose<catseye::frames::
 fn a_table_scatters_as_the_facets_that_it_was_made_of() {
     for spec in ["dihedral:width_m=0.012,height_m=0.012", "plate:width_m=0.014,height_m=0.01"] {
         let (scene, table) = table_of(spec);
-        let face_on = cpu::rcs::po_sum::sweep(
-            &Geometry::build(&scene, 0.0, F).unwrap(),
-            &[Aspect { azimuth: 0.0, elevation: 0.0 }],
-            &GRID,
-        )[0]
-        .every[0][0]
-            .norm();
+        let ahead = Aspect { azimuth: 0.0, elevation: 0.0 };
+        let face_on = exact(&Geometry::build(&scene, 0.0, F).unwrap(), &[ahead])[0][0][0].norm();
         for p in POSES {
             let [facets, tables] = both(&scene, &table, pose(p, 0.0));
             for aspect in
                 [Aspect { azimuth: 0.0, elevation: 0.0 }, Aspect { azimuth: 0.11, elevation: -0.07 }]
             {
-                let a = cpu::rcs::po_sum::sweep(&facets, &[aspect], &GRID)[0];
+                let a = exact(&facets, &[aspect])[0];
                 let b = point_sum(&tables, Look::monostatic(aspect), F, Distance::Infinite).unwrap();
-                let d = worst(&a.every, &b.every) / face_on;
-                // The grid of rays lies askew on the rolled reflector; interpolation adds 1e-3.
-                assert!(d < 0.02, "{spec} {p:?}: {d}\n{:?}\n{:?}", a.every, b.every);
+                let d = worst(&a, &b.every) / face_on;
+                println!("{spec} {p:?} {d:.2e}");
+                // Interpolation: at most 0.45 rad from line to line.
+                assert!(d < 3e-3, "{spec} {p:?}: {d}\n{a:?}\n{:?}", b.every);
             }
         }
     }

@@ -232,15 +232,12 @@ impl FresnelZone {
     ) -> FresnelZone {
         let (d, h1, h2) = (ground_range_m, radar_height_m, height_m);
         let way = d.hypot(h1 + h2);
-        let l = way + 0.5 * wavelength_m;
-        // l² − d², without the difference of large numbers.
-        let spread = (h1 + h2).powi(2) + wavelength_m * (way + 0.25 * wavelength_m);
-        let c = spread + h1 * h1 - h2 * h2;
-        let root = l * (c * c - 4.0 * h1 * h1 * spread).max(0.0).sqrt();
-        FresnelZone {
-            near_m: d - (c * d + root) / (2.0 * spread),
-            far_m: d - (c * d - root) / (2.0 * spread),
-        }
+        // The two ends of the quadratic, with (way + λ/2)² − d² and its root free of differences of large numbers.
+        let m = wavelength_m * (way + 0.25 * wavelength_m);
+        let spread = (h1 + h2).powi(2) + m;
+        let middle = d * (2.0 * h2 * (h1 + h2) + m);
+        let root = (way + 0.5 * wavelength_m) * (m * (m + 4.0 * h1 * h2)).sqrt();
+        FresnelZone { near_m: 0.5 * (middle - root) / spread, far_m: 0.5 * (middle + root) / spread }
     }
 
     pub fn length_m(&self) -> f64 {
