@@ -39,7 +39,7 @@ fn main() -> catseye::Result<()> {
     let file = std::env::args().nth(1).unwrap_or("two_ray.png".into());
     let pec = Ground::Plane(Material::pec());
     // Even steps of 1/d are even steps of the difference of the two ways.
-    let n = 500;
+    let n = 2000;
     let ranges: Vec<f64> =
         (0..=n).map(|i| 1.0 / (1.0 / 60.0 + (1.0 / 3.0 - 1.0 / 60.0) * i as f64 / n as f64)).collect();
     // The corner's axis of symmetry is level.

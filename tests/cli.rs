@@ -274,7 +274,7 @@ fn ground_and_polarisations_on_the_command_line() {
             "--quiet",
             "--force",
             "rcs",
-            "plate:width_m=0.02,height_m=0.02",
+            "plate:width_m=0.02,height_m=0.004",
             "-o",
             "t.csv",
         ];
@@ -282,10 +282,18 @@ fn ground_and_polarisations_on_the_command_line() {
         std::fs::read_to_string(dir.join("t.csv")).unwrap()
     };
     assert!(csv(&[]).contains("hh_re_m,hh_im_m\n"));
-    let text =
-        csv(&["--polarisation", "circular", "--height-m", "0.01", "--ground", "pec", "--elevation-deg", "3"]);
+    let text = csv(&[
+        "--polarisation",
+        "circular",
+        "--height-m",
+        "0.002",
+        "--ground",
+        "pec",
+        "--elevation-deg",
+        "3",
+    ]);
     assert!(text.contains("hh_re_m,hh_im_m,rr_dbsm,rl_dbsm,lr_dbsm,ll_dbsm\n"), "{text}");
-    assert!(text.contains("# ground: pec, target raised by 0.01 m"), "{text}");
+    assert!(text.contains("# ground: pec, target raised by 0.002 m"), "{text}");
     assert!(text.contains("# warning: ground: at elevation 3.000 deg"), "{text}");
     refused(dir, &["rcs", "point", "--ground", "pece"], &["--ground", "pece", "did you mean 'pec'?"]);
     refused(

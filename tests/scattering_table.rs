@@ -2,12 +2,12 @@
 
 use catseye::cpu;
 use catseye::cpu::rcs::beam_sum::{Tone, between, sweep};
-use catseye::frames::{Pose, Sensor, World};
+use catseye::frames::{Pose, Sensor, World, polarisation_basis};
 use catseye::geom::Geometry;
 use catseye::rcs::table::{RcsTable, Row};
 use catseye::rcs::{Aspect, Distance, Look, point_sum};
 use catseye::road::reflector::Reflector;
-use catseye::scene::scatterer::ScatteringTable;
+use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::beams::{BeamOptions, Port};
 use catseye::trace::launch::Fan;
@@ -94,7 +94,6 @@ fn a_table_scatters_as_the_facets_that_it_was_made_of() {
                 let a = exact(&facets, &[aspect])[0];
                 let b = point_sum(&tables, Look::monostatic(aspect), F, Distance::Infinite).unwrap();
                 let d = worst(&a, &b.every) / face_on;
-                println!("{spec} {p:?} {d:.2e}");
                 // Interpolation: at most 0.45 rad from line to line.
                 assert!(d < 3e-3, "{spec} {p:?}: {d}\n{a:?}\n{:?}", b.every);
             }
@@ -123,24 +122,30 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
         }
         s
     };
-    for p in POSES {
+    let level = Pose::new(glam::DQuat::IDENTITY, place);
+    let rolled = Pose::from_yaw_pitch_roll(place, 0.02, -0.01, 0.3);
+    for (n, p) in POSES.into_iter().enumerate() {
         let [facets, tables] = both(&scene, &table, pose(p, std::f64::consts::PI));
         // Exact beams from the radar's place: their H points the other way, as seen from the object.
         let tone = Tone { wavenumber: k, surfaces: &facets.surfaces };
         let beams = BeamOptions::new(3, 0.02, false);
         let [[vv, vh], [hv, hh]] =
             between(facets.faces(), &[tone], Port::At(place), Port::At(place), &beams)[0].every;
-        let a = [[vv, -vh], [-hv, hh]].map(|row| row.map(|z| z * place.length_squared()));
-        let b = echo(&tables, &Pose::new(glam::DQuat::IDENTITY, place));
-        let d = worst(&a, &b) / face_on;
-        println!("{p:?} {d:.2e}");
-        assert!(d < 5e-3, "{p:?}: {d}\n{a:?}\n{b:?}");
-        // Rays, which err by some per cent on so small a body.
-        let rolled = Pose::from_yaw_pitch_roll(place, 0.02, -0.01, 0.3);
-        let (a, b) = (echo(&facets, &rolled), echo(&tables, &rolled));
-        let d = worst(&a, &b) / face_on;
-        println!("rays {d:.2e}");
-        assert!(d < 0.05, "{p:?}: {d}\n{a:?}\n{b:?}");
+        let seen = [[vv, -vh], [-hv, hh]].map(|row| row.map(|z| z * place.length_squared()));
+        let look = (DVec3::from(p.1) - place).normalize();
+        let (v, h) = polarisation_basis(look);
+        let (rv, rh) = polarisation_basis(rolled.rotation.inverse() * look);
+        let (rv, rh) = (rolled.rotation * rv, rolled.rotation * rh);
+        let seen_rolled = turned(&seen, [[rv.dot(v), rv.dot(h)], [rh.dot(v), rh.dot(h)]]);
+        for (radar, seen) in [(&level, seen), (&rolled, seen_rolled)] {
+            let d = worst(&seen, &echo(&tables, radar)) / face_on;
+            assert!(d < 3e-3, "{p:?}: {d}\n{seen:?}");
+        }
+        // And the rays of a frame, where they meet more than the edges of this small body.
+        if n < 3 {
+            let d = worst(&echo(&facets, &rolled), &echo(&tables, &rolled)) / face_on;
+            assert!(d < 0.05, "{p:?}: {d}");
+        }
     }
     // Behind a wall there is nothing, and ahead of it the echo has the object's id.
     let [_, tables] = both(&scene, &table, pose(POSES[0], std::f64::consts::PI));
