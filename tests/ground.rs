@@ -81,7 +81,10 @@ fn point_target_is_the_two_ray_formula() {
 
 /// Places where |S| is least or largest along the distance, by the sign of `sense`.
 fn turning_points(sense: f64, from: f64, to: f64, s: impl Fn(f64) -> f64) -> Vec<f64> {
-    let n = 6000;
+    turning_points_of(sense, from, to, 6000, s)
+}
+
+fn turning_points_of(sense: f64, from: f64, to: f64, n: usize, s: impl Fn(f64) -> f64) -> Vec<f64> {
     let d: Vec<f64> = (0..=n).map(|i| from * (to / from).powf(i as f64 / n as f64)).collect();
     let v: Vec<f64> = d.iter().map(|d| sense * s(*d)).collect();
     (1..n).filter(|&i| v[i] > v[i - 1] && v[i] >= v[i + 1]).map(|i| d[i]).collect()
@@ -102,6 +105,28 @@ fn nulls_and_peaks_of_the_two_ray_gate() {
         for (a, b) in found.iter().zip(gate) {
             assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
         }
+    }
+}
+
+/// A corner reflector answers less to where the wave did not come from, so that the two equal terms of the middle
+/// are smaller than the others together and each null becomes two, on both sides of the point's.
+#[test]
+fn each_null_of_a_corner_reflector_splits_in_two() {
+    let mut corner = target("trihedral:leg_m=0.1", 0.35);
+    corner.objects[0].pose = Pose::from_yaw_pitch_roll(DVec3::Z * 0.35, 0.0, 0.5f64.sqrt().atan(), 0.0);
+    let hh = |d: f64, ground: Ground| {
+        let (look, distance) = place(d, 0.15);
+        let options = RcsOptions { last: false, accuracy_db: 0.05, ..over(ground, distance) };
+        one(&corner, look, &options)[1][1]
+    };
+    for null in [26.97, 13.48, 8.98, 6.73] {
+        let dips = turning_points_of(-1.0, 0.92 * null, 1.08 * null, 160, |d| hh(d, pec()).norm());
+        println!("{null}: {dips:.3?}");
+        assert!(dips.len() == 2 && dips[0] < 0.99 * null && dips[1] > 1.01 * null, "{null}: {dips:?}");
+        // The four ways leave out what goes from the corner to the ground and back.
+        let at = hh(null, pec());
+        let four = hh(null, nearly_pec());
+        assert!((at - four).norm() < 0.03 * hh(null, Ground::None).norm(), "{null}: {at} {four}");
     }
 }
 
