@@ -7,13 +7,14 @@ use crate::adc::{self, Cube};
 use crate::cpu;
 use crate::cpu::adc::synthesis::Control;
 use crate::cpu::rcs::beam_sum::{self, Tone};
+use crate::cpu::rcs::ptd;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Geometry, surfaces_at};
+use crate::geom::{Geometry, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
-use crate::rcs::{self, Aspect, Look, RayGrid, RcsOptions, Scattering, po_sum};
+use crate::rcs::{self, Aspect, Diffraction, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
@@ -163,7 +164,8 @@ impl Engine {
     /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
     /// and each look (`[frequency, look]`). What beams meet does not depend on frequency and is found once.
     ///
-    /// Errors: a material without a value at a frequency; options that are out of range.
+    /// Errors: a material or a scattering table without a value at a frequency; options that are out of
+    /// range.
     pub fn rcs(
         &self,
         scene: &Scene,
@@ -171,6 +173,11 @@ impl Engine {
         looks: &[Look],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
+        if options.ground != Ground::None {
+            return rcs::ground::scattering(scene, frequencies_hz, looks, options, |s, f, l, o| {
+                self.rcs(s, f, l, o)
+            });
+        }
         let highest = frequencies_hz.iter().copied().fold(f64::NAN, f64::max);
         if !highest.is_finite() || looks.is_empty() {
             return Ok(Vec::new());
@@ -187,11 +194,21 @@ impl Engine {
             Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, looks, options.distance, &beams),
             Engine::Gpu(_) => return Err(Error::Failed("beams on the gpu engine".into())),
         };
+        let edges = match options.diffraction {
+            Diffraction::None => None,
+            Diffraction::Ptd => {
+                let edges = edges::find(&geometry, edges::SMOOTH_RAD);
+                Some(ptd::sweep(&geometry, &edges, frequencies_hz, looks, options.distance))
+            }
+        };
         let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
-        for (i, tone) in tones.iter().enumerate() {
+        for (i, f) in frequencies_hz.iter().enumerate() {
             for (look, s) in looks.iter().zip(&by_look) {
                 let mut s = s[i];
-                s.add(&rcs::point_sum(&geometry, look, tone.wavenumber, options.distance));
+                s.add(&rcs::point_sum(&geometry, *look, *f, options.distance)?);
+                if let Some(edges) = &edges {
+                    s.add(&edges[out.len()]);
+                }
                 if !s.every.iter().flatten().all(|z| z.is_finite()) {
                     return Err(not_a_number(&look.transmit));
                 }
@@ -216,8 +233,7 @@ impl Engine {
             Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
         };
         for (s, a) in swept.iter_mut().zip(aspects) {
-            let look = Look::monostatic(*a);
-            s.add(&rcs::point_sum(geometry, &look, wavenumber(geometry.freq_hz), options.distance));
+            s.add(&rcs::point_sum(geometry, Look::monostatic(*a), geometry.freq_hz, options.distance)?);
         }
         match swept.iter().position(|s| !s.is_finite()) {
             None => Ok(swept),

@@ -10,9 +10,10 @@ use catseye::geom::Geometry;
 use catseye::geom::edges::{SMOOTH_RAD, find};
 use catseye::plot::{Curve, rcs_lines};
 use catseye::rcs::closed_form::{po_cylinder, po_plate};
-use catseye::rcs::{Aspect, Distance, RcsOptions};
+use catseye::rcs::{Aspect, Distance, Look};
 use catseye::road::reflector::{Builder, Cylinder};
 use catseye::scene::{Material, Mesh, Scene};
+use catseye::trace::beams::Port;
 use catseye::units::{dbsm_from_amplitude, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -103,8 +104,8 @@ fn fringe(faces: &[Vec<DVec3>], edges: usize, cut: &Cut) -> Vec<[[Complex64; 2];
     let g = geometry(faces, cut.freq_hz);
     let found = find(&g, SMOOTH_RAD);
     assert_eq!(found.len(), edges);
-    let options = RcsOptions { bounces: 1, rays_per_wavelength: 1.0, distance: Distance::Infinite };
-    ptd::sweep(&g, &found, &cut.aspects(), &options).iter().map(|s| s.every).collect()
+    let looks: Vec<Look> = cut.aspects().into_iter().map(Look::monostatic).collect();
+    ptd::sweep(&g, &found, &[cut.freq_hz], &looks, Distance::Infinite).iter().map(|s| s.every).collect()
 }
 
 /// Physical optics of a plane convex face by its outline (W. B. Gordon, IEEE Trans. Antennas Propag.
@@ -362,7 +363,7 @@ fn cylinder_rims() {
     let g = Geometry::build(&scene, 0.0, freq_hz).unwrap();
     let edges = find(&g, SMOOTH_RAD);
     assert_eq!(edges.len(), 2 * cylinder.segments());
-    let sum = |u: DVec3| ptd::edge_sum(&g, &edges, freq_hz, ptd::Station::Far(u), ptd::Station::Far(u));
+    let sum = |u: DVec3| ptd::edge_sum(&g, &edges, freq_hz, Port::Far(u), Port::Far(u));
     let db = |z: Complex64| dbsm_from_amplitude(z.norm());
     for elevation_deg in [0.0, 0.2, 0.745, 2.0, 5.0, 20.0, 45.0, 70.0, 90.0f64] {
         let u = direction_from_angles(0.03, elevation_deg.to_radians());

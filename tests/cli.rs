@@ -236,3 +236,72 @@ fn devices_are_listed() {
     assert!(["cpu", "gpu"].contains(&v["auto"].as_str().unwrap()));
     assert!(v["adapters"].as_array().unwrap().iter().any(|a| a["self_test"] == "passed"), "{json}");
 }
+
+#[test]
+fn ground_and_polarisations_on_the_command_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    // The two rays cancel at 26.97 m: elevation atan(0.15 / 26.967), distance 26.9674 m.
+    let at = |d: f64, ground: &str| -> serde_json::Value {
+        let (e, r) = (0.15f64.atan2(d).to_degrees().to_string(), d.hypot(0.15).to_string());
+        let args = [
+            "--device",
+            "cpu",
+            "--json",
+            "rcs",
+            "point:rcs_dbsm=0",
+            "--height-m",
+            "0.35",
+            "--ground",
+            ground,
+        ];
+        let more = ["--elevation-deg", &e, "--range-m", &r, "--polarisation", "circular,linear45"];
+        serde_json::from_str(&done(dir, &[&args[..], &more[..]].concat())).unwrap()
+    };
+    let level = |v: &serde_json::Value, key: &str| v["rows"][0][key].as_f64().unwrap_or(f64::NEG_INFINITY);
+    let (null, peak) = (at(26.967, "pec"), at(53.9, "pec"));
+    assert!(level(&null, "hh_dbsm") < -45.0, "{null}");
+    assert!((level(&peak, "hh_dbsm") - 12.041).abs() < 0.02, "{peak}");
+    assert!((level(&at(53.9, "none"), "hh_dbsm")).abs() < 0.02);
+    // At the null the plane sends H away and doubles V, which holds half of each circular wave.
+    let lr = null["rows"][0]["derived_dbsm"]["lr"].as_f64().unwrap();
+    assert!((lr - 6.02).abs() < 0.05, "{null}");
+    assert!((null["rows"][0]["derived_dbsm"]["p45p45"].as_f64().unwrap() - 6.02).abs() < 0.05, "{null}");
+
+    let csv = |more: &[&str]| {
+        let args = [
+            "--device",
+            "cpu",
+            "--quiet",
+            "--force",
+            "rcs",
+            "plate:width_m=0.02,height_m=0.004",
+            "-o",
+            "t.csv",
+        ];
+        done(dir, &[&args[..], more].concat());
+        std::fs::read_to_string(dir.join("t.csv")).unwrap()
+    };
+    assert!(csv(&[]).contains("hh_re_m,hh_im_m\n"));
+    let text = csv(&[
+        "--polarisation",
+        "circular",
+        "--height-m",
+        "0.002",
+        "--ground",
+        "pec",
+        "--elevation-deg",
+        "3",
+    ]);
+    assert!(text.contains("hh_re_m,hh_im_m,rr_dbsm,rl_dbsm,lr_dbsm,ll_dbsm\n"), "{text}");
+    assert!(text.contains("# ground: pec, target raised by 0.002 m"), "{text}");
+    assert!(text.contains("# warning: ground: at elevation 3.000 deg"), "{text}");
+    refused(dir, &["rcs", "point", "--ground", "pece"], &["--ground", "pece", "did you mean 'pec'?"]);
+    refused(
+        dir,
+        &["rcs", "point", "--ground", "pec", "--elevation-deg", "-1"],
+        &["elevation", "below the ground"],
+    );
+    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["reaches below the ground"]);
+    refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
+}

@@ -268,7 +268,7 @@ fn buffers_come_only_from_the_folder() {
         ("b.bin%00", "leaves the folder"),
         ("", "leaves the folder"),
         ("b.bin%zz", "is not a valid URI"),
-        ("gone.bin", "the buffer file is missing"),
+        ("gone.bin", "the file is missing"),
         ("sub dir", "is not a file"),
         ("short.bin", "the buffer holds only 8 bytes"),
         ("data:application/octet-stream;base64,AA*A", "is not base64"),
@@ -288,6 +288,57 @@ fn buffers_come_only_from_the_folder() {
     assert!(e.to_string().ends_with("is a directory; give a .glb or .gltf file"), "{e}");
     let e = import(&dir.path().join("gone.glb"), &ImportOptions::default()).unwrap_err();
     assert!(e.to_string().contains("no such file") && e.exit_code() == 2);
+}
+
+#[test]
+fn scattering_tables_of_nodes() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = "frequency_hz,azimuth_deg,elevation_deg,vv_dbsm,vh_dbsm,hv_dbsm,hh_dbsm,\
+                vv_re_m,vv_im_m,vh_re_m,vh_im_m,hv_re_m,hv_im_m,hh_re_m,hh_im_m\n";
+    let write =
+        |name: &str, text: &str| std::fs::write(dir.path().join(name), format!("{head}{text}")).unwrap();
+    write("good.csv", "77e9,0,0,,,,,1,0,0,0,0,0,1,0\n");
+    write("twice.csv", &"77e9,0,0,,,,,1,0,0,0,0,0,1,0\n".repeat(2));
+    write("nan.csv", "77e9,0,0,,,,,NaN,0,0,0,0,0,1,0\n");
+    write("empty.csv", "");
+    std::fs::write(dir.path().join("binary.csv"), [0xff, 0xfe, 0x00]).unwrap();
+    let node = |extras: Value, more: Value| {
+        let (mut v, bin) = parts(&glb());
+        // The material is unknown: of a mesh that does not scatter it does not matter.
+        v["materials"][0] = json!({"name": "unobtainium"});
+        v["nodes"][0]["extras"]["catseye"] = extras;
+        for (k, x) in more.as_object().unwrap() {
+            v["nodes"][0][k] = x.clone();
+        }
+        let bytes = join(v.to_string().as_bytes(), &bin);
+        import_bytes(&bytes, Path::new("h.glb"), Some(dir.path()), &ImportOptions::default())
+    };
+    let s = node(json!({"rcs_table": "good.csv", "id": 9}), json!({"translation": [1, 2, 3]})).unwrap();
+    assert_eq!((s.objects[0].shape, s.objects[0].id, s.triangle_count()), (Shape::Table(0), 9, 0));
+    assert_eq!(s.objects[0].pose.translation_m, DVec3::new(3.0, 1.0, 2.0));
+    assert!(s.import.notes.iter().any(|n| n.contains("its mesh does not")), "{:?}", s.import.notes);
+    for (extras, more, expect) in [
+        (json!({"rcs_table": 3}), json!({}), "is not the path of a file"),
+        (json!({"rcs_table": "gone.csv"}), json!({}), "the file is missing"),
+        (json!({"rcs_table": "../good.csv"}), json!({}), "leaves the folder"),
+        (json!({"rcs_table": "/etc/passwd"}), json!({}), "leaves the folder"),
+        (json!({"rcs_table": "."}), json!({}), "is not a file"),
+        (json!({"rcs_table": "twice.csv"}), json!({}), "twice.csv:3: azimuth 0 deg"),
+        (json!({"rcs_table": "nan.csv"}), json!({}), "nan.csv:2: vv_re_m = NaN"),
+        (json!({"rcs_table": "empty.csv"}), json!({}), "the table has no rows"),
+        (json!({"rcs_table": "binary.csv"}), json!({}), "is not UTF-8"),
+        (json!({"rcs_table": "good.csv"}), json!({"scale": [2, 1, 1]}), "is scaled or mirrored"),
+        (json!({"rcs_table": "good.csv"}), json!({"scale": [-1, 1, 1]}), "is scaled or mirrored"),
+        (json!({"rcs_table": "good.csv", "rcs_dbsm": 1}), json!({}), "rcs_dbsm"),
+    ] {
+        let e = node(extras, more).unwrap_err();
+        assert_eq!(e.exit_code(), 2);
+        assert!(e.to_string().contains(expect) && !e.to_string().contains('\n'), "{e}\n not {expect}");
+    }
+    // Bytes alone have no folder.
+    let (mut v, bin) = parts(&glb());
+    v["nodes"][0]["extras"]["catseye"] = json!({"rcs_table": "good.csv"});
+    assert!(complaint_of(&join(v.to_string().as_bytes(), &bin)).contains("no folder to look in"));
 }
 
 /// A value that stands for anything in a JSON document.

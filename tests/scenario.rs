@@ -124,6 +124,56 @@ fn files_are_looked_for_beside_the_scenario() {
     assert_eq!(scene.import.triangles, 2);
 }
 
+/// An RCS table of 1 m towards x that turns the polarisation.
+const TABLE: &str = "frequency_hz,azimuth_deg,elevation_deg,vv_dbsm,vh_dbsm,hv_dbsm,hh_dbsm,\
+    vv_re_m,vv_im_m,vh_re_m,vh_im_m,hv_re_m,hv_im_m,hh_re_m,hh_im_m\n\
+    77e9,-10,0,,,,,0,0,1,0,1,0,0,0\n77e9,10,0,,,,,0,0,1,0,1,0,0,0\n";
+
+#[test]
+fn objects_may_scatter_as_a_table_says() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("t.csv"), TABLE).unwrap();
+    let text = format!(
+        "{BASE}[[object]]\nrcs_table = \"t.csv\"\nposition_m = [20, 1, 0.5]\nyaw_deg = 180\nroll_deg = 30\n\
+         velocity_mps = [-3, 0, 0]\nclass = \"sign\"\n[[object]]\nrcs_table = \"t.csv\"\nposition_m = [9, 0, 0]\nname = \"b\"\n"
+    );
+    let path = dir.path().join("s.toml");
+    std::fs::write(&path, &text).unwrap();
+    let scene = Scenario::load(&path).unwrap().build(&Stub).unwrap();
+    assert_eq!((scene.objects.len(), scene.tables.len()), (2, 1));
+    let o = &scene.objects[0];
+    assert_eq!((o.shape, o.name.as_str(), o.class.as_str()), (Shape::Table(0), "t", "sign"));
+    assert_eq!((scene.objects[1].name.as_str(), o.velocity_mps), ("b", DVec3::X * -3.0));
+    assert!(scene.import.notes.iter().any(|n| n.contains("has one elevation")), "{:?}", scene.import.notes);
+    // Through glTF and back: the table goes along, the pose stays.
+    let (glb, away) = (dir.path().join("s.glb"), dir.path().join("sub"));
+    std::fs::create_dir(&away).unwrap();
+    gltf::export(&scene, &glb).unwrap();
+    gltf::export(&scene, &away.join("s.glb")).unwrap();
+    for file in [glb, away.join("s.glb")] {
+        let back = gltf::import(&file, &Default::default()).unwrap();
+        assert_eq!(back.tables[0].sha256(), scene.tables[0].sha256());
+        let b = &back.objects[0];
+        assert_eq!((b.shape, b.id, b.class.as_str()), (Shape::Table(0), o.id, "sign"));
+        assert!((b.pose.point(DVec3::ONE) - o.pose.point(DVec3::ONE)).length() < 1e-12);
+    }
+    std::fs::write(away.join("t.csv"), TABLE.replace("77e9,-10", "77e9,-9")).unwrap();
+    assert!(
+        gltf::export(&scene, &away.join("s.glb"))
+            .unwrap_err()
+            .to_string()
+            .contains("another file has the name")
+    );
+
+    let both =
+        format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nreflector = \"type1\"\nposition_m = [9, 0, 0]\n");
+    assert!(complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("given twice"));
+    let unit = format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nposition_m = [9, 0, 0]\nunit = \"mm\"\n");
+    assert!(complaint(&unit).contains("belongs to a glTF file"));
+    let gone = format!("{BASE}[[object]]\nrcs_table = \"gone.csv\"\nposition_m = [9, 0, 0]\n");
+    assert!(complaint(&gone).contains("gone.csv: no such file"));
+}
+
 #[test]
 fn an_inline_radar_keeps_its_lines() {
     // The tables of the radar, moved below [radar].

@@ -104,7 +104,7 @@ pub fn draw_frame(
         let centre = DVec3::from_array(b.centre_m);
         let half = 0.5 * DVec3::from_array(b.size_m);
         let polygon = match o.shape {
-            Shape::Point { .. } => vec![[centre.x, centre.y]],
+            Shape::Point { .. } | Shape::Table(_) => vec![[centre.x, centre.y]],
             Shape::Mesh(_) => [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .iter()
                 .map(|(sx, sy)| {

@@ -4,15 +4,18 @@ use super::angles::{LONGEST, parse_list};
 use super::target::{self, ImportArgs};
 use super::{Global, print, print_json};
 use crate::engine::Engine;
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 use crate::formats::stage::StagedFile;
 use crate::geom::Geometry;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
+use crate::rcs::polarisation::Derived;
 use crate::rcs::table::{RcsTable, Row};
-use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
+use crate::rcs::{self, Aspect, Distance, Ground, Look, RayGrid, RcsOptions, Scattering};
+use crate::scene::material;
 use crate::trace::{Convention, MAX_BOUNCES};
 use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use clap::{Args, ValueEnum};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Radar cross section of a glTF file or of a reflector: table, CSV, plot
@@ -45,9 +48,15 @@ pub struct Rcs {
     /// Edge diffraction (this version has none)
     #[arg(long, default_value = "none", value_name = "none")]
     pub diffraction: String,
-    /// Ground under the target (this version has none; put it into the scene)
-    #[arg(long, default_value = "none", value_name = "none")]
+    /// Endless ground, the plane z = 0 of the target frame: none, pec, or a material
+    #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
+    /// Raises the target along z, above the ground
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "H")]
+    pub height_m: f64,
+    /// More polarisations, after VV, VH, HV and HH (several with commas)
+    #[arg(long, value_delimiter = ',', value_name = "linear45,circular")]
+    pub polarisation: Vec<PolarisationName>,
     #[command(flatten)]
     pub import: ImportArgs,
     /// CSV to write
@@ -64,6 +73,23 @@ pub enum ConventionName {
     Last,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PolarisationName {
+    /// Linear at +45 and -45 deg
+    Linear45,
+    /// Right- and left-hand circular (IEEE)
+    Circular,
+}
+
+impl PolarisationName {
+    fn derived(self) -> Derived {
+        match self {
+            PolarisationName::Linear45 => Derived::Linear45,
+            PolarisationName::Circular => Derived::Circular,
+        }
+    }
+}
+
 /// Aspects between two steps of the progress bar.
 const BATCH: usize = 64;
 
@@ -78,6 +104,9 @@ struct JsonRow {
     hh_dbsm: f64,
     /// [[vv, vh], [hv, hh]], each [re, im] in m.
     s_m: [[[f64; 2]; 2]; 2],
+    /// In the polarisations that were asked for, dBsm.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    derived_dbsm: BTreeMap<&'static str, f64>,
 }
 
 impl Rcs {
@@ -120,7 +149,11 @@ impl Rcs {
         {
             return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
         }
-        let target = target::load(&self.target, &self.import)?;
+        let mut target = target::load(&self.target, &self.import)?;
+        for o in &mut target.scene.objects {
+            o.pose.translation_m.z += self.height_m;
+        }
+        let ground = self.ground()?;
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
@@ -145,6 +178,21 @@ impl Rcs {
             azimuth: target.boresight_deg.0.to_radians(),
             elevation: target.boresight_deg.1.to_radians(),
         };
+        let with_ground = RcsOptions {
+            bounces: self.bounces,
+            distance: options.distance,
+            ground: ground.clone(),
+            ..Default::default()
+        };
+        let mut warnings: Vec<String> = Vec::new();
+        for f in &frequencies {
+            // The lowest look has the longest zone.
+            let lowest = aspects.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
+            warnings.extend(lowest.and_then(|a| rcs::ground::warning(&target.scene, *f, a, &with_ground)));
+        }
+        for w in &warnings {
+            global.say(&format!("warning: {w}"));
+        }
         let bar = global.bar("directions", count as u64);
         let mut table = RcsTable { comments: Vec::new(), rows: Vec::with_capacity(count as usize) };
         let mut on_boresight = Vec::new();
@@ -153,19 +201,28 @@ impl Rcs {
             if let Distance::At(r) = options.distance {
                 check_range(&geometry, r)?;
             }
-            on_boresight.push(sweep(&engine, &geometry, &[boresight], &options, &bar, 0)?[0]);
-            let swept = sweep(&engine, &geometry, &aspects, &options, &bar, 1)?;
+            let sweep = |aspects: &[Aspect], step: u64| match ground {
+                Ground::None => sweep(&engine, &geometry, aspects, &options, &bar, step),
+                Ground::Plane(_) => {
+                    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+                    engine.rcs(&target.scene, &[frequency_hz], &looks, &with_ground)
+                }
+            };
+            on_boresight.push(sweep(&[boresight], 0)?[0]);
+            let swept = sweep(&aspects, 1)?;
             table.rows.extend(aspects.iter().zip(&swept).map(|(a, s)| Row {
                 frequency_hz,
                 aspect: *a,
+                receive: None,
                 s: *s.of(convention),
             }));
         }
         bar.finish_and_clear();
         table.comments = self.comments(&target.name, &engine, &target, &frequencies, &on_boresight);
+        table.comments.extend(warnings.iter().map(|w| format!("warning: {w}")));
 
         if let Some(staged) = csv {
-            table.write(staged.path())?;
+            table.write_with(staged.path(), &self.derived())?;
             staged.commit()?;
         }
         if let Some(p) = &self.plot {
@@ -180,13 +237,43 @@ impl Rcs {
                 "rays_per_wavelength": self.rays_per_wavelength,
                 "engine": engine.report(),
                 "boresight": frequencies.iter().zip(&on_boresight).map(|(f, s)| boresight_json(*f, &target, s)).collect::<Vec<_>>(),
-                "rows": table.rows.iter().map(json_row).collect::<Vec<_>>(),
+                "rows": table.rows.iter().map(|r| json_row(r, &self.derived())).collect::<Vec<_>>(),
             }));
         }
         self.summary(&table)
     }
 
+    fn derived(&self) -> Vec<Derived> {
+        self.polarisation.iter().map(|p| p.derived()).collect()
+    }
+
+    fn ground(&self) -> Result<Ground> {
+        match self.ground.as_str() {
+            "none" => Ok(Ground::None),
+            name => match material::by_name(name) {
+                Ok(m) => Ok(Ground::Plane(m)),
+                Err(Error::Input(b)) => Err(b.key("--ground").value(name).into()),
+                Err(e) => Err(e),
+            },
+        }
+    }
+
     fn check(&self) -> Result<()> {
+        if let Some((i, p)) =
+            self.polarisation.iter().enumerate().find(|(i, p)| self.polarisation[..*i].contains(p))
+        {
+            return Err(BadInput::new("is asked for twice")
+                .key("--polarisation")
+                .value(format!("{p:?} at place {}", i + 1).to_lowercase())
+                .into());
+        }
+        if !(-1e6..=1e6).contains(&self.height_m) {
+            return Err(BadInput::new("out of range")
+                .key("--height-m")
+                .value(self.height_m)
+                .allowed("-1e6..1e6")
+                .into());
+        }
         let ranged = |key: &str, value: String, allowed: &str| {
             BadInput::new("out of range").key(key).value(value).allowed(allowed)
         };
@@ -201,10 +288,9 @@ impl Rcs {
         if self.range_m.is_nan() || self.range_m <= 0.0 {
             return Err(ranged("--range-m", self.range_m.to_string(), "a positive number, or inf").into());
         }
-        for (key, value, remedy) in [
-            ("--diffraction", &self.diffraction, "this version computes physical optics without edges"),
-            ("--ground", &self.ground, "this version has no image ground; put a ground plane into the glTF"),
-        ] {
+        for (key, value, remedy) in
+            [("--diffraction", &self.diffraction, "this version computes physical optics without edges")]
+        {
             if value != "none" {
                 return Err(BadInput::new("is not available")
                     .key(key)
@@ -233,6 +319,7 @@ impl Rcs {
             ),
             format!("bounces: {}", self.bounces),
             format!("range_m: {}", self.range_m),
+            format!("ground: {}, target raised by {} m", self.ground, self.height_m),
             format!("rays_per_wavelength: {}", self.rays_per_wavelength),
             format!("engine: {}", engine.describe()),
             format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
@@ -260,11 +347,16 @@ impl Rcs {
             print(&format!("# {c}"))?;
         }
         const SHOWN: usize = 40;
+        let derived = self.derived();
         if table.rows.len() <= SHOWN {
-            print("   frequency_hz  azimuth_deg  elevation_deg   vv_dbsm   vh_dbsm   hv_dbsm   hh_dbsm")?;
+            let more: String = derived.iter().flat_map(|d| d.names()).map(|n| format!(" {n:>9}")).collect();
+            print(&format!(
+                "   frequency_hz  azimuth_deg  elevation_deg   vv_dbsm   vh_dbsm   hv_dbsm   hh_dbsm{more}"
+            ))?;
             for r in &table.rows {
+                let more: String = derived_dbsm(r, &derived).map(|(_, x)| format!(" {x:>9.3}")).collect();
                 print(&format!(
-                    "{:>15} {:>12.4} {:>14.4} {:>9.3} {:>9.3} {:>9.3} {:>9.3}",
+                    "{:>15} {:>12.4} {:>14.4} {:>9.3} {:>9.3} {:>9.3} {:>9.3}{more}",
                     r.frequency_hz,
                     r.aspect.azimuth.to_degrees(),
                     r.aspect.elevation.to_degrees(),
@@ -337,7 +429,16 @@ fn plot_row(r: &Row) -> RcsRow {
     }
 }
 
-fn json_row(r: &Row) -> JsonRow {
+/// Names and levels in the derived polarisations.
+fn derived_dbsm<'a>(r: &'a Row, derived: &'a [Derived]) -> impl Iterator<Item = (&'static str, f64)> + 'a {
+    derived.iter().flat_map(|d| {
+        let levels: Vec<f64> =
+            d.of(&r.s).as_flattened().iter().map(|z| dbsm_from_amplitude(z.norm())).collect();
+        d.names().into_iter().zip(levels)
+    })
+}
+
+fn json_row(r: &Row, derived: &[Derived]) -> JsonRow {
     let p = plot_row(r);
     JsonRow {
         frequency_hz: p.frequency_hz,
@@ -348,6 +449,7 @@ fn json_row(r: &Row) -> JsonRow {
         hv_dbsm: p.hv_dbsm,
         hh_dbsm: p.hh_dbsm,
         s_m: r.s.map(|row| row.map(|z| [z.re, z.im])),
+        derived_dbsm: derived_dbsm(r, derived).collect(),
     }
 }
 

@@ -109,6 +109,11 @@ impl Table {
         self.lines.is_empty()
     }
 
+    /// Line of the file in which a row starts, from 1.
+    pub fn line(&self, row: usize) -> usize {
+        self.lines[row]
+    }
+
     pub fn has(&self, column: &str) -> bool {
         self.header.iter().any(|h| h == column)
     }

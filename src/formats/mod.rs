@@ -2,4 +2,5 @@
 
 pub mod csv;
 pub mod npy;
+pub mod rcs_csv;
 pub mod stage;

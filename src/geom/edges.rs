@@ -7,6 +7,7 @@
 //! a concave edge; nothing outside sees it, so the visibility test of the sum drops it.
 
 use super::{Geometry, Surface};
+use crate::em::layers::Backing;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -69,10 +70,15 @@ impl Edge {
     }
 }
 
-/// Whether edges of such a surface diffract as those of a perfect conductor. Dielectrics do not: their
-/// edges get no diffraction.
+/// Whether edges of such a surface diffract as those of a perfect conductor. Dielectrics and covered metal do
+/// not: their edges get no diffraction.
 pub fn is_metal(surface: &Surface) -> bool {
-    surface.eps_r.is_none_or(|eps| eps.norm() >= METAL)
+    let bare = surface.stack.layers.is_empty();
+    match surface.stack.backing {
+        Backing::Pec => bare,
+        Backing::HalfSpace(eps) => bare && eps.norm() >= METAL,
+        Backing::Air => false,
+    }
 }
 
 /// The diffracting edges of a geometry. `smooth_rad` is the bend up to which two faces belong to one
@@ -318,6 +324,7 @@ mod tests {
                 positions_m: faces.iter().flatten().copied().collect(),
                 triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
                 material: vec![0; faces.len()],
+                normals: Vec::new(),
             };
             scene.add_mesh("target", "", mesh, Pose::from_yaw_pitch_roll(DVec3::X, 0.3, 0.2, 0.1));
         }

@@ -11,13 +11,15 @@ pub mod validate;
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack};
 use crate::em::roughness::Shares;
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
+use crate::frames::{angles_from_direction, polarisation_basis};
+use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
 use crate::scene::{Material, MaterialKind, Scene, Shape};
 use bvh::Bvh;
 use faces::Faces;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use num_complex::Complex64;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Two corners closer than this many times the mesh's size make a triangle degenerate.
 const DEGENERATE: f64 = 1e-12;
@@ -184,6 +186,32 @@ fn of_materials(materials: &[Material], freq_hz: f64) -> Result<Vec<Surface>> {
     materials.iter().map(|m| Surface::of(m, freq_hz)).collect()
 }
 
+/// An object that scatters as a table says.
+#[derive(Debug, Clone)]
+pub struct TableTarget {
+    pub id: u32,
+    /// World from the object's own frame.
+    pub rotation: DQuat,
+    pub position_m: DVec3,
+    pub velocity_mps: DVec3,
+    pub table: Arc<ScatteringTable>,
+    /// Place of the geometry's frequency in the table.
+    pub band: Stencil,
+}
+
+impl TableTarget {
+    /// S at a place among the table's frequencies, towards the unit vector `u` from the object (world), with the vectors V and H of `basis` (world) for
+    /// transmit and receive (CONVENTIONS eq. 43).
+    pub fn scattering(&self, band: &Stencil, u: DVec3, basis: (DVec3, DVec3)) -> Matrix {
+        let own = self.rotation.inverse() * u;
+        let (azimuth, elevation) = angles_from_direction(own);
+        let s = self.table.scattering(band, azimuth, elevation);
+        let (v, h) = polarisation_basis(own);
+        let (v, h) = (self.rotation * v, self.rotation * h);
+        turned(&s, [[basis.0.dot(v), basis.0.dot(h)], [basis.1.dot(v), basis.1.dot(h)]])
+    }
+}
+
 #[derive(Debug)]
 pub struct Geometry {
     /// In the order of the BVH's leaves.
@@ -195,6 +223,7 @@ pub struct Geometry {
     /// The same without a frequency.
     pub materials: Vec<Material>,
     pub points: Vec<PointTarget>,
+    pub tables: Vec<TableTarget>,
     pub patches: u32,
     pub degenerate_dropped: usize,
     pub freq_hz: f64,
@@ -207,13 +236,14 @@ pub struct Geometry {
 impl Geometry {
     /// The scene at `time_s`, with materials at `freq_hz`.
     ///
-    /// Errors: a material without a value at this frequency; positions that are not finite; a scene
+    /// Errors: a material or a scattering table without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
         let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
-        let (mut triangles, mut bodies, mut points) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut triangles, mut bodies) = (Vec::new(), Vec::new());
+        let (mut points, mut tables) = (Vec::new(), Vec::new());
         let (mut patch_base, mut dropped) = (0, 0);
         for object in &scene.objects {
             let shift = object.velocity_mps * time_s;
@@ -224,6 +254,19 @@ impl Geometry {
                     velocity_mps: object.velocity_mps,
                     rcs_dbsm,
                 }),
+                Shape::Table(t) => {
+                    let table = scene.tables.get(t).ok_or_else(|| {
+                        Error::Failed(format!("object '{}' has no scattering table", object.name))
+                    })?;
+                    tables.push(TableTarget {
+                        id: object.id,
+                        rotation: object.pose.rotation,
+                        position_m: object.pose.translation_m + shift,
+                        velocity_mps: object.velocity_mps,
+                        band: table.band(freq_hz)?,
+                        table: table.clone(),
+                    });
+                }
                 Shape::Mesh(m) => {
                     let mesh = &scene.meshes[m];
                     let body = bodies.len() as u32;
@@ -249,14 +292,15 @@ impl Geometry {
                 }
             }
         }
-        if triangles.is_empty() && points.is_empty() {
+        if triangles.is_empty() && points.is_empty() && tables.is_empty() {
             return Err(BadInput::new("the scene has no triangles and no point targets")
                 .remedy("add a mesh or a [[point]]")
                 .into());
         }
         let mut lo = DVec3::splat(f64::INFINITY);
         let mut hi = DVec3::splat(f64::NEG_INFINITY);
-        for p in triangles.iter().flat_map(|t| t.corners()).chain(points.iter().map(|p| p.position_m)) {
+        let single = points.iter().map(|p| p.position_m).chain(tables.iter().map(|t| t.position_m));
+        for p in triangles.iter().flat_map(|t| t.corners()).chain(single) {
             lo = lo.min(p);
             hi = hi.max(p);
         }
@@ -270,6 +314,7 @@ impl Geometry {
             surfaces,
             materials: scene.materials.clone(),
             points,
+            tables,
             patches: patch_base,
             degenerate_dropped: dropped,
             freq_hz,

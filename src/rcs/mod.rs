@@ -2,12 +2,17 @@
 
 pub mod closed_form;
 pub mod diffuse;
+pub mod ground;
 pub mod po_sum;
+pub mod polarisation;
 pub mod table;
 
-use crate::frames::direction_from_angles;
+use crate::error::{BadInput, Result};
+use crate::frames::{direction_from_angles, polarisation_basis};
 use crate::geom::Geometry;
-use crate::units::power_from_db;
+use crate::trace::beams::Port;
+use crate::units::{power_from_db, wavenumber};
+use glam::DVec3;
 use num_complex::Complex64;
 
 /// Where the radar stands while a cross section is taken.
@@ -17,6 +22,17 @@ pub enum Distance {
     Infinite,
     /// Radar at this distance from the target's origin; S is normalised with it (CONVENTIONS eq. 3).
     At(f64),
+}
+
+impl Distance {
+    /// Where a radar stands that is seen from the target at `aspect`.
+    pub fn port(self, aspect: Aspect) -> Port {
+        let u = direction_from_angles(aspect.azimuth, aspect.elevation);
+        match self {
+            Distance::Infinite => Port::Far(u),
+            Distance::At(r) => Port::At(u * r),
+        }
+    }
 }
 
 /// What is added to physical optics at edges.
@@ -50,15 +66,6 @@ impl Look {
     pub fn is_monostatic(&self) -> bool {
         self.transmit == self.receive
     }
-}
-
-/// What edges add to physical optics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Diffraction {
-    #[default]
-    None,
-    /// First-order physical theory of diffraction.
-    Ptd,
 }
 
 /// The plane z = 0 under the target.
@@ -141,26 +148,48 @@ impl Scattering {
     }
 }
 
-/// S of the geometry's point targets: sqrt(sigma / 4 pi) in both polarisations at its phase, not hidden
-/// by facets and not bounced. Points have no bounces, so the two conventions agree.
-pub fn point_sum(geometry: &Geometry, look: &Look, wavenumber: f64, distance: Distance) -> Scattering {
-    let ways = [look.transmit, look.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
-    let mut sum = Complex64::ZERO;
-    for p in &geometry.points {
-        let mut amplitude = (power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt();
-        let mut longer = 0.0;
-        for u in ways {
-            match distance {
-                Distance::Infinite => longer -= u.dot(p.position_m),
-                Distance::At(r0) => {
-                    let r = (u * r0 - p.position_m).length();
-                    amplitude *= r0 / r;
-                    longer += r - r0;
-                }
-            }
-        }
-        sum += Complex64::from_polar(amplitude, -wavenumber * longer);
+/// S of the geometry's point targets, sqrt(sigma / 4 pi) in both polarisations, and of its scattering
+/// tables, at their phases. Neither is bounced, so the two conventions agree; what facets hide from the
+/// transmitter or the receiver is left out.
+///
+/// Errors: a scattering table seen with transmitter and receiver apart, or without a value at the frequency.
+pub fn point_sum(geometry: &Geometry, look: Look, freq_hz: f64, distance: Distance) -> Result<Scattering> {
+    let k = wavenumber(freq_hz);
+    let directions = [look.transmit, look.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
+    if !look.is_monostatic() && !geometry.tables.is_empty() {
+        return Err(BadInput::new("a scattering table holds echoes to where the wave came from")
+            .key("rcs_table")
+            .remedy("take it out of the scene for other directions and for a ground")
+            .into());
     }
-    let s = [[sum, Complex64::ZERO], [Complex64::ZERO, sum]];
-    Scattering { every: s, last: s }
+    let mut sum = [[Complex64::ZERO; 2]; 2];
+    let mut add = |position: DVec3, s: &dyn Fn(DVec3) -> [[Complex64; 2]; 2]| {
+        // Towards each antenna, and its amplitude and way against the origin's.
+        let legs = directions.map(|u| match distance {
+            Distance::Infinite => (u, f64::INFINITY, 1.0, -u.dot(position)),
+            Distance::At(r0) => {
+                let d = u * r0 - position;
+                (d / d.length(), d.length(), r0 / d.length(), d.length() - r0)
+            }
+        });
+        let hidden = legs
+            .iter()
+            .any(|(to, r, ..)| geometry.bvh.any_hit(&geometry.triangles, position, *to, u32::MAX, *r));
+        if hidden {
+            return;
+        }
+        let factor = Complex64::from_polar(legs[0].2 * legs[1].2, -k * (legs[0].3 + legs[1].3));
+        for (z, x) in sum.as_flattened_mut().iter_mut().zip(s(legs[0].0).as_flattened()) {
+            *z += x * factor;
+        }
+    };
+    for p in &geometry.points {
+        let amplitude = (power_from_db(p.rcs_dbsm) / (4.0 * std::f64::consts::PI)).sqrt().into();
+        add(p.position_m, &|_| [[amplitude, Complex64::ZERO], [Complex64::ZERO, amplitude]]);
+    }
+    for t in &geometry.tables {
+        let band = t.table.band(freq_hz)?;
+        add(t.position_m, &|to| t.scattering(&band, to, polarisation_basis(to)));
+    }
+    Ok(Scattering { every: sum, last: sum })
 }

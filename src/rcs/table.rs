@@ -1,47 +1,42 @@
 //! The RCS table and its CSV (the columns of the file format that users rely on).
 
-use super::Aspect;
-use crate::error::{BadInput, Error, Result};
-use crate::formats::csv::{Table, Writer};
+use super::polarisation::Derived;
+use super::{Aspect, Look};
+use crate::error::{Error, Result};
+use crate::formats::csv::Writer;
+use crate::formats::rcs_csv;
+pub use crate::formats::rcs_csv::{COLUMNS, RECEIVE_COLUMNS};
 use crate::units::dbsm_from_amplitude;
 use num_complex::Complex64;
 use std::path::Path;
 
-/// Columns of the CSV, in order.
-pub const COLUMNS: [&str; 15] = [
-    "frequency_hz",
-    "azimuth_deg",
-    "elevation_deg",
-    "vv_dbsm",
-    "vh_dbsm",
-    "hv_dbsm",
-    "hh_dbsm",
-    "vv_re_m",
-    "vv_im_m",
-    "vh_re_m",
-    "vh_im_m",
-    "hv_re_m",
-    "hv_im_m",
-    "hh_re_m",
-    "hh_im_m",
-];
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     pub frequency_hz: f64,
+    /// Where the transmitter stands, and the receiver unless `receive` says otherwise.
     pub aspect: Aspect,
+    /// Where the receiver stands, when it stands apart.
+    pub receive: Option<Aspect>,
     /// S[rx][tx] in m.
     pub s: [[Complex64; 2]; 2],
 }
 
+/// To a billionth of a degree: angles that were given in degrees come back as they were.
+fn degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e9).round() / 1e9
+}
+
 impl Row {
-    /// To a billionth of a degree: angles that were given in degrees come back as they were.
     pub fn azimuth_deg(&self) -> f64 {
-        (self.aspect.azimuth.to_degrees() * 1e9).round() / 1e9
+        degrees(self.aspect.azimuth)
     }
 
     pub fn elevation_deg(&self) -> f64 {
-        (self.aspect.elevation.to_degrees() * 1e9).round() / 1e9
+        degrees(self.aspect.elevation)
+    }
+
+    pub fn look(&self) -> Look {
+        Look { transmit: self.aspect, receive: self.receive.unwrap_or(self.aspect) }
     }
 
     /// 10 lg(4 pi |S|^2 / 1 m^2); -inf for no echo.
@@ -58,16 +53,38 @@ pub struct RcsTable {
 }
 
 impl RcsTable {
+    /// Writes the table. The receiver's columns follow the others when some row has one.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        self.write_with(path, &[])
+    }
+
+    /// As [`write`](Self::write), with the columns of `derived` polarisations after all others.
+    pub fn write_with(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
         let file = std::io::BufWriter::new(std::fs::File::create(path).map_err(io)?);
-        let mut csv = Writer::new(file, &self.comments, &COLUMNS).map_err(io)?;
+        let bistatic = self.rows.iter().any(|r| r.receive.is_some());
+        let extra: Vec<String> =
+            derived.iter().flat_map(|d| d.names()).map(|n| format!("{n}_dbsm")).collect();
+        let mut header = COLUMNS.to_vec();
+        if bistatic {
+            header.extend(RECEIVE_COLUMNS);
+        }
+        header.extend(extra.iter().map(String::as_str));
+        let mut csv = Writer::new(file, &self.comments, &header).map_err(io)?;
+        let micro = |x: f64| (x * 1e6).round() / 1e6;
         for r in &self.rows {
             let mut cells = vec![r.frequency_hz, r.azimuth_deg(), r.elevation_deg()];
             let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            cells.extend(pairs.map(|(rx, tx)| (r.dbsm(rx, tx) * 1e6).round() / 1e6));
+            cells.extend(pairs.map(|(rx, tx)| micro(r.dbsm(rx, tx))));
             cells.extend(pairs.iter().flat_map(|&(rx, tx)| [r.s[rx][tx].re, r.s[rx][tx].im]));
+            if bistatic {
+                let to = r.look().receive;
+                cells.extend([degrees(to.azimuth), degrees(to.elevation)]);
+            }
+            for d in derived {
+                cells.extend(d.of(&r.s).as_flattened().iter().map(|z| micro(dbsm_from_amplitude(z.norm()))));
+            }
             csv.row(cells.iter().map(|c| c as &dyn std::fmt::Display)).map_err(io)?;
         }
         csv.finish().map_err(io)?;
@@ -76,25 +93,21 @@ impl RcsTable {
 
     /// Errors: `BadInput` for a missing column or a value that is not a number.
     pub fn read(path: impl AsRef<Path>) -> Result<RcsTable> {
-        let table = Table::read(&path)?;
-        let columns = COLUMNS.iter().map(|c| table.numbers(c)).collect::<Result<Vec<_>>>()?;
-        if table.is_empty() {
-            return Err(BadInput::new("the table has no rows").file(&path).into());
-        }
-        let rows = (0..table.len())
-            .map(|i| {
-                let z = |c: usize| Complex64::new(columns[c][i], columns[c + 1][i]);
-                Row {
-                    frequency_hz: columns[0][i],
-                    aspect: Aspect {
-                        azimuth: columns[1][i].to_radians(),
-                        elevation: columns[2][i].to_radians(),
-                    },
-                    s: [[z(7), z(9)], [z(11), z(13)]],
-                }
+        let (comments, raw) = rcs_csv::read(path)?;
+        let aspect = |azimuth: f64, elevation: f64| Aspect {
+            azimuth: azimuth.to_radians(),
+            elevation: elevation.to_radians(),
+        };
+        let rows = raw
+            .iter()
+            .map(|r| Row {
+                frequency_hz: r.frequency_hz,
+                aspect: aspect(r.azimuth_deg, r.elevation_deg),
+                receive: r.receive_deg.map(|(a, e)| aspect(a, e)),
+                s: r.s,
             })
             .collect();
-        Ok(RcsTable { comments: table.comments.clone(), rows })
+        Ok(RcsTable { comments, rows })
     }
 }
 
@@ -112,6 +125,7 @@ mod tests {
             rows: vec![Row {
                 frequency_hz: 77e9,
                 aspect: Aspect { azimuth: (-12.3f64).to_radians(), elevation: 0.0 },
+                receive: None,
                 s: [[z(0.1, -0.2), z(0.0, 0.0)], [z(1e-9, 3.0), z(-4.0, 0.25)]],
             }],
         };
@@ -121,5 +135,32 @@ mod tests {
         let back = RcsTable::read(&path).unwrap();
         assert_eq!(back.comments, table.comments);
         assert_eq!(back.rows[0].s, table.rows[0].s);
+    }
+    #[test]
+    fn bistatic_rows_and_derived_columns() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("t.csv");
+        let row = |receive| Row {
+            frequency_hz: 77e9,
+            aspect: Aspect { azimuth: 0.0, elevation: 0.1f64.to_radians() },
+            receive,
+            s: [[Complex64::ONE, Complex64::ZERO], [Complex64::ZERO, Complex64::ONE]],
+        };
+        let to = Aspect { azimuth: 7.5f64.to_radians(), elevation: (-0.25f64).to_radians() };
+        let table = RcsTable { comments: vec![], rows: vec![row(None), row(Some(to))] };
+        table.write_with(&path, &[Derived::Circular]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines();
+        let header = lines.next().unwrap();
+        assert!(header.starts_with(&COLUMNS.join(",")), "{header}");
+        assert!(
+            header.ends_with("rx_azimuth_deg,rx_elevation_deg,rr_dbsm,rl_dbsm,lr_dbsm,ll_dbsm"),
+            "{header}"
+        );
+        assert!(lines.next().unwrap().ends_with(",0,0.1,-inf,10.992099,10.992099,-inf"), "{text}");
+        assert!(lines.next().unwrap().contains(",7.5,-0.25,"), "{text}");
+        let back = RcsTable::read(&path).unwrap();
+        assert_eq!((back.rows[0].look(), back.rows[1].look()), (table.rows[0].look(), table.rows[1].look()));
+        assert_eq!(back.rows[1].s, table.rows[1].s);
     }
 }

@@ -11,7 +11,7 @@ pub struct TruthBox {
     pub class: String,
     /// Centre in the world, metres.
     pub centre_m: [f64; 3],
-    /// Full lengths along the object's x, y, z, metres; zero for a point target.
+    /// Full lengths along the object's x, y, z, metres; zero for a point target and for a scattering table.
     pub size_m: [f64; 3],
     /// Rotation from the object's axes to the world, quaternion x, y, z, w.
     pub rotation_xyzw: [f64; 4],
@@ -37,7 +37,7 @@ pub fn truth_boxes(scene: &Scene, time_s: f64) -> Vec<TruthBox> {
         .map(|o| {
             let (lo, hi) = match o.shape {
                 Shape::Mesh(m) => mesh_bounds[m],
-                Shape::Point { .. } => (DVec3::ZERO, DVec3::ZERO),
+                Shape::Point { .. } | Shape::Table(_) => (DVec3::ZERO, DVec3::ZERO),
             };
             let ahead = o.pose.direction(DVec3::X);
             TruthBox {

@@ -7,13 +7,16 @@
 //!
 //! `extras.catseye` of a node: `class`; `velocity_mps` [forward, left, up] in the world, in these ISO
 //! axes and not in glTF's; both hold for the nodes below as well. `id` (1 or more, unique) and
-//! `rcs_dbsm`, which makes a node without a mesh a point target.
+//! `rcs_dbsm`, which makes a node without a mesh a point target. `rcs_table`, the path of an RCS table (CSV)
+//! in or below the glTF file's folder: the node scatters as the table says, with x, y and z of its target frame along
+//! the node's ISO axes, and its mesh, if it has one, does not scatter. Such a node may not be scaled.
 //!
 //! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `layers`,
 //! `correlation_length_m`, `valid_hz` [low, high], `source`, and `like`, the row of the table to start
 //! from (by default the row with the material's name, if there is one).
 
 use super::material::{self, Layer, Material, MaterialKind};
+use super::scatterer::ScatteringTable;
 use super::toml_file::clip;
 use super::{Mesh, Object, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
@@ -28,6 +31,7 @@ use serde_json::{Map, Value};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// Which axis of the file points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -144,6 +148,7 @@ struct PreciseNode {
 
 struct Importer<'a> {
     file: &'a Path,
+    folder: Option<&'a Path>,
     options: &'a ImportOptions,
     root: json::Root,
     nodes: Vec<PreciseNode>,
@@ -156,6 +161,8 @@ struct Importer<'a> {
     materials: Vec<Option<u32>>,
     /// (glTF mesh, bits of the baked matrix) to scene mesh; None when nothing is left of it.
     meshes: HashMap<(usize, [u64; 9]), Option<usize>>,
+    /// Files of scattering tables that have been read, and their place in the scene.
+    tables: HashMap<PathBuf, usize>,
     notes: HashSet<String>,
 }
 
@@ -171,7 +178,7 @@ impl<'a> Importer<'a> {
     fn open(
         bytes: &'a [u8],
         file: &'a Path,
-        folder: Option<&Path>,
+        folder: Option<&'a Path>,
         options: &'a ImportOptions,
     ) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(file);
@@ -248,6 +255,7 @@ impl<'a> Importer<'a> {
         let materials = vec![None; root.materials.len() + 1];
         Ok(Importer {
             file,
+            folder,
             options,
             root,
             nodes: precise.nodes,
@@ -257,6 +265,7 @@ impl<'a> Importer<'a> {
             vertices: 0,
             materials,
             meshes: HashMap::new(),
+            tables: HashMap::new(),
             notes: HashSet::new(),
         })
     }
@@ -423,6 +432,7 @@ impl<'a> Importer<'a> {
         let extras = self.extras(&node.extras, &format!("nodes[{i}].extras.catseye"))?;
         let mut id = None;
         let mut rcs_dbsm = None;
+        let mut rcs_table = None;
         for (k, v) in extras.iter().flat_map(|m| m.iter()) {
             let key = format!("nodes[{i}].extras.catseye.{k}");
             match k.as_str() {
@@ -449,12 +459,22 @@ impl<'a> Importer<'a> {
                     }
                 },
                 "rcs_dbsm" => rcs_dbsm = Some(self.number(v, &key, -200.0..=200.0)?),
+                "rcs_table" => match v.as_str() {
+                    Some(name) => rcs_table = Some(self.table(&key, name)?),
+                    None => {
+                        return Err(self
+                            .bad(key, "is not the path of a file")
+                            .value(clip(&v.to_string()))
+                            .remedy("give a string")
+                            .into());
+                    }
+                },
                 _ => {
                     return Err(self
                         .unknown_key(
                             &format!("nodes[{i}].extras.catseye"),
                             k,
-                            &["class", "velocity_mps", "id", "rcs_dbsm"],
+                            &["class", "velocity_mps", "id", "rcs_dbsm", "rcs_table"],
                         )
                         .into());
                 }
@@ -467,11 +487,14 @@ impl<'a> Importer<'a> {
                 .remedy("give rcs_dbsm to a node without a mesh")
                 .into());
         }
+        if rcs_dbsm.is_some() && rcs_table.is_some() {
+            return Err(self.bad(key, "has rcs_dbsm and rcs_table").remedy("keep one of the two").into());
+        }
         if let Some(id) = id {
-            if mesh.is_none() && rcs_dbsm.is_none() || instancing.is_some() {
+            if mesh.is_none() && rcs_dbsm.is_none() && rcs_table.is_none() || instancing.is_some() {
                 return Err(self
                     .bad(format!("{key}.extras.catseye.id"), "belongs to a node that is one object")
-                    .remedy("give ids to the nodes with a mesh or rcs_dbsm, without instancing")
+                    .remedy("give ids to the nodes with a mesh, rcs_dbsm or rcs_table, without instancing")
                     .into());
             }
             if !ids.insert(id) {
@@ -500,6 +523,11 @@ impl<'a> Importer<'a> {
             add(self, name.unwrap_or(format!("point {i}")), Shape::Point { rcs_dbsm }, pose)?;
             return Ok(here);
         }
+        if let (Some(table), None) = (rcs_table, mesh) {
+            let pose = self.unscaled(&here.transform, &key)?;
+            add(self, name.unwrap_or(format!("table {i}")), Shape::Table(table), pose)?;
+            return Ok(here);
+        }
         let Some(m) = mesh else {
             if instancing.is_some() {
                 self.note(format!("node {i} is instanced but has no mesh"));
@@ -523,7 +551,19 @@ impl<'a> Importer<'a> {
             Some(list) => list.iter().map(|local| here.transform * *local).collect(),
             None => vec![here.transform],
         };
+        if rcs_table.is_some() {
+            self.note(format!(
+                "node {i} ('{}') scatters as its rcs_table says; its mesh does not",
+                clip(&base)
+            ));
+        }
         for (k, transform) in transforms.iter().enumerate() {
+            let name = if instances.is_some() { format!("{base} {k}") } else { base.clone() };
+            if let Some(table) = rcs_table {
+                let pose = self.unscaled(transform, &key)?;
+                add(self, name, Shape::Table(table), pose)?;
+                continue;
+            }
             let (pose, bake) = self.place(transform);
             let Some(shape) = self.mesh(m, bake)? else {
                 self.note(format!(
@@ -532,10 +572,36 @@ impl<'a> Importer<'a> {
                 ));
                 continue;
             };
-            let name = if instances.is_some() { format!("{base} {k}") } else { base.clone() };
             add(self, name, Shape::Mesh(shape), pose)?;
         }
         Ok(here)
+    }
+
+    /// Index of the scattering table in the file of this name, which is read once.
+    fn table(&mut self, key: &str, name: &str) -> Result<usize> {
+        let path = beside(self.file, self.folder, key, name)?;
+        if let Some(t) = self.tables.get(&path) {
+            return Ok(*t);
+        }
+        let table = Arc::new(ScatteringTable::read(&path)?);
+        for note in table.notes() {
+            self.note(note.clone());
+        }
+        let t = self.scene.table_index(&table);
+        self.tables.insert(path, t);
+        Ok(t)
+    }
+
+    /// Pose of a node whose scattering is known in metres.
+    fn unscaled(&self, t: &DAffine3, key: &str) -> Result<Pose<crate::frames::Target, crate::frames::World>> {
+        let (pose, bake) = self.place(t);
+        if bake != DMat3::IDENTITY {
+            return Err(self
+                .bad(key, "is scaled or mirrored and has an rcs_table")
+                .remedy("a table cannot be scaled; apply the node's scale")
+                .into());
+        }
+        Ok(pose)
     }
 
     /// The node's own transform in the file's axes and unit.
@@ -1047,6 +1113,11 @@ impl<'a> Importer<'a> {
         let count = self.root.materials.len();
         let mut used = vec![false; count + 1];
         for (node, _) in order {
+            let key = format!("nodes[{node}].extras.catseye");
+            if self.extras(&self.root.nodes[*node].extras, &key)?.is_some_and(|m| m.contains_key("rcs_table"))
+            {
+                continue;
+            }
             let Some(mesh) = self.root.nodes[*node].mesh.and_then(|m| self.root.meshes.get(m.value())) else {
                 continue;
             };
@@ -1398,10 +1469,17 @@ fn load_uri(file: &Path, folder: Option<&Path>, index: usize, uri: &str) -> Resu
         return base64(text)
             .ok_or_else(|| bad("is not base64".into()).remedy("export the file again").into());
     }
+    let path = beside(file, folder, &format!("buffers[{index}].uri"), uri)?;
+    std::fs::read(&path).map_err(|e| Error::io(&path, e))
+}
+
+/// The file behind a URI, which lies in or below the folder.
+fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -> Result<PathBuf> {
+    let bad = |problem: String| BadInput::new(problem).file(file).key(key).value(clip(uri));
     let outside = || {
         bad("leaves the folder of the file".into())
             .allowed("a relative path in or below that folder, or a data URI")
-            .remedy("put the buffer beside the file")
+            .remedy("put it beside the file")
     };
     let name = percent_decoded(uri)
         .ok_or_else(|| bad("is not a valid URI".into()).remedy("export the file again"))?;
@@ -1418,7 +1496,7 @@ fn load_uri(file: &Path, folder: Option<&Path>, index: usize, uri: &str) -> Resu
     let path = folder.join(&relative);
     let missing = |e: std::io::Error| -> Error {
         if e.kind() == std::io::ErrorKind::NotFound {
-            bad("the buffer file is missing".into()).remedy("put it beside the .gltf file").into()
+            bad("the file is missing".into()).remedy("put it beside the .gltf file").into()
         } else {
             Error::io(&path, e)
         }
@@ -1430,9 +1508,9 @@ fn load_uri(file: &Path, folder: Option<&Path>, index: usize, uri: &str) -> Resu
         return Err(outside().into());
     }
     if !real.is_file() {
-        return Err(bad("is not a file".into()).remedy("put the buffer beside the .gltf file").into());
+        return Err(bad("is not a file".into()).remedy("put it beside the .gltf file").into());
     }
-    std::fs::read(&real).map_err(missing)
+    Ok(real)
 }
 
 fn percent_decoded(s: &str) -> Option<String> {
@@ -1495,10 +1573,26 @@ fn float(component: ComponentType, normalized: bool, b: &[u8]) -> f64 {
     if normalized { (x / max).max(-1.0) } else { x }
 }
 
-/// Writes the scene as a `.glb` file (under a temporary name, then renamed). Positions are rounded to
-/// single precision, poses are not.
+/// Writes the scene as a `.glb` file (under a temporary name, then renamed), and copies its scattering tables
+/// to its side. Positions are rounded to single precision, poses are not.
 pub fn export(scene: &Scene, path: &Path) -> Result<()> {
     let bytes = to_glb(scene)?;
+    for table in &scene.tables {
+        let beside = path.with_file_name(table_name(table)?);
+        let here = |p: &Path| p.canonicalize().ok();
+        if here(&beside).is_some() && here(&beside) == here(table.source()) {
+            continue;
+        }
+        if beside.exists() && !ScatteringTable::read(&beside).is_ok_and(|t| t.sha256() == table.sha256()) {
+            return Err(BadInput::new(
+                "another file has the name of a scattering table that is to be copied",
+            )
+            .file(&beside)
+            .remedy("write into another folder")
+            .into());
+        }
+        std::fs::copy(table.source(), &beside).map_err(|e| Error::io(&beside, e))?;
+    }
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
@@ -1506,7 +1600,13 @@ pub fn export(scene: &Scene, path: &Path) -> Result<()> {
     std::fs::rename(&partial, path).map_err(|e| Error::io(path, e))
 }
 
-/// The scene as binary glTF that [`import`] reads back to the same scene. Errors: numbers that are
+fn table_name(table: &ScatteringTable) -> Result<&str> {
+    let name = table.source().file_name().and_then(|n| n.to_str());
+    name.ok_or_else(|| Error::Failed(format!("no file name: {}", table.source().display())))
+}
+
+/// The scene as binary glTF that [`import`] reads back to the same scene; scattering tables by the names of
+/// their files. Errors: numbers that are
 /// not finite, objects without triangles, more than 4 GiB.
 pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
     use serde_json::json;
@@ -1615,6 +1715,10 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
             Shape::Mesh(_) => return Err(failed(format!("object '{}' has no mesh", o.name))),
             Shape::Point { rcs_dbsm } if rcs_dbsm.is_finite() => catseye["rcs_dbsm"] = json!(rcs_dbsm),
             Shape::Point { .. } => return Err(failed(format!("object '{}' has no finite RCS", o.name))),
+            Shape::Table(t) => match scene.tables.get(t) {
+                Some(table) => catseye["rcs_table"] = json!(table_name(table)?),
+                None => return Err(failed(format!("object '{}' has no scattering table", o.name))),
+            },
         }
         node["extras"] = json!({"catseye": catseye});
         nodes.push(node);
@@ -2024,7 +2128,7 @@ mod tests {
         for (extras, expect) in [
             (
                 json!({"clas": "x"}),
-                "nodes[0].extras.catseye.clas: unknown key; allowed: class, velocity_mps, id, rcs_dbsm; did you mean 'class'?",
+                "nodes[0].extras.catseye.clas: unknown key; allowed: class, velocity_mps, id, rcs_dbsm, rcs_table; did you mean 'class'?",
             ),
             (json!({"id": 0}), "is not an id; allowed: 1..=4294967295"),
             (json!({"velocity_mps": [1, 2]}), "is not 3 numbers"),

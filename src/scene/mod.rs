@@ -5,12 +5,15 @@ pub mod gltf;
 pub mod material;
 pub mod radar;
 pub mod radar_toml;
+pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
 
 use crate::frames::{Pose, Target, World};
 use glam::DVec3;
 pub use material::{Material, MaterialKind};
+use scatterer::ScatteringTable;
+use std::sync::Arc;
 
 /// Triangles in an object's own frame, metres, ISO 8855 axes.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -63,6 +66,8 @@ pub enum Shape {
     Point {
         rcs_dbsm: f64,
     },
+    /// Index into `Scene::tables`: the object scatters as that table says, about its origin.
+    Table(usize),
 }
 
 /// Everything that can return an echo. Time zero is the start of frame 0; object `o` stands at
@@ -71,6 +76,7 @@ pub enum Shape {
 pub struct Scene {
     pub meshes: Vec<Mesh>,
     pub materials: Vec<Material>,
+    pub tables: Vec<Arc<ScatteringTable>>,
     pub objects: Vec<Object>,
     pub import: ImportReport,
 }
@@ -89,7 +95,7 @@ impl Scene {
             .iter()
             .map(|o| match o.shape {
                 Shape::Mesh(m) => self.meshes[m].triangles.len(),
-                Shape::Point { .. } => 0,
+                Shape::Point { .. } | Shape::Table(_) => 0,
             })
             .sum()
     }
@@ -123,6 +129,15 @@ impl Scene {
         (self.materials.len() - 1) as u32
     }
 
+    /// Index of a scattering table in this scene, added when absent.
+    pub fn table_index(&mut self, table: &Arc<ScatteringTable>) -> usize {
+        if let Some(i) = self.tables.iter().position(|t| Arc::ptr_eq(t, table) || t == table) {
+            return i;
+        }
+        self.tables.push(table.clone());
+        self.tables.len() - 1
+    }
+
     pub fn object_by_id(&self, id: u32) -> Option<&Object> {
         self.objects.iter().find(|o| o.id == id)
     }
@@ -141,7 +156,7 @@ impl Scene {
                         grow(o.pose.point(*p) + shift);
                     }
                 }
-                Shape::Point { .. } => grow(o.pose.translation_m + shift),
+                Shape::Point { .. } | Shape::Table(_) => grow(o.pose.translation_m + shift),
             }
         }
         b

@@ -4,6 +4,7 @@
 use super::gltf::{self, ImportOptions};
 use super::radar::Radar;
 use super::radar_toml::{self, RadarFile};
+use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
 use super::{Mesh, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
@@ -14,6 +15,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A scene, a radar and motion. Lengths in metres, speeds in m/s, angles in degrees.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -127,7 +129,7 @@ pub struct PointTable {
     pub rcs_dbsm: At<f64>,
 }
 
-/// A glTF file or a reflector, placed in the world.
+/// A glTF file, a reflector or a scattering table, placed in the world.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
@@ -140,6 +142,8 @@ pub struct ObjectTable {
     pub file: Option<At<String>>,
     /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
+    /// An RCS table (CSV, as `catseye rcs` writes it), relative to this file: the object scatters as it says.
+    pub rcs_table: Option<At<String>>,
     /// Of the object's origin in the world.
     pub position_m: At<[f64; 3]>,
     /// Of the object's x axis (a reflector's boresight), positive to the left; 180 faces a radar that
@@ -280,6 +284,9 @@ pub enum ObjectSource {
         path: PathBuf,
         options: ImportOptions,
     },
+    Table {
+        path: PathBuf,
+    },
     /// As given, and the place to name when the builder refuses it.
     Reflector {
         spec: String,
@@ -379,6 +386,7 @@ impl Scenario {
                 None => {
                     let built = match &o.source {
                         ObjectSource::File { path, options } => gltf::import(path, options)?,
+                        ObjectSource::Table { path } => table_scene(path)?,
                         ObjectSource::Reflector { spec, at } => {
                             builder.reflector(spec).map_err(|e| in_file(e, at))?
                         }
@@ -394,7 +402,8 @@ impl Scenario {
             for part in &built.objects {
                 let shape = match part.shape {
                     Shape::Mesh(m) => Shape::Mesh(first + m),
-                    point => point,
+                    Shape::Table(t) => Shape::Table(scene.table_index(&built.tables[t])),
+                    point @ Shape::Point { .. } => point,
                 };
                 let name = match (o.name.is_empty(), built.objects.len()) {
                     (true, _) => part.name.clone(),
@@ -417,6 +426,17 @@ impl Scenario {
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
     }
+}
+
+/// A scene of one object, named after the file of its scattering table.
+fn table_scene(path: &Path) -> Result<Scene> {
+    let table = ScatteringTable::read(path)?;
+    let mut scene = Scene::default();
+    scene.import.notes.extend(table.notes().iter().cloned());
+    let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let t = scene.table_index(&Arc::new(table));
+    scene.add_object(&name, "", Shape::Table(t), Pose::IDENTITY, DVec3::ZERO);
+    Ok(scene)
 }
 
 /// A complaint from another room with the place in the scenario added.
@@ -495,22 +515,28 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     let mut objects = Vec::with_capacity(f.object.len());
     for o in &f.object {
         let import = ImportTable::from(o);
-        let source = match (&o.file, &o.reflector) {
-            (Some(path), None) => {
+        let source = match (&o.file, &o.reflector, &o.rcs_table) {
+            (Some(path), None, None) => {
                 ObjectSource::File { path: folder.join(&path.value), options: options(import)? }
             }
-            (None, Some(spec)) => {
+            (None, None, Some(path)) => {
+                if let Some(span) = import.first_span() {
+                    return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
+                }
+                ObjectSource::Table { path: folder.join(&path.value) }
+            }
+            (None, Some(spec), None) => {
                 if let Some(span) = import.first_span() {
                     return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
                 }
                 ObjectSource::Reflector { spec: spec.value.clone(), at: doc.bad(&spec.span, "") }
             }
-            (both, _) => {
-                let problem =
-                    if both.is_some() { "the object is given twice" } else { "the object is missing" };
+            (file, reflector, table) => {
+                let given = file.is_some() || reflector.is_some() || table.is_some();
+                let problem = if given { "the object is given twice" } else { "the object is missing" };
                 return Err(doc
                     .bad(&o.position_m.span, problem)
-                    .remedy("give file = \"x.glb\" or reflector = \"type1:width_m=0.16\"")
+                    .remedy("give one of file = \"x.glb\", reflector = \"type1:width_m=0.16\" and rcs_table = \"x.csv\"")
                     .into());
             }
         };

@@ -2,10 +2,10 @@
 
 use crate::cpu::trace::beams::{Clipped, Piece, clip};
 use crate::cpu::trace::field::{Bounce, CVec};
-use crate::frames::{direction_from_angles, polarisation_basis};
+use crate::frames::polarisation_basis;
 use crate::geom::faces::Faces;
 use crate::geom::{Geometry, Surface};
-use crate::rcs::{Aspect, Distance, Look, Scattering};
+use crate::rcs::{Distance, Look, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
@@ -36,14 +36,6 @@ pub fn sweep(
     looks.par_iter().map(|look| one_look(geometry.faces(), tones, look, distance, options)).collect()
 }
 
-fn port(aspect: Aspect, distance: Distance) -> Port {
-    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
-    match distance {
-        Distance::Infinite => Port::Far(u),
-        Distance::At(r) => Port::At(u * r),
-    }
-}
-
 fn one_look(
     faces: &Faces,
     tones: &[Tone],
@@ -54,7 +46,7 @@ fn one_look(
     if faces.faces.is_empty() {
         return vec![Scattering::default(); tones.len()];
     }
-    let (transmit, receive) = (port(look.transmit, distance), port(look.receive, distance));
+    let (transmit, receive) = (distance.port(look.transmit), distance.port(look.receive));
     between(faces, tones, transmit, receive, options)
         .into_iter()
         .map(|mut s| {

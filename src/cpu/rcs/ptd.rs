@@ -16,11 +16,12 @@
 //! forward directions the two do not add up to the exact field.
 
 use crate::em::wedge::Wedge;
-use crate::frames::{direction_from_angles, polarisation_basis};
+use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::edges::Edge;
 use crate::rcs::closed_form::sinc;
-use crate::rcs::{Aspect, Distance, RcsOptions, Scattering};
+use crate::rcs::{Distance, Look, Scattering};
+use crate::trace::beams::Port;
 use crate::units::{wavelength_m, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -39,21 +40,12 @@ const BISECTIONS: usize = 16;
 /// Visibility is tested from this many times `t_min_m` outside the edge.
 const LIFT: f64 = 2.0;
 
-/// Where a transmitter or a receiver stands.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Station {
-    /// At infinity, towards this unit vector from the target.
-    Far(DVec3),
-    /// At this place, metres.
-    At(DVec3),
-}
-
-impl Station {
+impl Port {
     /// Unit vector from `p` to the station, and its distance.
     fn seen_from(&self, p: DVec3) -> (DVec3, f64) {
         match *self {
-            Station::Far(u) => (u, f64::INFINITY),
-            Station::At(q) => {
+            Port::Far(u) => (u, f64::INFINITY),
+            Port::At(q) => {
                 let r = (q - p).length();
                 ((q - p) / r, r)
             }
@@ -63,8 +55,8 @@ impl Station {
     /// Phase of a path to `p` over k and spreading, relative to the origin.
     fn path(&self, p: DVec3) -> (f64, f64) {
         match *self {
-            Station::Far(u) => (u.dot(p), 1.0),
-            Station::At(q) => {
+            Port::Far(u) => (u.dot(p), 1.0),
+            Port::At(q) => {
                 let (r, r0) = ((q - p).length(), q.length());
                 (r0 - r, r0 / r)
             }
@@ -72,36 +64,34 @@ impl Station {
     }
 }
 
-/// S of the geometry's edges for each aspect (monostatic), in both conventions alike, to be added to the
-/// physical-optics sum of the same aspects. `edges` are those of `geom::edges::find`.
+/// S of the geometry's edges for each frequency and look (`[frequency, look]`), the same in both conventions,
+/// to be added to the physical-optics sum. `edges` are those of `geom::edges::find`.
 pub fn sweep(
     geometry: &Geometry,
     edges: &[Edge],
-    aspects: &[Aspect],
-    options: &RcsOptions,
+    frequencies_hz: &[f64],
+    looks: &[Look],
+    distance: Distance,
 ) -> Vec<Scattering> {
-    aspects
+    let cases: Vec<(f64, &Look)> =
+        frequencies_hz.iter().flat_map(|f| looks.iter().map(move |l| (*f, l))).collect();
+    cases
         .par_iter()
-        .map(|a| {
-            let u = direction_from_angles(a.azimuth, a.elevation);
-            let radar = match options.distance {
-                Distance::Infinite => Station::Far(u),
-                Distance::At(r0) => Station::At(u * r0),
-            };
-            let s = edge_sum(geometry, edges, geometry.freq_hz, radar, radar);
+        .map(|(f, look)| {
+            let s = edge_sum(geometry, edges, *f, distance.port(look.transmit), distance.port(look.receive));
             Scattering { every: s, last: s }
         })
         .collect()
 }
 
-/// S[rx][tx] in metres of all edges, referred to the origin (eq. 36 to 39). Stations at finite range must stand
+/// S[rx][tx] in metres of all edges, referred to the origin (eq. 36 to 39). Ports at finite range must stand
 /// off the edges.
 pub fn edge_sum(
     geometry: &Geometry,
     edges: &[Edge],
     freq_hz: f64,
-    transmit: Station,
-    receive: Station,
+    transmit: Port,
+    receive: Port,
 ) -> [[Complex64; 2]; 2] {
     let k = wavenumber(freq_hz);
     let mut s = [[Complex64::ZERO; 2]; 2];
@@ -123,8 +113,8 @@ fn add_stretch(
     wedge: &Wedge,
     from: DVec3,
     to: DVec3,
-    transmit: Station,
-    receive: Station,
+    transmit: Port,
+    receive: Port,
 ) {
     let centre = 0.5 * (from + to);
     let length = (to - from).length();
@@ -174,14 +164,14 @@ fn visible(
     edge: &Edge,
     wedge: &Wedge,
     samples: f64,
-    transmit: Station,
-    receive: Station,
+    transmit: Port,
+    receive: Port,
 ) -> Vec<(DVec3, DVec3)> {
     let [a, b] = edge.ends_m;
     // A little outside the metal, so that a station in the plane of a face sees the far edge over the near one.
     let out = edge.normal[0] + edge.normal[1] - edge.into[0] - edge.into[1];
     let lift = out.normalize_or_zero() * (LIFT * geometry.t_min_m);
-    let sees = |s: f64, station: &Station| {
+    let sees = |s: f64, station: &Port| {
         let p = a.lerp(b, s);
         let (d, r) = station.seen_from(p);
         wedge.is_outside(d) && !geometry.bvh.any_hit(&geometry.triangles, p + lift, d, edge.patch[0], r)
@@ -217,6 +207,7 @@ fn visible(
 mod tests {
     use super::*;
     use crate::frames::Pose;
+    use crate::frames::direction_from_angles;
     use crate::geom::edges::{SMOOTH_RAD, find};
     use crate::scene::{Material, Mesh, Scene};
 
@@ -229,6 +220,7 @@ mod tests {
             positions_m: faces.iter().flatten().copied().collect(),
             triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             material: vec![0; faces.len()],
+            normals: Vec::new(),
         };
         scene.add_mesh("target", "", mesh, Pose::IDENTITY);
         Geometry::build(&scene, 0.0, F).unwrap()
@@ -255,11 +247,11 @@ mod tests {
         let g = geometry(&plate(0.0, 0.1, 0.06));
         let edges = find(&g, SMOOTH_RAD);
         let u = direction_from_angles(0.6, 0.3);
-        let far = edge_sum(&g, &edges, F, Station::Far(u), Station::Far(u));
+        let far = edge_sum(&g, &edges, F, Port::Far(u), Port::Far(u));
         let size = far[0][0].norm();
         let mut last = f64::INFINITY;
         for r in [1e3, 1e5] {
-            let here = edge_sum(&g, &edges, F, Station::At(u * r), Station::At(u * r));
+            let here = edge_sum(&g, &edges, F, Port::At(u * r), Port::At(u * r));
             let error = worst(here, far) / size;
             assert!(error < 0.02 * last, "{r}: {error}");
             last = error;
@@ -286,7 +278,7 @@ mod tests {
                 }
             }
         }
-        let here = edge_sum(&g, &edges, F, Station::At(t), Station::At(r));
+        let here = edge_sum(&g, &edges, F, Port::At(t), Port::At(r));
         let size = sum.iter().flatten().map(|z| z.norm()).fold(0.0, f64::max);
         let error = worst(here, sum) / size;
         println!("finite range: {error:.2e} of {size:.2e} m");
@@ -310,7 +302,7 @@ mod tests {
         let back: Vec<Edge> =
             find(&g, SMOOTH_RAD).into_iter().filter(|e| e.ends_m[0].x.abs() < 1e-9).collect();
         assert_eq!(back.len(), 4);
-        let radar = Station::Far(DVec3::X);
+        let radar = Port::Far(DVec3::X);
         let here = edge_sum(&g, &back, F, radar, radar);
         // The screen covers y > 0.0123 for a radar on the axis.
         let cut: Vec<Edge> = back
@@ -341,8 +333,8 @@ mod tests {
         let turned = geometry(&plate(0.02, 0.1, 0.06).map(|t| t.map(|v| turn * v)));
         let (e, f) = (find(&g, SMOOTH_RAD), find(&turned, SMOOTH_RAD));
         let u = direction_from_angles(0.8, 0.25);
-        let s = edge_sum(&g, &e, F, Station::Far(u), Station::Far(u));
-        let t = edge_sum(&turned, &f, F, Station::Far(turn * u), Station::Far(turn * u));
+        let s = edge_sum(&g, &e, F, Port::Far(u), Port::Far(u));
+        let t = edge_sum(&turned, &f, F, Port::Far(turn * u), Port::Far(turn * u));
         // Take both to the same pair of vectors.
         let (v, h) = polarisation_basis(turn * u);
         let (tv, th) = polarisation_basis(u);
@@ -368,7 +360,7 @@ mod tests {
         let (w, h) = (0.1, 0.06);
         let g = geometry(&plate(0.0, w, h));
         let edges = find(&g, SMOOTH_RAD);
-        let s = edge_sum(&g, &edges, F, Station::Far(DVec3::X), Station::Far(DVec3::X));
+        let s = edge_sum(&g, &edges, F, Port::Far(DVec3::X), Port::Far(DVec3::X));
         let by_hand = 2.0 * (w - h) / (4.0 * PI);
         assert!((s[0][0] - by_hand).norm() < 1e-9 && (s[1][1] + by_hand).norm() < 1e-9, "{s:?} {by_hand}");
         assert!(s[0][1].norm() < 1e-12 && s[1][0].norm() < 1e-12);

@@ -1,0 +1,281 @@
+//! The plane z = 0 under a target, by images (CONVENTIONS eq. 44–48).
+//!
+//! A wave from direction (azimuth, e) comes to the target twice: straight, and reflected by the plane, as if from
+//! (azimuth, −e); and the target's field leaves twice. The origin lies in the plane, so the four ways need
+//! no phases of their own, at any distance of the radar.
+//!
+//! * **A perfectly conducting plane** is replaced by the target's mirror image, bounces between target and ground
+//!   included as far as `bounces` reaches, shadows included: exact for the plane, as good as physical optics for the rest.
+//!   Faces in the plane itself are part of the ground and left out.
+//! * **A plane of a material**: the four ways with its Fresnel coefficients. A bounce from the target to the
+//!   ground and back to the target is left out; a target that lies on the plane shadows the reflected wave with its own
+//!   underside. Over targets of many heights or at finite range, the coefficients are those of the way to the middle of
+//!   the target.
+//!
+//! Both hold for a plane without end. Where the first Fresnel zone reaches under the target, or is much longer
+//! than what is known to be plane, take the target alone, on the conducting plane and on the material, and give all three:
+//! [`warning`] says when.
+
+use super::{Aspect, Distance, Ground, Look, RcsOptions, Scattering};
+use crate::error::{BadInput, Result};
+use crate::frames::{Pose, direction_from_angles};
+use crate::geom::Surface;
+use crate::scene::{Material, MaterialKind, Mesh, Scene, Shape};
+use crate::units::{wavelength_m, wavenumber};
+use glam::{DQuat, DVec3};
+use num_complex::Complex64;
+
+/// Corners this near to the plane lie in it.
+const IN_PLANE_M: f64 = 1e-6;
+
+fn image(v: DVec3) -> DVec3 {
+    DVec3::new(v.x, v.y, -v.z)
+}
+
+fn below(a: Aspect) -> Aspect {
+    Aspect { azimuth: a.azimuth, elevation: -a.elevation }
+}
+
+/// Reflection coefficients (V, H) of the plane at the sine of the grazing angle (CONVENTIONS eq. 44): 1 and −1 for a perfect
+/// conductor, less the loss of the coherent field on a rough plane. Errors: no value of the material at the frequency.
+pub fn coefficients(material: &Material, freq_hz: f64, sin_grazing: f64) -> Result<[Complex64; 2]> {
+    let plane = Surface::of(material, freq_hz)?;
+    let (perp, par) = plane.reflection(wavenumber(freq_hz), sin_grazing.max(1e-12));
+    Ok([par, perp])
+}
+
+/// S over the ground from S on the ways [straight in and out, reflected in, reflected out, reflected both]
+/// (CONVENTIONS eq. 45).
+pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Complex64; 2]) -> Scattering {
+    let sum = |of: &dyn Fn(&Scattering) -> [[Complex64; 2]; 2]| {
+        let [dd, rd, dr, rr] = ways.map(of);
+        [0, 1].map(|r| {
+            [0, 1]
+                .map(|t| dd[r][t] + rd[r][t] * transmit[t] + receive[r] * (dr[r][t] + rr[r][t] * transmit[t]))
+        })
+    };
+    Scattering { every: sum(&|s| s.every), last: sum(&|s| s.last) }
+}
+
+/// S over the ground of `options` for each frequency and look; `free` gives S without a ground.
+///
+/// Errors: looks from below the plane, a target that reaches below it, and those of `free`.
+pub fn scattering(
+    scene: &Scene,
+    frequencies_hz: &[f64],
+    looks: &[Look],
+    options: &RcsOptions,
+    free: impl Fn(&Scene, &[f64], &[Look], &RcsOptions) -> Result<Vec<Scattering>>,
+) -> Result<Vec<Scattering>> {
+    let Ground::Plane(material) = &options.ground else {
+        return free(scene, frequencies_hz, looks, options);
+    };
+    check(scene, looks)?;
+    let alone = RcsOptions { ground: Ground::None, ..options.clone() };
+    if is_mirror(material) {
+        let doubled = with_image(scene)?;
+        if doubled.objects.is_empty() {
+            // All of the target lies in the plane: it is a part of the ground.
+            return Ok(vec![Scattering::default(); frequencies_hz.len() * looks.len()]);
+        }
+        let ways: Vec<Look> = looks
+            .iter()
+            .flat_map(|l| [*l, Look { transmit: below(l.transmit), receive: l.receive }])
+            .collect();
+        let parts = free(&doubled, frequencies_hz, &ways, &alone)?;
+        let none = Scattering::default();
+        let rho = [Complex64::ONE, -Complex64::ONE];
+        return Ok(parts.chunks(2).map(|p| combine([&p[0], &p[1], &none, &none], rho, rho)).collect());
+    }
+    let ways: Vec<Look> = looks
+        .iter()
+        .flat_map(|l| {
+            let (t, r) = (l.transmit, l.receive);
+            [(t, r), (below(t), r), (t, below(r)), (below(t), below(r))]
+                .map(|(transmit, receive)| Look { transmit, receive })
+        })
+        .collect();
+    let parts = free(scene, frequencies_hz, &ways, &alone)?;
+    let centre = middle(scene);
+    let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
+    for (p, i) in parts.chunks(4).zip(0..) {
+        let (f, look) = (frequencies_hz[i / looks.len()], &looks[i % looks.len()]);
+        let at = |a: Aspect| coefficients(material, f, sin_grazing(options.distance, a, centre));
+        out.push(combine([&p[0], &p[1], &p[2], &p[3]], at(look.transmit)?, at(look.receive)?));
+    }
+    Ok(out)
+}
+
+/// A smooth perfect conductor: its image is exact.
+fn is_mirror(m: &Material) -> bool {
+    m.kind == MaterialKind::Pec && m.roughness_rms_m == 0.0 && m.layers.is_empty()
+}
+
+/// Middle of the scene's bounds.
+fn middle(scene: &Scene) -> DVec3 {
+    scene.bounds_m(0.0).map_or(DVec3::ZERO, |(lo, hi)| 0.5 * (lo + hi))
+}
+
+/// Sine of the grazing angle of the way from the radar over the plane to `centre`.
+fn sin_grazing(distance: Distance, aspect: Aspect, centre: DVec3) -> f64 {
+    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
+    match distance {
+        Distance::Infinite => u.z,
+        Distance::At(r0) => {
+            let way = centre - image(u * r0);
+            way.z / way.length()
+        }
+    }
+}
+
+fn check(scene: &Scene, looks: &[Look]) -> Result<()> {
+    for a in looks.iter().flat_map(|l| [l.transmit, l.receive]) {
+        if a.elevation < 0.0 {
+            return Err(BadInput::new("the radar stands below the ground")
+                .key("elevation")
+                .value(format!("{:.4} deg", a.elevation.to_degrees()))
+                .allowed("0..90 deg with a ground")
+                .into());
+        }
+    }
+    for o in &scene.objects {
+        let points: &mut dyn Iterator<Item = f64> = match o.shape {
+            Shape::Mesh(m) => &mut scene.meshes[m].positions_m.iter().map(|p| o.pose.point(*p).z),
+            _ => &mut std::iter::once(o.pose.translation_m.z),
+        };
+        let lowest = points.fold(f64::INFINITY, f64::min);
+        if lowest < -IN_PLANE_M {
+            return Err(BadInput::new("reaches below the ground, which is the plane z = 0")
+                .key(format!("object '{}'", o.name))
+                .value(format!("z = {lowest:.6} m"))
+                .remedy("raise the target, as with --height-m")
+                .into());
+        }
+    }
+    Ok(())
+}
+
+/// The scene with its mirror image under the plane; faces in the plane are left out.
+///
+/// Errors: a scattering table, whose image is seen from directions that it does not hold.
+fn with_image(scene: &Scene) -> Result<Scene> {
+    let mut out = Scene { materials: scene.materials.clone(), ..Default::default() };
+    for o in &scene.objects {
+        match o.shape {
+            Shape::Point { .. } => {
+                for at in [o.pose.translation_m, image(o.pose.translation_m)] {
+                    out.add_object(&o.name, &o.class, o.shape, Pose::new(DQuat::IDENTITY, at), DVec3::ZERO);
+                }
+            }
+            Shape::Table(_) => {
+                return Err(BadInput::new("a scattering table has no image in a ground")
+                    .key(format!("object '{}'", o.name))
+                    .remedy("take the ground out, or give the object its facets")
+                    .into());
+            }
+            Shape::Mesh(m) => {
+                let mesh = &scene.meshes[m];
+                let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| o.pose.point(*p)).collect();
+                let kept: Vec<usize> = (0..mesh.triangles.len())
+                    .filter(|t| mesh.triangles[*t].iter().any(|v| world[*v as usize].z > IN_PLANE_M))
+                    .collect();
+                if kept.is_empty() {
+                    continue;
+                }
+                for mirrored in [false, true] {
+                    let half = Mesh {
+                        positions_m: if mirrored {
+                            world.iter().map(|p| image(*p)).collect()
+                        } else {
+                            world.clone()
+                        },
+                        triangles: kept
+                            .iter()
+                            .map(|t| {
+                                let [a, b, c] = mesh.triangles[*t];
+                                if mirrored { [a, c, b] } else { [a, b, c] }
+                            })
+                            .collect(),
+                        material: kept.iter().map(|t| mesh.material[*t]).collect(),
+                        normals: mesh
+                            .normals
+                            .iter()
+                            .map(|n| o.pose.direction(*n))
+                            .map(|n| if mirrored { image(n) } else { n })
+                            .collect(),
+                    };
+                    out.add_mesh(&o.name, &o.class, half, Pose::IDENTITY);
+                }
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Where the first Fresnel zone of the reflected way meets the plane, as distances from the point under
+/// the target towards the radar (CONVENTIONS eq. 47); a negative one lies behind the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FresnelZone {
+    pub near_m: f64,
+    pub far_m: f64,
+}
+
+impl FresnelZone {
+    /// Seen from infinity under the grazing angle (radians) by a scatterer at `height_m`.
+    pub fn far_field(grazing: f64, height_m: f64, wavelength_m: f64) -> FresnelZone {
+        let (sin, cos) = grazing.sin_cos();
+        let q = height_m * sin + 0.5 * wavelength_m;
+        let top = q * cos + (q * q - (height_m * sin).powi(2)).sqrt();
+        FresnelZone { near_m: (height_m * height_m - q * q) / top, far_m: top / (sin * sin) }
+    }
+
+    /// From a radar at `radar_height_m`, `ground_range_m` away along the plane.
+    pub fn at_range(
+        ground_range_m: f64,
+        radar_height_m: f64,
+        height_m: f64,
+        wavelength_m: f64,
+    ) -> FresnelZone {
+        let (d, h1, h2) = (ground_range_m, radar_height_m, height_m);
+        let way = d.hypot(h1 + h2);
+        // The two ends of the quadratic, with (way + λ/2)² − d² and its root free of differences of large numbers.
+        let m = wavelength_m * (way + 0.25 * wavelength_m);
+        let spread = (h1 + h2).powi(2) + m;
+        let middle = d * (2.0 * h2 * (h1 + h2) + m);
+        let root = (way + 0.5 * wavelength_m) * (m * (m + 4.0 * h1 * h2)).sqrt();
+        FresnelZone { near_m: 0.5 * (middle - root) / spread, far_m: 0.5 * (middle + root) / spread }
+    }
+
+    pub fn length_m(&self) -> f64 {
+        self.far_m - self.near_m
+    }
+}
+
+/// Says where reflection by a plane is not to be trusted for this look: the first Fresnel zone reaches the ground on
+/// which the target stands, which the target covers or which is not the plane's (CONVENTIONS eq. 48).
+pub fn warning(scene: &Scene, freq_hz: f64, aspect: Aspect, options: &RcsOptions) -> Option<String> {
+    if options.ground == Ground::None {
+        return None;
+    }
+    let (lo, hi) = scene.bounds_m(0.0)?;
+    let height = 0.5 * (lo.z + hi.z);
+    let radius = 0.5 * (hi - lo).truncate().length();
+    let lambda = wavelength_m(freq_hz);
+    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
+    let zone = match options.distance {
+        Distance::Infinite => FresnelZone::far_field(aspect.elevation, height, lambda),
+        Distance::At(r0) => FresnelZone::at_range(r0 * u.truncate().length(), r0 * u.z, height, lambda),
+    };
+    (zone.near_m < radius).then(|| {
+        format!(
+            "ground: at elevation {:.3} deg and {:.4} GHz the ground that reflects is {:.3} m long and begins {:.3} m before \
+             the middle of the target, which reaches out {:.3} m: a plane's reflection is not valid there; compare with \
+             --ground none and --ground pec",
+            aspect.elevation.to_degrees(),
+            freq_hz / 1e9,
+            zone.length_m(),
+            zone.near_m,
+            radius
+        )
+    })
+}
