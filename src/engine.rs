@@ -20,7 +20,7 @@ use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
 use crate::trace::launch::Fan;
 use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
-use crate::units::wavenumber;
+use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -86,6 +86,9 @@ impl AnyCube {
         }
     }
 }
+
+/// Looks between two reports of progress.
+const LOOKS_PER_BATCH: usize = 1024;
 
 fn not_a_number(aspect: &Aspect) -> Error {
     Error::Failed(format!(
@@ -173,9 +176,55 @@ impl Engine {
         looks: &[Look],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
+        self.rcs_watched(scene, frequencies_hz, looks, options, &|_| ())
+    }
+
+    /// How far S moves, in dB, when the accuracy that was asked for is made 16 times stricter (cells of a
+    /// quarter of the phase): the largest |dS| / |S| among the co-polar values within 30 dB of their peak. None when there
+    /// is no echo.
+    pub fn rcs_convergence_db(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        looks: &[Look],
+        options: &RcsOptions,
+    ) -> Result<Option<f64>> {
+        let strict = RcsOptions { accuracy_db: options.accuracy_db / 16.0, last: false, ..options.clone() };
+        let found = self.rcs(scene, frequencies_hz, looks, &RcsOptions { last: false, ..options.clone() })?;
+        let finer = self.rcs(scene, frequencies_hz, looks, &strict)?;
+        let mut worst: Option<f64> = None;
+        for i in 0..2 {
+            let peak = finer.iter().map(|s| s.every[i][i].norm()).fold(0.0, f64::max);
+            for (a, b) in found.iter().zip(&finer).map(|(a, b)| (a.every[i][i], b.every[i][i])) {
+                if peak > 0.0 && b.norm() > power_from_db(-30.0).sqrt() * peak {
+                    let db = 20.0 * (1.0 + (a - b).norm() / b.norm()).log10();
+                    worst = Some(worst.map_or(db, |w| w.max(db)));
+                }
+            }
+        }
+        Ok(worst)
+    }
+
+    /// [`Engine::rcs`] that tells `watch` how many looks were finished since it last did.
+    pub fn rcs_watched(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        looks: &[Look],
+        options: &RcsOptions,
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<Scattering>> {
         if options.ground != Ground::None {
             return rcs::ground::scattering(scene, frequencies_hz, looks, options, |s, f, l, o| {
-                self.rcs(s, f, l, o)
+                // Each look is taken several times with its images.
+                let share = looks.len() as f64 / l.len() as f64;
+                let done = std::sync::Mutex::new(0.0);
+                self.rcs_watched(s, f, l, o, &|n| {
+                    let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
+                    let before = *sum as u64;
+                    *sum += n as f64 * share;
+                    watch(*sum as u64 - before);
+                })
             });
         }
         let highest = frequencies_hz.iter().copied().fold(f64::NAN, f64::max);
@@ -190,10 +239,14 @@ impl Engine {
             .map(|(f, surfaces)| Tone { wavenumber: wavenumber(*f), surfaces })
             .collect();
         let beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
-        let by_look = match self {
-            Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, looks, options.distance, &beams),
-            Engine::Gpu(_) => return Err(Error::Failed("beams on the gpu engine".into())),
-        };
+        let mut by_look = Vec::with_capacity(looks.len());
+        for batch in looks.chunks(LOOKS_PER_BATCH) {
+            by_look.extend(match self {
+                Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, batch, options.distance, &beams),
+                Engine::Gpu(_) => return Err(Error::Failed("beams on the gpu engine".into())),
+            });
+            watch(batch.len() as u64);
+        }
         let edges = match options.diffraction {
             Diffraction::None => None,
             Diffraction::Ptd => {

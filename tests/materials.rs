@@ -17,6 +17,7 @@ use std::path::Path;
 fn plate(width_m: f64, height_m: f64, material: Material, freq_hz: f64) -> Geometry {
     let p = |y: f64, z: f64| DVec3::new(0.0, y * width_m, z * height_m);
     let mesh = Mesh {
+        normals: Vec::new(),
         positions_m: vec![p(-0.5, -0.5), p(0.5, -0.5), p(0.5, 0.5), p(-0.5, 0.5)],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         material: vec![0, 0],

@@ -7,10 +7,11 @@ use crate::engine::Engine;
 use crate::error::{BadInput, Error, Result};
 use crate::formats::stage::StagedFile;
 use crate::geom::Geometry;
+use crate::geom::validate::check_scene;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
 use crate::rcs::table::{RcsTable, Row};
-use crate::rcs::{self, Aspect, Distance, Ground, Look, RayGrid, RcsOptions, Scattering};
+use crate::rcs::{self, Aspect, Diffraction, Distance, Ground, Look, RcsOptions, Scattering};
 use crate::scene::material;
 use crate::trace::{Convention, MAX_BOUNCES};
 use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
@@ -36,18 +37,24 @@ pub struct Rcs {
     /// Distance of the radar from the target's origin; inf is a plane wave
     #[arg(long, default_value_t = f64::INFINITY, value_name = "R|inf")]
     pub range_m: f64,
-    /// Facets met by one ray
+    /// Receive somewhere else than where the transmitter stands: azimuths of the receiver
+    #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
+    pub bistatic_azimuth_deg: Option<String>,
+    /// Elevations of the receiver (product with its azimuths)
+    #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
+    pub bistatic_elevation_deg: Option<String>,
+    /// Facets met by one beam
     #[arg(long, default_value_t = 3, value_name = "N")]
     pub bounces: usize,
-    /// Which bounces radiate: each, or only the one from which a ray leaves
+    /// Which bounces radiate: each, or only the one from which a beam leaves
     #[arg(long, default_value = "every")]
     pub convention: ConventionName,
-    /// Density of the ray grid; the error falls roughly as its power 3/2
-    #[arg(long, default_value_t = 10.0, value_name = "N")]
-    pub rays_per_wavelength: f64,
-    /// Edge diffraction (this version has none)
-    #[arg(long, default_value = "none", value_name = "none")]
-    pub diffraction: String,
+    /// Error that finite range may bring, dB (flat facets seen from infinity have none)
+    #[arg(long, default_value_t = 0.1, value_name = "DB")]
+    pub accuracy_db: f64,
+    /// Edges of metal: none, or first-order physical theory of diffraction
+    #[arg(long, default_value = "none")]
+    pub diffraction: DiffractionName,
     /// Endless ground, the plane z = 0 of the target frame: none, pec, or a material
     #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
@@ -74,6 +81,12 @@ pub enum ConventionName {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DiffractionName {
+    None,
+    Ptd,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum PolarisationName {
     /// Linear at +45 and -45 deg
     Linear45,
@@ -90,8 +103,8 @@ impl PolarisationName {
     }
 }
 
-/// Aspects between two steps of the progress bar.
-const BATCH: usize = 64;
+/// Looks that are taken again more finely for the estimate of convergence.
+const CONVERGENCE_LOOKS: usize = 25;
 
 #[derive(serde::Serialize)]
 struct JsonRow {
@@ -102,6 +115,11 @@ struct JsonRow {
     vh_dbsm: f64,
     hv_dbsm: f64,
     hh_dbsm: f64,
+    /// Of a bistatic run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rx_azimuth_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rx_elevation_deg: Option<f64>,
     /// [[vv, vh], [hv, hh]], each [re, im] in m.
     s_m: [[[f64; 2]; 2]; 2],
     /// In the polarisations that were asked for, dBsm.
@@ -120,23 +138,20 @@ impl Rcs {
                 .allowed("1e8..1e12")
                 .into());
         }
-        let azimuths = parse_list("azimuth-deg", &self.azimuth_deg)?;
-        let elevations = parse_list("elevation-deg", &self.elevation_deg)?;
-        for (key, list, limit) in
-            [("--azimuth-deg", &azimuths, 360.0), ("--elevation-deg", &elevations, 90.0)]
-        {
-            if let Some(x) = list.iter().find(|x| x.abs() > limit) {
-                return Err(BadInput::new("the angle is out of range")
-                    .key(key)
-                    .value(x)
-                    .allowed(format!("-{limit}..{limit}"))
-                    .into());
-            }
-        }
-        let count = frequencies.len() as u128 * azimuths.len() as u128 * elevations.len() as u128;
+        let transmit = aspects(["azimuth-deg", "elevation-deg"], &self.azimuth_deg, &self.elevation_deg)?;
+        let receive = match (&self.bistatic_azimuth_deg, &self.bistatic_elevation_deg) {
+            (None, None) => None,
+            (az, el) => Some(aspects(
+                ["bistatic-azimuth-deg", "bistatic-elevation-deg"],
+                az.as_deref().unwrap_or("0"),
+                el.as_deref().unwrap_or("0"),
+            )?),
+        };
+        let receivers = receive.as_ref().map_or(1, Vec::len);
+        let count = frequencies.len() as u128 * transmit.len() as u128 * receivers as u128;
         if count > LONGEST as u128 {
             return Err(BadInput::new("too many directions")
-                .key("--azimuth-deg x --elevation-deg x --frequency-hz")
+                .key("--azimuth-deg x --elevation-deg x --frequency-hz (x --bistatic-...)")
                 .value(count)
                 .allowed(format!("at most {LONGEST}"))
                 .remedy("take larger steps or split the sweep")
@@ -153,72 +168,92 @@ impl Rcs {
         for o in &mut target.scene.objects {
             o.pose.translation_m.z += self.height_m;
         }
-        let ground = self.ground()?;
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
-        let options = RayGrid {
+        let (reports, bad) = (check_scene(&target.scene, frequencies[0])?, |name: &str, e: BadInput| {
+            let key = format!("object '{name}'");
+            crate::error::Error::from(e.key(key))
+        });
+        for (name, report) in &reports {
+            if let Some(e) = report.error() {
+                return Err(bad(name, e));
+            }
+            for w in report.warnings() {
+                global.say(&format!("warning: {name}: {w}"));
+            }
+        }
+        let options = RcsOptions {
             bounces: self.bounces,
-            rays_per_wavelength: self.rays_per_wavelength,
             distance: if self.range_m.is_finite() { Distance::At(self.range_m) } else { Distance::Infinite },
+            accuracy_db: self.accuracy_db,
+            diffraction: match self.diffraction {
+                DiffractionName::None => Diffraction::None,
+                DiffractionName::Ptd => Diffraction::Ptd,
+            },
+            ground: self.ground()?,
+            last: self.convention == ConventionName::Last,
         };
+        if let Distance::At(r) = options.distance {
+            check_range(&Geometry::build(&target.scene, 0.0, frequencies[0])?, r)?;
+        }
         let convention = match self.convention {
             ConventionName::Every => Convention::Every,
             ConventionName::Last => Convention::Last,
         };
         let engine = global.engine()?;
 
-        let aspects: Vec<Aspect> = elevations
+        let looks: Vec<Look> = transmit
             .iter()
-            .flat_map(|el| {
-                azimuths.iter().map(|az| Aspect { azimuth: az.to_radians(), elevation: el.to_radians() })
+            .flat_map(|t| match &receive {
+                None => vec![Look::monostatic(*t)],
+                Some(list) => list.iter().map(|r| Look { transmit: *t, receive: *r }).collect(),
             })
             .collect();
         let boresight = Aspect {
             azimuth: target.boresight_deg.0.to_radians(),
             elevation: target.boresight_deg.1.to_radians(),
         };
-        let with_ground = RcsOptions {
-            bounces: self.bounces,
-            distance: options.distance,
-            ground: ground.clone(),
-            ..Default::default()
-        };
         let mut warnings: Vec<String> = Vec::new();
         for f in &frequencies {
             // The lowest look has the longest zone.
-            let lowest = aspects.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
-            warnings.extend(lowest.and_then(|a| rcs::ground::warning(&target.scene, *f, a, &with_ground)));
+            let lowest = transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
+            warnings.extend(lowest.and_then(|a| rcs::ground::warning(&target.scene, *f, a, &options)));
         }
         for w in &warnings {
             global.say(&format!("warning: {w}"));
         }
-        let bar = global.bar("directions", count as u64);
-        let mut table = RcsTable { comments: Vec::new(), rows: Vec::with_capacity(count as usize) };
-        let mut on_boresight = Vec::new();
-        for &frequency_hz in &frequencies {
-            let geometry = Geometry::build(&target.scene, 0.0, frequency_hz)?;
-            if let Distance::At(r) = options.distance {
-                check_range(&geometry, r)?;
-            }
-            let sweep = |aspects: &[Aspect], step: u64| match ground {
-                Ground::None => sweep(&engine, &geometry, aspects, &options, &bar, step),
-                Ground::Plane(_) => {
-                    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
-                    engine.rcs(&target.scene, &[frequency_hz], &looks, &with_ground)
-                }
-            };
-            on_boresight.push(sweep(&[boresight], 0)?[0]);
-            let swept = sweep(&aspects, 1)?;
-            table.rows.extend(aspects.iter().zip(&swept).map(|(a, s)| Row {
-                frequency_hz,
-                aspect: *a,
-                receive: None,
-                s: *s.of(convention),
-            }));
-        }
+        let both = RcsOptions { last: true, ..options.clone() };
+        let on_boresight = engine.rcs(&target.scene, &frequencies, &[Look::monostatic(boresight)], &both)?;
+        let bar = global.bar("directions", looks.len() as u64);
+        let swept = engine.rcs_watched(&target.scene, &frequencies, &looks, &options, &|n| bar.inc(n))?;
         bar.finish_and_clear();
+        let converged = match options.distance {
+            Distance::Infinite => None,
+            Distance::At(_) => {
+                let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
+                let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
+                engine.rcs_convergence_db(&target.scene, &frequencies, &some, &options)?
+            }
+        };
+        let rows = frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept).map(
+            |((frequency_hz, look), s)| Row {
+                frequency_hz,
+                aspect: look.transmit,
+                receive: receive.as_ref().map(|_| look.receive),
+                s: *s.of(convention),
+            },
+        );
+        let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
         table.comments = self.comments(&target.name, &engine, &target, &frequencies, &on_boresight);
+        table.comments.push(match (options.distance, converged) {
+            (Distance::Infinite, _) => {
+                "convergence: flat facets are exact in the far field, curved bodies are as their facets"
+                    .into()
+            }
+            (_, Some(db)) => format!("convergence: {db:.4} dB between this and a 16 times stricter run"),
+            (_, None) => "convergence: no echo to compare".into(),
+        });
         table.comments.extend(warnings.iter().map(|w| format!("warning: {w}")));
 
         if let Some(staged) = csv {
@@ -234,7 +269,9 @@ impl Rcs {
                 "target": target.name,
                 "convention": format!("{convention:?}").to_lowercase(),
                 "bounces": self.bounces,
-                "rays_per_wavelength": self.rays_per_wavelength,
+                "accuracy_db": self.accuracy_db,
+                "convergence_db": converged,
+                "diffraction": format!("{:?}", self.diffraction).to_lowercase(),
                 "engine": engine.report(),
                 "boresight": frequencies.iter().zip(&on_boresight).map(|(f, s)| boresight_json(*f, &target, s)).collect::<Vec<_>>(),
                 "rows": table.rows.iter().map(|r| json_row(r, &self.derived())).collect::<Vec<_>>(),
@@ -250,7 +287,7 @@ impl Rcs {
     fn ground(&self) -> Result<Ground> {
         match self.ground.as_str() {
             "none" => Ok(Ground::None),
-            name => match material::by_name(name) {
+            name => match material::parse_spec(name) {
                 Ok(m) => Ok(Ground::Plane(m)),
                 Err(Error::Input(b)) => Err(b.key("--ground").value(name).into()),
                 Err(e) => Err(e),
@@ -280,25 +317,11 @@ impl Rcs {
         if !(1..=MAX_BOUNCES).contains(&self.bounces) {
             return Err(ranged("--bounces", self.bounces.to_string(), &format!("1..={MAX_BOUNCES}")).into());
         }
-        if !(0.5..=200.0).contains(&self.rays_per_wavelength) {
-            return Err(
-                ranged("--rays-per-wavelength", self.rays_per_wavelength.to_string(), "0.5..=200").into()
-            );
+        if !(1e-4..=3.0).contains(&self.accuracy_db) {
+            return Err(ranged("--accuracy-db", self.accuracy_db.to_string(), "1e-4..=3").into());
         }
         if self.range_m.is_nan() || self.range_m <= 0.0 {
             return Err(ranged("--range-m", self.range_m.to_string(), "a positive number, or inf").into());
-        }
-        for (key, value, remedy) in
-            [("--diffraction", &self.diffraction, "this version computes physical optics without edges")]
-        {
-            if value != "none" {
-                return Err(BadInput::new("is not available")
-                    .key(key)
-                    .value(value)
-                    .allowed("none")
-                    .remedy(remedy)
-                    .into());
-            }
         }
         Ok(())
     }
@@ -320,7 +343,8 @@ impl Rcs {
             format!("bounces: {}", self.bounces),
             format!("range_m: {}", self.range_m),
             format!("ground: {}, target raised by {} m", self.ground, self.height_m),
-            format!("rays_per_wavelength: {}", self.rays_per_wavelength),
+            format!("diffraction: {}", format!("{:?}", self.diffraction).to_lowercase()),
+            format!("accuracy_db: {} (finite range)", self.accuracy_db),
             format!("engine: {}", engine.describe()),
             format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
         ];
@@ -401,20 +425,30 @@ fn check_range(geometry: &Geometry, range_m: f64) -> Result<()> {
     Ok(())
 }
 
-fn sweep(
-    engine: &Engine,
-    geometry: &Geometry,
-    aspects: &[Aspect],
-    options: &RayGrid,
-    bar: &indicatif::ProgressBar,
-    step: u64,
-) -> Result<Vec<Scattering>> {
-    let mut out = Vec::with_capacity(aspects.len());
-    for batch in aspects.chunks(BATCH) {
-        out.extend(engine.rcs_rays(geometry, batch, options)?);
-        bar.inc(step * batch.len() as u64);
+/// Product of two lists of angles, elevation outermost.
+fn aspects(keys: [&str; 2], azimuth: &str, elevation: &str) -> Result<Vec<Aspect>> {
+    let list = |key: &str, text: &str, limit: f64| -> Result<Vec<f64>> {
+        let list = parse_list(key, text)?;
+        match list.iter().find(|x| x.abs() > limit) {
+            None => Ok(list),
+            Some(x) => Err(BadInput::new("the angle is out of range")
+                .key(format!("--{key}"))
+                .value(x)
+                .allowed(format!("-{limit}..{limit}"))
+                .into()),
+        }
+    };
+    let (azimuths, elevations) = (list(keys[0], azimuth, 360.0)?, list(keys[1], elevation, 90.0)?);
+    if azimuths.len() as u128 * elevations.len() as u128 > LONGEST as u128 {
+        return Err(BadInput::new("too many directions")
+            .key(format!("--{} x --{}", keys[0], keys[1]))
+            .value(azimuths.len() as u128 * elevations.len() as u128)
+            .allowed(format!("at most {LONGEST}"))
+            .remedy("take larger steps or split the sweep")
+            .into());
     }
-    Ok(out)
+    let aspect = |az: &f64, el: &f64| Aspect { azimuth: az.to_radians(), elevation: el.to_radians() };
+    Ok(elevations.iter().flat_map(|el| azimuths.iter().map(move |az| aspect(az, el))).collect())
 }
 
 fn plot_row(r: &Row) -> RcsRow {
@@ -440,7 +474,10 @@ fn derived_dbsm<'a>(r: &'a Row, derived: &'a [Derived]) -> impl Iterator<Item = 
 
 fn json_row(r: &Row, derived: &[Derived]) -> JsonRow {
     let p = plot_row(r);
+    let degrees = |x: f64| (x.to_degrees() * 1e9).round() / 1e9;
     JsonRow {
+        rx_azimuth_deg: r.receive.map(|a| degrees(a.azimuth)),
+        rx_elevation_deg: r.receive.map(|a| degrees(a.elevation)),
         frequency_hz: p.frequency_hz,
         azimuth_deg: p.azimuth_deg,
         elevation_deg: p.elevation_deg,
