@@ -167,7 +167,7 @@ pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<Strin
     if !study.note.is_empty() {
         let _ = writeln!(t, "{}\n", study.note.trim());
     }
-    let _ = writeln!(t, "![{0}]({0}.png)\n", study.title.replace(['[', ']'], ""));
+    let _ = writeln!(t, "![{}]({}.png)\n", study.title.replace(['[', ']'], ""), study.name);
     match given {
         Given::Table(outcome) => {
             if !facts.is_empty() {

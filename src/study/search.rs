@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::rng::philox4x32_10;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
+use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -186,12 +187,34 @@ fn worst_range(study: &Study, margin: &[f64]) -> f64 {
     worst
 }
 
+/// A place in the unit cube, with the arithmetic that the simplex needs.
+#[derive(Debug, Clone)]
+struct Place(Vec<f64>);
+
+impl ArgminAdd<Place, Place> for Place {
+    fn add(&self, other: &Place) -> Place {
+        Place(self.0.iter().zip(&other.0).map(|(a, b)| a + b).collect())
+    }
+}
+
+impl ArgminSub<Place, Place> for Place {
+    fn sub(&self, other: &Place) -> Place {
+        Place(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
+    }
+}
+
+impl ArgminMul<f64, Place> for Place {
+    fn mul(&self, factor: &f64) -> Place {
+        Place(self.0.iter().map(|a| a * factor).collect())
+    }
+}
+
 impl CostFunction for &Problem<'_> {
-    type Param = Vec<f64>;
+    type Param = Place;
     type Output = f64;
 
-    fn cost(&self, unit: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        let parameters = self.parameters(unit);
+    fn cost(&self, unit: &Place) -> Result<f64, argmin::core::Error> {
+        let parameters = self.parameters(&unit.0);
         match self.score(&parameters) {
             Ok(score) => {
                 let mut best = self.best.borrow_mut();
@@ -224,11 +247,11 @@ pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u
     for start in 0..search.starts {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
         // A simplex of a quarter of each interval, towards the inside.
-        let mut simplex = vec![origin.clone()];
+        let mut simplex = vec![Place(origin.clone())];
         for i in 0..n {
             let mut corner = origin.clone();
             corner[i] += if corner[i] > 0.5 { -0.25 } else { 0.25 };
-            simplex.push(corner);
+            simplex.push(Place(corner));
         }
         let solver = NelderMead::new(simplex)
             .with_sd_tolerance(1e-4)
