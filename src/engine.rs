@@ -6,18 +6,22 @@ use crate::adc::synthesis::{FrontEnd, Plan};
 use crate::adc::{self, Cube};
 use crate::cpu;
 use crate::cpu::adc::synthesis::Control;
+use crate::cpu::rcs::beam_sum::{self, Tone};
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::Geometry;
+use crate::geom::{Geometry, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
 use crate::rcs::{self, Aspect, Look, RayGrid, RcsOptions, Scattering, po_sum};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
+use crate::trace::beams::BeamOptions;
 use crate::trace::launch::Fan;
 use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
+use crate::units::wavenumber;
 use glam::DVec3;
+use num_complex::Complex64;
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
@@ -80,6 +84,14 @@ impl AnyCube {
             AnyCube::F64(c) => c.to_f32(),
         }
     }
+}
+
+fn not_a_number(aspect: &Aspect) -> Error {
+    Error::Failed(format!(
+        "the cross section at azimuth {:.4} deg, elevation {:.4} deg is not a number",
+        aspect.azimuth.to_degrees(),
+        aspect.elevation.to_degrees()
+    ))
 }
 
 impl Engine {
@@ -148,7 +160,8 @@ impl Engine {
         }
     }
 
-    /// S of the scene's objects, origin at the world's: for each frequency, each look (`[frequency, look]`).
+    /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
+    /// and each look (`[frequency, look]`). What beams meet does not depend on frequency and is found once.
     ///
     /// Errors: a material without a value at a frequency; options that are out of range.
     pub fn rcs(
@@ -158,13 +171,35 @@ impl Engine {
         looks: &[Look],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
+        let highest = frequencies_hz.iter().copied().fold(f64::NAN, f64::max);
+        if !highest.is_finite() || looks.is_empty() {
+            return Ok(Vec::new());
+        }
+        let geometry = Geometry::build(scene, 0.0, highest)?;
+        let surfaces = frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
+        let tones: Vec<Tone> = frequencies_hz
+            .iter()
+            .zip(&surfaces)
+            .map(|(f, surfaces)| Tone { wavenumber: wavenumber(*f), surfaces })
+            .collect();
+        let beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
+        let by_look = match self {
+            Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, looks, options.distance, &beams),
+            Engine::Gpu(_) => return Err(Error::Failed("beams on the gpu engine".into())),
+        };
         let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
-        for &f in frequencies_hz {
-            let geometry = Geometry::build(scene, 0.0, f)?;
-            let aspects: Vec<Aspect> = looks.iter().map(|l| l.transmit).collect();
-            let grid =
-                RayGrid { bounces: options.bounces, rays_per_wavelength: 10.0, distance: options.distance };
-            out.extend(self.rcs_rays(&geometry, &aspects, &grid)?);
+        for (i, tone) in tones.iter().enumerate() {
+            for (look, s) in looks.iter().zip(&by_look) {
+                let mut s = s[i];
+                s.add(&rcs::point_sum(&geometry, look, tone.wavenumber, options.distance));
+                if !s.every.iter().flatten().all(|z| z.is_finite()) {
+                    return Err(not_a_number(&look.transmit));
+                }
+                if !options.last {
+                    s.last = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
+                }
+                out.push(s);
+            }
         }
         Ok(out)
     }
@@ -181,15 +216,12 @@ impl Engine {
             Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
         };
         for (s, a) in swept.iter_mut().zip(aspects) {
-            s.add(&rcs::point_sum(geometry, *a, options));
+            let look = Look::monostatic(*a);
+            s.add(&rcs::point_sum(geometry, &look, wavenumber(geometry.freq_hz), options.distance));
         }
         match swept.iter().position(|s| !s.is_finite()) {
             None => Ok(swept),
-            Some(i) => Err(Error::Failed(format!(
-                "the cross section at azimuth {:.4} deg, elevation {:.4} deg is not a number",
-                aspects[i].azimuth.to_degrees(),
-                aspects[i].elevation.to_degrees()
-            ))),
+            Some(i) => Err(not_a_number(&aspects[i])),
         }
     }
 

@@ -2,14 +2,17 @@
 //! BVH. Rebuilt for each frame in which something moves.
 
 pub mod bvh;
+pub mod faces;
 mod patches;
 pub mod upload;
 
 use crate::error::{BadInput, Result};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Material, Scene, Shape};
 use bvh::Bvh;
+use faces::Faces;
 use glam::DVec3;
 use num_complex::Complex64;
+use std::sync::OnceLock;
 
 /// Two corners closer than this many times the mesh's size make a triangle degenerate.
 const DEGENERATE: f64 = 1e-12;
@@ -25,6 +28,7 @@ pub struct Triangle {
     pub normal: DVec3,
     du: DVec3,
     dv: DVec3,
+    exact: [DVec3; 3],
     /// Coplanar neighbours share a patch: a ray that leaves a patch cannot meet it again.
     pub patch: u32,
     /// Index into `Geometry::bodies`.
@@ -51,6 +55,7 @@ impl Triangle {
             normal,
             du: e2.cross(normal) / area2,
             dv: normal.cross(e1) / area2,
+            exact: v,
             patch,
             body,
             surface,
@@ -59,6 +64,11 @@ impl Triangle {
 
     pub fn corners(&self) -> [DVec3; 3] {
         [self.v0, self.v0 + self.e1, self.v0 + self.e2]
+    }
+
+    /// The corners as they came, without the rounding of v0 + e1.
+    pub fn corners_exact(&self) -> [DVec3; 3] {
+        self.exact
     }
 
     pub fn area_m2(&self) -> f64 {
@@ -95,6 +105,14 @@ pub struct Surface {
     pub roughness_rms_m: f64,
 }
 
+/// The scene's materials at a frequency, in their order.
+///
+/// Errors: a material without a value there.
+pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
+    let at = |m: &Material| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m });
+    scene.materials.iter().map(at).collect()
+}
+
 /// An isotropic scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointTarget {
@@ -118,6 +136,7 @@ pub struct Geometry {
     /// Hits nearer than this along a ray are its own start; set from the size of the scene.
     pub t_min_m: f64,
     pub bounds_m: (DVec3, DVec3),
+    faces: OnceLock<Faces>,
 }
 
 impl Geometry {
@@ -126,11 +145,7 @@ impl Geometry {
     /// Errors: a material without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        let surfaces = scene
-            .materials
-            .iter()
-            .map(|m| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m }))
-            .collect::<Result<Vec<_>>>()?;
+        let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
         let (mut triangles, mut bodies, mut points) = (Vec::new(), Vec::new(), Vec::new());
@@ -194,7 +209,13 @@ impl Geometry {
             freq_hz,
             t_min_m,
             bounds_m: (lo, hi),
+            faces: OnceLock::new(),
         })
+    }
+
+    /// The convex faces that beams meet, made when first asked for.
+    pub fn faces(&self) -> &Faces {
+        self.faces.get_or_init(|| Faces::build(self))
     }
 
     /// Centre and radius of a sphere that holds every triangle.

@@ -2,6 +2,7 @@
 //! finds the chain of facets that each tube meets, `contribute` turns a chain into
 //! physical-optics returns. Exact beams are to replace the middle two for smooth facets.
 
+pub mod beams;
 pub mod closest;
 pub mod contribute;
 pub mod ends;

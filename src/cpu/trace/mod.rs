@@ -1,6 +1,8 @@
 //! Rays and their fields in f64.
 
+pub mod beams;
 pub mod closest;
 pub mod contribute;
+pub mod field;
 pub mod rays;
 pub mod scan;

@@ -1,0 +1,658 @@
+//! Clipping of beams in f64 (CONVENTIONS eq. 50-52). What comes out does not depend on frequency.
+//!
+//! Polygons live in the (u, v) of a [`Frame`]. All cuts are made along original edges of faces and along
+//! lines in which two planes cross, never along edges that were computed before: short computed edges have
+//! random directions.
+
+use crate::geom::faces::{Face, Faces, HalfSpace};
+use crate::trace::beams::{BeamOptions, CAP, Frame, Port};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// Polygons with more corners than this are halved before they are cut again, so that CAP suffices.
+const MOST: usize = 12;
+/// Sine of the angle to the plane below which a face is edge-on.
+const GRAZING: f64 = 1e-9;
+/// Pieces below this share of the polygon that they were cut from are dropped.
+const SLIVER: f64 = 1e-11;
+
+#[derive(Clone, Copy)]
+pub struct Polygon {
+    n: usize,
+    p: [DVec2; CAP],
+}
+
+impl std::fmt::Debug for Polygon {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.corners().fmt(f)
+    }
+}
+
+impl Polygon {
+    const EMPTY: Polygon = Polygon { n: 0, p: [DVec2::ZERO; CAP] };
+
+    pub fn corners(&self) -> &[DVec2] {
+        &self.p[..self.n]
+    }
+
+    #[inline]
+    fn push(&mut self, p: DVec2) {
+        self.p[self.n] = p;
+        self.n += 1;
+    }
+
+    fn mapped(&self, f: impl Fn(DVec2) -> DVec2) -> Polygon {
+        let mut out = *self;
+        for p in &mut out.p[..self.n] {
+            *p = f(*p);
+        }
+        out
+    }
+
+    /// Signed, positive counter-clockwise.
+    pub fn area(&self) -> f64 {
+        let c = self.corners();
+        if c.len() < 3 {
+            return 0.0;
+        }
+        (1..c.len() - 1).map(|i| (c[i] - c[0]).perp_dot(c[i + 1] - c[0])).sum::<f64>() * 0.5
+    }
+
+    fn bounds(&self) -> (DVec2, DVec2) {
+        let start = (DVec2::splat(f64::INFINITY), DVec2::splat(f64::NEG_INFINITY));
+        self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
+    }
+
+    /// The part where `line` is positive.
+    #[inline]
+    fn kept(&self, line: &Line, eps: f64) -> Polygon {
+        let (mut d, mut low, mut high) = ([0.0; CAP], false, false);
+        for i in 0..self.n {
+            d[i] = line.at(self.p[i], eps);
+            low |= d[i] < 0.0;
+            high |= d[i] > 0.0;
+        }
+        match (low, high) {
+            (false, _) => return *self,
+            (true, false) => return Polygon::EMPTY,
+            _ => {}
+        }
+        let mut out = Polygon::EMPTY;
+        for i in 0..self.n {
+            let j = if i + 1 == self.n { 0 } else { i + 1 };
+            if d[i] >= 0.0 {
+                out.push(self.p[i]);
+            }
+            if d[i] * d[j] < 0.0 {
+                out.push(self.p[i] + (self.p[j] - self.p[i]) * (d[i] / (d[i] - d[j])));
+            }
+        }
+        out
+    }
+
+    /// The two parts on either side of the line through `at` across `normal`.
+    pub fn split(&self, at: DVec2, normal: DVec2) -> [Polygon; 2] {
+        // Cells only lose corners as they shrink, but a cut may add one to each part.
+        if self.n > MOST {
+            return self.halves();
+        }
+        let line = Line::new(normal.x, normal.y, -normal.dot(at));
+        [self.kept(&line, 0.0), self.kept(&line.opposite(), 0.0)]
+    }
+
+    fn halves(&self) -> [Polygon; 2] {
+        let h = self.n / 2;
+        let (mut a, mut b) = (Polygon::EMPTY, Polygon::EMPTY);
+        (0..=h).for_each(|i| a.push(self.p[i]));
+        (h..self.n).for_each(|i| b.push(self.p[i]));
+        b.push(self.p[0]);
+        [a, b]
+    }
+}
+
+/// Positive on the side that is kept.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Line {
+    /// A line at infinity keeps or drops everything, by the sign of its constant.
+    #[inline]
+    fn new(a: f64, b: f64, c: f64) -> Line {
+        let l = (a * a + b * b).sqrt();
+        if l > 1e-14 * c.abs() {
+            Line { a: a / l, b: b / l, c: c / l }
+        } else {
+            Line { a: 0.0, b: 0.0, c: if c >= 0.0 { f64::MAX } else { f64::MIN } }
+        }
+    }
+
+    /// Distance, with what is nearer than `eps` on the line.
+    #[inline]
+    fn at(&self, p: DVec2, eps: f64) -> f64 {
+        let d = self.a * p.x + self.b * p.y + self.c;
+        if d.abs() <= eps { 0.0 } else { d }
+    }
+
+    fn opposite(&self) -> Line {
+        Line { a: -self.a, b: -self.b, c: -self.c }
+    }
+}
+
+/// At most the edges of a face and two crossings of planes.
+#[derive(Clone, Copy)]
+struct Lines {
+    n: usize,
+    l: [Line; 10],
+}
+
+impl Lines {
+    fn new() -> Self {
+        Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; 10] }
+    }
+    #[inline]
+    fn push(&mut self, l: Line) {
+        self.l[self.n] = l;
+        self.n += 1;
+    }
+    fn all(&self) -> &[Line] {
+        &self.l[..self.n]
+    }
+    #[inline]
+    fn inside_of(&self, mut p: Polygon, eps: f64) -> Polygon {
+        for l in self.all() {
+            p = p.kept(l, eps);
+            if p.n < 3 {
+                return Polygon::EMPTY;
+            }
+        }
+        p
+    }
+}
+
+/// The lit side of a plane.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Side {
+    fn of(face: &Face, facing: f64) -> Side {
+        if facing < 0.0 {
+            Side { normal: face.normal, offset: face.offset_m }
+        } else {
+            Side { normal: -face.normal, offset: -face.offset_m }
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Place {
+    /// Wholly on the lit side or in the plane.
+    Before,
+    Across,
+    Behind,
+}
+
+/// One face met by a beam.
+#[derive(Debug, Clone, Copy)]
+pub struct Node {
+    /// u32::MAX for the first bounce.
+    pub parent: u32,
+    pub face: u32,
+    pub bounce: u8,
+    /// Of the wave that arrives.
+    pub frame: Frame,
+    /// Unit normal on the lit side.
+    pub normal: DVec3,
+}
+
+/// A lit polygon that radiates to the receiver, along the face's axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    pub node: u32,
+    pub polygon: Polygon,
+}
+
+/// All that the beams of one look meet.
+#[derive(Debug, Clone, Default)]
+pub struct Clipped {
+    pub nodes: Vec<Node>,
+    pub every: Vec<Piece>,
+    /// Only where the beam leaves the target.
+    pub last: Vec<Piece>,
+}
+
+struct Clipper<'a> {
+    faces: &'a Faces,
+    /// Lengths below which coordinates are equal, in (u, v) of plane waves and of points.
+    eps: f64,
+    options: &'a BeamOptions,
+}
+
+/// What of each face can be seen from a port, in the (u, v) of the port's frame.
+struct Seen {
+    frame: Frame,
+    ranges: Vec<(u32, u32)>,
+    polygons: Vec<Polygon>,
+    /// The face is seen whole.
+    whole: Vec<bool>,
+}
+
+impl Seen {
+    fn of(&self, face: u32) -> &[Polygon] {
+        let (a, b) = self.ranges[face as usize];
+        &self.polygons[a as usize..b as usize]
+    }
+}
+
+/// Follows the beams from `transmit` and keeps what radiates to `receive`.
+pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions) -> Clipped {
+    let frame = Frame::new(transmit, faces.centre_m);
+    let extent = if frame.from_point {
+        // Coordinates are tangents of angles.
+        faces.radius_m / (faces.centre_m - frame.origin).length()
+    } else {
+        faces.radius_m
+    };
+    let clipper = Clipper { faces, eps: 1e-12 * extent, options };
+    let lit = clipper.seen_from(frame);
+    let far_seen = (transmit != receive).then(|| {
+        let frame = Frame::new(receive, faces.centre_m);
+        clipper.seen_from(frame)
+    });
+    let chunk = 512;
+    let parts: Vec<Clipped> = (0..faces.faces.len().div_ceil(chunk))
+        .into_par_iter()
+        .map(|c| {
+            let mut out = Clipped::default();
+            for f in c * chunk..((c + 1) * chunk).min(faces.faces.len()) {
+                clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out);
+            }
+            out
+        })
+        .collect();
+    let mut all = Clipped::default();
+    for part in parts {
+        let base = all.nodes.len() as u32;
+        all.nodes.extend(part.nodes.into_iter().map(|mut n| {
+            if n.parent != u32::MAX {
+                n.parent += base;
+            }
+            n
+        }));
+        let moved = |p: Piece| Piece { node: p.node + base, ..p };
+        all.every.extend(part.every.into_iter().map(moved));
+        all.last.extend(part.last.into_iter().map(moved));
+    }
+    all
+}
+
+impl Clipper<'_> {
+    /// Facing of the face, or None when it cannot be lit from there.
+    #[inline]
+    fn lit(&self, frame: &Frame, face: &Face) -> Option<f64> {
+        let facing = frame.facing(face.normal, face.offset_m);
+        let grazing = if frame.from_point { GRAZING * self.faces.radius_m } else { GRAZING };
+        (facing.abs() > grazing && !(face.one_sided && facing > 0.0)).then_some(facing)
+    }
+
+    #[inline]
+    fn place(&self, corners: &[DVec3], side: &Side) -> Place {
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for p in corners {
+            let d = side.normal.dot(*p) - side.offset;
+            lo = lo.min(d);
+            hi = hi.max(d);
+        }
+        if hi <= self.faces.flat_m {
+            Place::Behind
+        } else if lo >= -self.faces.flat_m {
+            Place::Before
+        } else {
+            Place::Across
+        }
+    }
+
+    /// The edges of a face, inside positive.
+    #[inline]
+    fn outline(&self, frame: &Frame, face: &Face, facing: f64) -> Lines {
+        let corners = self.faces.corners(face);
+        let sign = facing.signum();
+        let mut lines = Lines::new();
+        let mut a = corners[corners.len() - 1];
+        for &b in corners {
+            let line = if frame.from_point {
+                let m = (a - frame.origin).cross(b - frame.origin) * sign;
+                Line::new(m.dot(frame.u), m.dot(frame.v), m.dot(frame.k))
+            } else {
+                let m = frame.k.cross(b - a) * sign;
+                Line::new(m.dot(frame.u), m.dot(frame.v), m.dot(frame.origin - a))
+            };
+            lines.push(line);
+            a = b;
+        }
+        lines
+    }
+
+    /// Half-spaces around the rays through `polygon`.
+    #[inline]
+    fn prism(frame: &Frame, (lo, hi): (DVec2, DVec2)) -> [HalfSpace; 4] {
+        let wall = |axis: DVec3, at: f64, sign: f64| {
+            if frame.from_point {
+                let normal = (axis - frame.k * at) * sign;
+                HalfSpace { normal, offset: normal.dot(frame.origin) }
+            } else {
+                let normal = axis * sign;
+                HalfSpace { normal, offset: normal.dot(frame.origin) + sign * at }
+            }
+        };
+        [
+            wall(frame.u, lo.x, 1.0),
+            wall(frame.u, hi.x, -1.0),
+            wall(frame.v, lo.y, 1.0),
+            wall(frame.v, hi.y, -1.0),
+        ]
+    }
+
+    /// What of every face is seen along the rays of `frame`.
+    fn seen_from(&self, frame: Frame) -> Seen {
+        let n = self.faces.faces.len();
+        let chunk = 512;
+        let parts: Vec<(Vec<u32>, Vec<bool>, Vec<Polygon>)> = (0..n.div_ceil(chunk))
+            .into_par_iter()
+            .map(|c| {
+                let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+                let mut pieces = Vec::new();
+                for f in c * chunk..((c + 1) * chunk).min(n) {
+                    let face = &self.faces.faces[f];
+                    pieces.clear();
+                    let mut cut = false;
+                    if let Some(facing) = self.lit(&frame, face) {
+                        let mut p = Polygon::EMPTY;
+                        for c in self.faces.corners(face) {
+                            p.push(frame.project(*c));
+                        }
+                        cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces);
+                    }
+                    counts.push(pieces.len() as u32);
+                    whole.push(!cut && !pieces.is_empty());
+                    polygons.append(&mut pieces);
+                }
+                (counts, whole, polygons)
+            })
+            .collect();
+        let mut seen =
+            Seen { frame, ranges: Vec::with_capacity(n), polygons: Vec::new(), whole: Vec::with_capacity(n) };
+        for (counts, whole, polygons) in parts {
+            let mut at = seen.polygons.len() as u32;
+            for c in counts {
+                seen.ranges.push((at, at + c));
+                at += c;
+            }
+            seen.whole.extend(whole);
+            seen.polygons.extend(polygons);
+        }
+        seen
+    }
+
+    /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
+    /// `source`. True when something was cut away.
+    fn unhidden(
+        &self,
+        frame: &Frame,
+        source: Option<&Side>,
+        target: u32,
+        facing: f64,
+        start: Polygon,
+        pieces: &mut Vec<Polygon>,
+    ) -> bool {
+        let faces = self.faces;
+        let face = &faces.faces[target as usize];
+        let side = Side::of(face, facing);
+        let from = pieces.len();
+        let least = SLIVER * start.area().abs();
+        keep(start, 0.0, pieces);
+        let [a, b, c, d] = Self::prism(frame, start.bounds());
+        let near = HalfSpace { normal: side.normal, offset: side.offset + faces.flat_m };
+        let source_space =
+            source.map_or(near, |s| HalfSpace { normal: s.normal, offset: s.offset + faces.flat_m });
+        let mut cut = false;
+        faces.within(&[a, b, c, d, near, source_space], |g| {
+            if g == target || pieces.len() == from {
+                return;
+            }
+            let other = &faces.faces[g as usize];
+            let Some(other_facing) = self.lit(frame, other) else { return };
+            let corners = faces.corners(other);
+            let crossing = match self.place(corners, &side) {
+                Place::Behind => return,
+                Place::Before => None,
+                Place::Across => match self.place(faces.corners(face), &Side::of(other, other_facing)) {
+                    Place::Before => return,
+                    Place::Behind => None,
+                    Place::Across => {
+                        let q = frame.nearness(other.normal, other.offset_m)
+                            - frame.nearness(face.normal, face.offset_m);
+                        Some(Line::new(q.x, q.y, q.z))
+                    }
+                },
+            };
+            let beyond = match source.map(|s| (s, self.place(corners, s))) {
+                None | Some((_, Place::Before)) => None,
+                Some((_, Place::Behind)) => return,
+                Some((s, Place::Across)) => Some(self.beyond(frame, s, other)),
+            };
+            let mut lines = self.outline(frame, other, other_facing);
+            crossing.into_iter().chain(beyond).for_each(|l| lines.push(l));
+            cut |= self.subtract(&lines, least, pieces, from);
+        });
+        cut
+    }
+
+    /// Positive where `face` lies farther than the plane of the source.
+    fn beyond(&self, frame: &Frame, source: &Side, face: &Face) -> Line {
+        let q = frame.nearness(source.normal, source.offset) - frame.nearness(face.normal, face.offset_m);
+        Line::new(q.x, q.y, q.z)
+    }
+
+    /// Takes the inside of `lines` out of the pieces from `from` on.
+    fn subtract(&self, lines: &Lines, least: f64, pieces: &mut Vec<Polygon>, from: usize) -> bool {
+        let end = pieces.len();
+        let (mut kept, mut new) = (from, Vec::new());
+        for i in from..end {
+            let piece = pieces[i];
+            // A piece that is only touched stays whole.
+            let apart = lines.all().iter().any(|l| piece.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
+            if apart || lines.inside_of(piece, self.eps).area().abs() <= least {
+                pieces[kept] = piece;
+                kept += 1;
+                continue;
+            }
+            let mut rest = piece;
+            for l in lines.all() {
+                keep(rest.kept(&l.opposite(), self.eps), least, &mut new);
+                rest = rest.kept(l, self.eps);
+                if rest.n < 3 {
+                    break;
+                }
+            }
+        }
+        pieces.truncate(kept);
+        pieces.append(&mut new);
+        kept < end
+    }
+
+    /// Follows what lights `first` through its bounces.
+    fn follow(&self, first: u32, lit: &Seen, far_seen: Option<&Seen>, receive: Port, out: &mut Clipped) {
+        let pieces = lit.of(first);
+        if pieces.is_empty() {
+            return;
+        }
+        let face = &self.faces.faces[first as usize];
+        let facing = lit.frame.facing(face.normal, face.offset_m);
+        let seen = far_seen.unwrap_or(lit);
+        let root = out.nodes.len() as u32;
+        out.nodes.push(Node {
+            parent: u32::MAX,
+            face: first,
+            bounce: 1,
+            frame: lit.frame,
+            normal: Side::of(face, facing).normal,
+        });
+        let mut stack: Vec<(u32, Polygon)> = pieces.iter().rev().map(|p| (root, *p)).collect();
+        let (mut targets, mut parts, mut exits) = (Vec::new(), Vec::new(), Vec::new());
+        while let Some((index, polygon)) = stack.pop() {
+            let node = out.nodes[index as usize];
+            let first_is_seen = node.bounce == 1 && far_seen.is_none();
+            self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
+            let go_on = (node.bounce as usize) < self.options.bounces;
+            if !go_on && !self.options.last {
+                continue;
+            }
+            let face = &self.faces.faces[node.face as usize];
+            let offset = node.normal.dot(face.normal) * face.offset_m;
+            let frame = node.frame.mirrored(node.normal, offset);
+            let source = Side { normal: node.normal, offset };
+            exits.clear();
+            exits.push(polygon);
+            targets.clear();
+            let least = SLIVER * polygon.area().abs();
+            let [a, b, c, d] = Self::prism(&frame, polygon.bounds());
+            let ahead = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
+            self.faces.within(&[a, b, c, d, ahead], |f| {
+                let target = &self.faces.faces[f as usize];
+                let Some(facing) = self.lit(&frame, target) else { return };
+                let beyond = match self.place(self.faces.corners(target), &source) {
+                    Place::Behind => return,
+                    Place::Before => None,
+                    Place::Across => Some(self.beyond(&frame, &source, target)),
+                };
+                let mut lines = self.outline(&frame, target, facing);
+                beyond.into_iter().for_each(|l| lines.push(l));
+                let apart =
+                    lines.all().iter().any(|l| polygon.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
+                if apart {
+                    return;
+                }
+                let p = lines.inside_of(polygon, self.eps);
+                if p.area().abs() <= least {
+                    return;
+                }
+                if self.options.last {
+                    self.subtract(&lines, least, &mut exits, 0);
+                }
+                targets.push((f, facing, p));
+            });
+            if self.options.last {
+                for p in &exits {
+                    self.radiate(index, &node, p, first_is_seen, seen, receive, &mut out.last);
+                }
+            }
+            if !go_on {
+                continue;
+            }
+            let mark = stack.len();
+            for &(f, facing, p) in &targets {
+                parts.clear();
+                self.unhidden(&frame, Some(&source), f, facing, p, &mut parts);
+                if parts.is_empty() {
+                    continue;
+                }
+                let child = out.nodes.len() as u32;
+                out.nodes.push(Node {
+                    parent: index,
+                    face: f,
+                    bounce: node.bounce + 1,
+                    frame,
+                    normal: Side::of(&self.faces.faces[f as usize], facing).normal,
+                });
+                stack.extend(parts.iter().map(|p| (child, *p)));
+            }
+            stack[mark..].reverse();
+        }
+    }
+
+    /// Keeps the part of a lit polygon that the receiver sees, along the face's axes.
+    #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
+    fn radiate(
+        &self,
+        index: u32,
+        node: &Node,
+        polygon: &Polygon,
+        is_seen: bool,
+        seen: &Seen,
+        receive: Port,
+        out: &mut Vec<Piece>,
+    ) {
+        let face = &self.faces.faces[node.face as usize];
+        let nearness = node.frame.nearness(face.normal, face.offset_m);
+        let corner = self.faces.corners[face.first as usize];
+        let on_face = |p: DVec3| DVec2::new(face.axis[0].dot(p - corner), face.axis[1].dot(p - corner));
+        let place = |uv: DVec2| node.frame.lift(uv, nearness);
+        if is_seen {
+            let polygon = polygon.mapped(|uv| on_face(place(uv)));
+            out.push(Piece { node: index, polygon });
+            return;
+        }
+        // The receiver has to stand on the lit side.
+        let before = match receive {
+            Port::Far(s) => node.normal.dot(s),
+            Port::At(p) => node.normal.dot(p - corner),
+        };
+        let parts = seen.of(node.face);
+        if before <= 0.0 || parts.is_empty() {
+            return;
+        }
+        if seen.whole[node.face as usize] {
+            out.push(Piece { node: index, polygon: polygon.mapped(|uv| on_face(place(uv))) });
+            return;
+        }
+        let receiver_nearness = seen.frame.nearness(face.normal, face.offset_m);
+        let there = polygon.mapped(|uv| seen.frame.project(place(uv)));
+        let least = SLIVER * there.area().abs();
+        for part in parts {
+            let both = overlap(there, part, self.eps);
+            if both.area().abs() > least {
+                let polygon = both.mapped(|uv| on_face(seen.frame.lift(uv, receiver_nearness)));
+                out.push(Piece { node: index, polygon });
+            }
+        }
+    }
+}
+
+/// Appends a polygon that is more than a sliver, halved when it has many corners.
+fn keep(p: Polygon, least: f64, pieces: &mut Vec<Polygon>) {
+    if p.n < 3 || p.area().abs() <= least {
+        return;
+    }
+    if p.n > MOST {
+        p.halves().into_iter().for_each(|h| keep(h, least, pieces));
+    } else {
+        pieces.push(p);
+    }
+}
+
+/// Where two convex polygons overlap. Edges of no length have no direction and are passed over.
+fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
+    let sign = b.area().signum();
+    let mut out = a;
+    for i in 0..b.n {
+        let (p, q) = (b.p[i], b.p[(i + 1) % b.n]);
+        let e = q - p;
+        if e.length() <= 10.0 * eps {
+            continue;
+        }
+        // Left of an edge is inside when the polygon runs counter-clockwise.
+        let (x, y) = (-e.y * sign, e.x * sign);
+        out = out.kept(&Line::new(x, y, -(x * p.x + y * p.y)), eps);
+        if out.n < 3 {
+            return Polygon::EMPTY;
+        }
+    }
+    out
+}

@@ -1,0 +1,88 @@
+//! Fields along a chain of facets (CONVENTIONS eq. 4, 5).
+
+use crate::em::fresnel::{rayleigh_factor, reflection};
+use crate::geom::Surface;
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// A complex vector in space.
+#[derive(Debug, Clone, Copy)]
+pub struct CVec {
+    pub re: DVec3,
+    pub im: DVec3,
+}
+
+impl CVec {
+    pub fn real(v: DVec3) -> Self {
+        CVec { re: v, im: DVec3::ZERO }
+    }
+    #[inline]
+    pub fn dot(&self, v: DVec3) -> Complex64 {
+        Complex64::new(self.re.dot(v), self.im.dot(v))
+    }
+    /// `v` times a complex number.
+    #[inline]
+    fn along(v: DVec3, z: Complex64) -> Self {
+        CVec { re: v * z.re, im: v * z.im }
+    }
+    #[inline]
+    fn add(self, o: CVec) -> Self {
+        CVec { re: self.re + o.re, im: self.im + o.im }
+    }
+    /// `v` x self.
+    #[inline]
+    fn crossed_from(self, v: DVec3) -> Self {
+        CVec { re: v.cross(self.re), im: v.cross(self.im) }
+    }
+}
+
+/// A wave that a facet reflects, for two transmit polarisations.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounce {
+    /// Unit normal on the lit side.
+    pub normal: DVec3,
+    pub dir_in: DVec3,
+    pub dir_out: DVec3,
+    pub field: [CVec; 2],
+    pub reflected: [CVec; 2],
+}
+
+impl Bounce {
+    #[inline]
+    pub fn new(field: [CVec; 2], dir: DVec3, normal: DVec3, surface: &Surface, wavenumber: f64) -> Bounce {
+        let cos_i = -dir.dot(normal);
+        let (mut r_perp, mut r_par) = reflection(surface.eps_r, cos_i);
+        if surface.roughness_rms_m > 0.0 {
+            let loss = rayleigh_factor(wavenumber, surface.roughness_rms_m, cos_i);
+            r_perp *= loss;
+            r_par *= loss;
+        }
+        let dir_out = dir + normal * (2.0 * cos_i);
+        let across = dir.cross(normal);
+        let sin_i = across.length();
+        let e_perp = if sin_i > 1e-9 { across / sin_i } else { normal.any_orthonormal_vector() };
+        let (e_in, e_out) = (dir.cross(e_perp), dir_out.cross(e_perp));
+        let reflected = field.map(|e| {
+            CVec::along(e_perp, r_perp * e.dot(e_perp)).add(CVec::along(e_out, r_par * e.dot(e_in)))
+        });
+        Bounce { normal, dir_in: dir, dir_out, field, reflected }
+    }
+
+    /// [rx][tx] of what the facet's physical-optics currents radiate towards the unit vector `s`, seen by
+    /// the receive vectors `v` and `h`: eta J + M x s, of which only the part across `s` counts. Times
+    /// -j k A / 4 pi it is the scattered amplitude of an area A.
+    #[inline]
+    pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> [[Complex64; 2]; 2] {
+        let mut out = [[Complex64::ZERO; 2]; 2];
+        for tx in 0..2 {
+            let (e, r) = (self.field[tx], self.reflected[tx]);
+            let h_total = e.crossed_from(self.dir_in).add(r.crossed_from(self.dir_out));
+            let j = h_total.crossed_from(self.normal);
+            let m = e.add(r).crossed_from(-self.normal);
+            let f = j.add(m.crossed_from(-s));
+            out[0][tx] = f.dot(v);
+            out[1][tx] = f.dot(h);
+        }
+        out
+    }
+}

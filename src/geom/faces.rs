@@ -1,0 +1,650 @@
+//! Convex faces for exact beams: coplanar neighbours merged, cut into convex polygons of at most
+//! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
+
+use super::Geometry;
+use crate::units::wavelength_m;
+use glam::{DVec2, DVec3};
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
+use std::collections::HashMap;
+use std::time::Duration;
+
+pub const MOST_CORNERS: usize = 8;
+
+/// Corners nearer to a plane than this share of the wavelength lie in it: 1e-3 rad of phase, and above the
+/// rounding of positions that a file holds in f32.
+pub const FLAT: f64 = 1e-4;
+
+/// A convex polygon in one plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Into `Faces::corners`, counter-clockwise about the normal.
+    pub first: u32,
+    pub count: u32,
+    /// Points r of the plane have normal . r = offset_m.
+    pub normal: DVec3,
+    pub offset_m: f64,
+    /// Unit vectors in the plane with axis[0] x axis[1] = normal; places on the face are measured along
+    /// them from its first corner.
+    pub axis: [DVec3; 2],
+    /// Index into `Geometry::surfaces`.
+    pub surface: u32,
+    /// Index into `Geometry::bodies`.
+    pub body: u32,
+    /// Part of a closed body with outward normals: it is never seen from behind.
+    pub one_sided: bool,
+}
+
+/// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    pub centre: DVec3,
+    pub half: DVec3,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Where `normal . r >= offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpace {
+    pub normal: DVec3,
+    pub offset: f64,
+}
+
+impl HalfSpace {
+    #[inline]
+    fn misses(&self, node: &Node) -> bool {
+        self.normal.dot(node.centre) + self.normal.abs().dot(node.half) < self.offset
+    }
+}
+
+#[derive(Debug, Default)]
+pub struct Faces {
+    /// In the order of the tree's leaves.
+    pub faces: Vec<Face>,
+    pub corners: Vec<DVec3>,
+    pub nodes: Vec<Node>,
+    /// Distance from a plane below which a corner lies in it.
+    pub flat_m: f64,
+    pub centre_m: DVec3,
+    pub radius_m: f64,
+}
+
+impl Faces {
+    pub fn build(geometry: &Geometry) -> Faces {
+        let flat_m = FLAT * wavelength_m(geometry.freq_hz);
+        let mut faces = Faces { flat_m, ..Default::default() };
+        (faces.centre_m, faces.radius_m) = geometry.bounding_sphere_m();
+        if geometry.triangles.is_empty() {
+            return faces;
+        }
+        let mesh = Welded::new(geometry);
+        let closed = mesh.closed_components();
+        let mut patches = mesh.patches(flat_m);
+        // Leaves of the triangles' tree come in any order; faces should not depend on it.
+        patches.sort_by_key(|p| p[0]);
+        for patch in &patches {
+            let lead = &geometry.triangles[patch[0] as usize];
+            let plane = Plane::new(lead.v0, lead.normal);
+            let one_sided = closed[patch[0] as usize];
+            for polygon in convex_polygons(&mesh, patch, &plane, flat_m) {
+                let first = faces.corners.len() as u32;
+                faces.corners.extend(polygon.iter().map(|&v| mesh.points[v as usize]));
+                let own = Plane::new(mesh.points[polygon[0] as usize], lead.normal);
+                faces.faces.push(Face {
+                    first,
+                    count: polygon.len() as u32,
+                    normal: own.normal,
+                    offset_m: own.normal.dot(own.origin),
+                    axis: own.axis,
+                    surface: lead.surface,
+                    body: lead.body,
+                    one_sided,
+                });
+            }
+        }
+        faces.plant_tree();
+        faces
+    }
+
+    pub fn corners(&self, face: &Face) -> &[DVec3] {
+        &self.corners[face.first as usize..(face.first + face.count) as usize]
+    }
+
+    fn plant_tree(&mut self) {
+        struct Padded(Aabb);
+        impl Boundable for Padded {
+            fn aabb(&self) -> Aabb {
+                self.0
+            }
+        }
+        // obvhs builds in f32: the order of its leaves is what counts, the boxes are taken anew in f64.
+        let boxes: Vec<Padded> = self
+            .faces
+            .iter()
+            .map(|f| {
+                let (lo, hi) = bounds(self.corners(f));
+                Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))
+            })
+            .collect();
+        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        self.faces = tree.primitive_indices.iter().map(|&i| self.faces[i as usize]).collect();
+        self.nodes = tree
+            .nodes
+            .iter()
+            .map(|n| Node {
+                centre: DVec3::ZERO,
+                half: DVec3::ZERO,
+                first: n.first_index,
+                count: n.prim_count,
+            })
+            .collect();
+        if !self.nodes.is_empty() {
+            self.fit(0);
+        }
+    }
+
+    fn fit(&mut self, root: usize) {
+        // Children stand behind their parent, so backwards every child is done first.
+        let mut order = vec![root];
+        let mut i = 0;
+        while i < order.len() {
+            let n = self.nodes[order[i]];
+            if n.count == 0 {
+                order.extend([n.first as usize, n.first as usize + 1]);
+            }
+            i += 1;
+        }
+        for &i in order.iter().rev() {
+            let n = self.nodes[i];
+            let (lo, hi) = if n.count > 0 {
+                let faces = &self.faces[n.first as usize..(n.first + n.count) as usize];
+                faces.iter().map(|f| bounds(self.corners(f))).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            } else {
+                let of = |n: &Node| (n.centre - n.half, n.centre + n.half);
+                let (a, b) = (of(&self.nodes[n.first as usize]), of(&self.nodes[n.first as usize + 1]));
+                Some((a.0.min(b.0), a.1.max(b.1)))
+            }
+            .unwrap_or_default();
+            // Half a rounding step of slack, so that no face leaves its box.
+            let slack = DVec3::splat(1e-14 * (1.0 + hi.abs().max(lo.abs()).max_element()));
+            self.nodes[i].centre = 0.5 * (lo + hi);
+            self.nodes[i].half = 0.5 * (hi - lo) + slack;
+        }
+    }
+
+    /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
+    #[inline]
+    pub fn within(&self, spaces: &[HalfSpace], mut visit: impl FnMut(u32)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut stack = [0u32; 96];
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let node = &self.nodes[stack[top] as usize];
+            if spaces.iter().any(|s| s.misses(node)) {
+                continue;
+            }
+            if node.count > 0 {
+                (node.first..node.first + node.count).for_each(&mut visit);
+            } else {
+                stack[top] = node.first + 1;
+                stack[top + 1] = node.first;
+                top += 2;
+            }
+        }
+    }
+}
+
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    let start = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));
+    points.iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
+}
+
+struct Plane {
+    origin: DVec3,
+    normal: DVec3,
+    axis: [DVec3; 2],
+}
+
+impl Plane {
+    fn new(origin: DVec3, normal: DVec3) -> Self {
+        let t = normal.any_orthonormal_vector();
+        Plane { origin, normal, axis: [t, normal.cross(t)] }
+    }
+    fn at(&self, p: DVec3) -> DVec2 {
+        let d = p - self.origin;
+        DVec2::new(self.axis[0].dot(d), self.axis[1].dot(d))
+    }
+}
+
+/// The triangles with corners at one place made one, body by body.
+struct Welded<'a> {
+    geometry: &'a Geometry,
+    points: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
+    edges: HashMap<(u32, u32), Vec<(u32, bool)>>,
+}
+
+impl<'a> Welded<'a> {
+    fn new(geometry: &'a Geometry) -> Self {
+        let mut number: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
+        let mut points = Vec::new();
+        let triangles: Vec<[u32; 3]> = geometry
+            .triangles
+            .iter()
+            .map(|t| {
+                t.corners_exact().map(|p| {
+                    let key = p.to_array().map(|x| (x + 0.0).to_bits());
+                    *number.entry((t.body, key)).or_insert_with(|| {
+                        points.push(p);
+                        points.len() as u32 - 1
+                    })
+                })
+            })
+            .collect();
+        let mut edges: HashMap<(u32, u32), Vec<(u32, bool)>> = HashMap::with_capacity(2 * triangles.len());
+        for (i, t) in triangles.iter().enumerate() {
+            for (a, b) in sides(t) {
+                edges.entry((a.min(b), a.max(b))).or_default().push((i as u32, a < b));
+            }
+        }
+        Welded { geometry, points, triangles, edges }
+    }
+
+    fn neighbours(&self, i: u32) -> impl Iterator<Item = u32> + '_ {
+        sides(&self.triangles[i as usize])
+            .into_iter()
+            .flat_map(move |(a, b)| self.edges[&(a.min(b), a.max(b))].iter().map(|e| e.0))
+            .filter(move |&j| j != i)
+    }
+
+    /// For each triangle: whether the surface that hangs together with it is closed, oriented outwards.
+    fn closed_components(&self) -> Vec<bool> {
+        let n = self.triangles.len();
+        let mut closed = vec![false; n];
+        let mut seen = vec![false; n];
+        for start in 0..n as u32 {
+            if seen[start as usize] {
+                continue;
+            }
+            seen[start as usize] = true;
+            let mut component = vec![start];
+            let mut at = 0;
+            while at < component.len() {
+                for j in self.neighbours(component[at]) {
+                    if !std::mem::replace(&mut seen[j as usize], true) {
+                        component.push(j);
+                    }
+                }
+                at += 1;
+            }
+            let tight = component.iter().all(|&i| {
+                sides(&self.triangles[i as usize]).into_iter().all(|(a, b)| {
+                    let users = &self.edges[&(a.min(b), a.max(b))];
+                    users.len() == 2 && users[0].1 != users[1].1
+                })
+            });
+            let origin = self.points[self.triangles[start as usize][0] as usize];
+            let volume: f64 = component
+                .iter()
+                .map(|&i| {
+                    let [a, b, c] = self.triangles[i as usize].map(|v| self.points[v as usize] - origin);
+                    a.dot(b.cross(c)) / 6.0
+                })
+                .sum();
+            if tight && volume > 0.0 {
+                component.iter().for_each(|&i| closed[i as usize] = true);
+            }
+        }
+        closed
+    }
+
+    /// Neighbours in one plane and of one material, each list led by its largest triangle.
+    fn patches(&self, flat_m: f64) -> Vec<Vec<u32>> {
+        let n = self.triangles.len();
+        let tri = |i: u32| &self.geometry.triangles[i as usize];
+        let mut order: Vec<u32> = (0..n as u32).collect();
+        order.sort_by(|&a, &b| tri(b).area_m2().total_cmp(&tri(a).area_m2()).then(a.cmp(&b)));
+        let mut taken = vec![false; n];
+        let mut patches = Vec::new();
+        for &lead in &order {
+            if taken[lead as usize] {
+                continue;
+            }
+            taken[lead as usize] = true;
+            let l = tri(lead);
+            let offset = l.normal.dot(l.v0);
+            let mut patch = vec![lead];
+            let mut at = 0;
+            while at < patch.len() {
+                for j in self.neighbours(patch[at]) {
+                    let t = tri(j);
+                    let fits = !taken[j as usize]
+                        && (t.body, t.surface) == (l.body, l.surface)
+                        && t.normal.dot(l.normal) > 0.5
+                        && t.corners().iter().all(|p| (l.normal.dot(*p) - offset).abs() <= flat_m);
+                    if fits {
+                        taken[j as usize] = true;
+                        patch.push(j);
+                    }
+                }
+                at += 1;
+            }
+            patches.push(patch);
+        }
+        patches
+    }
+}
+
+fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
+    [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]
+}
+
+/// Cuts a patch into convex polygons of at most [`MOST_CORNERS`] corners (indices of welded points,
+/// counter-clockwise about the patch's normal).
+fn convex_polygons(mesh: &Welded, patch: &[u32], plane: &Plane, flat_m: f64) -> Vec<Vec<u32>> {
+    let at = |v: u32| plane.at(mesh.points[v as usize]);
+    if patch.len() == 1 {
+        return vec![mesh.triangles[patch[0] as usize].to_vec()];
+    }
+    if let Some(mut outline) = single_outline(mesh, patch) {
+        drop_straight(&mut outline, &at, flat_m);
+        if is_convex(&outline, &at) {
+            return halved(outline);
+        }
+    }
+    // Hertel and Mehlhorn (1983): leave out each shared edge whose removal keeps the union convex.
+    let mut polygons: Vec<Option<Vec<u32>>> =
+        patch.iter().map(|&i| Some(mesh.triangles[i as usize].to_vec())).collect();
+    let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
+    for (i, p) in polygons.iter().enumerate() {
+        for (a, b) in around(p.as_deref().unwrap_or_default()) {
+            owner.insert((a, b), i);
+        }
+    }
+    let mut shared: Vec<(u32, u32)> =
+        owner.keys().copied().filter(|&(a, b)| a < b && owner.contains_key(&(b, a))).collect();
+    // Long cuts first: they make the thin pieces.
+    shared.sort_by(|x, y| {
+        let long = |e: &(u32, u32)| at(e.0).distance_squared(at(e.1));
+        long(y).total_cmp(&long(x)).then(x.cmp(y))
+    });
+    loop {
+        let mut merged_any = false;
+        for &(a, b) in &shared {
+            let (Some(&i), Some(&j)) = (owner.get(&(a, b)), owner.get(&(b, a))) else { continue };
+            if i == j {
+                continue;
+            }
+            let (Some(p), Some(q)) = (&polygons[i], &polygons[j]) else { continue };
+            let Some(union) = joined(p, q, (a, b)) else { continue };
+            if union.len() > 64 || !is_convex(&union, &at) {
+                continue;
+            }
+            for e in around(p).chain(around(q)).collect::<Vec<_>>() {
+                owner.remove(&e);
+            }
+            for e in around(&union) {
+                owner.insert(e, i);
+            }
+            polygons[i] = Some(union);
+            polygons[j] = None;
+            merged_any = true;
+        }
+        if !merged_any {
+            break;
+        }
+    }
+    polygons
+        .into_iter()
+        .flatten()
+        .flat_map(|mut p| {
+            drop_straight(&mut p, &at, flat_m);
+            halved(p)
+        })
+        .collect()
+}
+
+fn around(p: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
+    (0..p.len()).map(|i| (p[i], p[(i + 1) % p.len()]))
+}
+
+/// The union of `p`, which runs (a, b), and `q`, which runs (b, a), without the chain of edges that they
+/// share there; None when they share more than one chain.
+fn joined(p: &[u32], q: &[u32], (a, b): (u32, u32)) -> Option<Vec<u32>> {
+    let (np, nq) = (p.len(), q.len());
+    let mut ip = p.iter().position(|&v| v == b)?; // end of the chain in p
+    let mut start_p = p.iter().position(|&v| v == a)?;
+    let mut iq = q.iter().position(|&v| v == b)?; // start of the chain in q
+    let mut end_q = q.iter().position(|&v| v == a)?;
+    // Grow the chain both ways while the two run along the same edges.
+    while p[(ip + 1) % np] == q[(iq + nq - 1) % nq] && (ip + 1) % np != start_p {
+        ip = (ip + 1) % np;
+        iq = (iq + nq - 1) % nq;
+    }
+    while p[(start_p + np - 1) % np] == q[(end_q + 1) % nq] && (start_p + np - 1) % np != ip {
+        start_p = (start_p + np - 1) % np;
+        end_q = (end_q + 1) % nq;
+    }
+    let mut union = Vec::with_capacity(np + nq);
+    let mut i = ip;
+    while i != start_p {
+        union.push(p[i]);
+        i = (i + 1) % np;
+    }
+    let mut j = end_q;
+    while j != iq {
+        union.push(q[j]);
+        j = (j + 1) % nq;
+    }
+    let mut sorted = union.clone();
+    sorted.sort_unstable();
+    sorted.dedup();
+    (union.len() >= 3 && sorted.len() == union.len()).then_some(union)
+}
+
+/// The outline of a patch when it is one simple loop.
+fn single_outline(mesh: &Welded, patch: &[u32]) -> Option<Vec<u32>> {
+    let mut next: HashMap<u32, u32> = HashMap::new();
+    let mut inside: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * patch.len());
+    for &i in patch {
+        for e in sides(&mesh.triangles[i as usize]) {
+            inside.insert(e, ());
+        }
+    }
+    for &(a, b) in inside.keys() {
+        if !inside.contains_key(&(b, a)) && next.insert(a, b).is_some() {
+            return None;
+        }
+    }
+    let start = *next.keys().min()?;
+    let mut outline = vec![start];
+    let mut v = *next.get(&start)?;
+    while v != start {
+        outline.push(v);
+        v = *next.get(&v)?;
+        if outline.len() > next.len() {
+            return None;
+        }
+    }
+    (outline.len() == next.len()).then_some(outline)
+}
+
+/// Drops corners that lie on the line of their neighbours.
+fn drop_straight(polygon: &mut Vec<u32>, at: &impl Fn(u32) -> DVec2, flat_m: f64) {
+    let mut i = 0;
+    let mut kept = 0;
+    while polygon.len() > 3 && kept < polygon.len() {
+        let n = polygon.len();
+        let [a, b, c] = [polygon[(i + n - 1) % n], polygon[i % n], polygon[(i + 1) % n]].map(at);
+        let chord = c - a;
+        // A tenth of what counts as flat: outlines matter to first order, depths only to the phase.
+        if chord.perp_dot(b - a).abs() <= 0.1 * flat_m * chord.length() && (b - a).dot(c - b) > 0.0 {
+            polygon.remove(i % n);
+            kept = 0;
+            i %= polygon.len();
+        } else {
+            kept += 1;
+            i = (i + 1) % n;
+        }
+    }
+}
+
+fn is_convex(polygon: &[u32], at: &impl Fn(u32) -> DVec2) -> bool {
+    let n = polygon.len();
+    let p: Vec<DVec2> = polygon.iter().map(|&v| at(v)).collect();
+    let mut turned = 0.0;
+    for i in 0..n {
+        let (e, f) = (p[(i + 1) % n] - p[i], p[(i + 2) % n] - p[(i + 1) % n]);
+        let cross = e.perp_dot(f);
+        if cross < -1e-9 * e.length() * f.length() {
+            return false;
+        }
+        turned += cross.atan2(e.dot(f));
+    }
+    // A star turns around more than once.
+    (turned - std::f64::consts::TAU).abs() < 0.1
+}
+
+/// A convex polygon in pieces of at most [`MOST_CORNERS`] corners.
+fn halved(polygon: Vec<u32>) -> Vec<Vec<u32>> {
+    if polygon.len() <= MOST_CORNERS {
+        return vec![polygon];
+    }
+    let half = polygon.len() / 2;
+    let mut second = polygon[half..].to_vec();
+    second.push(polygon[0]);
+    let mut out = halved(polygon[..=half].to_vec());
+    out.extend(halved(second));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Pose;
+    use crate::scene::{Material, Mesh, Scene};
+
+    fn faces_of(mesh: Mesh) -> Faces {
+        let mut scene = Scene::default();
+        scene.materials.push(Material::pec());
+        scene.add_mesh("m", "", mesh, Pose::IDENTITY);
+        Faces::build(&Geometry::build(&scene, 0.0, 77e9).unwrap())
+    }
+
+    fn area(f: &Faces) -> f64 {
+        f.faces
+            .iter()
+            .map(|face| {
+                let c = f.corners(face);
+                (1..c.len() - 1)
+                    .map(|i| 0.5 * (c[i] - c[0]).cross(c[i + 1] - c[0]).dot(face.normal))
+                    .sum::<f64>()
+            })
+            .sum()
+    }
+
+    /// A square of n x n cells, less those for which `hole` is true.
+    fn grid(n: u32, hole: impl Fn(u32, u32) -> bool) -> Mesh {
+        let mut m = Mesh::default();
+        for j in 0..=n {
+            for i in 0..=n {
+                // Rounded through f32, as a file would hold them.
+                let q = |x: f64| (x as f32) as f64;
+                let (x, y) = (i as f64 / n as f64, j as f64 / n as f64);
+                m.positions_m.push(DVec3::new(q(0.8 * x), q(y), q(0.6 * x + 0.1)));
+            }
+        }
+        for j in 0..n {
+            for i in 0..n {
+                if !hole(i, j) {
+                    let a = j * (n + 1) + i;
+                    m.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+                    m.material.extend([0, 0]);
+                }
+            }
+        }
+        m
+    }
+
+    #[test]
+    fn a_plate_of_many_triangles_is_one_face() {
+        let f = faces_of(grid(16, |_, _| false));
+        assert_eq!(f.faces.len(), 1);
+        assert_eq!(f.faces[0].count, 4);
+        assert!((area(&f) - 1.0).abs() < 1e-6);
+        assert!(!f.faces[0].one_sided);
+    }
+
+    #[test]
+    fn an_l_and_a_frame_are_cut_into_few_convex_faces_of_the_same_area() {
+        let l = faces_of(grid(8, |i, j| i >= 4 && j >= 4));
+        assert!(l.faces.len() <= 4, "{}", l.faces.len());
+        assert!((area(&l) - 0.75).abs() < 1e-6);
+        let frame = faces_of(grid(9, |i, j| (3..6).contains(&i) && (3..6).contains(&j)));
+        assert!(frame.faces.len() <= 8, "{}", frame.faces.len());
+        assert!((area(&frame) - 8.0 / 9.0).abs() < 1e-6);
+        for f in &frame.faces {
+            assert!(f.count as usize <= MOST_CORNERS);
+        }
+    }
+
+    #[test]
+    fn closed_bodies_are_one_sided_and_open_ones_are_not() {
+        let corner = |i: u32| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let cube = |faces: &[[u32; 4]], flip: bool| {
+            let mut m = Mesh { positions_m: (0..8).map(corner).collect(), ..Default::default() };
+            for q in faces {
+                let t = [[q[0], q[1], q[2]], [q[0], q[2], q[3]]];
+                m.triangles.extend(t.map(|t| if flip { [t[0], t[2], t[1]] } else { t }));
+                m.material.extend([0, 0]);
+            }
+            m
+        };
+        let whole = faces_of(cube(&quads, false));
+        assert_eq!(whole.faces.len(), 6);
+        assert!(whole.faces.iter().all(|f| f.one_sided));
+        assert!(faces_of(cube(&quads[..5], false)).faces.iter().all(|f| !f.one_sided));
+        assert!(faces_of(cube(&quads, true)).faces.iter().all(|f| !f.one_sided), "inside out");
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_loop_finds() {
+        let mut scene = Scene::default();
+        scene.materials.push(Material::pec());
+        let mut rng = 1u64;
+        let mut next = || {
+            rng = rng.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (rng >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut m = Mesh::default();
+        for i in 0..500u32 {
+            let c = DVec3::new(next(), next(), next());
+            for _ in 0..3 {
+                m.positions_m.push(c + 0.05 * DVec3::new(next(), next(), next()));
+            }
+            m.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+            m.material.push(0);
+        }
+        let f = faces_of(m);
+        let spaces = [
+            HalfSpace { normal: DVec3::new(1.0, 0.3, -0.2), offset: 0.4 },
+            HalfSpace { normal: DVec3::new(-1.0, 0.1, 0.5), offset: -0.5 },
+        ];
+        let mut found = Vec::new();
+        f.within(&spaces, |i| found.push(i));
+        for i in 0..f.faces.len() as u32 {
+            let inside = f
+                .corners(&f.faces[i as usize])
+                .iter()
+                .any(|p| spaces.iter().all(|s| s.normal.dot(*p) >= s.offset));
+            assert!(!inside || found.contains(&i));
+        }
+        assert!(found.len() < f.faces.len() * 3 / 4);
+    }
+}
