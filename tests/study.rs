@@ -86,7 +86,8 @@ fn of_several_radars_the_best_one_counts() {
          [[sweep]]\nparameter = \"lateral_m\"\nvalues = [-10, 0, 10]\n{DETECTION}"
     );
     let one = outcome(&text);
-    let three = outcome(&format!("{text}[[mount]]\n[[mount]]\nazimuth_deg = 45\n[[mount]]\nazimuth_deg = -45\n"));
+    let three =
+        outcome(&format!("{text}[[mount]]\n[[mount]]\nazimuth_deg = 45\n[[mount]]\nazimuth_deg = -45\n"));
     let gain = -20.0 * 1.6 * 45f64.to_radians().cos().log10();
     for i in [0, 2] {
         assert!((one.fields[0].values[i] - three.fields[0].values[i] - gain).abs() < 1e-9);
@@ -117,9 +118,15 @@ fn mistakes_are_one_line_with_the_remedy() {
         (ok.replace("title", "titel"), "s.toml:2: titel: unknown key"),
         (ok.replace("title", "titel"), "did you mean 'title'?"),
         (ok.replace("\"x\"", "\"../x\""), "s.toml:1: name = \"../x\": cannot name a file"),
-        (ok.replace("parameter = \"azimuth_deg\"", "parameter = \"azimut_deg\""), "did you mean 'azimuth_deg'?"),
+        (
+            ok.replace("parameter = \"azimuth_deg\"", "parameter = \"azimut_deg\""),
+            "did you mean 'azimuth_deg'?",
+        ),
         (ok.replace("azimuth_deg", "target.hieght_m"), "did you mean 'height_m'?"),
-        (ok.replace("[0, 1]", "[0, 400]"), "s.toml:7: sweep[0].values = [0, 400]: is out of range; allowed: -360..=360"),
+        (
+            ok.replace("[0, 1]", "[0, 400]"),
+            "s.toml:7: sweep[0].values = [0, 400]: is out of range; allowed: -360..=360",
+        ),
         (ok.replace("[0, 1]", "[\"a\"]"), "must be a number"),
         (ok.replace("[0, 1]", "[0, [1]]"), "a number or a word"),
         (ok.replace("values = [0, 1]", "start = 0\nstop = 1"), "the sweep has no values"),
@@ -139,12 +146,20 @@ fn mistakes_are_one_line_with_the_remedy() {
         (format!("{ok}{DETECTION}"), "set.snr_db: is missing"),
         (format!("{ok}{DETECTION}").replace("\"feng77\"", "\"feng78\""), "did you mean 'feng77'?"),
         (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\n"), "a value is taken at one point"),
-        (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\nat = {{ azimuth_deg = 3 }}\n"), "has no such value"),
-        (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\nat = {{ elevation_deg = 3 }}\n"), "is not an axis"),
+        (
+            format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\nat = {{ azimuth_deg = 3 }}\n"),
+            "has no such value",
+        ),
+        (
+            format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\nat = {{ elevation_deg = 3 }}\n"),
+            "is not an axis",
+        ),
         (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"medium\"\n"), "is not one of the choices"),
         (format!("{ok}[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [1]\n"), "is swept twice"),
         (
-            format!("{ok}[search]\ngoal = \"coverage\"\nfront = \"target.height_m\"\nfront_values = [1]\nparameter = []\n"),
+            format!(
+                "{ok}[search]\ngoal = \"coverage\"\nfront = \"target.height_m\"\nfront_values = [1]\nparameter = []\n"
+            ),
             "[detection]",
         ),
     ] {
@@ -176,9 +191,13 @@ fn an_interrupted_run_goes_on_and_leaves_the_same_bytes() {
             &engine,
             vec![("s.toml".into(), parse(text))],
             out,
-            &RunOptions { force: false, picture: &picture, progress: &|_, n, _| {
-                done.fetch_add(n, Ordering::Relaxed);
-            } },
+            &RunOptions {
+                force: false,
+                picture: &picture,
+                progress: &|_, n, _| {
+                    done.fetch_add(n, Ordering::Relaxed);
+                },
+            },
         )
     };
     let whole = t.path().join("whole");
@@ -258,7 +277,8 @@ fn the_search_finds_the_known_best_plate() {
         at(0.0).min(at(6f64.to_radians()))
     };
     for (i, &h) in search.front_values.iter().enumerate() {
-        let known = (0..=1600).map(|k| level(0.002 + 1e-5 * f64::from(k), h)).fold(f64::NEG_INFINITY, f64::max);
+        let known =
+            (0..=1600).map(|k| level(0.002 + 1e-5 * f64::from(k), h)).fold(f64::NEG_INFINITY, f64::max);
         let found = best(&engine, &study, search, h, i as u32).unwrap();
         assert!((found.worth - known).abs() < 0.1, "{found:?} {known}");
         assert_eq!(found, best(&engine, &study, search, h, i as u32).unwrap());

@@ -152,12 +152,17 @@ pub fn picture(study: &Study, given: &Given) -> Result<Vec<u8>> {
         for (unit, fields) in groups {
             let mut curves = Vec::new();
             for &f in &fields {
-                for b in 0..n(1) {
+                // What does not depend on the second axis is drawn once.
+                let alike = fields.len() > 1
+                    && (1..n(1)).all(|b| (0..n(0)).all(|a| at(f, a, b, c) == at(f, a, 0, c)));
+                for b in 0..if alike { 1 } else { n(1) } {
                     let mut parts = Vec::new();
                     if fields.len() > 1 {
                         parts.push(outcome.fields[f].label.clone());
                     }
-                    parts.push(named(1, b));
+                    if !alike {
+                        parts.push(named(1, b));
+                    }
                     curves.push(crate::plot::Curve {
                         label: parts.into_iter().filter(|p| !p.is_empty()).collect::<Vec<_>>().join(", "),
                         points: x.iter().enumerate().map(|(a, x)| [*x, at(f, a, b, c)]).collect(),
@@ -174,7 +179,8 @@ pub fn picture(study: &Study, given: &Given) -> Result<Vec<u8>> {
                     outcome.fields[fields[0]].label.clone()
                 },
                 curves,
-                limits: study.picture.limits,
+                // Limits are those of the first unit asked for.
+                limits: study.picture.limits.filter(|_| unit == unit_of(&outcome.fields[0].name)),
                 decibels: unit.starts_with("dB"),
             });
         }
