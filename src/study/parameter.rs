@@ -90,8 +90,9 @@ const fn number(name: &'static str, min: f64, max: f64, label: &'static str) -> 
     Parameter { name, label, kind: Kind::Number { min, max } }
 }
 
-/// How a ratio of received to sent field is formed from S.
-pub const POLARISATIONS: [&str; 5] = ["vv", "hh", "45", "vh", "hv"];
+/// Received and sent polarisation: of S, or 45 degrees linear on both sides, or 45 degrees sent and the power of V
+/// and H received.
+pub const POLARISATIONS: [&str; 6] = ["vv", "hh", "45", "45-total", "vh", "hv"];
 
 /// All parameters but those of the target, which are `target.NAME` with the names of its kind.
 pub static PARAMETERS: [Parameter; 27] = [

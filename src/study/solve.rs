@@ -361,16 +361,17 @@ fn read(file: &Path, count: usize) -> Option<Vec<Matrix>> {
     Some(x.chunks_exact(8).map(|m| [[z(m, 0), z(m, 1)], [z(m, 2), z(m, 3)]]).collect())
 }
 
-/// |p_r^T S p_t|^2 4 pi in m^2: vv, vh, hv, hh, or linear at 45 degrees on both sides.
+/// |p_r^T S p_t|^2 4 pi in m^2 for a row of [`POLARISATIONS`](super::parameter::POLARISATIONS).
 pub fn cross_section_m2(s: &Matrix, polarisation: &str) -> f64 {
-    let amplitude = match polarisation {
-        "vv" => s[0][0],
-        "vh" => s[0][1],
-        "hv" => s[1][0],
-        "hh" => s[1][1],
-        _ => 0.5 * (s[0][0] + s[0][1] + s[1][0] + s[1][1]),
+    let power = match polarisation {
+        "vv" => s[0][0].norm_sqr(),
+        "vh" => s[0][1].norm_sqr(),
+        "hv" => s[1][0].norm_sqr(),
+        "hh" => s[1][1].norm_sqr(),
+        "45-total" => 0.5 * ((s[0][0] + s[0][1]).norm_sqr() + (s[1][0] + s[1][1]).norm_sqr()),
+        _ => 0.25 * (s[0][0] + s[0][1] + s[1][0] + s[1][1]).norm_sqr(),
     };
-    4.0 * PI * amplitude.norm_sqr()
+    4.0 * PI * power
 }
 
 #[cfg(test)]
@@ -414,7 +415,7 @@ mod tests {
     fn polarisations() {
         let z = |x| Complex64::new(x, 0.0);
         let s = [[z(1.0), z(2.0)], [z(3.0), z(-5.0)]];
-        for (name, amplitude) in [("vv", 1.0), ("vh", 2.0), ("hv", 3.0), ("hh", 5.0), ("45", 0.5)] {
+        for (name, amplitude) in [("vv", 1.0), ("vh", 2.0), ("hv", 3.0), ("hh", 5.0), ("45", 0.5), ("45-total", 6.5f64.sqrt())] {
             assert!((cross_section_m2(&s, name) - 4.0 * PI * amplitude * amplitude).abs() < 1e-12, "{name}");
         }
     }
