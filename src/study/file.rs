@@ -327,6 +327,8 @@ pub struct Study {
     pub picture: PictureSpec,
     pub facts: Vec<Fact>,
     pub search: Option<Search>,
+    /// Grids have a quarter of their steps.
+    pub quick: bool,
     pub file: PathBuf,
     /// The text of the file.
     pub source: String,
@@ -497,6 +499,7 @@ impl Reader<'_> {
             picture: self.picture()?,
             facts: Vec::new(),
             search: None,
+            quick: self.quick,
             file: self.doc.file().to_path_buf(),
             source: source.to_string(),
         };

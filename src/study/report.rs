@@ -55,13 +55,18 @@ pub fn header(study: &Study, engine: &str) -> Vec<String> {
     }
     let fixed: Vec<String> = study.fixed.iter().map(|(n, v)| format!("{n} = {v}")).collect();
     lines.push(format!("fixed: {}", fixed.join(", ")));
-    lines.push(format!(
-        "solver: physical optics, {} bounces, convention {}, diffraction {}, accuracy {} dB",
-        study.bounces,
-        format!("{:?}", study.convention).to_lowercase(),
-        format!("{:?}", study.diffraction).to_lowercase(),
-        study.accuracy_db
-    ));
+    if study.quick {
+        lines.push("grids: a quarter of the steps (quick)".into());
+    }
+    if study.needs_rcs() {
+        lines.push(format!(
+            "solver: physical optics, {} bounces, convention {}, diffraction {}, accuracy {} dB",
+            study.bounces,
+            format!("{:?}", study.convention).to_lowercase(),
+            format!("{:?}", study.diffraction).to_lowercase(),
+            study.accuracy_db
+        ));
+    }
     lines.push(format!("engine: {engine}"));
     lines.push(format!("version: catseye {}", env!("CARGO_PKG_VERSION")));
     lines
@@ -161,7 +166,7 @@ fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
 pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<String> {
     let mut t = format!("## {}\n\n", study.title);
     if !study.reference.is_empty() {
-        let _ = writeln!(t, "Set beside {}. ", study.reference);
+        let _ = writeln!(t, "Set beside {}.\n", study.reference);
     }
     let _ = writeln!(t, "Files: [{0}.csv]({0}.csv), [{0}.png]({0}.png).\n", study.name);
     if !study.note.is_empty() {
@@ -222,14 +227,22 @@ pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<Strin
     if study.convention == crate::trace::Convention::Last {
         t.push_str("Only the bounce from which a ray leaves radiates here.\n\n");
     }
-    if word_of(&study.fixed, "ground").is_some_and(|g| g == "none") && matches!(given, Given::Table(_)) {
+    let alone = word_of(&study.fixed, "ground").is_some_and(|g| g == "none");
+    if alone && matches!(given, Given::Table(o) if !o.targets.is_empty()) {
         t.push_str("The target alone, without ground.\n\n");
     }
     Ok(t)
 }
 
 fn with_unit(x: f64, unit: &str) -> String {
-    if unit.is_empty() { short(x) } else { format!("{} {unit}", short(x)) }
+    match unit {
+        "" => short(x),
+        u if u.starts_with("dB") => {
+            let decimals = if x.abs() < 9.995 { 2 } else { 1 };
+            format!("{:.decimals$} {u}", x + 0.0).replace('-', "−")
+        }
+        u => format!("{} {u}", short(x)),
+    }
 }
 
 /// Three or four digits.
@@ -257,6 +270,7 @@ mod tests {
         assert_eq!(short(0.0043), "0.00430");
         assert_eq!(short(7.5e6), "7.500e6");
         assert_eq!(short(0.0), "0");
+        assert_eq!(with_unit(-0.0137, "dB"), "−0.01 dB");
         assert_eq!(rounded(-0.0), "0");
         assert_eq!(rounded(f64::NAN), "");
     }

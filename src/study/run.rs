@@ -192,7 +192,10 @@ pub fn run(
 
 /// Without the number of threads: equal results are equal bytes.
 fn described(r: &EngineReport) -> String {
-    format!("{} {} ({})", r.engine, r.adapter, r.driver)
+    match r.adapter == r.engine {
+        true => format!("{} ({:?})", r.engine, r.precision).to_lowercase(),
+        false => format!("{}: {} ({})", r.engine, r.adapter, r.driver),
+    }
 }
 
 fn one(

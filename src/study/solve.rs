@@ -415,7 +415,9 @@ mod tests {
     fn polarisations() {
         let z = |x| Complex64::new(x, 0.0);
         let s = [[z(1.0), z(2.0)], [z(3.0), z(-5.0)]];
-        for (name, amplitude) in [("vv", 1.0), ("vh", 2.0), ("hv", 3.0), ("hh", 5.0), ("45", 0.5), ("45-total", 6.5f64.sqrt())] {
+        for (name, amplitude) in
+            [("vv", 1.0), ("vh", 2.0), ("hv", 3.0), ("hh", 5.0), ("45", 0.5), ("45-total", 6.5f64.sqrt())]
+        {
             assert!((cross_section_m2(&s, name) - 4.0 * PI * amplitude * amplitude).abs() < 1e-12, "{name}");
         }
     }
