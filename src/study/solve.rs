@@ -206,18 +206,19 @@ impl Case {
     }
 
     /// Equal for cases that one call can hold.
-    fn batch(&self) -> (usize, u64, String, u64) {
+    fn batch(&self) -> Key {
         (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), self.range_m.to_bits())
     }
 }
 
+/// Scene, frequency, ground and range.
+type Key = (usize, u64, String, u64);
+
 /// S[rx][tx] in metres of the chosen convention.
 pub type Matrix = [[Complex64; 2]; 2];
 
-/// Cases that one call solves.
-struct Batch {
-    members: Vec<usize>,
-}
+/// The cases that one call solves.
+type Batch = Vec<usize>;
 
 /// Where finished work is kept, and what its identity starts with.
 pub struct Cache<'a> {
@@ -245,22 +246,21 @@ pub fn solve(
     cache: Option<&Cache<'_>>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Matrix>> {
-    let mut order: Vec<((usize, u64, String, u64), Batch)> = Vec::new();
-    let mut open: HashMap<(usize, u64, String, u64), usize> = HashMap::new();
+    let mut order: Vec<Batch> = Vec::new();
+    let mut open: HashMap<Key, usize> = HashMap::new();
     for (i, c) in cases.iter().enumerate() {
         let key = c.batch();
         match open.get(&key) {
-            Some(&b) if order[b].1.members.len() < LOOKS => order[b].1.members.push(i),
+            Some(&b) if order[b].len() < LOOKS => order[b].push(i),
             _ => {
-                open.insert(key.clone(), order.len());
-                order.push((key, Batch { members: vec![i] }));
+                open.insert(key, order.len());
+                order.push(vec![i]);
             }
         }
     }
     let call = |batch: &Batch| -> Result<Vec<Matrix>> {
-        let first = &cases[batch.members[0]];
+        let first = &cases[batch[0]];
         let looks: Vec<Look> = batch
-            .members
             .iter()
             .map(|&i| Look::monostatic(Aspect { azimuth: cases[i].azimuth, elevation: cases[i].elevation }))
             .collect();
@@ -279,7 +279,7 @@ pub fn solve(
             Some(c) => Some(c.folder.join(identity(c, sources, cases, group, options)?)),
             None => None,
         };
-        let members = || group.iter().flat_map(|(_, b)| &b.members);
+        let members = || group.iter().flatten();
         let known = file.as_ref().and_then(|f| read(f, members().count()));
         let solved = match known {
             Some(s) => {
@@ -289,8 +289,8 @@ pub fn solve(
             None => {
                 let parts: Vec<Vec<Matrix>> = match engine {
                     // Calls of one look each would leave threads idle.
-                    Engine::Cpu(_) => group.par_iter().map(|(_, b)| call(b)).collect::<Result<_>>()?,
-                    Engine::Gpu(_) => group.iter().map(|(_, b)| call(b)).collect::<Result<_>>()?,
+                    Engine::Cpu(_) => group.par_iter().map(&call).collect::<Result<_>>()?,
+                    Engine::Gpu(_) => group.iter().map(&call).collect::<Result<_>>()?,
                 };
                 let s: Vec<Matrix> = parts.concat();
                 if let Some(f) = &file {
@@ -320,25 +320,23 @@ fn outside(scene: &Scene, spec: &str, range_m: f64) -> Result<()> {
     Ok(())
 }
 
-type Keyed = ((usize, u64, String, u64), Batch);
-
 fn identity(
     cache: &Cache<'_>,
     sources: &Sources,
     cases: &[Case],
-    group: &[Keyed],
+    group: &[Batch],
     options: &(dyn Fn(&str, f64) -> Result<RcsOptions> + Sync),
 ) -> Result<String> {
     let mut text = cache.prefix.clone();
-    for (_, batch) in group {
-        let first = &cases[batch.members[0]];
+    for batch in group {
+        let first = &cases[batch[0]];
         text += &format!(
             "\n{}|{:x}|{:?}",
             sources.scenes[first.scene].identity,
             first.frequency_hz.to_bits(),
             options(&first.ground, first.range_m)?
         );
-        for &i in &batch.members {
+        for &i in batch {
             text += &format!("|{:x},{:x}", cases[i].azimuth.to_bits(), cases[i].elevation.to_bits());
         }
     }
