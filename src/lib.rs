@@ -18,9 +18,9 @@ pub mod scene;
 
 pub mod road;
 
-pub mod geom;
-
 pub mod em;
+
+pub mod geom;
 
 pub mod trace;
 

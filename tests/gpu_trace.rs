@@ -6,7 +6,7 @@ use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
 use catseye::rcs::{Aspect, Distance, RayGrid, Scattering, po_sum};
-use catseye::scene::material::{Material, MaterialKind};
+use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
 use catseye::trace::launch::{Cell, Fan};
 use catseye::trace::{Convention, Returns, TraceOptions, contribute};
@@ -74,11 +74,13 @@ fn deg(az: f64, el: f64) -> Aspect {
 }
 
 #[test]
-fn cross_section_of_a_metal_trihedral_with_a_plastic_side() {
-    let materials = vec![Material::pec(), dielectric(2.6, 0.02)];
+fn cross_section_of_a_trihedral_of_metal_plastic_and_wet_paint() {
+    let wet = material::parse_spec("aluminium+paint-white:0.0003+water:0.0002").unwrap();
+    let materials = vec![Material::pec(), dielectric(2.6, 0.02), wet];
     let mut scene = Scene { materials, ..Default::default() };
     let mut m = mesh(&trihedral(0.05), 0);
     m.material[1] = 1;
+    m.material[2] = 2;
     scene.add_mesh("corner", "", m, Pose::IDENTITY);
     let aspects: Vec<Aspect> = (-4..=4).map(|i| deg(7.3 * i as f64, 30.0)).collect();
     for distance in [Distance::Infinite, Distance::At(3.0)] {
@@ -91,6 +93,7 @@ fn street() -> (Geometry, Fan, Pose<Sensor, World>) {
         Material::pec(),
         dielectric(5.0, 0.5),
         Material { roughness_rms_m: 2e-4, ..dielectric(4.0, 0.1) },
+        Material { roughness_rms_m: 1e-4, ..material::parse_spec("air+glass:0.003").unwrap() },
     ];
     let mut scene = Scene { materials, ..Default::default() };
     scene.add_mesh(
@@ -109,7 +112,7 @@ fn street() -> (Geometry, Fan, Pose<Sensor, World>) {
         scene.add_mesh(
             "box",
             "marker",
-            mesh(&cuboid(p(0., 0., 0.3), p(0.5, 0.8, 0.6)), if i == 1 { 2 } else { 0 }),
+            mesh(&cuboid(p(0., 0., 0.3), p(0.5, 0.8, 0.6)), [0, 2, 3][i]),
             Pose::new(DQuat::from_rotation_z(0.3 * i as f64), p(x, 2.0 - 2.0 * i as f64, 0.0)),
         );
     }

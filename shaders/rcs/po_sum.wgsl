@@ -113,7 +113,7 @@ fn tube_sum(a: Aspect, index: u32) -> Sum {
             break;
         }
         let patch_bits = bitcast<u32>(bvh_triangles[3u * hit.triangle].w);
-        let surface = surfaces[bitcast<u32>(bvh_triangles[3u * hit.triangle + 2u].w)];
+        let surface = bitcast<u32>(bvh_triangles[3u * hit.triangle + 2u].w);
         let step = facet_step(origin, dir, hit.triangle);
         path = df_add(path, step.t);
         let m = mirror(dir.hi, step.dir.hi, step.normal, surface, params.wavenumber);

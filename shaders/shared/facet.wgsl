@@ -1,7 +1,6 @@
 // A tube's axis through the planes of the facets it meets, in double-f32, so that the path's length
-// keeps its phase. Needs df64.wgsl and the bindings `planes` and `surfaces` of the entry point:
-// planes[2 i] = (normal hi, offset hi), planes[2 i + 1] = (normal lo, offset lo): normal . p = offset;
-// surfaces[m] = (eps', -eps'', height deviation in m, 1 for a perfect conductor).
+// keeps its phase. Needs df64.wgsl and the binding `planes` of the entry point:
+// planes[2 i] = (normal hi, offset hi), planes[2 i + 1] = (normal lo, offset lo): normal . p = offset.
 
 struct Tube {
     origin: DfVec3,

@@ -1,5 +1,6 @@
-// Reflection of the field and what a bounce radiates (CONVENTIONS eq. 4-6). Needs complex.wgsl and
-// phase.wgsl.
+// Reflection of the field and what a bounce radiates (CONVENTIONS eq. 4-6, 21-22). Needs complex.wgsl,
+// phase.wgsl and the binding `surfaces` of the entry point: one word a surface, then tables, as
+// src/geom/upload.rs lays them out.
 
 // A complex vector in space.
 struct CVec3 {
@@ -35,15 +36,31 @@ fn csqrt_decaying(z: vec2<f32>) -> vec2<f32> {
     return select(vec2<f32>(root.x, -root.y), vec2<f32>(-root.x, -root.y), z.y > 0.0);
 }
 
+// (A, B) of both polarisations between two entries of a table.
+fn front_pairs(surface: vec4<f32>, cos_i: f32) -> array<vec4<f32>, 2> {
+    let x = clamp(cos_i, 0.0, 1.0) * surface.y;
+    let i = min(floor(x), surface.y - 1.0);
+    let at = u32(surface.x) + 2u * u32(i);
+    let t = x - i;
+    return array<vec4<f32>, 2>(mix(surfaces[at], surfaces[at + 2u], t), mix(surfaces[at + 1u], surfaces[at + 3u], t));
+}
+
 // (R across, R in the plane of incidence) times the coherent loss of a rough surface.
-fn reflection(surface: vec4<f32>, cos_i: f32, wavenumber: f32) -> vec4<f32> {
+fn reflection(index: u32, cos_i: f32, wavenumber: f32) -> vec4<f32> {
+    let surface = surfaces[index];
     let x = wavenumber * surface.z * cos_i;
     let loss = exp(-2.0 * x * x);
-    if surface.w != 0.0 {
+    if surface.w == 1.0 {
         return vec4<f32>(-loss, 0.0, loss, 0.0);
     }
-    let q = csqrt_decaying(surface.xy - vec2<f32>(1.0 - cos_i * cos_i, 0.0));
     let c = vec2<f32>(cos_i, 0.0);
+    if surface.w == 2.0 {
+        let pairs = front_pairs(surface, cos_i);
+        let s = pairs[0].xy * cos_i;
+        let p = pairs[1].xy * cos_i;
+        return vec4<f32>(cdiv(s - pairs[0].zw, s + pairs[0].zw), cdiv(p - pairs[1].zw, p + pairs[1].zw)) * loss;
+    }
+    let q = csqrt_decaying(surface.xy - vec2<f32>(1.0 - cos_i * cos_i, 0.0));
     let e = surface.xy * cos_i;
     return vec4<f32>(cdiv(c - q, c + q), cdiv(e - q, e + q)) * loss;
 }
@@ -63,7 +80,7 @@ struct Mirror {
     r: vec4<f32>,
 }
 
-fn mirror(dir_in: vec3<f32>, dir_out: vec3<f32>, normal: vec3<f32>, surface: vec4<f32>, wavenumber: f32) -> Mirror {
+fn mirror(dir_in: vec3<f32>, dir_out: vec3<f32>, normal: vec3<f32>, surface: u32, wavenumber: f32) -> Mirror {
     let across = cross(dir_in, normal);
     let sin_i = length(across);
     var e_perp = across / sin_i;

@@ -96,7 +96,7 @@ fn main(
         }
         let triangle = chains[base + 2u + b];
         let body = bitcast<u32>(bvh_triangles[3u * triangle + 1u].w);
-        let surface = surfaces[bitcast<u32>(bvh_triangles[3u * triangle + 2u].w)];
+        let surface = bitcast<u32>(bvh_triangles[3u * triangle + 2u].w);
         let body_velocity = body_velocities[body].xyz;
         let step = facet_step(origin, dir, triangle);
         path = df_add(path, step.t);

@@ -76,7 +76,7 @@ impl MakeReflector {
         };
         let output = output
             .ok_or_else(|| BadInput::new("no output file is given").key("-o").remedy("write -o FILE.glb"))?;
-        let scene = reflector.to_scene(&material::by_name)?;
+        let scene = reflector.to_scene(&material::parse_spec)?;
         let bytes = gltf::to_glb(&scene)?;
         let file = stage::write_file(&output, global.force, &bytes)?;
         let made = Made { file, target: reflector.spec(), triangles: scene.triangle_count() };

@@ -10,7 +10,8 @@ use std::path::Path;
 /// How to read a glTF file.
 #[derive(Debug, Clone, Args)]
 pub struct ImportArgs {
-    /// Radar material for a material name of the file (may be given several times)
+    /// Radar material for a material name of the file (may be given several times); layers of so many metres
+    /// on it as in aluminium+water:0.0005
     #[arg(long = "material", value_name = "NAME=MATERIAL")]
     pub materials: Vec<String>,
     /// Radar material for everything that has none
@@ -31,14 +32,14 @@ impl ImportArgs {
             .iter()
             .map(|m| match m.split_once('=') {
                 Some((a, b)) => {
-                    material::by_name(b)?;
+                    material::parse_spec(b)?;
                     Ok((a.to_string(), b.to_string()))
                 }
                 None => Err(BadInput::new("expected NAME=MATERIAL").key("--material").value(m).into()),
             })
             .collect::<Result<Vec<_>>>()?;
         if let Some(m) = &self.default_material {
-            material::by_name(m)?;
+            material::parse_spec(m)?;
         }
         Ok(ImportOptions {
             unit_m: gltf::unit_m(&self.unit)?,
@@ -77,7 +78,7 @@ pub fn load(target: &str, import: &ImportArgs) -> Result<Target> {
     }
     Ok(Target {
         name: reflector.spec(),
-        scene: reflector.to_scene(&material::by_name)?,
+        scene: reflector.to_scene(&material::parse_spec)?,
         boresight_deg: reflector.kind().boresight_deg,
     })
 }

@@ -23,6 +23,20 @@ pub fn rayleigh_factor(wavenumber: f64, roughness_rms_m: f64, cos_i: f64) -> f64
     (-2.0 * x * x).exp()
 }
 
+/// Loss of the coherent field that passes a rough front of a medium `eps_r`: a height h changes the
+/// phase by k h (q - cos), so exp(-(k h Re(q - cos))^2 / 2), as in Ament's reflection, where the change is
+/// 2 k h cos (CONVENTIONS eq. 24).
+pub fn transmission_roughness_factor(
+    wavenumber: f64,
+    roughness_rms_m: f64,
+    eps_r: Complex64,
+    cos_i: f64,
+) -> f64 {
+    let q = (eps_r - (1.0 - cos_i * cos_i)).sqrt();
+    let x = wavenumber * roughness_rms_m * (q.re - cos_i);
+    (-0.5 * x * x).exp()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +58,14 @@ mod tests {
         let metal = Some(Complex64::new(1.0, -3.56e7 / (std::f64::consts::TAU * 77e9 * crate::units::EPS0)));
         let (s, p) = reflection(metal, 0.5);
         assert!((s + 1.0).norm() < 2e-3 && (p - 1.0).norm() < 5e-3);
+    }
+
+    #[test]
+    fn rough_fronts() {
+        // Through air with a "rough" front nothing is lost; on reflection the phase change doubles.
+        assert_eq!(transmission_roughness_factor(1600.0, 1e-3, Complex64::new(1.0, 0.0), 0.4), 1.0);
+        let through = transmission_roughness_factor(1600.0, 1e-4, Complex64::new(9.0, 0.0), 1.0);
+        assert!((through - rayleigh_factor(1600.0, 1e-4, 1.0)).abs() < 1e-15);
     }
 
     #[test]

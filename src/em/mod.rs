@@ -1,4 +1,10 @@
-//! Electromagnetic formulas in f64: reflection, and later layers, roughness, wedges, spheres.
+//! Electromagnetic formulas in f64: reflection at surfaces and layers, rough surfaces, mixtures and
+//! coverings, spheres.
 
+pub mod covering;
 pub mod fresnel;
+pub mod layers;
 pub mod mie;
+pub mod mixing;
+pub mod roughness;
+pub mod sphere_marking;

@@ -6,8 +6,11 @@ pub mod faces;
 mod patches;
 pub mod upload;
 
+use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
+use crate::em::layers::{Backing, Layer, Stack};
+use crate::em::roughness::Shares;
 use crate::error::{BadInput, Result};
-use crate::scene::{Material, Scene, Shape};
+use crate::scene::{Material, MaterialKind, Scene, Shape};
 use bvh::Bvh;
 use faces::Faces;
 use glam::DVec3;
@@ -97,20 +100,73 @@ pub struct Body {
     pub velocity_mps: DVec3,
 }
 
-/// A material at the frequency in use.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A material at one frequency: a conductor, a half-space, or layers on one of these or on air.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    /// eps' - j eps''; None is a perfect conductor.
-    pub eps_r: Option<Complex64>,
+    pub stack: Stack,
+    /// Standard deviation of the front's height, m; 0 is smooth.
     pub roughness_rms_m: f64,
+}
+
+impl Surface {
+    /// Errors: a material without a value at this frequency, a perfect conductor as a layer.
+    pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
+        let backing = match (&material.kind, material.eps_r(freq_hz)?) {
+            (_, None) => Backing::Pec,
+            (MaterialKind::Air, _) => Backing::Air,
+            (_, Some(eps)) => Backing::HalfSpace(eps),
+        };
+        let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {
+            Some(eps_r) => Ok(Layer { eps_r, thickness_m: l.thickness_m }),
+            None => Err(BadInput::new("a perfect conductor hides what is under it")
+                .key(format!("layer of '{}'", material.name))
+                .value(&l.material.name)
+                .remedy("make it the base, without what lies under it")
+                .into()),
+        });
+        let stack = Stack { layers: layers.collect::<Result<_>>()?, backing };
+        Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m })
+    }
+
+    /// (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and `wavenumber`
+    /// rad/m (CONVENTIONS eq. 4 and 22), with the phase on the front.
+    #[inline]
+    pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
+        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
+        if self.roughness_rms_m == 0.0 {
+            return (perp, par);
+        }
+        let loss = rayleigh_factor(wavenumber, self.roughness_rms_m, cos_i);
+        (perp * loss, par * loss)
+    }
+
+    /// Shares of the incident power that the roughness turns from coherent into diffuse scattering,
+    /// [perpendicular, parallel] (CONVENTIONS eq. 27).
+    pub fn diffuse_share(&self, wavenumber: f64, cos_i: f64) -> [f64; 2] {
+        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
+        [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
+    }
+
+    /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it
+    /// (CONVENTIONS eq. 23 and 24). None when nothing passes, or not into air.
+    pub fn transmission(&self, wavenumber: f64, cos_i: f64) -> Option<(Complex64, Complex64)> {
+        if self.stack.backing != Backing::Air {
+            return None;
+        }
+        let (perp, par) = self.stack.response(wavenumber, cos_i).transmission;
+        let loss =
+            self.stack.layers.first().map_or(1.0, |l| {
+                transmission_roughness_factor(wavenumber, self.roughness_rms_m, l.eps_r, cos_i)
+            });
+        Some((perp * loss, par * loss))
+    }
 }
 
 /// The scene's materials at a frequency, in their order.
 ///
 /// Errors: a material without a value there.
 pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
-    let at = |m: &Material| Ok(Surface { eps_r: m.eps_r(freq_hz)?, roughness_rms_m: m.roughness_rms_m });
-    scene.materials.iter().map(at).collect()
+    of_materials(&scene.materials, freq_hz)
 }
 
 /// An isotropic scatterer.
@@ -122,13 +178,20 @@ pub struct PointTarget {
     pub rcs_dbsm: f64,
 }
 
+fn of_materials(materials: &[Material], freq_hz: f64) -> Result<Vec<Surface>> {
+    materials.iter().map(|m| Surface::of(m, freq_hz)).collect()
+}
+
 #[derive(Debug)]
 pub struct Geometry {
     /// In the order of the BVH's leaves.
     pub triangles: Vec<Triangle>,
     pub bvh: Bvh,
     pub bodies: Vec<Body>,
+    /// The scene's materials at `freq_hz`.
     pub surfaces: Vec<Surface>,
+    /// The same without a frequency.
+    pub materials: Vec<Material>,
     pub points: Vec<PointTarget>,
     pub patches: u32,
     pub degenerate_dropped: usize,
@@ -203,6 +266,7 @@ impl Geometry {
             bvh,
             bodies,
             surfaces,
+            materials: scene.materials.clone(),
             points,
             patches: patch_base,
             degenerate_dropped: dropped,
@@ -211,6 +275,12 @@ impl Geometry {
             bounds_m: (lo, hi),
             faces: OnceLock::new(),
         })
+    }
+
+    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no
+    /// other geometry. Errors: a material without a value there.
+    pub fn surfaces_at(&self, freq_hz: f64) -> Result<Vec<Surface>> {
+        of_materials(&self.materials, freq_hz)
     }
 
     /// The convex faces that beams meet, made when first asked for.

@@ -1,6 +1,7 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
 
 pub mod closed_form;
+pub mod diffuse;
 pub mod po_sum;
 pub mod table;
 

@@ -34,7 +34,7 @@ impl scenario::Builder for Library {
     }
 
     fn reflector(&self, spec: &str) -> Result<Scene> {
-        reflector::Reflector::parse(spec)?.to_scene(&material::by_name)
+        reflector::Reflector::parse(spec)?.to_scene(&material::parse_spec)
     }
 }
 

@@ -9,11 +9,11 @@
 //! axes and not in glTF's; both hold for the nodes below as well. `id` (1 or more, unique) and
 //! `rcs_dbsm`, which makes a node without a mesh a point target.
 //!
-//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`,
+//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `layers`,
 //! `correlation_length_m`, `valid_hz` [low, high], `source`, and `like`, the row of the table to start
 //! from (by default the row with the material's name, if there is one).
 
-use super::material::{self, Material, MaterialKind};
+use super::material::{self, Layer, Material, MaterialKind};
 use super::toml_file::clip;
 use super::{Mesh, Object, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
@@ -1043,7 +1043,7 @@ impl<'a> Importer<'a> {
         let names: Vec<String> =
             self.root.materials.iter().map(|m| m.name.clone().unwrap_or_default()).collect();
         for (from, to) in &self.options.material_map {
-            material::by_name(to)?;
+            material::parse_spec(to)?;
             if !names.contains(from) {
                 let b = self.bad("material", "no material of the file has this name").value(clip(from));
                 let listed: Vec<&str> = names.iter().filter(|n| !n.is_empty()).map(String::as_str).collect();
@@ -1055,7 +1055,7 @@ impl<'a> Importer<'a> {
                 .into());
             }
         }
-        let default = self.options.default_material.as_deref().map(material::by_name).transpose()?;
+        let default = self.options.default_material.as_deref().map(material::parse_spec).transpose()?;
         for slot in (0..=count).filter(|s| used[*s]) {
             let m = if slot == count {
                 default.clone().ok_or_else(|| {
@@ -1074,7 +1074,7 @@ impl<'a> Importer<'a> {
 
     fn material(&mut self, slot: usize, name: &str, default: Option<&Material>) -> Result<Material> {
         if let Some((_, to)) = self.options.material_map.iter().find(|(from, _)| from == name) {
-            return material::by_name(to);
+            return material::parse_spec(to);
         }
         let key = format!("materials[{slot}].extras.catseye");
         let extras = self.extras(&self.root.materials[slot].extras, &key)?;
@@ -1082,7 +1082,7 @@ impl<'a> Importer<'a> {
         let plain =
             name.rsplit_once('.').filter(|(_, n)| n.len() == 3 && n.bytes().all(|b| b.is_ascii_digit()));
         let row =
-            material::by_name(name).or_else(|e| plain.map_or(Err(e), |(base, _)| material::by_name(base)));
+            material::parse_spec(name).or_else(|e| plain.map_or(Err(e), |(base, _)| material::by_name(base)));
         let Some(extras) = extras else {
             return match (row, default) {
                 (Ok(m), _) => Ok(m),
@@ -1097,6 +1097,63 @@ impl<'a> Importer<'a> {
             };
         };
         self.custom_material(&key, name, &extras, row.ok())
+    }
+
+    /// `[{"material": "water", "thickness_m": 1e-4}, ...]`, the outermost first. Instead of a material's
+    /// name, or with it, a layer may have the other keys of a material.
+    fn layers(&self, key: &str, value: &Value) -> Result<Vec<Layer>> {
+        let list = value.as_array().ok_or_else(|| {
+            self.bad(key, "is not a list of layers")
+                .value(clip(&value.to_string()))
+                .allowed(r#"[{"material": NAME, "thickness_m": x}, ...], the outermost first"#)
+        })?;
+        list.iter()
+            .enumerate()
+            .map(|(i, layer)| {
+                let key = format!("{key}[{i}]");
+                let mut own = layer
+                    .as_object()
+                    .ok_or_else(|| self.bad(&key, "is not an object").value(clip(&layer.to_string())))?
+                    .clone();
+                let thickness_key = format!("{key}.thickness_m");
+                let (lo, hi) = material::THICKNESS_M;
+                let thickness = own.remove("thickness_m").ok_or_else(|| {
+                    self.bad(&thickness_key, "is missing")
+                        .allowed(format!("{lo:e}..{hi} m"))
+                        .remedy("give the layer's thickness in metres")
+                })?;
+                let thickness_m = self.number(&thickness, &thickness_key, lo..=hi)?;
+                let mut text = |name: &str| -> Result<Option<String>> {
+                    own.remove(name)
+                        .map(|v| {
+                            v.as_str().map(str::to_string).ok_or_else(|| {
+                                self.bad(format!("{key}.{name}"), "is not a name")
+                                    .value(clip(&v.to_string()))
+                                    .into()
+                            })
+                        })
+                        .transpose()
+                };
+                let (row, given) = (text("material")?, text("name")?);
+                let name = given.or(row.clone()).unwrap_or_else(|| "layer".into());
+                let row = row
+                    .map(|n| material::by_name(&n).map_err(|e| self.at(&format!("{key}.material"), e)))
+                    .transpose()?;
+                let material = match row {
+                    Some(m) if own.is_empty() => Material { name, ..m },
+                    row => self.custom_material(&key, &name, &own, row)?,
+                };
+                Layer::new(material, thickness_m).map_err(|e| self.at(&key, e))
+            })
+            .collect()
+    }
+
+    /// A complaint from elsewhere with this file and key.
+    fn at(&self, key: &str, e: Error) -> Error {
+        match e {
+            Error::Input(b) => b.file(self.file).key(key).into(),
+            e => e,
+        }
     }
 
     fn custom_material(
@@ -1122,7 +1179,7 @@ impl<'a> Importer<'a> {
             let like = like
                 .as_str()
                 .ok_or_else(|| self.bad(&key, "is not a name").value(clip(&like.to_string())))?;
-            base = Some(material::by_name(like).map_err(|e| match e {
+            base = Some(material::parse_spec(like).map_err(|e| match e {
                 Error::Input(b) => b.file(self.file).key(key).into(),
                 e => e,
             })?);
@@ -1131,6 +1188,7 @@ impl<'a> Importer<'a> {
         let mut conductivity = None;
         let (mut roughness, mut correlation) = (None, None);
         let (mut valid_hz, mut source) = (None, None);
+        let mut layers = None;
         for (k, v) in extras {
             let key = format!("{prefix}.{k}");
             match k.as_str() {
@@ -1175,12 +1233,7 @@ impl<'a> Importer<'a> {
                             .to_string(),
                     )
                 }
-                "layers" => {
-                    return Err(self
-                        .bad(key, "layered materials come in a later version")
-                        .remedy("give eps_r of the topmost layer")
-                        .into());
-                }
+                "layers" => layers = Some(self.layers(&key, v)?),
                 _ => return Err(self.unknown_key(prefix, k, &KEYS).into()),
             }
         }
@@ -1199,6 +1252,7 @@ impl<'a> Importer<'a> {
                 correlation_length_m: base.as_ref().map_or(0.0, |b| b.correlation_length_m),
                 valid_hz: (0.0, f64::INFINITY),
                 source: GIVEN.into(),
+                layers: base.map_or(Vec::new(), |b| b.layers),
             },
             (None, Some(base)) => Material { name: name.into(), ..base },
             (None, None) => {
@@ -1213,6 +1267,9 @@ impl<'a> Importer<'a> {
         m.correlation_length_m = correlation.unwrap_or(m.correlation_length_m);
         m.valid_hz = valid_hz.unwrap_or(m.valid_hz);
         m.source = source.unwrap_or(m.source);
+        if let Some(layers) = layers {
+            m = m.with_layers(layers).map_err(|e| self.at(prefix, e))?;
+        }
         Ok(m)
     }
 }
@@ -1533,23 +1590,34 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
 fn material_json(m: &Material) -> Result<Value, String> {
     use serde_json::json;
     let shine = match m.kind {
-        MaterialKind::Pec | MaterialKind::Conductor { .. } => {
+        MaterialKind::Pec | MaterialKind::Conductor { .. } if m.layers.is_empty() => {
             json!({"baseColorFactor": [0.7, 0.72, 0.75, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.4})
         }
         _ => json!({"baseColorFactor": [0.3, 0.3, 0.3, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}),
     };
     let mut out = json!({"name": m.name, "doubleSided": true, "pbrMetallicRoughness": shine});
-    let row = material::by_name(&m.name).ok();
-    if row.as_ref() == Some(m) {
-        return Ok(out);
+    let extras = material_extras(m)?;
+    if !extras.is_empty() {
+        out["extras"] = json!({"catseye": extras});
     }
+    Ok(out)
+}
+
+/// What has to be said of a material beside its name for import to find it again.
+fn material_extras(m: &Material) -> Result<Map<String, Value>, String> {
+    use serde_json::json;
+    let row = material::parse_spec(&m.name).ok();
     let mut extras = Map::new();
+    if row.as_ref() == Some(m) {
+        return Ok(extras);
+    }
     // What import takes for the rest when it reads this back.
     let mut assumed = Material {
         valid_hz: (0.0, f64::INFINITY),
         source: GIVEN.into(),
         roughness_rms_m: row.as_ref().map_or(0.0, |r| r.roughness_rms_m),
         correlation_length_m: row.as_ref().map_or(0.0, |r| r.correlation_length_m),
+        layers: row.as_ref().map_or(Vec::new(), |r| r.layers.clone()),
         ..m.clone()
     };
     match (&m.kind, row.filter(|r| r.kind == m.kind)) {
@@ -1581,8 +1649,20 @@ fn material_json(m: &Material) -> Result<Value, String> {
     if m.source != assumed.source {
         extras.insert("source".into(), json!(m.source));
     }
-    out["extras"] = json!({"catseye": extras});
-    Ok(out)
+    if m.layers != assumed.layers {
+        let layers = m.layers.iter().map(layer_json).collect::<Result<Vec<_>, _>>()?;
+        extras.insert("layers".into(), layers.into());
+    }
+    Ok(extras)
+}
+
+fn layer_json(layer: &Layer) -> Result<Value, String> {
+    let m = &layer.material;
+    let mut out = material_extras(m)?;
+    let is_row = material::by_name(&m.name).is_ok();
+    out.insert(if is_row { "material" } else { "name" }.into(), m.name.clone().into());
+    out.insert("thickness_m".into(), layer.thickness_m.into());
+    Ok(out.into())
 }
 
 #[cfg(test)]
@@ -1908,7 +1988,32 @@ mod tests {
             (json!({"eps_r": [0, 0.1]}), "eps' is not positive"),
             (json!({"eps_r": 3}), "is not 2 numbers"),
             (json!({"eps": [3, 1]}), "materials[0].extras.catseye.eps: unknown key; allowed: like, eps_r"),
-            (json!({"layers": []}), "layered materials come in a later version"),
+            (json!({"layers": []}), "says nothing of what 'mud' is made of"),
+            (json!({"like": "steel", "layers": 3}), "extras.catseye.layers = 3: is not a list of layers"),
+            (
+                json!({"like": "steel", "layers": [{"material": "water"}]}),
+                "layers[0].thickness_m: is missing",
+            ),
+            (
+                json!({"like": "steel", "layers": [{"material": "water", "thickness_m": -1}]}),
+                "layers[0].thickness_m = -1: is not a number in range; allowed: 0.000000001..=10",
+            ),
+            (
+                json!({"like": "steel", "layers": [{"material": "watre", "thickness_m": 1e-4}]}),
+                "layers[0].material: no material is named 'watre'",
+            ),
+            (
+                json!({"like": "steel", "layers": [{"material": "water", "thickness_m": 1e-4, "wet": 1}]}),
+                "layers[0].wet: unknown key",
+            ),
+            (
+                json!({"like": "steel", "layers": [{"material": "pec", "thickness_m": 1e-4}]}),
+                "layers[0] = 0.0001: a perfect conductor hides what is under it",
+            ),
+            (
+                json!({"like": "steel", "layers": vec![json!({"material": "ice", "thickness_m": 1e-4}); 17]}),
+                "too many layers; allowed: at most 16",
+            ),
             (json!({"like": "stell"}), "did you mean 'steel'?"),
             (json!({"conductivity_s_per_m": -1}), "is not a number in range; allowed: 0..="),
             (json!({}), "says nothing of what 'mud' is made of"),
@@ -1966,9 +2071,32 @@ mod tests {
             correlation_length_m: 0.02,
             valid_hz: (76e9, 81e9),
             source: "a guess".into(),
+            layers: Vec::new(),
         });
         s.materials.push(Material { name: "puddle".into(), ..material::by_name("water").unwrap() });
         s.materials.push(Material { roughness_rms_m: 0.0004, ..material::by_name("concrete").unwrap() });
+        s.materials.push(material::parse_spec("air+glass:0.004").unwrap());
+        let wet = Material {
+            name: "wet paint".into(),
+            ..material::parse_spec("steel+paint-white:0.0003").unwrap()
+        };
+        let brine = Material {
+            name: "brine".into(),
+            kind: MaterialKind::Dielectric { eps_real: 8.0, eps_loss: 15.0, conductivity_s_per_m: 5.0 },
+            valid_hz: (70e9, 80e9),
+            source: "a test".into(),
+            ..Material::pec()
+        };
+        let mut layers = wet.layers.clone();
+        layers.insert(0, Layer { material: brine, thickness_m: 1e-4 });
+        layers.insert(
+            0,
+            Layer {
+                material: Material { roughness_rms_m: 1e-4, ..material::by_name("ice").unwrap() },
+                thickness_m: 2e-4,
+            },
+        );
+        s.materials.push(wet.with_layers(layers).unwrap());
         s.materials.push(Material {
             name: "tin".into(),
             kind: MaterialKind::Conductor { conductivity_s_per_m: 8.7e6 },
@@ -1976,6 +2104,7 @@ mod tests {
             correlation_length_m: 0.0,
             valid_hz: (0.0, f64::INFINITY),
             source: GIVEN.into(),
+            layers: Vec::new(),
         });
         let n = s.materials.len() as u32;
         let points = (0..n + 2).map(|k| DVec3::new((k * k) as f64, k as f64, (k % 3) as f64 * 0.5)).collect();

@@ -9,6 +9,8 @@ use std::sync::OnceLock;
 /// What the surface is made of. Time convention e^{+j omega t}, so eps = eps' - j eps''.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialKind {
+    /// Relative permittivity 1: what stands behind a free-standing sheet.
+    Air,
     /// Perfect electric conductor.
     Pec,
     /// Good conductor: eps = 1 - j sigma / (omega eps0).
@@ -33,6 +35,47 @@ pub struct Material {
     pub valid_hz: (f64, f64),
     /// Where the value comes from.
     pub source: String,
+    /// What lies on it, the outermost first. The roughness above is that of the outermost front.
+    pub layers: Vec<Layer>,
+}
+
+/// A plane layer on a material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Without layers of its own; its roughness is not used.
+    pub material: Material,
+    pub thickness_m: f64,
+}
+
+/// Thicknesses of a layer that are taken, m.
+pub const THICKNESS_M: (f64, f64) = (1e-9, 10.0);
+/// Most layers of one material.
+pub const MAX_LAYERS: usize = 16;
+
+impl Layer {
+    /// Errors: a thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves
+    /// (pec), a material that has layers itself.
+    pub fn new(material: Material, thickness_m: f64) -> Result<Layer> {
+        let (lo, hi) = THICKNESS_M;
+        let bad = |problem: &str| {
+            BadInput::new(problem.to_string()).key(format!("layer of '{}'", material.name)).value(thickness_m)
+        };
+        if !(lo..=hi).contains(&thickness_m) {
+            return Err(bad("is not a thickness of a layer")
+                .allowed(format!("{lo:e}..{hi} m"))
+                .remedy("give thickness_m in metres")
+                .into());
+        }
+        if material.kind == MaterialKind::Pec {
+            return Err(bad("a perfect conductor hides what is under it")
+                .remedy("make it the base, without what lies under it")
+                .into());
+        }
+        if !material.layers.is_empty() {
+            return Err(bad("a layer cannot have layers").remedy("list them one after the other").into());
+        }
+        Ok(Layer { material, thickness_m })
+    }
 }
 
 impl Material {
@@ -44,10 +87,27 @@ impl Material {
             correlation_length_m: 0.0,
             valid_hz: (0.0, f64::INFINITY),
             source: "definition".into(),
+            layers: Vec::new(),
         }
     }
 
-    /// Complex relative permittivity eps' - j eps''; None for a perfect conductor.
+    /// This material with `layers` on it, outermost first, instead of those that it had.
+    ///
+    /// Errors: more than [`MAX_LAYERS`].
+    pub fn with_layers(self, layers: Vec<Layer>) -> Result<Material> {
+        if layers.len() > MAX_LAYERS {
+            return Err(BadInput::new("too many layers")
+                .key(format!("layers of '{}'", self.name))
+                .value(layers.len())
+                .allowed(format!("at most {MAX_LAYERS}"))
+                .remedy("join thin layers into one")
+                .into());
+        }
+        Ok(Material { layers, ..self })
+    }
+
+    /// Complex relative permittivity eps' - j eps'' of the base, under any layers; None for a perfect
+    /// conductor.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {
         let (lo, hi) = self.valid_hz;
         if !(lo..=hi).contains(&freq_hz) {
@@ -63,6 +123,7 @@ impl Material {
         let loss = |s: f64| s / (std::f64::consts::TAU * freq_hz * EPS0);
         Ok(match self.kind {
             MaterialKind::Pec => None,
+            MaterialKind::Air => Some(Complex64::ONE),
             MaterialKind::Conductor { conductivity_s_per_m } => {
                 Some(Complex64::new(1.0, -loss(conductivity_s_per_m)))
             }
@@ -98,6 +159,35 @@ pub fn by_name(name: &str) -> Result<Material> {
     table().iter().find(|m| m.name == name).cloned().ok_or_else(|| unknown(name).into())
 }
 
+/// A material by name, or with layers on it: `aluminium+water:0.0005`, thicknesses in metres, from the
+/// base outwards. A free-standing sheet has the base `air`. The spec is its name.
+///
+/// Errors: an unknown name, a thickness that is missing or outside [`THICKNESS_M`].
+pub fn parse_spec(spec: &str) -> Result<Material> {
+    let mut parts = spec.split('+').map(str::trim);
+    let base = by_name(parts.next().unwrap_or_default())?;
+    let mut layers = parts
+        .map(|part| {
+            let bad = |problem: &str| {
+                BadInput::new(problem.to_string())
+                    .key("layer")
+                    .value(part)
+                    .allowed("BASE+MATERIAL:THICKNESS_M+...")
+                    .remedy("for example aluminium+water:0.0005")
+            };
+            let (name, thickness) = part.split_once(':').ok_or_else(|| bad("has no thickness"))?;
+            let thickness_m = thickness.trim().parse().map_err(|_| bad("has no number for its thickness"))?;
+            Layer::new(by_name(name.trim())?, thickness_m)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    if layers.is_empty() {
+        return Ok(base);
+    }
+    layers.reverse();
+    let base = Material { name: spec.split_whitespace().collect(), ..base };
+    base.with_layers(layers)
+}
+
 /// The complaint about a name that is in no table row.
 pub fn unknown(name: &str) -> BadInput {
     let remedy = match nearest(name, names()) {
@@ -119,6 +209,7 @@ fn row(name: &str, kind: MaterialKind, valid_ghz: (f64, f64), source: &str) -> M
         correlation_length_m: 0.0,
         valid_hz: (valid_ghz.0 * GHZ, valid_ghz.1 * GHZ),
         source: source.into(),
+        layers: Vec::new(),
     }
 }
 
@@ -168,6 +259,12 @@ fn rows() -> Vec<Material> {
     let band = (76.0, 81.0);
     vec![
         Material::pec(),
+        row(
+            "air",
+            MaterialKind::Air,
+            (0.0, f64::INFINITY),
+            "definition: the front of every surface; its own refractive index, 1.0003 at sea level, is left out",
+        ),
         metal(
             "aluminium",
             3.56e7,

@@ -627,7 +627,7 @@ fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptio
         o.up = gltf::up(&u.value).map_err(here(u))?;
     }
     for m in t.materials.values().chain(t.default_material) {
-        super::material::by_name(&m.value).map_err(here(m))?;
+        super::material::parse_spec(&m.value).map_err(here(m))?;
     }
     o.default_material = t.default_material.as_ref().map(|m| m.value.clone());
     o.material_map = t.materials.iter().map(|(from, to)| (from.clone(), to.value.clone())).collect();

@@ -1,7 +1,6 @@
 //! From a chain of facets to physical-optics echoes (CONVENTIONS eq. 4-7).
 
 use super::rays::{Chain, follow};
-use crate::em::fresnel::{rayleigh_factor, reflection};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::Geometry;
 use crate::trace::ends::{Ends, STEEP, end_axis};
@@ -119,12 +118,7 @@ pub fn radiate(
         let n = if dir.dot(tri.normal) < 0.0 { tri.normal } else { -tri.normal };
         let cos_i = -dir.dot(n);
         let surface = &geometry.surfaces[tri.surface as usize];
-        let (mut r_perp, mut r_par) = reflection(surface.eps_r, cos_i);
-        if surface.roughness_rms_m > 0.0 {
-            let loss = rayleigh_factor(k, surface.roughness_rms_m, cos_i);
-            r_perp *= loss;
-            r_par *= loss;
-        }
+        let (r_perp, r_par) = surface.reflection(k, cos_i);
         let out_dir = dir + n * (2.0 * cos_i);
         let across = dir.cross(n);
         let sin_i = across.length();

@@ -1,6 +1,5 @@
 //! Fields along a chain of facets (CONVENTIONS eq. 4, 5).
 
-use crate::em::fresnel::{rayleigh_factor, reflection};
 use crate::geom::Surface;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -51,12 +50,7 @@ impl Bounce {
     #[inline]
     pub fn new(field: [CVec; 2], dir: DVec3, normal: DVec3, surface: &Surface, wavenumber: f64) -> Bounce {
         let cos_i = -dir.dot(normal);
-        let (mut r_perp, mut r_par) = reflection(surface.eps_r, cos_i);
-        if surface.roughness_rms_m > 0.0 {
-            let loss = rayleigh_factor(wavenumber, surface.roughness_rms_m, cos_i);
-            r_perp *= loss;
-            r_par *= loss;
-        }
+        let (r_perp, r_par) = surface.reflection(wavenumber, cos_i);
         let dir_out = dir + normal * (2.0 * cos_i);
         let across = dir.cross(normal);
         let sin_i = across.length();
