@@ -984,7 +984,7 @@ impl Study {
     pub fn options(&self, ground: &str, range_m: f64) -> Result<RcsOptions> {
         let ground = match ground {
             "none" => Ground::None,
-            name => Ground::Plane(material::by_name(name)?),
+            name => Ground::Plane(material::parse_spec(name)?),
         };
         Ok(RcsOptions {
             bounces: self.bounces,

@@ -181,9 +181,10 @@ mod tests {
         let loss = -20.0 * 36.0 * 7f64.to_radians().cos().log10();
         assert!((d.sigma_min_dbsm(&tilted, 10.0) - least(30.0) - loss).abs() < 1e-9);
         // Noise: k T0 F f_s over 2048 x 1024 samples is -173.98 + 13 + 77.96 - 63.22 dBm with flat
-        // windows; the Chebyshev windows widen it by 3 to 5 dB.
+        // windows. The noise bandwidth of a Dolph-Chebyshev window grows from 1.39 to 1.73 bins between 50 and 80
+        // dB (Harris 1978, table 1), some 0.11 for each 10 dB: 2.07 and 2.41 for 111 and 141.5 dB, 7.0 dB.
         let flat = -173.975 + 13.0 + 10.0 * 62.5e6f64.log10() - 10.0 * (2048.0f64 * 1024.0).log10();
-        assert!((3.0..6.0).contains(&(noise - flat)), "{noise} {flat}");
+        assert!((6.0..8.0).contains(&(noise - flat)), "{noise} {flat}");
         // Ground louder than the noise takes over.
         let clutter = GroundClutter { sigma0_db: -20.0, beam_rad: 0.2, cell_m: 0.1 };
         let loud = Detection {

@@ -2,7 +2,7 @@
 
 use super::parameter::{TARGET_PREFIX, Value, Values, number_of, word_of};
 use super::view::View;
-use crate::em::mie::SphereSeries;
+use crate::em::sphere_marking::{BinShape, Marking, bin_share, mie_m2};
 use crate::engine::Engine;
 use crate::error::{BadInput, Error, Result};
 use crate::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
@@ -35,27 +35,32 @@ pub struct Balls {
     pub length_m: f64,
     /// Only the share sin(elevation) that does not stand in the shadow of others.
     pub lit_only: bool,
-    /// Only those in one range cell of this length, when it is shorter than the marking as the radar sees
-    /// it.
+    /// Only what one range cell of this length in the middle of the marking collects.
     pub range_cell_m: Option<f64>,
 }
 
 impl Balls {
+    fn marking(&self) -> Marking {
+        Marking { width_m: self.width_m, length_m: self.length_m }
+    }
+
     /// As many as fit, one to a square of side 2 r.
     pub fn count(&self) -> f64 {
-        self.width_m * self.length_m / (2.0 * self.radius_m).powi(2)
+        self.marking().balls(self.radius_m)
     }
 
     /// Backscatter cross section of one in m^2: the Mie series of a conducting sphere.
     pub fn one_m2(&self, frequency_hz: f64) -> Result<f64> {
-        let s = SphereSeries::pec(self.radius_m, frequency_hz)?.backscatter_m();
-        Ok(4.0 * PI * s.norm_sqr())
+        mie_m2(self.radius_m, frequency_hz)
     }
 
+    /// The unweighted range cell collects the share of its sinc^2 response over the marking.
     pub fn total_m2(&self, frequency_hz: f64, elevation: f64) -> Result<f64> {
         let lit = if self.lit_only { elevation.sin().abs() } else { 1.0 };
-        let seen = self.length_m * elevation.cos().abs();
-        let share = self.range_cell_m.map_or(1.0, |cell| (cell / seen).min(1.0));
+        let share = match self.range_cell_m {
+            Some(cell) => bin_share(self.length_m * elevation.cos().abs(), cell, BinShape::Rectangle)?,
+            None => 1.0,
+        };
         Ok(self.one_m2(frequency_hz)? * self.count() * lit * share)
     }
 }
@@ -144,7 +149,7 @@ impl Sources {
                 Some(crate::road::reflector::Value::Number(h)) => Some(h),
                 _ => None,
             };
-            (reflector.to_scene(&material::by_name)?, reflector.spec(), reflector.spec(), height)
+            (reflector.to_scene(&material::parse_spec)?, reflector.spec(), reflector.spec(), height)
         };
         raise(&mut scene, raise_rad);
         let identity = format!("{identity}|{:x}", raise_rad.to_bits());
@@ -389,7 +394,7 @@ mod tests {
     #[test]
     fn a_raised_plate_stands_on_its_front_edge() {
         let mut scene =
-            Reflector::parse("type1:height_m=0.004").unwrap().to_scene(&material::by_name).unwrap();
+            Reflector::parse("type1:height_m=0.004").unwrap().to_scene(&material::parse_spec).unwrap();
         raise(&mut scene, 2f64.to_radians());
         let (lo, _) = scene.bounds_m(0.0).unwrap();
         assert!(lo.z.abs() < 1e-15);
