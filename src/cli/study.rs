@@ -173,10 +173,10 @@ pub fn picture(study: &Study, given: &Given) -> Result<Vec<u8>> {
             panels.push(Panel::Curves {
                 title: parts.iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(": "),
                 x_label: axes[0].label.clone(),
-                y_label: if fields.len() > 1 {
-                    format!("({unit})")
-                } else {
-                    outcome.fields[fields[0]].label.clone()
+                y_label: match (fields.len(), unit.as_str()) {
+                    (1, _) => outcome.fields[fields[0]].label.clone(),
+                    (_, "dBsm") => "RCS (dBsm)".into(),
+                    _ => format!("({unit})"),
                 },
                 curves,
                 // Limits are those of the first unit asked for.
