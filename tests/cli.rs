@@ -125,6 +125,7 @@ fn a_reflector_file_has_the_same_cross_section() {
     let t = tempfile::tempdir().unwrap();
     let d = t.path();
     done(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"]);
+    assert_eq!(&std::fs::read(d.join("t.png")).unwrap()[1..4], b"PNG");
     refused(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"], &["t.glb", "--force"]);
     let level = |target: &str| -> f64 {
         let json = done(d, &["rcs", target, "--elevation-deg", "35.2644", "--json"]);

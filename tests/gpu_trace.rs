@@ -21,6 +21,7 @@ fn mesh(faces: &[[DVec3; 3]], material: u32) -> Mesh {
         positions_m: faces.iter().flatten().copied().collect(),
         triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         material: vec![material; faces.len()],
+        ..Mesh::default()
     }
 }
 

@@ -13,7 +13,12 @@ fn sheet() -> Scene {
     let mut s = Scene::default();
     s.materials.push(material::by_name("steel").unwrap());
     let positions_m = vec![DVec3::ZERO, DVec3::Y, DVec3::new(0.0, 1.0, 1.0), DVec3::Z];
-    let mesh = Mesh { positions_m, triangles: vec![[0, 1, 2], [0, 2, 3]], material: vec![0, 0] };
+    let mesh = Mesh {
+        positions_m,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material: vec![0, 0],
+        ..Default::default()
+    };
     s.add_mesh("sheet", "wall", mesh, Pose::IDENTITY);
     s.add_object("lamp", "", Shape::Point { rcs_dbsm: 1.0 }, Pose::IDENTITY, DVec3::X);
     s

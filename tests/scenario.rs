@@ -15,7 +15,7 @@ fn triangle() -> Scene {
     let mut s = Scene::default();
     s.materials.push(material::by_name("steel").unwrap());
     let positions_m = vec![DVec3::ZERO, DVec3::Y, DVec3::Z];
-    let mesh = Mesh { positions_m, triangles: vec![[0, 1, 2]], material: vec![0] };
+    let mesh = Mesh { positions_m, triangles: vec![[0, 1, 2]], material: vec![0], ..Default::default() };
     s.add_mesh("sheet", "", mesh, Pose::IDENTITY);
     s
 }
@@ -29,7 +29,7 @@ impl Builder for Stub {
         s.add_mesh(
             "road",
             "road",
-            Mesh { positions_m, triangles: vec![[0, 1, 2]], material: vec![0] },
+            Mesh { positions_m, triangles: vec![[0, 1, 2]], material: vec![0], ..Default::default() },
             Pose::IDENTITY,
         );
         Ok(s)

@@ -294,17 +294,7 @@ fn the_template_and_the_ready_studies_can_be_read() {
     let files = run::files(&folder).unwrap();
     assert!(files.len() >= 25, "{}", files.len());
     for (file, study) in run::load_all(&files, true).unwrap() {
-        let study = match study {
-            // Studies may be ready before the reflector or material that they name.
-            Err(e)
-                if ["unknown kind of reflector", "no material is named"]
-                    .iter()
-                    .any(|p| e.to_string().contains(p)) =>
-            {
-                continue;
-            }
-            study => study.unwrap_or_else(|e| panic!("{}: {e}", file.display())),
-        };
+        let study = study.unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         let with_facts = study.search.is_some() || !study.facts.is_empty();
         assert!(with_facts, "{}", file.display());
     }

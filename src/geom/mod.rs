@@ -5,6 +5,7 @@ pub mod bvh;
 pub mod faces;
 mod patches;
 pub mod upload;
+pub mod validate;
 
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack};

@@ -84,6 +84,7 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
             material: vec![0; 4],
+            ..Mesh::default()
         };
         let (patch, count) = coplanar_patches(&mesh);
         assert_eq!((patch, count), (vec![0, 0, 1, 1], 2));

@@ -109,6 +109,7 @@ pub struct Canvas {
     scene: Scene,
     clips: usize,
     upwards: Vec<Upwards>,
+    images: Vec<((f64, f64), RgbImage)>,
 }
 
 /// A line of text that runs upwards.
@@ -123,13 +124,16 @@ struct Upwards {
 impl Canvas {
     pub fn new(width: f64, height: f64) -> Self {
         let scene = Scene::new(width.ceil().max(1.0), height.ceil().max(1.0));
-        Canvas { scene, clips: 0, upwards: Vec::new() }
+        Canvas { scene, clips: 0, upwards: Vec::new(), images: Vec::new() }
     }
 
     pub fn finish(self) -> Result<Picture> {
         let mut pixels = rasterised(&self.scene)?;
         for text in &self.upwards {
             stamp_upwards(&mut pixels, text)?;
+        }
+        for ((x, y), image) in &self.images {
+            multiply(&mut pixels, image, (x * SCALE).round() as i64, (y * SCALE).round() as i64);
         }
         Ok(Picture { pixels })
     }
@@ -252,6 +256,12 @@ impl Canvas {
         self.upwards.push(Upwards { baseline_x: x, middle_y: y, content: content.into(), size, colour });
     }
 
+    /// An image in device pixels on a white ground, multiplied into the picture with its upper left
+    /// corner at (x, y).
+    pub fn image(&mut self, at: (f64, f64), image: RgbImage) {
+        self.images.push((at, image));
+    }
+
     /// What `draw` draws is cut off at `r`.
     pub fn clipped(&mut self, r: Rect, draw: impl FnOnce(&mut Canvas)) {
         self.clips += 1;
@@ -280,7 +290,13 @@ fn stamp_upwards(pixels: &mut RgbImage, text: &Upwards) -> Result<()> {
     let turned = image::imageops::rotate270(&rasterised(&level.scene)?);
     let left = ((text.baseline_x - baseline) * SCALE).round() as i64;
     let top = (text.middle_y * SCALE).round() as i64 - i64::from(turned.height() / 2);
-    for (x, y, ink) in turned.enumerate_pixels() {
+    multiply(pixels, &turned, left, top);
+    Ok(())
+}
+
+/// Multiplies an image on white into a picture; what falls outside is cut off.
+fn multiply(pixels: &mut RgbImage, image: &RgbImage, left: i64, top: i64) {
+    for (x, y, ink) in image.enumerate_pixels() {
         let at = (u32::try_from(left + i64::from(x)), u32::try_from(top + i64::from(y)));
         if let (Ok(x), Ok(y)) = at
             && let Some(p) = pixels.get_pixel_mut_checked(x, y)
@@ -290,7 +306,6 @@ fn stamp_upwards(pixels: &mut RgbImage, text: &Upwards) -> Result<()> {
             }
         }
     }
-    Ok(())
 }
 
 fn color(c: Rgb) -> Color {

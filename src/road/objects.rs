@@ -5,7 +5,7 @@ use crate::frames::{Pose, Target};
 use crate::road::shape::{Profile, append, cuboid, extrude_x, polygon, weld};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, TAU};
 
 /// Outline of a W-beam, (depth towards the traffic, height over its centre line): 312 mm high and
 /// 83 mm deep (the outer size of AASHTO M 180), with its bends as sharp edges.
@@ -19,6 +19,56 @@ const W_BEAM: [(f64, f64); 8] = [
     (0.083, 0.118),
     (0.027, 0.156),
 ];
+
+/// Half height and depth of the W-beam's section, the outer size of AASHTO M 180.
+pub const W_BEAM_HALF_HEIGHT_M: f64 = 0.156;
+pub const W_BEAM_DEPTH_M: f64 = 0.083;
+/// Base metal of a class A beam, AASHTO M 180.
+pub const W_BEAM_THICKNESS_M: f64 = 0.00267;
+
+/// A point of a section, (depth towards the traffic, height), and the normal there on the side of the
+/// traffic.
+pub type SectionPoint = (DVec2, DVec2);
+
+/// The face of a W-beam with its bends, from the lower edge to the upper. Facets of the bends lie at most
+/// `sagitta_m` inside their arcs, on which the corners lie.
+///
+/// Outer size 312 x 83 mm (AASHTO M 180). Bends of 24 mm radius and flanks at 60 degrees; the waves'
+/// distance of 194 mm follows from them and gives a developed width of 483 mm, which is that of the
+/// strips such beams are rolled from (480 mm for 310 x 85 mm after JT/T 281).
+pub fn w_beam_section(sagitta_m: f64) -> Vec<SectionPoint> {
+    const BEND: f64 = 0.024;
+    const FLANK: f64 = FRAC_PI_3;
+    let (sin, cos) = FLANK.sin_cos();
+    let flank = (W_BEAM_DEPTH_M - 2.0 * BEND * (1.0 - cos)) / sin;
+    let crest = 0.097;
+    let flat = crest - 2.0 * BEND * sin - flank * cos;
+    let outer = (W_BEAM_HALF_HEIGHT_M - crest - BEND * sin) / cos;
+    // The upper half as a path from the middle of the trough: the angle of its direction from the
+    // vertical towards the traffic.
+    let (mut at, mut angle) = (DVec2::ZERO, 0.0f64);
+    let mut half: Vec<SectionPoint> = Vec::new();
+    let normal = |angle: f64| DVec2::new(angle.cos(), -angle.sin());
+    let tangent = |angle: f64| DVec2::new(angle.sin(), angle.cos());
+    // (length of a straight, turn of the arc after it).
+    for (straight, turn) in [(flat, FLANK), (flank, -2.0 * FLANK), (outer, 0.0)] {
+        at += straight * tangent(angle);
+        half.push((at, normal(angle)));
+        let step = 2.0 * (2.0 * (0.5 * sagitta_m / BEND).min(1.0).sqrt().asin());
+        let n = (turn.abs() / step).ceil().max(1.0) as u32;
+        let centre = at + turn.signum() * BEND * normal(angle);
+        if turn != 0.0 {
+            for i in 1..=n {
+                let a = angle + turn * f64::from(i) / f64::from(n);
+                half.push((centre - turn.signum() * BEND * normal(a), normal(a)));
+            }
+            angle += turn;
+            at = half[half.len() - 1].0;
+        }
+    }
+    let mirrored = half.iter().rev().map(|(p, n)| (DVec2::new(p.x, -p.y), DVec2::new(n.x, -n.y)));
+    mirrored.chain(half.iter().copied()).collect()
+}
 
 /// A guard rail's beam as one sheet of 14 triangles: along x, centred at the origin, its back in the
 /// plane y = 0 and the side of the traffic towards +y.
@@ -221,6 +271,27 @@ mod tests {
         for (inner, outer) in [(4.5, 20.0), (-4.5, -20.0)] {
             let v = verge((0.0, 100.0), inner, outer, 0);
             assert!((0..v.triangles.len()).all(|t| area_vector_m2(&v, t).z > 0.0));
+        }
+    }
+
+    #[test]
+    fn w_beam_section_has_its_size_and_length() {
+        let s = w_beam_section(1e-5);
+        let fold = |f: fn(f64, f64) -> f64, of: fn(&DVec2) -> f64, start: f64| {
+            s.iter().map(|p| of(&p.0)).fold(start, f)
+        };
+        assert!((fold(f64::max, |p| p.y, -1.0) - 0.156).abs() < 1e-12);
+        assert!((fold(f64::min, |p| p.y, 1.0) + 0.156).abs() < 1e-12);
+        assert!((fold(f64::max, |p| p.x, -1.0) - 0.083).abs() < 2e-5);
+        assert!(fold(f64::min, |p| p.x, 1.0).abs() < 1e-15);
+        let developed: f64 = s.windows(2).map(|p| (p[1].0 - p[0].0).length()).sum();
+        assert!((developed - 0.483).abs() < 0.001, "{developed}");
+        for pair in s.windows(2) {
+            let along = (pair[1].0 - pair[0].0).normalize();
+            assert!(pair[1].0.y > pair[0].0.y, "it never turns back");
+            for (_, n) in pair {
+                assert!((n.length() - 1.0).abs() < 1e-12 && n.dot(along).abs() < 0.03 && n.x > 0.4);
+            }
         }
     }
 

@@ -8,6 +8,20 @@ use std::collections::HashMap;
 /// Adds a convex planar polygon as a fan from its first corner. Counter-clockwise seen from the
 /// side to which the normal is to point.
 pub fn polygon(mesh: &mut Mesh, corners: &[DVec3], material: u32) {
+    fan(mesh, corners, material);
+    if !mesh.normals.is_empty() {
+        mesh.normals.resize(mesh.positions_m.len(), DVec3::ZERO);
+    }
+}
+
+/// The same for a facet of a curved surface, with that surface's unit normals at the corners.
+pub fn curved_polygon(mesh: &mut Mesh, corners: &[DVec3], normals: &[DVec3], material: u32) {
+    mesh.normals.resize(mesh.positions_m.len(), DVec3::ZERO);
+    fan(mesh, corners, material);
+    mesh.normals.extend_from_slice(normals);
+}
+
+fn fan(mesh: &mut Mesh, corners: &[DVec3], material: u32) {
     let first = mesh.positions_m.len() as u32;
     mesh.positions_m.extend_from_slice(corners);
     for i in 1..corners.len().saturating_sub(1) as u32 {
@@ -19,25 +33,172 @@ pub fn polygon(mesh: &mut Mesh, corners: &[DVec3], material: u32) {
 /// Adds a copy of `part`, moved by `pose`.
 pub fn append<A, B>(mesh: &mut Mesh, part: &Mesh, pose: &Pose<A, B>) {
     let first = mesh.positions_m.len() as u32;
+    if !part.normals.is_empty() {
+        mesh.normals.resize(mesh.positions_m.len(), DVec3::ZERO);
+        mesh.normals.extend(part.normals.iter().map(|n| pose.direction(*n)));
+    }
     mesh.positions_m.extend(part.positions_m.iter().map(|p| pose.point(*p)));
+    if !mesh.normals.is_empty() {
+        mesh.normals.resize(mesh.positions_m.len(), DVec3::ZERO);
+    }
     mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|i| i + first)));
     mesh.material.extend_from_slice(&part.material);
 }
 
-/// Merges vertices at exactly the same place and drops unused ones. Order is kept.
+/// Moves a mesh by a rigid motion.
+pub fn moved<A, B>(mut mesh: Mesh, pose: &Pose<A, B>) -> Mesh {
+    for p in &mut mesh.positions_m {
+        *p = pose.point(*p);
+    }
+    for n in &mut mesh.normals {
+        *n = pose.direction(*n);
+    }
+    mesh
+}
+
+/// Merges vertices at exactly the same place with the same normal and drops unused ones. Order is kept.
 pub fn weld(mesh: Mesh) -> Mesh {
-    let mut seen: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.positions_m.len());
-    let mut positions_m = Vec::new();
+    let mut seen: HashMap<[u64; 6], u32> = HashMap::with_capacity(mesh.positions_m.len());
+    let (mut positions_m, mut normals) = (Vec::new(), Vec::new());
     let mut index = |i: u32| {
         // Adding zero turns -0.0 into 0.0.
         let p = mesh.positions_m[i as usize] + DVec3::ZERO;
-        *seen.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {
+        let n = mesh.normals.get(i as usize).copied().unwrap_or(DVec3::ZERO) + DVec3::ZERO;
+        *seen.entry([p.x, p.y, p.z, n.x, n.y, n.z].map(f64::to_bits)).or_insert_with(|| {
             positions_m.push(p);
+            if !mesh.normals.is_empty() {
+                normals.push(n);
+            }
             positions_m.len() as u32 - 1
         })
     };
     let triangles = mesh.triangles.iter().map(|t| t.map(&mut index)).collect();
-    Mesh { positions_m, triangles, material: mesh.material }
+    Mesh { positions_m, triangles, material: mesh.material, normals }
+}
+
+/// Gives a sheet the thickness `thickness_m`: the sheet stays where it is as the face of the metal, which
+/// grows away from the side to which the normals point. Each vertex moves to where the planes of its
+/// facets meet once they are moved back, so that flat plates stay flat and of even thickness.
+///
+/// The sheet must be orientable, with at most two facets at each edge and no more than three planes at
+/// a vertex. None when the metal would fold over itself because a bend is too tight for it.
+pub fn thicken(sheet: &Mesh, thickness_m: f64) -> Option<Mesh> {
+    let n = sheet.positions_m.len();
+    let mut place: HashMap<[u64; 3], usize> = HashMap::with_capacity(n);
+    let at: Vec<usize> = (sheet.positions_m.iter().enumerate())
+        .map(|(i, p)| *place.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(i))
+        .collect();
+    let mut planes: Vec<Vec<DVec3>> = vec![Vec::new(); n];
+    for t in 0..sheet.triangles.len() {
+        let normal = area_vector_m2(sheet, t).normalize();
+        for corner in sheet.triangles[t] {
+            let known = &mut planes[at[corner as usize]];
+            if known.iter().all(|k| k.cross(normal).length() > 1e-9 || k.dot(normal) < 0.0) {
+                known.push(normal);
+            }
+        }
+    }
+    let behind: Vec<DVec3> =
+        (0..n).map(|i| sheet.positions_m[i] + thickness_m * backwards(&planes[at[i]])).collect();
+
+    let mut solid = sheet.clone();
+    let mut edges: HashMap<(usize, usize), (u32, u32)> = HashMap::new();
+    let back = n as u32;
+    solid.positions_m.extend_from_slice(&behind);
+    if !sheet.normals.is_empty() {
+        solid.normals.extend(sheet.normals.iter().map(|n| -*n));
+    }
+    for (t, &[a, b, c]) in sheet.triangles.iter().enumerate() {
+        solid.triangles.push([back + a, back + c, back + b]);
+        solid.material.push(sheet.material[t]);
+        let reversed = area_vector_m2(&solid, solid.triangles.len() - 1);
+        if reversed.dot(area_vector_m2(sheet, t)) >= 0.0 {
+            return None;
+        }
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            let (from, to) = (at[p as usize], at[q as usize]);
+            if edges.remove(&(to, from)).is_none() {
+                edges.insert((from, to), (p, q));
+            }
+        }
+    }
+    let mut rim: Vec<(u32, u32)> = edges.into_values().collect();
+    rim.sort_unstable();
+    let material = sheet.material.first().copied().unwrap_or(0);
+    for (a, b) in rim {
+        let front = |i: u32| sheet.positions_m[i as usize];
+        let far = |i: u32| behind[i as usize];
+        polygon(&mut solid, &[front(b), front(a), far(a), far(b)], material);
+    }
+    Some(solid)
+}
+
+/// The shortest step that takes a vertex a unit behind all planes through it.
+fn backwards(normals: &[DVec3]) -> DVec3 {
+    match normals {
+        [] => DVec3::ZERO,
+        [n] => -*n,
+        [a, b] => -(*a + *b) / (1.0 + a.dot(*b)),
+        _ => {
+            let mut best = (0.0, DVec3::ZERO);
+            for i in 0..normals.len() {
+                for j in 0..i {
+                    for k in 0..j {
+                        let (a, b, c) = (normals[i], normals[j], normals[k]);
+                        let det = a.dot(b.cross(c));
+                        if det.abs() > f64::abs(best.0) {
+                            best = (det, -(a.cross(b) + b.cross(c) + c.cross(a)) / det);
+                        }
+                    }
+                }
+            }
+            best.1
+        }
+    }
+}
+
+/// A convex polygon of a ground plan, counter-clockwise, with the height of its upper side.
+pub struct Terrace {
+    pub corners: Vec<DVec2>,
+    pub level_m: f64,
+}
+
+/// The closed body between z = `base_m` and the levels of a ground plan whose polygons meet corner to
+/// corner; fans from their first corners have no empty triangle. Every level lies above the base. Walls are cut at each level, so that edges meet.
+pub fn terraces(plan: &[Terrace], base_m: f64, material: u32) -> Mesh {
+    let key = |p: DVec2| (p + DVec2::ZERO).to_array().map(f64::to_bits);
+    let mut levels: Vec<f64> = plan.iter().map(|c| c.level_m).chain([base_m]).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    let sides = |c: &Terrace| -> Vec<(DVec2, DVec2)> {
+        (0..c.corners.len()).map(|i| (c.corners[i], c.corners[(i + 1) % c.corners.len()])).collect()
+    };
+    let mut beside: HashMap<([u64; 2], [u64; 2]), f64> = HashMap::new();
+    for cell in plan {
+        for (a, b) in sides(cell) {
+            beside.insert((key(a), key(b)), cell.level_m);
+        }
+    }
+    let mut mesh = Mesh::default();
+    for cell in plan {
+        let at = |z: f64| cell.corners.iter().map(move |p| p.extend(z));
+        polygon(&mut mesh, &at(cell.level_m).collect::<Vec<_>>(), material);
+        // The same fan from below, so that corners on a straight side stay no fan's tip.
+        let first = mesh.positions_m.len() as u32;
+        mesh.positions_m.extend(at(base_m));
+        for i in 1..cell.corners.len() as u32 - 1 {
+            mesh.triangles.push([first, first + i + 1, first + i]);
+            mesh.material.push(material);
+        }
+        for (a, b) in sides(cell) {
+            let foot = beside.get(&(key(b), key(a))).copied().unwrap_or(base_m);
+            for pair in levels.windows(2).filter(|p| p[0] >= foot && p[1] <= cell.level_m) {
+                let (low, high) = (pair[0], pair[1]);
+                polygon(&mut mesh, &[a.extend(low), b.extend(low), b.extend(high), a.extend(high)], material);
+            }
+        }
+    }
+    weld(mesh)
 }
 
 /// A closed box with edges `size_m` along x, y, z, centred at `centre_m`: 12 triangles.
@@ -81,28 +242,37 @@ pub fn extrude_x(mesh: &mut Mesh, outline: &[DVec2], x: (f64, f64), kind: Profil
 /// Turns an outline of (radius, z) points about the z axis in `segments` steps, the first corner at
 /// the azimuth `start` (radians). The outline runs so that outside lies to its right, seen with the
 /// radius to the right and z up; a point of radius zero becomes the tip of a fan.
-pub fn revolve_z(outline: &[DVec2], segments: usize, start: f64, material: u32) -> Mesh {
+///
+/// `round` says that the facets stand for a round surface: then all but level rings keep its normals.
+pub fn revolve_z(outline: &[DVec2], segments: usize, start: f64, round: bool, material: u32) -> Mesh {
     let mut mesh = Mesh::default();
-    let corner = |p: DVec2, i: usize| {
-        let (s, c) = (start + std::f64::consts::TAU * (i % segments) as f64 / segments as f64).sin_cos();
+    let turn = |p: DVec2, i: f64| {
+        let (s, c) = (start + std::f64::consts::TAU * i / segments as f64).sin_cos();
         DVec3::new(p.x * c, p.x * s, p.y)
     };
+    let corner = |p: DVec2, i: usize| turn(p, (i % segments) as f64);
     for pair in outline.windows(2) {
         let (p, q) = (pair[0], pair[1]);
+        if p.x == 0.0 && q.x == 0.0 {
+            continue;
+        }
+        let outward = DVec2::new(q.y - p.y, p.x - q.x).normalize_or_zero();
         for i in 0..segments {
-            match (p.x == 0.0, q.x == 0.0) {
-                (true, true) => {}
-                (true, false) => {
-                    polygon(&mut mesh, &[corner(p, i), corner(q, i + 1), corner(q, i)], material)
-                }
-                (false, true) => {
-                    polygon(&mut mesh, &[corner(p, i), corner(p, i + 1), corner(q, i)], material)
-                }
-                (false, false) => polygon(
-                    &mut mesh,
-                    &[corner(p, i), corner(p, i + 1), corner(q, i + 1), corner(q, i)],
-                    material,
-                ),
+            // A tip has no normal of its own: the one in the middle of its facet.
+            let tip = |p: DVec2| turn(outward, i as f64 + if p.x == 0.0 { 0.5 } else { 0.0 });
+            let next = |p: DVec2| if p.x == 0.0 { tip(p) } else { corner(outward, i + 1) };
+            let mut corners = vec![(corner(p, i), tip(p))];
+            if p.x != 0.0 {
+                corners.push((corner(p, i + 1), next(p)));
+            }
+            if q.x != 0.0 {
+                corners.push((corner(q, i + 1), next(q)));
+            }
+            corners.push((corner(q, i), tip(q)));
+            let (places, normals): (Vec<DVec3>, Vec<DVec3>) = corners.into_iter().unzip();
+            match round && p.y != q.y {
+                true => curved_polygon(&mut mesh, &places, &normals, material),
+                false => polygon(&mut mesh, &places, material),
             }
         }
     }
@@ -134,7 +304,7 @@ pub fn volume_m3(mesh: &Mesh) -> f64 {
 /// True when each directed edge is met exactly once in each direction (after welding), so that the
 /// mesh bounds a volume.
 pub fn is_watertight(mesh: &Mesh) -> bool {
-    let welded = weld(mesh.clone());
+    let welded = weld(Mesh { normals: Vec::new(), ..mesh.clone() });
     let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
     for t in &welded.triangles {
         for i in 0..3 {
@@ -179,10 +349,10 @@ mod tests {
     fn revolved_cone_and_tube() {
         let v = |r, z| DVec2::new(r, z);
         // A cone of a square base: volume = base * height / 3.
-        let cone = revolve_z(&[v(0.0, 0.0), v(1.0, 0.0), v(0.0, 3.0)], 4, 0.3, 0);
+        let cone = revolve_z(&[v(0.0, 0.0), v(1.0, 0.0), v(0.0, 3.0)], 4, 0.3, false, 0);
         assert!(is_watertight(&cone));
         assert!((volume_m3(&cone) - 2.0).abs() < 1e-12);
-        let tube = revolve_z(&[v(1.0, -1.0), v(1.0, 1.0)], 6, 0.0, 0);
+        let tube = revolve_z(&[v(1.0, -1.0), v(1.0, 1.0)], 6, 0.0, true, 0);
         assert_eq!(tube.triangles.len(), 12);
         assert!(!is_watertight(&tube));
     }

@@ -672,7 +672,8 @@ impl<'a> Importer<'a> {
         let mirrored = bake.determinant() < 0.0;
         let mut all = Mesh::default();
         // Primitives that share their positions share the vertices here too.
-        let mut bases: HashMap<usize, usize> = HashMap::new();
+        let mut bases: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+        let turn_normals = to_iso.inverse().transpose();
         let stored: usize = self.scene.meshes.iter().map(|m| m.triangles.len()).sum();
         for p in 0..self.root.meshes[m].primitives.len() {
             let key = format!("meshes[{m}].primitives[{p}]");
@@ -688,6 +689,7 @@ impl<'a> Importer<'a> {
                 primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(|a| a.value()),
                 primitive.indices.map(|a| a.value()),
             );
+            let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals)).map(|a| a.value());
             let (material, morphs) = (primitive.material.map(|m| m.value()), primitive.targets.is_some());
             if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
                 self.note(format!("{key} holds points or lines, which have no area, and is left out"));
@@ -706,7 +708,7 @@ impl<'a> Importer<'a> {
                     .out_of_range(format!("{key}.material"), slot, self.root.materials.len())
                     .into());
             };
-            let base = match bases.get(&accessor) {
+            let base = match bases.get(&(accessor, normals)) {
                 Some(b) => *b,
                 None => {
                     let base = all.positions_m.len();
@@ -730,7 +732,25 @@ impl<'a> Importer<'a> {
                         }
                         all.positions_m.push(p);
                     }
-                    bases.insert(accessor, base);
+                    // A primitive without normals is flat; a file that has none costs no memory here.
+                    if let Some(normals) = normals {
+                        let what = format!("{key}.attributes.NORMAL");
+                        let rows = self.elements::<3>(normals, &what)?;
+                        if rows.len() != points.len() {
+                            return Err(self
+                                .bad(what, format!("{} normals for {} vertices", rows.len(), points.len()))
+                                .remedy("the mesh is damaged; export it again")
+                                .into());
+                        }
+                        all.normals.resize(base, DVec3::ZERO);
+                        // What is not finite or has no length says nothing about the surface.
+                        all.normals.extend(
+                            rows.iter().map(|n| (turn_normals * DVec3::from(*n)).normalize_or_zero()),
+                        );
+                    } else if !all.normals.is_empty() {
+                        all.normals.resize(all.positions_m.len(), DVec3::ZERO);
+                    }
+                    bases.insert((accessor, normals), base);
                     base
                 }
             };
@@ -773,6 +793,7 @@ impl<'a> Importer<'a> {
                 all.material.push(material);
             }
         }
+        drop_flat_normals(&mut all);
         drop_unused_vertices(&mut all);
         self.vertices += all.positions_m.len();
         Ok(all)
@@ -1285,6 +1306,22 @@ fn clip_list(list: &[&str]) -> String {
     shown.join(", ") + if list.len() > 40 { ", ..." } else { "" }
 }
 
+/// Forgets the normals of a mesh whose facets are all flat: most files have normals, and most of them
+/// say only what the facets say.
+fn drop_flat_normals(mesh: &mut Mesh) {
+    /// Cosine of the angle between a facet and the normal at its corner that still counts as flat: the
+    /// rounding of single precision, on facets a hundred times longer than wide.
+    const FLAT: f64 = 1.0 - 1e-8;
+    let flat = |t: usize| {
+        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions_m[i as usize]);
+        let facet = (b - a).cross(c - a).normalize_or_zero();
+        mesh.corner_normals(t).is_none_or(|n| n.iter().all(|n| n.dot(facet) > FLAT))
+    };
+    if !mesh.normals.is_empty() && (0..mesh.triangles.len()).all(flat) {
+        mesh.normals.clear();
+    }
+}
+
 fn drop_unused_vertices(mesh: &mut Mesh) {
     let mut new: Vec<u32> = vec![u32::MAX; mesh.positions_m.len()];
     for c in mesh.triangles.iter().flatten() {
@@ -1294,11 +1331,15 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     for (old, n) in new.iter_mut().enumerate() {
         if *n == 0 {
             mesh.positions_m[kept] = mesh.positions_m[old];
+            if !mesh.normals.is_empty() {
+                mesh.normals[kept] = mesh.normals[old];
+            }
             *n = kept as u32;
             kept += 1;
         }
     }
     mesh.positions_m.truncate(kept);
+    mesh.normals.truncate(kept);
     mesh.triangles.iter_mut().flatten().for_each(|c| *c = new[*c as usize]);
 }
 
@@ -1498,14 +1539,38 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
         let position = accessors.len();
         accessors.push(json!({"bufferView": views.len() - 1, "componentType": 5126, "type": "VEC3",
             "count": points.len(), "min": low, "max": high}));
-        // Runs of one material, so that the order of the triangles survives.
+        let curved: Vec<bool> = match mesh.normals.is_empty() {
+            true => vec![false; mesh.triangles.len()],
+            false if mesh.normals.len() != points.len() => {
+                return Err(failed(format!("mesh {m} has {} normals", mesh.normals.len())));
+            }
+            false => (0..mesh.triangles.len()).map(|t| mesh.corner_normals(t).is_some()).collect(),
+        };
+        let normal = accessors.len();
+        if curved.contains(&true) {
+            // Flat facets are in primitives of their own without normals, as the format has it; their
+            // vertices still need a row here.
+            let rows: Vec<[f32; 3]> = (mesh.normals.iter())
+                .map(|n| (axes * *n).try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array())
+                .collect();
+            views.push(
+                json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": rows.len() * 12, "target": 34962}),
+            );
+            bin.extend(rows.iter().flatten().flat_map(|x| x.to_le_bytes()));
+            accessors.push(json!({"bufferView": views.len() - 1, "componentType": 5126, "type": "VEC3", "count": rows.len()}));
+        }
+        // Runs of one material and kind of facet, so that the order of the triangles survives.
         let mut primitives = Vec::new();
         let mut start = 0;
         while start < mesh.triangles.len() {
             let material =
                 *mesh.material.get(start).ok_or_else(|| failed(format!("mesh {m} lacks materials")))?;
-            let run = mesh.material[start..].iter().take_while(|x| **x == material).count();
-            let end = (start + run).min(mesh.triangles.len());
+            let smooth = curved[start];
+            let run = mesh.material[start..]
+                .iter()
+                .zip(&curved[start..])
+                .take_while(|x| x == &(&material, &smooth));
+            let end = start + run.count();
             let corners = &mesh.triangles[start..end];
             if corners.iter().flatten().any(|c| *c as usize >= points.len())
                 || material as usize >= scene.materials.len()
@@ -1515,7 +1580,13 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
             views.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": corners.len() * 12, "target": 34963}));
             bin.extend(corners.iter().flatten().flat_map(|c| c.to_le_bytes()));
             accessors.push(json!({"bufferView": views.len() - 1, "componentType": 5125, "type": "SCALAR", "count": corners.len() * 3}));
-            primitives.push(json!({"attributes": {"POSITION": position}, "indices": accessors.len() - 1, "material": material}));
+            let mut attributes = json!({"POSITION": position});
+            if smooth {
+                attributes["NORMAL"] = json!(normal);
+            }
+            primitives.push(
+                json!({"attributes": attributes, "indices": accessors.len() - 1, "material": material}),
+            );
             start = end;
         }
         meshes.push(json!({"name": format!("mesh {m}"), "primitives": primitives}));
@@ -2110,7 +2181,7 @@ mod tests {
         let points = (0..n + 2).map(|k| DVec3::new((k * k) as f64, k as f64, (k % 3) as f64 * 0.5)).collect();
         let triangles: Vec<[u32; 3]> = (0..n).map(|k| [k, k + 1, k + 2]).collect();
         let pose = Pose::from_yaw_pitch_roll(DVec3::new(12.345678901234, -3.5, 0.25), 0.7, -0.1, 0.05);
-        let mesh = Mesh { positions_m: points, triangles, material: (0..n).collect() };
+        let mesh = Mesh { positions_m: points, triangles, material: (0..n).collect(), normals: Vec::new() };
         let shared = s.add_mesh("body \"x\"", "car", mesh, pose);
         s.add_object("again", "", Shape::Mesh(0), Pose::IDENTITY, DVec3::new(1.0, -2.0, 0.5));
         s.add_object("lamp", "pole", Shape::Point { rcs_dbsm: -12.5 }, pose, DVec3::ZERO);

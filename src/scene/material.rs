@@ -106,6 +106,11 @@ impl Material {
         Ok(Material { layers, ..self })
     }
 
+    /// Whether waves enter it: anything but a conductor, whatever lies on it.
+    pub fn is_dielectric(&self) -> bool {
+        !matches!(self.kind, MaterialKind::Pec | MaterialKind::Conductor { .. })
+    }
+
     /// Complex relative permittivity eps' - j eps'' of the base, under any layers; None for a perfect
     /// conductor.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {

@@ -20,6 +20,24 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index into `Scene::materials` for each triangle.
     pub material: Vec<u32>,
+    /// Unit normals of the smooth surface that the facets stand for, one for each vertex, or empty when
+    /// all is flat. Zero where the facets round a vertex are flat; a facet is curved when all its three
+    /// corners have a normal. A crease between smooth surfaces has its vertices twice.
+    pub normals: Vec<DVec3>,
+}
+
+impl Mesh {
+    /// The smooth surface's normals at the corners of a triangle; None for a flat facet.
+    pub fn corner_normals(&self, triangle: usize) -> Option<[DVec3; 3]> {
+        let n =
+            self.triangles[triangle].map(|i| self.normals.get(i as usize).copied().unwrap_or(DVec3::ZERO));
+        n.iter().all(|n| *n != DVec3::ZERO).then_some(n)
+    }
+
+    /// Whether any facet is curved.
+    pub fn is_smooth(&self) -> bool {
+        !self.normals.is_empty() && (0..self.triangles.len()).any(|t| self.corner_normals(t).is_some())
+    }
 }
 
 /// A rigid body: one glTF node with a mesh, or one point target.

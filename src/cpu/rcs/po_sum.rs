@@ -103,6 +103,7 @@ mod tests {
             positions_m: faces.iter().flatten().copied().collect(),
             triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             material: vec![0; faces.len()],
+            ..Mesh::default()
         };
         scene.add_mesh("target", "", mesh, Pose::IDENTITY);
         Geometry::build(&scene, 0.0, 77e9).unwrap()

@@ -34,6 +34,7 @@ pub static KIND: Kind = Kind {
         ENDS,
     ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         let c = Cylinder {
             radius_m: v.number("radius_m"),
@@ -79,9 +80,9 @@ impl Builder for Cylinder {
         let axis = |z| DVec2::new(0.0, z);
         let start = -PI / n as f64;
         if self.closed {
-            revolve_z(&[axis(-z), bottom, top, axis(z)], n, start, 0)
+            revolve_z(&[axis(-z), bottom, top, axis(z)], n, start, true, 0)
         } else {
-            revolve_z(&[bottom, top], n, start, 0)
+            revolve_z(&[bottom, top], n, start, true, 0)
         }
     }
 }

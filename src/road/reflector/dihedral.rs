@@ -1,17 +1,18 @@
 //! Right-angled dihedral corner.
 
-use super::{Builder, Built, Kind, length};
+use super::{Builder, Built, Kind, length, thickened, thickness};
 use crate::road::shape::polygon;
 use crate::scene::Mesh;
 use glam::DVec3;
 
 /// Two rectangles at a right angle, each `width_m` wide and `height_m` high, that share a seam along
 /// the z axis centred at the origin and open to +x: 4 triangles. Face on, geometric optics gives
-/// 8 pi width² height² / lambda².
+/// 8 pi width² height² / lambda². With thickness a closed body behind them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dihedral {
     pub width_m: f64,
     pub height_m: f64,
+    pub thickness_m: f64,
 }
 
 pub static KIND: Kind = Kind {
@@ -21,10 +22,16 @@ pub static KIND: Kind = Kind {
     params: &[
         length("width_m", 0.1, "width of each plate"),
         length("height_m", 0.1, "extent along z, the seam"),
+        thickness(0.0),
     ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
-        Ok(Built::Mesh(Box::new(Dihedral { width_m: v.number("width_m"), height_m: v.number("height_m") })))
+        Ok(Built::Mesh(Box::new(Dihedral {
+            width_m: v.number("width_m"),
+            height_m: v.number("height_m"),
+            thickness_m: v.number("thickness_m"),
+        })))
     },
 };
 
@@ -36,7 +43,7 @@ impl Builder for Dihedral {
         let mut mesh = Mesh::default();
         polygon(&mut mesh, &[-z, left - z, left + z, z], 0);
         polygon(&mut mesh, &[right - z, -z, z, right + z], 0);
-        mesh
+        thickened(mesh, self.thickness_m)
     }
 }
 
@@ -47,7 +54,7 @@ mod tests {
 
     #[test]
     fn right_angle_open_to_x() {
-        let m = Dihedral { width_m: 0.1, height_m: 0.3 }.mesh();
+        let m = Dihedral { width_m: 0.1, height_m: 0.3, thickness_m: 0.0 }.mesh();
         assert_eq!(m.triangles.len(), 4);
         assert!((area_m2(&m) - 0.06).abs() < 1e-15);
         let n: Vec<DVec3> = (0..4).map(|t| area_vector_m2(&m, t).normalize()).collect();

@@ -1,9 +1,9 @@
 //! Manhole covers, round and square.
 
 use super::cylinder::{equal_area_radius, segments};
-use super::{Builder, Built, Kind, Param, SAGITTA, Values, check_triangles, length, number};
+use super::{Builder, Built, Kind, Param, SAGITTA, Values, check_triangles, length, number, whole};
 use crate::error::{BadInput, Result};
-use crate::road::shape::revolve_z;
+use crate::road::shape::{Terrace, revolve_z, terraces};
 use crate::scene::Mesh;
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
@@ -20,6 +20,10 @@ pub struct Manhole {
     pub groove_width_m: f64,
     /// Height of cover and frame over the road; the groove goes down by two thirds of it.
     pub relief_m: f64,
+    /// Concentric ribs on a round cover, rows and columns of studs on a square one.
+    pub pattern: u32,
+    /// Height of the pattern over the cover.
+    pub pattern_m: f64,
     pub sagitta_m: f64,
 }
 
@@ -29,16 +33,26 @@ const FRAME: Param = length("frame_m", 0.76, "outer diameter or edge of the fram
 const GROOVE: Param =
     number("groove_width_m", 0.006, 1e-4, 1.0, "width of the groove between cover and frame");
 const RELIEF: Param = number("relief_m", 0.006, 1e-4, 0.2, "height over the road");
+const PATTERN: Param = number("pattern_m", 0.003, 1e-4, 0.2, "height of the ribs or studs over the cover");
 
 pub static ROUND_KIND: Kind = Kind {
     name: "manhole-round",
     summary: "round manhole cover with frame",
     pose: POSE,
-    params: &[COVER, FRAME, GROOVE, RELIEF, SAGITTA],
+    params: &[
+        COVER,
+        FRAME,
+        GROOVE,
+        RELIEF,
+        whole("ribs", 0, 0, 200, "concentric ribs on the cover"),
+        PATTERN,
+        SAGITTA,
+    ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         let m = Manhole::from_values(v, false, v.number("sagitta_m"))?;
-        check_triangles("manhole-round", 14.0 * m.steps() as f64)?;
+        check_triangles("manhole-round", (14.0 + 8.0 * f64::from(m.pattern)) * m.steps() as f64)?;
         Ok(Built::Mesh(Box::new(m)))
     },
 };
@@ -47,8 +61,16 @@ pub static SQUARE_KIND: Kind = Kind {
     name: "manhole-square",
     summary: "square manhole cover with frame",
     pose: POSE,
-    params: &[COVER, FRAME, GROOVE, RELIEF],
+    params: &[
+        COVER,
+        FRAME,
+        GROOVE,
+        RELIEF,
+        whole("studs", 0, 0, 200, "rows and columns of square studs on the cover"),
+        PATTERN,
+    ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| Ok(Built::Mesh(Box::new(Manhole::from_values(v, true, 1.0)?))),
 };
 
@@ -60,6 +82,8 @@ impl Manhole {
             frame_m: v.number("frame_m"),
             groove_width_m: v.number("groove_width_m"),
             relief_m: v.number("relief_m"),
+            pattern: v.whole(if square { "studs" } else { "ribs" }),
+            pattern_m: v.number("pattern_m"),
             sagitta_m,
         };
         let least = m.cover_m + 2.0 * m.groove_width_m;
@@ -81,11 +105,14 @@ impl Manhole {
 
 impl Builder for Manhole {
     fn mesh(&self) -> Mesh {
+        if self.square && self.pattern > 0 {
+            return self.studded();
+        }
         let n = self.steps();
         let (scale, start) = if self.square { (SQRT_2, FRAC_PI_4) } else { (equal_area_radius(1.0, n), 0.0) };
         let (cover, frame) = (0.5 * self.cover_m, 0.5 * self.frame_m);
         let (top, low) = (self.relief_m, self.relief_m / 3.0);
-        let outline = [
+        let mut outline = vec![
             (0.0, 0.0),
             (frame, 0.0),
             (frame, top),
@@ -93,17 +120,64 @@ impl Builder for Manhole {
             (cover + self.groove_width_m, low),
             (cover, low),
             (cover, top),
-            (0.0, top),
-        ]
-        .map(|(r, z)| DVec2::new(r * scale, z));
-        revolve_z(&outline, n, start, 0)
+        ];
+        // Ribs and what lies between them are equally wide.
+        let parts = f64::from(2 * self.pattern + 1);
+        for k in 1..=self.pattern {
+            let [outer, inner] = [2 * k - 1, 2 * k].map(|i| cover * (1.0 - f64::from(i) / parts));
+            let high = top + self.pattern_m;
+            outline.extend([(outer, top), (outer, high), (inner, high), (inner, top)]);
+        }
+        outline.push((0.0, top));
+        let outline: Vec<DVec2> = outline.into_iter().map(|(r, z)| DVec2::new(r * scale, z)).collect();
+        revolve_z(&outline, n, start, !self.square, 0)
+    }
+}
+
+impl Manhole {
+    /// The square one as a ground plan in cells.
+    fn studded(&self) -> Mesh {
+        let (cover, frame) = (0.5 * self.cover_m, 0.5 * self.frame_m);
+        let groove = cover + self.groove_width_m;
+        let parts = 2 * self.pattern + 1;
+        // Lines from -frame to frame; between the lines of the cover, every other strip has studs.
+        let mut lines = vec![-frame, -groove];
+        lines.extend((0..=parts).map(|i| match i {
+            0 => -cover,
+            i if i == parts => cover,
+            i => cover * (2.0 * f64::from(i) / f64::from(parts) - 1.0),
+        }));
+        lines.extend([groove, frame]);
+        let strip = |i: usize| match i {
+            0 => (self.relief_m, false),
+            1 => (self.relief_m / 3.0, false),
+            i if i == lines.len() - 2 => (self.relief_m, false),
+            i if i == lines.len() - 3 => (self.relief_m / 3.0, false),
+            i => (self.relief_m, i % 2 == 1),
+        };
+        let last = lines.len() - 2;
+        // Distance from the rim in strips decides between frame and groove.
+        let ring = |i: usize| i.min(last - i);
+        let mut plan = Vec::new();
+        for i in 0..=last {
+            for j in 0..=last {
+                let outer = if ring(i) <= ring(j) { i } else { j };
+                let (level, _) = strip(outer);
+                let stud = ring(i) >= 2 && ring(j) >= 2 && strip(i).1 && strip(j).1;
+                let level_m = level + if stud { self.pattern_m } else { 0.0 };
+                let (lo, hi) = (DVec2::new(lines[i], lines[j]), DVec2::new(lines[i + 1], lines[j + 1]));
+                let corners = vec![lo, DVec2::new(hi.x, lo.y), hi, DVec2::new(lo.x, hi.y)];
+                plan.push(Terrace { corners, level_m });
+            }
+        }
+        terraces(&plan, 0.0, 0)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::road::reflector::Reflector;
-    use crate::road::shape::volume_m3;
+    use crate::road::shape::{is_watertight, volume_m3};
     use std::f64::consts::PI;
 
     #[test]
@@ -117,6 +191,24 @@ mod tests {
         let widest = square.positions_m.iter().map(|p| p.x.max(p.y)).fold(0.0, f64::max);
         assert!((widest - 0.38).abs() < 1e-12);
         assert!(round.positions_m.iter().chain(&square.positions_m).all(|p| p.z >= 0.0));
+    }
+
+    #[test]
+    fn patterns_add_their_volume() {
+        let plain = 0.76 * 0.76 * 0.006 - (0.612 * 0.612 - 0.6 * 0.6) * 0.004;
+        let square = Reflector::parse("manhole-square:studs=7").unwrap().mesh().unwrap();
+        let studs = 49.0 * (0.6f64 / 15.0).powi(2) * 0.003;
+        assert!(is_watertight(&square));
+        assert!((volume_m3(&square) - plain - studs).abs() < 1e-12, "{}", volume_m3(&square));
+        let round = Reflector::parse("manhole-round:ribs=4").unwrap().mesh().unwrap();
+        let rings: f64 = (1..=4)
+            .map(|k| {
+                let r = |i: f64| 0.3 * (1.0 - i / 9.0);
+                (r(2.0 * f64::from(k) - 1.0).powi(2) - r(2.0 * f64::from(k)).powi(2)) * 0.003
+            })
+            .sum();
+        assert!(is_watertight(&round));
+        assert!((volume_m3(&round) - PI * (0.25 * plain + rings)).abs() < 1e-12);
     }
 
     #[test]

@@ -1,25 +1,36 @@
 //! Flat rectangular plate.
 
-use super::{Builder, Built, Kind, length};
+use super::{Builder, Built, Kind, length, thickened, thickness};
 use crate::road::shape::polygon;
 use crate::scene::Mesh;
 use glam::DVec3;
 
 /// A rectangle in the y-z plane centred at the origin, normal +x, width along y: 2 triangles.
+/// With thickness a closed body behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plate {
     pub width_m: f64,
     pub height_m: f64,
+    pub thickness_m: f64,
 }
 
 pub static KIND: Kind = Kind {
     name: "plate",
     summary: "flat rectangular plate",
     pose: "normal +x, width along y, height along z, centred at the origin",
-    params: &[length("width_m", 0.1, "extent along y"), length("height_m", 0.1, "extent along z")],
+    params: &[
+        length("width_m", 0.1, "extent along y"),
+        length("height_m", 0.1, "extent along z"),
+        thickness(0.0),
+    ],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
-        Ok(Built::Mesh(Box::new(Plate { width_m: v.number("width_m"), height_m: v.number("height_m") })))
+        Ok(Built::Mesh(Box::new(Plate {
+            width_m: v.number("width_m"),
+            height_m: v.number("height_m"),
+            thickness_m: v.number("thickness_m"),
+        })))
     },
 };
 
@@ -29,7 +40,7 @@ impl Builder for Plate {
         let mut mesh = Mesh::default();
         let corners = [(-y, -z), (y, -z), (y, z), (-y, z)].map(|(y, z)| DVec3::new(0.0, y, z));
         polygon(&mut mesh, &corners, 0);
-        mesh
+        thickened(mesh, self.thickness_m)
     }
 }
 
@@ -40,7 +51,7 @@ mod tests {
 
     #[test]
     fn two_triangles_facing_x() {
-        let m = Plate { width_m: 0.2, height_m: 0.05 }.mesh();
+        let m = Plate { width_m: 0.2, height_m: 0.05, thickness_m: 0.0 }.mesh();
         assert_eq!(m.triangles.len(), 2);
         assert!((area_m2(&m) - 0.01).abs() < 1e-15);
         for t in 0..2 {

@@ -14,5 +14,6 @@ pub static KIND: Kind = Kind {
     pose: "at the origin",
     params: &[number("rcs_dbsm", 0.0, -200.0, 200.0, "radar cross section from every direction")],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| Ok(Built::Point(Point { rcs_dbsm: v.number("rcs_dbsm") })),
 };

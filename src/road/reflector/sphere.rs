@@ -27,15 +27,20 @@ pub static KIND: Kind = Kind {
     pose: "centred at the origin",
     params: &[length("radius_m", 0.05, "radius"), SAGITTA],
     boresight_deg: (0.0, 0.0),
+    material: "pec",
     build: |v| {
         let s = Sphere { radius_m: v.number("radius_m"), sagitta_m: v.number("sagitta_m") };
-        let n = s.subdivision();
-        check_triangles("sphere", 20.0 * n * n)?;
+        check_triangles("sphere", s.triangles())?;
         Ok(Built::Mesh(Box::new(s)))
     },
 };
 
 impl Sphere {
+    /// Number of facets.
+    pub fn triangles(&self) -> f64 {
+        20.0 * self.subdivision().powi(2)
+    }
+
     /// Number of steps along an edge of the icosahedron. The largest facet is the one in the middle
     /// of a face, where the projection stretches by circumradius over inradius of the icosahedron.
     fn subdivision(&self) -> f64 {
@@ -119,6 +124,7 @@ impl Builder for Sphere {
         }
         mesh.material = vec![0; mesh.triangles.len()];
         let rho = self.radius_m * (4.0 / 3.0 * PI / volume_m3(&mesh)).cbrt();
+        mesh.normals = mesh.positions_m.clone();
         for p in &mut mesh.positions_m {
             *p *= rho;
         }

@@ -1,22 +1,24 @@
 //! Trihedral corners of triangular and of square faces.
 
-use super::{Builder, Built, CORNER_ELEVATION_DEG, Kind, length};
-use crate::road::shape::polygon;
+use super::{Builder, Built, CORNER_ELEVATION_DEG, Kind, length, thickened, thickness};
+use crate::road::shape::{polygon, weld};
 use crate::scene::Mesh;
 use glam::DVec3;
 
 /// Three mutually perpendicular right isosceles triangles: apex at the origin, one face on the
 /// ground, symmetry axis above +x (azimuth 0, elevation 35.2644 degrees): 3 triangles. Geometric
-/// optics on boresight: 4 pi leg⁴ / (3 lambda²).
+/// optics on boresight: 4 pi leg⁴ / (3 lambda²). With thickness a closed body behind the faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trihedral {
     pub leg_m: f64,
+    pub thickness_m: f64,
 }
 
 /// The same with square faces: 6 triangles; 12 pi leg⁴ / lambda².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareTrihedral {
     pub leg_m: f64,
+    pub thickness_m: f64,
 }
 
 const POSE: &str = "apex at the origin, one face horizontal, symmetry axis above +x";
@@ -25,18 +27,30 @@ pub static KIND: Kind = Kind {
     name: "trihedral",
     summary: "corner of three triangular plates",
     pose: POSE,
-    params: &[length("leg_m", 0.1, "length of each of the three inner edges")],
+    params: &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)],
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
-    build: |v| Ok(Built::Mesh(Box::new(Trihedral { leg_m: v.number("leg_m") }))),
+    material: "pec",
+    build: |v| {
+        Ok(Built::Mesh(Box::new(Trihedral {
+            leg_m: v.number("leg_m"),
+            thickness_m: v.number("thickness_m"),
+        })))
+    },
 };
 
 pub static SQUARE_KIND: Kind = Kind {
     name: "square-trihedral",
     summary: "corner of three square plates",
     pose: POSE,
-    params: &[length("leg_m", 0.1, "length of each of the three inner edges")],
+    params: &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)],
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
-    build: |v| Ok(Built::Mesh(Box::new(SquareTrihedral { leg_m: v.number("leg_m") }))),
+    material: "pec",
+    build: |v| {
+        Ok(Built::Mesh(Box::new(SquareTrihedral {
+            leg_m: v.number("leg_m"),
+            thickness_m: v.number("thickness_m"),
+        })))
+    },
 };
 
 /// The legs in right-handed order: right, left, up.
@@ -48,11 +62,13 @@ fn legs(leg_m: f64) -> [DVec3; 3] {
 impl Builder for Trihedral {
     fn mesh(&self) -> Mesh {
         let l = legs(self.leg_m);
-        Mesh {
+        let sheet = Mesh {
             positions_m: vec![DVec3::ZERO, l[0], l[1], l[2]],
             triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]],
             material: vec![0; 3],
-        }
+            ..Mesh::default()
+        };
+        thickened(sheet, self.thickness_m)
     }
 }
 
@@ -64,7 +80,7 @@ impl Builder for SquareTrihedral {
             let (a, b) = (l[i], l[(i + 1) % 3]);
             polygon(&mut mesh, &[DVec3::ZERO, a, a + b, b], 0);
         }
-        mesh
+        thickened(weld(mesh), self.thickness_m)
     }
 }
 
@@ -96,7 +112,7 @@ mod tests {
 
     #[test]
     fn right_angles_and_axis() {
-        check(&Trihedral { leg_m: 0.1 }.mesh(), 3, 0.015);
-        check(&SquareTrihedral { leg_m: 0.1 }.mesh(), 6, 0.03);
+        check(&Trihedral { leg_m: 0.1, thickness_m: 0.0 }.mesh(), 3, 0.015);
+        check(&SquareTrihedral { leg_m: 0.1, thickness_m: 0.0 }.mesh(), 6, 0.03);
     }
 }
