@@ -34,6 +34,8 @@ pub mod cpu;
 
 pub mod engine;
 
+pub mod study;
+
 pub mod detect;
 
 pub mod dataset;

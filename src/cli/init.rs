@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Write a commented file to start from
 #[derive(Debug, Args)]
 pub struct Init {
-    /// scenario or radar
+    /// scenario, radar or study
     pub kind: String,
     /// File to write (default: KIND.toml); - prints it
     #[arg(short, long)]

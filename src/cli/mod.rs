@@ -11,6 +11,7 @@ mod process;
 mod rcs;
 mod reflector;
 mod simulate;
+mod study;
 mod target;
 mod validate;
 
@@ -96,6 +97,7 @@ enum Command {
     Init(init::Init),
     Reflector(reflector::MakeReflector),
     Rcs(rcs::Rcs),
+    Study(study::RunStudy),
     Simulate(simulate::Simulate),
     Process(process::Process),
     Plot(plot::Plot),
@@ -117,6 +119,7 @@ pub fn run() -> ExitCode {
         Command::Init(c) => c.run(g),
         Command::Reflector(c) => c.run(g),
         Command::Rcs(c) => c.run(g),
+        Command::Study(c) => c.run(g),
         Command::Simulate(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Plot(c) => c.run(g),

@@ -30,6 +30,20 @@ impl Picture {
         &self.pixels
     }
 
+    /// Pictures side by side on white, `columns` to a row, each in a box as large as the largest.
+    pub fn sheet(pictures: &[Picture], columns: usize) -> Picture {
+        let columns = columns.clamp(1, pictures.len().max(1));
+        let rows = pictures.len().div_ceil(columns);
+        let largest = |f: fn(&RgbImage) -> u32| pictures.iter().map(|p| f(&p.pixels)).max().unwrap_or(1);
+        let (w, h) = (largest(RgbImage::width), largest(RgbImage::height));
+        let mut pixels = RgbImage::from_pixel(w * columns as u32, h * rows.max(1) as u32, image::Rgb(WHITE));
+        for (i, p) in pictures.iter().enumerate() {
+            let (x, y) = ((i % columns) as u32 * w, (i / columns) as u32 * h);
+            image::imageops::replace(&mut pixels, &p.pixels, i64::from(x), i64::from(y));
+        }
+        Picture { pixels }
+    }
+
     /// Encoded as PNG.
     pub fn png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();

@@ -11,6 +11,7 @@ mod profile;
 mod range_doppler;
 mod rcs;
 mod solid;
+mod study;
 
 pub use axis::Axis;
 pub use birds_eye::{BirdsEye, BirdsEyePoint, FieldOfView, Outline, birds_eye};
@@ -25,6 +26,7 @@ pub use profile::{RangeProfile, range_profile};
 pub use range_doppler::{RangeDoppler, range_doppler};
 pub use rcs::{RcsRow, RcsStyle, rcs_lines, rcs_map, rcs_picture, rcs_polar};
 pub use solid::{SolidView, solid_picture, solid_sheet};
+pub use study::{Panel, study_picture};
 
 #[cfg(test)]
 mod tests;

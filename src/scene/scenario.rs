@@ -667,9 +667,10 @@ pub fn template(kind: &str) -> Result<&'static str> {
     match kind {
         "scenario" => Ok(include_str!("../../scenes/presets/template_scenario.toml")),
         "radar" => Ok(include_str!("../../scenes/presets/template_radar.toml")),
-        "recipe" | "study" => Err(BadInput::new("comes in a later version")
+        "study" => Ok(include_str!("../../scenes/presets/template_study.toml")),
+        "recipe" => Err(BadInput::new("comes in a later version")
             .value(kind)
-            .allowed("scenario, radar")
+            .allowed("scenario, radar, study")
             .remedy("start with catseye init scenario")
             .into()),
         _ => {

@@ -1,0 +1,20 @@
+//! Studies: a quantity (radar cross section, least detectable cross section, detection range) over sweeps of any
+//! parameter of reflector, ground, radar and road, set beside the facts of a document.
+//!
+//! A study file ([`file`]) fixes some parameters and sweeps others. Each point of the sweeps becomes a
+//! [`view::Setting`]; the cross sections that all of them need are solved in batches ([`solve`]), turned into
+//! quantities ([`outcome`]), compared with the file's facts ([`fact`]) and reported ([`report`]).
+
+pub mod fact;
+pub mod file;
+pub mod outcome;
+pub mod parameter;
+pub mod report;
+pub mod run;
+pub mod search;
+pub mod sigma_min;
+pub mod solve;
+pub mod view;
+
+pub use file::{Study, StudyFile};
+pub use outcome::{Axis, Outcome, Quantity};
