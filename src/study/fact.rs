@@ -125,7 +125,7 @@ impl Fact {
                     .filter(|(_, w)| (w[0] >= level) != (w[1] >= level))
                     .map(|(i, w)| x[i] + (x[i + 1] - x[i]) * (level - w[0]) / (w[1] - w[0]));
                 let found = match self.kind {
-                    FactKind::Crossing => all.last(),
+                    FactKind::Crossing => all.next_back(),
                     _ => all.next(),
                 };
                 found.unwrap_or(f64::NAN)
@@ -182,10 +182,8 @@ fn weights(outcome: &Outcome, axis: usize, value: &Value) -> Vec<(usize, f64)> {
     }
     let (Value::Number(x), Some(v)) = (value, a.numbers()) else { return vec![(0, f64::NAN)] };
     // The axis may run either way.
-    for i in 0..v.len() {
-        if (v[i] - x).abs() <= 1e-9 * x.abs().max(1e-3) {
-            return vec![(i, 1.0)];
-        }
+    if let Some(i) = v.iter().position(|v| (v - x).abs() <= 1e-9 * x.abs().max(1e-3)) {
+        return vec![(i, 1.0)];
     }
     for i in 1..v.len() {
         if (v[i - 1] - x) * (v[i] - x) < 0.0 {

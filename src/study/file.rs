@@ -696,7 +696,9 @@ impl Reader<'_> {
                 })
                 .collect();
             let step = (x[x.len() - 1] - x[0]) / (x.len().max(2) - 1) as f64;
-            if x.iter().enumerate().any(|(i, v)| !((v - x[0] - i as f64 * step).abs() <= 1e-6 * step.abs())) {
+            // A word on the axis is NaN and on no grid.
+            let on_grid = |(i, v): (usize, &f64)| (v - x[0] - i as f64 * step).abs() <= 1e-6 * step.abs();
+            if !x.iter().enumerate().all(on_grid) {
                 return bad("the axis of a map is evenly spaced");
             }
         }
@@ -728,7 +730,7 @@ impl Reader<'_> {
         };
         let magnitudes = match d.method {
             MethodName::Measured => {
-                for s in [&d.ground_sigma0_db, &d.ground_beam_deg].into_iter().flatten() {
+                if let Some(s) = d.ground_sigma0_db.as_ref().or(d.ground_beam_deg.as_ref()) {
                     return Err(belongs(&s.span, "radar-equation"));
                 }
                 let reference = match (&d.peaks_fit, &d.troughs_fit, &d.reference_db) {

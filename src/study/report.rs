@@ -251,7 +251,7 @@ fn short(x: f64) -> String {
         return "0".into();
     }
     let decimals = match x.abs() {
-        a if a >= 1e6 || a < 1e-4 => return format!("{x:.3e}"),
+        a if !(1e-4..1e6).contains(&a) => return format!("{x:.3e}"),
         a if a >= 1000.0 => 0,
         a if a >= 10.0 => 1,
         a if a >= 0.1 => 2,

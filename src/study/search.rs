@@ -103,13 +103,19 @@ struct Score {
     guide: f64,
 }
 
+/// What a search has found so far.
+#[derive(Debug, Default)]
+struct Found {
+    best: Option<(Vec<f64>, Score)>,
+    tried: u64,
+}
+
 struct Problem<'a> {
     engine: &'a Engine,
     study: &'a Study,
     search: &'a Search,
     cost: f64,
-    /// Best point so far, and how many were tried.
-    best: RefCell<(Option<(Vec<f64>, Score)>, u64)>,
+    found: RefCell<Found>,
     /// The first real failure; the optimiser has its own error type.
     failed: RefCell<Option<Error>>,
 }
@@ -217,10 +223,10 @@ impl CostFunction for &Problem<'_> {
         let parameters = self.parameters(&unit.0);
         match self.score(&parameters) {
             Ok(score) => {
-                let mut best = self.best.borrow_mut();
-                best.1 += 1;
-                if best.0.as_ref().is_none_or(|b| score.guide > b.1.guide) {
-                    best.0 = Some((parameters, score));
+                let mut found = self.found.borrow_mut();
+                found.tried += 1;
+                if found.best.as_ref().is_none_or(|b| score.guide > b.1.guide) {
+                    found.best = Some((parameters, score));
                 }
                 // A simplex cannot step on infinities.
                 Ok(-score.guide.clamp(-1e6, 1e6))
@@ -242,7 +248,7 @@ impl CostFunction for &Problem<'_> {
 /// What the engine says; no design that can be built.
 pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u32) -> Result<Design> {
     let problem =
-        Problem { engine, study, search, cost, best: RefCell::new((None, 0)), failed: RefCell::new(None) };
+        Problem { engine, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
     let n = search.limits.len();
     for start in 0..search.starts {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
@@ -262,7 +268,7 @@ pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u
         }
         run.map(|r| r.state.get_iter()).map_err(|e| Error::Failed(format!("the search failed: {e}")))?;
     }
-    let (best, tried) = problem.best.into_inner();
+    let Found { best, tried } = problem.found.into_inner();
     let (parameters, score) = best.ok_or_else(|| {
         Error::Failed(format!("no design with {} = {cost} within the limits can be built", search.front))
     })?;
