@@ -16,7 +16,7 @@ use crate::rcs::{self, Aspect, Look, RayGrid, RcsOptions, Scattering, po_sum};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::launch::Fan;
-use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
+use crate::trace::{Returns, TraceOptions, beam_ahead, beam_clip, closest, contribute, rays, scan};
 use glam::DVec3;
 
 /// The row of every shader in `shaders/`.
@@ -27,7 +27,10 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &rays::KERNEL,
         &scan::KERNEL,
         &contribute::KERNEL,
+        &beam_clip::KERNEL,
+        &beam_ahead::KERNEL,
         &po_sum::KERNEL,
+        &rcs::beam_sum::KERNEL,
         &adc::synthesis::KERNEL,
         &adc::noise::KERNEL,
         &dsp::fft::KERNEL,

@@ -2,10 +2,12 @@
 
 use crate::cpu::trace::beams::{Clipped, Piece, clip};
 use crate::cpu::trace::field::{Bounce, CVec};
-use crate::frames::{direction_from_angles, polarisation_basis};
+use crate::frames::polarisation_basis;
+use crate::geom::Geometry;
 use crate::geom::faces::Faces;
-use crate::geom::{Geometry, Surface};
-use crate::rcs::{Aspect, Distance, Look, Scattering};
+pub use crate::rcs::beam_sum::Tone;
+use crate::rcs::beam_sum::port;
+use crate::rcs::{Distance, Look, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
@@ -18,12 +20,6 @@ const SMALL_PHASE: f64 = 1e-3;
 /// Cells are at most this share of the distance to the nearer port.
 const CELL_TO_DISTANCE: f64 = 0.01;
 
-/// A frequency and the materials at it.
-pub struct Tone<'a> {
-    pub wavenumber: f64,
-    pub surfaces: &'a [Surface],
-}
-
 /// S of the geometry's facets for each look and each tone (`[look][tone]`). The clipping is done once a
 /// look.
 pub fn sweep(
@@ -34,14 +30,6 @@ pub fn sweep(
     options: &BeamOptions,
 ) -> Vec<Vec<Scattering>> {
     looks.par_iter().map(|look| one_look(geometry.faces(), tones, look, distance, options)).collect()
-}
-
-fn port(aspect: Aspect, distance: Distance) -> Port {
-    let u = direction_from_angles(aspect.azimuth, aspect.elevation);
-    match distance {
-        Distance::Infinite => Port::Far(u),
-        Distance::At(r) => Port::At(u * r),
-    }
 }
 
 fn one_look(
