@@ -2,7 +2,7 @@
 // binding `records` of the entry point and `body`: three words a face, (normal, offset), (first axis,
 // first corner), (second axis, corners | one-sided << 8 | surface << 16), then the corners, then two
 // words a node of the tree in the order of a walk, (centre, node behind the branch), (half size, first face
-// | faces << 24, 0 above the leaves); `looks`: three words, (u, 1 / distance),
+// | faces << 24, 0 above the leaves), and for few faces a table of sides; `looks`: three words, (u, 1 / distance),
 // (v, 0), (k, 0), of the transmitter's frame and as many of the receiver's. Places are measured from
 // the centre of the target.
 
@@ -29,7 +29,8 @@ struct Params {
     nodes: u32,
     // Of this dispatch.
     threads: u32,
-    pad0: u32,
+    // 0 without a table.
+    sides_at: u32,
     pad1: u32,
     pad2: u32,
 }
@@ -120,10 +121,6 @@ fn record_corners(record: u32) -> u32 {
     return records[record].y & 0xffu;
 }
 
-fn record_whole(record: u32) -> bool {
-    return (records[record].y & 0x100u) != 0u;
-}
-
 fn record_bounce(record: u32) -> u32 {
     return records[record].y >> 16u;
 }
@@ -187,19 +184,34 @@ const BEFORE: u32 = 0u;
 const ACROSS: u32 = 1u;
 const BEHIND: u32 = 2u;
 
-// BEFORE: wholly on the lit side or in the plane.
-fn place(face: Face, side: vec4<f32>) -> u32 {
-    var lo = 1e30;
-    var hi = -1e30;
-    for (var i = 0u; i < face.count; i += 1u) {
-        let d = dot(side.xyz, corner_at(face.first + i)) - side.w;
-        lo = min(lo, d);
-        hi = max(hi, d);
+// Where face `g` lies against the plane of face `f`, of which `turned` lights the back. BEFORE: wholly on
+// the lit side or in the plane.
+fn place(g: u32, f: u32, turned: bool) -> u32 {
+    var below: bool;
+    var above: bool;
+    if params.sides_at != 0u {
+        let bit = 2u * (f * params.faces + g);
+        let sides = body[params.sides_at + bit / 128u][(bit / 32u) & 3u] >> (bit & 31u);
+        below = (sides & 1u) != 0u;
+        above = (sides & 2u) != 0u;
+    } else {
+        let plane = bitcast<vec4<f32>>(body[3u * f]);
+        let first = body[3u * g + 1u].w;
+        let count = body[3u * g + 2u].w & 0xffu;
+        var lo = 1e30;
+        var hi = -1e30;
+        for (var i = 0u; i < count; i += 1u) {
+            let d = dot(plane.xyz, corner_at(first + i)) - plane.w;
+            lo = min(lo, d);
+            hi = max(hi, d);
+        }
+        below = hi <= params.flat;
+        above = lo >= -params.flat;
     }
-    if hi <= params.flat {
+    if select(below, above, turned) {
         return BEHIND;
     }
-    return select(ACROSS, BEFORE, lo >= -params.flat);
+    return select(ACROSS, BEFORE, select(above, below, turned));
 }
 
 // The edges of a face into `lines`, inside positive.

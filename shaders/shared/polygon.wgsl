@@ -210,15 +210,32 @@ fn bounds() -> vec4<f32> {
 
 // Whether the box lies on the negative side of one of the lines.
 fn apart(box: vec4<f32>, eps: f32) -> bool {
-    let centre = 0.5 * (box.xy + box.zw);
-    let half = 0.5 * (box.zw - box.xy);
     for (var l = 0u; l < line_count; l += 1u) {
-        let line = lines[l];
-        if dot(line.xy, centre) + dot(abs(line.xy), half) + line.z <= eps {
+        if reach(lines[l], box, 1.0) <= eps {
             return true;
         }
     }
     return false;
+}
+
+// The greatest distance from the line of a place in the box, or, with -1, the least.
+fn reach(line: vec3<f32>, box: vec4<f32>, most: f32) -> f32 {
+    let centre = 0.5 * (box.xy + box.zw);
+    let half = 0.5 * (box.zw - box.xy);
+    return dot(line.xy, centre) + line.z + most * dot(abs(line.xy), half);
+}
+
+// Keeps the part of the polygon at work, which the box holds, that lies inside of `lines`.
+fn cut_outline(box: vec4<f32>, eps: f32) {
+    for (var l = 0u; l < line_count; l += 1u) {
+        let line = lines[l];
+        if reach(line, box, -1.0) < -eps {
+            cut(line, eps, false);
+            if corners < 3u {
+                break;
+            }
+        }
+    }
 }
 
 // Takes the inside of `lines` out of all pieces. True when something was taken.
@@ -228,16 +245,20 @@ fn subtract(least: f32, eps: f32) -> bool {
     var any = false;
     while i < end {
         take(i);
-        if apart(bounds(), eps) {
+        let box = bounds();
+        if apart(box, eps) {
             i += 1u;
             continue;
         }
         let mark = pieces;
         for (var l = 0u; l < line_count; l += 1u) {
-            cut(lines[l], eps, true);
-            append(least);
-            if corners < 3u {
-                break;
+            let line = lines[l];
+            if reach(line, box, -1.0) < -eps {
+                cut(line, eps, true);
+                append(least);
+                if corners < 3u {
+                    break;
+                }
             }
         }
         if corners < 3u || abs(area()) <= least {

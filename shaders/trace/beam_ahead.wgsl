@@ -35,7 +35,8 @@ fn main(
     let from_index = chain_at(record, bounce - 1u);
     let from_face = face_at(from_index);
     let f = frame_after(record, bounce);
-    let source = side_of(from_face, -dot(from_face.normal, towards(f, corner_at(from_face.first))));
+    let away = dot(from_face.normal, towards(f, corner_at(from_face.first)));
+    let source = side_of(from_face, -away);
     take_record(record);
     let least = SLIVER * abs(area());
     let box = bounds();
@@ -58,7 +59,7 @@ fn main(
             if cosine == 0.0 {
                 continue;
             }
-            let beyond = place(face, source);
+            let beyond = place(g, from_index, away < 0.0);
             if beyond == BEHIND {
                 continue;
             }
@@ -70,12 +71,7 @@ fn main(
                 continue;
             }
             take_record(record);
-            for (var l = 0u; l < line_count; l += 1u) {
-                cut(lines[l], params.eps, false);
-                if corners < 3u {
-                    break;
-                }
-            }
+            cut_outline(box, params.eps);
             if abs(area()) <= least {
                 continue;
             }

@@ -36,6 +36,8 @@ fn main(
     var bounce = 0u;
     var f: Frame;
     var source: vec4<f32>;
+    var source_face = 0u;
+    var source_turned = false;
     if onward {
         let item = items[id];
         parent = item.x * RECORD;
@@ -43,9 +45,12 @@ fn main(
         look = records[parent].x;
         bounce = record_bounce(parent);
         f = frame_after(parent, bounce);
-        let from_face = face_at(chain_at(parent, bounce - 1u));
+        source_face = chain_at(parent, bounce - 1u);
+        let mirror = face_at(source_face);
         // Rays leave a mirror on the side on which they came.
-        source = side_of(from_face, -dot(from_face.normal, towards(f, corner_at(from_face.first))));
+        let away = dot(mirror.normal, towards(f, corner_at(mirror.first)));
+        source = side_of(mirror, -away);
+        source_turned = away < 0.0;
     } else {
         look = id / params.faces;
         target_face = id % params.faces;
@@ -59,12 +64,10 @@ fn main(
         if onward {
             take_record(parent);
             outline(f, face, cosine);
-            if place(face, source) == ACROSS {
+            if place(target_face, source_face, source_turned) == ACROSS {
                 add_crossing(f, source, vec4<f32>(face.normal, face.offset));
             }
-            for (var l = 0u; l < line_count; l += 1u) {
-                cut(lines[l], params.eps, false);
-            }
+            cut_outline(bounds(), params.eps);
         } else {
             corners = face.count;
             for (var i = 0u; i < corners; i += 1u) {
@@ -88,13 +91,13 @@ fn main(
                 if other_cosine == 0.0 {
                     continue;
                 }
-                let here = place(other, side);
+                let here = place(g, target_face, cosine > 0.0);
                 if here == BEHIND {
                     continue;
                 }
                 var crossing = false;
                 if here == ACROSS {
-                    let there = place(face, side_of(other, other_cosine));
+                    let there = place(target_face, g, other_cosine > 0.0);
                     if there == BEFORE {
                         continue;
                     }
@@ -102,7 +105,7 @@ fn main(
                 }
                 var beyond = BEFORE;
                 if onward {
-                    beyond = place(other, source);
+                    beyond = place(g, source_face, source_turned);
                     if beyond == BEHIND {
                         continue;
                     }

@@ -62,9 +62,9 @@ pub fn port(aspect: Aspect, distance: Distance) -> Port {
 
 /// Pairs of looks and faces in one batch.
 const ITEMS: usize = 1 << 19;
-/// Threads of a dispatch, whose scratch memory is theirs alone: many for a GPU, few for a driver on the cpu,
-/// where what counts is that the memory stays in the cache.
-const THREADS: [usize; 2] = [1 << 15, 1 << 11];
+/// Threads of a dispatch, whose scratch memory is theirs alone: many for a GPU; few for a driver on the cpu,
+/// where it is to stay in the cache, and no power of two, which would put a thread's words into one set.
+const THREADS: [usize; 2] = [1 << 15, 1016];
 
 /// S of the geometry's facets for each look and each tone (`[look][tone]`), as
 /// `cpu::rcs::beam_sum::sweep` gives it.

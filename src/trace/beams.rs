@@ -138,7 +138,7 @@ gpu_struct! {
         pub tau: f32,
         pub nodes: u32,
         pub threads: u32,
-        pub pad0: u32,
+        pub sides_at: u32,
         pub pad1: u32,
         pub pad2: u32,
     }
@@ -152,6 +152,11 @@ pub const RECORD: usize = 9;
 pub const SCRATCH: usize = 440;
 /// Faces that the leaves of the shaders' tree can tell apart, and faces of one leaf.
 pub const MOST_FACES: usize = 1 << 24;
+
+/// Up to so many faces there is a table of which lies on what side of which: a quarter of a million pairs.
+const TABLE_FACES: usize = 512;
+/// So few faces stand in one leaf: looking at their boxes would cost more than looking at them.
+const LEAF_FACES: usize = 8;
 
 /// The faces as the shaders read them.
 pub struct BeamArrays {
@@ -177,6 +182,7 @@ impl BeamArrays {
         body.extend(faces.corners.iter().map(|c| word(*c - faces.centre_m, 0)));
         let nodes_at = body.len() as u32;
         // In the order of a walk; each node knows where the walk goes on when it skips the branch.
+        let few = faces.faces.len() <= LEAF_FACES;
         let mut stack = if faces.nodes.is_empty() { vec![] } else { vec![(0usize, true)] };
         let mut open = Vec::new();
         while let Some((i, enter)) = stack.pop() {
@@ -191,28 +197,53 @@ impl BeamArrays {
             let n = &faces.nodes[i];
             open.push(body.len());
             body.push(word(n.centre - faces.centre_m, 0));
-            let leaf = if n.count > 0 { n.first | n.count << 24 } else { 0 };
+            let (first, count) = if few { (0, faces.faces.len() as u32) } else { (n.first, n.count) };
+            let leaf = if count > 0 { first | count << 24 } else { 0 };
             body.push(word(n.half + DVec3::splat(ROUNDING * faces.radius_m), leaf));
             stack.push((i, false));
-            if n.count == 0 {
+            if count == 0 {
                 stack.extend([(n.first as usize + 1, true), (n.first as usize, true)]);
             }
         }
+        let nodes = (body.len() as u32 - nodes_at) / 2;
         let rounding = ROUNDING * faces.radius_m;
+        let flat_m = faces.flat_m.max(rounding);
+        let sides_at = if faces.faces.len() <= TABLE_FACES { body.len() as u32 } else { 0 };
+        if sides_at > 0 {
+            body.append(&mut sides(faces, flat_m));
+        }
         let params = Params {
             faces: faces.faces.len() as u32,
             nodes_at,
-            nodes: faces.nodes.len() as u32,
+            nodes,
             last: options.last as u32,
             monostatic: monostatic as u32,
             probe: 4,
-            flat: faces.flat_m.max(rounding) as f32,
+            flat: flat_m as f32,
+            sides_at,
             eps: rounding as f32,
             tau: options.tau as f32,
             ..Default::default()
         };
         BeamArrays { body, params }
     }
+}
+
+/// For each face and each other: bit 0 when no corner of the other is above the plane, bit 1 when none is
+/// below.
+fn sides(faces: &Faces, flat_m: f64) -> Vec<[u32; 4]> {
+    let n = faces.faces.len();
+    let mut words = vec![[0u32; 4]; (2 * n * n).div_ceil(128)];
+    for (f, plane) in faces.faces.iter().enumerate() {
+        for (g, other) in faces.faces.iter().enumerate() {
+            let depth = |c: &DVec3| plane.normal.dot(*c) - plane.offset_m;
+            let below = faces.corners(other).iter().all(|c| depth(c) <= flat_m);
+            let above = faces.corners(other).iter().all(|c| depth(c) >= -flat_m);
+            let bit = 2 * (f * n + g);
+            words[bit / 128][bit / 32 % 4] |= (below as u32 | (above as u32) << 1) << (bit % 32);
+        }
+    }
+    words
 }
 
 impl Port {
