@@ -298,3 +298,18 @@ fn times_of_w1_and_w2() {
         }
     }
 }
+
+/// `CATSEYE_SPEC=car CATSEYE_LOOKS=4 cargo test --release --test gpu_beams reflector_of -- --ignored --nocapture`
+#[test]
+#[ignore = "a reflector of one's choice"]
+fn reflector_of_the_environment() {
+    let var = |name: &str, default: &str| std::env::var(name).unwrap_or(default.into());
+    let g = reflector(&var("CATSEYE_SPEC", "trihedral"));
+    let n: usize = var("CATSEYE_LOOKS", "4").parse().unwrap();
+    println!("{} faces, {} triangles", g.faces().faces.len(), g.triangles.len());
+    let mut case = Case::new(&g, monostatic((0..n).map(|i| (13.0 + 7.0 * i as f64, 11.0 + 3.0 * i as f64))));
+    if let Ok(r) = var("CATSEYE_RANGE", "").parse() {
+        case.distance = Distance::At(r);
+    }
+    case.check();
+}

@@ -1,6 +1,6 @@
 // What the rays of a beam light of one face: the beam's polygon on the face less what nearer faces hide. A
-// thread takes one beam and one face, or (level 0) one look and one face. Counts first; then, the counts
-// being summed, writes.
+// thread takes one beam and one face, or (level 0) one look and one face. Counts first, and keeps what is a
+// single piece; then, the counts being summed, writes.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
@@ -11,7 +11,9 @@
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> lit_records: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> scratch: array<vec2<f32>>;
-@group(0) @binding(8) var<storage, read_write> troubles: array<atomic<u32>>;
+// Single pieces, a record for each item.
+@group(0) @binding(8) var<storage, read> singles: array<vec4<u32>>;
+@group(0) @binding(9) var<storage, read_write> troubles: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn main(
@@ -26,8 +28,16 @@ fn main(
         return;
     }
     let slot = counts[id];
-    if params.mode == 1u && counts[id + 1u] == slot {
-        return;
+    if params.mode == 1u {
+        let found = counts[id + 1u] - slot;
+        if found == 1u {
+            for (var i = 0u; i < RECORD; i += 1u) {
+                lit_records[slot * RECORD + i] = singles[id * RECORD + i];
+            }
+        }
+        if found <= 1u {
+            return;
+        }
     }
     let onward = params.level != 0u;
     var look: u32;
@@ -125,12 +135,16 @@ fn main(
     if trouble != 0u {
         atomicOr(&troubles[0], trouble);
     }
+    var first = slot;
     if params.mode == 0u {
         counts[id] = pieces;
-        return;
+        if pieces != 1u {
+            return;
+        }
+        first = id;
     }
     for (var p = 0u; p < pieces; p += 1u) {
-        let to = (slot + p) * RECORD;
+        let to = (first + p) * RECORD;
         let n = piece_corners(p);
         var head = vec4<u32>(look, n | ((bounce + 1u) << 16u), target_face, 0u);
         var more = vec4<u32>();

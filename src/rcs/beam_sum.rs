@@ -61,7 +61,7 @@ pub fn port(aspect: Aspect, distance: Distance) -> Port {
 }
 
 /// Pairs of looks and faces in one batch.
-const ITEMS: usize = 1 << 19;
+const ITEMS: usize = 1 << 18;
 /// Threads of a dispatch, whose scratch memory is theirs alone: many for a GPU; few for a driver on the cpu,
 /// where it is to stay in the cache, and no power of two, which would put a thread's words into one set.
 const THREADS: [usize; 2] = [1 << 15, 1016];
@@ -189,6 +189,17 @@ struct Beams {
     starts: Vec<u32>,
 }
 
+/// Beams and the faces that they may light (a record's index and a face's); None: all faces from the ports.
+type From<'a> = Option<(&'a Beams, &'a Buffer<[u32; 2]>)>;
+
+/// What is lit of each item, counted.
+struct Lit {
+    items: usize,
+    view: usize,
+    counts: Buffer<u32>,
+    singles: Buffer<[u32; 4]>,
+}
+
 /// What the receiver sees of each face.
 struct Seen {
     records: Buffer<[u32; 4]>,
@@ -245,7 +256,7 @@ impl Batch<'_> {
         let shared = self.shared;
         let (options, faces) = (shared.options, shared.params.faces as usize);
         let items = ports.len() * faces;
-        if !shared.fits::<u32>(items + 1) {
+        if !shared.fits::<[[u32; 4]; RECORD]>(items + 1) {
             return Ok(Err(TooMuch));
         }
         let words: Vec<[f32; 4]> = ports.iter().flatten().flat_map(|p| p.words(shared.centre)).collect();
@@ -258,15 +269,14 @@ impl Batch<'_> {
         let views = if shared.params.monostatic != 0 { 1 } else { 2 };
         let mut counts = Vec::new();
         for view in 0..views {
-            let buffer = recorder.zeros::<u32>("seen counts", items + 1);
-            self.clip(&mut recorder, items, 0, view, None, &buffer, None);
-            scan::record(&mut recorder, &buffer, items + 1);
-            counts.push((buffer.clone(), recorder.read(&buffer)));
+            let lit = self.count_lit(&mut recorder, items, view, None);
+            let read = recorder.read(&lit.counts);
+            counts.push((lit, read));
         }
         let trouble = recorder.read(&troubles);
         let mut done = recorder.submit()?;
         check(done.take(trouble)[0])?;
-        let mut ahead: Vec<(Buffer<u32>, Vec<u32>)> =
+        let mut ahead: Vec<(Lit, Vec<u32>)> =
             counts.into_iter().map(|(b, pending)| (b, done.take(pending))).collect();
         if ahead.iter().any(|(_, c)| !shared.fits::<[[u32; 4]; RECORD]>(c[items] as usize)) {
             return Ok(Err(TooMuch));
@@ -274,12 +284,12 @@ impl Batch<'_> {
 
         let mut recorder = shared.gpu.recorder("beams");
         let mut views = Vec::new();
-        for (view, (counts, host)) in ahead.drain(..).enumerate() {
+        for (lit, host) in ahead.drain(..) {
             let count = host[items] as usize;
             let records = recorder.buffer("beams", count * RECORD);
-            self.clip(&mut recorder, items, 1, view, None, &counts, Some(&records));
+            self.emit_lit(&mut recorder, &lit, None, &records);
             let starts = (0..=ports.len()).map(|l| host[l * faces]).collect();
-            views.push((Beams { records, count, starts }, counts));
+            views.push((Beams { records, count, starts }, lit.counts));
         }
         let Some((receiver, from)) = views.pop() else { return Ok(Err(TooMuch)) };
         let seen = Seen { records: receiver.records.clone(), from };
@@ -309,7 +319,7 @@ impl Batch<'_> {
             let (met_host, leaving_host) = (done.take(read_met), done.take(read_leaving));
             self.add(done, radiated);
             let (items, leave) = (met_host[n] as usize, leaving_host[n] as usize);
-            if !shared.fits::<[[u32; 4]; RECORD]>(leave) || !shared.fits::<[u32; 2]>(items) {
+            if !shared.fits::<[[u32; 4]; RECORD]>(leave) || !shared.fits::<[[u32; 4]; RECORD]>(items) {
                 return Ok(Err(TooMuch));
             }
 
@@ -324,10 +334,8 @@ impl Batch<'_> {
                 true => vec![self.radiate(&mut recorder, &exits, &seen, true)],
                 false => Vec::new(),
             };
-            let counts = recorder.zeros::<u32>("lit counts", items + 1);
-            self.clip(&mut recorder, items, 0, 0, Some((&beams, &targets)), &counts, None);
-            scan::record(&mut recorder, &counts, items + 1);
-            let read_counts = recorder.read(&counts);
+            let counted = self.count_lit(&mut recorder, items, 0, Some((&beams, &targets)));
+            let read_counts = recorder.read(&counted.counts);
             let trouble = recorder.read(&troubles);
             let mut done = recorder.submit()?;
             check(done.take(trouble)[0])?;
@@ -343,38 +351,53 @@ impl Batch<'_> {
 
             recorder = shared.gpu.recorder("beams");
             let records = recorder.buffer("beams", lit * RECORD);
-            self.clip(&mut recorder, items, 1, 0, Some((&beams, &targets)), &counts, Some(&records));
+            self.emit_lit(&mut recorder, &counted, Some((&beams, &targets)), &records);
             let starts = starts(&met_host).iter().map(|i| counts_host[*i as usize]).collect();
             beams = Beams { records, count: lit, starts };
         }
         Ok(Ok(()))
     }
 
-    /// Counts what is lit, or writes it to `out`; from a port (`view` 1 is the receiver's) or from beams to
-    /// their targets.
-    #[allow(clippy::too_many_arguments)] // the kernel's parameters
+    /// Counts what is lit into the buffer returned, which holds their sums then, and keeps single pieces; from
+    /// a port (`view` 1 is the receiver's) or from beams to their targets.
+    fn count_lit(&self, recorder: &mut Recorder<'_>, items: usize, view: usize, from: From<'_>) -> Lit {
+        let counts = recorder.zeros("lit counts", items + 1);
+        let singles = recorder.buffer("single pieces", items * RECORD);
+        let lit = Lit { items, view, counts, singles };
+        self.clip(recorder, &lit, 0, from, &lit.singles, &self.shared.no_records);
+        scan::record(recorder, &lit.counts, items + 1);
+        lit
+    }
+
+    /// Writes what was counted.
+    fn emit_lit(&self, recorder: &mut Recorder<'_>, lit: &Lit, from: From<'_>, out: &Buffer<[u32; 4]>) {
+        self.clip(recorder, lit, 1, from, out, &lit.singles);
+    }
+
     fn clip(
         &self,
         recorder: &mut Recorder<'_>,
-        items: usize,
+        lit: &Lit,
         mode: u32,
-        view: usize,
-        from: Option<(&Beams, &Buffer<[u32; 2]>)>,
-        counts: &Buffer<u32>,
-        out: Option<&Buffer<[u32; 4]>>,
+        from: From<'_>,
+        out: &Buffer<[u32; 4]>,
+        singles: &Buffer<[u32; 4]>,
     ) {
         let shared = self.shared;
         let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) else { return };
-        let level = from.is_some() as u32;
-        let params = Params { count: items as u32, mode, level, port: view as u32, ..shared.params };
-        let spare = recorder.zeros("none", 1);
+        let params = Params {
+            count: lit.items as u32,
+            mode,
+            level: from.is_some() as u32,
+            port: lit.view as u32,
+            ..shared.params
+        };
         let (records, targets) = match from {
             Some((beams, targets)) => (&beams.records, targets),
             None => (&shared.no_records, &shared.no_items),
         };
-        let out = out.unwrap_or(&spare);
-        let storage: [&dyn AnyBuffer; 8] =
-            [&shared.body, looks, records, targets, counts, out, &shared.scratch, troubles];
+        let storage: [&dyn AnyBuffer; 9] =
+            [&shared.body, looks, records, targets, &lit.counts, out, &shared.scratch, singles, troubles];
         self.dispatch(recorder, &beam_clip::KERNEL, params, &storage);
     }
 

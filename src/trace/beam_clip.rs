@@ -21,6 +21,7 @@ pub static KERNEL: Kernel = Kernel {
         Access::ReadWrite,
         Access::ReadWrite,
         Access::ReadWrite,
+        Access::Read,
         Access::ReadWrite,
     ],
     structs: &[],
