@@ -5,7 +5,7 @@ use catseye::bench::cross_section;
 use catseye::cpu;
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
-use catseye::gpu::compare;
+use catseye::gpu::{Gpu, Want, compare};
 use catseye::rcs::beam_sum::{self, Tone};
 use catseye::rcs::{Aspect, Distance, Look, Scattering};
 use catseye::road::reflector::Reflector;
@@ -248,6 +248,47 @@ fn bistatic_and_several_tones() {
     case.check();
 }
 
+/// Slots come from prefix sums and sums have an order: neither the run nor the size of the batches shows.
+#[test]
+fn runs_repeat_to_the_bit_whatever_fits_a_buffer() {
+    let g = reflector("trihedral:leg_m=0.1");
+    let looks = monostatic((0..700).map(|i| (-45.0 + 0.13 * i as f64, 20.0 + 0.02 * i as f64)));
+    let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
+    let options = BeamOptions::new(3, 0.1, true);
+    let run = |gpu: &Gpu| beam_sum::sweep(gpu, &g, &tones, &looks, Distance::Infinite, &options);
+    let whole = run(compare::test_gpu()).unwrap();
+    assert_eq!(whole, run(compare::test_gpu()).unwrap());
+    // Room for 1,820 of the 2,100 pairs of looks and faces.
+    let small = Gpu::open(Want::Named(&compare::test_device_name())).unwrap().with_binding_limit(1 << 18);
+    assert_eq!(whole, run(&small).unwrap());
+}
+
+#[test]
+fn more_pieces_than_there_is_room_for_are_an_error() {
+    let strips = |n: usize| {
+        let mut faces = quad([p(0.0, -0.1, 0.0), p(0.0, 0.1, 0.0), p(0.0, 0.1, 0.1), p(0.0, -0.1, 0.1)]);
+        for i in 0..n {
+            let y = -0.1 + 0.2 * (i as f64 + 0.3) / n as f64;
+            let w = 0.05 / n as f64;
+            faces.extend(quad([
+                p(0.05, y, -0.1),
+                p(0.05, y + w, -0.1),
+                p(0.05, y + w, 0.2),
+                p(0.05, y, 0.2),
+            ]));
+        }
+        Geometry::build(&scene_of(vec![mesh(&faces, 0)]), 0.0, FREQ_HZ).unwrap()
+    };
+    let looks = monostatic([(4.0, 5.0)]);
+    Case { bounces: 1, ..Case::new(&strips(30), looks.clone()) }.check();
+    let g = strips(34);
+    let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
+    let options = BeamOptions::new(1, 0.1, true);
+    let e =
+        beam_sum::sweep(compare::test_gpu(), &g, &tones, &looks, Distance::Infinite, &options).unwrap_err();
+    assert!(e.to_string().contains("more than 32 pieces") && e.to_string().contains("--device cpu"), "{e}");
+}
+
 #[test]
 fn wrong_data_fail() {
     let g = reflector("trihedral:leg_m=0.1");
@@ -275,7 +316,7 @@ fn times_of_w1_and_w2() {
     let start = std::time::Instant::now();
     let gpu = compare::test_gpu();
     println!("device: {:.3} s", start.elapsed().as_secs_f64());
-    let gpu = catseye::gpu::Gpu::open(catseye::gpu::Want::Named(&gpu.report().name)).unwrap();
+    let gpu = Gpu::open(Want::Named(&gpu.report().name)).unwrap();
     for sweep in [cross_section::trihedral(false), cross_section::type1(false)] {
         let geometry = sweep.geometry().unwrap();
         let looks: Vec<Look> = sweep.aspects.iter().copied().map(Look::monostatic).collect();
@@ -299,7 +340,7 @@ fn times_of_w1_and_w2() {
     }
 }
 
-/// `CATSEYE_SPEC=car CATSEYE_LOOKS=4 cargo test --release --test gpu_beams reflector_of -- --ignored --nocapture`
+/// `CATSEYE_SPEC=sphere CATSEYE_LOOKS=4 cargo test --release --test gpu_beams reflector_of -- --ignored --nocapture`
 #[test]
 #[ignore = "a reflector of one's choice"]
 fn reflector_of_the_environment() {

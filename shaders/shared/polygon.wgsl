@@ -26,6 +26,7 @@ var<private> off_first: vec2<f32>;
 var<private> off_last: vec2<f32>;
 var<private> lines: array<vec3<f32>, 10>;
 var<private> line_count: u32;
+var<private> parting: vec3<f32>;
 var<private> pieces: u32;
 var<private> scratch_thread: u32;
 var<private> scratch_threads: u32;
@@ -208,14 +209,28 @@ fn bounds() -> vec4<f32> {
     return vec4<f32>(lo, hi);
 }
 
-// Whether the box lies on the negative side of one of the lines.
+// Whether the box lies on the negative side of one of the lines; if not, `parting` is the line that comes
+// nearest to it.
 fn apart(box: vec4<f32>, eps: f32) -> bool {
+    var least = 1e30;
     for (var l = 0u; l < line_count; l += 1u) {
-        if reach(lines[l], box, 1.0) <= eps {
-            return true;
+        let line = lines[l];
+        let most = reach(line, box, 1.0);
+        if most < least {
+            least = most;
+            parting = line;
         }
     }
-    return false;
+    return least <= eps;
+}
+
+// Whether the polygon at work lies on the negative side of `parting`, as neighbours do.
+fn parted(eps: f32) -> bool {
+    var most = -1e30;
+    for (var i = 0u; i < corners; i += 1u) {
+        most = max(most, dot(parting.xy, ring[i]) + parting.z);
+    }
+    return most <= eps;
 }
 
 // The greatest distance from the line of a place in the box, or, with -1, the least.
@@ -246,7 +261,7 @@ fn subtract(least: f32, eps: f32) -> bool {
     while i < end {
         take(i);
         let box = bounds();
-        if apart(box, eps) {
+        if apart(box, eps) || parted(eps) {
             i += 1u;
             continue;
         }

@@ -67,14 +67,11 @@ fn main(
             if beyond == ACROSS {
                 add_crossing(f, source, vec4<f32>(face.normal, face.offset));
             }
-            if apart(box, params.eps) {
+            // Parts that leave are cut where the polygon at work stands.
+            if apart(box, params.eps) || (params.last == 0u && parted(params.eps)) {
                 continue;
             }
-            take_record(record);
-            cut_outline(box, params.eps);
-            if abs(area()) <= least {
-                continue;
-            }
+            // Whether the beam meets the face or only its box does shows when it is clipped to it.
             if params.go_on != 0u {
                 if params.mode == 1u {
                     items[item_slot + targets] = vec2<u32>(id, g);
