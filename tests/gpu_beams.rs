@@ -231,6 +231,17 @@ fn finite_range() {
     case.check();
 }
 
+/// Thousands of cells on one face.
+#[test]
+fn a_wall_close_by() {
+    let wall = quad([p(0.0, -1.0, 0.0), p(0.0, 1.0, 0.0), p(0.0, 1.0, 2.0), p(0.0, -1.0, 2.0)]);
+    let g = Geometry::build(&scene_of(vec![mesh(&wall, 0)]), 0.0, FREQ_HZ).unwrap();
+    let mut case = Case::new(&g, monostatic([(0.0, 20.0), (12.0, 10.0)]));
+    (case.distance, case.bounces) = (Distance::At(3.0), 1);
+    (case.relative_l2, case.worst_db) = (1e-3, 0.1);
+    case.check();
+}
+
 #[test]
 fn bistatic_and_several_tones() {
     let g = occluded();

@@ -1,6 +1,6 @@
 // What each polygon of a list radiates to the receiver (CONVENTIONS eq. 53, 54): the part of it that the
 // receiver sees, cut into cells where the phase is curved, each integrated in closed form. A thread takes
-// one polygon.
+// one polygon, or the share of it that its number tells: bit d says which half it follows at the d-th cut.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
@@ -161,7 +161,8 @@ fn main(
     if scratch_thread >= params.threads || id >= params.count {
         return;
     }
-    let record = id * RECORD;
+    let record = (id >> params.halvings) * RECORD;
+    let share = id & ((1u << params.halvings) - 1u);
     let bounce = record_bounce(record);
     let look = records[record].x;
     let index = chain_at(record, bounce - 1u);
@@ -212,6 +213,7 @@ fn main(
         }
         // The pool is a stack of cells, halved until the quadratic phase across each is below tau.
         pieces = 0u;
+        var depth = 0u;
         loop {
             let m = moments();
             let p = corner + face.axis0 * m.centroid.x + face.axis1 * m.centroid.y;
@@ -254,6 +256,13 @@ fn main(
                         cut(line_from(across.x, across.y, -dot(across, m.centroid)), 0.0, true);
                         append(0.0);
                     }
+                    if depth < params.halvings {
+                        if (share >> depth & 1u) != 0u && pieces > 0u {
+                            take(pieces - 1u);
+                        }
+                        pieces = 0u;
+                        depth += 1u;
+                    }
                     continue;
                 }
             }
@@ -261,9 +270,12 @@ fn main(
             let length_m = way(f, p) + way(receiver, p) + 0.5 * curvature;
             let amplitude = k * 0.0795774715 / (length(there) * length(back));
             let z = cmul(conj(cis_turns_f(length_m * k * TURNS)), phase_integral(m, (a2 + b2) * -k)) * amplitude;
-            let r = matrix(record, project(f, p), -b);
-            sum_v += times(r.v, z);
-            sum_h += times(r.h, z);
+            // A polygon that is not cut so often belongs to the first who have it.
+            if depth == params.halvings || (share >> depth) == 0u {
+                let r = matrix(record, project(f, p), -b);
+                sum_v += times(r.v, z);
+                sum_h += times(r.h, z);
+            }
             if pieces == 0u {
                 break;
             }

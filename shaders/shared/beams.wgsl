@@ -31,8 +31,9 @@ struct Params {
     threads: u32,
     // 0 without a table.
     sides_at: u32,
-    pad1: u32,
-    pad2: u32,
+    // Times that a polygon is halved among threads.
+    halvings: u32,
+    pad0: u32,
 }
 
 // Pieces below this share of the polygon that they were cut from are dropped.

@@ -67,6 +67,10 @@ const ITEMS: usize = 1 << 18;
 /// where it is to stay in the cache, and no power of two, which would put a thread's words into one set.
 const THREADS: [usize; 2] = [1 << 15, 1016];
 
+/// Cuts by which a polygon is shared out among threads where its phase is curved, which may make thousands
+/// of cells.
+const HALVINGS: u32 = 4;
+
 /// S of the geometry's facets for each look and each tone (`[look][tone]`), as
 /// `cpu::rcs::beam_sum::sweep` gives it.
 ///
@@ -109,7 +113,10 @@ pub fn sweep(
     }
     // Monostatic looks spare themselves the receiver's view.
     let monostatic = looks.iter().all(Look::is_monostatic);
-    let arrays = BeamArrays::new(faces, options, monostatic);
+    let mut arrays = BeamArrays::new(faces, options, monostatic);
+    if let Distance::At(_) = distance {
+        arrays.params.halvings = HALVINGS;
+    }
     let mut recorder = gpu.recorder("faces");
     let threads = THREADS[!gpu.report().is_hardware as usize]
         .min((gpu.max_binding_bytes() / (8 * SCRATCH as u64)) as usize)
@@ -236,6 +243,11 @@ impl Shared<'_> {
     fn fits<T>(&self, len: usize) -> bool {
         len < u32::MAX as usize / RECORD && (len * size_of::<T>()) as u64 <= self.gpu.max_binding_bytes()
     }
+
+    /// Whether so many polygons and what they radiate fit.
+    fn fit_beams(&self, len: usize) -> bool {
+        self.fits::<[[u32; 4]; RECORD]>(len) && self.fits::<[[f32; 4]; 2]>(len << self.params.halvings)
+    }
 }
 
 struct Batch<'a> {
@@ -279,7 +291,7 @@ impl Batch<'_> {
         check(done.take(trouble)[0])?;
         let mut ahead: Vec<(Lit, Vec<u32>)> =
             counts.into_iter().map(|(b, pending)| (b, done.take(pending))).collect();
-        if ahead.iter().any(|(_, c)| !shared.fits::<[[u32; 4]; RECORD]>(c[items] as usize)) {
+        if ahead.iter().any(|(_, c)| !shared.fit_beams(c[items] as usize)) {
             return Ok(Err(TooMuch));
         }
 
@@ -320,7 +332,7 @@ impl Batch<'_> {
             let (met_host, leaving_host) = (done.take(read_met), done.take(read_leaving));
             self.add(done, radiated);
             let (items, leave) = (met_host[n] as usize, leaving_host[n] as usize);
-            if !shared.fits::<[[u32; 4]; RECORD]>(leave) || !shared.fits::<[[u32; 4]; RECORD]>(items) {
+            if !shared.fit_beams(leave) || !shared.fits::<[[u32; 4]; RECORD]>(items) {
                 return Ok(Err(TooMuch));
             }
 
@@ -346,7 +358,7 @@ impl Batch<'_> {
             if lit == 0 {
                 break;
             }
-            if !shared.fits::<[[u32; 4]; RECORD]>(lit) {
+            if !shared.fit_beams(lit) {
                 return Ok(Err(TooMuch));
             }
 
@@ -438,12 +450,16 @@ impl Batch<'_> {
 
     fn radiate(&self, recorder: &mut Recorder<'_>, beams: &Beams, seen: &Seen, last: bool) -> Radiated {
         let shared = self.shared;
+        let shares = 1 << shared.params.halvings;
         let mut pending = Vec::with_capacity(shared.tones.len());
         if let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) {
             for (tone, surfaces) in shared.tones.iter().zip(&shared.surfaces) {
-                let sums = recorder.buffer::<[f32; 4]>("contributions", 2 * beams.count);
-                let params =
-                    Params { count: beams.count as u32, wavenumber: tone.wavenumber as f32, ..shared.params };
+                let sums = recorder.buffer::<[f32; 4]>("contributions", 2 * shares * beams.count);
+                let params = Params {
+                    count: (shares * beams.count) as u32,
+                    wavenumber: tone.wavenumber as f32,
+                    ..shared.params
+                };
                 let storage: [&dyn AnyBuffer; 9] = [
                     &shared.body,
                     looks,
@@ -463,13 +479,16 @@ impl Batch<'_> {
     }
 
     fn add(&mut self, mut done: crate::gpu::Done, radiated: Vec<Radiated>) {
+        let shares = 2 << self.shared.params.halvings;
         for r in radiated {
             for (tone, pending) in r.pending.into_iter().enumerate() {
                 let sums = done.take(pending);
                 for (look, range) in r.starts.windows(2).enumerate() {
                     let s = &mut self.sums[look][tone];
                     let s = if r.last { &mut s.last } else { &mut s.every };
-                    for of_beam in sums[2 * range[0] as usize..2 * range[1] as usize].chunks_exact(2) {
+                    for of_beam in
+                        sums[shares * range[0] as usize..shares * range[1] as usize].chunks_exact(2)
+                    {
                         for (tx, z) in of_beam.iter().enumerate() {
                             s[0][tx] += Complex64::new(z[0].into(), z[1].into());
                             s[1][tx] += Complex64::new(z[2].into(), z[3].into());

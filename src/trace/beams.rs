@@ -139,8 +139,8 @@ gpu_struct! {
         pub nodes: u32,
         pub threads: u32,
         pub sides_at: u32,
-        pub pad1: u32,
-        pub pad2: u32,
+        pub halvings: u32,
+        pub pad0: u32,
     }
 }
 
