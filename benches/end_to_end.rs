@@ -1,10 +1,11 @@
 //! One frame of W3 at rest from the geometry to detected cells, and one direction of W1, on each engine.
 //! `CATSEYE_BENCH_DEVICE` as in `stages`.
 
-use catseye::bench::cross_section::{RAYS_PER_WAVELENGTH, Sweep, trihedral};
+use catseye::bench::cross_section::{Sweep, trihedral};
 use catseye::bench::frame::Frame;
 use catseye::cpu::adc::synthesis::Control;
 use catseye::engine::Engine;
+use catseye::units::DEFAULT_FREQUENCY_HZ;
 use criterion::{BenchmarkId, Criterion};
 use std::hint::black_box;
 use std::time::Duration;
@@ -43,11 +44,9 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
 fn corner(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("cross section");
     let sweep = trihedral(true);
-    let geometry = sweep.geometry().unwrap();
-    let options = Sweep::options(RAYS_PER_WAVELENGTH);
-    let one = &sweep.aspects[sweep.aspects.len() - 1..];
-    group.bench_function(BenchmarkId::new("W1, one direction", name), |b| {
-        b.iter(|| black_box(engine.rcs_rays(&geometry, one, &options).unwrap()))
+    let (scene, looks, options) = (sweep.scene().unwrap(), sweep.looks(), Sweep::options());
+    group.bench_function(BenchmarkId::new("W1, 46 directions", name), |b| {
+        b.iter(|| black_box(engine.rcs(&scene, &[DEFAULT_FREQUENCY_HZ], &looks, &options).unwrap()))
     });
     group.finish();
 }

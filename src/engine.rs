@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
 use crate::trace::launch::Fan;
-use crate::trace::{Returns, TraceOptions, closest, contribute, rays, scan};
+use crate::trace::{Returns, TraceOptions, beam_ahead, beam_clip, closest, contribute, rays, scan};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -32,7 +32,10 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &rays::KERNEL,
         &scan::KERNEL,
         &contribute::KERNEL,
+        &beam_clip::KERNEL,
+        &beam_ahead::KERNEL,
         &po_sum::KERNEL,
+        &rcs::beam_sum::KERNEL,
         &adc::synthesis::KERNEL,
         &adc::noise::KERNEL,
         &dsp::fft::KERNEL,
@@ -243,7 +246,9 @@ impl Engine {
         for batch in looks.chunks(LOOKS_PER_BATCH) {
             by_look.extend(match self {
                 Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, batch, options.distance, &beams),
-                Engine::Gpu(_) => return Err(Error::Failed("beams on the gpu engine".into())),
+                Engine::Gpu(gpu) => {
+                    rcs::beam_sum::sweep(gpu, &geometry, &tones, batch, options.distance, &beams)?
+                }
             });
             watch(batch.len() as u64);
         }

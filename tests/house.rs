@@ -41,8 +41,11 @@ fn report(wrong: &[String]) {
 // ---- shaders ----
 
 /// Shaders that no cpu twin mirrors, and why.
-const WITHOUT_CPU_TWIN: [(&str, &str); 1] =
-    [("gpu/selftest", "it examines an adapter and is part of no engine; its host twin holds the truth")];
+const WITHOUT_CPU_TWIN: [(&str, &str); 3] = [
+    ("gpu/selftest", "it examines an adapter and is part of no engine; its host twin holds the truth"),
+    ("trace/beam_clip", "a level of what src/cpu/trace/beams.rs does depth first"),
+    ("trace/beam_ahead", "a level of what src/cpu/trace/beams.rs does depth first"),
+];
 
 fn shader_stems() -> BTreeSet<String> {
     files("shaders", "wgsl")

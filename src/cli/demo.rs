@@ -6,9 +6,8 @@ use super::{Global, print};
 use crate::dataset::run::{RunOptions, run};
 use crate::error::{Error, Result};
 use crate::formats::stage::StagedFile;
-use crate::geom::Geometry;
 use crate::plot::{Curve, rcs_polar};
-use crate::rcs::{Aspect, Distance, RayGrid};
+use crate::rcs::{Aspect, Look, RcsOptions};
 use crate::road::demo::MARKER;
 use crate::road::reflector::Reflector;
 use crate::scene::{material, scenario};
@@ -66,12 +65,11 @@ impl Demo {
 /// RCS of the road's marker over azimuth at the elevation from which a car's radar sees it 10 m ahead.
 fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
     let scene = Reflector::parse(MARKER)?.to_scene(&material::by_name)?;
-    let geometry = Geometry::build(&scene, 0.0, 77e9)?;
     let elevation = (0.5f64 / 10.0).atan();
     let aspects: Vec<Aspect> =
         (-90..=90).map(|i| Aspect { azimuth: f64::from(i).to_radians(), elevation }).collect();
-    let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
-    let swept = engine.rcs_rays(&geometry, &aspects, &options)?;
+    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+    let swept = engine.rcs(&scene, &[77e9], &looks, &RcsOptions { last: false, ..Default::default() })?;
     let curve = |name: &str, i: usize| Curve {
         label: name.into(),
         points: aspects

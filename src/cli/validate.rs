@@ -93,9 +93,8 @@ fn line(r: &Row) -> String {
         Some(false) => "FAIL",
         None => "shown",
     };
-    let rays = r.rays_per_wavelength.map_or(String::new(), |n| format!("; {n} rays per wavelength"));
     format!(
-        "{verdict:5} {:15} {:62} {:>11} {:4} expected {:>11} error {:>10} gate {:>11}  ({}{rays})",
+        "{verdict:5} {:15} {:62} {:>11} {:4} expected {:>11} error {:>10} gate {:>11}  ({})",
         r.group,
         r.what,
         number(r.measured),

@@ -1,6 +1,8 @@
 //! Exact beams (CONVENTIONS eq. 50-54): polygons of rays that are clipped against the faces they meet, so
 //! that each chain of flat facets is one closed-form integral.
 
+use crate::geom::faces::Faces;
+use crate::gpu_struct;
 use glam::{DVec2, DVec3};
 
 /// Corners that a polygon may have while it is cut.
@@ -112,6 +114,159 @@ impl Frame {
             v: flip(self.v),
             k: flip(self.k),
             ..*self
+        }
+    }
+}
+
+gpu_struct! {
+    /// Uniform of the kernels of beams (`shaders/shared/beams.wgsl`).
+    pub struct Params {
+        pub first: u32,
+        pub count: u32,
+        pub mode: u32,
+        pub level: u32,
+        pub faces: u32,
+        pub nodes_at: u32,
+        pub go_on: u32,
+        pub last: u32,
+        pub port: u32,
+        pub monostatic: u32,
+        pub probe: u32,
+        pub flat: f32,
+        pub eps: f32,
+        pub wavenumber: f32,
+        pub tau: f32,
+        pub nodes: u32,
+        pub threads: u32,
+        pub sides_at: u32,
+        pub halvings: u32,
+        pub pad0: u32,
+    }
+}
+
+/// Depths and coordinates in f32 are rounded by less than this share of the target's radius.
+const ROUNDING: f64 = 1e-6;
+/// Words of a record in `shaders/shared/beams.wgsl`.
+pub const RECORD: usize = 9;
+/// Words of scratch memory that a thread of the kernels of beams has, `shaders/shared/polygon.wgsl`.
+pub const SCRATCH: usize = 440;
+/// Faces that the leaves of the shaders' tree can tell apart, and faces of one leaf.
+pub const MOST_FACES: usize = 1 << 24;
+
+/// Up to so many faces there is a table of which lies on what side of which: a quarter of a million pairs.
+const TABLE_FACES: usize = 512;
+/// So few faces stand in one leaf: looking at their boxes would cost more than looking at them.
+const LEAF_FACES: usize = 8;
+
+/// The faces as the shaders read them.
+pub struct BeamArrays {
+    pub body: Vec<[u32; 4]>,
+    /// All that holds for every dispatch.
+    pub params: Params,
+}
+
+impl BeamArrays {
+    pub fn new(faces: &Faces, options: &BeamOptions, monostatic: bool) -> BeamArrays {
+        let word = |v: DVec3, bits: u32| {
+            let [x, y, z] = v.as_vec3().to_array().map(f32::to_bits);
+            [x, y, z, bits]
+        };
+        let mut body =
+            Vec::with_capacity(3 * faces.faces.len() + faces.corners.len() + 2 * faces.nodes.len());
+        for f in &faces.faces {
+            let offset = f.offset_m - f.normal.dot(faces.centre_m);
+            body.push(word(f.normal, (offset as f32).to_bits()));
+            body.push(word(f.axis[0], f.first));
+            body.push(word(f.axis[1], f.count | (f.one_sided as u32) << 8 | f.surface << 16));
+        }
+        body.extend(faces.corners.iter().map(|c| word(*c - faces.centre_m, 0)));
+        let nodes_at = body.len() as u32;
+        // In the order of a walk; each node knows where the walk goes on when it skips the branch.
+        let few = faces.faces.len() <= LEAF_FACES;
+        let mut stack = if faces.nodes.is_empty() { vec![] } else { vec![(0usize, true)] };
+        let mut open = Vec::new();
+        while let Some((i, enter)) = stack.pop() {
+            if !enter {
+                let next = (body.len() - nodes_at as usize) as u32 / 2;
+                if let Some(at) = open.pop() {
+                    let skip: &mut [u32; 4] = &mut body[at];
+                    skip[3] = next;
+                }
+                continue;
+            }
+            let n = &faces.nodes[i];
+            open.push(body.len());
+            body.push(word(n.centre - faces.centre_m, 0));
+            let (first, count) = if few { (0, faces.faces.len() as u32) } else { (n.first, n.count) };
+            let leaf = if count > 0 { first | count << 24 } else { 0 };
+            body.push(word(n.half + DVec3::splat(ROUNDING * faces.radius_m), leaf));
+            stack.push((i, false));
+            if count == 0 {
+                stack.extend([(n.first as usize + 1, true), (n.first as usize, true)]);
+            }
+        }
+        let nodes = (body.len() as u32 - nodes_at) / 2;
+        let rounding = ROUNDING * faces.radius_m;
+        let flat_m = faces.flat_m.max(rounding);
+        let sides_at = if faces.faces.len() <= TABLE_FACES { body.len() as u32 } else { 0 };
+        if sides_at > 0 {
+            body.append(&mut sides(faces, flat_m));
+        }
+        let params = Params {
+            faces: faces.faces.len() as u32,
+            nodes_at,
+            nodes,
+            last: options.last as u32,
+            monostatic: monostatic as u32,
+            probe: 4,
+            flat: flat_m as f32,
+            sides_at,
+            eps: rounding as f32,
+            tau: options.tau as f32,
+            ..Default::default()
+        };
+        BeamArrays { body, params }
+    }
+}
+
+/// For each face and each other: bit 0 when no corner of the other is above the plane, bit 1 when none is
+/// below.
+fn sides(faces: &Faces, flat_m: f64) -> Vec<[u32; 4]> {
+    let n = faces.faces.len();
+    let mut words = vec![[0u32; 4]; (2 * n * n).div_ceil(128)];
+    for (f, plane) in faces.faces.iter().enumerate() {
+        for (g, other) in faces.faces.iter().enumerate() {
+            let depth = |c: &DVec3| plane.normal.dot(*c) - plane.offset_m;
+            let below = faces.corners(other).iter().all(|c| depth(c) <= flat_m);
+            let above = faces.corners(other).iter().all(|c| depth(c) >= -flat_m);
+            let bit = 2 * (f * n + g);
+            words[bit / 128][bit / 32 % 4] |= (below as u32 | (above as u32) << 1) << (bit % 32);
+        }
+    }
+    words
+}
+
+impl Port {
+    /// The frame of its rays towards `centre` as three words: (u, 1 / distance), (v, 0), (k, 0).
+    pub fn words(self, centre: DVec3) -> [[f32; 4]; 3] {
+        let (k, inv_distance) = match self {
+            Port::Far(towards) => (-towards, 0.0),
+            Port::At(p) => ((centre - p).normalize(), 1.0 / (centre - p).length()),
+        };
+        let (u, v) = k.any_orthonormal_pair();
+        let word = |d: DVec3, w: f64| {
+            let [x, y, z] = d.as_vec3().to_array();
+            [x, y, z, w as f32]
+        };
+        [word(u, inv_distance), word(v, 0.0), word(k, 0.0)]
+    }
+
+    /// What the way from the port to `centre` is longer than that to the world's origin, m (at infinity
+    /// along the wave), and one over the distance to `centre` (1 at infinity).
+    pub fn lead(self, centre: DVec3) -> (f64, f64) {
+        match self {
+            Port::Far(towards) => (-towards.dot(centre), 1.0),
+            Port::At(p) => ((centre - p).length() - p.length(), 1.0 / (centre - p).length()),
         }
     }
 }

@@ -2,6 +2,8 @@
 //! finds the chain of facets that each tube meets, `contribute` turns a chain into
 //! physical-optics returns. Exact beams are to replace the middle two for smooth facets.
 
+pub mod beam_ahead;
+pub mod beam_clip;
 pub mod beams;
 pub mod closest;
 pub mod contribute;

@@ -3,8 +3,9 @@
 use crate::cpu::trace::beams::{Clipped, Piece, clip};
 use crate::cpu::trace::field::{Bounce, CVec};
 use crate::frames::polarisation_basis;
+use crate::geom::Geometry;
 use crate::geom::faces::Faces;
-use crate::geom::{Geometry, Surface};
+pub use crate::rcs::beam_sum::Tone;
 use crate::rcs::{Distance, Look, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
@@ -17,12 +18,6 @@ use std::f64::consts::PI;
 const SMALL_PHASE: f64 = 1e-3;
 /// Cells are at most this share of the distance to the nearer port.
 const CELL_TO_DISTANCE: f64 = 0.01;
-
-/// A frequency and the materials at it.
-pub struct Tone<'a> {
-    pub wavenumber: f64,
-    pub surfaces: &'a [Surface],
-}
 
 /// S of the geometry's facets for each look and each tone (`[look][tone]`). The clipping is done once a
 /// look.

@@ -1,0 +1,32 @@
+//! What beams light of the faces that they meet, on the gpu engine.
+
+use super::beams::Params;
+use crate::gpu::{Access, Kernel, Tolerance};
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "trace/beam_clip",
+    sources: &[
+        include_str!("../../shaders/shared/linear.wgsl"),
+        include_str!("../../shaders/shared/polygon.wgsl"),
+        include_str!("../../shaders/shared/beams.wgsl"),
+        include_str!("../../shaders/trace/beam_clip.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[
+        Access::Read,
+        Access::Read,
+        Access::Read,
+        Access::Read,
+        Access::ReadWrite,
+        Access::ReadWrite,
+        Access::ReadWrite,
+        Access::Read,
+        Access::ReadWrite,
+    ],
+    structs: &[],
+    tolerance: Tolerance {
+        relative_l2: 1e-4,
+        reason: "judged by the fields that its polygons radiate: where a polygon is cut differs from f64 by slivers",
+    },
+};
