@@ -190,6 +190,9 @@ struct Beams {
 /// Beams and the faces that they may light (a record's index and a face's); None: all faces from the ports.
 type Targets<'a> = Option<(&'a Beams, &'a Buffer<[u32; 2]>)>;
 
+/// Where to write the faces that beams meet and the parts of them that leave.
+type Found<'a> = (&'a Buffer<[u32; 2]>, &'a Buffer<[u32; 4]>);
+
 /// What is lit of each item, counted.
 struct Lit {
     items: usize,
@@ -411,7 +414,7 @@ impl Batch<'_> {
         mode: u32,
         go_on: bool,
         [met, leaving]: [&Buffer<u32>; 2],
-        out: Option<(&Buffer<[u32; 2]>, &Buffer<[u32; 4]>)>,
+        out: Option<Found<'_>>,
     ) {
         let shared = self.shared;
         let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) else { return };
