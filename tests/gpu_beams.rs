@@ -328,7 +328,7 @@ fn times_of_w1_and_w2() {
     println!("device: {:.3} s", start.elapsed().as_secs_f64());
     let gpu = Gpu::open(Want::Named(&gpu.report().name)).unwrap();
     for sweep in [cross_section::trihedral(false), cross_section::type1(false)] {
-        let geometry = sweep.geometry().unwrap();
+        let geometry = Geometry::build(&sweep.scene().unwrap(), 0.0, FREQ_HZ).unwrap();
         let looks: Vec<Look> = sweep.aspects.iter().copied().map(Look::monostatic).collect();
         let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &geometry.surfaces }];
         for last in [false, true] {
