@@ -68,7 +68,7 @@ fn wrong_input_is_one_line_and_code_2() {
     refused(d, &["rcs", "sphere", "--azimuth-deg", "0:1e9:1e-3"], &["--azimuth-deg", "too many"]);
     refused(d, &["rcs", "sphere", "--frequency-hz", "0"], &["--frequency-hz"]);
     refused(d, &["rcs", "sphere", "--range-m", "0.001"], &["--range-m"]);
-    refused(d, &["rcs", "sphere", "--diffraction", "ptd"], &["--diffraction", "none"]);
+    refused(d, &["rcs", "sphere", "--accuracy-db", "0"], &["--accuracy-db", "1e-4..=3"]);
     refused(d, &["rcs", "missing.glb"], &["missing.glb", "no such file"]);
     refused(d, &["rcs", "sphere", "--device", "voodoo2"], &["device", "voodoo2"]);
     refused(d, &["rcs", "sphere", "--nonsense"], &["--nonsense"]);

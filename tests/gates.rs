@@ -151,13 +151,13 @@ fn reflectors_are_the_same_on_the_gpu() {
     assert!(found.len() == small_kinds().len() && found.iter().all(|(_, d)| *d < 1e-4), "{found:?}");
 }
 
-/// Every kind, by beams, as the command line takes it. A heap of balls and long strings have too many faces
-/// for a software device.
+/// The kinds by beams, as the command line takes them, without those that have too many faces for a test
+/// on a software device. What is too intricate for the shaders is refused in words, never cut short.
 #[test]
 fn beams_of_reflectors_are_the_same_on_the_gpu() {
     let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
     let exact = Engine::Cpu(Precision::F64);
-    let mut found = Vec::new();
+    let (mut found, mut refused) = (Vec::new(), Vec::new());
     for kind in kinds().iter().filter(|k| !["type3", "string", "chaff"].contains(&k.name)) {
         let s = scene(kind.name);
         if s.triangle_count() > 6000 {
@@ -165,11 +165,21 @@ fn beams_of_reflectors_are_the_same_on_the_gpu() {
         }
         let looks = around(kind).map(Look::monostatic);
         let o = RcsOptions::default();
-        let (want, got) = (exact.rcs(&s, &[F], &looks, &o).unwrap(), gpu.rcs(&s, &[F], &looks, &o).unwrap());
-        found.push((kind.name, distance(&got, &want)));
+        let want = exact.rcs(&s, &[F], &looks, &o).unwrap();
+        match gpu.rcs(&s, &[F], &looks, &o) {
+            Ok(got) => found.push((kind.name, distance(&got, &want))),
+            Err(e) => {
+                assert!(e.to_string().contains("too intricate"), "{}: {e}", kind.name);
+                refused.push(kind.name);
+            }
+        }
     }
-    println!("{found:?}");
-    assert!(found.len() > 12 && found.iter().all(|(_, d)| *d < 3e-4), "{found:?}");
+    println!("{found:?}, refused: {refused:?}");
+    // 1e-4 but for the wave, whose looks stand between its lobes (1.1e-4).
+    let gate = |kind: &str| if kind == "wave" { 2e-4 } else { 1e-4 };
+    assert!(found.len() > 12 && found.iter().all(|(k, d)| *d < gate(k)), "{found:?}");
+    // Long bodies of thousands of faces: more steps of the tree than llvmpipe allows one thread.
+    assert!(refused.iter().all(|k| ["guard-rail", "sign-pole"].contains(k)), "{refused:?}");
 }
 
 #[test]

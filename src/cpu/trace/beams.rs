@@ -265,17 +265,13 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
         let frame = Frame::new(receive, faces.centre_m);
         clipper.seen_from(frame)
     });
-    let chunk = 512;
-    let parts: Vec<Clipped> = (0..faces.faces.len().div_ceil(chunk))
-        .into_par_iter()
-        .map(|c| {
-            let mut out = Clipped::default();
-            for f in c * chunk..((c + 1) * chunk).min(faces.faces.len()) {
-                clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out);
-            }
-            out
-        })
-        .collect();
+    let parts = in_chunks(faces.faces.len(), |range| {
+        let mut out = Clipped::default();
+        for f in range {
+            clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out);
+        }
+        out
+    });
     let mut all = Clipped::default();
     for part in parts {
         let base = all.nodes.len() as u32;
@@ -290,6 +286,15 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
         all.last.extend(part.last.into_iter().map(moved));
     }
     all
+}
+
+/// `work` on 0..n in pieces, in their order. Few faces are not worth a hand-over between threads.
+fn in_chunks<T: Send>(n: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
+    const CHUNK: usize = 512;
+    if n <= CHUNK {
+        return vec![work(0..n)];
+    }
+    (0..n.div_ceil(CHUNK)).into_par_iter().map(|c| work(c * CHUNK..((c + 1) * CHUNK).min(n))).collect()
 }
 
 impl Clipper<'_> {
@@ -362,30 +367,26 @@ impl Clipper<'_> {
     /// What of every face is seen along the rays of `frame`.
     fn seen_from(&self, frame: Frame) -> Seen {
         let n = self.faces.faces.len();
-        let chunk = 512;
-        let parts: Vec<(Vec<u32>, Vec<bool>, Vec<Polygon>)> = (0..n.div_ceil(chunk))
-            .into_par_iter()
-            .map(|c| {
-                let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
-                let mut pieces = Vec::new();
-                for f in c * chunk..((c + 1) * chunk).min(n) {
-                    let face = &self.faces.faces[f];
-                    pieces.clear();
-                    let mut cut = false;
-                    if let Some(facing) = self.lit(&frame, face) {
-                        let mut p = Polygon::EMPTY;
-                        for c in self.faces.corners(face) {
-                            p.push(frame.project(*c));
-                        }
-                        cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces);
+        let parts = in_chunks(n, |range| {
+            let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+            let mut pieces = Vec::new();
+            for f in range {
+                let face = &self.faces.faces[f];
+                pieces.clear();
+                let mut cut = false;
+                if let Some(facing) = self.lit(&frame, face) {
+                    let mut p = Polygon::EMPTY;
+                    for c in self.faces.corners(face) {
+                        p.push(frame.project(*c));
                     }
-                    counts.push(pieces.len() as u32);
-                    whole.push(!cut && !pieces.is_empty());
-                    polygons.append(&mut pieces);
+                    cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces);
                 }
-                (counts, whole, polygons)
-            })
-            .collect();
+                counts.push(pieces.len() as u32);
+                whole.push(!cut && !pieces.is_empty());
+                polygons.append(&mut pieces);
+            }
+            (counts, whole, polygons)
+        });
         let mut seen =
             Seen { frame, ranges: Vec::with_capacity(n), polygons: Vec::new(), whole: Vec::with_capacity(n) };
         for (counts, whole, polygons) in parts {
