@@ -305,3 +305,32 @@ fn ground_and_polarisations_on_the_command_line() {
     refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["reaches below the ground"]);
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
+
+/// The accuracy that is asked for at finite range is reached or said to be missed, and edges and a receiver
+/// elsewhere change the answer.
+#[test]
+fn accuracy_edges_and_receivers_on_the_command_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let spec = "type1:height_m=0.01";
+    let near = done(
+        d,
+        &["rcs", spec, "--azimuth-deg", "-40:40:2", "--elevation-deg", "2.9", "--range-m", "3", "--json"],
+    );
+    let near: serde_json::Value = serde_json::from_str(&near).unwrap();
+    let reached = near["convergence_db"].as_f64().unwrap();
+    assert!(reached > 0.0 && reached <= 0.1, "{reached}");
+    let plate = |more: &[&str]| {
+        let all: Vec<&str> =
+            ["rcs", "plate", "--azimuth-deg", "60", "--json"].iter().chain(more).copied().collect();
+        let out: serde_json::Value = serde_json::from_str(&done(d, &all)).unwrap();
+        out["rows"][0].clone()
+    };
+    let (alone, edges) = (plate(&[]), plate(&["--diffraction", "ptd"]));
+    let level = |row: &serde_json::Value| row["vv_dbsm"].as_f64().unwrap();
+    assert!((level(&alone) - level(&edges)).abs() > 0.5);
+    // The mirror direction of 60 deg is -60 deg.
+    let mirror = plate(&["--bistatic-azimuth-deg", "-60"]);
+    assert_eq!(mirror["rx_azimuth_deg"].as_f64(), Some(-60.0));
+    assert!(level(&mirror) > level(&alone) + 20.0);
+}

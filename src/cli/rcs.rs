@@ -105,6 +105,8 @@ impl PolarisationName {
 
 /// Looks that are taken again more finely for the estimate of convergence.
 const CONVERGENCE_LOOKS: usize = 25;
+/// Times that cells are made smaller before the accuracy counts as out of reach.
+const CONVERGENCE_TRIES: usize = 4;
 
 #[derive(serde::Serialize)]
 struct JsonRow {
@@ -225,17 +227,28 @@ impl Rcs {
         }
         let both = RcsOptions { last: true, ..options.clone() };
         let on_boresight = engine.rcs(&target.scene, &frequencies, &[Look::monostatic(boresight)], &both)?;
-        let bar = global.bar("directions", looks.len() as u64);
-        let swept = engine.rcs_watched(&target.scene, &frequencies, &looks, &options, &|n| bar.inc(n))?;
-        bar.finish_and_clear();
-        let converged = match options.distance {
-            Distance::Infinite => None,
-            Distance::At(_) => {
-                let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
-                let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
-                engine.rcs_convergence_db(&target.scene, &frequencies, &some, &options)?
+        // At finite range the cells shrink until the change that a stricter run makes is within what was allowed.
+        let mut taken = options.clone();
+        let mut converged = None;
+        if let Distance::At(_) = options.distance {
+            let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
+            let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
+            for _ in 0..CONVERGENCE_TRIES {
+                converged = engine.rcs_convergence_db(&target.scene, &frequencies, &some, &taken)?;
+                if converged.is_none_or(|db| db <= self.accuracy_db) {
+                    break;
+                }
+                taken.accuracy_db /= 8.0;
             }
-        };
+        }
+        if let Some(db) = converged.filter(|db| *db > self.accuracy_db) {
+            let w = format!("the accuracy of {} dB was not reached: {db:.4} dB", self.accuracy_db);
+            global.say(&format!("warning: {w}"));
+            warnings.push(w);
+        }
+        let bar = global.bar("directions", looks.len() as u64);
+        let swept = engine.rcs_watched(&target.scene, &frequencies, &looks, &taken, &|n| bar.inc(n))?;
+        bar.finish_and_clear();
         let rows = frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept).map(
             |((frequency_hz, look), s)| Row {
                 frequency_hz,

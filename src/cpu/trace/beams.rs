@@ -67,10 +67,10 @@ impl Polygon {
     #[inline]
     fn kept(&self, line: &Line, eps: f64) -> Polygon {
         let (mut d, mut low, mut high) = ([0.0; CAP], false, false);
-        for i in 0..self.n {
-            d[i] = line.at(self.p[i], eps);
-            low |= d[i] < 0.0;
-            high |= d[i] > 0.0;
+        for (d, p) in d.iter_mut().zip(self.corners()) {
+            *d = line.at(*p, eps);
+            low |= *d < 0.0;
+            high |= *d > 0.0;
         }
         match (low, high) {
             (false, _) => return *self,

@@ -67,16 +67,15 @@ impl Bounce {
     /// -j k A / 4 pi it is the scattered amplitude of an area A.
     #[inline]
     pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> [[Complex64; 2]; 2] {
-        let mut out = [[Complex64::ZERO; 2]; 2];
-        for tx in 0..2 {
+        let of = |tx: usize| {
             let (e, r) = (self.field[tx], self.reflected[tx]);
             let h_total = e.crossed_from(self.dir_in).add(r.crossed_from(self.dir_out));
             let j = h_total.crossed_from(self.normal);
             let m = e.add(r).crossed_from(-self.normal);
             let f = j.add(m.crossed_from(-s));
-            out[0][tx] = f.dot(v);
-            out[1][tx] = f.dot(h);
-        }
-        out
+            [f.dot(v), f.dot(h)]
+        };
+        let (from_v, from_h) = (of(0), of(1));
+        [[from_v[0], from_h[0]], [from_v[1], from_h[1]]]
     }
 }
