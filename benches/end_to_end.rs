@@ -12,8 +12,6 @@ use std::time::Duration;
 
 mod devices;
 
-const RAYS: u64 = 1 << 15;
-
 fn main() {
     let mut criterion = Criterion::default()
         .sample_size(10)
@@ -30,10 +28,10 @@ fn main() {
 
 fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("end to end");
-    group.bench_function(BenchmarkId::new(format!("W3-static, {RAYS} rays"), name), |b| {
+    group.bench_function(BenchmarkId::new("W3-static", name), |b| {
         b.iter(|| {
             let frame = Frame::new(false).unwrap();
-            let returns = frame.returns(engine, &frame.fan(RAYS)).unwrap();
+            let returns = frame.returns(engine, 0.2);
             let (cube, _) = engine.cube(&frame.radar, &returns, 1, 0, Control::default()).unwrap();
             black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
         })

@@ -14,7 +14,6 @@ use std::time::Duration;
 
 mod devices;
 
-const RAYS: u64 = 1 << 15;
 const SCREEN: [usize; 2] = [480, 270];
 
 fn main() {
@@ -56,10 +55,9 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
         });
     }
     let frame = Frame::new(false).unwrap();
-    let fan = frame.fan(RAYS);
-    group.throughput(Throughput::Elements(fan.cells.len() as u64));
-    group.bench_function(BenchmarkId::new(format!("W3, {} rays", fan.cells.len()), name), |b| {
-        b.iter(|| black_box(frame.returns(engine, &fan).unwrap()))
+    group.throughput(Throughput::Elements(frame.returns(engine, 0.2).returns.len() as u64));
+    group.bench_function(BenchmarkId::new("W3 by beams", name), |b| {
+        b.iter(|| black_box(frame.returns(engine, 0.2)))
     });
     group.finish();
 }
@@ -69,7 +67,7 @@ fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("synthesis");
     for (kind, moving, echoes) in [("at rest", false, 16_384), ("moving", true, 256)] {
         let frame = Frame::new(moving).unwrap();
-        let mut returns = frame.returns(engine, &frame.fan(RAYS)).unwrap();
+        let mut returns = frame.returns(engine, 0.2);
         returns.returns.truncate(echoes);
         let chirps = if moving { frame.radar.chirps } else { 1 };
         let samples = chirps * frame.radar.channels() * frame.radar.samples;

@@ -18,8 +18,8 @@ use crate::rcs::{self, Aspect, Diffraction, Ground, Look, RayGrid, RcsOptions, S
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
-use crate::trace::launch::Fan;
-use crate::trace::{Returns, TraceOptions, beam_ahead, beam_clip, closest, contribute, rays, scan};
+use crate::trace::windows::windows;
+use crate::trace::{Returns, TraceOptions, beam_ahead, beam_clip, closest, scan};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -29,9 +29,7 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
     vec![
         &selftest::KERNEL,
         &closest::KERNEL,
-        &rays::KERNEL,
         &scan::KERNEL,
-        &contribute::KERNEL,
         &beam_clip::KERNEL,
         &beam_ahead::KERNEL,
         &po_sum::KERNEL,
@@ -299,19 +297,19 @@ impl Engine {
         }
     }
 
-    /// Echoes at the radar's pose, moving with `velocity_mps` (world).
+    /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
+    ///
+    /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
+    /// they light must be known to a thousandth of a wavelength all over the scene.
     pub fn returns(
         &self,
         geometry: &Geometry,
-        fan: &Fan,
+        radar: &Radar,
         pose: &Pose<Sensor, World>,
         velocity_mps: DVec3,
         options: &TraceOptions,
-    ) -> Result<Returns> {
-        match self {
-            Engine::Cpu(_) => Ok(cpu::trace::contribute::returns(geometry, fan, pose, velocity_mps, options)),
-            Engine::Gpu(gpu) => contribute::returns(gpu, geometry, fan, pose, velocity_mps, options),
-        }
+    ) -> Returns {
+        cpu::trace::echoes::returns(geometry, &windows(radar, pose), pose, velocity_mps, options)
     }
 
     /// Samples of one frame with the receiver's noise.

@@ -20,7 +20,6 @@ use crate::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
 use crate::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use crate::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use crate::scene::{Scene, Shape, material, radar_toml};
-use crate::trace::launch::Fan;
 use crate::trace::{Return, Returns, TraceOptions};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
 use glam::DVec3;
@@ -551,8 +550,7 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     scene.add_object("post", "post", Shape::Point { rcs_dbsm: 10.0 }, at, DVec3::ZERO);
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
     let pose = Pose::IDENTITY;
-    let fan = Fan::cover(&geometry, &radar, &pose, 1000);
-    let returns = engine.returns(&geometry, &fan, &pose, DVec3::ZERO, &TraceOptions::default())?;
+    let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
     let (cube, _) = engine.cube(&radar, &returns, 0, 0, Control::default())?;
     let found = engine.range_doppler(&radar, &cube)?;
     let cell = found.map.at(radar.processing.doppler_fft / 2, 125);

@@ -12,7 +12,6 @@ use catseye::gpu::compare::test_device_name;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Pattern, Radar, Window};
 use catseye::scene::{Scene, Shape, material, radar_toml};
-use catseye::trace::launch::Fan;
 use catseye::trace::{Returns, TraceOptions};
 use catseye::validate::GROUPS;
 use glam::DVec3;
@@ -49,8 +48,7 @@ struct Run {
 
 fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>, velocity: DVec3) -> Run {
     let geometry = Geometry::build(scene, 0.0, radar.carrier_hz).unwrap();
-    let fan = Fan::cover(&geometry, radar, pose, 20_000);
-    let returns = engine.returns(&geometry, &fan, pose, velocity, &TraceOptions::default()).unwrap();
+    let returns = engine.returns(&geometry, radar, pose, velocity, &TraceOptions::default());
     let (cube, front_end) = engine.cube(radar, &returns, 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let beam = Beamformer::new(radar).unwrap();

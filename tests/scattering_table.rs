@@ -10,9 +10,9 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::beams::{BeamOptions, Port};
-use catseye::trace::launch::Fan;
 use catseye::trace::points::point_returns;
-use catseye::trace::{Convention, TraceOptions};
+use catseye::trace::windows::around;
+use catseye::trace::TraceOptions;
 use catseye::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -110,10 +110,9 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     // Radars that look along +x, one with a roll of its own, 60 m before the objects, which face it.
     let place = DVec3::new(-60.0, 2.0, 1.0);
     let echo = |g: &Geometry, radar: &Pose<Sensor, World>| {
-        let fan = Fan::grid(g, place, 30.0);
-        let options = TraceOptions { bounces: 3, convention: Convention::Every, amplitude_floor: 0.0 };
+        let options = TraceOptions { amplitude_floor: 0.0, accuracy_db: 0.02, ..Default::default() };
         let mut s = [[Complex64::ZERO; 2]; 2];
-        for r in cpu::trace::contribute::returns(g, &fan, radar, DVec3::ZERO, &options).returns {
+        for r in cpu::trace::echoes::returns(g, &around(radar), radar, DVec3::ZERO, &options).returns {
             for (z, x) in s.as_flattened_mut().iter_mut().zip(r.spread.as_flattened()) {
                 *z += x
                     * Complex64::cis(-k * (r.path_length_m - 2.0 * place.length()))

@@ -29,8 +29,6 @@ pub const WORKLOADS: [(&str, &str); 6] = [
 pub struct Settings {
     /// Fewer directions and rays.
     pub quick: bool,
-    /// Primary rays of W3; None takes the workload's own number.
-    pub rays: Option<u64>,
     pub seed: u64,
 }
 
@@ -208,7 +206,7 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused() {
-        let settings = Settings { quick: true, rays: None, seed: 1 };
+        let settings = Settings { quick: true, seed: 1 };
         let engine = Engine::Cpu(crate::engine::Precision::F32);
         let e = run(&engine, &["W9".into()], &settings, &|_| {}).unwrap_err().to_string();
         assert!(e.contains("W9") && e.contains("W3-static"), "{e}");

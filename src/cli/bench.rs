@@ -2,7 +2,7 @@
 
 use super::{Global, print, print_json};
 use crate::bench::{self, Outcome, Settings};
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use clap::Args;
 use serde_json::Value;
 
@@ -16,9 +16,6 @@ pub struct Bench {
     /// Only these workloads
     #[arg(long, value_delimiter = ',', value_name = "W1,W4,...")]
     pub only: Vec<String>,
-    /// Primary rays of W3 (default: 1,048,576; for W3-moving on a processor fewer)
-    #[arg(long, value_name = "N")]
-    pub rays: Option<u64>,
 }
 
 fn list() -> String {
@@ -27,14 +24,7 @@ fn list() -> String {
 
 impl Bench {
     pub fn run(&self, global: &Global) -> Result<()> {
-        if let Some(rays) = self.rays.filter(|r| !(1024..=1 << 26).contains(r)) {
-            return Err(BadInput::new("the number of rays is out of range")
-                .key("--rays")
-                .value(rays)
-                .allowed(format!("1024..={}", 1 << 26))
-                .into());
-        }
-        let settings = Settings { quick: self.quick, rays: self.rays, seed: global.seed.unwrap_or(1) };
+        let settings = Settings { quick: self.quick, seed: global.seed.unwrap_or(1) };
         let engine = global.engine()?;
         let outcomes = bench::run(&engine, &self.only, &settings, &|m| global.say(m))?;
         if global.json {

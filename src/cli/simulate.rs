@@ -2,13 +2,14 @@
 
 use super::frames::draw_frame;
 use super::{Global, print, print_json};
-use crate::dataset::frame::radar_pose;
+use crate::cpu::trace::echoes;
+use crate::dataset::frame::{radar_pose, trace_options};
 use crate::dataset::run::{RunOptions, RunReport, run};
 use crate::error::{BadInput, Result};
 use crate::geom::Geometry;
 use crate::road::Library;
 use crate::scene::scenario::Scenario;
-use crate::trace::launch::Fan;
+use crate::trace::windows::windows;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -23,10 +24,11 @@ pub struct Simulate {
     /// Number of frames instead of the scenario's
     #[arg(long, value_name = "N")]
     pub frames: Option<u32>,
-    /// Print rays, memory and disk that a frame needs, and run nothing
+    /// Print echoes, memory and disk that a frame needs, and run nothing
     #[arg(long)]
     pub dry_run: bool,
-    /// Measure how far each object's peak moves when the rays are doubled (three times the work)
+    /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate (three
+    /// times the work)
     #[arg(long)]
     pub convergence: bool,
 }
@@ -111,10 +113,9 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
     const SHOWN: usize = 20;
     for f in report.frames.iter().take(SHOWN) {
         print(&format!(
-            "frame {}: {} triangles, {} rays, {} echoes, {} points, {:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
+            "frame {}: {} triangles, {} echoes, {} points, {:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
             f.index,
             f.triangles,
-            f.rays,
             f.returns,
             f.points,
             f.seconds.total_s(),
@@ -126,7 +127,7 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
             f.convergence.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()))
         {
             print(&format!(
-                "    with twice the rays the peak of object {} ({}) moves most, by {:.2} dB; manifest.json lists all {}",
+                "    16 times finer the peak of object {} ({}) moves most, by {:.2} dB; manifest.json lists all {}",
                 worst.object_id,
                 worst.class,
                 worst.change_db,
@@ -144,11 +145,11 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
 struct DryRun {
     frames: u32,
     triangles: usize,
-    rays: usize,
+    echoes: usize,
     cube_bytes: u64,
     disk_bytes_per_frame: u64,
     disk_bytes: u64,
-    echo_bytes_at_most: u64,
+    echo_bytes: u64,
     /// Sample values that the direct sum of `echoes` moving echoes costs, for scale.
     sums_per_echo: u64,
 }
@@ -157,8 +158,10 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let radar = &scenario.radar;
     let scene = scenario.build(&Library)?;
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
-    let (pose, _) = radar_pose(radar, &scenario.ego, 0.0);
-    let fan = Fan::cover(&geometry, radar, &pose, scenario.trace.rays);
+    let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
+    let options = trace_options(scenario, 0);
+    let echoes =
+        echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
     let samples = (radar.chirps * radar.channels() * radar.samples) as u64;
     let map = (radar.processing.doppler_fft * radar.range_bins()) as u64;
     let o = &scenario.output;
@@ -166,24 +169,19 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let d = DryRun {
         frames: scenario.frames.count,
         triangles: geometry.triangles.len(),
-        rays: fan.cells.len(),
+        echoes,
         cube_bytes: 8 * samples,
         disk_bytes_per_frame: disk,
         disk_bytes: disk * scenario.frames.count as u64,
-        echo_bytes_at_most: (fan.cells.len() * scenario.trace.bounces as usize) as u64
-            * size_of::<crate::trace::Return>() as u64,
+        echo_bytes: (echoes * size_of::<crate::trace::Return>()) as u64,
         sums_per_echo: samples,
     };
     if global.json {
         return print_json(&d);
     }
     let mib = |b: u64| b as f64 / (1 << 20) as f64;
-    print(&format!("{} frames, {} triangles, {} rays a frame", d.frames, d.triangles, d.rays))?;
-    print(&format!(
-        "cube {:.1} MiB, echoes at most {:.1} MiB",
-        mib(d.cube_bytes),
-        mib(d.echo_bytes_at_most)
-    ))?;
+    print(&format!("{} frames, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
+    print(&format!("cube {:.1} MiB, echoes {:.1} MiB", mib(d.cube_bytes), mib(d.echo_bytes)))?;
     print(&format!(
         "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
         mib(d.disk_bytes_per_frame),

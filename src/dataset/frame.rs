@@ -6,13 +6,12 @@ use crate::detect::points::{self, Point};
 use crate::dsp::RangeDoppler;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::engine::{AnyCube, Engine};
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::scene::radar::Radar;
-use crate::scene::scenario::{BounceConvention, Ego, Scenario, TraceSettings};
+use crate::scene::scenario::{BounceConvention, Ego, Scenario};
 use crate::scene::{Object, Scene};
-use crate::trace::launch::Fan;
 use crate::trace::{Convention, Returns, TraceOptions};
 use glam::DVec3;
 use std::time::Instant;
@@ -21,7 +20,6 @@ use std::time::Instant;
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Stages {
     pub geometry_s: f64,
-    pub launch_s: f64,
     pub trace_s: f64,
     pub synthesis_s: f64,
     pub processing_s: f64,
@@ -30,7 +28,7 @@ pub struct Stages {
 
 impl Stages {
     pub fn total_s(&self) -> f64 {
-        self.geometry_s + self.launch_s + self.trace_s + self.synthesis_s + self.processing_s + self.angles_s
+        self.geometry_s + self.trace_s + self.synthesis_s + self.processing_s + self.angles_s
     }
 }
 
@@ -57,14 +55,20 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
     (radar.mounting.then(&ego.pose(time_s)), ego.velocity_mps())
 }
 
-/// Settings of the scenario as the tracer takes them.
-pub fn trace_options(settings: &TraceSettings) -> TraceOptions {
+/// Settings of a scenario's frame as the tracer takes them.
+pub fn trace_options(scenario: &Scenario, frame: u32) -> TraceOptions {
+    let settings = &scenario.trace;
     TraceOptions {
         bounces: settings.bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,
             BounceConvention::Last => Convention::Last,
         },
+        accuracy_db: settings.accuracy_db,
+        bandwidth_hz: scenario.radar.bandwidth_hz,
+        rays: settings.rays,
+        seed: scenario.seed,
+        frame,
         ..Default::default()
     }
 }
@@ -91,9 +95,7 @@ pub fn simulate_with(
 
     let geometry = Geometry::build(scene, time_s, radar.carrier_hz)?;
     stages.geometry_s = clock.lap();
-    let fan = Fan::cover(&geometry, radar, &pose, scenario.trace.rays);
-    stages.launch_s = clock.lap();
-    let returns = engine.returns(&geometry, &fan, &pose, velocity_mps, &trace_options(&scenario.trace))?;
+    let returns = engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, index));
     stages.trace_s = clock.lap();
     let (cube, front_end) = engine.cube(radar, &returns, scenario.seed, index, control)?;
     stages.synthesis_s = clock.lap();
@@ -141,21 +143,21 @@ pub fn detect(
     Ok((map, cloud))
 }
 
-/// How far an object's peak in the range-Doppler map moves when twice the rays are sent.
+/// How far an object's peak in the range-Doppler map moves when the coherent sums are made 16 times more
+/// accurate (phases across a stretch of a quarter).
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Convergence {
     pub object_id: u32,
     pub class: String,
     pub range_m: f64,
     pub range_rate_mps: f64,
-    /// Level at the peak with the scenario's rays.
+    /// Level at the peak with the scenario's accuracy.
     pub power_dbm: f64,
-    /// Change of the level with twice as many.
+    /// Change of the level.
     pub change_db: f64,
 }
 
-/// Runs frame `index` without noise with the scenario's rays and with twice as many, and compares the map
-/// at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
+/// Runs frame `index` without noise at the scenario's accuracy and 16 times finer, and compares the map at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
 pub fn convergence(
     engine: &Engine,
     scenario: &Scenario,
@@ -165,9 +167,7 @@ pub fn convergence(
     let mut quiet = scenario.clone();
     quiet.radar.thermal_noise = false;
     let coarse = simulate(engine, &quiet, scene, index)?;
-    quiet.trace.rays = quiet.trace.rays.checked_mul(2).ok_or_else(|| {
-        BadInput::new("twice as many rays cannot be counted").key("trace.rays").value(scenario.trace.rays)
-    })?;
+    quiet.trace.accuracy_db /= 16.0;
     let fine = simulate(engine, &quiet, scene, index)?;
     let radar = &scenario.radar;
     let noise_w = crate::adc::noise::Noise::thermal(radar, 0, 0)

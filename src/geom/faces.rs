@@ -31,6 +31,8 @@ pub struct Face {
     pub surface: u32,
     /// Index into `Geometry::bodies`.
     pub body: u32,
+    /// Faces of one patch lie in one plane, side by side.
+    pub patch: u32,
     /// Part of a closed body with outward normals: it is never seen from behind.
     pub one_sided: bool,
 }
@@ -83,7 +85,7 @@ impl Faces {
         let mut patches = mesh.patches(flat_m);
         // Leaves of the triangles' tree come in any order; faces should not depend on it.
         patches.sort_by_key(|p| p[0]);
-        for patch in &patches {
+        for (number, patch) in patches.iter().enumerate() {
             let lead = &geometry.triangles[patch[0] as usize];
             let plane = Plane::new(lead.v0, lead.normal);
             let one_sided = closed[patch[0] as usize];
@@ -99,6 +101,7 @@ impl Faces {
                     axis: own.axis,
                     surface: lead.surface,
                     body: lead.body,
+                    patch: number as u32,
                     one_sided,
                 });
             }

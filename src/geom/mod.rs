@@ -4,6 +4,7 @@
 pub mod bvh;
 pub mod edges;
 pub mod faces;
+pub mod outline;
 mod patches;
 pub mod upload;
 pub mod validate;

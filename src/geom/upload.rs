@@ -12,7 +12,7 @@ const MAX_BODIES: usize = 65_536;
 /// Stack entries of the WGSL traversal; one entry a level of the tree is an upper bound.
 const MAX_DEPTH: usize = 24;
 
-/// Arrays for the bindings `bvh_nodes`, `bvh_triangles`, `planes`, `surfaces`, `body_velocities`.
+/// Arrays for the bindings `bvh_nodes`, `bvh_triangles`, `planes`, `surfaces`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeometryArrays {
     /// Five words of four a node (obvhs' CWBVH node).
@@ -23,7 +23,6 @@ pub struct GeometryArrays {
     pub planes: Vec<[f32; 4]>,
     /// [`surface_words`] of the surfaces.
     pub surfaces: Vec<[f32; 4]>,
-    pub body_velocities: Vec<[f32; 4]>,
 }
 
 /// The f32 nearest to `x` and the f32 nearest to what is left.
@@ -64,7 +63,6 @@ impl GeometryArrays {
             triangles: Vec::with_capacity(3 * geometry.triangles.len()),
             planes: Vec::with_capacity(2 * geometry.triangles.len()),
             surfaces: surface_words(&geometry.surfaces, geometry.freq_hz)?,
-            body_velocities: Vec::new(),
         };
         for t in &geometry.triangles {
             for (v, bits) in [(t.v0, t.patch), (t.e1, t.body), (t.e2, t.surface)] {
@@ -75,10 +73,6 @@ impl GeometryArrays {
             let [d_hi, d_lo] = split(t.normal.dot(t.v0));
             arrays.planes.push([n_hi[0], n_hi[1], n_hi[2], d_hi]);
             arrays.planes.push([n_lo[0], n_lo[1], n_lo[2], d_lo]);
-        }
-        for b in &geometry.bodies {
-            let v = b.velocity_mps.as_vec3();
-            arrays.body_velocities.push([v.x, v.y, v.z, 0.0]);
         }
         Ok(arrays)
     }

@@ -8,7 +8,7 @@ use crate::geom::upload::{GeometryArrays, split, split3};
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::trace::launch::{Fan, PlaneGrid};
-use crate::trace::rays::{GeometryBuffers, cell_words, columns};
+use crate::trace::upload::{GeometryBuffers, cell_words, columns};
 use crate::units::{wavelength_m, wavenumber};
 use num_complex::Complex64;
 

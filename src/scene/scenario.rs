@@ -208,16 +208,23 @@ pub enum BounceConvention {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceTable {
-    /// Primary rays of a frame, about.
+    /// Samples of the diffuse echo of all rough surfaces in a frame, about.
     pub rays: At<u64>,
-    /// Reflections of a ray that are followed.
+    /// Reflections that are followed.
     pub bounces: At<u32>,
+    /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
+    pub accuracy_db: At<f64>,
     pub convention: BounceConvention,
 }
 
 impl Default for TraceTable {
     fn default() -> Self {
-        TraceTable { rays: 1_000_000.into(), bounces: 3.into(), convention: BounceConvention::Every }
+        TraceTable {
+            rays: 100_000.into(),
+            bounces: 3.into(),
+            accuracy_db: 0.2.into(),
+            convention: BounceConvention::Every,
+        }
     }
 }
 
@@ -349,6 +356,7 @@ pub struct TraceSettings {
     pub rays: u64,
     /// 1 to [`MAX_BOUNCES`].
     pub bounces: u32,
+    pub accuracy_db: f64,
     pub convention: BounceConvention,
 }
 
@@ -578,8 +586,13 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
             )?,
         },
         trace: TraceSettings {
-            rays: doc.in_range(&f.trace.rays, 1..=1_000_000_000_000, "primary rays of a frame")?,
-            bounces: doc.in_range(&f.trace.bounces, 1..=MAX_BOUNCES, "reflections of a ray")?,
+            rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
+            bounces: doc.in_range(&f.trace.bounces, 1..=MAX_BOUNCES, "reflections that are followed")?,
+            accuracy_db: doc.in_range(
+                &f.trace.accuracy_db,
+                1e-4..=3.0,
+                "decibels of error to allow, as in 0.2",
+            )?,
             convention: f.trace.convention,
         },
         output: f.output,

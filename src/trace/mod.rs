@@ -1,17 +1,16 @@
-//! Rays through the scene. Three seams, each one file: `launch` decides which tubes to send, `rays`
-//! finds the chain of facets that each tube meets, `contribute` turns a chain into
-//! physical-optics returns. Exact beams are to replace the middle two for smooth facets.
+//! Waves through the scene: beams for what is smooth (`beams` and the kernels that clip them, `windows` for
+//! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
+//! `upload`), and the echoes that come out.
 
 pub mod beam_ahead;
 pub mod beam_clip;
 pub mod beams;
 pub mod closest;
-pub mod contribute;
-pub mod ends;
 pub mod launch;
 pub mod points;
-pub mod rays;
 pub mod scan;
+pub mod upload;
+pub mod windows;
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -76,11 +75,11 @@ pub fn drop_weak(returns: &mut Vec<Return>, floor: f64) {
     returns.retain(|r| strength(r) > floor * strongest);
 }
 
-/// All echoes of one frame, in launch order (the same bytes whatever the number of threads).
+/// All echoes of one frame, in a fixed order (the same bytes whatever the number of threads).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Returns {
     pub returns: Vec<Return>,
-    /// Primary rays sent, for the manifest.
+    /// Samples of diffuse surfaces among them, before weak ones were dropped.
     pub rays: u64,
 }
 
@@ -92,10 +91,28 @@ pub struct TraceOptions {
     pub convention: Convention,
     /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
     pub amplitude_floor: f64,
+    /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
+    pub accuracy_db: f64,
+    /// Echoes are good over this band around the carrier.
+    pub bandwidth_hz: f64,
+    /// Samples of the diffuse echo of all rough surfaces, about.
+    pub rays: u64,
+    /// Of the diffuse echo's random phases.
+    pub seed: u64,
+    pub frame: u32,
 }
 
 impl Default for TraceOptions {
     fn default() -> Self {
-        TraceOptions { bounces: 3, convention: Convention::Every, amplitude_floor: 1e-8 }
+        TraceOptions {
+            bounces: 3,
+            convention: Convention::Every,
+            amplitude_floor: 1e-8,
+            accuracy_db: 0.2,
+            bandwidth_hz: 1e9,
+            rays: 100_000,
+            seed: 0,
+            frame: 0,
+        }
     }
 }

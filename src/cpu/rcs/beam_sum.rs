@@ -146,17 +146,17 @@ pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
     Complex64::new(sum.im, -sum.re) * (moments.sign / g.length_squared())
 }
 
-struct Moments {
+pub struct Moments {
     /// Positive.
-    area: f64,
+    pub area: f64,
     sign: f64,
-    centroid: DVec2,
+    pub centroid: DVec2,
     /// Mean of xx, yy and xy about the centroid.
     second: [f64; 3],
 }
 
 impl Moments {
-    fn of(p: &[DVec2]) -> Moments {
+    pub fn of(p: &[DVec2]) -> Moments {
         let o = p[0];
         let (mut area, mut first, mut second) = (0.0, DVec2::ZERO, [0.0; 3]);
         for i in 1..p.len() - 1 {
@@ -185,7 +185,7 @@ impl Moments {
     }
 
     /// Mean of h.x x^2 + h.y y^2 + 2 xy * `mixed`.
-    fn quadratic(&self, h: DVec2, mixed: f64) -> f64 {
+    pub fn quadratic(&self, h: DVec2, mixed: f64) -> f64 {
         h.x * self.second[0] + h.y * self.second[1] + 2.0 * mixed * self.second[2]
     }
 }

@@ -41,7 +41,7 @@ impl Polygon {
         self.n += 1;
     }
 
-    fn mapped(&self, f: impl Fn(DVec2) -> DVec2) -> Polygon {
+    pub fn mapped(&self, f: impl Fn(DVec2) -> DVec2) -> Polygon {
         let mut out = *self;
         for p in &mut out.p[..self.n] {
             *p = f(*p);
@@ -227,6 +227,14 @@ pub struct Clipped {
     pub last: Vec<Piece>,
 }
 
+/// Walls of a window: inside where positive, in coordinates along (u, v, k).
+const WALLS: [DVec3; 4] = [
+    DVec3::new(1.0, 0.0, 1.0),
+    DVec3::new(-1.0, 0.0, 1.0),
+    DVec3::new(0.0, 1.0, 1.0),
+    DVec3::new(0.0, -1.0, 1.0),
+];
+
 struct Clipper<'a> {
     faces: &'a Faces,
     /// Lengths below which coordinates are equal, in (u, v) of plane waves and of points.
@@ -237,6 +245,8 @@ struct Clipper<'a> {
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
 struct Seen {
     frame: Frame,
+    /// Only within |u|, |v| <= 1.
+    window: bool,
     ranges: Vec<(u32, u32)>,
     polygons: Vec<Polygon>,
     /// The face is seen whole.
@@ -260,18 +270,24 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
         faces.radius_m
     };
     let clipper = Clipper { faces, eps: 1e-12 * extent, options };
-    let lit = clipper.seen_from(frame);
+    let lit = [clipper.seen_from(frame, false)];
     let far_seen = (transmit != receive).then(|| {
         let frame = Frame::new(receive, faces.centre_m);
-        clipper.seen_from(frame)
+        [clipper.seen_from(frame, false)]
     });
-    let parts = in_chunks(faces.faces.len(), |range| {
-        let mut out = Clipped::default();
-        for f in range {
-            clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out);
-        }
-        out
-    });
+    clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive)
+}
+
+/// Follows the beams of a radar that may stand amid the faces. Each window is a frame from the radar's
+/// place, of which the directions with |u|, |v| <= 1 count.
+pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> Clipped {
+    let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
+    let clipper = Clipper { faces, eps: 1e-12, options };
+    let lit: Vec<Seen> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
+    clipper.follow_all(&lit, None, Port::At(at))
+}
+
+fn joined(parts: Vec<Clipped>) -> Clipped {
     let mut all = Clipped::default();
     for part in parts {
         let base = all.nodes.len() as u32;
@@ -364,8 +380,21 @@ impl Clipper<'_> {
         ]
     }
 
-    /// What of every face is seen along the rays of `frame`.
-    fn seen_from(&self, frame: Frame) -> Seen {
+    /// Follows what every face is lit by; `far_seen` when the receiver stands elsewhere.
+    fn follow_all(&self, lit: &[Seen], far_seen: Option<&[Seen]>, receive: Port) -> Clipped {
+        let n = self.faces.faces.len();
+        let seen = far_seen.unwrap_or(lit);
+        joined(in_chunks(n * lit.len(), |range| {
+            let mut out = Clipped::default();
+            for i in range {
+                self.follow((i % n) as u32, &lit[i / n], seen, far_seen.is_none(), receive, &mut out);
+            }
+            out
+        }))
+    }
+
+    /// What of every face is seen along the rays of `frame`, or of those in its window.
+    fn seen_from(&self, frame: Frame, window: bool) -> Seen {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
             let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
@@ -375,11 +404,10 @@ impl Clipper<'_> {
                 pieces.clear();
                 let mut cut = false;
                 if let Some(facing) = self.lit(&frame, face) {
-                    let mut p = Polygon::EMPTY;
-                    for c in self.faces.corners(face) {
-                        p.push(frame.project(*c));
+                    let (p, whole) = self.start(&frame, window, face);
+                    if p.n >= 3 {
+                        cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces) || !whole;
                     }
-                    cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces);
                 }
                 counts.push(pieces.len() as u32);
                 whole.push(!cut && !pieces.is_empty());
@@ -387,8 +415,13 @@ impl Clipper<'_> {
             }
             (counts, whole, polygons)
         });
-        let mut seen =
-            Seen { frame, ranges: Vec::with_capacity(n), polygons: Vec::new(), whole: Vec::with_capacity(n) };
+        let mut seen = Seen {
+            frame,
+            window,
+            ranges: Vec::with_capacity(n),
+            polygons: Vec::new(),
+            whole: Vec::with_capacity(n),
+        };
         for (counts, whole, polygons) in parts {
             let mut at = seen.polygons.len() as u32;
             for c in counts {
@@ -399,6 +432,62 @@ impl Clipper<'_> {
             seen.polygons.extend(polygons);
         }
         seen
+    }
+
+    /// A face as it would be seen if nothing hid it, and whether that is all of it.
+    fn start(&self, frame: &Frame, window: bool, face: &Face) -> (Polygon, bool) {
+        let corners = self.faces.corners(face);
+        let mut out = Polygon::EMPTY;
+        if !window {
+            corners.iter().for_each(|c| out.push(frame.project(*c)));
+            return (out, true);
+        }
+        // Corners may lie beside or behind the radar: cut before projecting.
+        let mut points: Vec<DVec3> = corners
+            .iter()
+            .map(|c| {
+                let d = *c - frame.origin;
+                DVec3::new(frame.u.dot(d), frame.v.dot(d), frame.k.dot(d))
+            })
+            .collect();
+        let mut whole = true;
+        for wall in WALLS {
+            let d: Vec<f64> = points.iter().map(|p| wall.dot(*p)).collect();
+            if d.iter().all(|d| *d >= 0.0) {
+                continue;
+            }
+            whole = false;
+            let mut kept = Vec::with_capacity(points.len() + 1);
+            for i in 0..points.len() {
+                let j = (i + 1) % points.len();
+                if d[i] >= 0.0 {
+                    kept.push(points[i]);
+                }
+                if d[i] * d[j] < 0.0 {
+                    kept.push(points[i] + (points[j] - points[i]) * (d[i] / (d[i] - d[j])));
+                }
+            }
+            points = kept;
+        }
+        points.iter().filter(|p| p.z > 0.0).for_each(|p| out.push(p.truncate() / p.z));
+        (out, whole)
+    }
+
+    /// The part of a polygon on a face, in the (u, v) of `frame`, that lies in a window. Both frames are
+    /// those of point sources.
+    fn in_window(&self, frame: &Frame, nearness: DVec3, polygon: Polygon, window: &Frame) -> Polygon {
+        let mut p = polygon;
+        for wall in WALLS {
+            let m = window.u * wall.x + window.v * wall.y + window.k * wall.z;
+            let s = m.dot(frame.origin - window.origin);
+            let q = nearness * s;
+            let line = Line::new(m.dot(frame.u) + q.x, m.dot(frame.v) + q.y, m.dot(frame.k) + q.z);
+            p = p.kept(&line, self.eps);
+            if p.n < 3 {
+                return Polygon::EMPTY;
+            }
+        }
+        p
     }
 
     /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
@@ -489,14 +578,21 @@ impl Clipper<'_> {
     }
 
     /// Follows what lights `first` through its bounces.
-    fn follow(&self, first: u32, lit: &Seen, far_seen: Option<&Seen>, receive: Port, out: &mut Clipped) {
+    fn follow(
+        &self,
+        first: u32,
+        lit: &Seen,
+        seen: &[Seen],
+        monostatic: bool,
+        receive: Port,
+        out: &mut Clipped,
+    ) {
         let pieces = lit.of(first);
         if pieces.is_empty() {
             return;
         }
         let face = &self.faces.faces[first as usize];
         let facing = lit.frame.facing(face.normal, face.offset_m);
-        let seen = far_seen.unwrap_or(lit);
         let root = out.nodes.len() as u32;
         out.nodes.push(Node {
             parent: u32::MAX,
@@ -509,7 +605,7 @@ impl Clipper<'_> {
         let (mut targets, mut parts, mut exits) = (Vec::new(), Vec::new(), Vec::new());
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
-            let first_is_seen = node.bounce == 1 && far_seen.is_none();
+            let first_is_seen = node.bounce == 1 && monostatic;
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
             let go_on = (node.bounce as usize) < self.options.bounces;
             if !go_on && !self.options.last {
@@ -586,7 +682,7 @@ impl Clipper<'_> {
         node: &Node,
         polygon: &Polygon,
         is_seen: bool,
-        seen: &Seen,
+        seen: &[Seen],
         receive: Port,
         out: &mut Vec<Piece>,
     ) {
@@ -605,22 +701,36 @@ impl Clipper<'_> {
             Port::Far(s) => node.normal.dot(s),
             Port::At(p) => node.normal.dot(p - corner),
         };
-        let parts = seen.of(node.face);
-        if before <= 0.0 || parts.is_empty() {
+        if before <= 0.0 {
             return;
         }
-        if seen.whole[node.face as usize] {
+        if seen.iter().any(|s| s.whole[node.face as usize]) {
             out.push(Piece { node: index, polygon: polygon.mapped(|uv| on_face(place(uv))) });
             return;
         }
-        let receiver_nearness = seen.frame.nearness(face.normal, face.offset_m);
-        let there = polygon.mapped(|uv| seen.frame.project(place(uv)));
-        let least = SLIVER * there.area().abs();
-        for part in parts {
-            let both = overlap(there, part, self.eps);
-            if both.area().abs() > least {
-                let polygon = both.mapped(|uv| on_face(seen.frame.lift(uv, receiver_nearness)));
-                out.push(Piece { node: index, polygon });
+        let mut inside = Vec::new();
+        for view in seen {
+            let parts = view.of(node.face);
+            if parts.is_empty() {
+                continue;
+            }
+            inside.clear();
+            if view.window {
+                keep(self.in_window(&node.frame, nearness, *polygon, &view.frame), 0.0, &mut inside);
+            } else {
+                inside.push(*polygon);
+            }
+            let receiver_nearness = view.frame.nearness(face.normal, face.offset_m);
+            for polygon in &inside {
+                let there = polygon.mapped(|uv| view.frame.project(place(uv)));
+                let least = SLIVER * there.area().abs();
+                for part in parts {
+                    let both = overlap(there, part, self.eps);
+                    if both.area().abs() > least {
+                        let polygon = both.mapped(|uv| on_face(view.frame.lift(uv, receiver_nearness)));
+                        out.push(Piece { node: index, polygon });
+                    }
+                }
             }
         }
     }

@@ -1,8 +1,11 @@
 //! Rays and their fields in f64.
 
 pub mod beams;
+pub mod boundary;
 pub mod closest;
 pub mod contribute;
+pub mod diffuse;
+pub mod echoes;
 pub mod field;
 pub mod rays;
 pub mod scan;

@@ -1,0 +1,365 @@
+//! Physical-optics integrals over flat lit regions at finite range, as waves from the place of mirror
+//! reflection, from the sides and from the corners of the region (CONVENTIONS eq. 55-58).
+
+use glam::DVec2;
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// A part of the integral: `value` exp(-j k `length_m`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    /// In the plane.
+    pub place: DVec2,
+    /// Both ways.
+    pub length_m: f64,
+    /// In square metres.
+    pub value: Complex64,
+}
+
+/// A plane between a source and a receiver, both in front of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Plane {
+    pub k: f64,
+    /// Feet and heights of source and receiver.
+    foot: [DVec2; 2],
+    height: [f64; 2],
+    /// Place of mirror reflection.
+    mirror: DVec2,
+    /// Isotropic coordinates about it: y = (p . stretch[0], p . stretch[1]) with L - L* = y^2 / 2 near it.
+    stretch: [DVec2; 2],
+    determinant: f64,
+    tau: f64,
+    /// Half the spread of path lengths that one wave may stand for.
+    spread_m: f64,
+}
+
+/// Path length and its derivatives at a place.
+pub struct Path {
+    pub length: f64,
+    pub slope: DVec2,
+    /// xx, yy, xy
+    pub bend: [f64; 3],
+    /// Distance to the nearer station.
+    pub nearest: f64,
+}
+
+impl Path {
+    pub fn bent(&self, d: DVec2) -> DVec2 {
+        let [xx, yy, xy] = self.bend;
+        DVec2::new(xx * d.x + xy * d.y, xy * d.x + yy * d.y)
+    }
+}
+
+/// Stretches of a side over this share of the distance to a station are halved.
+const LONGEST: f64 = 0.05;
+/// Rounding of the sum of angles.
+const LEAST_TURN: f64 = 1e-9;
+/// Times a side may be halved.
+const DEPTH: u32 = 60;
+
+impl Plane {
+    /// `foot` and `height` of source and receiver over the plane (heights positive). Phases across a
+    /// stretch of a side stay below about `tau`; no wave stands for paths whose lengths differ by more
+    /// than 2 `spread_m`.
+    pub fn new(k: f64, foot: [DVec2; 2], height: [f64; 2], tau: f64, spread_m: f64) -> Plane {
+        let mirror = (foot[0] * height[1] + foot[1] * height[0]) / (height[0] + height[1]);
+        let mut plane =
+            Plane { k, foot, height, mirror, stretch: [DVec2::X, DVec2::Y], determinant: 1.0, tau, spread_m };
+        let reach = |i: usize| (mirror.distance_squared(foot[i]) + height[i] * height[i]).sqrt();
+        let (r, s) = (reach(0), reach(1));
+        let bend = (1.0 / r + 1.0 / s).sqrt();
+        let cosine = height[0] / r;
+        let along = (mirror - foot[0]).normalize_or(DVec2::X);
+        plane.stretch = [along * (bend * cosine), along.perp() * bend];
+        plane.determinant = bend * bend * cosine;
+        plane
+    }
+
+    pub fn path(&self, p: DVec2) -> Path {
+        let mut out = Path { length: 0.0, slope: DVec2::ZERO, bend: [0.0; 3], nearest: f64::INFINITY };
+        for i in 0..2 {
+            let d = p - self.foot[i];
+            let r = (d.length_squared() + self.height[i] * self.height[i]).sqrt();
+            let e = d / r;
+            out.length += r;
+            out.slope += e;
+            out.bend[0] += (1.0 - e.x * e.x) / r;
+            out.bend[1] += (1.0 - e.y * e.y) / r;
+            out.bend[2] -= e.x * e.y / r;
+            out.nearest = out.nearest.min(r);
+        }
+        out
+    }
+
+    /// Of the kernel: an angle over this is an area.
+    fn measure(&self) -> f64 {
+        self.k * self.determinant
+    }
+
+    fn isotropic(&self, p: DVec2) -> DVec2 {
+        let d = p - self.mirror;
+        DVec2::new(self.stretch[0].dot(d), self.stretch[1].dot(d))
+    }
+
+    /// Calls `emit` for the waves of the region whose sides are `outline` (inside on the left): together
+    /// they are the integral of exp(-j k L) over it.
+    pub fn waves(&self, outline: &[[DVec2; 2]], mut emit: impl FnMut(Wave)) {
+        let mut turned = 0.0;
+        for [a, b] in outline {
+            turned += self.side(*a, *b, &mut emit);
+        }
+        // A full turn inside the region, none outside, a part at a corner.
+        if turned.abs() > LEAST_TURN {
+            emit(Wave {
+                place: self.mirror,
+                length_m: self.path(self.mirror).length,
+                value: Complex64::new(0.0, -turned / self.measure()),
+            });
+        }
+    }
+
+    /// The waves of one side; returns the angle by which it is seen from the place of mirror reflection.
+    fn side(&self, a: DVec2, b: DVec2, emit: &mut impl FnMut(Wave)) -> f64 {
+        let length = a.distance(b);
+        if length == 0.0 {
+            return 0.0;
+        }
+        let along = (b - a) / length;
+        let offset = (a - self.mirror).perp_dot(along);
+        let side = Side { plane: self, along, offset };
+        let mut turned = 0.0;
+        // Steep stretches that follow one another have waves from their two ends only.
+        let mut steep_from: Option<DVec2> = None;
+        let mut stack = vec![(a, b, 0)];
+        while let Some((p, q, depth)) = stack.pop() {
+            match side.stretch(p, q, depth) {
+                Stretch::Steep(angle) => {
+                    turned += angle;
+                    steep_from.get_or_insert(p);
+                }
+                Stretch::Dark(angle) => {
+                    turned += angle;
+                    if let Some(from) = steep_from.take() {
+                        emit(side.end(from, -1.0));
+                        emit(side.end(p, 1.0));
+                    }
+                }
+                Stretch::Whole(angle, wave) => {
+                    turned += angle;
+                    if let Some(from) = steep_from.take() {
+                        emit(side.end(from, -1.0));
+                        emit(side.end(p, 1.0));
+                    }
+                    emit(wave);
+                }
+                Stretch::Halve => {
+                    let m = 0.5 * (p + q);
+                    stack.push((m, q, depth + 1));
+                    stack.push((p, m, depth + 1));
+                }
+            }
+        }
+        if let Some(from) = steep_from {
+            emit(side.end(from, -1.0));
+            emit(side.end(b, 1.0));
+        }
+        turned
+    }
+}
+
+struct Side<'a> {
+    plane: &'a Plane,
+    along: DVec2,
+    /// From the place of mirror reflection to the side's line, along the outward normal.
+    offset: f64,
+}
+
+enum Stretch {
+    /// It lies in line with the place of mirror reflection.
+    Dark(f64),
+    Steep(f64),
+    Whole(f64, Wave),
+    Halve,
+}
+
+/// Derivatives of the phase and of the boundary wave's kernel along the side.
+struct Along {
+    path: Path,
+    slope: f64,
+    bend: f64,
+    /// slope of the length times the vector from the place of mirror reflection, and its derivative.
+    radial: f64,
+    radial_slope: f64,
+}
+
+impl Side<'_> {
+    fn at(&self, p: DVec2) -> Along {
+        let path = self.plane.path(p);
+        let d = p - self.plane.mirror;
+        let turned = path.bent(self.along);
+        Along {
+            slope: path.slope.dot(self.along),
+            bend: turned.dot(self.along),
+            radial: path.slope.dot(d),
+            radial_slope: turned.dot(d) + path.slope.dot(self.along),
+            path,
+        }
+    }
+
+    /// How much the integrand changes, apart from its phase, while the phase runs by one radian.
+    fn roughness(&self, x: &Along) -> f64 {
+        (x.radial_slope / x.radial).abs().max((x.bend / x.slope).abs()) / (self.plane.k * x.slope.abs())
+    }
+
+    fn stretch(&self, p: DVec2, q: DVec2, depth: u32) -> Stretch {
+        let plane = self.plane;
+        let half = 0.5 * p.distance(q);
+        let middle = 0.5 * (p + q);
+        let (yp, yq) = (plane.isotropic(p), plane.isotropic(q));
+        let angle = yp.perp_dot(yq).atan2(yp.dot(yq));
+        if angle.abs() < LEAST_TURN {
+            return Stretch::Dark(angle);
+        }
+        let step = yq - yp;
+        let t = (-yp.dot(step) / step.length_squared()).clamp(0.0, 1.0);
+        let nearest = (yp + step * t).length();
+        let (a, b, m) = (self.at(p), self.at(q), self.at(middle));
+
+        let flat = 0.5 * plane.k * m.bend * half * half <= plane.tau
+            && half <= LONGEST * m.path.nearest
+            && m.slope.abs() * half <= plane.spread_m;
+        let smooth = 0.5 * step.length() <= 0.3 * plane.tau.sqrt() * nearest;
+        if flat && smooth {
+            return Stretch::Whole(angle, self.whole(&m, middle, half, angle));
+        }
+        // Near the place of mirror reflection the kernel is sharper than any stretch, but the phase stands
+        // still and only the angle counts.
+        let foot = p + (q - p) * t;
+        let lowest = plane.path(foot).length;
+        if plane.k * (a.path.length.max(b.path.length) - lowest) <= 0.1 * plane.tau || depth >= DEPTH {
+            let value = Complex64::new(0.0, angle * self.shape(&self.at(foot), foot) / plane.measure());
+            return Stretch::Whole(angle, Wave { place: foot, length_m: lowest, value });
+        }
+        let gentle = 0.2 * plane.tau.sqrt();
+        let steep =
+            a.slope * b.slope > 0.0 && [&a, &b, &self.at(foot)].iter().all(|x| self.roughness(x) <= gentle);
+        if steep { Stretch::Steep(angle) } else { Stretch::Halve }
+    }
+
+    /// The kernel over what it would be if lengths were quadratic about the place of mirror reflection.
+    fn shape(&self, x: &Along, p: DVec2) -> f64 {
+        let y = self.plane.isotropic(p).length_squared();
+        if self.plane.k * y > 1e-6 { y / x.radial } else { 1.0 }
+    }
+
+    /// A stretch with linear phase, over which the kernel changes little.
+    fn whole(&self, m: &Along, middle: DVec2, half: f64, angle: f64) -> Wave {
+        let plane = self.plane;
+        let k = plane.k;
+        let over_k = Complex64::new(0.0, 1.0 / k); // 1 / (-j k)
+        let g = -k * m.slope;
+        let z = g * half;
+        let sinc = if z.abs() < 1e-4 { 1.0 - z * z / 6.0 } else { z.sin() / z };
+        let mut value = Complex64::new(0.0, angle * self.shape(m, middle) * sinc / plane.measure());
+        let j1 = if z.abs() < 1e-2 { z / 3.0 * (1.0 - z * z / 10.0) } else { (z.sin() / z - z.cos()) / z };
+        let change = over_k * (-self.offset / m.radial * m.radial_slope / m.radial);
+        value += change * Complex64::new(0.0, 2.0 * half * half * j1);
+        let lag = k * m.bend * half * half / 6.0;
+        Wave { place: middle, length_m: m.path.length, value: value * Complex64::cis(-lag) }
+    }
+
+    /// Wave from the end of a steep stretch: `sign` 1 where the stretch ends, -1 where it begins.
+    fn end(&self, p: DVec2, sign: f64) -> Wave {
+        let x = self.at(p);
+        let k = self.plane.k;
+        let first = -self.offset / (k * k * x.radial * x.slope);
+        let second =
+            Complex64::new(0.0, 1.0 / (k * x.slope)) * (x.radial_slope / x.radial + x.bend / x.slope);
+        Wave { place: p, length_m: x.path.length, value: (1.0 + second) * (sign * first) }
+    }
+}
+
+/// Half the path lengths that one wave may stand for when the band is `bandwidth_hz` wide: a wave's
+/// amplitude is taken to be the same all over the band.
+pub fn spread_for(bandwidth_hz: f64) -> f64 {
+    // 0.02 rad between the middle and the ends of the band.
+    0.02 * crate::units::C0 / (PI * bandwidth_hz)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::TAU;
+
+    /// Brute force: the triangle cut into n x n, each part with its linear phase left out.
+    fn brute(plane: &Plane, corners: [DVec2; 3], n: usize) -> Complex64 {
+        let [a, b, c] = corners;
+        let (u, v) = ((b - a) / n as f64, (c - a) / n as f64);
+        let part = 0.5 * u.perp_dot(v);
+        let mut sum = Complex64::ZERO;
+        for i in 0..n {
+            for j in 0..n - i {
+                let o = a + u * i as f64 + v * j as f64;
+                let mut add = |m: DVec2| sum += Complex64::cis(-plane.k * plane.path(m).length) * part;
+                add(o + (u + v) / 3.0);
+                if j + 1 < n - i {
+                    add(o + (u + v) * (2.0 / 3.0));
+                }
+            }
+        }
+        sum
+    }
+
+    fn sum(plane: &Plane, corners: [DVec2; 3]) -> (Complex64, usize) {
+        let [a, b, c] = corners;
+        let (mut sum, mut n) = (Complex64::ZERO, 0);
+        plane.waves(&[[a, b], [b, c], [c, a]], |w| {
+            sum += w.value * Complex64::cis(-plane.k * w.length_m);
+            n += 1;
+        });
+        (sum, n)
+    }
+
+    #[test]
+    fn a_region_around_the_mirror_point_gives_the_mirror_image() {
+        // Far sides: amplitude of the image is 2 pi / (k sqrt det).
+        let plane = Plane::new(1613.0, [DVec2::ZERO, DVec2::new(4.0, 0.0)], [1.0, 3.0], 0.01, 1e9);
+        let big = [DVec2::new(-50.0, -40.0), DVec2::new(60.0, -45.0), DVec2::new(3.0, 80.0)];
+        let mut waves = Vec::new();
+        plane.waves(&[[big[0], big[1]], [big[1], big[2]], [big[2], big[0]]], |w| waves.push(w));
+        let image = waves.last().unwrap();
+        assert!((image.place - DVec2::new(1.0, 0.0)).length() < 1e-12);
+        // Path: from (0, 1) to the image at (4, -3).
+        assert!((image.length_m - 32f64.sqrt()).abs() < 1e-12);
+        // sqrt(det) of the Hessian of a mirror path: (1/r + 1/s) cos.
+        let (r, s) = (2f64.sqrt(), 18f64.sqrt());
+        let det = (1.0 / r + 1.0 / s) * 0.5f64.sqrt();
+        assert!((image.value.norm() - TAU / (1613.0 * det)).abs() < 1e-12);
+        assert!(waves[..waves.len() - 1].iter().all(|w| w.value.norm() < 0.02 * image.value.norm()));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        #[test]
+        fn waves_add_up_to_the_integral(
+            c in prop::array::uniform6(-0.15f64..0.15),
+            foot in prop::array::uniform2(-0.4f64..0.4),
+            height in prop::array::uniform2(0.5f64..3.0),
+        ) {
+            let k = 800.0;
+            let corners = [DVec2::new(c[0], c[1]), DVec2::new(c[2], c[3]), DVec2::new(c[4], c[5])];
+            let area = 0.5 * (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+            prop_assume!(area > 1e-3);
+            let feet = [DVec2::new(foot[0], foot[1]), DVec2::new(foot[1], -foot[0])];
+            for (tau, bound) in [(0.25, 0.02), (0.02, 0.002)] {
+                let plane = Plane::new(k, feet, height, tau, 1e9);
+                let (got, n) = sum(&plane, corners);
+                let want = brute(&plane, corners, 400);
+                // The scale of what a region can radiate: its image, or all of its area in phase.
+                let scale = (TAU / (k * plane.determinant)).min(area);
+                prop_assert!((got - want).norm() < bound * scale, "tau {tau}: {got} {want} {scale} {n}");
+            }
+        }
+    }
+}

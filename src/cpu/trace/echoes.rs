@@ -1,0 +1,269 @@
+//! Echoes of a frame's smooth surfaces, from exact beams (CONVENTIONS eq. 50-52, 55-58).
+//!
+//! What beams light of one plane by one chain of mirrors is one region, whatever faces and windows it is
+//! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
+//! has corners and places of stationary phase.
+
+use super::beams::{Clipped, Piece, Polygon, clip_windows};
+use super::boundary::{Plane, Wave, spread_for};
+use super::diffuse;
+use super::field::{Bounce, CVec};
+use crate::cpu::rcs::beam_sum::{Moments, phase_integral};
+use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::geom::Geometry;
+use crate::geom::faces::Face;
+use crate::geom::outline::outline;
+use crate::trace::beams::{BeamOptions, Frame};
+use crate::trace::points::point_returns;
+use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak};
+use crate::units::wavenumber;
+use glam::{DVec2, DVec3};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// Corners nearer to one another than this share of the scene's radius are one.
+const SAME: f64 = 1e-9;
+
+/// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
+/// same order whatever the number of threads. Point targets and scattering tables included.
+pub fn returns(
+    geometry: &Geometry,
+    windows: &[Frame],
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Returns {
+    let last = options.convention == Convention::Last;
+    let beams = BeamOptions::new(options.bounces, options.accuracy_db, last);
+    let clipped = clip_windows(geometry.faces(), windows, &beams);
+    from_clipped(geometry, &clipped, pose, velocity_mps, options)
+}
+
+/// The same from what beams have met.
+pub fn from_clipped(
+    geometry: &Geometry,
+    clipped: &Clipped,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Returns {
+    let last = options.convention == Convention::Last;
+    let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
+    let regions = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
+    let radar =
+        Station { geometry, clipped, pose, velocity_mps, tau, spread_m: spread_for(options.bandwidth_hz) };
+    let lists: Vec<Vec<Return>> = regions.par_iter().map(|r| radar.echoes(r)).collect();
+    let mut all: Vec<Return> = lists.into_iter().flatten().collect();
+    let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
+    let rays = rough.len() as u64;
+    all.append(&mut rough);
+    all.extend(point_returns(geometry, pose.translation_m, velocity_mps, pose.rotation.inverse()));
+    drop_weak(&mut all, options.amplitude_floor);
+    Returns { returns: all, rays }
+}
+
+/// What of one plane is lit by one chain of planes.
+struct Region {
+    /// One of the nodes; the others have the same images of the radar.
+    node: u32,
+    /// On the face of that node.
+    pieces: Vec<Polygon>,
+}
+
+fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Region> {
+    let faces = geometry.faces();
+    let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
+    let mut found: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut regions: Vec<Region> = Vec::new();
+    for (i, node) in clipped.nodes.iter().enumerate() {
+        let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
+        let patch = faces.faces[node.face as usize].patch;
+        let region = *found.entry((parent, patch)).or_insert_with(|| {
+            regions.push(Region { node: i as u32, pieces: Vec::new() });
+            regions.len() as u32 - 1
+        });
+        of_node.push(region);
+    }
+    for piece in pieces {
+        let region = &mut regions[of_node[piece.node as usize] as usize];
+        let face = |node: u32| &faces.faces[clipped.nodes[node as usize].face as usize];
+        let (own, all) = (face(piece.node), face(region.node));
+        region.pieces.push(if own.first == all.first {
+            piece.polygon
+        } else {
+            let shift = faces.corners[own.first as usize] - faces.corners[all.first as usize];
+            piece.polygon.mapped(|p| on_axes(all, shift + own.axis[0] * p.x + own.axis[1] * p.y))
+        });
+    }
+    regions.retain(|r| !r.pieces.is_empty());
+    regions
+}
+
+fn on_axes(face: &Face, d: DVec3) -> DVec2 {
+    DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
+}
+
+/// The radar of one frame.
+struct Station<'a> {
+    geometry: &'a Geometry,
+    clipped: &'a Clipped,
+    pose: &'a Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    tau: f64,
+    spread_m: f64,
+}
+
+impl Station<'_> {
+    fn echoes(&self, region: &Region) -> Vec<Return> {
+        let faces = self.geometry.faces();
+        let node = &self.clipped.nodes[region.node as usize];
+        let face = &faces.faces[node.face as usize];
+        let corner = faces.corners[face.first as usize];
+        let radar = self.pose.translation_m;
+        let stations = [node.frame.origin, radar].map(|p| p - corner);
+        let height = stations.map(|d| node.normal.dot(d));
+        if height.iter().any(|h| *h <= 0.0) {
+            return Vec::new();
+        }
+        let k = wavenumber(self.geometry.freq_hz);
+        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
+        let mut waves: Vec<Wave> = Vec::new();
+        if let Some(wave) = self.single(&plane, &region.pieces) {
+            waves.push(wave);
+        } else {
+            let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
+            // The waves of the two sides of a corner are one echo.
+            let mut at: HashMap<[u64; 2], usize> = HashMap::new();
+            plane.waves(&sides, |w| {
+                let i = *at.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
+                match waves.get_mut(i) {
+                    Some(first) => first.value += w.value,
+                    None => waves.push(w),
+                }
+            });
+        }
+        let chain = self.chain(region.node);
+        waves
+            .iter()
+            .filter_map(|w| {
+                self.echo(&chain, corner + face.axis[0] * w.place.x + face.axis[1] * w.place.y, w)
+            })
+            .collect()
+    }
+
+    /// A region whose paths are so nearly of one length that one wave stands for them all over the band: the
+    /// sum of cells over which the phase is linear.
+    fn single(&self, plane: &Plane, pieces: &[Polygon]) -> Option<Wave> {
+        let (mut area, mut first) = (0.0, DVec2::ZERO);
+        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
+            area += m.area;
+            first += m.centroid * m.area;
+        }
+        if area == 0.0 {
+            return None;
+        }
+        let centre = first / area;
+        let path = plane.path(centre);
+        let alike = |p: &DVec2| (plane.path(*p).length - path.length).abs() <= self.spread_m;
+        if !pieces.iter().flat_map(|p| p.corners()).all(alike) {
+            return None;
+        }
+        let mut value = Complex64::ZERO;
+        let mut stack = pieces.to_vec();
+        while let Some(polygon) = stack.pop() {
+            let corners = polygon.corners();
+            let m = Moments::of(corners);
+            if m.area == 0.0 {
+                continue;
+            }
+            let at = plane.path(m.centroid);
+            let bent = corners.iter().map(|p| at.bent(*p - m.centroid));
+            let phases = corners.iter().zip(bent).map(|(p, b)| (0.5 * plane.k * b.dot(*p - m.centroid), b));
+            let worst = phases.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|w| w.0 > self.tau);
+            if let Some((_, across)) = worst {
+                stack.extend(polygon.split(m.centroid, across));
+                continue;
+            }
+            let g = at.slope * -plane.k;
+            let [xx, yy, xy] = at.bend;
+            let length = at.length - path.length + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
+            value += phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
+        }
+        Some(Wave { place: centre, length_m: path.length, value })
+    }
+
+    /// Nodes from the first bounce to this one.
+    fn chain(&self, node: u32) -> Vec<u32> {
+        let parent = |i: u32| Some(self.clipped.nodes[i as usize].parent).filter(|p| *p != u32::MAX);
+        let mut chain: Vec<u32> = std::iter::successors(Some(node), |i| parent(*i)).collect();
+        chain.reverse();
+        chain
+    }
+
+    /// The echo of a wave from `place` on the last plane of the chain.
+    fn echo(&self, chain: &[u32], place: DVec3, wave: &Wave) -> Option<Return> {
+        let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
+        let node = |i: u32| &self.clipped.nodes[i as usize];
+        let face = |i: u32| &faces.faces[node(i).face as usize];
+        let count = chain.len();
+        // From the last place back along the straight line from each image of the radar.
+        let mut points = [place; MAX_BOUNCES];
+        for b in (0..count - 1).rev() {
+            let from = node(chain[b + 1]).frame.origin;
+            let (d, f) = (points[b + 1] - from, face(chain[b]));
+            let t = (f.offset_m - f.normal.dot(from)) / f.normal.dot(d);
+            points[b] = from + d * t;
+        }
+        let k = wavenumber(self.geometry.freq_hz);
+        let to_sensor = self.pose.rotation.inverse();
+        let basis = |d_world: DVec3| {
+            let (v, h) = polarisation_basis(to_sensor * d_world);
+            (self.pose.rotation * v, self.pose.rotation * h)
+        };
+        let (out, back) = (points[0] - radar, radar - place);
+        let (first_range_m, last_range_m) = (out.length(), back.length());
+        let departure = out / first_range_m;
+        let to_radar = back / last_range_m;
+
+        let mut ids = [0; MAX_BOUNCES];
+        let mut rate = self.velocity_mps.dot(to_radar - departure);
+        let (v, h) = basis(departure);
+        let mut field = [CVec::real(v), CVec::real(h)];
+        let mut dir = departure;
+        let mut radiated = [[Complex64::ZERO; 2]; 2];
+        for (b, &i) in chain.iter().enumerate() {
+            let body = &self.geometry.bodies[face(i).body as usize];
+            ids[b] = body.id;
+            let surface = &self.geometry.surfaces[face(i).surface as usize];
+            let bounce = Bounce::new(field, dir, node(i).normal, surface, k);
+            // From the image: places of neighbours along the chain may coincide in a corner.
+            let next = if b + 1 == count {
+                let (v, h) = basis(-to_radar);
+                radiated = bounce.radiated(to_radar, v, h);
+                to_radar
+            } else {
+                (points[b + 1] - node(chain[b + 1]).frame.origin).normalize()
+            };
+            rate += body.velocity_mps.dot(dir - next);
+            field = bounce.reflected;
+            dir = next;
+        }
+        let unfolded = wave.length_m - last_range_m;
+        let z = Complex64::new(0.0, -k / (4.0 * PI)) * wave.value / (unfolded * last_range_m);
+        let spread = radiated.map(|row| row.map(|m| m * z));
+        let finite = spread.iter().flatten().all(|z| z.is_finite()) && rate.is_finite();
+        finite.then_some(Return {
+            path_length_m: wave.length_m,
+            path_rate_mps: rate,
+            departure: to_sensor * departure,
+            first_range_m,
+            arrival: to_sensor * -to_radar,
+            last_range_m,
+            spread,
+            chain: ids,
+            bounces: count as u8,
+        })
+    }
+}

@@ -1,0 +1,196 @@
+//! Echoes of frames from exact beams: against the dense sum of cells, over the band, and W3.
+
+use catseye::bench::{self, Settings};
+use catseye::cpu::rcs::beam_sum::{Tone, between};
+use catseye::cpu::trace::echoes;
+use catseye::engine::{Engine, Precision};
+use catseye::frames::{Pose, Sensor, World};
+use catseye::geom::Geometry;
+use catseye::road::objects::{ground, standing_box};
+use catseye::road::reflector::Reflector;
+use catseye::scene::{Material, Scene, Shape, material};
+use catseye::trace::beams::{BeamOptions, Frame, Port};
+use catseye::trace::windows::around;
+use catseye::trace::{Returns, TraceOptions, strength};
+use catseye::units::wavenumber;
+use glam::{DQuat, DVec2, DVec3};
+use num_complex::Complex64;
+
+type Matrix = [[Complex64; 2]; 2];
+
+fn total(returns: &Returns, k: f64) -> Matrix {
+    let mut sum = Matrix::default();
+    for r in &returns.returns {
+        let z = Complex64::cis(-k * r.path_length_m);
+        for (row, s) in sum.iter_mut().zip(r.spread) {
+            row.iter_mut().zip(s).for_each(|(a, b)| *a += b * z);
+        }
+    }
+    sum
+}
+
+/// The sum of cells so small that they are exact, 1/m.
+fn dense(geometry: &Geometry, at: DVec3, bounces: usize) -> Matrix {
+    let k = wavenumber(geometry.freq_hz);
+    let tones = [Tone { wavenumber: k, surfaces: &geometry.surfaces }];
+    let options = BeamOptions { tau: 0.001, ..BeamOptions::new(bounces, 0.2, false) };
+    let s = between(geometry.faces(), &tones, Port::At(at), Port::At(at), &options).remove(0);
+    let z = Complex64::cis(-2.0 * k * at.length());
+    // Seen from the object, H points the other way.
+    let [[vv, vh], [hv, hh]] = s.every.map(|row| row.map(|x| x * z));
+    [[vv, -vh], [-hv, hh]]
+}
+
+/// Six windows around a place, turned.
+fn windows(at: DVec3, turn: DQuat) -> [Frame; 6] {
+    around(&Pose::new(turn, at))
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::default();
+    let steel = scene.material_index(&material::by_name("steel").unwrap());
+    let asphalt = scene.material_index(&material::by_name("asphalt").unwrap());
+    let plane = ground(DVec2::new(3.0, -1.0), DVec2::new(7.0, 1.0), 0.0, asphalt);
+    scene.add_mesh("ground", "road", plane, Pose::IDENTITY);
+    for (at, yaw, size) in [
+        (DVec3::new(4.0, 0.6, 0.0), 0.4, DVec3::new(0.16, 0.10, 0.04)),
+        (DVec3::new(6.0, -0.5, 0.0), 0.0, DVec3::new(0.5, 0.3, 0.4)),
+        (DVec3::new(5.0, 0.0, 0.0), -0.2, DVec3::new(0.1, 0.06, 0.6)),
+    ] {
+        let mesh = standing_box(size, steel);
+        let pose = Pose::new(DQuat::from_rotation_z(yaw), at);
+        scene.add_mesh("box", "box", mesh, pose);
+    }
+    let marker = Reflector::parse("trihedral:leg_m=0.1").unwrap().to_scene(&material::by_name).unwrap();
+    let mesh = marker.meshes[0].clone();
+    let pose = Pose::new(DQuat::from_rotation_z(3.0), DVec3::new(5.5, 0.5, 0.1));
+    scene.meshes.push(mesh);
+    let shape = Shape::Mesh(scene.meshes.len() - 1);
+    scene.add_object("marker", "marker", shape, pose, DVec3::ZERO);
+    scene
+}
+
+fn norm(m: &Matrix) -> f64 {
+    m.iter().flatten().map(|z| z.norm_sqr()).sum::<f64>().sqrt()
+}
+
+fn minus(a: &Matrix, b: &Matrix) -> Matrix {
+    [0, 1].map(|i| [0, 1].map(|j| a[i][j] - b[i][j]))
+}
+
+#[test]
+fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
+    let at = DVec3::new(0.1, 0.05, 0.5);
+    let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
+    let all = Geometry::build(&scene(), 0.0, 77e9).unwrap();
+    for bounces in [1, 2, 3] {
+        for (accuracy_db, bound) in [(0.2, 0.02), (0.0125, 0.01)] {
+            let options = TraceOptions { bounces, accuracy_db, amplitude_floor: 0.0, ..Default::default() };
+            let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
+            assert!(found.returns.len() < 600, "{}", found.returns.len());
+            for freq in [76.5e9, 77e9, 77.5e9] {
+                let geometry = Geometry::build(&scene(), 0.0, freq).unwrap();
+                let want = dense(&geometry, at, bounces);
+                let got = total(&found, wavenumber(freq));
+                let off = norm(&minus(&got, &want)) / norm(&want);
+                println!(
+                    "{bounces} bounces, {accuracy_db} dB, {freq:e}: {} echoes, {off:.2e}",
+                    found.returns.len()
+                );
+                assert!(
+                    off < bound,
+                    "{bounces} bounces, {accuracy_db} dB, {freq:e}: {off}\n{got:?}\n{want:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A radar in a street that goes on behind it: how its view is cut into windows does not show.
+#[test]
+fn windows_leave_no_seams() {
+    let mut scene = scene();
+    let steel = scene.material_index(&material::by_name("steel").unwrap());
+    let plane = ground(DVec2::new(-8.0, -6.0), DVec2::new(3.0, 6.0), 0.0, steel);
+    scene.add_mesh("yard", "road", plane, Pose::IDENTITY);
+    let wall = standing_box(DVec3::new(0.2, 9.0, 2.0), steel);
+    scene.add_mesh("wall", "wall", wall, Pose::new(DQuat::from_rotation_z(0.1), DVec3::new(-4.0, 0.5, 0.0)));
+    let geometry = Geometry::build(&scene, 0.0, 77e9).unwrap();
+    let at = DVec3::new(0.1, 0.05, 0.5);
+    let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
+    let options = TraceOptions { amplitude_floor: 0.0, ..Default::default() };
+    let of = |turn| echoes::returns(&geometry, &windows(at, turn), &pose, DVec3::ZERO, &options);
+    let k = wavenumber(77e9);
+    let straight = of(DQuat::IDENTITY);
+    let turned = of(DQuat::from_euler(glam::EulerRot::ZYX, 0.4, 0.3, -0.2));
+    let (a, b) = (total(&straight, k), total(&turned, k));
+    let off = norm(&minus(&a, &b)) / norm(&a);
+    println!("{} and {} echoes, off {off:.1e}", straight.returns.len(), turned.returns.len());
+    assert!(off < 1e-6, "{off}");
+    // The mirror image in the wall behind: the strongest echo, on its nearest point.
+    let best = straight.returns.iter().max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
+    let to_wall = (at - DVec3::new(-4.0, 0.5, 0.5)).dot(DQuat::from_rotation_z(0.1) * DVec3::X) - 0.1;
+    assert!((best.range_m() - to_wall).abs() < 1e-9, "{best:?} {to_wall}");
+    let image = best.spread[0][0].norm() * 2.0 * to_wall;
+    assert!((image - 1.0).abs() < 1e-3, "{image}");
+}
+
+#[test]
+fn diffuse_echoes_carry_the_lobes_power_with_seeded_phases() {
+    let (h, area, r) = (2e-4, 0.4 * 0.3, 7.0);
+    let mut scene = Reflector::parse("plate:width_m=0.4,height_m=0.3")
+        .unwrap()
+        .to_scene(&|_| Ok(Material { roughness_rms_m: h, ..Material::pec() }))
+        .unwrap();
+    let tilt = 0.5f64;
+    scene.objects[0].pose.rotation = DQuat::from_rotation_z(tilt) * scene.objects[0].pose.rotation;
+    let geometry = Geometry::build(&scene, 0.0, 77e9).unwrap();
+    let k = wavenumber(77e9);
+    let at = DVec3::new(r, 0.0, 0.0);
+    let pose: Pose<Sensor, World> = Pose::new(DQuat::from_rotation_z(std::f64::consts::PI), at);
+    let of = |rays, seed, frame| {
+        let options = TraceOptions { rays, seed, frame, amplitude_floor: 0.0, ..Default::default() };
+        let all = echoes::returns(&geometry, &around(&pose), &pose, DVec3::ZERO, &options);
+        let coherent = all.returns.len() - all.rays as usize;
+        all.returns[coherent..].to_vec()
+    };
+    let echoes = of(1000, 1, 0);
+    assert!((800..4000).contains(&echoes.len()), "{}", echoes.len());
+    // 4 A D cos^2 over 4 pi r^4 (CONVENTIONS eq. 27), D = 1 - exp(-4 (k h cos)^2).
+    let c = tilt.cos();
+    let want = area * (1.0 - (-4.0 * (k * h * c).powi(2)).exp()) * c * c / std::f64::consts::PI / r.powi(4);
+    for i in 0..2 {
+        let power: f64 = echoes.iter().map(|e| e.spread[i][i].norm_sqr()).sum();
+        assert!((power / want - 1.0).abs() < 5e-3, "{power} {want}");
+    }
+    assert_eq!(echoes, of(1000, 1, 0));
+    assert_ne!(echoes, of(1000, 2, 0));
+    assert_ne!(echoes, of(1000, 1, 1));
+    assert!(of(0, 1, 0).is_empty());
+    // The field's mean power over seeds is the same: phases are independent. 400 draws of an exponential
+    // have a mean within 5 %, three of these are allowed.
+    let mean = (0..400)
+        .map(|seed| {
+            let field: Complex64 =
+                of(60, seed, 0).iter().map(|e| e.spread[0][0] * Complex64::cis(-k * e.path_length_m)).sum();
+            field.norm_sqr()
+        })
+        .sum::<f64>()
+        / 400.0;
+    assert!((mean / want - 1.0).abs() < 0.15, "{mean} {want}");
+}
+
+/// In W3 no object's peak moves by more than 0.1 dB when phases are quartered.
+#[test]
+fn w3_has_converged() {
+    let engine = Engine::open("cpu", Precision::F32).unwrap();
+    let settings = Settings { quick: true, seed: 1 };
+    let names = ["W3-static", "W3-moving"].map(String::from);
+    for outcome in bench::run(&engine, &names, &settings, &|_| ()).unwrap() {
+        let of = |name: &str| outcome.accuracy[name].as_f64().unwrap();
+        println!("{}: {:?}", outcome.workload, outcome.accuracy);
+        assert!(of("objects") > 60.0);
+        assert!(of("objects_worst_db") <= 0.1, "{}: {:?}", outcome.workload, outcome.accuracy);
+        assert!(of("map_relative_l2") < 0.01);
+    }
+}
