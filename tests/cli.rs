@@ -225,7 +225,7 @@ fn the_templates_run() {
     done(d, &["init", "scenario"]);
     done(d, &["init", "radar"]);
     refused(d, &["init", "scenario"], &["scenario.toml", "--force"]);
-    assert!(done(d, &["simulate", "scenario.toml", "--dry-run"]).contains("rays a frame"));
+    assert!(done(d, &["simulate", "scenario.toml", "--dry-run"]).contains("echoes a frame"));
 }
 
 #[test]

@@ -84,7 +84,7 @@ fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
     let all = Geometry::build(&scene(), 0.0, 77e9).unwrap();
     for bounces in [1, 2, 3] {
-        for (accuracy_db, bound) in [(0.2, 2e-3), (0.0125, 5e-4)] {
+        for (accuracy_db, bound) in [(0.2, 2.5e-3), (0.0125, 1.5e-3)] {
             let options = TraceOptions { bounces, accuracy_db, amplitude_floor: 0.0, ..Default::default() };
             let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
             assert!(found.returns.len() < 600, "{}", found.returns.len());

@@ -1,5 +1,5 @@
 //! Physical-optics integrals over flat lit regions at finite range, as waves from the place of mirror
-//! reflection, from the sides and from the corners of the region (CONVENTIONS eq. 55-58).
+//! reflection, from the sides and from the corners of the region (CONVENTIONS eq. 60-63).
 
 use glam::DVec2;
 use num_complex::Complex64;

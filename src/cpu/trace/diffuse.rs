@@ -1,5 +1,5 @@
 //! Diffuse echoes of rough surfaces in a frame: samples of the lit surface that carry power with random
-//! phase (CONVENTIONS eq. 27, 59). A surface that scatters diffusely has no phase to integrate.
+//! phase (CONVENTIONS eq. 27, 64). A surface that scatters diffusely has no phase to integrate.
 
 use super::beams::{Clipped, Polygon};
 use crate::cpu::rcs::beam_sum::Moments;

@@ -1,4 +1,4 @@
-//! Echoes of a frame's smooth surfaces, from exact beams (CONVENTIONS eq. 50-52, 55-58).
+//! Echoes of a frame's smooth surfaces, from exact beams (CONVENTIONS eq. 50-52, 60-63).
 //!
 //! What beams light of one plane by one chain of mirrors is one region, whatever faces and windows it is
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
