@@ -21,6 +21,21 @@ fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(work)
 }
 
+/// What `work` gives on one thread, and its seconds on the core, which others may share (elsewhere than on
+/// Linux those of the clock).
+fn timed<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64) {
+    let on_core = || {
+        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+        Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
+    };
+    one_thread(|| {
+        let (clock, core) = (Instant::now(), on_core());
+        let out = work();
+        let spent = on_core().zip(core).map_or(clock.elapsed().as_secs_f64(), |(a, b)| a - b);
+        (out, spent)
+    })
+}
+
 /// What changes when an answer does, to compare versions by.
 fn digest(all: &[Vec<Scattering>]) -> [f64; 3] {
     let s: Vec<_> = all.iter().flatten().flat_map(|s| s.every.into_iter().flatten()).collect();
@@ -40,9 +55,10 @@ fn superellipsoid(mesh: &mut Mesh, centre: DVec3, half: DVec3, power: f64, rows:
     let bent = |x: f64| x.signum() * x.abs().powf(2.0 / power);
     for i in 0..=rows {
         let (sin, cos) = (PI * (f64::from(i) / f64::from(rows) - 0.5)).sin_cos();
+        // The tips are one place to the bit.
+        let ring = if i == 0 || i == rows { 0.0 } else { bent(cos) };
         for j in 0..columns {
             let (s, c) = (TAU * f64::from(j) / f64::from(columns)).sin_cos();
-            let ring = bent(cos.max(0.0));
             mesh.positions_m.push(centre + half * DVec3::new(ring * bent(c), ring * bent(s), bent(sin)));
         }
     }
@@ -88,9 +104,9 @@ fn w1_and_w2() {
             let mut found = Vec::new();
             let times = (0..7)
                 .map(|_| {
-                    let start = Instant::now();
-                    found = one_thread(|| sweep(&geometry, &tones, &looks, Distance::Infinite, &options));
-                    start.elapsed().as_secs_f64()
+                    let (s, t) = timed(|| sweep(&geometry, &tones, &looks, Distance::Infinite, &options));
+                    found = s;
+                    t
                 })
                 .collect();
             println!(
@@ -108,11 +124,8 @@ fn w1_and_w2() {
 #[ignore = "prints times, judges nothing"]
 fn a_car_of_a_hundred_thousand_triangles() {
     let scene = car();
-    let start = Instant::now();
-    let geometry = one_thread(|| Geometry::build(&scene, 0.0, F)).unwrap();
-    let built = start.elapsed().as_secs_f64();
-    let faces = one_thread(|| geometry.faces().faces.len());
-    let prepared = start.elapsed().as_secs_f64() - built;
+    let (geometry, built) = timed(|| Geometry::build(&scene, 0.0, F).unwrap());
+    let (faces, prepared) = timed(|| geometry.faces().faces.len());
     println!(
         "car of {} triangles, {faces} faces: geometry {built:.3}, faces {prepared:.3} core-s",
         scene.triangle_count()
@@ -125,10 +138,10 @@ fn a_car_of_a_hundred_thousand_triangles() {
         let (mut found, mut times) = (Vec::new(), Vec::new());
         for (azimuth, elevation) in [(0.0, 2.0), (30.0, 0.0), (90.0, 5.0), (135.0, 30.0), (180.0, 1.0)] {
             let aspect = Aspect { azimuth: f64::to_radians(azimuth), elevation: f64::to_radians(elevation) };
-            let start = Instant::now();
             let look = [Look::monostatic(aspect)];
-            found.extend(one_thread(|| sweep(&geometry, &tones, &look, distance, &options)));
-            times.push(start.elapsed().as_secs_f64());
+            let (s, t) = timed(|| sweep(&geometry, &tones, &look, distance, &options));
+            found.extend(s);
+            times.push(t);
         }
         println!(
             "  {distance:?} last {last}: {times:.3?} core-s a direction, median {:.3}; {:.15?}",
@@ -146,27 +159,14 @@ fn refinement_and_repeated_calls() {
         .unwrap()
         .to_scene(&catseye::scene::material::by_name)
         .unwrap();
-    let start = Instant::now();
-    let fine = one_thread(|| refined_scene(&scene, sagitta_m(0.1, wavenumber(F))).unwrap().into_owned());
-    println!(
-        "{spec}: {} triangles to {} in {:.3} core-s",
-        scene.triangle_count(),
-        fine.triangle_count(),
-        start.elapsed().as_secs_f64()
-    );
-    let start = Instant::now();
-    let geometry = one_thread(|| Geometry::build(&fine, 0.0, F)).unwrap();
-    one_thread(|| geometry.faces().faces.len());
-    println!("geometry and faces: {:.3} core-s", start.elapsed().as_secs_f64());
+    let (fine, cut) = timed(|| refined_scene(&scene, sagitta_m(0.1, wavenumber(F))).unwrap().into_owned());
+    println!("{spec}: {} triangles to {} in {cut:.3} core-s", scene.triangle_count(), fine.triangle_count());
+    let (_, prepared) = timed(|| Geometry::build(&fine, 0.0, F).unwrap().faces().faces.len());
+    println!("geometry and faces: {prepared:.3} core-s");
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let options = cross_section::Sweep::options();
     let look = [Look::monostatic(Aspect { azimuth: 0.3, elevation: 0.2 })];
-    let times = (0..5)
-        .map(|_| {
-            let start = Instant::now();
-            one_thread(|| engine.rcs(&scene, &[F], &look, &options)).unwrap();
-            start.elapsed().as_secs_f64()
-        })
-        .collect::<Vec<_>>();
+    let times: Vec<f64> =
+        (0..5).map(|_| timed(|| engine.rcs(&scene, &[F], &look, &options).unwrap()).1).collect();
     println!("one look by Engine::rcs: {times:.3?} core-s");
 }

@@ -51,13 +51,6 @@ pub struct HalfSpace {
     pub offset: f64,
 }
 
-impl HalfSpace {
-    #[inline]
-    fn misses(&self, node: &Node) -> bool {
-        self.normal.dot(node.centre) + self.normal.abs().dot(node.half) < self.offset
-    }
-}
-
 #[derive(Debug, Default)]
 pub struct Faces {
     /// In the order of the tree's leaves.
@@ -175,16 +168,21 @@ impl Faces {
 
     /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
     #[inline]
-    pub fn within(&self, spaces: &[HalfSpace], mut visit: impl FnMut(u32)) {
+    pub fn within<const N: usize>(&self, spaces: &[HalfSpace; N], mut visit: impl FnMut(u32)) {
         if self.nodes.is_empty() {
             return;
         }
+        let reach = spaces.map(|s| s.normal.abs());
+        let misses = |node: &Node| {
+            let deepest = |i: usize| spaces[i].normal.dot(node.centre) + reach[i].dot(node.half);
+            (0..N).any(|i| deepest(i) < spaces[i].offset)
+        };
         let mut stack = [0u32; 96];
         let mut top = 1;
         while top > 0 {
             top -= 1;
             let node = &self.nodes[stack[top] as usize];
-            if spaces.iter().any(|s| s.misses(node)) {
+            if misses(node) {
                 continue;
             }
             if node.count > 0 {

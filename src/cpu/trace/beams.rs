@@ -4,13 +4,17 @@
 //! lines in which two planes cross, never along edges that were computed before: short computed edges have
 //! random directions.
 
-use crate::geom::faces::{Face, Faces, HalfSpace};
-use crate::trace::beams::{BeamOptions, CAP, Frame, Port};
+use crate::geom::faces::{Face, Faces, HalfSpace, MOST_CORNERS};
+use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Polygons with more corners than this are halved before they are cut again, so that CAP suffices.
-const MOST: usize = 12;
+/// Polygons with more corners than this are halved before they are cut again.
+const MOST: usize = 8;
+/// Corners that a polygon may have while it is cut: by each of [`Lines`] one more, or by another polygon's edges.
+const CAP: usize = MOST + MOST_LINES;
+/// The edges of a face and two crossings of planes.
+const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 const GRAZING: f64 = 1e-9;
 /// Pieces below this share of the polygon that they were cut from are dropped.
@@ -63,21 +67,28 @@ impl Polygon {
         self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
     }
 
-    /// The part where `line` is positive.
+    /// On which sides of `line` corners lie (negative, positive), and their distances.
     #[inline]
-    fn kept(&self, line: &Line, eps: f64) -> Polygon {
-        let (mut d, mut low, mut high) = ([0.0; CAP], false, false);
+    fn sides(&self, line: &Line, eps: f64, d: &mut [f64; CAP]) -> (bool, bool) {
+        let (mut low, mut high) = (false, false);
         for (d, p) in d.iter_mut().zip(self.corners()) {
             *d = line.at(*p, eps);
             low |= *d < 0.0;
             high |= *d > 0.0;
         }
-        match (low, high) {
-            (false, _) => return *self,
-            (true, false) => return Polygon::EMPTY,
+        (low, high)
+    }
+
+    /// Writes the part where `line` is positive to `out`, if it is neither all nor nothing.
+    #[inline]
+    fn cut(&self, line: &Line, eps: f64, out: &mut Polygon) -> Cut {
+        let mut d = [0.0; CAP];
+        match self.sides(line, eps, &mut d) {
+            (false, _) => return Cut::All,
+            (true, false) => return Cut::Nothing,
             _ => {}
         }
-        let mut out = Polygon::EMPTY;
+        out.n = 0;
         for i in 0..self.n {
             let j = if i + 1 == self.n { 0 } else { i + 1 };
             if d[i] >= 0.0 {
@@ -87,7 +98,43 @@ impl Polygon {
                 out.push(self.p[i] + (self.p[j] - self.p[i]) * (d[i] / (d[i] - d[j])));
             }
         }
-        out
+        Cut::Part
+    }
+
+    /// Writes the parts on both sides of `line`, if it crosses.
+    #[inline]
+    fn cut_apart(&self, line: &Line, eps: f64, inside: &mut Polygon, outside: &mut Polygon) -> Cut {
+        let mut d = [0.0; CAP];
+        match self.sides(line, eps, &mut d) {
+            (false, _) => return Cut::All,
+            (true, false) => return Cut::Nothing,
+            _ => {}
+        }
+        (inside.n, outside.n) = (0, 0);
+        for i in 0..self.n {
+            let j = if i + 1 == self.n { 0 } else { i + 1 };
+            if d[i] >= 0.0 {
+                inside.push(self.p[i]);
+            }
+            if d[i] <= 0.0 {
+                outside.push(self.p[i]);
+            }
+            if d[i] * d[j] < 0.0 {
+                let p = self.p[i] + (self.p[j] - self.p[i]) * (d[i] / (d[i] - d[j]));
+                inside.push(p);
+                outside.push(p);
+            }
+        }
+        Cut::Part
+    }
+
+    /// The part where `line` is positive.
+    fn kept(&self, line: &Line, eps: f64) -> Polygon {
+        let mut out = Polygon::EMPTY;
+        match self.cut(line, eps, &mut out) {
+            Cut::All => *self,
+            _ => out,
+        }
     }
 
     /// The two parts on either side of the line through `at` across `normal`.
@@ -108,6 +155,49 @@ impl Polygon {
         b.push(self.p[0]);
         [a, b]
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cut {
+    All,
+    Nothing,
+    Part,
+}
+
+/// Where polygons are cut, kept between cuts.
+struct Scratch {
+    halves: [Polygon; 2],
+    part: Polygon,
+    pieces: Vec<Polygon>,
+}
+
+impl Scratch {
+    fn new() -> Scratch {
+        Scratch { halves: [Polygon::EMPTY; 2], part: Polygon::EMPTY, pieces: Vec::new() }
+    }
+}
+
+/// `polygon` cut by lines in turn: None when nothing is left.
+#[inline]
+fn cut_by<'a>(
+    polygon: &'a Polygon,
+    lines: &[Line],
+    eps: f64,
+    halves: &'a mut [Polygon; 2],
+) -> Option<&'a Polygon> {
+    let [mut now, mut next] = halves.each_mut();
+    let mut whole = true;
+    for l in lines {
+        match if whole { polygon.cut(l, eps, next) } else { now.cut(l, eps, next) } {
+            Cut::All => continue,
+            Cut::Nothing => return None,
+            Cut::Part if next.n < 3 => return None,
+            Cut::Part => {}
+        }
+        whole = false;
+        std::mem::swap(&mut now, &mut next);
+    }
+    Some(if whole { polygon } else { now })
 }
 
 /// Positive on the side that is kept.
@@ -142,16 +232,16 @@ impl Line {
     }
 }
 
-/// At most the edges of a face and two crossings of planes.
+/// Those that bound a face in a polygon.
 #[derive(Clone, Copy)]
 struct Lines {
     n: usize,
-    l: [Line; 10],
+    l: [Line; MOST_LINES],
 }
 
 impl Lines {
     fn new() -> Self {
-        Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; 10] }
+        Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; MOST_LINES] }
     }
     #[inline]
     fn push(&mut self, l: Line) {
@@ -161,15 +251,21 @@ impl Lines {
     fn all(&self) -> &[Line] {
         &self.l[..self.n]
     }
+
+    /// Adds a line that cuts `polygon`; one that keeps all of it says nothing. False when the line leaves
+    /// nothing of it but what it touches.
     #[inline]
-    fn inside_of(&self, mut p: Polygon, eps: f64) -> Polygon {
-        for l in self.all() {
-            p = p.kept(l, eps);
-            if p.n < 3 {
-                return Polygon::EMPTY;
-            }
+    fn narrow(&mut self, line: Line, polygon: &Polygon, eps: f64) -> bool {
+        let (mut low, mut high) = (false, false);
+        for p in polygon.corners() {
+            let d = line.at(*p, eps);
+            low |= d < 0.0;
+            high |= d > 0.0;
         }
-        p
+        if low {
+            self.push(line);
+        }
+        high
     }
 }
 
@@ -266,13 +362,14 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
         clipper.seen_from(frame)
     });
     let parts = in_chunks(faces.faces.len(), |range| {
-        let mut out = Clipped::default();
+        let (mut out, mut scratch) = (Clipped::default(), Scratch::new());
         for f in range {
-            clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out);
+            clipper.follow(f as u32, &lit, far_seen.as_ref(), receive, &mut out, &mut scratch);
         }
         out
     });
-    let mut all = Clipped::default();
+    let mut parts = parts.into_iter();
+    let mut all = parts.next().unwrap_or_default();
     for part in parts {
         let base = all.nodes.len() as u32;
         all.nodes.extend(part.nodes.into_iter().map(|mut n| {
@@ -323,9 +420,9 @@ impl Clipper<'_> {
         }
     }
 
-    /// The edges of a face, inside positive.
+    /// The edges of a face that cut `polygon`, inside positive. None when the two are apart.
     #[inline]
-    fn outline(&self, frame: &Frame, face: &Face, facing: f64) -> Lines {
+    fn outline(&self, frame: &Frame, face: &Face, facing: f64, polygon: &Polygon) -> Option<Lines> {
         let corners = self.faces.corners(face);
         let sign = facing.signum();
         let mut lines = Lines::new();
@@ -338,10 +435,12 @@ impl Clipper<'_> {
                 let m = frame.k.cross(b - a) * sign;
                 Line::new(m.dot(frame.u), m.dot(frame.v), m.dot(frame.origin - a))
             };
-            lines.push(line);
+            if !lines.narrow(line, polygon, self.eps) {
+                return None;
+            }
             a = b;
         }
-        lines
+        Some(lines)
     }
 
     /// Half-spaces around the rays through `polygon`.
@@ -369,7 +468,7 @@ impl Clipper<'_> {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
             let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
-            let mut pieces = Vec::new();
+            let (mut pieces, mut scratch) = (Vec::new(), Scratch::new());
             for f in range {
                 let face = &self.faces.faces[f];
                 pieces.clear();
@@ -379,7 +478,7 @@ impl Clipper<'_> {
                     for c in self.faces.corners(face) {
                         p.push(frame.project(*c));
                     }
-                    cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces);
+                    cut = self.unhidden(&frame, None, f as u32, facing, &p, &mut pieces, &mut scratch);
                 }
                 counts.push(pieces.len() as u32);
                 whole.push(!cut && !pieces.is_empty());
@@ -403,14 +502,16 @@ impl Clipper<'_> {
 
     /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
     /// `source`. True when something was cut away.
+    #[allow(clippy::too_many_arguments)] // what it takes to cut; a struct would only rename it
     fn unhidden(
         &self,
         frame: &Frame,
         source: Option<&Side>,
         target: u32,
         facing: f64,
-        start: Polygon,
+        start: &Polygon,
         pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
     ) -> bool {
         let faces = self.faces;
         let face = &faces.faces[target as usize];
@@ -448,9 +549,10 @@ impl Clipper<'_> {
                 Some((_, Place::Behind)) => return,
                 Some((s, Place::Across)) => Some(self.beyond(frame, s, other)),
             };
-            let mut lines = self.outline(frame, other, other_facing);
-            crossing.into_iter().chain(beyond).for_each(|l| lines.push(l));
-            cut |= self.subtract(&lines, least, pieces, from);
+            let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
+            if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
+                cut |= self.subtract(&lines, least, pieces, from, scratch);
+            }
         });
         cut
     }
@@ -462,34 +564,61 @@ impl Clipper<'_> {
     }
 
     /// Takes the inside of `lines` out of the pieces from `from` on.
-    fn subtract(&self, lines: &Lines, least: f64, pieces: &mut Vec<Polygon>, from: usize) -> bool {
+    fn subtract(
+        &self,
+        lines: &Lines,
+        least: f64,
+        pieces: &mut Vec<Polygon>,
+        from: usize,
+        scratch: &mut Scratch,
+    ) -> bool {
         let end = pieces.len();
-        let (mut kept, mut new) = (from, Vec::new());
+        let mut kept = from;
+        let Scratch { halves, part, pieces: new } = scratch;
         for i in from..end {
-            let piece = pieces[i];
             // A piece that is only touched stays whole.
-            let apart = lines.all().iter().any(|l| piece.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
-            if apart || lines.inside_of(piece, self.eps).area().abs() <= least {
-                pieces[kept] = piece;
+            let inside = cut_by(&pieces[i], lines.all(), self.eps, halves);
+            if inside.is_none_or(|p| p.area().abs() <= least) {
+                if kept < i {
+                    pieces[kept] = pieces[i];
+                }
                 kept += 1;
                 continue;
             }
-            let mut rest = piece;
+            let [mut rest, mut next] = halves.each_mut();
+            *rest = pieces[i];
             for l in lines.all() {
-                keep(rest.kept(&l.opposite(), self.eps), least, &mut new);
-                rest = rest.kept(l, self.eps);
-                if rest.n < 3 {
-                    break;
+                match rest.cut_apart(l, self.eps, next, part) {
+                    Cut::All => {}
+                    Cut::Nothing => {
+                        keep(rest, least, new);
+                        break;
+                    }
+                    Cut::Part => {
+                        keep(part, least, new);
+                        if next.n < 3 {
+                            break;
+                        }
+                        std::mem::swap(&mut rest, &mut next);
+                    }
                 }
             }
         }
         pieces.truncate(kept);
-        pieces.append(&mut new);
+        pieces.append(new);
         kept < end
     }
 
     /// Follows what lights `first` through its bounces.
-    fn follow(&self, first: u32, lit: &Seen, far_seen: Option<&Seen>, receive: Port, out: &mut Clipped) {
+    fn follow(
+        &self,
+        first: u32,
+        lit: &Seen,
+        far_seen: Option<&Seen>,
+        receive: Port,
+        out: &mut Clipped,
+        scratch: &mut Scratch,
+    ) {
         let pieces = lit.of(first);
         if pieces.is_empty() {
             return;
@@ -533,21 +662,18 @@ impl Clipper<'_> {
                     Place::Before => None,
                     Place::Across => Some(self.beyond(&frame, &source, target)),
                 };
-                let mut lines = self.outline(&frame, target, facing);
-                beyond.into_iter().for_each(|l| lines.push(l));
-                let apart =
-                    lines.all().iter().any(|l| polygon.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
-                if apart {
+                let Some(mut lines) = self.outline(&frame, target, facing, &polygon) else { return };
+                if !beyond.into_iter().all(|l| lines.narrow(l, &polygon, self.eps)) {
                     return;
                 }
-                let p = lines.inside_of(polygon, self.eps);
+                let Some(p) = cut_by(&polygon, lines.all(), self.eps, &mut scratch.halves) else { return };
                 if p.area().abs() <= least {
                     return;
                 }
+                targets.push((f, facing, *p));
                 if self.options.last {
-                    self.subtract(&lines, least, &mut exits, 0);
+                    self.subtract(&lines, least, &mut exits, 0, scratch);
                 }
-                targets.push((f, facing, p));
             });
             if self.options.last {
                 for p in &exits {
@@ -558,9 +684,10 @@ impl Clipper<'_> {
                 continue;
             }
             let mark = stack.len();
-            for &(f, facing, p) in &targets {
+            for (f, facing, p) in &targets {
+                let (f, facing) = (*f, *facing);
                 parts.clear();
-                self.unhidden(&frame, Some(&source), f, facing, p, &mut parts);
+                self.unhidden(&frame, Some(&source), f, facing, p, &mut parts, scratch);
                 if parts.is_empty() {
                     continue;
                 }
@@ -627,14 +754,14 @@ impl Clipper<'_> {
 }
 
 /// Appends a polygon that is more than a sliver, halved when it has many corners.
-fn keep(p: Polygon, least: f64, pieces: &mut Vec<Polygon>) {
+fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
     if p.n < 3 || p.area().abs() <= least {
         return;
     }
     if p.n > MOST {
-        p.halves().into_iter().for_each(|h| keep(h, least, pieces));
+        p.halves().iter().for_each(|h| keep(h, least, pieces));
     } else {
-        pieces.push(p);
+        pieces.push(*p);
     }
 }
 
