@@ -7,11 +7,11 @@
 //! surfaces. Facets that are flat and touch a curved one are cut in their plane.
 
 use crate::error::{BadInput, Result};
+use crate::geom::hash::FastMap;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::collections::HashMap;
 
 /// Greatest phase 2 k s, rad, of an edge with sagitta s for an error of 0.1 dB: the worst of 50 directions on
 /// spheres of 4 to 50 wavelengths of radius. Facets are a grating, whose orders interfere with the echo to first
@@ -177,8 +177,10 @@ impl Surface {
     fn new(mesh: &Mesh, curved: &[bool]) -> Surface {
         let mut s = Surface { points: Vec::new(), normals: Vec::new(), facets: Vec::new() };
         let bits = |v: DVec3| (v + DVec3::ZERO).to_array().map(f64::to_bits);
-        let mut places: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.positions_m.len());
-        let mut known: HashMap<(u32, [u64; 3]), u32> = HashMap::with_capacity(mesh.positions_m.len());
+        let mut places: FastMap<[u64; 3], u32> =
+            FastMap::with_capacity_and_hasher(mesh.positions_m.len(), Default::default());
+        let mut known: FastMap<(u32, [u64; 3]), u32> =
+            FastMap::with_capacity_and_hasher(mesh.positions_m.len(), Default::default());
         let place: Vec<u32> = (mesh.positions_m.iter())
             .map(|p| {
                 *places.entry(bits(*p)).or_insert_with(|| {

@@ -5,6 +5,7 @@ pub mod bvh;
 pub mod curved;
 pub mod edges;
 pub mod faces;
+pub mod hash;
 mod patches;
 pub mod upload;
 pub mod validate;

@@ -169,11 +169,26 @@ struct Scratch {
     halves: [Polygon; 2],
     part: Polygon,
     pieces: Vec<Polygon>,
+    lists: Lists,
+}
+
+/// What a beam is followed with, kept between first faces.
+#[derive(Default)]
+struct Lists {
+    stack: Vec<(u32, Polygon)>,
+    targets: Vec<(u32, f64, Polygon)>,
+    parts: Vec<Polygon>,
+    exits: Vec<Polygon>,
 }
 
 impl Scratch {
     fn new() -> Scratch {
-        Scratch { halves: [Polygon::EMPTY; 2], part: Polygon::EMPTY, pieces: Vec::new() }
+        Scratch {
+            halves: [Polygon::EMPTY; 2],
+            part: Polygon::EMPTY,
+            pieces: Vec::new(),
+            lists: Lists::default(),
+        }
     }
 }
 
@@ -467,7 +482,8 @@ impl Clipper<'_> {
     fn seen_from(&self, frame: Frame) -> Seen {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
-            let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+            let (mut counts, mut whole) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
+            let mut polygons = Vec::with_capacity(range.len());
             let (mut pieces, mut scratch) = (Vec::new(), Scratch::new());
             for f in range {
                 let face = &self.faces.faces[f];
@@ -574,7 +590,7 @@ impl Clipper<'_> {
     ) -> bool {
         let end = pieces.len();
         let mut kept = from;
-        let Scratch { halves, part, pieces: new } = scratch;
+        let Scratch { halves, part, pieces: new, .. } = scratch;
         for i in from..end {
             // A piece that is only touched stays whole.
             let inside = cut_by(&pieces[i], lines.all(), self.eps, halves);
@@ -634,8 +650,9 @@ impl Clipper<'_> {
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
         });
-        let mut stack: Vec<(u32, Polygon)> = pieces.iter().rev().map(|p| (root, *p)).collect();
-        let (mut targets, mut parts, mut exits) = (Vec::new(), Vec::new(), Vec::new());
+        let mut lists = std::mem::take(&mut scratch.lists);
+        let Lists { stack, targets, parts, exits } = &mut lists;
+        stack.extend(pieces.iter().rev().map(|p| (root, *p)));
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && far_seen.is_none();
@@ -649,7 +666,9 @@ impl Clipper<'_> {
             let frame = node.frame.mirrored(node.normal, offset);
             let source = Side { normal: node.normal, offset };
             exits.clear();
-            exits.push(polygon);
+            if self.options.last {
+                exits.push(polygon);
+            }
             targets.clear();
             let least = SLIVER * polygon.area().abs();
             let [a, b, c, d] = Self::prism(&frame, polygon.bounds());
@@ -672,11 +691,11 @@ impl Clipper<'_> {
                 }
                 targets.push((f, facing, *p));
                 if self.options.last {
-                    self.subtract(&lines, least, &mut exits, 0, scratch);
+                    self.subtract(&lines, least, exits, 0, scratch);
                 }
             });
             if self.options.last {
-                for p in &exits {
+                for p in exits.iter() {
                     self.radiate(index, &node, p, first_is_seen, seen, receive, &mut out.last);
                 }
             }
@@ -684,10 +703,10 @@ impl Clipper<'_> {
                 continue;
             }
             let mark = stack.len();
-            for (f, facing, p) in &targets {
+            for (f, facing, p) in targets.iter() {
                 let (f, facing) = (*f, *facing);
                 parts.clear();
-                self.unhidden(&frame, Some(&source), f, facing, p, &mut parts, scratch);
+                self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
                 if parts.is_empty() {
                     continue;
                 }
@@ -703,6 +722,7 @@ impl Clipper<'_> {
             }
             stack[mark..].reverse();
         }
+        scratch.lists = lists;
     }
 
     /// Keeps the part of a lit polygon that the receiver sees, along the face's axes.
