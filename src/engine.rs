@@ -12,7 +12,7 @@ use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Geometry, edges, surfaces_at};
+use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
 use crate::rcs::{self, Aspect, Diffraction, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum};
 use crate::scene::Scene;
@@ -180,8 +180,8 @@ impl Engine {
         self.rcs_watched(scene, frequencies_hz, looks, options, &|_| ())
     }
 
-    /// How far S moves, in dB, when the accuracy that was asked for is made 16 times stricter (cells of a
-    /// quarter of the phase): the largest |dS| / |S| among the co-polar values within 30 dB of their peak. None when there
+    /// How far S moves, in dB, when cells at finite range and facets of curved surfaces have a quarter of the
+    /// phase that the accuracy allows: the largest |dS| / |S| among the co-polar values within 30 dB of their peak. None when there
     /// is no echo.
     pub fn rcs_convergence_db(
         &self,
@@ -190,9 +190,9 @@ impl Engine {
         looks: &[Look],
         options: &RcsOptions,
     ) -> Result<Option<f64>> {
-        let strict = RcsOptions { accuracy_db: options.accuracy_db / 16.0, last: false, ..options.clone() };
-        let found = self.rcs(scene, frequencies_hz, looks, &RcsOptions { last: false, ..options.clone() })?;
-        let finer = self.rcs(scene, frequencies_hz, looks, &strict)?;
+        let options = RcsOptions { last: false, ..options.clone() };
+        let found = self.rcs(scene, frequencies_hz, looks, &options)?;
+        let finer = self.swept(scene, frequencies_hz, looks, &options, 4.0, &|_| ())?;
         let mut worst: Option<f64> = None;
         for i in 0..2 {
             let peak = finer.iter().map(|s| s.every[i][i].norm()).fold(0.0, f64::max);
@@ -215,12 +215,25 @@ impl Engine {
         options: &RcsOptions,
         watch: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Scattering>> {
+        self.swept(scene, frequencies_hz, looks, options, 1.0, watch)
+    }
+
+    /// [`Engine::rcs_watched`] with the phases that decide the accuracy divided by `finer`.
+    fn swept(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        looks: &[Look],
+        options: &RcsOptions,
+        finer: f64,
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<Scattering>> {
         if options.ground != Ground::None {
             return rcs::ground::scattering(scene, frequencies_hz, looks, options, |s, f, l, o| {
                 // Each look is taken several times with its images.
                 let share = looks.len() as f64 / l.len() as f64;
                 let done = std::sync::Mutex::new(0.0);
-                self.rcs_watched(s, f, l, o, &|n| {
+                self.swept(s, f, l, o, finer, &|n| {
                     let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
                     let before = *sum as u64;
                     *sum += n as f64 * share;
@@ -232,14 +245,16 @@ impl Engine {
         if !highest.is_finite() || looks.is_empty() {
             return Ok(Vec::new());
         }
-        let geometry = Geometry::build(scene, 0.0, highest)?;
+        let sagitta_m = curved::sagitta_m(options.accuracy_db, wavenumber(highest)) / finer;
+        let geometry = Geometry::build(&*curved::refined_scene(scene, sagitta_m)?, 0.0, highest)?;
         let surfaces = frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
         let tones: Vec<Tone> = frequencies_hz
             .iter()
             .zip(&surfaces)
             .map(|(f, surfaces)| Tone { wavenumber: wavenumber(*f), surfaces })
             .collect();
-        let beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
+        let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
+        beams.tau /= finer;
         let mut by_look = Vec::with_capacity(looks.len());
         for batch in looks.chunks(LOOKS_PER_BATCH) {
             by_look.extend(match self {

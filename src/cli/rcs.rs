@@ -6,8 +6,8 @@ use super::{Global, print, print_json};
 use crate::engine::Engine;
 use crate::error::{BadInput, Error, Result};
 use crate::formats::stage::StagedFile;
-use crate::geom::Geometry;
 use crate::geom::validate::check_scene;
+use crate::geom::{Geometry, curved};
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
 use crate::rcs::table::{RcsTable, Row};
@@ -49,7 +49,7 @@ pub struct Rcs {
     /// Which bounces radiate: each, or only the one from which a beam leaves
     #[arg(long, default_value = "every")]
     pub convention: ConventionName,
-    /// Error that finite range may bring, dB (flat facets seen from infinity have none)
+    /// Error that curved surfaces and finite range may bring, dB (flat facets seen from infinity have none)
     #[arg(long, default_value_t = 0.1, value_name = "DB")]
     pub accuracy_db: f64,
     /// Edges of metal: none, or first-order physical theory of diffraction
@@ -228,17 +228,25 @@ impl Rcs {
         let both = RcsOptions { last: true, ..options.clone() };
         let on_boresight = engine.rcs(&target.scene, &frequencies, &[Look::monostatic(boresight)], &both)?;
         // At finite range the cells shrink until the change that a stricter run makes is within what was allowed.
+        // Facets of curved surfaces grow so many that their change is only told.
         let mut taken = options.clone();
         let mut converged = None;
-        if let Distance::At(_) = options.distance {
+        let is_curved = target.scene.meshes.iter().any(curved::has_curved);
+        let (tries, step_down) = match (options.distance, is_curved) {
+            (Distance::Infinite, false) => (0, 1.0),
+            (Distance::Infinite, true) => (1, 1.0),
+            (Distance::At(_), false) => (CONVERGENCE_TRIES, 8.0),
+            (Distance::At(_), true) => (CONVERGENCE_TRIES, 2.0),
+        };
+        if tries > 0 {
             let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
             let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
-            for _ in 0..CONVERGENCE_TRIES {
+            for i in 0..tries {
                 converged = engine.rcs_convergence_db(&target.scene, &frequencies, &some, &taken)?;
-                if converged.is_none_or(|db| db <= self.accuracy_db) {
+                if i + 1 == tries || converged.is_none_or(|db| db <= self.accuracy_db) {
                     break;
                 }
-                taken.accuracy_db /= 8.0;
+                taken.accuracy_db /= step_down;
             }
         }
         if let Some(db) = converged.filter(|db| *db > self.accuracy_db) {
@@ -259,12 +267,11 @@ impl Rcs {
         );
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
         table.comments = self.comments(&target.name, &engine, &target, &frequencies, &on_boresight);
-        table.comments.push(match (options.distance, converged) {
-            (Distance::Infinite, _) => {
-                "convergence: flat facets are exact in the far field, curved bodies are as their facets"
-                    .into()
-            }
-            (_, Some(db)) => format!("convergence: {db:.4} dB between this and a 16 times stricter run"),
+        table.comments.push(match (tries, converged) {
+            (0, _) => "convergence: flat facets are exact in the far field".into(),
+            (_, Some(db)) => format!(
+                "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
+            ),
             (_, None) => "convergence: no echo to compare".into(),
         });
         table.comments.extend(warnings.iter().map(|w| format!("warning: {w}")));
@@ -357,7 +364,7 @@ impl Rcs {
             format!("range_m: {}", self.range_m),
             format!("ground: {}, target raised by {} m", self.ground, self.height_m),
             format!("diffraction: {}", format!("{:?}", self.diffraction).to_lowercase()),
-            format!("accuracy_db: {} (finite range)", self.accuracy_db),
+            format!("accuracy_db: {} (curved surfaces, finite range)", self.accuracy_db),
             format!("engine: {}", engine.describe()),
             format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
         ];

@@ -8,11 +8,12 @@ use crate::dsp::doa_beamform::Beamformer;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::Geometry;
+use crate::geom::{Geometry, curved};
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
 use crate::scene::{Object, Scene};
 use crate::trace::{Convention, Returns, TraceOptions};
+use crate::units::wavenumber;
 use glam::DVec3;
 use std::time::Instant;
 
@@ -93,7 +94,9 @@ pub fn simulate_with(
     let mut stages = Stages::default();
     let mut clock = Clock::start();
 
-    let geometry = Geometry::build(scene, time_s, radar.carrier_hz)?;
+    let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
+    let refined = curved::refined_scene(scene, sagitta_m)?;
+    let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
     stages.geometry_s = clock.lap();
     let returns = engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, index));
     stages.trace_s = clock.lap();

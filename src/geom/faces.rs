@@ -2,11 +2,11 @@
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
 use super::Geometry;
+use crate::geom::hash::FastMap;
 use crate::units::wavelength_m;
 use glam::{DVec2, DVec3};
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
-use std::collections::HashMap;
 use std::time::Duration;
 
 pub const MOST_CORNERS: usize = 8;
@@ -51,13 +51,6 @@ pub struct Node {
 pub struct HalfSpace {
     pub normal: DVec3,
     pub offset: f64,
-}
-
-impl HalfSpace {
-    #[inline]
-    fn misses(&self, node: &Node) -> bool {
-        self.normal.dot(node.centre) + self.normal.abs().dot(node.half) < self.offset
-    }
 }
 
 #[derive(Debug, Default)]
@@ -178,16 +171,24 @@ impl Faces {
 
     /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
     #[inline]
-    pub fn within(&self, spaces: &[HalfSpace], mut visit: impl FnMut(u32)) {
+    pub fn within<const N: usize>(&self, spaces: &[HalfSpace; N], mut visit: impl FnMut(u32)) {
         if self.nodes.is_empty() {
             return;
         }
+        let mut reach = [DVec3::ZERO; N];
+        for (r, s) in reach.iter_mut().zip(spaces) {
+            *r = s.normal.abs();
+        }
+        let misses = |node: &Node| {
+            let deepest = |i: usize| spaces[i].normal.dot(node.centre) + reach[i].dot(node.half);
+            (0..N).any(|i| deepest(i) < spaces[i].offset)
+        };
         let mut stack = [0u32; 96];
         let mut top = 1;
         while top > 0 {
             top -= 1;
             let node = &self.nodes[stack[top] as usize];
-            if spaces.iter().any(|s| s.misses(node)) {
+            if misses(node) {
                 continue;
             }
             if node.count > 0 {
@@ -229,12 +230,12 @@ struct Welded<'a> {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
-    edges: HashMap<(u32, u32), Vec<(u32, bool)>>,
+    edges: FastMap<(u32, u32), Vec<(u32, bool)>>,
 }
 
 impl<'a> Welded<'a> {
     fn new(geometry: &'a Geometry) -> Self {
-        let mut number: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
+        let mut number: FastMap<(u32, [u64; 3]), u32> = FastMap::default();
         let mut points = Vec::new();
         let triangles: Vec<[u32; 3]> = geometry
             .triangles
@@ -249,7 +250,8 @@ impl<'a> Welded<'a> {
                 })
             })
             .collect();
-        let mut edges: HashMap<(u32, u32), Vec<(u32, bool)>> = HashMap::with_capacity(2 * triangles.len());
+        let mut edges: FastMap<(u32, u32), Vec<(u32, bool)>> =
+            FastMap::with_capacity_and_hasher(2 * triangles.len(), Default::default());
         for (i, t) in triangles.iter().enumerate() {
             for (a, b) in sides(t) {
                 edges.entry((a.min(b), a.max(b))).or_default().push((i as u32, a < b));
@@ -363,7 +365,7 @@ fn convex_polygons(mesh: &Welded, patch: &[u32], plane: &Plane, flat_m: f64) -> 
     // Hertel and Mehlhorn (1983): leave out each shared edge whose removal keeps the union convex.
     let mut polygons: Vec<Option<Vec<u32>>> =
         patch.iter().map(|&i| Some(mesh.triangles[i as usize].to_vec())).collect();
-    let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
+    let mut owner: FastMap<(u32, u32), usize> = FastMap::default();
     for (i, p) in polygons.iter().enumerate() {
         for (a, b) in around(p.as_deref().unwrap_or_default()) {
             owner.insert((a, b), i);
@@ -452,8 +454,9 @@ fn joined(p: &[u32], q: &[u32], (a, b): (u32, u32)) -> Option<Vec<u32>> {
 
 /// The outline of a patch when it is one simple loop.
 fn single_outline(mesh: &Welded, patch: &[u32]) -> Option<Vec<u32>> {
-    let mut next: HashMap<u32, u32> = HashMap::new();
-    let mut inside: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * patch.len());
+    let mut next: FastMap<u32, u32> = FastMap::default();
+    let mut inside: FastMap<(u32, u32), ()> =
+        FastMap::with_capacity_and_hasher(3 * patch.len(), Default::default());
     for &i in patch {
         for e in sides(&mesh.triangles[i as usize]) {
             inside.insert(e, ());

@@ -2,8 +2,10 @@
 //! BVH. Rebuilt for each frame in which something moves.
 
 pub mod bvh;
+pub mod curved;
 pub mod edges;
 pub mod faces;
+pub mod hash;
 pub mod outline;
 mod patches;
 pub mod upload;

@@ -1,8 +1,8 @@
 //! Coplanar neighbours of a mesh, by union over shared edges.
 
+use crate::geom::hash::FastMap;
 use crate::scene::Mesh;
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// Sine of the largest angle between normals that still counts as one plane. Far below the angle that
 /// matters to a phase (a metre-wide facet tilted by it moves by a nanometre), far above rounding in f32
@@ -23,7 +23,8 @@ pub fn coplanar_patches(mesh: &Mesh) -> (Vec<u32>, u32) {
     let mut parent: Vec<u32> = (0..n as u32).collect();
     // Vertices are compared by position: exporters duplicate them for flat shading.
     let key = |i: u32| mesh.positions_m[i as usize].to_array().map(|x| (x + 0.0).to_bits());
-    let mut edge_owner: HashMap<([u64; 3], [u64; 3]), u32> = HashMap::with_capacity(2 * n);
+    let mut edge_owner: FastMap<([u64; 3], [u64; 3]), u32> =
+        FastMap::with_capacity_and_hasher(2 * n, Default::default());
     for (i, t) in mesh.triangles.iter().enumerate() {
         for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
             let (ka, kb) = (key(a), key(b));

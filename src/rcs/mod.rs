@@ -83,7 +83,8 @@ pub struct RcsOptions {
     /// Facets met by one beam, 1..=MAX_BOUNCES.
     pub bounces: usize,
     pub distance: Distance,
-    /// Error that curved bodies and finite ranges may have, dB; flat facets seen from infinity have none.
+    /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none.
+    /// Curved are facets with smooth normals ([`crate::geom::curved`]).
     pub accuracy_db: f64,
     pub diffraction: Diffraction,
     pub ground: Ground,

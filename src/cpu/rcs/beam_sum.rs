@@ -135,12 +135,22 @@ pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
     }
     let mut sum = Complex64::ZERO;
     let mut a = p[p.len() - 1];
+    let mut at_a = Complex64::cis(g.dot(a));
     for &b in p {
         let e = b - a;
         let x = 0.5 * g.dot(e);
-        let sinc = if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x };
-        sum += Complex64::cis(g.dot(0.5 * (a + b))) * (g.perp_dot(e) * sinc);
-        a = b;
+        let at_b = Complex64::cis(g.dot(b));
+        // exp(j g . middle) sin(x) / x, from the phases of both ends where they are far enough apart.
+        let mean = if x.abs() < 0.1 {
+            let y = x * x;
+            let sinc = 1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0)));
+            Complex64::cis(g.dot(0.5 * (a + b))) * sinc
+        } else {
+            let d = at_b - at_a;
+            Complex64::new(d.im, -d.re) * (0.5 / x)
+        };
+        sum += mean * g.perp_dot(e);
+        (a, at_a) = (b, at_b);
     }
     // 1/(j g^2) of the outline's flux; clockwise outlines count negative.
     Complex64::new(sum.im, -sum.re) * (moments.sign / g.length_squared())

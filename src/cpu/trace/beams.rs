@@ -4,13 +4,17 @@
 //! lines in which two planes cross, never along edges that were computed before: short computed edges have
 //! random directions.
 
-use crate::geom::faces::{Face, Faces, HalfSpace};
-use crate::trace::beams::{BeamOptions, CAP, Frame, Port};
+use crate::geom::faces::{Face, Faces, HalfSpace, MOST_CORNERS};
+use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Polygons with more corners than this are halved before they are cut again, so that CAP suffices.
-const MOST: usize = 12;
+/// Polygons with more corners than this are halved before they are cut again.
+const MOST: usize = 8;
+/// Corners that a polygon may have while it is cut: by each of [`Lines`] one more, or by another polygon's edges.
+const CAP: usize = MOST + MOST_LINES;
+/// The edges of a face and two crossings of planes.
+const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 const GRAZING: f64 = 1e-9;
 /// Pieces below this share of the polygon that they were cut from are dropped.
@@ -63,21 +67,28 @@ impl Polygon {
         self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
     }
 
-    /// The part where `line` is positive.
+    /// On which sides of `line` corners lie (negative, positive), and their distances.
     #[inline]
-    fn kept(&self, line: &Line, eps: f64) -> Polygon {
-        let (mut d, mut low, mut high) = ([0.0; CAP], false, false);
+    fn sides(&self, line: &Line, eps: f64, d: &mut [f64; CAP]) -> (bool, bool) {
+        let (mut low, mut high) = (false, false);
         for (d, p) in d.iter_mut().zip(self.corners()) {
             *d = line.at(*p, eps);
             low |= *d < 0.0;
             high |= *d > 0.0;
         }
-        match (low, high) {
-            (false, _) => return *self,
-            (true, false) => return Polygon::EMPTY,
+        (low, high)
+    }
+
+    /// Writes the part where `line` is positive to `out`, if it is neither all nor nothing.
+    #[inline]
+    fn cut(&self, line: &Line, eps: f64, out: &mut Polygon) -> Cut {
+        let mut d = [0.0; CAP];
+        match self.sides(line, eps, &mut d) {
+            (false, _) => return Cut::All,
+            (true, false) => return Cut::Nothing,
             _ => {}
         }
-        let mut out = Polygon::EMPTY;
+        out.n = 0;
         for i in 0..self.n {
             let j = if i + 1 == self.n { 0 } else { i + 1 };
             if d[i] >= 0.0 {
@@ -87,7 +98,43 @@ impl Polygon {
                 out.push(self.p[i] + (self.p[j] - self.p[i]) * (d[i] / (d[i] - d[j])));
             }
         }
-        out
+        Cut::Part
+    }
+
+    /// Writes the parts on both sides of `line`, if it crosses.
+    #[inline]
+    fn cut_apart(&self, line: &Line, eps: f64, inside: &mut Polygon, outside: &mut Polygon) -> Cut {
+        let mut d = [0.0; CAP];
+        match self.sides(line, eps, &mut d) {
+            (false, _) => return Cut::All,
+            (true, false) => return Cut::Nothing,
+            _ => {}
+        }
+        (inside.n, outside.n) = (0, 0);
+        for i in 0..self.n {
+            let j = if i + 1 == self.n { 0 } else { i + 1 };
+            if d[i] >= 0.0 {
+                inside.push(self.p[i]);
+            }
+            if d[i] <= 0.0 {
+                outside.push(self.p[i]);
+            }
+            if d[i] * d[j] < 0.0 {
+                let p = self.p[i] + (self.p[j] - self.p[i]) * (d[i] / (d[i] - d[j]));
+                inside.push(p);
+                outside.push(p);
+            }
+        }
+        Cut::Part
+    }
+
+    /// The part where `line` is positive.
+    fn kept(&self, line: &Line, eps: f64) -> Polygon {
+        let mut out = Polygon::EMPTY;
+        match self.cut(line, eps, &mut out) {
+            Cut::All => *self,
+            _ => out,
+        }
     }
 
     /// The two parts on either side of the line through `at` across `normal`.
@@ -108,6 +155,64 @@ impl Polygon {
         b.push(self.p[0]);
         [a, b]
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cut {
+    All,
+    Nothing,
+    Part,
+}
+
+/// Where polygons are cut, kept between cuts.
+struct Scratch {
+    halves: [Polygon; 2],
+    part: Polygon,
+    pieces: Vec<Polygon>,
+    lists: Lists,
+}
+
+/// What a beam is followed with, kept between first faces.
+#[derive(Default)]
+struct Lists {
+    stack: Vec<(u32, Polygon)>,
+    targets: Vec<(u32, f64, Polygon)>,
+    parts: Vec<Polygon>,
+    exits: Vec<Polygon>,
+}
+
+impl Scratch {
+    fn new() -> Scratch {
+        Scratch {
+            halves: [Polygon::EMPTY; 2],
+            part: Polygon::EMPTY,
+            pieces: Vec::new(),
+            lists: Lists::default(),
+        }
+    }
+}
+
+/// `polygon` cut by lines in turn: None when nothing is left.
+#[inline]
+fn cut_by<'a>(
+    polygon: &'a Polygon,
+    lines: &[Line],
+    eps: f64,
+    halves: &'a mut [Polygon; 2],
+) -> Option<&'a Polygon> {
+    let [mut now, mut next] = halves.each_mut();
+    let mut whole = true;
+    for l in lines {
+        match if whole { polygon.cut(l, eps, next) } else { now.cut(l, eps, next) } {
+            Cut::All => continue,
+            Cut::Nothing => return None,
+            Cut::Part if next.n < 3 => return None,
+            Cut::Part => {}
+        }
+        whole = false;
+        std::mem::swap(&mut now, &mut next);
+    }
+    Some(if whole { polygon } else { now })
 }
 
 /// Positive on the side that is kept.
@@ -142,16 +247,16 @@ impl Line {
     }
 }
 
-/// At most the edges of a face and two crossings of planes.
+/// Those that bound a face in a polygon.
 #[derive(Clone, Copy)]
 struct Lines {
     n: usize,
-    l: [Line; 10],
+    l: [Line; MOST_LINES],
 }
 
 impl Lines {
     fn new() -> Self {
-        Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; 10] }
+        Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; MOST_LINES] }
     }
     #[inline]
     fn push(&mut self, l: Line) {
@@ -161,15 +266,21 @@ impl Lines {
     fn all(&self) -> &[Line] {
         &self.l[..self.n]
     }
+
+    /// Adds a line that cuts `polygon`; one that keeps all of it says nothing. False when the line leaves
+    /// nothing of it but what it touches.
     #[inline]
-    fn inside_of(&self, mut p: Polygon, eps: f64) -> Polygon {
-        for l in self.all() {
-            p = p.kept(l, eps);
-            if p.n < 3 {
-                return Polygon::EMPTY;
-            }
+    fn narrow(&mut self, line: Line, polygon: &Polygon, eps: f64) -> bool {
+        let (mut low, mut high) = (false, false);
+        for p in polygon.corners() {
+            let d = line.at(*p, eps);
+            low |= d < 0.0;
+            high |= d > 0.0;
         }
-        p
+        if low {
+            self.push(line);
+        }
+        high
     }
 }
 
@@ -288,7 +399,8 @@ pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> 
 }
 
 fn joined(parts: Vec<Clipped>) -> Clipped {
-    let mut all = Clipped::default();
+    let mut parts = parts.into_iter();
+    let mut all = parts.next().unwrap_or_default();
     for part in parts {
         let base = all.nodes.len() as u32;
         all.nodes.extend(part.nodes.into_iter().map(|mut n| {
@@ -339,9 +451,9 @@ impl Clipper<'_> {
         }
     }
 
-    /// The edges of a face, inside positive.
+    /// The edges of a face that cut `polygon`, inside positive. None when the two are apart.
     #[inline]
-    fn outline(&self, frame: &Frame, face: &Face, facing: f64) -> Lines {
+    fn outline(&self, frame: &Frame, face: &Face, facing: f64, polygon: &Polygon) -> Option<Lines> {
         let corners = self.faces.corners(face);
         let sign = facing.signum();
         let mut lines = Lines::new();
@@ -354,10 +466,12 @@ impl Clipper<'_> {
                 let m = frame.k.cross(b - a) * sign;
                 Line::new(m.dot(frame.u), m.dot(frame.v), m.dot(frame.origin - a))
             };
-            lines.push(line);
+            if !lines.narrow(line, polygon, self.eps) {
+                return None;
+            }
             a = b;
         }
-        lines
+        Some(lines)
     }
 
     /// Half-spaces around the rays through `polygon`.
@@ -385,9 +499,11 @@ impl Clipper<'_> {
         let n = self.faces.faces.len();
         let seen = far_seen.unwrap_or(lit);
         joined(in_chunks(n * lit.len(), |range| {
-            let mut out = Clipped::default();
+            let (mut out, mut scratch) = (Clipped::default(), Scratch::new());
+            let monostatic = far_seen.is_none();
             for i in range {
-                self.follow((i % n) as u32, &lit[i / n], seen, far_seen.is_none(), receive, &mut out);
+                let view = &lit[i / n];
+                self.follow((i % n) as u32, view, seen, monostatic, receive, &mut out, &mut scratch);
             }
             out
         }))
@@ -397,8 +513,9 @@ impl Clipper<'_> {
     fn seen_from(&self, frame: Frame, window: bool) -> Seen {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
-            let (mut counts, mut whole, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
-            let mut pieces = Vec::new();
+            let (mut counts, mut whole) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
+            let mut polygons = Vec::with_capacity(range.len());
+            let (mut pieces, mut scratch) = (Vec::new(), Scratch::new());
             for f in range {
                 let face = &self.faces.faces[f];
                 pieces.clear();
@@ -406,7 +523,8 @@ impl Clipper<'_> {
                 if let Some(facing) = self.lit(&frame, face) {
                     let (p, whole) = self.start(&frame, window, face);
                     if p.n >= 3 {
-                        cut = self.unhidden(&frame, None, f as u32, facing, p, &mut pieces) || !whole;
+                        cut = self.unhidden(&frame, None, f as u32, facing, &p, &mut pieces, &mut scratch)
+                            || !whole;
                     }
                 }
                 counts.push(pieces.len() as u32);
@@ -475,8 +593,8 @@ impl Clipper<'_> {
 
     /// The part of a polygon on a face, in the (u, v) of `frame`, that lies in a window. Both frames are
     /// those of point sources.
-    fn in_window(&self, frame: &Frame, nearness: DVec3, polygon: Polygon, window: &Frame) -> Polygon {
-        let mut p = polygon;
+    fn in_window(&self, frame: &Frame, nearness: DVec3, polygon: &Polygon, window: &Frame) -> Polygon {
+        let mut p = *polygon;
         for wall in WALLS {
             let m = window.u * wall.x + window.v * wall.y + window.k * wall.z;
             let s = m.dot(frame.origin - window.origin);
@@ -492,14 +610,16 @@ impl Clipper<'_> {
 
     /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
     /// `source`. True when something was cut away.
+    #[allow(clippy::too_many_arguments)] // what it takes to cut; a struct would only rename it
     fn unhidden(
         &self,
         frame: &Frame,
         source: Option<&Side>,
         target: u32,
         facing: f64,
-        start: Polygon,
+        start: &Polygon,
         pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
     ) -> bool {
         let faces = self.faces;
         let face = &faces.faces[target as usize];
@@ -537,9 +657,10 @@ impl Clipper<'_> {
                 Some((_, Place::Behind)) => return,
                 Some((s, Place::Across)) => Some(self.beyond(frame, s, other)),
             };
-            let mut lines = self.outline(frame, other, other_facing);
-            crossing.into_iter().chain(beyond).for_each(|l| lines.push(l));
-            cut |= self.subtract(&lines, least, pieces, from);
+            let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
+            if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
+                cut |= self.subtract(&lines, least, pieces, from, scratch);
+            }
         });
         cut
     }
@@ -551,33 +672,53 @@ impl Clipper<'_> {
     }
 
     /// Takes the inside of `lines` out of the pieces from `from` on.
-    fn subtract(&self, lines: &Lines, least: f64, pieces: &mut Vec<Polygon>, from: usize) -> bool {
+    fn subtract(
+        &self,
+        lines: &Lines,
+        least: f64,
+        pieces: &mut Vec<Polygon>,
+        from: usize,
+        scratch: &mut Scratch,
+    ) -> bool {
         let end = pieces.len();
-        let (mut kept, mut new) = (from, Vec::new());
+        let mut kept = from;
+        let Scratch { halves, part, pieces: new, .. } = scratch;
         for i in from..end {
-            let piece = pieces[i];
             // A piece that is only touched stays whole.
-            let apart = lines.all().iter().any(|l| piece.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
-            if apart || lines.inside_of(piece, self.eps).area().abs() <= least {
-                pieces[kept] = piece;
+            let inside = cut_by(&pieces[i], lines.all(), self.eps, halves);
+            if inside.is_none_or(|p| p.area().abs() <= least) {
+                if kept < i {
+                    pieces[kept] = pieces[i];
+                }
                 kept += 1;
                 continue;
             }
-            let mut rest = piece;
+            let [mut rest, mut next] = halves.each_mut();
+            *rest = pieces[i];
             for l in lines.all() {
-                keep(rest.kept(&l.opposite(), self.eps), least, &mut new);
-                rest = rest.kept(l, self.eps);
-                if rest.n < 3 {
-                    break;
+                match rest.cut_apart(l, self.eps, next, part) {
+                    Cut::All => {}
+                    Cut::Nothing => {
+                        keep(rest, least, new);
+                        break;
+                    }
+                    Cut::Part => {
+                        keep(part, least, new);
+                        if next.n < 3 {
+                            break;
+                        }
+                        std::mem::swap(&mut rest, &mut next);
+                    }
                 }
             }
         }
         pieces.truncate(kept);
-        pieces.append(&mut new);
+        pieces.append(new);
         kept < end
     }
 
     /// Follows what lights `first` through its bounces.
+    #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
     fn follow(
         &self,
         first: u32,
@@ -586,6 +727,7 @@ impl Clipper<'_> {
         monostatic: bool,
         receive: Port,
         out: &mut Clipped,
+        scratch: &mut Scratch,
     ) {
         let pieces = lit.of(first);
         if pieces.is_empty() {
@@ -601,8 +743,9 @@ impl Clipper<'_> {
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
         });
-        let mut stack: Vec<(u32, Polygon)> = pieces.iter().rev().map(|p| (root, *p)).collect();
-        let (mut targets, mut parts, mut exits) = (Vec::new(), Vec::new(), Vec::new());
+        let mut lists = std::mem::take(&mut scratch.lists);
+        let Lists { stack, targets, parts, exits } = &mut lists;
+        stack.extend(pieces.iter().rev().map(|p| (root, *p)));
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && monostatic;
@@ -616,7 +759,9 @@ impl Clipper<'_> {
             let frame = node.frame.mirrored(node.normal, offset);
             let source = Side { normal: node.normal, offset };
             exits.clear();
-            exits.push(polygon);
+            if self.options.last {
+                exits.push(polygon);
+            }
             targets.clear();
             let least = SLIVER * polygon.area().abs();
             let [a, b, c, d] = Self::prism(&frame, polygon.bounds());
@@ -629,24 +774,21 @@ impl Clipper<'_> {
                     Place::Before => None,
                     Place::Across => Some(self.beyond(&frame, &source, target)),
                 };
-                let mut lines = self.outline(&frame, target, facing);
-                beyond.into_iter().for_each(|l| lines.push(l));
-                let apart =
-                    lines.all().iter().any(|l| polygon.corners().iter().all(|p| l.at(*p, self.eps) <= 0.0));
-                if apart {
+                let Some(mut lines) = self.outline(&frame, target, facing, &polygon) else { return };
+                if !beyond.into_iter().all(|l| lines.narrow(l, &polygon, self.eps)) {
                     return;
                 }
-                let p = lines.inside_of(polygon, self.eps);
+                let Some(p) = cut_by(&polygon, lines.all(), self.eps, &mut scratch.halves) else { return };
                 if p.area().abs() <= least {
                     return;
                 }
+                targets.push((f, facing, *p));
                 if self.options.last {
-                    self.subtract(&lines, least, &mut exits, 0);
+                    self.subtract(&lines, least, exits, 0, scratch);
                 }
-                targets.push((f, facing, p));
             });
             if self.options.last {
-                for p in &exits {
+                for p in exits.iter() {
                     self.radiate(index, &node, p, first_is_seen, seen, receive, &mut out.last);
                 }
             }
@@ -654,9 +796,10 @@ impl Clipper<'_> {
                 continue;
             }
             let mark = stack.len();
-            for &(f, facing, p) in &targets {
+            for (f, facing, p) in targets.iter() {
+                let (f, facing) = (*f, *facing);
                 parts.clear();
-                self.unhidden(&frame, Some(&source), f, facing, p, &mut parts);
+                self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
                 if parts.is_empty() {
                     continue;
                 }
@@ -672,6 +815,7 @@ impl Clipper<'_> {
             }
             stack[mark..].reverse();
         }
+        scratch.lists = lists;
     }
 
     /// Keeps the part of a lit polygon that the receiver sees, along the face's axes.
@@ -716,7 +860,7 @@ impl Clipper<'_> {
             }
             inside.clear();
             if view.window {
-                keep(self.in_window(&node.frame, nearness, *polygon, &view.frame), 0.0, &mut inside);
+                keep(&self.in_window(&node.frame, nearness, polygon, &view.frame), 0.0, &mut inside);
             } else {
                 inside.push(*polygon);
             }
@@ -737,14 +881,14 @@ impl Clipper<'_> {
 }
 
 /// Appends a polygon that is more than a sliver, halved when it has many corners.
-fn keep(p: Polygon, least: f64, pieces: &mut Vec<Polygon>) {
+fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
     if p.n < 3 || p.area().abs() <= least {
         return;
     }
     if p.n > MOST {
-        p.halves().into_iter().for_each(|h| keep(h, least, pieces));
+        p.halves().iter().for_each(|h| keep(h, least, pieces));
     } else {
-        pieces.push(p);
+        pieces.push(*p);
     }
 }
 

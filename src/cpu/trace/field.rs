@@ -56,9 +56,10 @@ impl Bounce {
         let sin_i = across.length();
         let e_perp = if sin_i > 1e-9 { across / sin_i } else { normal.any_orthonormal_vector() };
         let (e_in, e_out) = (dir.cross(e_perp), dir_out.cross(e_perp));
-        let reflected = field.map(|e| {
+        let of = |e: CVec| {
             CVec::along(e_perp, r_perp * e.dot(e_perp)).add(CVec::along(e_out, r_par * e.dot(e_in)))
-        });
+        };
+        let reflected = [of(field[0]), of(field[1])];
         Bounce { normal, dir_in: dir, dir_out, field, reflected }
     }
 

@@ -4,12 +4,12 @@ use super::{Builder, Built, Kind, Param, Range, SAGITTA, check_triangles, length
 use crate::road::shape::revolve_z;
 use crate::scene::Mesh;
 use glam::DVec2;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
-/// A prism about the z axis, centred at the origin, with a facet square to +x.
+/// A prism about the z axis, centred at the origin, with a facet square to +x and its corners on the circle.
 ///
-/// Its corners lie slightly outside the circle, so that the cross section has exactly the circle's
-/// area: then the radius is right on average, and with it the mean phase of the specular return.
+/// It carries the cylinder's normals, so cross sections cut it as finely as their accuracy asks, from however
+/// few facets (`geom::curved`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
     pub radius_m: f64,
@@ -56,26 +56,22 @@ impl Cylinder {
 
 /// Facets round a circle of `radius_m` so that none lies more than `sagitta_m` inside its arc.
 pub(super) fn segments(radius_m: f64, sagitta_m: f64) -> usize {
-    // 1 - cos(pi/n) = 2 sin²(pi/2n) keeps its digits for a small sagitta. The corners are at
-    // radius rho > R, which the loop allows for.
+    // 1 - cos(pi/n) = 2 sin²(pi/2n) keeps its digits for a small sagitta.
     let half = (0.5 * sagitta_m / radius_m).min(1.0).sqrt().asin();
-    let mut n = ((0.5 * PI / half).ceil() as usize).max(8);
-    while equal_area_radius(radius_m, n) * 2.0 * (0.5 * PI / n as f64).sin().powi(2) > sagitta_m && n > 8 {
-        n += 1;
-    }
-    n
+    ((0.5 * PI / half).ceil() as usize).max(8)
 }
 
-/// Corner radius of a regular polygon of `n` sides with the area of the circle of `radius_m`.
-pub(super) fn equal_area_radius(radius_m: f64, n: usize) -> f64 {
-    let a = TAU / n as f64;
-    radius_m * (a / a.sin()).sqrt()
+/// Area of the polygon of so many facets over that of its circle.
+#[cfg(test)]
+pub(super) fn disc_share(radius_m: f64, sagitta_m: f64) -> f64 {
+    let a = 2.0 * PI / segments(radius_m, sagitta_m) as f64;
+    a.sin() / a
 }
 
 impl Builder for Cylinder {
     fn mesh(&self) -> Mesh {
         let n = self.segments();
-        let (rho, z) = (equal_area_radius(self.radius_m, n), 0.5 * self.length_m);
+        let (rho, z) = (self.radius_m, 0.5 * self.length_m);
         let (bottom, top) = (DVec2::new(rho, -z), DVec2::new(rho, z));
         let axis = |z| DVec2::new(0.0, z);
         let start = -PI / n as f64;
@@ -98,7 +94,7 @@ mod tests {
             let c = Cylinder { radius_m, length_m: 0.15, sagitta_m, closed: true };
             let m = c.mesh();
             assert!(is_watertight(&m));
-            let exact = PI * radius_m * radius_m * 0.15;
+            let exact = PI * radius_m * radius_m * 0.15 * disc_share(radius_m, sagitta_m);
             assert!((volume_m3(&m) / exact - 1.0).abs() < 1e-12);
             // Side facets: distance of the plane from the axis against the corner radius.
             let mut rho = 0.0f64;
@@ -118,7 +114,7 @@ mod tests {
                 sagitta_m
             );
             assert!(c.segments() == 8 || rho - inner > 0.5 * sagitta_m, "too fine");
-            assert!(rho > radius_m && inner < radius_m);
+            assert!((rho - radius_m).abs() < 1e-12 && inner < radius_m);
             let square_to_x = (0..m.triangles.len())
                 .any(|t| (area_vector_m2(&m, t).normalize() - glam::DVec3::X).length() < 1e-9);
             assert!(square_to_x);

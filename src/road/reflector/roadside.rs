@@ -326,7 +326,9 @@ impl Builder for SignPole {
 mod tests {
     use super::*;
     use crate::road::objects::W_BEAM_DEPTH_M;
+    use crate::road::reflector::DEFAULT_SAGITTA_M;
     use crate::road::reflector::Reflector;
+    use crate::road::reflector::cylinder::disc_share;
     use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
     use proptest::prelude::*;
 
@@ -367,13 +369,13 @@ mod tests {
         assert_eq!(Reflector::parse("kerb").unwrap().material, "concrete");
         let p = mesh("sign-pole");
         assert!(is_watertight(&p));
-        let exact = PI * (0.03015f64.powi(2) * 2.6 + 0.09 * 0.002);
+        let share = |radius_m| disc_share(radius_m, DEFAULT_SAGITTA_M);
+        let pole = PI * 0.03015f64.powi(2) * 2.6 * share(0.03015);
+        let exact = pole + PI * 0.09 * 0.002 * share(0.3);
         assert!((volume_m3(&p) / exact - 1.0).abs() < 1e-9);
         let (lo, hi) = bounds(&p);
         assert!(lo.z.abs() < 1e-12 && hi.z >= 2.6 && hi.z < 2.601 && (hi.x - 0.05215).abs() < 1e-9);
-        assert!(
-            (volume_m3(&mesh("sign-pole:sign=none")) / (PI * 0.03015f64.powi(2) * 2.6) - 1.0).abs() < 1e-9
-        );
+        assert!((volume_m3(&mesh("sign-pole:sign=none")) / pole - 1.0).abs() < 1e-9);
     }
 
     proptest! {

@@ -1,19 +1,15 @@
 //! Sphere, faceted.
 
 use super::{Builder, Built, Kind, SAGITTA, check_triangles, length};
-use crate::road::shape::volume_m3;
 use crate::scene::Mesh;
 use glam::DVec3;
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
 /// A geodesic sphere at the origin: the faces of an icosahedron, each cut into n² triangles whose
-/// corners are projected onto a sphere.
+/// corners are projected onto the sphere.
 ///
-/// That sphere is slightly larger than `radius_m`, so that the enclosed volume is exactly
-/// 4/3 pi radius³. The mean height of the facets over the true sphere is then zero: inscribed facets
-/// would lie three quarters of the sagitta too deep, which shifts the phase of the specular return by
-/// 3/2 k sagitta, while the spread about the mean only takes a little off its amplitude.
+/// It carries the sphere's normals, so cross sections cut it as finely as their accuracy asks, from however
+/// few facets (`geom::curved`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
     pub radius_m: f64,
@@ -47,8 +43,8 @@ impl Sphere {
         // Circumradius of a flat facet on the unit icosahedron, times the stretch 1 / 0.794654.
         let c = 0.607_062 / 0.794_654;
         // A facet of circumradius r has the sagitta r²/(2 R) + r⁴/(8 R³), of which R - sqrt(R² - r²)
-        // is the sum; a margin of 1 % covers the swelling of the sphere.
-        let s = (0.99 * self.sagitta_m / self.radius_m).min(0.5);
+        // is the sum.
+        let s = (0.999 * self.sagitta_m / self.radius_m).min(0.5);
         (c / (s * (2.0 - s)).sqrt()).ceil().max(2.0)
     }
 }
@@ -123,10 +119,9 @@ impl Builder for Sphere {
             }
         }
         mesh.material = vec![0; mesh.triangles.len()];
-        let rho = self.radius_m * (4.0 / 3.0 * PI / volume_m3(&mesh)).cbrt();
         mesh.normals = mesh.positions_m.clone();
         for p in &mut mesh.positions_m {
-            *p *= rho;
+            *p *= self.radius_m;
         }
         mesh
     }
@@ -135,7 +130,8 @@ impl Builder for Sphere {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::road::shape::{area_vector_m2, is_watertight};
+    use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
+    use std::f64::consts::PI;
 
     #[test]
     fn volume_sagitta_and_normals() {
@@ -145,8 +141,11 @@ mod tests {
             let n = s.subdivision() as usize;
             assert_eq!((m.triangles.len(), m.positions_m.len()), (20 * n * n, 10 * n * n + 2));
             assert!(is_watertight(&m));
-            assert!((volume_m3(&m) / (4.0 / 3.0 * PI * radius_m.powi(3)) - 1.0).abs() < 1e-12);
+            // Facets lie between the sphere and one smaller by their sagitta.
+            let share = volume_m3(&m) / (4.0 / 3.0 * PI * radius_m.powi(3));
+            assert!(share < 1.0 && share > (1.0 - sagitta_m / radius_m).max(0.5f64.cbrt()).powi(3));
             let rho = m.positions_m[0].length();
+            assert!((rho - radius_m).abs() < 1e-15);
             let mut deepest = 0.0f64;
             for t in 0..m.triangles.len() {
                 let a = area_vector_m2(&m, t).normalize();
@@ -156,7 +155,6 @@ mod tests {
             }
             assert!(deepest <= sagitta_m * (1.0 + 1e-9), "{deepest} > {sagitta_m}");
             assert!(n == 2 || deepest > 0.7 * sagitta_m, "finer than needed: {deepest} of {sagitta_m}");
-            assert!(rho > radius_m && rho - deepest < radius_m);
         }
     }
 }

@@ -246,7 +246,7 @@ mod tests {
         let mesh = Reflector::parse(spec).unwrap().mesh().unwrap();
         let balls = Type3 { width_m: 0.02, sagitta_m: 4e-5, ..base(Packing::Hexagonal) }.centres_m().len();
         assert!(is_watertight(&mesh) && mesh.is_smooth());
-        let one = 4.0 / 3.0 * PI * 0.00065f64.powi(3);
+        let one = volume_m3(&Sphere { radius_m: 0.00065, sagitta_m: 4e-5 }.mesh());
         assert!((volume_m3(&mesh) / (balls as f64 * one) - 1.0).abs() < 1e-9);
         let shared = Reflector::parse(&format!("{spec},copies=objects")).unwrap();
         let scene = shared.to_scene(&material::by_name).unwrap();
