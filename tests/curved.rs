@@ -433,6 +433,21 @@ fn cross_section_error(mesh: Mesh) -> String {
     engine.rcs(&scene(mesh), &[F], &look, &RcsOptions::default()).unwrap_err().to_string()
 }
 
+/// Both engines take the same facets.
+#[test]
+fn a_coarse_sphere_is_the_same_on_the_gpu() {
+    let gpu = Engine::open(&catseye::gpu::compare::test_device_name(), Precision::F32).unwrap();
+    let mut random = Random(7);
+    let looks: Vec<Aspect> = (0..4).map(|_| random.direction()).collect();
+    let ways: Vec<Look> = looks.iter().map(|a| Look::monostatic(*a)).collect();
+    let options = RcsOptions { accuracy_db: 0.5, last: false, bounces: 1, ..RcsOptions::default() };
+    let want = cross_section(sphere(0.015, 2), &looks, 0.5);
+    let got = gpu.rcs(&scene(sphere(0.015, 2)), &[F], &ways, &options).unwrap();
+    for (s, w) in got.iter().zip(&want) {
+        assert!((s.every[0][0] - w).norm() < 1e-4 * w.norm(), "{} {w}", s.every[0][0]);
+    }
+}
+
 /// A file holds f32: its surface is as smooth as the one that was written.
 #[test]
 fn a_sphere_from_a_file_is_a_sphere() {

@@ -59,6 +59,8 @@ pub struct Faces {
     pub faces: Vec<Face>,
     pub corners: Vec<DVec3>,
     pub nodes: Vec<Node>,
+    /// The leaves in tree order when they are few: then their boxes are asked at once.
+    few: Vec<u32>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     pub centre_m: DVec3,
@@ -137,7 +139,23 @@ impl Faces {
             .collect();
         if !self.nodes.is_empty() {
             self.fit(0);
+            self.few = self.leaves();
         }
+    }
+
+    /// The leaves in tree order, or none where they are many.
+    fn leaves(&self) -> Vec<u32> {
+        const FEW: usize = 16;
+        let (mut leaves, mut stack) = (Vec::new(), vec![0u32]);
+        while let Some(i) = stack.pop() {
+            let n = self.nodes[i as usize];
+            match n.count {
+                0 => stack.extend([n.first + 1, n.first]),
+                _ if leaves.len() == FEW => return Vec::new(),
+                _ => leaves.push(i),
+            }
+        }
+        leaves
     }
 
     fn fit(&mut self, root: usize) {
@@ -183,6 +201,14 @@ impl Faces {
             let deepest = |i: usize| spaces[i].normal.dot(node.centre) + reach[i].dot(node.half);
             (0..N).any(|i| deepest(i) < spaces[i].offset)
         };
+        if !self.few.is_empty() {
+            for node in self.few.iter().map(|&i| &self.nodes[i as usize]) {
+                if !misses(node) {
+                    (node.first..node.first + node.count).for_each(&mut visit);
+                }
+            }
+            return;
+        }
         let mut stack = [0u32; 96];
         let mut top = 1;
         while top > 0 {
