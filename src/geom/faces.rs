@@ -2,6 +2,7 @@
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
 use super::Geometry;
+use super::cells::{self, Cell, NO_CELL};
 use crate::units::wavelength_m;
 use glam::{DVec2, DVec3};
 use obvhs::bvh2::builder::build_bvh2;
@@ -33,6 +34,8 @@ pub struct Face {
     pub body: u32,
     /// Part of a closed body with outward normals: it is never seen from behind.
     pub one_sided: bool,
+    /// Index into `Faces::cells` of the dielectric volume behind the face, or [`NO_CELL`].
+    pub cell: u32,
 }
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
@@ -64,6 +67,7 @@ pub struct Faces {
     pub faces: Vec<Face>,
     pub corners: Vec<DVec3>,
     pub nodes: Vec<Node>,
+    pub cells: Vec<Cell>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     pub centre_m: DVec3,
@@ -80,7 +84,10 @@ impl Faces {
         }
         let mesh = Welded::new(geometry);
         let closed = mesh.closed_components();
-        let mut patches = mesh.patches(flat_m);
+        let (cell_of, found) = cells::find(geometry, &mesh);
+        faces.cells = found;
+        let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
+        let mut patches = mesh.patches(flat_m, cell);
         // Leaves of the triangles' tree come in any order; faces should not depend on it.
         patches.sort_by_key(|p| p[0]);
         for patch in &patches {
@@ -100,6 +107,7 @@ impl Faces {
                     surface: lead.surface,
                     body: lead.body,
                     one_sided,
+                    cell: cell(patch[0]),
                 });
             }
         }
@@ -221,12 +229,12 @@ impl Plane {
 }
 
 /// The triangles with corners at one place made one, body by body.
-struct Welded<'a> {
+pub(super) struct Welded<'a> {
     geometry: &'a Geometry,
-    points: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    pub(super) points: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
     /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
-    edges: HashMap<(u32, u32), Vec<(u32, bool)>>,
+    pub(super) edges: HashMap<(u32, u32), Vec<(u32, bool)>>,
 }
 
 impl<'a> Welded<'a> {
@@ -303,8 +311,9 @@ impl<'a> Welded<'a> {
         closed
     }
 
-    /// Neighbours in one plane and of one material, each list led by its largest triangle.
-    fn patches(&self, flat_m: f64) -> Vec<Vec<u32>> {
+    /// Neighbours in one plane, of one material and with the same volume behind them (`cell`), each list
+    /// led by its largest triangle.
+    fn patches(&self, flat_m: f64, cell: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
         let n = self.triangles.len();
         let tri = |i: u32| &self.geometry.triangles[i as usize];
         let mut order: Vec<u32> = (0..n as u32).collect();
@@ -325,6 +334,7 @@ impl<'a> Welded<'a> {
                     let t = tri(j);
                     let fits = !taken[j as usize]
                         && (t.body, t.surface) == (l.body, l.surface)
+                        && cell(j) == cell(lead)
                         && t.normal.dot(l.normal) > 0.5
                         && t.corners().iter().all(|p| (l.normal.dot(*p) - offset).abs() <= flat_m);
                     if fits {
@@ -340,7 +350,7 @@ impl<'a> Welded<'a> {
     }
 }
 
-fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
+pub(super) fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
     [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]
 }
 

@@ -5,4 +5,5 @@ pub mod closest;
 pub mod contribute;
 pub mod field;
 pub mod rays;
+pub mod refract;
 pub mod scan;
