@@ -67,7 +67,8 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
             volume_m3 += a.dot(b.cross(c)) / if front { -6.0 } else { 6.0 };
             area_m2 += 0.5 * (b - a).cross(c - a).length();
             for edge in sides(&mesh.triangles[t as usize]) {
-                let (next, side) = next_side(mesh, (t, front), edge);
+                let same = |u: u32| geometry.triangles[u as usize].surface == surface;
+                let (next, side) = next_side(mesh, (t, front), edge, same);
                 if !std::mem::replace(&mut seen[next as usize][side as usize], true) {
                     bounds.push((next, side));
                 }
@@ -82,8 +83,9 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
     (of, cells)
 }
 
-/// What is met first when one turns about an edge from a side into the space before it.
-fn next_side(mesh: &Welded, (t, front): Sheet, (from, to): (u32, u32)) -> Sheet {
+/// What is met first when one turns about an edge from a side into the space before it; `same` are the
+/// triangles of the body's material.
+fn next_side(mesh: &Welded, (t, front): Sheet, (from, to): (u32, u32), same: impl Fn(u32) -> bool) -> Sheet {
     let a = mesh.points[from as usize];
     let along = (mesh.points[to as usize] - a).normalize();
     // Unit vector in the triangle, from the edge inwards.
@@ -106,7 +108,10 @@ fn next_side(mesh: &Welded, (t, front): Sheet, (from, to): (u32, u32)) -> Sheet 
         let d = inwards(u);
         let angle = d.dot(y).atan2(d.dot(x)).rem_euclid(std::f64::consts::TAU);
         let coincident = !(COINCIDENT..std::f64::consts::TAU - COINCIDENT).contains(&angle);
-        if coincident || angle >= best.0 {
+        // Of two that lie on each other the body's own face bounds it.
+        let own = (angle - best.0).abs() < COINCIDENT && same(u) && !same(best.1.0);
+        let others = (angle - best.0).abs() < COINCIDENT && same(best.1.0);
+        if coincident || others || (angle >= best.0 && !own) {
             continue;
         }
         let (sin, cos) = angle.sin_cos();
@@ -190,6 +195,12 @@ mod tests {
         m.triangles.extend([[0, 1, 2], [1, 3, 2]]);
         m.material.extend([1, 1]);
         let f = faces_of(m, &["pmma", "pec"]);
+        assert!(f.cells.len() == 1 && (f.cells[0].volume_m3 - 6.0).abs() < 1e-12);
+        // The wall of a pit around it, of another dielectric that looks inwards.
+        let mut m = cuboid(&[], false);
+        m.triangles.extend([[0, 5, 1], [0, 4, 5], [0, 2, 1], [1, 2, 3]]);
+        m.material.extend([1; 4]);
+        let f = faces_of(m, &["pmma", "asphalt"]);
         assert!(f.cells.len() == 1 && (f.cells[0].volume_m3 - 6.0).abs() < 1e-12);
         // A box of two plastics is none that a wave could be followed in.
         let mut m = cuboid(&[], false);

@@ -156,7 +156,14 @@ impl<'a> Sum<'a> {
         match self.media.kind(face) {
             Kind::Opaque if wave.index == 1.0 => (surface.reflection(k0, cos_i), none, k),
             Kind::Opaque => {
-                (embedded(surface, self.eps(wave.cell)).reflection(k0 * wave.index, cos_i), none, k)
+                let Backing::HalfSpace(back) = stack.backing else {
+                    let inside = coated_conductor(surface, wave.index);
+                    return (inside.reflection(k0 * wave.index, cos_i), none, k);
+                };
+                let tangential = wave.index * (1.0 - cos_i * cos_i).max(0.0).sqrt();
+                let c = crossing(self.eps(wave.cell), &stack.layers, back, k0, tangential);
+                let loss = rayleigh_factor(k0 * wave.index, rough, cos_i);
+                (times(c.reflection, loss.into()), none, k)
             }
             Kind::Sheet => {
                 let t = surface.transmission(k0, cos_i).unwrap_or(none);
@@ -325,13 +332,10 @@ fn damped_integral(polygon: Polygon, gradient: DVec2, decay: DVec2) -> Complex64
     sum
 }
 
-/// A surface in a dielectric: its permittivities over that of the dielectric.
-fn embedded(surface: &Surface, eps: Complex64) -> Surface {
-    let over = |e: Complex64| e / eps;
-    let backing = match surface.stack.backing {
-        Backing::HalfSpace(e) => Backing::HalfSpace(over(e)),
-        other => other,
-    };
-    let layers = surface.stack.layers.iter().map(|l| Layer { eps_r: over(l.eps_r), ..*l }).collect();
-    Surface { stack: Stack { layers, backing }, roughness_rms_m: surface.roughness_rms_m }
+/// A perfect conductor with layers, in a dielectric of this index, whose loss is left out: permittivities
+/// relative to it.
+fn coated_conductor(surface: &Surface, index: f64) -> Surface {
+    let over = |l: &Layer| Layer { eps_r: l.eps_r / (index * index), ..*l };
+    let layers = surface.stack.layers.iter().map(over).collect();
+    Surface { stack: Stack { layers, ..surface.stack }, ..*surface }
 }
