@@ -50,11 +50,14 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
         return (Vec::new(), Vec::new());
     }
     let (mut of, mut cells) = (vec![NO_CELL; n], Vec::new());
-    let mut seen = vec![[false; 2]; n];
+    // The search that came to a side last.
+    let mut seen = vec![[u32::MAX; 2]; n];
+    let mut done = vec![false; n];
     for start in (0..n as u32).filter(|t| dielectric(*t)) {
-        if std::mem::replace(&mut seen[start as usize][0], true) {
+        if done[start as usize] {
             continue;
         }
+        seen[start as usize][0] = start;
         let surface = geometry.triangles[start as usize].surface;
         let origin = mesh.points[mesh.triangles[start as usize][0] as usize];
         let mut bounds: Vec<Sheet> = vec![(start, false)];
@@ -69,11 +72,14 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
             for edge in sides(&mesh.triangles[t as usize]) {
                 let same = |u: u32| geometry.triangles[u as usize].surface == surface;
                 let (next, side) = next_side(mesh, (t, front), edge, same);
-                if !std::mem::replace(&mut seen[next as usize][side as usize], true) {
+                if std::mem::replace(&mut seen[next as usize][side as usize], start) != start {
                     bounds.push((next, side));
                 }
             }
         }
+        // Of other materials than the one that looks for its bounds nothing is known yet.
+        let of_it = bounds.iter().filter(|(t, _)| geometry.triangles[*t as usize].surface == surface);
+        of_it.for_each(|(t, front)| done[*t as usize] |= !front);
         if whole && volume_m3 > 0.0 {
             let behind = bounds.iter().filter(|(t, front)| dielectric(*t) && !front);
             behind.for_each(|(t, _)| of[*t as usize] = cells.len() as u32);
