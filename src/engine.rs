@@ -8,13 +8,16 @@ use crate::cpu;
 use crate::cpu::adc::synthesis::Control;
 use crate::cpu::rcs::beam_sum::{self, Tone};
 use crate::cpu::rcs::ptd;
+use crate::cpu::trace::refract::Media;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
-use crate::rcs::{self, Aspect, Diffraction, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum};
+use crate::rcs::{
+    self, Aspect, Diffraction, Distance, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum,
+};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
@@ -99,6 +102,23 @@ fn not_a_number(aspect: &Aspect) -> Error {
     ))
 }
 
+/// The material of a face through which waves pass at one of the tones, if there is any.
+fn passed(geometry: &Geometry, tones: &[Tone]) -> Option<String> {
+    let faces = geometry.faces();
+    tones.iter().find_map(|t| {
+        let media = Media::of(faces, t.surfaces, t.wavenumber)?;
+        let face = faces.faces.iter().find(|f| media.passes(f))?;
+        Some(geometry.materials[face.surface as usize].name.clone())
+    })
+}
+
+fn not_a_body(material: &str) -> Error {
+    BadInput::new("waves cannot be followed in it: the body is not closed, it touches or holds another, or a sheet lies on or in it")
+        .key(format!("what is made of '{material}'"))
+        .remedy("weld its corners, leave a gap to the other body, or give one of them a metal")
+        .into()
+}
+
 impl Engine {
     /// `auto`: a hardware GPU, else the cpu; `cpu`; `gpu`: a hardware GPU or an error; anything else: the
     /// adapter that has it in its name.
@@ -168,8 +188,10 @@ impl Engine {
     /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
     /// and each look (`[frequency, look]`). What beams meet does not depend on frequency and is found once.
     ///
+    /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
+    ///
     /// Errors: a material or a scattering table without a value at a frequency; options that are out of
-    /// range.
+    /// range; a body that is not closed or touches another.
     pub fn rcs(
         &self,
         scene: &Scene,
@@ -253,6 +275,10 @@ impl Engine {
             .zip(&surfaces)
             .map(|(f, surfaces)| Tone { wavenumber: wavenumber(*f), surfaces })
             .collect();
+        let passed = passed(&geometry, &tones);
+        if let Some(material) = &passed {
+            self.check_passed(material, options.distance)?;
+        }
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
         let mut by_look = Vec::with_capacity(looks.len());
@@ -281,7 +307,10 @@ impl Engine {
                     s.add(&edges[out.len()]);
                 }
                 if !s.every.iter().flatten().all(|z| z.is_finite()) {
-                    return Err(not_a_number(&look.transmit));
+                    return Err(match &passed {
+                        Some(material) => not_a_body(material),
+                        None => not_a_number(&look.transmit),
+                    });
                 }
                 if !options.last {
                     s.last = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
@@ -290,6 +319,24 @@ impl Engine {
             }
         }
         Ok(out)
+    }
+
+    /// Errors: waves that pass through something are followed from plane waves and by the cpu engine alone.
+    fn check_passed(&self, material: &str, distance: Distance) -> Result<()> {
+        let bad = |key: &str| {
+            BadInput::new(format!("waves pass through what is made of '{material}'")).key(key.to_string())
+        };
+        if let Engine::Gpu(_) = self {
+            return Err(bad("device").value("gpu").allowed("cpu").remedy("use --device cpu").into());
+        }
+        match distance {
+            Distance::Infinite => Ok(()),
+            Distance::At(r) => Err(bad("range_m")
+                .value(r)
+                .allowed("inf")
+                .remedy("take it as a plane wave, or give the part a metal")
+                .into()),
+        }
     }
 
     /// S for each aspect by a grid of rays.

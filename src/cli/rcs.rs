@@ -43,7 +43,7 @@ pub struct Rcs {
     /// Elevations of the receiver (product with its azimuths)
     #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
     pub bistatic_elevation_deg: Option<String>,
-    /// Facets met by one beam
+    /// Reflections of one beam; faces of bodies and sheets that it passes do not count
     #[arg(long, default_value_t = 3, value_name = "N")]
     pub bounces: usize,
     /// Which bounces radiate: each, or only the one from which a beam leaves

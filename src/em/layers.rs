@@ -152,6 +152,55 @@ impl Stack {
     }
 }
 
+/// What a plane wave makes of the boundary between two media, as factors on E in the vectors of
+/// CONVENTIONS eq. (4) before and after it; (perpendicular, parallel).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    pub reflection: (Complex64, Complex64),
+    pub transmission: (Complex64, Complex64),
+}
+
+/// From the medium `front` to the medium `back` through `layers`, the first met first (CONVENTIONS eq.
+/// 56). `tangential` is the wavenumber along the boundary over that in air. Phases are those on the
+/// layers' front, for the transmission on their back. (Balanis, section 5.5.2.)
+pub fn crossing(
+    front: Complex64,
+    layers: &[Layer],
+    back: Complex64,
+    wavenumber: f64,
+    tangential: f64,
+) -> Crossing {
+    let one = Complex64::ONE;
+    let medium = |eps: Complex64| {
+        let q = normal_wavenumber(eps, tangential * tangential);
+        (q, [q, q / eps])
+    };
+    let (mut r, mut t, mut inner) = ([Complex64::ZERO; 2], [one; 2], medium(back).1);
+    let mut boundary = |outer: [Complex64; 2], r: &mut [Complex64; 2], t: &mut [Complex64; 2]| {
+        for p in 0..2 {
+            let sum = outer[p] + inner[p];
+            let step = (outer[p] - inner[p]) / sum;
+            let round = one + step * r[p];
+            t[p] = 2.0 * outer[p] / sum * t[p] / round;
+            r[p] = (step + r[p]) / round;
+        }
+        inner = outer;
+    };
+    for layer in layers.iter().rev() {
+        let (q, admittance) = medium(layer.eps_r);
+        boundary(admittance, &mut r, &mut t);
+        let once = (Complex64::new(0.0, -wavenumber * layer.thickness_m) * q).exp();
+        for p in 0..2 {
+            r[p] *= once * once;
+            t[p] *= once;
+        }
+    }
+    boundary(medium(front).1, &mut r, &mut t);
+    // From H to E: the ratio of wave impedances.
+    let to_e = (front / back).sqrt();
+    Crossing { reflection: (r[0], r[1]), transmission: (t[0], t[1] * to_e) }
+}
+
 /// q = sqrt(eps - sin^2) on the branch that decays into the medium. At the critical angle, where the
 /// waves up and down a layer become one, q is kept off zero; it enters squared, so this is below 1e-10.
 fn normal_wavenumber(eps: Complex64, sin2: f64) -> Complex64 {
@@ -316,6 +365,57 @@ mod tests {
         let exact = 1.0 - cos_i * cos_i;
         near(at(exact), at(exact + 1e-9), 1e-8);
         near(at(exact), at(exact - 1e-9), 1e-8);
+    }
+
+    #[test]
+    fn crossings_from_air_are_stacks() {
+        let k = wavenumber(F);
+        let coat = [layer(z(4.0, -0.2), 3e-4), layer(z(2.0, 0.0), 7e-4)];
+        for layers in [&coat[..], &[]] {
+            for cos_i in [0.1f64, 0.6, 1.0] {
+                let tau = (1.0 - cos_i * cos_i).sqrt();
+                for back in [z(2.2, -0.01), z(6.0, 0.0)] {
+                    let s = Stack { layers: layers.to_vec(), backing: Backing::HalfSpace(back) };
+                    let c = crossing(Complex64::ONE, layers, back, k, tau);
+                    near(c.reflection, s.reflection(k, cos_i), 1e-13);
+                    // The stack's transmission is relative to free propagation over the thickness.
+                    let free = Complex64::cis(-k * s.thickness_m() * cos_i);
+                    let t = s.response(k, cos_i).transmission;
+                    near(c.transmission, (t.0 * free, t.1 * free), 1e-13);
+                }
+                let sheet = Stack { layers: layers.to_vec(), backing: Backing::Air };
+                let c = crossing(Complex64::ONE, layers, Complex64::ONE, k, tau);
+                near(c.reflection, sheet.reflection(k, cos_i), 1e-13);
+            }
+        }
+    }
+
+    proptest! {
+        /// Power in is power out without loss, from either side; q2 t21 = q1 t12 for E perpendicular, and the
+        /// same for E in the plane; beyond the critical angle |r| is one.
+        #[test]
+        fn crossings_keep_power_and_are_reciprocal(
+            a in 1.0..9.0f64, b in 1.0..9.0f64, share in 0.0..1.0f64, coat in 1.0..5.0f64, d in 0.0..2e-3f64,
+        ) {
+            let k = wavenumber(F);
+            let layers = [layer(z(coat, 0.0), d)];
+            let tau = share * a.min(b).sqrt() * 0.999;
+            let (ca, cb) = (crossing(z(a, 0.0), &layers, z(b, 0.0), k, tau), crossing(z(b, 0.0), &layers, z(a, 0.0), k, tau));
+            let q = |e: f64| (e - tau * tau).sqrt();
+            for (r, there, back) in [
+                (ca.reflection.0, ca.transmission.0, cb.transmission.0),
+                (ca.reflection.1, ca.transmission.1, cb.transmission.1),
+            ] {
+                prop_assert!((r.norm_sqr() + q(b) / q(a) * there.norm_sqr() - 1.0).abs() < 1e-9);
+                prop_assert!((there * q(b) - back * q(a)).norm() < 1e-9 * (1.0 + there.norm()));
+            }
+            let (dense, thin) = (a.max(b) + 0.1, a.min(b));
+            let beyond = 0.5 * (dense + thin).sqrt() + 0.5 * thin.sqrt() + 1e-3;
+            if beyond < dense.sqrt() && beyond > thin.sqrt() {
+                let c = crossing(z(dense, 0.0), &[], z(thin, 0.0), k, beyond);
+                prop_assert!((c.reflection.0.norm() - 1.0).abs() < 1e-9 && (c.reflection.1.norm() - 1.0).abs() < 1e-9);
+            }
+        }
     }
 
     fn stacks() -> impl Strategy<Value = (Vec<Layer>, f64)> {

@@ -2,6 +2,7 @@
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
 use super::Geometry;
+use super::cells::{self, Cell, NO_CELL};
 use crate::geom::hash::FastMap;
 use crate::units::wavelength_m;
 use glam::{DVec2, DVec3};
@@ -35,6 +36,8 @@ pub struct Face {
     pub patch: u32,
     /// Part of a closed body with outward normals: it is never seen from behind.
     pub one_sided: bool,
+    /// Index into `Faces::cells` of the dielectric volume behind the face, or [`NO_CELL`].
+    pub cell: u32,
 }
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
@@ -61,6 +64,7 @@ pub struct Faces {
     pub nodes: Vec<Node>,
     /// The leaves in tree order when they are few: then their boxes are asked at once.
     few: Vec<u32>,
+    pub cells: Vec<Cell>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     pub centre_m: DVec3,
@@ -77,7 +81,10 @@ impl Faces {
         }
         let mesh = Welded::new(geometry);
         let closed = mesh.closed_components();
-        let mut patches = mesh.patches(flat_m);
+        let (cell_of, found) = cells::find(geometry, &mesh);
+        faces.cells = found;
+        let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
+        let mut patches = mesh.patches(flat_m, cell);
         // Leaves of the triangles' tree come in any order; faces should not depend on it.
         patches.sort_by_key(|p| p[0]);
         for (number, patch) in patches.iter().enumerate() {
@@ -98,6 +105,7 @@ impl Faces {
                     body: lead.body,
                     patch: number as u32,
                     one_sided,
+                    cell: cell(patch[0]),
                 });
             }
         }
@@ -251,12 +259,12 @@ impl Plane {
 }
 
 /// The triangles with corners at one place made one, body by body.
-struct Welded<'a> {
+pub(super) struct Welded<'a> {
     geometry: &'a Geometry,
-    points: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    pub(super) points: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
     /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
-    edges: FastMap<(u32, u32), Vec<(u32, bool)>>,
+    pub(super) edges: FastMap<(u32, u32), Vec<(u32, bool)>>,
 }
 
 impl<'a> Welded<'a> {
@@ -334,8 +342,9 @@ impl<'a> Welded<'a> {
         closed
     }
 
-    /// Neighbours in one plane and of one material, each list led by its largest triangle.
-    fn patches(&self, flat_m: f64) -> Vec<Vec<u32>> {
+    /// Neighbours in one plane, of one material and with the same volume behind them (`cell`), each list
+    /// led by its largest triangle.
+    fn patches(&self, flat_m: f64, cell: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
         let n = self.triangles.len();
         let tri = |i: u32| &self.geometry.triangles[i as usize];
         let mut order: Vec<u32> = (0..n as u32).collect();
@@ -356,6 +365,7 @@ impl<'a> Welded<'a> {
                     let t = tri(j);
                     let fits = !taken[j as usize]
                         && (t.body, t.surface) == (l.body, l.surface)
+                        && cell(j) == cell(lead)
                         && t.normal.dot(l.normal) > 0.5
                         && t.corners().iter().all(|p| (l.normal.dot(*p) - offset).abs() <= flat_m);
                     if fits {
@@ -371,7 +381,7 @@ impl<'a> Welded<'a> {
     }
 }
 
-fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
+pub(super) fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
     [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]
 }
 

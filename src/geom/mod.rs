@@ -2,6 +2,7 @@
 //! BVH. Rebuilt for each frame in which something moves.
 
 pub mod bvh;
+pub mod cells;
 pub mod curved;
 pub mod edges;
 pub mod faces;

@@ -80,7 +80,8 @@ pub enum Ground {
 /// How to take a cross section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RcsOptions {
-    /// Facets met by one beam, 1..=MAX_BOUNCES.
+    /// Reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections fill a
+    /// trihedral's need, filled or empty. Each way to and fro in a slab takes two more.
     pub bounces: usize,
     pub distance: Distance,
     /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none.

@@ -1,7 +1,9 @@
 //! Scattering matrix from exact beams, in f64 (CONVENTIONS eq. 50-54).
 
+use super::refract_sum;
 use crate::cpu::trace::beams::{Clipped, Piece, clip};
 use crate::cpu::trace::field::{Bounce, CVec};
+use crate::cpu::trace::refract::Media;
 use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::faces::Faces;
@@ -55,7 +57,8 @@ fn one_look(
 }
 
 /// S between two ports for each tone. For a port at a finite place it is over the distance to it, and with
-/// the phase of the way to the world's origin taken out.
+/// the phase of the way to the world's origin taken out. Not a number for a port at a finite place when
+/// waves pass through what stands there.
 pub fn between(
     faces: &Faces,
     tones: &[Tone],
@@ -63,6 +66,11 @@ pub fn between(
     receive: Port,
     options: &BeamOptions,
 ) -> Vec<Scattering> {
+    let media: Vec<Option<Media>> =
+        tones.iter().map(|t| Media::of(faces, t.surfaces, t.wavenumber)).collect();
+    if media.iter().any(Option::is_some) {
+        return between_passing(faces, tones, &media, transmit, receive, options);
+    }
     let clipped = clip(faces, transmit, receive, options);
     tones
         .iter()
@@ -74,6 +82,43 @@ pub fn between(
             Scattering { every: sum(&clipped.every), last: sum(&clipped.last) }
         })
         .collect()
+}
+
+/// The same where waves pass through something at some of the tones. Not a number for a port at a finite
+/// place.
+fn between_passing(
+    faces: &Faces,
+    tones: &[Tone],
+    media: &[Option<Media>],
+    transmit: Port,
+    receive: Port,
+    options: &BeamOptions,
+) -> Vec<Scattering> {
+    let nan = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
+    let mut out = vec![Scattering { every: nan, last: nan }; tones.len()];
+    let (Port::Far(t), Port::Far(s)) = (transmit, receive) else { return out };
+    for i in 0..tones.len() {
+        if media[..i].contains(&media[i]) {
+            continue;
+        }
+        let alike: Vec<usize> = (i..tones.len()).filter(|j| media[*j] == media[i]).collect();
+        let found: Vec<Scattering> = match &media[i] {
+            Some(m) => {
+                let tones: Vec<&Tone> = alike.iter().map(|j| &tones[*j]).collect();
+                refract_sum::between(faces, m, &tones, t, s, options)
+            }
+            None => {
+                let clipped = clip(faces, transmit, receive, options);
+                let both = |tone: &Tone| Scattering {
+                    every: far_sum(faces, &clipped, &clipped.every, tone, t, s),
+                    last: far_sum(faces, &clipped, &clipped.last, tone, t, s),
+                };
+                alike.iter().map(|j| both(&tones[*j])).collect()
+            }
+        };
+        alike.into_iter().zip(found).for_each(|(j, s)| out[j] = s);
+    }
+    out
 }
 
 type Matrix = [[Complex64; 2]; 2];

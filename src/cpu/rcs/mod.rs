@@ -3,3 +3,4 @@
 pub mod beam_sum;
 pub mod po_sum;
 pub mod ptd;
+pub mod refract_sum;

@@ -16,9 +16,9 @@ const CAP: usize = MOST + MOST_LINES;
 /// The edges of a face and two crossings of planes.
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
-const GRAZING: f64 = 1e-9;
+pub(super) const GRAZING: f64 = 1e-9;
 /// Pieces below this share of the polygon that they were cut from are dropped.
-const SLIVER: f64 = 1e-11;
+pub(super) const SLIVER: f64 = 1e-11;
 
 #[derive(Clone, Copy)]
 pub struct Polygon {
@@ -33,14 +33,14 @@ impl std::fmt::Debug for Polygon {
 }
 
 impl Polygon {
-    const EMPTY: Polygon = Polygon { n: 0, p: [DVec2::ZERO; CAP] };
+    pub(super) const EMPTY: Polygon = Polygon { n: 0, p: [DVec2::ZERO; CAP] };
 
     pub fn corners(&self) -> &[DVec2] {
         &self.p[..self.n]
     }
 
     #[inline]
-    fn push(&mut self, p: DVec2) {
+    pub(super) fn push(&mut self, p: DVec2) {
         self.p[self.n] = p;
         self.n += 1;
     }
@@ -62,7 +62,7 @@ impl Polygon {
         (1..c.len() - 1).map(|i| (c[i] - c[0]).perp_dot(c[i + 1] - c[0])).sum::<f64>() * 0.5
     }
 
-    fn bounds(&self) -> (DVec2, DVec2) {
+    pub(super) fn bounds(&self) -> (DVec2, DVec2) {
         let start = (DVec2::splat(f64::INFINITY), DVec2::splat(f64::NEG_INFINITY));
         self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
     }
@@ -165,8 +165,8 @@ enum Cut {
 }
 
 /// Where polygons are cut, kept between cuts.
-struct Scratch {
-    halves: [Polygon; 2],
+pub(super) struct Scratch {
+    pub(super) halves: [Polygon; 2],
     part: Polygon,
     pieces: Vec<Polygon>,
     lists: Lists,
@@ -182,7 +182,7 @@ struct Lists {
 }
 
 impl Scratch {
-    fn new() -> Scratch {
+    pub(super) fn new() -> Scratch {
         Scratch {
             halves: [Polygon::EMPTY; 2],
             part: Polygon::EMPTY,
@@ -194,7 +194,7 @@ impl Scratch {
 
 /// `polygon` cut by lines in turn: None when nothing is left.
 #[inline]
-fn cut_by<'a>(
+pub(super) fn cut_by<'a>(
     polygon: &'a Polygon,
     lines: &[Line],
     eps: f64,
@@ -217,7 +217,7 @@ fn cut_by<'a>(
 
 /// Positive on the side that is kept.
 #[derive(Debug, Clone, Copy)]
-struct Line {
+pub(super) struct Line {
     a: f64,
     b: f64,
     c: f64,
@@ -237,7 +237,7 @@ impl Line {
 
     /// Distance, with what is nearer than `eps` on the line.
     #[inline]
-    fn at(&self, p: DVec2, eps: f64) -> f64 {
+    pub(super) fn at(&self, p: DVec2, eps: f64) -> f64 {
         let d = self.a * p.x + self.b * p.y + self.c;
         if d.abs() <= eps { 0.0 } else { d }
     }
@@ -249,7 +249,7 @@ impl Line {
 
 /// Those that bound a face in a polygon.
 #[derive(Clone, Copy)]
-struct Lines {
+pub(super) struct Lines {
     n: usize,
     l: [Line; MOST_LINES],
 }
@@ -259,18 +259,18 @@ impl Lines {
         Lines { n: 0, l: [Line { a: 0.0, b: 0.0, c: 0.0 }; MOST_LINES] }
     }
     #[inline]
-    fn push(&mut self, l: Line) {
+    pub(super) fn push(&mut self, l: Line) {
         self.l[self.n] = l;
         self.n += 1;
     }
-    fn all(&self) -> &[Line] {
+    pub(super) fn all(&self) -> &[Line] {
         &self.l[..self.n]
     }
 
     /// Adds a line that cuts `polygon`; one that keeps all of it says nothing. False when the line leaves
     /// nothing of it but what it touches.
     #[inline]
-    fn narrow(&mut self, line: Line, polygon: &Polygon, eps: f64) -> bool {
+    pub(super) fn narrow(&mut self, line: Line, polygon: &Polygon, eps: f64) -> bool {
         let (mut low, mut high) = (false, false);
         for p in polygon.corners() {
             let d = line.at(*p, eps);
@@ -286,13 +286,13 @@ impl Lines {
 
 /// The lit side of a plane.
 #[derive(Debug, Clone, Copy)]
-struct Side {
-    normal: DVec3,
-    offset: f64,
+pub(super) struct Side {
+    pub(super) normal: DVec3,
+    pub(super) offset: f64,
 }
 
 impl Side {
-    fn of(face: &Face, facing: f64) -> Side {
+    pub(super) fn of(face: &Face, facing: f64) -> Side {
         if facing < 0.0 {
             Side { normal: face.normal, offset: face.offset_m }
         } else {
@@ -302,7 +302,7 @@ impl Side {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
+pub(super) enum Place {
     /// Wholly on the lit side or in the plane.
     Before,
     Across,
@@ -346,11 +346,11 @@ const WALLS: [DVec3; 4] = [
     DVec3::new(0.0, -1.0, 1.0),
 ];
 
-struct Clipper<'a> {
-    faces: &'a Faces,
+pub(super) struct Clipper<'a> {
+    pub(super) faces: &'a Faces,
     /// Lengths below which coordinates are equal, in (u, v) of plane waves and of points.
-    eps: f64,
-    options: &'a BeamOptions,
+    pub(super) eps: f64,
+    pub(super) options: &'a BeamOptions,
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
@@ -417,7 +417,7 @@ fn joined(parts: Vec<Clipped>) -> Clipped {
 }
 
 /// `work` on 0..n in pieces, in their order. Few faces are not worth a hand-over between threads.
-fn in_chunks<T: Send>(n: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
+pub(super) fn in_chunks<T: Send>(n: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
     const CHUNK: usize = 512;
     if n <= CHUNK {
         return vec![work(0..n)];
@@ -435,7 +435,7 @@ impl Clipper<'_> {
     }
 
     #[inline]
-    fn place(&self, corners: &[DVec3], side: &Side) -> Place {
+    pub(super) fn place(&self, corners: &[DVec3], side: &Side) -> Place {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for p in corners {
             let d = side.normal.dot(*p) - side.offset;
@@ -453,7 +453,13 @@ impl Clipper<'_> {
 
     /// The edges of a face that cut `polygon`, inside positive. None when the two are apart.
     #[inline]
-    fn outline(&self, frame: &Frame, face: &Face, facing: f64, polygon: &Polygon) -> Option<Lines> {
+    pub(super) fn outline(
+        &self,
+        frame: &Frame,
+        face: &Face,
+        facing: f64,
+        polygon: &Polygon,
+    ) -> Option<Lines> {
         let corners = self.faces.corners(face);
         let sign = facing.signum();
         let mut lines = Lines::new();
@@ -476,7 +482,7 @@ impl Clipper<'_> {
 
     /// Half-spaces around the rays through `polygon`.
     #[inline]
-    fn prism(frame: &Frame, (lo, hi): (DVec2, DVec2)) -> [HalfSpace; 4] {
+    pub(super) fn prism(frame: &Frame, (lo, hi): (DVec2, DVec2)) -> [HalfSpace; 4] {
         let wall = |axis: DVec3, at: f64, sign: f64| {
             if frame.from_point {
                 let normal = (axis - frame.k * at) * sign;
@@ -621,6 +627,24 @@ impl Clipper<'_> {
         pieces: &mut Vec<Polygon>,
         scratch: &mut Scratch,
     ) -> bool {
+        let lit = |other: &Face| self.lit(frame, other);
+        self.unhidden_by(lit, frame, source, target, facing, start, pieces, scratch)
+    }
+
+    /// The same with `lit` to say what the rays can meet, and its facing.
+    #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
+    #[inline]
+    pub(super) fn unhidden_by(
+        &self,
+        lit: impl Fn(&Face) -> Option<f64>,
+        frame: &Frame,
+        source: Option<&Side>,
+        target: u32,
+        facing: f64,
+        start: &Polygon,
+        pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
+    ) -> bool {
         let faces = self.faces;
         let face = &faces.faces[target as usize];
         let side = Side::of(face, facing);
@@ -637,7 +661,7 @@ impl Clipper<'_> {
                 return;
             }
             let other = &faces.faces[g as usize];
-            let Some(other_facing) = self.lit(frame, other) else { return };
+            let Some(other_facing) = lit(other) else { return };
             let corners = faces.corners(other);
             let crossing = match self.place(corners, &side) {
                 Place::Behind => return,
@@ -666,13 +690,13 @@ impl Clipper<'_> {
     }
 
     /// Positive where `face` lies farther than the plane of the source.
-    fn beyond(&self, frame: &Frame, source: &Side, face: &Face) -> Line {
+    pub(super) fn beyond(&self, frame: &Frame, source: &Side, face: &Face) -> Line {
         let q = frame.nearness(source.normal, source.offset) - frame.nearness(face.normal, face.offset_m);
         Line::new(q.x, q.y, q.z)
     }
 
     /// Takes the inside of `lines` out of the pieces from `from` on.
-    fn subtract(
+    pub(super) fn subtract(
         &self,
         lines: &Lines,
         least: f64,
@@ -893,7 +917,7 @@ fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
 }
 
 /// Where two convex polygons overlap. Edges of no length have no direction and are passed over.
-fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
+pub(super) fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
     let sign = b.area().signum();
     let mut out = a;
     for i in 0..b.n {

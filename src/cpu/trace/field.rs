@@ -19,18 +19,27 @@ impl CVec {
     pub fn dot(&self, v: DVec3) -> Complex64 {
         Complex64::new(self.re.dot(v), self.im.dot(v))
     }
+    /// Without a conjugate.
+    #[inline]
+    pub fn times(&self, o: &CVec) -> Complex64 {
+        Complex64::new(self.re.dot(o.re) - self.im.dot(o.im), self.re.dot(o.im) + self.im.dot(o.re))
+    }
+    #[inline]
+    pub fn scaled(&self, z: Complex64) -> CVec {
+        CVec { re: self.re * z.re - self.im * z.im, im: self.re * z.im + self.im * z.re }
+    }
     /// `v` times a complex number.
     #[inline]
-    fn along(v: DVec3, z: Complex64) -> Self {
+    pub fn along(v: DVec3, z: Complex64) -> Self {
         CVec { re: v * z.re, im: v * z.im }
     }
     #[inline]
-    fn add(self, o: CVec) -> Self {
+    pub fn add(self, o: CVec) -> Self {
         CVec { re: self.re + o.re, im: self.im + o.im }
     }
     /// `v` x self.
     #[inline]
-    fn crossed_from(self, v: DVec3) -> Self {
+    pub fn crossed_from(self, v: DVec3) -> Self {
         CVec { re: v.cross(self.re), im: v.cross(self.im) }
     }
 }

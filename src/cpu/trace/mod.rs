@@ -8,4 +8,5 @@ pub mod diffuse;
 pub mod echoes;
 pub mod field;
 pub mod rays;
+pub mod refract;
 pub mod scan;
