@@ -18,7 +18,7 @@ fmt:
 # Lints, as in CI
 lint:
     cargo fmt --check
-    cargo clippy --release --locked --all-targets -- -D warnings
+    cargo clippy --release --locked --all-features --all-targets -- -D warnings
 
 # Everything that CI checks
 ci:

@@ -5,6 +5,7 @@ use super::target::{self, ImportArgs};
 use super::{Global, print, print_json};
 use crate::engine::Engine;
 use crate::error::{BadInput, Error, Result};
+use crate::formats::rcs_csv;
 use crate::formats::stage::StagedFile;
 use crate::geom::validate::check_scene;
 use crate::geom::{Geometry, curved};
@@ -66,7 +67,7 @@ pub struct Rcs {
     pub polarisation: Vec<PolarisationName>,
     #[command(flatten)]
     pub import: ImportArgs,
-    /// CSV to write
+    /// Table to write: CSV, or Parquet when the name says so (`--features parquet`)
     #[arg(short, long, value_name = "F.csv")]
     pub output: Option<PathBuf>,
     /// Picture to write
@@ -159,6 +160,7 @@ impl Rcs {
                 .remedy("take larger steps or split the sweep")
                 .into());
         }
+        let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
         let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
         if let Some(p) = &self.plot
             && p.exists()
@@ -290,7 +292,11 @@ impl Rcs {
         table.comments.extend(warnings.iter().map(|w| format!("warning: {w}")));
 
         if let Some(staged) = csv {
-            table.write_with(staged.path(), &self.derived())?;
+            match parquet {
+                #[cfg(feature = "parquet")]
+                true => table.write_parquet(staged.path(), &self.derived())?,
+                _ => table.write_with(staged.path(), &self.derived())?,
+            }
             staged.commit()?;
         }
         if let Some(p) = &self.plot {

@@ -2,5 +2,7 @@
 
 pub mod csv;
 pub mod npy;
+#[cfg(feature = "parquet")]
+pub mod parquet_table;
 pub mod rcs_csv;
 pub mod stage;

@@ -43,10 +43,59 @@ pub struct RawRow {
     pub s: [[Complex64; 2]; 2],
 }
 
-/// Comments and rows of a file. Further columns are allowed and not looked at.
+/// What a table of numbers gives, whatever its format.
+pub trait Columns {
+    fn comments(&self) -> &[String];
+    fn has(&self, column: &str) -> bool;
+    fn len(&self) -> usize;
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Where a row stands in the file, for messages.
+    fn line(&self, row: usize) -> usize;
+    /// Errors: `BadInput` for a missing column or a cell that is not a number.
+    fn numbers(&self, column: &str) -> Result<Vec<f64>>;
+}
+
+impl Columns for Table {
+    fn comments(&self) -> &[String] {
+        &self.comments
+    }
+    fn has(&self, column: &str) -> bool {
+        Table::has(self, column)
+    }
+    fn len(&self) -> usize {
+        Table::len(self)
+    }
+    fn line(&self, row: usize) -> usize {
+        Table::line(self, row)
+    }
+    fn numbers(&self, column: &str) -> Result<Vec<f64>> {
+        Table::numbers(self, column)
+    }
+}
+
+/// Whether a file of this name is Parquet. Errors: it is, and this build cannot.
+pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
+    let path = path.as_ref();
+    let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
+    if named && cfg!(not(feature = "parquet")) {
+        return Err(BadInput::new("this catseye was built without Parquet")
+            .file(path)
+            .remedy("use a .csv, or build with `--features parquet`")
+            .into());
+    }
+    Ok(named)
+}
+
+/// Comments and rows of a file, Parquet when it is named so, else CSV. Further columns are allowed and not looked at.
 ///
 /// Errors: `BadInput` for a missing column, a cell that is not a number, a table without rows.
 pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
+    if is_parquet(&path)? {
+        #[cfg(feature = "parquet")]
+        return rows(&path, &super::parquet_table::Table::read(&path)?);
+    }
     rows(&path, &Table::read(&path)?)
 }
 
@@ -55,7 +104,7 @@ pub fn parse(path: impl AsRef<Path>, text: String) -> Result<(Vec<String>, Vec<R
     rows(&path, &Table::parse(&path, text)?)
 }
 
-fn rows(path: impl AsRef<Path>, table: &Table) -> Result<(Vec<String>, Vec<RawRow>)> {
+fn rows(path: impl AsRef<Path>, table: &impl Columns) -> Result<(Vec<String>, Vec<RawRow>)> {
     let columns = COLUMNS.iter().map(|c| table.numbers(c)).collect::<Result<Vec<_>>>()?;
     let [rx_azimuth, rx_elevation] = RECEIVE_COLUMNS;
     let receive = if table.has(rx_azimuth) || table.has(rx_elevation) {
@@ -80,5 +129,5 @@ fn rows(path: impl AsRef<Path>, table: &Table) -> Result<(Vec<String>, Vec<RawRo
             }
         })
         .collect();
-    Ok((table.comments.clone(), rows))
+    Ok((table.comments().to_vec(), rows))
 }

@@ -63,32 +63,52 @@ impl RcsTable {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
         let file = std::io::BufWriter::new(std::fs::File::create(path).map_err(io)?);
-        let bistatic = self.rows.iter().any(|r| r.receive.is_some());
-        let extra: Vec<String> =
-            derived.iter().flat_map(|d| d.names()).map(|n| format!("{n}_dbsm")).collect();
-        let mut header = COLUMNS.to_vec();
-        if bistatic {
-            header.extend(RECEIVE_COLUMNS);
-        }
-        header.extend(extra.iter().map(String::as_str));
+        let names = self.names(derived);
+        let header: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut csv = Writer::new(file, &self.comments, &header).map_err(io)?;
-        let micro = |x: f64| (x * 1e6).round() / 1e6;
         for r in &self.rows {
-            let mut cells = vec![r.frequency_hz, r.azimuth_deg(), r.elevation_deg()];
-            let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            cells.extend(pairs.map(|(rx, tx)| micro(r.dbsm(rx, tx))));
-            cells.extend(pairs.iter().flat_map(|&(rx, tx)| [r.s[rx][tx].re, r.s[rx][tx].im]));
-            if bistatic {
-                let to = r.look().receive;
-                cells.extend([degrees(to.azimuth), degrees(to.elevation)]);
-            }
-            for d in derived {
-                cells.extend(d.of(&r.s).as_flattened().iter().map(|z| micro(dbsm_from_amplitude(z.norm()))));
-            }
+            let cells = self.cells(r, derived);
             csv.row(cells.iter().map(|c| c as &dyn std::fmt::Display)).map_err(io)?;
         }
         csv.finish().map_err(io)?;
         Ok(())
+    }
+
+    /// The same columns as Parquet.
+    #[cfg(feature = "parquet")]
+    pub fn write_parquet(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
+        let names = self.names(derived);
+        let mut columns: Vec<(&str, Vec<f64>)> = names.iter().map(|n| (n.as_str(), Vec::new())).collect();
+        for r in &self.rows {
+            columns.iter_mut().zip(self.cells(r, derived)).for_each(|((_, column), x)| column.push(x));
+        }
+        crate::formats::parquet_table::write(path, &self.comments, &columns)
+    }
+
+    fn is_bistatic(&self) -> bool {
+        self.rows.iter().any(|r| r.receive.is_some())
+    }
+
+    fn names(&self, derived: &[Derived]) -> Vec<String> {
+        let receive = if self.is_bistatic() { &RECEIVE_COLUMNS[..] } else { &[] };
+        let own = COLUMNS.iter().chain(receive).map(|n| n.to_string());
+        own.chain(derived.iter().flat_map(|d| d.names()).map(|n| format!("{n}_dbsm"))).collect()
+    }
+
+    fn cells(&self, r: &Row, derived: &[Derived]) -> Vec<f64> {
+        let micro = |x: f64| (x * 1e6).round() / 1e6;
+        let mut cells = vec![r.frequency_hz, r.azimuth_deg(), r.elevation_deg()];
+        let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
+        cells.extend(pairs.map(|(rx, tx)| micro(r.dbsm(rx, tx))));
+        cells.extend(pairs.iter().flat_map(|&(rx, tx)| [r.s[rx][tx].re, r.s[rx][tx].im]));
+        if self.is_bistatic() {
+            let to = r.look().receive;
+            cells.extend([degrees(to.azimuth), degrees(to.elevation)]);
+        }
+        for d in derived {
+            cells.extend(d.of(&r.s).as_flattened().iter().map(|z| micro(dbsm_from_amplitude(z.norm()))));
+        }
+        cells
     }
 
     /// Errors: `BadInput` for a missing column or a value that is not a number.
@@ -162,5 +182,26 @@ mod tests {
         let back = RcsTable::read(&path).unwrap();
         assert_eq!((back.rows[0].look(), back.rows[1].look()), (table.rows[0].look(), table.rows[1].look()));
         assert_eq!(back.rows[1].s, table.rows[1].s);
+    }
+
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn parquet_holds_the_same_table() {
+        let dir = tempfile::tempdir().unwrap();
+        let row = |azimuth: f64| Row {
+            frequency_hz: 77e9,
+            aspect: Aspect { azimuth: azimuth.to_radians(), elevation: 0.1f64.to_radians() },
+            receive: None,
+            s: [[Complex64::new(azimuth, -0.25), Complex64::ZERO], [Complex64::ZERO, Complex64::ONE]],
+        };
+        let comments = vec!["target: plate".to_string(), "a second line".into()];
+        let table = RcsTable { comments, rows: (0..1000).map(|i| row(0.1 * f64::from(i))).collect() };
+        let (a, b) = (dir.path().join("t.csv"), dir.path().join("t.parquet"));
+        table.write_with(&a, &[Derived::Circular]).unwrap();
+        table.write_parquet(&b, &[Derived::Circular]).unwrap();
+        assert_eq!(RcsTable::read(&a).unwrap(), RcsTable::read(&b).unwrap());
+        std::fs::write(&b, "PAR1 but no more").unwrap();
+        let e = RcsTable::read(&b).unwrap_err().to_string();
+        assert!(e.contains("t.parquet") && e.contains("is not a Parquet table"), "{e}");
     }
 }
