@@ -6,7 +6,7 @@
 //! surface; where the normals differ the edge is a crease, and stays one: its new points lie on both
 //! surfaces. Facets that are flat and touch a curved one are cut in their plane.
 
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 use crate::geom::hash::FastMap;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
@@ -45,7 +45,11 @@ pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
             let owner = scene.objects.iter().find(|o| o.shape == Shape::Mesh(i));
             owner.map_or(format!("mesh {i}"), |o| format!("object '{}'", o.name))
         };
-        if let Some(mesh) = refined(mesh, sagitta_m).map_err(|e| e.key(name()))? {
+        let named = |e| match e {
+            Error::Input(bad) => bad.key(name()).into(),
+            e => e,
+        };
+        if let Some(mesh) = refined(mesh, sagitta_m).map_err(named)? {
             new.push((i, mesh));
         }
     }
@@ -66,7 +70,7 @@ pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
 ///
 /// Errors: another number of normals than of positions; a normal that is neither a unit vector nor zero; more
 /// than [`MOST_FACETS`] facets.
-pub fn refined(mesh: &Mesh, sagitta_m: f64) -> std::result::Result<Option<Mesh>, BadInput> {
+pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
     if mesh.normals.is_empty() {
         return Ok(None);
     }
@@ -74,14 +78,16 @@ pub fn refined(mesh: &Mesh, sagitta_m: f64) -> std::result::Result<Option<Mesh>,
         return Err(BadInput::new("not every vertex has a normal")
             .value(format!("{} normals", mesh.normals.len()))
             .allowed(format!("none, or {}, one for each vertex", mesh.positions_m.len()))
-            .remedy("repair the mesh"));
+            .remedy("repair the mesh")
+            .into());
     }
     let unit = |n: &DVec3| *n == DVec3::ZERO || (n.length_squared() - 1.0).abs() < 2e-3;
     if let Some(bad) = mesh.normals.iter().position(|n| !unit(n)) {
         return Err(BadInput::new(format!("the normal of vertex {bad} has no direction"))
             .value(mesh.normals[bad])
             .allowed("a unit vector, or zero where the facets are flat")
-            .remedy("repair the mesh"));
+            .remedy("repair the mesh")
+            .into());
     }
     let curved: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_curved(mesh, t)).collect();
     if !curved.contains(&true) {
@@ -93,10 +99,11 @@ pub fn refined(mesh: &Mesh, sagitta_m: f64) -> std::result::Result<Option<Mesh>,
             return Err(BadInput::new("its curved surfaces need too many facets")
                 .value(format!("a sagitta of {sagitta_m:.2e} m"))
                 .allowed(format!("what {MOST_FACETS} facets can give"))
-                .remedy("allow a larger error, or leave out the normals"));
+                .remedy("allow a larger error, or leave out the normals")
+                .into());
         }
     }
-    surface.to_mean_height();
+    surface.raise_to_mean_height();
     Ok(Some(surface.into_mesh()))
 }
 
@@ -328,7 +335,7 @@ impl Surface {
 
     /// Moves every corner outwards by the mean height of the surface over the facets around it
     /// (CONVENTIONS eq. 57), as inscribed facets lie too deep; flat facets stay in their planes.
-    fn to_mean_height(&mut self) {
+    fn raise_to_mean_height(&mut self) {
         let mut sums = vec![(0.0, 0.0); self.normals.len()];
         for f in self.facets.iter().filter(|f| !f.is_flat()) {
             let [a, b, c] = f.points.map(|p| self.points[p as usize]);

@@ -32,7 +32,7 @@ impl Hasher for Mixer {
     }
 
     fn write_u64(&mut self, x: u64) {
-        // The first odd number with the bits of the golden ratio.
+        // Any odd number of many bits would do, and any other keeps zeros from vanishing.
         let product = u128::from(self.0 ^ x ^ 0x5851_f42d_4c95_7f2d) * 0x9e37_79b9_7f4a_7c15;
         self.0 = (product >> 64) as u64 ^ product as u64;
     }
