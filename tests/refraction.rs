@@ -635,8 +635,9 @@ fn tones_are_those_of_single_runs() {
         let l = look(deg(30.0, 20.0), deg(30.0, 20.0));
         let options = BeamOptions::new(4, 0.1, true);
         let all = sweep(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options);
-        for i in 0..3 {
-            assert_eq!(all[0][i], sweep(&g, &[tone(i)], &[l], Distance::Infinite, &options)[0][0], "{name}");
+        for (i, together) in all[0].iter().enumerate() {
+            let alone = sweep(&g, &[tone(i)], &[l], Distance::Infinite, &options)[0][0];
+            assert_eq!(*together, alone, "{name}");
         }
     }
 }

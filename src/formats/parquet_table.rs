@@ -46,8 +46,7 @@ impl Table {
         let meta = reader.metadata().file_metadata();
         let of_key = |kv: &KeyValue| (kv.key == COMMENTS).then(|| kv.value.clone()).flatten();
         let comments = meta.key_value_metadata().and_then(|list| list.iter().find_map(of_key));
-        let names: Vec<String> =
-            meta.schema().get_fields().iter().map(|f| f.name().to_string()).collect();
+        let names: Vec<String> = meta.schema().get_fields().iter().map(|f| f.name().to_string()).collect();
         let mut cells = vec![Vec::new(); names.len()];
         for row in reader.get_row_iter(None).map_err(bad)? {
             let row = row.map_err(bad)?;
@@ -99,9 +98,10 @@ impl Columns for Table {
 
     fn numbers(&self, column: &str) -> Result<Vec<f64>> {
         let bad = |what| BadInput::new(what).file(&self.path).key(column);
-        let i = self.names.iter().position(|n| n == column).ok_or_else(|| {
-            bad("the column is missing").allowed(self.names.join(", ")).remedy("add it")
-        })?;
+        let i =
+            self.names.iter().position(|n| n == column).ok_or_else(|| {
+                bad("the column is missing").allowed(self.names.join(", ")).remedy("add it")
+            })?;
         match self.cells[i].iter().position(|x| x.is_nan()) {
             None => Ok(self.cells[i].clone()),
             Some(row) => Err(bad("is not a number").line(row + 1).into()),

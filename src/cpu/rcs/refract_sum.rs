@@ -135,7 +135,7 @@ impl<'a> Sum<'a> {
         let field_along = |out: DVec3, (perp, par): Pair| {
             field.map(|e| {
                 let along = CVec::along(out.cross(e_perp), par * e.dot(k.cross(e_perp)));
-                CVec::along(e_perp, perp * e.dot(e_perp)).add(along)
+                CVec::along(e_perp, perp * e.dot(e_perp)).plus(along)
             })
         };
         Contact {
@@ -221,8 +221,8 @@ impl<'a> Sum<'a> {
         let of = |tx: usize| {
             let (mut e, mut h) = (zero, zero);
             for (field, dir) in fields[tx] {
-                e = e.add(*field);
-                h = h.add(field.crossed_from(*dir));
+                e = e.plus(*field);
+                h = h.plus(field.crossed_from(*dir));
             }
             let (j, m) = (h.crossed_from(normal), e.crossed_from(-normal));
             receiver.map(|p| index * (j.times(&p) - m.times(&p.crossed_from(towards))))
@@ -238,12 +238,12 @@ impl<'a> Sum<'a> {
         let kind = self.media.kind(self.face(node.face));
         let view = &self.clipped.views[piece.view as usize].wave;
         let index = refractive_index(self.eps(node.wave.cell));
-        self.from_side(contact, kind, node.normal, index, &self.views[piece.view as usize], view.frame.k)
+        self.currents_of(contact, kind, node.normal, index, &self.views[piece.view as usize], view.frame.k)
     }
 
     /// The currents on the side of arrival (CONVENTIONS eq. 73): all of the wave on an opaque face, the
     /// reflected one on a body's, and on a sheet what is reflected and what does not pass.
-    fn from_side(
+    fn currents_of(
         &self,
         contact: &Contact,
         kind: Kind,
@@ -257,7 +257,7 @@ impl<'a> Sum<'a> {
             let kept = match kind {
                 Kind::Opaque => arriving,
                 Kind::Border => CVec::real(DVec3::ZERO),
-                Kind::Sheet => arriving.add(contact.through[tx].scaled(-Complex64::ONE)),
+                Kind::Sheet => arriving.plus(contact.through[tx].scaled(-Complex64::ONE)),
             };
             [(contact.reflected[tx], contact.dirs[1]), (kept, contact.dirs[0])]
         });
@@ -273,7 +273,7 @@ impl<'a> Sum<'a> {
         let (receiver, towards) = (&self.views[0], self.clipped.views[0].wave.frame.k);
         let one = Complex64::ONE;
         if kind == Kind::Sheet {
-            return self.from_side(contact, kind, node.normal, one, receiver, towards);
+            return self.currents_of(contact, kind, node.normal, one, receiver, towards);
         }
         let fields = match node.straight {
             true => contact.arriving.map(|f| [(f.scaled(-one), contact.dirs[0])]),

@@ -34,7 +34,7 @@ impl CVec {
         CVec { re: v * z.re, im: v * z.im }
     }
     #[inline]
-    pub fn add(self, o: CVec) -> Self {
+    pub fn plus(self, o: CVec) -> Self {
         CVec { re: self.re + o.re, im: self.im + o.im }
     }
     /// `v` x self.
@@ -66,7 +66,7 @@ impl Bounce {
         let e_perp = if sin_i > 1e-9 { across / sin_i } else { normal.any_orthonormal_vector() };
         let (e_in, e_out) = (dir.cross(e_perp), dir_out.cross(e_perp));
         let of = |e: CVec| {
-            CVec::along(e_perp, r_perp * e.dot(e_perp)).add(CVec::along(e_out, r_par * e.dot(e_in)))
+            CVec::along(e_perp, r_perp * e.dot(e_perp)).plus(CVec::along(e_out, r_par * e.dot(e_in)))
         };
         let reflected = [of(field[0]), of(field[1])];
         Bounce { normal, dir_in: dir, dir_out, field, reflected }
@@ -79,10 +79,10 @@ impl Bounce {
     pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> [[Complex64; 2]; 2] {
         let of = |tx: usize| {
             let (e, r) = (self.field[tx], self.reflected[tx]);
-            let h_total = e.crossed_from(self.dir_in).add(r.crossed_from(self.dir_out));
+            let h_total = e.crossed_from(self.dir_in).plus(r.crossed_from(self.dir_out));
             let j = h_total.crossed_from(self.normal);
-            let m = e.add(r).crossed_from(-self.normal);
-            let f = j.add(m.crossed_from(-s));
+            let m = e.plus(r).crossed_from(-self.normal);
+            let f = j.plus(m.crossed_from(-s));
             [f.dot(v), f.dot(h)]
         };
         let (from_v, from_h) = (of(0), of(1));
