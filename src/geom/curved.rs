@@ -13,10 +13,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Greatest phase 2 k s, rad, of an edge with sagitta s for an error of 0.1 dB: the worst of 50 directions on
-/// spheres of 4 to 50 wavelengths of radius. Facets are a grating, whose orders interfere with the echo to first
-/// order in this phase.
-const TAU_AT_TENTH_DB: f64 = 0.035;
+/// Greatest phase 2 k s, rad, of an edge with sagitta s for an error of 0.1 dB: what the worst of 50 directions
+/// has on spheres of ka 40 to 160. Facets are a grating, whose orders interfere with the echo to first order in
+/// this phase.
+const TAU_AT_TENTH_DB: f64 = 0.025;
 /// A mesh that needs more facets is refused.
 pub const MOST_FACETS: usize = 8_000_000;
 /// Cosine between a facet and the normal at its corner above which both are one: f32 of files.

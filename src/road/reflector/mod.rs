@@ -42,9 +42,9 @@ pub use type1::{Filled, PlateShape, Type1};
 pub use type3::{Packing, Type3};
 pub use type4::{Curve, Type4};
 
-/// Default greatest depth of a facet below a curved surface: a 360th of the wavelength at 77 GHz, with which
+/// Default greatest depth of a facet below a curved surface: a 504th of the wavelength at 77 GHz, with which
 /// cross sections accurate to 0.1 dB need no finer facets (CONVENTIONS eq. 56).
-pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 360.0;
+pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 504.0;
 
 /// More triangles than this are refused.
 pub const MAX_TRIANGLES: f64 = 4e6;
