@@ -78,32 +78,35 @@ fn minus(a: &Matrix, b: &Matrix) -> Matrix {
     [0, 1].map(|i| [0, 1].map(|j| a[i][j] - b[i][j]))
 }
 
+/// Metal bodies alone, and on asphalt, whose reflection changes over a Fresnel zone of 0.1 m seen at a few
+/// degrees: an echo takes it from one place (1.3 % measured at 5 m).
 #[test]
 fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
     let at = DVec3::new(0.1, 0.05, 0.5);
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
-    let all = Geometry::build(&scene(), 0.0, 77e9).unwrap();
-    for bounces in [1, 2, 3] {
-        for (accuracy_db, bound) in [(0.2, 2.5e-3), (0.0125, 1.5e-3)] {
+    for ground in [false, true] {
+        let mut scene = scene();
+        scene.objects.retain(|o| ground || o.class != "road");
+        let all = Geometry::build(&scene, 0.0, 77e9).unwrap();
+        for (bounces, accuracy_db) in [(1, 0.2), (1, 0.0125), (2, 0.2), (2, 0.0125), (3, 0.2), (3, 0.0125)] {
             let options = TraceOptions { bounces, accuracy_db, amplitude_floor: 0.0, ..Default::default() };
             let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
             assert!(found.returns.len() < 600, "{}", found.returns.len());
             for freq in [76.5e9, 77e9, 77.5e9] {
-                let geometry = Geometry::build(&scene(), 0.0, freq).unwrap();
+                let geometry = Geometry::build(&scene, 0.0, freq).unwrap();
                 let want = dense(&geometry, at, bounces);
                 let got = total(&found, wavenumber(freq));
                 let off = norm(&minus(&got, &want)) / norm(&want);
-                println!(
-                    "{bounces} bounces, {accuracy_db} dB, {freq:e}: {} echoes, {off:.2e}",
-                    found.returns.len()
-                );
+                let what = format!("ground {ground}, {bounces} bounces, {accuracy_db} dB, {freq:e}");
+                println!("{what}: {} echoes, {off:.2e}", found.returns.len());
                 // An echo has the amplitude of the carrier all over the band: those of corners are off by 0.65 %
                 // each at its ends, and they cancel in part.
-                let bound = if freq == 77e9 { bound } else { 0.02 };
-                assert!(
-                    off < bound,
-                    "{bounces} bounces, {accuracy_db} dB, {freq:e}: {off}\n{got:?}\n{want:?}"
-                );
+                let bound = match (freq == 77e9 && !ground, accuracy_db) {
+                    (true, 0.2) => 4e-3,
+                    (true, _) => 1e-3,
+                    _ => 0.02,
+                };
+                assert!(off < bound, "{what}: {off}\n{got:?}\n{want:?}");
             }
         }
     }
