@@ -26,6 +26,18 @@ use std::f64::consts::PI;
 /// Corners nearer to one another than this share of the scene's radius are one.
 const SAME: f64 = 1e-9;
 
+/// Radians from the place of mirror reflection to a wave up to which the amplitude's change about that place
+/// is looked at.
+const NEAR: f64 = 12.0;
+/// Step of its derivative, as a share of the distance.
+const STEP: f64 = 1e-3;
+
+type Matrix = [[Complex64; 2]; 2];
+
+fn is_finite(r: &Return) -> bool {
+    r.spread.iter().flatten().all(|z| z.is_finite()) && r.path_rate_mps.is_finite()
+}
+
 /// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
 /// same order whatever the number of threads. Point targets and scattering tables included.
 pub fn returns(
@@ -105,6 +117,22 @@ fn on_axes(face: &Face, d: DVec3) -> DVec2 {
     DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
 }
 
+/// Change of the amplitude with the gradient of the path about the place of mirror reflection (CONVENTIONS
+/// eq. 61), from what an area returns `at` a place.
+fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Return) -> [Matrix; 2] {
+    let mirror = plane.path(plane.mirror);
+    let step = STEP * mirror.nearest;
+    let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
+        let (a, b) = (at(plane.mirror - d * step).spread, at(plane.mirror + d * step).spread);
+        [0, 1].map(|rx| [0, 1].map(|tx| (b[rx][tx] - a[rx][tx]) / (2.0 * step)))
+    });
+    // From places to gradients of the path: the inverse of its second derivatives.
+    let [xx, yy, xy] = mirror.bend;
+    let det = xx * yy - xy * xy;
+    let turned = |p: f64, q: f64| [0, 1].map(|rx| [0, 1].map(|tx| (x[rx][tx] * p + y[rx][tx] * q) / det));
+    [turned(yy, -xy), turned(-xy, xx)]
+}
+
 /// The radar of one frame.
 struct Station<'a> {
     geometry: &'a Geometry,
@@ -129,33 +157,60 @@ impl Station<'_> {
         }
         let k = wavenumber(self.geometry.freq_hz);
         let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
+        let chain = self.chain(region.node);
+        let at = |p: DVec2| self.echo(&chain, corner + face.axis[0] * p.x + face.axis[1] * p.y);
         let mut waves: Vec<Wave> = Vec::new();
-        if let Some(wave) = self.single(&plane, &region.pieces) {
-            waves.push(wave);
+        if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
+            let mut whole = at(centre);
+            whole.spread = Matrix::default();
+            for w in cells {
+                let of = at(w.place).spread;
+                for (sum, a) in whole.spread.as_flattened_mut().iter_mut().zip(of.as_flattened()) {
+                    *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
+                }
+            }
+            return is_finite(&whole).then_some(whole).into_iter().collect();
         } else {
             let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
             // The waves of the two sides of a corner are one echo.
-            let mut at: HashMap<[u64; 2], usize> = HashMap::new();
+            let mut numbers: HashMap<[u64; 2], usize> = HashMap::new();
             plane.waves(&sides, |w| {
-                let i = *at.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
+                let i = *numbers.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
                 match waves.get_mut(i) {
-                    Some(first) => first.value += w.value,
+                    Some(first) => {
+                        first.value += w.value;
+                        first.flux.iter_mut().zip(w.flux).for_each(|(a, b)| *a += b);
+                    }
                     None => waves.push(w),
                 }
             });
         }
-        let chain = self.chain(region.node);
+        // Far from the place of mirror reflection each wave's own amplitude says enough.
+        let mirror = plane.path(plane.mirror).length;
+        let near = |w: &Wave| k * (w.length_m - mirror) <= NEAR;
+        let about = if waves.iter().any(near) { slopes(&plane, &at) } else { Default::default() };
         waves
             .iter()
             .filter_map(|w| {
-                self.echo(&chain, corner + face.axis[0] * w.place.x + face.axis[1] * w.place.y, w)
+                let mut echo = at(w.place);
+                let slopes = if near(w) { about } else { Default::default() };
+                let change = plane.path(w.place).slope;
+                for (rx, row) in echo.spread.iter_mut().enumerate() {
+                    for (tx, a) in row.iter_mut().enumerate() {
+                        let [x, y] = slopes.map(|s| s[rx][tx]);
+                        *a = (*a - x * change.x - y * change.y) * w.value + x * w.flux[0] + y * w.flux[1];
+                        *a *= Complex64::new(0.0, -k / (4.0 * PI));
+                    }
+                }
+                echo.path_length_m = w.length_m;
+                is_finite(&echo).then_some(echo)
             })
             .collect()
     }
 
-    /// A region whose paths are so nearly of one length that one wave stands for them all over the band: the
-    /// sum of cells over which the phase is linear.
-    fn single(&self, plane: &Plane, pieces: &[Polygon]) -> Option<Wave> {
+    /// A region whose paths are so nearly of one length that one echo stands for them all over the band: its
+    /// centre, and the cells over which the phase is linear, with phases referred to the centre's path.
+    fn single(&self, plane: &Plane, pieces: &[Polygon]) -> Option<(DVec2, Vec<Wave>)> {
         let (mut area, mut first) = (0.0, DVec2::ZERO);
         for m in pieces.iter().map(|p| Moments::of(p.corners())) {
             area += m.area;
@@ -170,7 +225,7 @@ impl Station<'_> {
         if !pieces.iter().flat_map(|p| p.corners()).all(alike) {
             return None;
         }
-        let mut value = Complex64::ZERO;
+        let mut cells = Vec::new();
         let mut stack = pieces.to_vec();
         while let Some(polygon) = stack.pop() {
             let corners = polygon.corners();
@@ -189,9 +244,10 @@ impl Station<'_> {
             let g = at.slope * -plane.k;
             let [xx, yy, xy] = at.bend;
             let length = at.length - path.length + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
-            value += phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
+            let value = phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
+            cells.push(Wave { place: m.centroid, length_m: path.length, value, flux: Default::default() });
         }
-        Some(Wave { place: centre, length_m: path.length, value })
+        Some((centre, cells))
     }
 
     /// Nodes from the first bounce to this one.
@@ -202,8 +258,8 @@ impl Station<'_> {
         chain
     }
 
-    /// The echo of a wave from `place` on the last plane of the chain.
-    fn echo(&self, chain: &[u32], place: DVec3, wave: &Wave) -> Option<Return> {
+    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi.
+    fn echo(&self, chain: &[u32], place: DVec3) -> Return {
         let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
         let node = |i: u32| &self.clipped.nodes[i as usize];
         let face = |i: u32| &faces.faces[node(i).face as usize];
@@ -250,20 +306,17 @@ impl Station<'_> {
             field = bounce.reflected;
             dir = next;
         }
-        let unfolded = wave.length_m - last_range_m;
-        let z = Complex64::new(0.0, -k / (4.0 * PI)) * wave.value / (unfolded * last_range_m);
-        let spread = radiated.map(|row| row.map(|m| m * z));
-        let finite = spread.iter().flatten().all(|z| z.is_finite()) && rate.is_finite();
-        finite.then_some(Return {
-            path_length_m: wave.length_m,
+        let unfolded = place.distance(node(chain[count - 1]).frame.origin);
+        Return {
+            path_length_m: unfolded + last_range_m,
             path_rate_mps: rate,
             departure: to_sensor * departure,
             first_range_m,
             arrival: to_sensor * -to_radar,
             last_range_m,
-            spread,
+            spread: radiated.map(|row| row.map(|m| m / (unfolded * last_range_m))),
             chain: ids,
             bounces: count as u8,
-        })
+        }
     }
 }
