@@ -1,12 +1,45 @@
 //! From a chain of facets to physical-optics echoes (CONVENTIONS eq. 4-7).
+//!
+//! Grids of rays are what exact beams are checked against, so the fields here have formulas of their own and
+//! share none with `field`.
 
-use super::field::{Bounce, CVec};
 use super::rays::Chain;
 use crate::geom::Geometry;
 use crate::trace::launch::Tube;
 use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
+
+/// A complex vector in space.
+#[derive(Debug, Clone, Copy)]
+struct CVec {
+    re: DVec3,
+    im: DVec3,
+}
+
+impl CVec {
+    fn real(v: DVec3) -> Self {
+        CVec { re: v, im: DVec3::ZERO }
+    }
+    #[inline]
+    fn dot(&self, v: DVec3) -> Complex64 {
+        Complex64::new(self.re.dot(v), self.im.dot(v))
+    }
+    /// `v` times a complex number.
+    #[inline]
+    fn along(v: DVec3, z: Complex64) -> Self {
+        CVec { re: v * z.re, im: v * z.im }
+    }
+    #[inline]
+    fn plus(self, o: CVec) -> Self {
+        CVec { re: self.re + o.re, im: self.im + o.im }
+    }
+    /// `v` x self.
+    #[inline]
+    fn crossed_from(self, v: DVec3) -> Self {
+        CVec { re: v.cross(self.re), im: v.cross(self.im) }
+    }
+}
 
 /// Where the echo is received.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +112,15 @@ pub fn radiate(
         let n = if dir.dot(tri.normal) < 0.0 { tri.normal } else { -tri.normal };
         let cos_i = -dir.dot(n);
         let surface = &geometry.surfaces[tri.surface as usize];
-        let bounce = Bounce::new(field, dir, n, surface, k);
+        let (r_perp, r_par) = surface.reflection(k, cos_i);
+        let out_dir = dir + n * (2.0 * cos_i);
+        let across = dir.cross(n);
+        let sin_i = across.length();
+        let e_perp = if sin_i > 1e-9 { across / sin_i } else { n.any_orthonormal_vector() };
+        let (e_in, e_out) = (dir.cross(e_perp), out_dir.cross(e_perp));
+        let reflected = field.map(|e| {
+            CVec::along(e_perp, r_perp * e.dot(e_perp)).plus(CVec::along(e_out, r_par * e.dot(e_in)))
+        });
 
         let (to_receiver, length_out) = match receiver {
             Receiver::Far(s) => (s, 0.0),
@@ -116,7 +157,17 @@ pub fn radiate(
             }
             let (v, h) = receive_basis(to_receiver);
             let minus_j = Complex64::new(0.0, -amplitude);
-            let s = bounce.radiated(to_receiver, v, h).map(|row| row.map(|z| z * minus_j));
+            let mut s = [[Complex64::ZERO; 2]; 2];
+            for tx in 0..2 {
+                let (e, r) = (field[tx], reflected[tx]);
+                let h_total = e.crossed_from(dir).plus(r.crossed_from(out_dir));
+                let j = h_total.crossed_from(n);
+                let m = e.plus(r).crossed_from(-n);
+                // eta J + M x s, of which only the part across s is seen by v and h.
+                let f = j.plus(m.crossed_from(-to_receiver));
+                s[0][tx] = minus_j * f.dot(v);
+                s[1][tx] = minus_j * f.dot(h);
+            }
             emit(Contribution {
                 is_last: b + 1 == chain.len && chain.left,
                 point: p,
@@ -127,9 +178,9 @@ pub fn radiate(
                 x: along.map(|a| 0.5 * a),
             });
         }
-        field = bounce.reflected;
+        field = reflected;
         edge = edge.map(|e| e + n * (-2.0 * n.dot(e)));
-        dir = bounce.dir_out;
+        dir = out_dir;
     }
 }
 
