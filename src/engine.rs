@@ -1,30 +1,24 @@
 //! The only place that chooses between the engines: every stage of the chain once, on whichever was
 //! opened.
 
-use crate::adc::noise::Noise;
-use crate::adc::synthesis::{FrontEnd, Plan};
+mod chain;
+
 use crate::adc::{self, Cube};
 use crate::cpu;
-use crate::cpu::adc::synthesis::Control;
 use crate::cpu::rcs::beam_sum::{self, Tone};
 use crate::cpu::rcs::ptd;
 use crate::cpu::trace::refract::Media;
-use crate::dsp::doa_beamform::Beamformer;
-use crate::dsp::{self, RangeDoppler, Snapshots};
+use crate::dsp;
 use crate::error::{BadInput, Error, Result};
-use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
 use crate::rcs::{
     self, Aspect, Diffraction, Distance, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum,
 };
 use crate::scene::Scene;
-use crate::scene::radar::Radar;
 use crate::trace::beams::BeamOptions;
-use crate::trace::windows::windows;
-use crate::trace::{Returns, TraceOptions, beam_ahead, beam_clip, closest, scan};
+use crate::trace::{beam_ahead, beam_clip, closest, scan};
 use crate::units::{power_from_db, wavenumber};
-use glam::DVec3;
 use num_complex::Complex64;
 
 /// The row of every shader in `shaders/`.
@@ -357,92 +351,5 @@ impl Engine {
             None => Ok(swept),
             Some(i) => Err(not_a_number(&aspects[i])),
         }
-    }
-
-    /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
-    ///
-    /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
-    /// they light must be known to a thousandth of a wavelength all over the scene.
-    pub fn returns(
-        &self,
-        geometry: &Geometry,
-        radar: &Radar,
-        pose: &Pose<Sensor, World>,
-        velocity_mps: DVec3,
-        options: &TraceOptions,
-    ) -> Returns {
-        cpu::trace::echoes::returns(geometry, &windows(radar, pose), pose, velocity_mps, options)
-    }
-
-    /// Samples of one frame with the receiver's noise.
-    pub fn cube(
-        &self,
-        radar: &Radar,
-        returns: &Returns,
-        seed: u64,
-        frame: u32,
-        control: Control<'_>,
-    ) -> Result<(AnyCube, FrontEnd)> {
-        let plan = Plan::new(radar, returns)?;
-        let noise = Noise::thermal(radar, seed, frame);
-        let cube = match self {
-            Engine::Cpu(Precision::F32) => {
-                let mut cube = cpu::adc::synthesis::synthesise::<f32>(&plan, control)?;
-                if let Some(n) = &noise {
-                    cpu::adc::noise::add(&mut cube, n);
-                }
-                AnyCube::F32(cube)
-            }
-            Engine::Cpu(Precision::F64) => {
-                let mut cube = cpu::adc::synthesis::synthesise::<f64>(&plan, control)?;
-                if let Some(n) = &noise {
-                    cpu::adc::noise::add(&mut cube, n);
-                }
-                AnyCube::F64(cube)
-            }
-            Engine::Gpu(gpu) => {
-                let mut recorder = gpu.recorder("synthesis");
-                let device = plan.record(gpu, &mut recorder)?;
-                if let Some(n) = &noise {
-                    n.record(&mut recorder, &device);
-                }
-                let pending = device.read(&mut recorder);
-                let mut done = recorder.submit()?;
-                AnyCube::F32(device.take(&mut done, pending))
-            }
-        };
-        Ok((cube, plan.front_end))
-    }
-
-    /// From samples to detected cells. The stages run in the precision of the engine; what they found is
-    /// handed on in f64.
-    pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
-        match (self, cube) {
-            (Engine::Cpu(_), AnyCube::F64(cube)) => Ok(cpu::dsp::process(cube, radar)?.1),
-            (Engine::Cpu(_), AnyCube::F32(cube)) => Ok(cpu::dsp::process(cube, radar)?.1.widened()),
-            (Engine::Gpu(gpu), AnyCube::F32(cube)) => Ok(dsp::device::process(gpu, cube, radar)?.1.widened()),
-            (Engine::Gpu(_), AnyCube::F64(_)) => {
-                Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
-            }
-        }
-    }
-
-    /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).
-    pub fn angular_power(
-        &self,
-        beam: &Beamformer,
-        snapshots: &Snapshots<f64>,
-        range_rates_mps: &[f64],
-    ) -> Result<Vec<f64>> {
-        let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
-        Ok(match self {
-            Engine::Cpu(Precision::F64) => cpu::dsp::doa_beamform::spectra(beam, snapshots, range_rates_mps),
-            Engine::Cpu(Precision::F32) => {
-                widen(cpu::dsp::doa_beamform::spectra(beam, &snapshots.narrowed(), range_rates_mps))
-            }
-            Engine::Gpu(gpu) => {
-                widen(dsp::doa_beamform::spectra(gpu, beam, &snapshots.narrowed(), range_rates_mps)?)
-            }
-        })
     }
 }

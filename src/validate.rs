@@ -19,6 +19,7 @@ use crate::rcs::closed_form::{
 use crate::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
 use crate::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use crate::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
+use crate::scene::waveform::Waveform;
 use crate::scene::{Scene, Shape, material, radar_toml};
 use crate::trace::{Return, Returns, TraceOptions};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
@@ -444,7 +445,8 @@ fn over_plane(distance: f64, radar_height: f64, target_height: f64) -> Returns {
 fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = one_channel()?;
     // Narrow, so that one wavelength holds.
-    (radar.bandwidth_hz, radar.chirps, radar.samples) = (1e5, 1, 16);
+    radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
+    (radar.chirps, radar.samples) = (1, 16);
     let power = |d: f64| -> Result<f64> {
         let returns = over_plane(d, 0.15, 0.35);
         let (cube, _) = engine.cube(&radar, &returns, 0, 0, Control::default())?;
@@ -491,9 +493,9 @@ fn beat_phase(radar: &Radar, r: &Return, chirp: usize, n: usize) -> f64 {
 
 fn delay(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = one_channel()?;
-    (radar.carrier_hz, radar.bandwidth_hz, radar.ramp_time_s) = (77e9, 2.46e9, 32.8e-6);
+    radar.carrier_hz = 77e9;
+    radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 48e-6);
     (radar.sample_rate_hz, radar.samples, radar.chirps) = (62.5e6, 2050, 8);
-    radar.chirp_period_s = 48e-6;
     let echo = point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1);
     let list = Returns { returns: vec![echo], rays: 0 };
     let exact = synthesise::<f64>(&Plan::new(&radar, &list)?, Control::default())?;
@@ -544,7 +546,8 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     radar.thermal_noise = false;
     // 50 m in the middle of cell 125.
     let slope = C0 * radar.sample_rate_hz / (2.0 * radar.processing.range_fft as f64 * 0.4);
-    radar.bandwidth_hz = slope * radar.ramp_time_s;
+    let ramp_time_s = radar.samples as f64 / radar.sample_rate_hz;
+    radar.waveform = Waveform::chirp(slope * ramp_time_s, ramp_time_s, radar.chirp_period_s());
     let mut scene = Scene::default();
     let at = Pose::from_yaw_pitch_roll(DVec3::new(50.0, 0.0, 0.0), 0.0, 0.0, 0.0);
     scene.add_object("post", "post", Shape::Point { rcs_dbsm: 10.0 }, at, DVec3::ZERO);

@@ -11,6 +11,7 @@ use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
+use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::{Return, Returns};
 use catseye::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
@@ -34,9 +35,8 @@ fn radar() -> Radar {
     Radar {
         name: "test".into(),
         carrier_hz: 77e9,
-        bandwidth_hz: 1e9,
-        ramp_time_s: 40e-6,
-        chirp_period_s: 55e-6,
+        waveform: Waveform::chirp(1e9, 40e-6, 55e-6),
+        multiplex: Multiplex::Tdm,
         adc_start_s: 0.5e-6,
         sample_rate_hz: 12.8e6,
         samples: 300,
@@ -81,12 +81,13 @@ fn direct(radar: &Radar, r: &Return, chirp: usize, channel: usize, n: usize) -> 
     let length = r.path_length_m + (first - t.position_m).length() - first.length()
         + (last - q.position_m).length()
         - last.length();
-    let start = (chirp * radar.tx.len() + k) as f64 * radar.chirp_period_s
-        - 0.5 * (radar.chirps * radar.tx.len()) as f64 * radar.chirp_period_s;
+    let ramp = radar.waveform.ramp().unwrap();
+    let start = (chirp * radar.tx.len() + k) as f64 * ramp.period_s
+        - 0.5 * (radar.chirps * radar.tx.len()) as f64 * ramp.period_s;
     let ramp_time = radar.adc_start_s + n as f64 / radar.sample_rate_hz;
     let tau = (length + r.path_rate_mps * (start + ramp_time)) / (C0 + 0.5 * r.path_rate_mps);
-    let slope = radar.bandwidth_hz / radar.ramp_time_s;
-    let f0 = radar.carrier_hz - 0.5 * radar.bandwidth_hz;
+    let slope = ramp.bandwidth_hz / ramp.time_s;
+    let f0 = radar.carrier_hz - 0.5 * ramp.bandwidth_hz;
     let phi = TAU * (f0 * tau + slope * ramp_time * tau - 0.5 * slope * tau * tau);
     let mut jones = Complex64::ZERO;
     for (i, p) in [q.polarisation.v, q.polarisation.h].into_iter().enumerate() {
@@ -152,9 +153,8 @@ fn many(count: usize, speed: f64) -> Returns {
 fn phase_at_every_sample_is_that_of_the_formula() {
     // The gate's case: -20 m/s, 2.46 GHz over a ramp of 48 us, of which 32.8 us are sampled.
     let mut radar = radar();
-    radar.bandwidth_hz = 2.46e9;
     radar.carrier_hz = 77e9 + 1.23e9;
-    radar.ramp_time_s = 48e-6;
+    radar.waveform = Waveform::chirp(2.46e9, 48e-6, 55e-6);
     radar.sample_rate_hz = 62.5e6;
     radar.samples = 2050;
     radar.sampling = Sampling::Iq;
@@ -177,8 +177,7 @@ fn phase_at_every_sample_is_that_of_the_formula() {
 #[test]
 fn stop_and_hop_would_be_off_by_two_radians() {
     let mut radar = radar();
-    radar.bandwidth_hz = 2.46e9;
-    radar.ramp_time_s = 32.8e-6;
+    radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 55e-6);
     radar.sample_rate_hz = 62.5e6;
     radar.adc_start_s = 0.0;
     radar.samples = 2050;
@@ -187,7 +186,7 @@ fn stop_and_hop_would_be_off_by_two_radians() {
     let list = returns(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1)]);
     let got = cube::<f64>(&radar, &list);
     // The delay of the ramp's start, held through the ramp.
-    let tau = 2.0 * (30.0 - 20.0 * -0.5 * radar.chirp_period_s) / (C0 - 20.0);
+    let tau = 2.0 * (30.0 - 20.0 * -0.5 * radar.chirp_period_s()) / (C0 - 20.0);
     let stopped = |n: usize| TAU * radar.slope_hz_per_s() * tau * n as f64 / radar.sample_rate_hz;
     let last = radar.samples - 1;
     let gained = (got.data[last] * got.data[0].conj()).arg() - stopped(last);
@@ -225,8 +224,8 @@ fn single_precision_keeps_80_db_for_any_echo_and_radar() {
         (2048, 2.46e9, 48e-6, 62.5e6),
     ] {
         let mut radar = radar();
-        (radar.samples, radar.bandwidth_hz, radar.ramp_time_s, radar.sample_rate_hz) =
-            (samples, bandwidth, ramp, rate);
+        (radar.samples, radar.sample_rate_hz) = (samples, rate);
+        radar.waveform = Waveform::chirp(bandwidth, ramp, 55e-6);
         radar.chirps = 8;
         let r_max = C0 * rate / (2.0 * radar.slope_hz_per_s());
         for (part, speed) in
@@ -295,7 +294,7 @@ fn ten_dbsm_at_50_m_by_hand() {
     let mut radar = radar();
     radar.sampling = Sampling::Real;
     radar.samples = 512;
-    radar.bandwidth_hz = 0.4e9;
+    radar.waveform = Waveform::chirp(0.4e9, 40e-6, 55e-6);
     let list = returns(vec![point_echo(DVec3::new(50.0, 0.0, 0.0), DVec3::ZERO, 10.0, 1)]);
     let beat = radar.slope_hz_per_s() * 2.0 * 50.0 / C0;
     let power = dbm_from_w(2.0 * dft_power_w(&radar, &cube::<f64>(&radar, &list), 0, beat));
@@ -341,7 +340,7 @@ fn transmitters_take_turns() {
     let v = 3.0;
     let list = returns(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(v, 0.0, 0.0), 1.0, 1)]);
     let cube = cube::<f64>(&radar, &list);
-    let expected = TAU * 2.0 * v / radar.wavelength_m() * radar.chirp_period_s;
+    let expected = TAU * 2.0 * v / radar.wavelength_m() * radar.chirp_period_s();
     assert!((step(&cube, (4, 0), (4, 3)) - expected).abs() < 0.01);
     assert!((step(&cube, (4, 3), (5, 0)) - expected).abs() < 0.01);
     // Time zero is the middle of the frame: the middle chirp sees the range as given.
@@ -487,7 +486,7 @@ fn two_rays_over_ground_make_the_known_nulls_and_peaks() {
     (radar.tx, radar.rx) = (vec![iso.clone()], vec![iso]);
     (radar.chirps, radar.samples) = (1, 16);
     // A narrow sweep, so that one wavelength holds.
-    (radar.bandwidth_hz, radar.ramp_time_s) = (1e5, 40e-6);
+    radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
     // Power over that of free space, which is 16 sin^4(k h1 h2 / d).
     let gain = |d: f64| {
         let list = over_ground(d, 0.15, 0.35, 1.0);
@@ -585,7 +584,8 @@ fn gpu_synthesis_agrees_with_f64() {
     ] {
         let mut radar = radar();
         (radar.sampling, radar.samples) = (sampling, samples);
-        (radar.bandwidth_hz, radar.ramp_time_s, radar.sample_rate_hz) = (bandwidth, ramp, rate);
+        radar.sample_rate_hz = rate;
+        radar.waveform = Waveform::chirp(bandwidth, ramp, 55e-6);
         for list in [many(201, speed), many(1, speed), many(0, 0.0)] {
             let plan = Plan::new(&radar, &list).unwrap();
             let want = cube::<f64>(&radar, &list);
@@ -648,7 +648,8 @@ fn gpu_adds_up_more_echoes_than_a_software_driver_loops() {
 #[test]
 fn gpu_refuses_a_drift_that_it_cannot_follow() {
     let mut radar = radar();
-    (radar.samples, radar.bandwidth_hz, radar.ramp_time_s, radar.sample_rate_hz) = (16, 4e9, 60e-6, 0.3e6);
+    (radar.samples, radar.sample_rate_hz) = (16, 0.3e6);
+    radar.waveform = Waveform::chirp(4e9, 60e-6, 60e-6);
     let list = returns(vec![point_echo(DVec3::new(0.3, 0.0, 0.0), DVec3::new(70.0, 0.0, 0.0), 1.0, 1)]);
     let plan = Plan::new(&radar, &list).unwrap();
     assert_eq!(plan.front_end.dropped, 0);

@@ -11,6 +11,7 @@ use catseye::dsp::doa_beamform::Beamformer;
 use catseye::formats::csv::Table;
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
+use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::scene::{Object, Shape};
 use catseye::trace::{Return, Returns};
 use catseye::units::{C0, power_from_db};
@@ -32,9 +33,8 @@ fn radar() -> Radar {
     Radar {
         name: "test".into(),
         carrier_hz: 77e9,
-        bandwidth_hz: 1e9,
-        ramp_time_s: 40e-6,
-        chirp_period_s: 45e-6,
+        waveform: Waveform::chirp(1e9, 40e-6, 45e-6),
+        multiplex: Multiplex::Tdm,
         adc_start_s: 0.0,
         sample_rate_hz: 6.4e6,
         samples: 256,

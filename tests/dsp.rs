@@ -9,6 +9,7 @@ use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
+use catseye::scene::waveform::{Multiplex, Waveform};
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
@@ -56,9 +57,8 @@ fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
     Radar {
         name: "test".into(),
         carrier_hz,
-        bandwidth_hz: 1e9,
-        ramp_time_s: 40e-6,
-        chirp_period_s: 55e-6,
+        waveform: Waveform::chirp(1e9, 40e-6, 55e-6),
+        multiplex: Multiplex::Tdm,
         adc_start_s: 0.0,
         sample_rate_hz: 12.8e6,
         samples,

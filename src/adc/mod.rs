@@ -1,6 +1,7 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
 pub mod noise;
+pub mod shaping;
 pub mod synthesis;
 
 use crate::gpu::{Buffer, Done, Pending, Recorder};

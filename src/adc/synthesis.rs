@@ -7,12 +7,13 @@
 //! at the phase centre. An echo outside is dropped whole, counted and its power reported; nothing
 //! wraps round into the first range cells.
 
-use super::{CubePiece, DeviceCube};
+use super::{Cube, CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;
 use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar, Sampling};
+use crate::scene::waveform::{Lines, Multiplex, Waveform};
 use crate::trace::{Return, Returns};
 use crate::units::{C0, w_from_dbm};
 use glam::DVec3;
@@ -70,6 +71,18 @@ pub struct FrontEnd {
     pub dropped_power_w: f64,
 }
 
+impl FrontEnd {
+    /// What was seen of one frame's echoes through two ramps.
+    pub fn and(&self, other: &FrontEnd) -> FrontEnd {
+        FrontEnd {
+            echoes: self.echoes.max(other.echoes),
+            moving: self.moving.max(other.moving),
+            dropped: self.dropped.max(other.dropped),
+            dropped_power_w: self.dropped_power_w.max(other.dropped_power_w),
+        }
+    }
+}
+
 /// Which echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
@@ -78,27 +91,79 @@ pub enum Set {
     Moving,
 }
 
-/// The echoes of one frame as one radar receives them. Made once, read by either engine.
+/// One transmitter heard by one receiver in one slot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Way {
+    tx: usize,
+    rx: usize,
+    slot: usize,
+    /// Index of its amplitude among those of one echo: ways between equal antennas share it.
+    kind: usize,
+    sign: f64,
+    /// Turns that the transmitter's phase code adds from loop to loop.
+    code_turns: f64,
+}
+
+/// The ways of one radar, ordered by slot, then transmitter, then receiver: for transmitters in turn one for each channel,
+/// else several that add up to one.
+fn ways(radar: &Radar, kind: &[usize]) -> Vec<Way> {
+    let (n_tx, n_rx) = (radar.tx.len(), radar.rx.len());
+    let mut list = Vec::new();
+    for slot in 0..radar.slots() {
+        for tx in 0..n_tx {
+            let sign = radar.multiplex.weight(slot, tx);
+            if sign == 0.0 {
+                continue;
+            }
+            let code_turns = match radar.multiplex {
+                // What is sent turns forwards, the mixer's output backwards (eq. 12).
+                Multiplex::Ddm { bands } => -(tx as f64) / bands as f64,
+                _ => 0.0,
+            };
+            list.extend((0..n_rx).map(|rx| Way {
+                tx,
+                rx,
+                slot,
+                kind: kind[tx * n_rx + rx],
+                sign,
+                code_turns,
+            }));
+        }
+    }
+    list
+}
+
+/// The echoes of one frame as one radar receives them, as lines (eq. 12a). Made once, read by either engine.
+///
+/// A channel of a plan is one way from a transmitter to a receiver; [`Plan::fold`] adds those up that the
+/// receiver hears at once.
 pub struct Plan<'a> {
     pub chirps: usize,
     pub channels: usize,
     pub samples: usize,
+    /// Of the lines: what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
     pub front_end: FrontEnd,
     radar: &'a Radar,
+    lines: Lines,
     returns: &'a [Return],
     still: Vec<u32>,
     moving: Vec<u32>,
-    /// Index of the amplitude of each channel among those of one echo: channels of equal antennas share it.
-    kind: Vec<usize>,
+    ways: Vec<Way>,
     /// conj(a0) of eq. 12, `[return, kind]`.
     amplitudes: Vec<Complex64>,
     kinds: usize,
 }
 
 impl<'a> Plan<'a> {
-    /// Errors when an echo is not finite.
+    /// The lines that processing sees are those that are synthesised, but for pulses and codes
+    /// ([`crate::adc::shaping`]). Errors when an echo is not finite.
     pub fn new(radar: &'a Radar, returns: &'a Returns) -> Result<Plan<'a>> {
+        Self::with_lines(radar, radar.lines(), returns)
+    }
+
+    /// With lines of one's choice. Errors when an echo is not finite.
+    pub fn with_lines(radar: &'a Radar, lines: Lines, returns: &'a Returns) -> Result<Plan<'a>> {
         let returns = &returns.returns[..];
         if returns.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", returns.len())));
@@ -110,33 +175,46 @@ impl<'a> Plan<'a> {
         let kinds = levels.pairs.len();
         let amplitudes: Vec<Complex64> =
             returns.par_iter().flat_map_iter(|r| levels.amplitudes(r).map(|a| a.conj())).collect();
+        let ways = ways(radar, &levels.kind);
+        let coded = ways.iter().any(|w| w.code_turns != 0.0);
         let mut plan = Plan {
             chirps: radar.chirps,
-            channels: radar.channels(),
-            samples: radar.samples,
-            sampling: radar.sampling,
+            channels: ways.len(),
+            samples: lines.count,
+            sampling: if lines.step_s > 0.0 { radar.sampling } else { Sampling::Iq },
             front_end: FrontEnd { echoes: returns.len() as u64, ..Default::default() },
             radar,
+            lines,
             returns,
             still: Vec::new(),
             moving: Vec::new(),
-            kind: levels.kind,
+            ways,
             amplitudes,
             kinds,
         };
         for (i, r) in returns.iter().enumerate() {
-            if !passes_filter(radar, beat_frequency_hz(radar, r)) {
+            if !passes(radar, r) {
                 plan.front_end.dropped += 1;
                 plan.front_end.dropped_power_w +=
-                    plan.kind.first().map_or(0.0, |k| plan.amplitudes[i * kinds + k].norm_sqr());
-            } else if r.path_rate_mps == 0.0 {
+                    plan.ways.first().map_or(0.0, |w| plan.amplitudes[i * kinds + w.kind].norm_sqr());
+            } else if r.path_rate_mps == 0.0 && !coded {
                 plan.still.push(i as u32);
             } else {
                 plan.moving.push(i as u32);
             }
+            plan.front_end.moving += u64::from(r.path_rate_mps != 0.0);
         }
-        plan.front_end.moving = plan.moving.len() as u64;
         Ok(plan)
+    }
+
+    /// The same echoes with each amplitude multiplied by `factor` of its return.
+    pub fn weighted(mut self, factor: impl Fn(&Return) -> Complex64 + Sync) -> Plan<'a> {
+        let kinds = self.kinds;
+        self.amplitudes.par_chunks_mut(kinds.max(1)).zip(self.returns).for_each(|(a, r)| {
+            let f = factor(r);
+            a.iter_mut().for_each(|a| *a *= f);
+        });
+        self
     }
 
     /// Indices into the frame's returns, ascending.
@@ -150,15 +228,41 @@ impl<'a> Plan<'a> {
     /// The contribution of return `index` to `channel`.
     pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
         let r = &self.returns[index as usize];
-        let n_rx = self.radar.rx.len();
-        let (tx, rx) = (channel / n_rx, channel % n_rx);
-        let amplitude = self.amplitudes[index as usize * self.kinds + self.kind[channel]];
-        phase_polynomial(self.radar, channel_path_m(self.radar, r, tx, rx), r.path_rate_mps, tx, amplitude)
+        let way = &self.ways[channel];
+        let amplitude = way.sign * self.amplitudes[index as usize * self.kinds + way.kind];
+        let path = channel_path_m(self.radar, r, way.tx, way.rx);
+        let mut c = phase_polynomial(self.radar, &self.lines, path, r.path_rate_mps, way.slot, amplitude);
+        c.a1 += way.code_turns;
+        c
     }
 
     /// Largest |c| in turns per sample²: how fast the beat frequency drifts during a ramp.
     pub fn largest_drift(&self) -> f64 {
         self.moving.iter().map(|i| self.coefficients(*i, 0).c.abs()).fold(0.0, f64::max)
+    }
+
+    /// Adds up the ways that the receiver hears at once: `[chirp, way, line]` to `[chirp, channel, line]`.
+    pub fn fold<T>(&self, cube: Cube<T>) -> Cube<T>
+    where
+        T: Default + Copy + Send + Sync + std::ops::AddAssign,
+    {
+        let channels = self.radar.channels();
+        if self.ways.len() == channels {
+            return cube;
+        }
+        let n_rx = self.radar.rx.len();
+        let mut sum = Cube::zeros(cube.chirps, channels, cube.samples);
+        let rows = cube.data.par_chunks(cube.channels * cube.samples);
+        sum.data.par_chunks_mut(channels * cube.samples).zip(rows).for_each(|(sum, rows)| {
+            for (way, row) in self.ways.iter().zip(rows.chunks_exact(cube.samples)) {
+                let at = (way.slot * n_rx + way.rx) * cube.samples;
+                sum[at..at + cube.samples].iter_mut().zip(row).for_each(|(s, z)| {
+                    s.re += z.re;
+                    s.im += z.im;
+                });
+            }
+        });
+        sum
     }
 }
 
@@ -251,45 +355,69 @@ fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
     if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
 }
 
-/// Eq. 11 in eq. 12 as a polynomial. With τ = a + b m + d n: b the change of delay from loop to
-/// loop, d from sample to sample.
-fn phase_polynomial(radar: &Radar, path_m: f64, rate: f64, tx: usize, amplitude: Complex64) -> Coefficients {
-    let (f0, slope, fs, t_adc) =
-        (radar.start_hz(), radar.slope_hz_per_s(), radar.sample_rate_hz, radar.adc_start_s);
+/// Eq. 11 in eq. 12a as a polynomial. With τ = a + b m + d n: b the change of delay from loop to
+/// loop, d from line to line.
+fn phase_polynomial(
+    radar: &Radar,
+    lines: &Lines,
+    path_m: f64,
+    rate: f64,
+    slot: usize,
+    amplitude: Complex64,
+) -> Coefficients {
     let stretch = 1.0 / (C0 + 0.5 * rate);
     let beta = rate * stretch;
-    let a = path_m * stretch + beta * (radar.chirp_start_s(0, tx) + t_adc);
+    let a = path_m * stretch + beta * (radar.chirp_start_s(0, slot) + lines.start_s);
     let b = beta * radar.loop_period_s();
-    let d = beta / fs;
-    let f = f0 + slope * t_adc;
+    let d = beta * lines.step_s;
+    let (f, step) = (lines.first_hz, lines.step_hz);
+    let slope = if lines.dechirped { step / lines.step_s } else { 0.0 };
     Coefficients {
         amplitude,
         a0: f * a - 0.5 * slope * a * a,
         a1: f * b - slope * a * b,
         a2: -0.5 * slope * b * b,
-        b0: f * d + slope * a * (1.0 / fs - d),
-        b1: slope * b * (1.0 / fs - d),
-        c: slope * d * (1.0 / fs - 0.5 * d),
+        b0: f * d + step * a - slope * a * d,
+        b1: step * b - slope * b * d,
+        c: step * d - 0.5 * slope * d * d,
     }
 }
 
-/// Beat frequency of an echo at the middle of the frame and of the sampled part of the ramp, Hz;
-/// negative when the Doppler shift outweighs the delay.
+/// Beat frequency of an echo at the middle of the frame and of the samples, Hz: the turns from line to line times
+/// the sample rate. Negative for falling frequencies, and when the Doppler shift outweighs the delay.
 pub fn beat_frequency_hz(radar: &Radar, r: &Return) -> f64 {
-    // dφ/dt of eq. 12 over 2π.
-    let t_n = radar.adc_start_s + 0.5 * (radar.samples as f64 - 1.0) / radar.sample_rate_hz;
+    let lines = radar.lines();
+    let middle = 0.5 * (lines.count as f64 - 1.0);
     let stretch = 1.0 / (C0 + 0.5 * r.path_rate_mps);
-    let beta = r.path_rate_mps * stretch;
-    let tau = r.path_length_m * stretch;
-    let slope = radar.slope_hz_per_s();
-    (radar.start_hz() + slope * t_n) * beta + slope * tau * (1.0 - beta)
+    let (tau, d) = (r.path_length_m * stretch, r.path_rate_mps * stretch * lines.step_s);
+    let slope = if lines.dechirped { lines.step_hz / lines.step_s } else { 0.0 };
+    let turns = (lines.first_hz + middle * lines.step_hz) * d + (lines.step_hz - slope * d) * tau;
+    turns * radar.sample_rate_hz
+}
+
+/// Whether the receiver hears an echo: an ideal anti-alias filter for what is mixed with the sweep; for pulses it is in time
+/// for the samples at some time of the frame; with codes it always is.
+pub fn passes(radar: &Radar, r: &Return) -> bool {
+    match &radar.waveform {
+        Waveform::Fmcw(_) | Waveform::Stepped { .. } => passes_filter(radar, beat_frequency_hz(radar, r)),
+        Waveform::Pulse { shape, .. } => {
+            let (before, after) = shape.extent_s();
+            let delay = r.path_length_m / C0;
+            let walk = 0.5 * r.path_rate_mps.abs() * radar.frame_time_s() / C0;
+            let end = radar.adc_start_s + radar.samples as f64 / radar.sample_rate_hz;
+            (radar.adc_start_s - after - walk..=end + before + walk).contains(&delay)
+        }
+        Waveform::Coded { .. } => true,
+    }
 }
 
 /// Whether the ideal anti-alias filter passes this beat frequency.
 pub fn passes_filter(radar: &Radar, beat_hz: f64) -> bool {
+    let fs = radar.sample_rate_hz;
     match radar.sampling {
-        Sampling::Iq => (0.0..radar.sample_rate_hz).contains(&beat_hz),
-        Sampling::Real => beat_hz.abs() < 0.5 * radar.sample_rate_hz,
+        Sampling::Iq if radar.step_hz() < 0.0 => beat_hz > -fs && beat_hz <= 0.0,
+        Sampling::Iq => (0.0..fs).contains(&beat_hz),
+        Sampling::Real => beat_hz.abs() < 0.5 * fs,
     }
 }
 

@@ -54,7 +54,7 @@ impl Frame {
 
     pub fn returns(&self, engine: &Engine, accuracy_db: f64) -> Returns {
         let options =
-            TraceOptions { accuracy_db, bandwidth_hz: self.radar.bandwidth_hz, ..Default::default() };
+            TraceOptions { accuracy_db, bandwidth_hz: self.radar.bandwidth_hz(), ..Default::default() };
         engine.returns(&self.geometry, &self.radar, &self.pose, self.ego_mps, &options)
     }
 }
@@ -143,7 +143,7 @@ fn map(
 /// (row, column) of an echo.
 fn cell(radar: &Radar, r: &Return) -> (usize, usize) {
     let rows = radar.processing.doppler_fft as f64;
-    let bin = beat_frequency_hz(radar, r) / radar.sample_rate_hz * radar.processing.range_fft as f64;
+    let bin = beat_frequency_hz(radar, r).abs() / radar.sample_rate_hz * radar.processing.range_fft as f64;
     let row = (r.range_rate_mps() / radar.velocity_bin_mps() + 0.5 * rows).round().rem_euclid(rows);
     (row as usize, bin.round().clamp(0.0, radar.range_bins() as f64 - 1.0) as usize)
 }

@@ -66,7 +66,7 @@ pub fn trace_options(scenario: &Scenario, frame: u32) -> TraceOptions {
             BounceConvention::Last => Convention::Last,
         },
         accuracy_db: settings.accuracy_db,
-        bandwidth_hz: scenario.radar.bandwidth_hz,
+        bandwidth_hz: scenario.radar.bandwidth_hz(),
         rays: settings.rays,
         seed: scenario.seed,
         frame,
@@ -203,8 +203,8 @@ fn strongest_cell(radar: &Radar, frame: &Frame, id: u32) -> Option<(f64, f64, us
         .max_by(|a, b| crate::trace::strength(a).total_cmp(&crate::trace::strength(b)))?;
     let map = &frame.map.map;
     let rate = best.range_rate_mps();
-    let beat_m = best.range_m() + rate * radar.carrier_hz / radar.slope_hz_per_s();
-    let column = (beat_m / radar.range_bin_m()).round();
+    let beat_m = best.range_m() + rate * radar.range_per_rate_s();
+    let column = ((beat_m - radar.first_range_m()) / radar.range_bin_m()).round();
     if !(0.0..map.range_bins as f64).contains(&column) {
         return None;
     }

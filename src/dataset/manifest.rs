@@ -34,10 +34,14 @@ pub struct Axes {
 
 impl Axes {
     pub fn of(radar: &Radar) -> Axes {
-        let rows = radar.processing.doppler_fft;
+        let rows = radar.doppler_rows();
         let step = radar.velocity_bin_mps();
         Axes {
-            range_m: Axis { first: 0.0, step: radar.range_bin_m(), count: radar.range_bins() },
+            range_m: Axis {
+                first: radar.first_range_m(),
+                step: radar.range_bin_m(),
+                count: radar.range_bins(),
+            },
             range_rate_mps: Axis { first: -((rows / 2) as f64) * step, step, count: rows },
         }
     }

@@ -1,7 +1,7 @@
 //! Which object a point came from, by the echoes that fall into its cell.
 
 use super::points::Point;
-use crate::adc::synthesis::{Levels, beat_frequency_hz, passes_filter};
+use crate::adc::synthesis::{Levels, passes};
 use crate::frames::direction_from_angles;
 use crate::scene::Object;
 use crate::scene::radar::Radar;
@@ -56,7 +56,7 @@ impl Labeller {
         let mut echoes: Vec<Echo> = returns
             .returns
             .par_iter()
-            .filter(|r| passes_filter(radar, beat_frequency_hz(radar, r)))
+            .filter(|r| passes(radar, r))
             .map(|r| Echo {
                 range_m: r.range_m(),
                 range_rate_mps: r.range_rate_mps(),
@@ -68,7 +68,8 @@ impl Labeller {
             .collect();
         // Stable, so that equal ranges keep their order and sums repeat.
         echoes.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
-        let sampled_hz = radar.slope_hz_per_s() * radar.samples as f64 / radar.sample_rate_hz;
+        let lines = radar.lines();
+        let sampled_hz = lines.step_hz.abs() * lines.count as f64;
         Labeller {
             echoes,
             range_m: C0 / (2.0 * sampled_hz),

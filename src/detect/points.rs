@@ -9,7 +9,7 @@ use crate::frames::direction_from_angles;
 use crate::scene::Object;
 use crate::scene::radar::Radar;
 use crate::trace::Returns;
-use crate::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
+use crate::units::{db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -52,15 +52,14 @@ pub struct Point {
 
 /// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
 pub fn range_rate_mps(radar: &Radar, doppler_row: f64) -> f64 {
-    let rows = radar.processing.doppler_fft as f64;
+    let rows = radar.doppler_rows() as f64;
     ((doppler_row).rem_euclid(rows) - 0.5 * rows) * radar.velocity_bin_mps()
 }
 
 /// Range of a bin, which may be fractional: the Doppler shift that the beat frequency holds is
 /// taken out (eq. 15).
 pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64) -> f64 {
-    let beat_hz = range_bin * radar.sample_rate_hz / radar.processing.range_fft as f64;
-    0.5 * C0 / radar.slope_hz_per_s() * (beat_hz - 2.0 * range_rate_mps * radar.carrier_hz / C0)
+    radar.first_range_m() + range_bin * radar.range_bin_m() - range_rate_mps * radar.range_per_rate_s()
 }
 
 /// √(G_t G_r) of the array towards (azimuth, elevation), mean over channels.

@@ -113,7 +113,7 @@ impl Beamformer {
             weight: w.iter().map(|v| v / sum).collect(),
             slot,
             wavenumber: wavenumber(radar.carrier_hz),
-            slot_phase: TAU * 2.0 / radar.wavelength_m() * radar.chirp_period_s,
+            slot_phase: TAU * 2.0 / radar.wavelength_m() * radar.chirp_period_s(),
         })
     }
 

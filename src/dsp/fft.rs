@@ -8,6 +8,7 @@ use crate::error::{BadInput, Result};
 use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Processing, Radar, Sampling};
+use crate::scene::waveform::Multiplex;
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;
 
@@ -23,6 +24,8 @@ pub struct Transform {
     /// Bins kept: half of `range_fft` for real sampling.
     pub range_bins: usize,
     pub doppler_fft: usize,
+    /// Doppler bands that become channels (DDM), else 1: spectrum `[doppler / bands, band, channel, range]`.
+    pub bands: usize,
     /// One weight a sample.
     pub range_window: Vec<f64>,
     /// One weight a chirp.
@@ -78,6 +81,7 @@ impl Transform {
             range_fft: processing.range_fft,
             range_bins,
             doppler_fft: processing.doppler_fft,
+            bands: 1,
             range_window: scaled(window::coefficients(processing.range_window, samples)?, gain),
             doppler_window: scaled(window::coefficients(processing.doppler_window, chirps)?, 1.0),
         })
@@ -85,8 +89,10 @@ impl Transform {
 
     /// For a cube of this radar. Errors: a cube whose shape is not the radar's.
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
-        let (shape, want) =
-            ([cube.chirps, cube.channels, cube.samples], [radar.chirps, radar.channels(), radar.samples]);
+        let (shape, want) = (
+            [cube.chirps, cube.channels, cube.samples],
+            [radar.chirps, radar.channels(), radar.lines().count],
+        );
         if shape != want || cube.data.len() != want.iter().product::<usize>() {
             return Err(BadInput::new("the cube does not have the radar's shape [chirp, channel, sample]")
                 .key("cube")
@@ -95,7 +101,12 @@ impl Transform {
                 .remedy("give the radar that the cube was taken with")
                 .into());
         }
-        Self::new(cube.chirps, cube.channels, cube.samples, radar.sampling, &radar.processing)
+        let mut t =
+            Self::new(cube.chirps, cube.channels, cube.samples, radar.line_sampling(), &radar.processing)?;
+        if let Multiplex::Ddm { bands } = radar.multiplex {
+            t.bands = bands;
+        }
+        Ok(t)
     }
 
     /// Columns of the spectrum: channels x range bins.
@@ -103,9 +114,12 @@ impl Transform {
         self.channels * self.range_bins
     }
 
-    /// The row that transform bin `k` goes to: zero Doppler to row M/2.
+    /// The row that transform bin `k` goes to: zero Doppler to row M/2. With B bands row and band as row · B + band: transmitter b is
+    /// found b M/B rows before its range rate, and fills band b of the row at it.
     pub fn doppler_row(&self, k: usize) -> usize {
-        (k + self.doppler_fft / 2) % self.doppler_fft
+        let rows = self.doppler_fft / self.bands;
+        let band = (self.bands - (k + rows / 2) / rows % self.bands) % self.bands;
+        (k + rows / 2) % rows * self.bands + band
     }
 }
 

@@ -12,6 +12,7 @@ pub mod cfar_os;
 pub mod device;
 pub mod doa_beamform;
 pub mod fft;
+pub mod multiplex;
 pub mod peaks;
 pub mod power;
 pub mod snapshot;

@@ -8,6 +8,8 @@ pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
+pub mod waveform;
+pub mod waveform_toml;
 
 use crate::frames::{Pose, Target, World};
 use glam::DVec3;

@@ -1,5 +1,6 @@
 //! The radar description: what the TOML says, checked, in SI.
 
+use super::waveform::{Lines, Multiplex, Waveform};
 use crate::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -133,22 +134,20 @@ pub struct Processing {
     pub max_points: usize,
 }
 
-/// An FMCW fast-chirp radar with TDM MIMO. Virtual channel c = tx * rx.len() + rx.
+/// A radar. Channel c = slot * rx.len() + rx, with a slot for each transmitter (TDM) or sign pattern (BPM), and one
+/// slot when transmitters are told apart by Doppler bands (DDM).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radar {
     pub name: String,
-    /// Centre of the sweep.
+    /// Centre of the sweep or band.
     pub carrier_hz: f64,
-    /// Swept during `ramp_time_s`; rising.
-    pub bandwidth_hz: f64,
-    pub ramp_time_s: f64,
-    /// From the start of one chirp to the start of the next (any TX).
-    pub chirp_period_s: f64,
-    /// From the start of the ramp to the first sample.
+    pub waveform: Waveform,
+    pub multiplex: Multiplex,
+    /// From the start of a chirp (run, pulse, code) to the first sample.
     pub adc_start_s: f64,
     pub sample_rate_hz: f64,
     pub samples: usize,
-    /// Loops: chirps of each TX in a frame.
+    /// Loops: chirps of each ramp and slot in a frame.
     pub chirps: usize,
     pub sampling: Sampling,
     pub tx: Vec<Antenna>,
@@ -162,54 +161,169 @@ pub struct Radar {
 }
 
 impl Radar {
+    /// Channels of a cube.
     pub fn channels(&self) -> usize {
+        self.slots() * self.rx.len()
+    }
+    /// Pairs of a transmitter and a receiver.
+    pub fn virtual_channels(&self) -> usize {
         self.tx.len() * self.rx.len()
+    }
+    /// Chirps of one loop of one ramp.
+    pub fn slots(&self) -> usize {
+        self.multiplex.slots(self.tx.len())
+    }
+    /// Rows of a cube: loops, each with one chirp of every ramp.
+    pub fn rows(&self) -> usize {
+        self.chirps * self.waveform.parts()
     }
     pub fn wavelength_m(&self) -> f64 {
         crate::units::wavelength_m(self.carrier_hz)
     }
-    /// Chirp slope in Hz/s.
+    /// The same radar as its `i`-th ramp sees it: a cube with every `parts`-th chirp.
+    pub fn part(&self, i: usize) -> Radar {
+        let mut part = self.clone();
+        if let Waveform::Fmcw(s) = &mut part.waveform {
+            s.this = i;
+        }
+        part
+    }
+    /// Band of the waveform, Hz.
+    pub fn bandwidth_hz(&self) -> f64 {
+        match &self.waveform {
+            Waveform::Fmcw(s) => s.ramps.iter().map(|r| r.bandwidth_hz.abs()).fold(0.0, f64::max),
+            Waveform::Stepped { step_hz, .. } => step_hz.abs() * self.samples as f64,
+            Waveform::Pulse { shape, .. } => 2.0 * shape.half_band_hz(),
+            Waveform::Coded { chip_rate_hz, .. } => *chip_rate_hz,
+        }
+    }
+    /// From chirp to chirp (any transmitter).
+    pub fn chirp_period_s(&self) -> f64 {
+        self.waveform.period_s()
+    }
+    /// Slope of the ramp in Hz/s, negative when it falls; for other waveforms the change of frequency from line
+    /// to line over the time of a sample.
     pub fn slope_hz_per_s(&self) -> f64 {
-        self.bandwidth_hz / self.ramp_time_s
+        self.step_hz() * self.sample_rate_hz
     }
-    /// Sweep start: the frequency at ramp time zero.
+    /// Frequency at the start of the ramp or run.
     pub fn start_hz(&self) -> f64 {
-        self.carrier_hz - 0.5 * self.bandwidth_hz
+        match &self.waveform {
+            Waveform::Fmcw(s) => self.carrier_hz - 0.5 * s.ramps[s.this].bandwidth_hz,
+            _ => self.carrier_hz - 0.5 * self.step_hz() * self.samples as f64,
+        }
     }
-    /// Time between chirps of the same TX.
+    /// Change of frequency from one line to the next, Hz.
+    pub fn step_hz(&self) -> f64 {
+        match &self.waveform {
+            Waveform::Fmcw(s) => {
+                let r = &s.ramps[s.this];
+                r.bandwidth_hz / r.time_s / self.sample_rate_hz
+            }
+            Waveform::Stepped { step_hz, .. } => *step_hz,
+            Waveform::Pulse { .. } | Waveform::Coded { .. } => self.sample_rate_hz / self.samples as f64,
+        }
+    }
+    /// Lines of one chirp as processing sees them, in the order of the samples.
+    pub fn lines(&self) -> Lines {
+        let step_hz = self.step_hz();
+        let samples = |first_hz: f64, dechirped: bool| Lines {
+            count: self.samples,
+            first_hz,
+            step_hz,
+            step_s: 1.0 / self.sample_rate_hz,
+            start_s: self.adc_start_s,
+            dechirped,
+        };
+        match &self.waveform {
+            Waveform::Fmcw(_) => samples(self.start_hz() + self.slope_hz_per_s() * self.adc_start_s, true),
+            Waveform::Stepped { .. } => samples(self.start_hz(), false),
+            Waveform::Pulse { shape, .. } => self.harmonics(step_hz, 0.5 * shape.band_hz()),
+            Waveform::Coded { chip_rate_hz, .. } => self.harmonics(step_hz, 0.5 * chip_rate_hz),
+        }
+    }
+    /// Harmonics of a period 1/`step_hz` up to `half_band_hz` on both sides of the carrier, all taken in the middle of
+    /// the samples.
+    pub fn harmonics(&self, step_hz: f64, half_band_hz: f64) -> Lines {
+        let most = (0.5 * self.sample_rate_hz / step_hz - 0.5).floor();
+        let each_side = (half_band_hz / step_hz * (1.0 + 1e-12)).floor().min(most).max(0.0);
+        // Real samples are of the wave itself, so its harmonics count from zero frequency.
+        let middle = match self.sampling {
+            Sampling::Iq => self.carrier_hz,
+            Sampling::Real => (self.carrier_hz / step_hz).round() * step_hz,
+        };
+        Lines {
+            count: 2 * each_side as usize + 1,
+            first_hz: middle - each_side * step_hz,
+            step_hz,
+            step_s: 0.0,
+            start_s: self.adc_start_s + 0.5 * (self.samples as f64 - 1.0) / self.sample_rate_hz,
+            dechirped: false,
+        }
+    }
+    /// Time between chirps of the same slot and ramp.
     pub fn loop_period_s(&self) -> f64 {
-        self.chirp_period_s * self.tx.len() as f64
+        self.waveform.periods_s().0 * self.slots() as f64
     }
     pub fn frame_time_s(&self) -> f64 {
         self.loop_period_s() * self.chirps as f64
     }
-    /// Start of chirp (loop m, transmitter k) relative to the middle of the frame, where positions
+    /// Start of the chirp of a loop and a slot relative to the middle of the frame, where positions
     /// are taken (CONVENTIONS eq. 10).
-    pub fn chirp_start_s(&self, chirp: usize, tx: usize) -> f64 {
-        (chirp * self.tx.len() + tx) as f64 * self.chirp_period_s - 0.5 * self.frame_time_s()
+    pub fn chirp_start_s(&self, chirp: usize, slot: usize) -> f64 {
+        let (_, before) = self.waveform.periods_s();
+        chirp as f64 * self.loop_period_s()
+            + before * self.slots() as f64
+            + slot as f64 * self.chirp_period_s()
+            - 0.5 * self.frame_time_s()
     }
-    /// Range cells kept: half the FFT for real sampling.
+    /// Whether lines come as real numbers: what is mixed with the sweep by one mixer.
+    pub fn line_sampling(&self) -> Sampling {
+        match self.waveform {
+            Waveform::Fmcw(_) | Waveform::Stepped { .. } => self.sampling,
+            _ => Sampling::Iq,
+        }
+    }
+    /// Range cells kept: half the FFT where real samples are mixed with the sweep.
     pub fn range_bins(&self) -> usize {
-        match self.sampling {
+        match self.line_sampling() {
             Sampling::Real => self.processing.range_fft / 2,
             Sampling::Iq => self.processing.range_fft,
         }
     }
-    /// Width of a range cell (FFT bin): c fs / (2 S N_fft).
+    /// Width of a range cell (FFT bin): c / (2 Δf N_fft), Δf from line to line.
     pub fn range_bin_m(&self) -> f64 {
-        crate::units::C0 * self.sample_rate_hz
-            / (2.0 * self.slope_hz_per_s() * self.processing.range_fft as f64)
+        crate::units::C0 / (2.0 * self.step_hz().abs() * self.processing.range_fft as f64)
+    }
+    /// Range of cell 0: that of the first sample for pulses and codes, else 0.
+    pub fn first_range_m(&self) -> f64 {
+        match self.waveform {
+            Waveform::Pulse { .. } | Waveform::Coded { .. } => 0.5 * crate::units::C0 * self.adc_start_s,
+            _ => 0.0,
+        }
     }
     /// Width of a Doppler cell in m/s of range rate.
     pub fn velocity_bin_mps(&self) -> f64 {
         self.wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
     }
+    /// Rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
+    pub fn doppler_rows(&self) -> usize {
+        match self.multiplex {
+            Multiplex::Ddm { bands } => self.processing.doppler_fft / bands,
+            _ => self.processing.doppler_fft,
+        }
+    }
     /// Largest unambiguous range.
     pub fn max_range_m(&self) -> f64 {
-        self.range_bin_m() * self.range_bins() as f64
+        self.first_range_m() + self.range_bin_m() * self.range_bins() as f64
     }
-    /// Largest unambiguous |range rate|.
+    /// Largest unambiguous |range rate| of a row of the map.
     pub fn max_velocity_mps(&self) -> f64 {
-        self.wavelength_m() / (4.0 * self.loop_period_s())
+        0.5 * self.velocity_bin_mps() * self.doppler_rows() as f64
+    }
+    /// Range by which a target of 1 m/s seems farther than it is: its Doppler shift changes the beat (eq. 15).
+    pub fn range_per_rate_s(&self) -> f64 {
+        let lines = self.lines();
+        lines.step_s * self.carrier_hz / lines.step_hz
     }
 }

@@ -1,7 +1,9 @@
 //! The radar TOML: what the keys are, their checks, the presets, and writing a radar back.
 
 use super::radar::{Antenna, Cfar, CfarKind, Pattern, Polarisation, Processing, Radar, Sampling, Window};
-use super::toml_file::{Above, At, Document, clip, read_text};
+use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
+use super::waveform::Multiplex;
+use super::waveform_toml::{self, WaveformTable};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::Pose;
 use glam::{DVec3, EulerRot};
@@ -9,9 +11,9 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::path::{Component, Path};
+use std::path::Path;
 
-/// An FMCW fast-chirp radar with TDM MIMO. Lengths are in metres, times in seconds, angles in degrees.
+/// A radar. Lengths are in metres, times in seconds, angles in degrees.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye radar")]
@@ -31,20 +33,6 @@ pub struct RadarFile {
     pub mounting: MountingTable,
     #[serde(default)]
     pub processing: ProcessingTable,
-}
-
-#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WaveformTable {
-    /// Centre of the sweep.
-    pub carrier_hz: At<f64>,
-    /// Swept upwards during `ramp_time_s`.
-    pub bandwidth_hz: At<f64>,
-    pub ramp_time_s: At<f64>,
-    /// From the start of one chirp to the start of the next, of whichever transmitter.
-    pub chirp_period_s: At<f64>,
-    /// Chirps of each transmitter in a frame.
-    pub chirps: At<usize>,
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
@@ -198,10 +186,10 @@ pub struct ProcessingTable {
     /// Over the virtual array; default Hann.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_window: Option<WindowTable>,
-    /// A power of two, at least `samples` (the default is the next one).
+    /// At least the lines of a chirp, which are its samples but for pulses and codes (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_fft: Option<At<usize>>,
-    /// A power of two, at least `chirps` (the default is the next one).
+    /// At least `chirps` (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doppler_fft: Option<At<usize>>,
     /// Beams from -azimuth_max_deg to azimuth_max_deg; default 64.
@@ -309,22 +297,6 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let r = &f.receiver;
     let carrier_hz =
         doc.in_range(&w.carrier_hz, 1e8..=3e12, "give the centre of the sweep in hertz, as in 77e9")?;
-    let bandwidth_hz = doc.in_range(
-        &w.bandwidth_hz,
-        Above { low: 0.0, high: carrier_hz },
-        "give the swept bandwidth in hertz, as in 1e9",
-    )?;
-    let ramp_time_s =
-        doc.in_range(&w.ramp_time_s, Above { low: 0.0, high: 1.0 }, "give seconds, as in 40e-6")?;
-    let chirp_period_s =
-        doc.in_range(&w.chirp_period_s, Above { low: 0.0, high: 1.0 }, "give seconds, as in 55e-6")?;
-    if chirp_period_s < ramp_time_s * (1.0 - 1e-9) {
-        return Err(doc
-            .bad(&w.chirp_period_s.span, "is shorter than the ramp")
-            .allowed(format!("at least ramp_time_s = {ramp_time_s:e}"))
-            .remedy("lengthen the period or shorten the ramp")
-            .into());
-    }
     let chirps = doc.in_range(&w.chirps, 1..=65536, "chirps of each transmitter in a frame")?;
     let samples = doc.in_range(&r.samples, 2..=65536, "samples of one chirp")?;
     let sample_rate_hz = doc.in_range(
@@ -333,24 +305,9 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
         "give samples per second, as in 12.8e6",
     )?;
     let adc_start_s = doc.in_range(&r.adc_start_s, 0.0..=1.0, "seconds after the ramp's start")?;
-    let last = adc_start_s + samples as f64 / sample_rate_hz;
-    if last > ramp_time_s * (1.0 + 1e-9) {
-        return Err(doc
-            .bad(
-                &r.samples.span,
-                format!(
-                    "the samples end {last:e} s after the ramp's start, but the ramp lasts {ramp_time_s:e} s"
-                ),
-            )
-            .allowed(format!(
-                "at most {} samples here",
-                (((ramp_time_s - adc_start_s) * sample_rate_hz * (1.0 + 1e-9)).max(0.0)) as u64
-            ))
-            .remedy("take fewer samples, sample faster or lengthen ramp_time_s")
-            .into());
-    }
     let tx = elements(doc, &f.tx, f, "tx", carrier_hz)?;
     let rx = elements(doc, &f.rx, f, "rx", carrier_hz)?;
+    let (waveform, multiplex) = waveform_toml::build(doc, w, r, tx.len())?;
     let position_m = doc.vector(&f.mounting.position_m)?;
     let angle = |a: &At<f64>| {
         doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
@@ -359,9 +316,8 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let mut radar = Radar {
         name: f.name.clone(),
         carrier_hz,
-        bandwidth_hz,
-        ramp_time_s,
-        chirp_period_s,
+        waveform,
+        multiplex,
         adc_start_s,
         sample_rate_hz,
         samples,
@@ -424,16 +380,10 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
         })
     };
     let fft = |t: &Option<At<usize>>, at_least: usize, of: &str| -> Result<usize> {
-        let Some(t) = t else { return Ok(at_least.next_power_of_two()) };
-        let next = at_least.next_power_of_two();
-        if !t.value.is_power_of_two() || t.value < at_least || t.value > 1 << 18 {
-            return Err(doc
-                .bad(&t.span, format!("must be a power of two and at least {of} = {at_least}"))
-                .allowed(format!("{next}, {}, ... {}", next * 2, 1 << 18))
-                .remedy("leave it out for the smallest")
-                .into());
+        match t {
+            None => Ok(at_least.next_power_of_two()),
+            Some(t) => doc.in_range(t, at_least..=1 << 18, &format!("at least {of} = {at_least}")),
         }
-        Ok(t.value)
     };
     let count = |t: &Option<At<usize>>, default: usize, high: usize, what: &str| match t {
         Some(t) => doc.in_range(t, 1..=high, what),
@@ -443,19 +393,33 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
         Some(t) => doc.in_range(t, Above { low: 0.0, high: 90.0 }, "half the field of view, in degrees"),
         None => Ok(default),
     };
+    let lines = radar.lines().count;
     let p = &mut radar.processing;
     p.range_window = window(&f.range_window)?;
     p.doppler_window = window(&f.doppler_window)?;
     p.angle_window = window(&f.angle_window)?;
-    p.range_fft = fft(&f.range_fft, radar.samples, "samples")?;
+    p.range_fft = fft(&f.range_fft, lines, "the lines of a chirp")?;
     p.doppler_fft = fft(&f.doppler_fft, radar.chirps, "chirps")?;
+    if let Multiplex::Ddm { bands } = radar.multiplex
+        && p.doppler_fft % bands != 0
+    {
+        p.doppler_fft = match &f.doppler_fft {
+            None => radar.chirps,
+            Some(t) => {
+                return Err(doc
+                    .bad(&t.span, format!("does not divide into {bands} Doppler bands"))
+                    .allowed(format!("a multiple of {bands}"))
+                    .into());
+            }
+        };
+    }
     p.azimuth_bins = count(&f.azimuth_bins, 64, 65536, "beams in azimuth")?;
     p.azimuth_fov_rad = degrees(&f.azimuth_max_deg, 60.0)?.to_radians();
     p.elevation_bins = count(&f.elevation_bins, 1, 65536, "beams in elevation; 1 for none")?;
     let elevation = degrees(&f.elevation_max_deg, 20.0)?.to_radians();
     p.elevation_fov_rad = if p.elevation_bins == 1 { 0.0 } else { elevation };
     p.max_points = count(&f.max_points, 4096, 10_000_000, "points of a frame")?;
-    let (doppler_bins, range_bins) = (p.doppler_fft, radar.range_bins());
+    let (doppler_bins, range_bins) = (radar.doppler_rows(), radar.range_bins());
     radar.processing.cfar = match &f.cfar {
         Some(c) => cfar(doc, c, doppler_bins, range_bins)?,
         None => default_cfar(doppler_bins, range_bins),
@@ -701,16 +665,8 @@ fn normalised(azimuth_deg: &[f64], elevation_deg: &[f64], mut gain_db: Vec<f64>)
 }
 
 fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
-    let relative = Path::new(&name.value);
-    if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
-        return Err(doc
-            .bad(&name.span, "leaves the folder of the radar file")
-            .allowed("a name below that folder")
-            .remedy("copy the table beside the radar file")
-            .into());
-    }
-    let path = doc.file().parent().unwrap_or(Path::new("")).join(relative);
-    pattern_csv(&path, &read_text(&path)?)
+    let (path, text) = read_beside(doc, name)?;
+    pattern_csv(&path, &text)
 }
 
 /// Reads `azimuth_deg,elevation_deg,gain_db` rows (in any order, `#` starts a comment) that fill a
@@ -870,13 +826,13 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
     };
     let file = RadarFile {
         name: radar.name.clone(),
-        waveform: WaveformTable {
-            carrier_hz: radar.carrier_hz.into(),
-            bandwidth_hz: radar.bandwidth_hz.into(),
-            ramp_time_s: radar.ramp_time_s.into(),
-            chirp_period_s: radar.chirp_period_s.into(),
-            chirps: radar.chirps.into(),
-        },
+        waveform: waveform_toml::table(
+            radar.carrier_hz,
+            &radar.waveform,
+            radar.multiplex,
+            radar.chirps,
+            radar.tx.len(),
+        ),
         receiver: ReceiverTable {
             sampling: radar.sampling,
             sample_rate_hz: radar.sample_rate_hz.into(),
@@ -952,9 +908,9 @@ mod tests {
     fn front77_is_w3_with_a_filled_row() {
         let r = preset("front77").unwrap();
         assert_eq!((r.samples, r.chirps, r.channels()), (512, 256, 12));
-        close(r.chirp_period_s, 55e-6, 1e-18);
-        close(r.bandwidth_hz, 1e9, 0.0);
-        close(r.samples as f64 / r.sample_rate_hz, r.ramp_time_s, 1e-15);
+        close(r.chirp_period_s(), 55e-6, 1e-18);
+        close(r.bandwidth_hz(), 1e9, 0.0);
+        close(r.samples as f64 / r.sample_rate_hz, r.waveform.ramp().unwrap().time_s, 1e-15);
         for name in ["front77", "demo77"] {
             let r = preset(name).unwrap();
             let mut y: Vec<f64> = Vec::new();
@@ -1064,8 +1020,7 @@ mod tests {
             ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
             ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),
             ("train_range_cells = 8", "train_range_cells = 300", "at most the map's 512 range cells"),
-            ("[processing]", "[processing]\nrange_fft = 600", "power of two and at least samples = 512"),
-            ("[processing]", "[processing]\nrange_fft = 256", "power of two and at least samples = 512"),
+            ("[processing]", "[processing]\nrange_fft = 256", "at least the lines of a chirp = 512"),
             ("polarisation = \"V\"", "polarisation = \"X\"", "allowed: V, H, +45, -45, RHCP, LHCP"),
             ("pattern = \"cosine-power\"", "pattern = \"isotropic\"", "only a cosine-power pattern has"),
             (

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
 use std::ops::{Range, RangeBounds};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -91,6 +91,21 @@ pub fn read_text(path: &Path) -> Result<String> {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()
     })
+}
+
+/// Path and text of a file that `name` gives below the folder of the document. Errors: a name that leaves it.
+pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, String)> {
+    let relative = Path::new(&name.value);
+    if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
+        return Err(doc
+            .bad(&name.span, "leaves the folder of the radar file")
+            .allowed("a name below that folder")
+            .remedy("copy the file beside the radar file")
+            .into());
+    }
+    let path = doc.file().parent().unwrap_or(Path::new("")).join(relative);
+    let text = read_text(&path)?;
+    Ok((path, text))
 }
 
 impl<'a> Document<'a> {

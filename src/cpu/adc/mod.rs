@@ -1,4 +1,5 @@
 //! Synthesis and noise on the processor.
 
 pub mod noise;
+pub mod shaping;
 pub mod synthesis;

@@ -16,8 +16,8 @@ pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Spectrum<T> {
     range(cube, transform, &mut data[..transform.chirps * transform.columns()]);
     doppler(transform, &mut data);
     Spectrum {
-        doppler_bins: transform.doppler_fft,
-        channels: transform.channels,
+        doppler_bins: transform.doppler_fft / transform.bands,
+        channels: transform.channels * transform.bands,
         range_bins: transform.range_bins,
         data,
     }

@@ -4,6 +4,7 @@ pub mod cfar_ca;
 pub mod cfar_os;
 pub mod doa_beamform;
 pub mod fft;
+pub mod lines;
 pub mod peaks;
 pub mod power;
 pub mod snapshot;
@@ -19,7 +20,12 @@ use crate::scene::radar::{Cfar, CfarKind, Radar};
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let transform = Transform::of_cube(cube, radar)?;
     let spectrum = fft::spectrum(cube, &transform);
-    let map = power::power(&spectrum);
+    let mut map = power::power(&spectrum);
+    if transform.bands > 1 {
+        // Empty bands hold noise alone: what a transmitter sends reads its power.
+        let share = T::of(transform.bands as f64 / radar.tx.len() as f64);
+        map.data.iter_mut().for_each(|p| *p = *p * share);
+    }
     let detection = detect(&map, &radar.processing.cfar, spectrum.channels)?;
     let cells = peaks::peaks(&map, &detection.mask);
     let snapshots = snapshot::snapshots(&spectrum, &cells);

@@ -1,0 +1,63 @@
+//! From the channels of a cell to pairs of a transmitter and a receiver (CONVENTIONS eq. 19a).
+
+use crate::scene::radar::Radar;
+use crate::scene::waveform::Multiplex;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// The channels of one cell, told apart by transmitter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded {
+    /// `[tx, rx]`, √W, all as at the time of the first slot.
+    pub channels: Vec<Complex64>,
+    /// Range rate; with Doppler bands (DDM) in the fold that the empty bands point to.
+    pub range_rate_mps: f64,
+}
+
+/// Separates the transmitters. `snapshot` is in the order of the map's channels, `range_rate_mps` the row's.
+pub fn decode(radar: &Radar, snapshot: &[Complex64], range_rate_mps: f64) -> Decoded {
+    let (n_tx, n_rx) = (radar.tx.len(), radar.rx.len());
+    let slot_turns = 2.0 * range_rate_mps / radar.wavelength_m() * radar.chirp_period_s();
+    let slots = radar.slots();
+    match radar.multiplex {
+        Multiplex::Tdm | Multiplex::Bpm => {
+            let norm = match radar.multiplex {
+                Multiplex::Tdm => 1.0,
+                _ => 1.0 / slots as f64,
+            };
+            let mut channels = vec![Complex64::ZERO; n_tx * n_rx];
+            for (slot, heard) in snapshot.chunks_exact(n_rx).enumerate() {
+                let back = Complex64::cis(-TAU * slot_turns * slot as f64) * norm;
+                for tx in 0..n_tx {
+                    let weight = radar.multiplex.weight(slot, tx);
+                    if weight != 0.0 {
+                        for (c, x) in channels[tx * n_rx..][..n_rx].iter_mut().zip(heard) {
+                            *c += x * back * weight;
+                        }
+                    }
+                }
+            }
+            Decoded { channels, range_rate_mps }
+        }
+        Multiplex::Ddm { bands } => {
+            let power: Vec<f64> =
+                snapshot.chunks_exact(n_rx).map(|b| b.iter().map(Complex64::norm_sqr).sum()).collect();
+            let band = |tx: usize, fold: usize| (tx + bands - fold) % bands;
+            let heard = |fold: usize| (0..n_tx).map(|tx| power[band(tx, fold)]).sum::<f64>();
+            // Of equal folds the slowest.
+            let order = (0..bands).map(|i| if i % 2 == 0 { i / 2 } else { bands - i.div_ceil(2) });
+            let mut fold = 0;
+            for f in order {
+                if heard(f) > heard(fold) * (1.0 + 1e-12) {
+                    fold = f;
+                }
+            }
+            let channels =
+                (0..n_tx).flat_map(|tx| &snapshot[band(tx, fold) * n_rx..][..n_rx]).copied().collect();
+            let width = 2.0 * radar.max_velocity_mps();
+            let all = width * bands as f64;
+            let rate = range_rate_mps + fold as f64 * width;
+            Decoded { channels, range_rate_mps: rate - all * (rate / all).round() }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! From geometry to detected cells.
+
+use super::{AnyCube, Engine, Precision};
+use crate::adc::Cube;
+use crate::adc::noise::Noise;
+use crate::adc::shaping::Shaping;
+use crate::adc::synthesis::{FrontEnd, Plan};
+use crate::cpu;
+use crate::cpu::adc::synthesis::Control;
+use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::{self, RangeDoppler, Snapshots};
+use crate::error::{Error, Result};
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::Geometry;
+use crate::scene::radar::Radar;
+use crate::trace::windows::windows;
+use crate::trace::{Returns, TraceOptions};
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// What the samples can be made of.
+trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {}
+impl Precise for f32 {}
+impl Precise for f64 {}
+
+/// Chirps of several cubes of one shape in turn.
+fn interleaved<T: Clone + Default + Copy>(mut cubes: Vec<Cube<T>>) -> Cube<T> {
+    if cubes.len() == 1
+        && let Some(only) = cubes.pop()
+    {
+        return only;
+    }
+    let (chirps, channels, samples) = (cubes[0].chirps, cubes[0].channels, cubes[0].samples);
+    let row = channels * samples;
+    let mut data = Vec::with_capacity(cubes.len() * chirps * row);
+    for m in 0..chirps {
+        for cube in &cubes {
+            data.extend_from_slice(&cube.data[m * row..(m + 1) * row]);
+        }
+    }
+    Cube { chirps: chirps * cubes.len(), channels, samples, data }
+}
+
+impl Engine {
+    /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
+    ///
+    /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
+    /// they light must be known to a thousandth of a wavelength all over the scene.
+    pub fn returns(
+        &self,
+        geometry: &Geometry,
+        radar: &Radar,
+        pose: &Pose<Sensor, World>,
+        velocity_mps: DVec3,
+        options: &TraceOptions,
+    ) -> Returns {
+        cpu::trace::echoes::returns(geometry, &windows(radar, pose), pose, velocity_mps, options)
+    }
+
+    /// Samples of one frame with the receiver's noise: `[chirp, channel, sample]`, ramps in turn along chirps.
+    pub fn cube(
+        &self,
+        radar: &Radar,
+        returns: &Returns,
+        seed: u64,
+        frame: u32,
+        control: Control<'_>,
+    ) -> Result<(AnyCube, FrontEnd)> {
+        let noise = Noise::thermal(radar, seed, frame);
+        if let (Engine::Gpu(gpu), true) = (self, radar.waveform.parts() == 1) {
+            let plan = Plan::new(radar, returns)?;
+            // The usual radar's cube is complete on the device.
+            if Shaping::of(radar, 0.0).is_none() && plan.channels == radar.channels() {
+                let mut recorder = gpu.recorder("synthesis");
+                let device = plan.record(gpu, &mut recorder)?;
+                if let Some(n) = &noise {
+                    n.record(&mut recorder, &device);
+                }
+                let pending = device.read(&mut recorder);
+                let mut done = recorder.submit()?;
+                return Ok((AnyCube::F32(device.take(&mut done, pending)), plan.front_end));
+            }
+        }
+        match self {
+            Engine::Cpu(Precision::F64) => {
+                let (mut cube, front_end) = self.clean::<f64>(radar, returns, control)?;
+                if let Some(n) = &noise {
+                    cpu::adc::noise::add(&mut cube, n);
+                }
+                Ok((AnyCube::F64(cube), front_end))
+            }
+            _ => {
+                let (mut cube, front_end) = self.clean::<f32>(radar, returns, control)?;
+                if let Some(n) = &noise {
+                    cpu::adc::noise::add(&mut cube, n);
+                }
+                Ok((AnyCube::F32(cube), front_end))
+            }
+        }
+    }
+
+    /// Samples of all ramps without noise. What the receiver hears at once is added up, and lines of pulses and codes become
+    /// samples, on the host.
+    fn clean<T: Precise>(
+        &self,
+        radar: &Radar,
+        returns: &Returns,
+        control: Control<'_>,
+    ) -> Result<(Cube<T>, FrontEnd)> {
+        let parts = radar.waveform.parts();
+        let largest_rate = returns.returns.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
+        let mut made = Vec::with_capacity(parts);
+        let mut front_end = FrontEnd::default();
+        for i in 0..parts {
+            let part = radar.part(i);
+            let (cube, seen) = match Shaping::of(&part, largest_rate) {
+                None => {
+                    let plan = Plan::new(&part, returns)?;
+                    (plan.fold(self.lines::<T>(&plan, control)?), plan.front_end)
+                }
+                Some(shaping) => {
+                    let first = shaping.plan(&part, returns, 0)?;
+                    let seen = first.front_end;
+                    let orders = shaping.orders(largest_rate);
+                    let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
+                    for order in 0..orders {
+                        let plan = shaping.plan(&part, returns, order)?;
+                        let lines = plan.fold(self.lines::<T>(&plan, control)?);
+                        cpu::adc::shaping::add(&shaping, &lines, order, &mut samples);
+                    }
+                    (samples, seen)
+                }
+            };
+            front_end = if i == 0 { seen } else { front_end.and(&seen) };
+            made.push(cube);
+        }
+        Ok((interleaved(made), front_end))
+    }
+
+    /// Lines of a plan, by this engine.
+    fn lines<T: Precise>(&self, plan: &Plan<'_>, control: Control<'_>) -> Result<Cube<T>> {
+        match self {
+            Engine::Cpu(_) => cpu::adc::synthesis::synthesise::<T>(plan, control),
+            Engine::Gpu(gpu) => {
+                let mut recorder = gpu.recorder("synthesis");
+                let device = plan.record(gpu, &mut recorder)?;
+                let pending = device.read(&mut recorder);
+                let mut done = recorder.submit()?;
+                let cube = device.take(&mut done, pending);
+                Ok(Cube {
+                    chirps: cube.chirps,
+                    channels: cube.channels,
+                    samples: cube.samples,
+                    data: cube
+                        .data
+                        .iter()
+                        .map(|z| {
+                            <T as cpu::adc::synthesis::Precision>::round(Complex64::new(
+                                z.re.into(),
+                                z.im.into(),
+                            ))
+                        })
+                        .collect(),
+                })
+            }
+        }
+    }
+
+    /// From samples to detected cells of one ramp (`radar` is [`Radar::part`] of it; a radar with one ramp as it is). The stages run
+    /// in the precision of the engine; what they found is handed on in f64.
+    pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
+        use cpu::dsp::lines::lines;
+        match (self, cube) {
+            (Engine::Cpu(_), AnyCube::F64(cube)) => Ok(cpu::dsp::process(&*lines(cube, radar)?, radar)?.1),
+            (Engine::Cpu(_), AnyCube::F32(cube)) => {
+                Ok(cpu::dsp::process(&*lines(cube, radar)?, radar)?.1.widened())
+            }
+            (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
+                Ok(dsp::device::process(gpu, &*lines(cube, radar)?, radar)?.1.widened())
+            }
+            (Engine::Gpu(_), AnyCube::F64(_)) => {
+                Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
+            }
+        }
+    }
+
+    /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).
+    pub fn angular_power(
+        &self,
+        beam: &Beamformer,
+        snapshots: &Snapshots<f64>,
+        range_rates_mps: &[f64],
+    ) -> Result<Vec<f64>> {
+        let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
+        Ok(match self {
+            Engine::Cpu(Precision::F64) => cpu::dsp::doa_beamform::spectra(beam, snapshots, range_rates_mps),
+            Engine::Cpu(Precision::F32) => {
+                widen(cpu::dsp::doa_beamform::spectra(beam, &snapshots.narrowed(), range_rates_mps))
+            }
+            Engine::Gpu(gpu) => {
+                widen(dsp::doa_beamform::spectra(gpu, beam, &snapshots.narrowed(), range_rates_mps)?)
+            }
+        })
+    }
+}

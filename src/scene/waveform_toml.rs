@@ -1,0 +1,571 @@
+//! `[waveform]` of a radar file: keys and checks.
+
+use super::radar_toml::ReceiverTable;
+use super::toml_file::{Above, At, Document, read_beside};
+use super::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform, m_sequence};
+use crate::error::{BadInput, Result};
+use num_complex::Complex64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveformName {
+    /// Linear ramps: `bandwidth_hz` and `ramp_time_s`, or a `[[waveform.ramp]]` for each of several slopes.
+    #[default]
+    Fmcw,
+    /// One tone after another, one sample each: `step_hz`.
+    SteppedFrequency,
+    /// Impulse radio: `bandwidth_hz` of a Gaussian pulse, or `pulse_file`.
+    Pulse,
+    /// Phase-modulated continuous wave: `chip_rate_hz` and `code_degree` or `code`.
+    Pmcw,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum MultiplexName {
+    /// Transmitters in turn.
+    Tdm,
+    /// All at once with the signs of a Hadamard matrix.
+    Bpm,
+    /// All at once, each in a Doppler band of its own.
+    Ddm,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveformTable {
+    /// Default "fmcw".
+    #[serde(default)]
+    pub kind: At<WaveformName>,
+    /// Centre of the sweep or band.
+    pub carrier_hz: At<f64>,
+    /// "fmcw": swept during `ramp_time_s`, negative when the frequency falls. "pulse": full width of the Gaussian
+    /// pulse's spectrum at -10 dB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth_hz: Option<At<f64>>,
+    /// "fmcw".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ramp_time_s: Option<At<f64>>,
+    /// From the start of one chirp, run, pulse or code to the start of the next, of whichever transmitter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_period_s: Option<At<f64>>,
+    /// "fmcw": several slopes in turn, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ramp: Vec<RampTable>,
+    /// "stepped-frequency": from one tone to the next; there are as many tones as samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_hz: Option<At<f64>>,
+    /// "pulse": CSV with the header time_s,re,im beside the radar file: the envelope over the carrier at
+    /// equidistant times, in place of `bandwidth_hz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulse_file: Option<At<String>>,
+    /// "pulse": the envelope [re, im, re, im, ...] itself, from the first time on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulse_samples: Option<At<Vec<f64>>>,
+    /// "pulse": of `pulse_samples`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulse_rate_hz: Option<At<f64>>,
+    /// "pulse": which of `pulse_samples` leaves at time zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulse_zero: Option<At<usize>>,
+    /// "pmcw".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chip_rate_hz: Option<At<f64>>,
+    /// "pmcw": a maximum-length sequence of 2^degree - 1 chips.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub code_degree: Option<At<u32>>,
+    /// "pmcw": 1 and -1, an odd number of them, in place of `code_degree`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub code: Option<At<Vec<i8>>>,
+    /// Chirps (of each ramp and slot) in a frame.
+    pub chirps: At<usize>,
+    /// Default "tdm".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multiplex: Option<At<MultiplexName>>,
+    /// "ddm": Doppler bands that no transmitter has; default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empty_bands: Option<At<usize>>,
+}
+
+/// One slope of several.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RampTable {
+    /// Swept during `ramp_time_s`, negative when the frequency falls.
+    pub bandwidth_hz: At<f64>,
+    pub ramp_time_s: At<f64>,
+    /// From the start of this ramp to the start of what follows.
+    pub chirp_period_s: At<f64>,
+}
+
+/// The waveform and how transmitters share it. Errors: keys that are missing, belong to another kind or contradict
+/// each other.
+pub fn build(
+    doc: &Document<'_>,
+    w: &WaveformTable,
+    r: &ReceiverTable,
+    transmitters: usize,
+) -> Result<(Waveform, Multiplex)> {
+    let carrier_hz = w.carrier_hz.value;
+    only(doc, w)?;
+    let period = || -> Result<f64> {
+        let p = need(doc, w, &w.chirp_period_s, "chirp_period_s", "as in 55e-6")?;
+        doc.in_range(p, Above { low: 0.0, high: 10.0 }, "give seconds, as in 55e-6")
+    };
+    let waveform = match w.kind.value {
+        WaveformName::Fmcw => {
+            let ramps = match w.ramp.is_empty() {
+                true => vec![ramp(
+                    doc,
+                    need(doc, w, &w.bandwidth_hz, "bandwidth_hz", "as in 1e9")?,
+                    need(doc, w, &w.ramp_time_s, "ramp_time_s", "as in 40e-6")?,
+                    need(doc, w, &w.chirp_period_s, "chirp_period_s", "as in 55e-6")?,
+                    carrier_hz,
+                    r,
+                )?],
+                false => w
+                    .ramp
+                    .iter()
+                    .map(|t| ramp(doc, &t.bandwidth_hz, &t.ramp_time_s, &t.chirp_period_s, carrier_hz, r))
+                    .collect::<Result<Vec<_>>>()?,
+            };
+            if ramps.len() > 64 {
+                return Err(BadInput::new(format!("{} ramps", ramps.len()))
+                    .file(doc.file())
+                    .key("waveform.ramp")
+                    .allowed("1..=64")
+                    .into());
+            }
+            Waveform::Fmcw(Slopes { ramps, this: 0 })
+        }
+        WaveformName::SteppedFrequency => {
+            let at = need(doc, w, &w.step_hz, "step_hz", "as in 2e6")?;
+            let step_hz =
+                doc.in_range(at, -carrier_hz..=carrier_hz, "from one tone to the next, as in 2e6")?;
+            if step_hz == 0.0 || step_hz.abs() * r.samples.value as f64 >= carrier_hz {
+                return Err(doc
+                    .bad(&at.span, "steps of this size leave no band or reach zero frequency")
+                    .allowed(format!("0 < |step| < {:e}", carrier_hz / r.samples.value as f64))
+                    .into());
+            }
+            let period_s = period()?;
+            fits(doc, w, r, period_s, "the tones")?;
+            Waveform::Stepped { step_hz, period_s }
+        }
+        WaveformName::Pulse => {
+            let shape = pulse(doc, w)?;
+            let (rate, half) = (r.sample_rate_hz.value, shape.half_band_hz());
+            let fits_rate = match r.sampling {
+                super::radar::Sampling::Iq => 2.0 * half <= rate * (1.0 + 1e-9),
+                super::radar::Sampling::Real => carrier_hz + half <= 0.5 * rate * (1.0 + 1e-9),
+            };
+            if !fits_rate {
+                let least = match r.sampling {
+                    super::radar::Sampling::Iq => 2.0 * half,
+                    super::radar::Sampling::Real => 2.0 * (carrier_hz + half),
+                };
+                return Err(doc
+                    .bad(&r.sample_rate_hz.span, "does not hold the pulse's band down to -140 dB")
+                    .allowed(format!("at least {least:.4e} here"))
+                    .remedy("sample faster or take a narrower pulse")
+                    .into());
+            }
+            let period_s = period()?;
+            fits(doc, w, r, period_s, "the samples")?;
+            Waveform::Pulse { shape, period_s }
+        }
+        WaveformName::Pmcw => {
+            let at = need(doc, w, &w.chip_rate_hz, "chip_rate_hz", "as in 1e9")?;
+            let chip_rate_hz = doc.in_range(at, Above { low: 0.0, high: carrier_hz }, "chips a second")?;
+            let code = code(doc, w)?;
+            let rate = r.sample_rate_hz.value;
+            let want = code.len() as f64 * rate / chip_rate_hz;
+            if rate < chip_rate_hz * (1.0 - 1e-12)
+                || (want - want.round()).abs() > 1e-6
+                || want.round() as usize != r.samples.value
+            {
+                return Err(doc
+                    .bad(&r.samples.span, format!("the samples are not one code of {} chips", code.len()))
+                    .allowed(format!("code length x sample_rate_hz / chip_rate_hz, here {want}"))
+                    .remedy("sample at the chip rate or a multiple and take one code")
+                    .into());
+            }
+            if r.sampling == super::radar::Sampling::Real {
+                return Err(doc
+                    .bad(&w.kind.span, "a phase code needs both quadratures")
+                    .allowed("sampling = \"iq\"")
+                    .into());
+            }
+            let period_s = period()?;
+            fits(doc, w, r, period_s, "the code")?;
+            Waveform::Coded { code, chip_rate_hz, period_s }
+        }
+    };
+    Ok((waveform, multiplex(doc, w, transmitters)?))
+}
+
+/// Errors: a key of another kind of waveform.
+fn only(doc: &Document<'_>, w: &WaveformTable) -> Result<()> {
+    use WaveformName::{Fmcw, Pmcw, Pulse, SteppedFrequency};
+    let one_ramp = w.ramp.is_empty();
+    let list = [
+        ("bandwidth_hz", w.bandwidth_hz.as_ref().map(|a| &a.span), &[Fmcw, Pulse][..], one_ramp),
+        ("ramp_time_s", w.ramp_time_s.as_ref().map(|a| &a.span), &[Fmcw], one_ramp),
+        (
+            "chirp_period_s",
+            w.chirp_period_s.as_ref().map(|a| &a.span),
+            &[Fmcw, SteppedFrequency, Pulse, Pmcw],
+            one_ramp,
+        ),
+        ("ramp", w.ramp.first().map(|r| &r.bandwidth_hz.span), &[Fmcw], true),
+        ("step_hz", w.step_hz.as_ref().map(|a| &a.span), &[SteppedFrequency], true),
+        ("pulse_file", w.pulse_file.as_ref().map(|a| &a.span), &[Pulse], true),
+        ("pulse_samples", w.pulse_samples.as_ref().map(|a| &a.span), &[Pulse], true),
+        ("pulse_rate_hz", w.pulse_rate_hz.as_ref().map(|a| &a.span), &[Pulse], true),
+        ("pulse_zero", w.pulse_zero.as_ref().map(|a| &a.span), &[Pulse], true),
+        ("chip_rate_hz", w.chip_rate_hz.as_ref().map(|a| &a.span), &[Pmcw], true),
+        ("code_degree", w.code_degree.as_ref().map(|a| &a.span), &[Pmcw], true),
+        ("code", w.code.as_ref().map(|a| &a.span), &[Pmcw], true),
+    ];
+    for (key, span, kinds, alone) in list {
+        let Some(span) = span else { continue };
+        if !kinds.contains(&w.kind.value) {
+            return Err(doc
+                .bad(span, format!("waveform.{key} does not belong to this kind of waveform"))
+                .remedy(format!("take {key} out or change waveform.kind"))
+                .into());
+        }
+        if !alone {
+            return Err(doc
+                .bad(span, "each [[waveform.ramp]] has its own")
+                .remedy(format!("take {key} out"))
+                .into());
+        }
+    }
+    Ok(())
+}
+
+fn need<'t, T>(
+    doc: &Document<'_>,
+    w: &WaveformTable,
+    value: &'t Option<At<T>>,
+    key: &str,
+    example: &str,
+) -> Result<&'t At<T>> {
+    value.as_ref().ok_or_else(|| {
+        doc.bad(&w.carrier_hz.span, format!("this kind of waveform needs {key}"))
+            .remedy(format!("add {key}, {example}"))
+            .into()
+    })
+}
+
+fn ramp(
+    doc: &Document<'_>,
+    bandwidth: &At<f64>,
+    time: &At<f64>,
+    period: &At<f64>,
+    carrier_hz: f64,
+    r: &ReceiverTable,
+) -> Result<Ramp> {
+    let band = doc.in_range(
+        bandwidth,
+        -carrier_hz..=carrier_hz,
+        "give the swept bandwidth in hertz, as in 1e9; negative when the frequency falls",
+    )?;
+    if band == 0.0 || band.abs() >= carrier_hz {
+        return Err(doc
+            .bad(&bandwidth.span, "is out of range")
+            .allowed(format!("above 0 and below {carrier_hz}, or the same with a minus"))
+            .remedy("give the swept bandwidth in hertz, as in 1e9")
+            .into());
+    }
+    let time_s = doc.in_range(time, Above { low: 0.0, high: 1.0 }, "give seconds, as in 40e-6")?;
+    let period_s = doc.in_range(period, Above { low: 0.0, high: 1.0 }, "give seconds, as in 55e-6")?;
+    if period_s < time_s * (1.0 - 1e-9) {
+        return Err(doc
+            .bad(&period.span, "is shorter than the ramp")
+            .allowed(format!("at least ramp_time_s = {time_s:e}"))
+            .remedy("lengthen the period or shorten the ramp")
+            .into());
+    }
+    let (samples, rate, start) = (r.samples.value, r.sample_rate_hz.value, r.adc_start_s.value);
+    let last = start + samples as f64 / rate;
+    if last > time_s * (1.0 + 1e-9) {
+        return Err(doc
+            .bad(
+                &r.samples.span,
+                format!("the samples end {last:e} s after the ramp's start, but the ramp lasts {time_s:e} s"),
+            )
+            .allowed(format!(
+                "at most {} samples here",
+                (((time_s - start) * rate * (1.0 + 1e-9)).max(0.0)) as u64
+            ))
+            .remedy("take fewer samples, sample faster or lengthen ramp_time_s")
+            .into());
+    }
+    Ok(Ramp { bandwidth_hz: band, time_s, period_s })
+}
+
+/// Errors: samples that do not end before the next chirp.
+fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64, what: &str) -> Result<()> {
+    let last = r.adc_start_s.value + r.samples.value as f64 / r.sample_rate_hz.value;
+    if last > period_s * (1.0 + 1e-9) {
+        let span = w.chirp_period_s.as_ref().map_or(&w.carrier_hz.span, |p| &p.span);
+        return Err(doc
+            .bad(span, format!("{what} end only after {last:e} s"))
+            .allowed(format!("a period of at least {last:e} s"))
+            .remedy("lengthen the period, sample faster or take fewer samples")
+            .into());
+    }
+    Ok(())
+}
+
+fn pulse(doc: &Document<'_>, w: &WaveformTable) -> Result<PulseShape> {
+    let given = [w.bandwidth_hz.is_some(), w.pulse_file.is_some(), w.pulse_samples.is_some()];
+    if given.iter().filter(|g| **g).count() != 1 {
+        return Err(doc
+            .bad(&w.carrier_hz.span, "a pulse needs one shape")
+            .allowed("bandwidth_hz, or pulse_file, or pulse_samples with pulse_rate_hz and pulse_zero")
+            .into());
+    }
+    if let Some(b) = &w.bandwidth_hz {
+        let bandwidth_hz = doc.in_range(
+            b,
+            Above { low: 0.0, high: w.carrier_hz.value },
+            "full width of the spectrum at -10 dB, as in 1.5e9",
+        )?;
+        return Ok(PulseShape::Gaussian { bandwidth_hz });
+    }
+    if let Some(f) = &w.pulse_file {
+        let (path, text) = read_beside(doc, f)?;
+        return pulse_csv(&path, &text);
+    }
+    let samples = need(doc, w, &w.pulse_samples, "pulse_samples", "as in [1, 0]")?;
+    let rate = need(doc, w, &w.pulse_rate_hz, "pulse_rate_hz", "as in 10e9")?;
+    let rate_hz = doc.in_range(rate, Above { low: 0.0, high: 1e13 }, "samples a second")?;
+    let pairs = samples.value.chunks_exact(2);
+    let envelope: Vec<Complex64> = pairs.map(|p| Complex64::new(p[0], p[1])).collect();
+    if samples.value.is_empty()
+        || !samples.value.len().is_multiple_of(2)
+        || !samples.value.iter().all(|x| x.is_finite())
+    {
+        return Err(doc
+            .bad(&samples.span, "is not a list of pairs of finite numbers")
+            .allowed("[re, im, re, im, ...]")
+            .into());
+    }
+    let zero = need(doc, w, &w.pulse_zero, "pulse_zero", "as in 0")?;
+    let zero = doc.in_range(zero, 0..=envelope.len() - 1, "index of the sample at time zero")?;
+    scaled(rate_hz, envelope, zero).map_err(|problem| doc.bad(&samples.span, problem).into())
+}
+
+/// With a peak of 1. Errors: nothing but zeros.
+fn scaled(
+    rate_hz: f64,
+    mut envelope: Vec<Complex64>,
+    zero: usize,
+) -> std::result::Result<PulseShape, String> {
+    let peak = envelope.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    if peak <= 0.0 {
+        return Err("the pulse is zero throughout".into());
+    }
+    if peak != 1.0 {
+        envelope.iter_mut().for_each(|p| *p /= peak);
+    }
+    Ok(PulseShape::Samples { rate_hz, envelope, zero })
+}
+
+/// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero. Errors: one line with
+/// the line number.
+pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
+    const HEADER: &str = "time_s,re,im";
+    let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
+    let mut rows: Vec<[f64; 3]> = Vec::new();
+    let mut header = false;
+    for (i, l) in text.lines().enumerate() {
+        let l = l.trim_start_matches('\u{feff}').trim();
+        if l.is_empty() || l.starts_with('#') {
+            continue;
+        }
+        if !header {
+            if l.replace(' ', "") != HEADER {
+                return Err(bad(i + 1, "is not the header of a pulse")
+                    .value(super::toml_file::clip(l))
+                    .allowed(HEADER)
+                    .into());
+            }
+            header = true;
+            continue;
+        }
+        let v: Vec<f64> =
+            l.split(',').filter_map(|f| f.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+        let [t, re, im] = v[..] else {
+            return Err(bad(i + 1, "is not three finite numbers")
+                .value(super::toml_file::clip(l))
+                .allowed(HEADER)
+                .into());
+        };
+        if let Some(before) = rows.last() {
+            let step = t - before[0];
+            let first = rows.get(1).map_or(step, |r| r[0] - rows[0][0]);
+            if step <= 0.0 || (step - first).abs() > 1e-3 * first {
+                return Err(bad(i + 1, "the times are not equidistant and rising").value(t).into());
+            }
+        }
+        rows.push([t, re, im]);
+    }
+    if rows.len() < 2 || rows.len() > 1 << 16 {
+        return Err(BadInput::new(format!("{} samples of a pulse", rows.len()))
+            .file(file)
+            .allowed("2..=65536")
+            .into());
+    }
+    let step = (rows[rows.len() - 1][0] - rows[0][0]) / (rows.len() - 1) as f64;
+    let zero = (-rows[0][0] / step).round();
+    if zero < 0.0 || zero >= rows.len() as f64 {
+        return Err(BadInput::new("the pulse does not hold time zero, at which it leaves the antenna")
+            .file(file)
+            .remedy("shift the times")
+            .into());
+    }
+    let envelope = rows.iter().map(|r| Complex64::new(r[1], r[2])).collect();
+    scaled(1.0 / step, envelope, zero as usize).map_err(|problem| BadInput::new(problem).file(file).into())
+}
+
+fn code(doc: &Document<'_>, w: &WaveformTable) -> Result<Vec<i8>> {
+    match (&w.code_degree, &w.code) {
+        (Some(d), None) => {
+            let degree = doc.in_range(d, 2..=16, "the code has 2^degree - 1 chips")?;
+            m_sequence(degree).ok_or_else(|| doc.bad(&d.span, "no sequence of this degree").into())
+        }
+        (None, Some(c)) => {
+            let odd = c.value.len() % 2 == 1 && c.value.len() >= 3 && c.value.len() <= 65536;
+            if !odd || c.value.iter().any(|x| x.abs() != 1) {
+                return Err(doc
+                    .bad(&c.span, format!("is not a code ({} values)", c.value.len()))
+                    .allowed("an odd number, 3 to 65535, of 1 and -1")
+                    .into());
+            }
+            Ok(c.value.clone())
+        }
+        (Some(d), Some(_)) => {
+            Err(doc.bad(&d.span, "the code is given twice").remedy("keep code_degree or code").into())
+        }
+        (None, None) => Err(doc
+            .bad(&w.carrier_hz.span, "a phase code needs code_degree or code")
+            .remedy("add code_degree, as in 9")
+            .into()),
+    }
+}
+
+fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Result<Multiplex> {
+    let name = w.multiplex.as_ref().map_or(MultiplexName::Tdm, |m| m.value);
+    if let Some(e) = &w.empty_bands
+        && name != MultiplexName::Ddm
+    {
+        return Err(doc
+            .bad(&e.span, "only \"ddm\" has Doppler bands")
+            .remedy("take empty_bands out or set multiplex = \"ddm\"")
+            .into());
+    }
+    Ok(match name {
+        MultiplexName::Tdm => Multiplex::Tdm,
+        MultiplexName::Bpm => Multiplex::Bpm,
+        MultiplexName::Ddm => {
+            let empty = match &w.empty_bands {
+                Some(e) => doc.in_range(e, 0..=64, "Doppler bands without a transmitter")?,
+                None => 1,
+            };
+            let bands = transmitters + empty;
+            if w.chirps.value % bands != 0 {
+                return Err(doc
+                    .bad(&w.chirps.span, format!("the chirps do not divide into {bands} Doppler bands"))
+                    .allowed(format!("a multiple of {bands}"))
+                    .remedy("change chirps or empty_bands")
+                    .into());
+            }
+            Multiplex::Ddm { bands }
+        }
+    })
+}
+
+/// The table that [`build`] reads back to this waveform.
+pub fn table(
+    carrier_hz: f64,
+    waveform: &Waveform,
+    multiplex: Multiplex,
+    chirps: usize,
+    transmitters: usize,
+) -> WaveformTable {
+    let mut t = WaveformTable {
+        kind: WaveformName::Fmcw.into(),
+        carrier_hz: carrier_hz.into(),
+        bandwidth_hz: None,
+        ramp_time_s: None,
+        chirp_period_s: Some(waveform.period_s().into()),
+        ramp: Vec::new(),
+        step_hz: None,
+        pulse_file: None,
+        pulse_samples: None,
+        pulse_rate_hz: None,
+        pulse_zero: None,
+        chip_rate_hz: None,
+        code_degree: None,
+        code: None,
+        chirps: chirps.into(),
+        multiplex: None,
+        empty_bands: None,
+    };
+    match waveform {
+        Waveform::Fmcw(s) => match &s.ramps[..] {
+            [r] => {
+                t.bandwidth_hz = Some(r.bandwidth_hz.into());
+                t.ramp_time_s = Some(r.time_s.into());
+            }
+            several => {
+                t.chirp_period_s = None;
+                t.ramp = several
+                    .iter()
+                    .map(|r| RampTable {
+                        bandwidth_hz: r.bandwidth_hz.into(),
+                        ramp_time_s: r.time_s.into(),
+                        chirp_period_s: r.period_s.into(),
+                    })
+                    .collect();
+            }
+        },
+        Waveform::Stepped { step_hz, .. } => {
+            t.kind = WaveformName::SteppedFrequency.into();
+            t.step_hz = Some((*step_hz).into());
+        }
+        Waveform::Pulse { shape, .. } => {
+            t.kind = WaveformName::Pulse.into();
+            match shape {
+                PulseShape::Gaussian { bandwidth_hz } => t.bandwidth_hz = Some((*bandwidth_hz).into()),
+                PulseShape::Samples { rate_hz, envelope, zero } => {
+                    t.pulse_samples =
+                        Some(envelope.iter().flat_map(|p| [p.re, p.im]).collect::<Vec<_>>().into());
+                    t.pulse_rate_hz = Some((*rate_hz).into());
+                    t.pulse_zero = Some((*zero).into());
+                }
+            }
+        }
+        Waveform::Coded { code, chip_rate_hz, .. } => {
+            t.kind = WaveformName::Pmcw.into();
+            t.chip_rate_hz = Some((*chip_rate_hz).into());
+            t.code = Some(code.clone().into());
+        }
+    }
+    match multiplex {
+        Multiplex::Tdm => {}
+        Multiplex::Bpm => t.multiplex = Some(MultiplexName::Bpm.into()),
+        Multiplex::Ddm { bands } => {
+            t.multiplex = Some(MultiplexName::Ddm.into());
+            t.empty_bands = Some((bands - transmitters).into());
+        }
+    }
+    t
+}

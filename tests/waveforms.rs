@@ -1,0 +1,360 @@
+//! Every waveform against its own formula evaluated sample by sample, and through the chain.
+
+use catseye::adc::synthesis::point_echo;
+use catseye::cpu::adc::synthesis::Control;
+use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::scene::radar::Radar;
+use catseye::scene::radar_toml::parse;
+use catseye::scene::waveform::{PulseShape, Waveform};
+use catseye::trace::{Return, Returns};
+use catseye::units::C0;
+use glam::DVec3;
+use num_complex::Complex64;
+use std::f64::consts::{PI, SQRT_2, TAU};
+use std::path::Path;
+
+/// A radar with one transmitter and one receiver, isotropic, without noise and with plain windows.
+fn radar(waveform: &str, receiver: &str) -> Radar {
+    let text = format!(
+        "name = \"w\"\n[waveform]\n{waveform}\n[receiver]\nnoise_figure_db = 10\nthermal_noise = false\n{receiver}\n\
+         [transmitter]\npower_dbm = 10\n[[tx]]\nposition_m = [0, 0, 0]\n[[rx]]\nposition_m = [0, 0, 0]\n"
+    );
+    parse(Path::new("w.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn stepped() -> Radar {
+    radar(
+        "kind = \"stepped-frequency\"\ncarrier_hz = 77e9\nstep_hz = 2e6\nchirp_period_s = 60e-6\nchirps = 16",
+        "sampling = \"iq\"\nsample_rate_hz = 5e6\nsamples = 256",
+    )
+}
+
+fn falling(sampling: &str) -> Radar {
+    radar(
+        "carrier_hz = 77e9\nbandwidth_hz = -0.5e9\nramp_time_s = 40e-6\nchirp_period_s = 55e-6\nchirps = 16",
+        &format!("sampling = \"{sampling}\"\nsample_rate_hz = 12.8e6\nsamples = 480\nadc_start_s = 1e-6"),
+    )
+}
+
+fn triangle() -> Radar {
+    let ramp = |b: &str| {
+        format!("[[waveform.ramp]]\nbandwidth_hz = {b}\nramp_time_s = 1e-3\nchirp_period_s = 1.1e-3\n")
+    };
+    radar(
+        &format!("carrier_hz = 76.5e9\nchirps = 8\n{}{}", ramp("150e6"), ramp("-150e6")),
+        "sampling = \"iq\"\nsample_rate_hz = 512e3\nsamples = 512",
+    )
+}
+
+fn pulse(sampling: &str) -> Radar {
+    let rate = if sampling == "real" { 23.328e9 } else { 6e9 };
+    let samples = if sampling == "real" { 1536 } else { 400 };
+    radar(
+        "kind = \"pulse\"\ncarrier_hz = 8.748e9\nbandwidth_hz = 1.5e9\nchirp_period_s = 0.05\nchirps = 4",
+        &format!(
+            "sampling = \"{sampling}\"\nsample_rate_hz = {rate}\nsamples = {samples}\nadc_start_s = 8.8e-9"
+        ),
+    )
+}
+
+fn coded() -> Radar {
+    radar(
+        "kind = \"pmcw\"\ncarrier_hz = 79e9\nchip_rate_hz = 1e9\ncode_degree = 9\nchirp_period_s = 20e-6\nchirps = 32",
+        "sampling = \"iq\"\nsample_rate_hz = 2e9\nsamples = 1022",
+    )
+}
+
+/// Echoes at these ranges with these range rates.
+fn echoes(list: &[(f64, f64)]) -> Returns {
+    let returns = list
+        .iter()
+        .enumerate()
+        .map(|(i, (range, rate))| {
+            let u = DVec3::new(1.0, 0.1 * i as f64, 0.0).normalize();
+            point_echo(u * *range, u * *rate, 1.0 + i as f64, i as u32 + 1)
+        })
+        .collect();
+    Returns { returns, rays: 0 }
+}
+
+fn cube(radar: &Radar, returns: &Returns) -> catseye::adc::Cube<f64> {
+    match Engine::Cpu(Precision::F64).cube(radar, returns, 0, 0, Control::default()).unwrap() {
+        (AnyCube::F64(c), front_end) => {
+            assert_eq!(front_end.dropped, 0, "an echo was not heard");
+            c
+        }
+        _ => panic!("not in f64"),
+    }
+}
+
+/// conj(a) of eq. 9 for isotropic antennas of one place, √W.
+fn amplitude(radar: &Radar, r: &Return) -> Complex64 {
+    let power = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0);
+    (power.sqrt() * (C0 / radar.carrier_hz) / (4.0 * PI) * r.spread[0][0]).conj()
+}
+
+/// Delay at time t (eq. 11).
+fn delay(r: &Return, t: f64) -> f64 {
+    (r.path_length_m + r.path_rate_mps * t) / (C0 + 0.5 * r.path_rate_mps)
+}
+
+/// Largest difference over the largest sample.
+fn worst(radar: &Radar, returns: &Returns, sample: impl Fn(&Return, usize, usize) -> Complex64) -> f64 {
+    let got = cube(radar, returns);
+    let (mut error, mut peak) = (0.0f64, 0.0f64);
+    for m in 0..got.chirps {
+        for (n, z) in got.row(m, 0).iter().enumerate() {
+            let want: Complex64 = returns.returns.iter().map(|r| sample(r, m, n)).sum();
+            error = error.max((z - want).norm());
+            peak = peak.max(want.norm());
+        }
+    }
+    assert!(peak > 0.0 && error.is_finite());
+    error / peak
+}
+
+/// Start of chirp m of a radar with one ramp.
+fn start(radar: &Radar, m: usize, period: f64) -> f64 {
+    (m as f64 - 0.5 * radar.chirps as f64) * period
+}
+
+#[test]
+fn stepped_frequency_is_a_tone_at_a_time() {
+    let radar = stepped();
+    let list = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
+    let error = worst(&radar, &list, |r, m, n| {
+        let t = start(&radar, m, 60e-6) + n as f64 / 5e6;
+        let f = 77e9 + (n as f64 - 128.0) * 2e6;
+        amplitude(&radar, r) * Complex64::cis(TAU * f * delay(r, t))
+    });
+    println!("{error:.1e}");
+    assert!(error < 1e-7, "{error}");
+}
+
+#[test]
+fn a_falling_ramp_has_its_formula() {
+    for sampling in ["iq", "real"] {
+        let radar = falling(sampling);
+        let list = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
+        let error = worst(&radar, &list, |r, m, n| {
+            let ramp_time = 1e-6 + n as f64 / 12.8e6;
+            let tau = delay(r, start(&radar, m, 55e-6) + ramp_time);
+            let (f0, slope) = (77e9 + 0.25e9, -0.5e9 / 40e-6);
+            let z = amplitude(&radar, r)
+                * Complex64::cis(TAU * (f0 * tau + slope * ramp_time * tau - 0.5 * slope * tau * tau));
+            if sampling == "real" { Complex64::new(SQRT_2 * z.re, 0.0) } else { z }
+        });
+        println!("{sampling}: {error:.1e}");
+        assert!(error < 1e-7, "{sampling}: {error}");
+    }
+}
+
+#[test]
+fn ramps_come_in_turn() {
+    let radar = triangle();
+    let list = echoes(&[(40.0, -12.0)]);
+    let error = worst(&radar, &list, |r, row, n| {
+        let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
+        let ramp_time = n as f64 / 512e3;
+        let tau = delay(r, (row as f64 - 8.0) * 1.1e-3 + ramp_time);
+        let (f0, slope) = (76.5e9 - sign * 75e6, sign * 150e9);
+        amplitude(&radar, r)
+            * Complex64::cis(TAU * (f0 * tau + slope * ramp_time * tau - 0.5 * slope * tau * tau))
+    });
+    println!("{error:.1e}");
+    assert!(error < 1e-7, "{error}");
+}
+
+#[test]
+fn pulses_come_back_with_their_shape() {
+    for sampling in ["iq", "real"] {
+        let radar = pulse(sampling);
+        let Waveform::Pulse { shape, .. } = &radar.waveform else { panic!("no pulse") };
+        let list = echoes(&[(2.0, 0.0), (5.0, -30.0), (9.5, 55.0)]);
+        let error = worst(&radar, &list, |r, m, n| {
+            let after = 8.8e-9 + n as f64 / radar.sample_rate_hz;
+            let tau = delay(r, start(&radar, m, 0.05) + after);
+            let z = amplitude(&radar, r) * shape.at(after - tau).conj() * Complex64::cis(TAU * 8.748e9 * tau);
+            match sampling {
+                "real" => Complex64::new(SQRT_2 * (z * Complex64::cis(-TAU * 8.748e9 * after)).re, 0.0),
+                _ => z,
+            }
+        });
+        println!("{sampling}: {error:.1e}");
+        assert!(error < 2e-6, "{sampling}: {error}");
+    }
+}
+
+#[test]
+fn a_given_pulse_is_sent_as_given() {
+    let mut radar = pulse("iq");
+    let envelope =
+        vec![Complex64::new(0.2, 0.1), Complex64::ONE, Complex64::new(-0.5, 0.3), Complex64::new(0.1, 0.0)];
+    radar.waveform = Waveform::Pulse {
+        shape: PulseShape::Samples { rate_hz: 6e9, envelope: envelope.clone(), zero: 1 },
+        period_s: 0.05,
+    };
+    // Sampled at the rate of the shape, an echo whose delay is a whole sample shows the samples themselves.
+    let range = 0.5 * C0 * (8.8e-9 + 100.0 / 6e9);
+    let list = echoes(&[(range, 0.0)]);
+    let got = cube(&radar, &list);
+    let a = amplitude(&radar, &list.returns[0])
+        * Complex64::cis(TAU * 8.748e9 * list.returns[0].path_length_m / C0);
+    for (n, z) in got.row(0, 0).iter().enumerate() {
+        let want = match n {
+            99..=102 => a * envelope[n - 99].conj(),
+            _ => Complex64::ZERO,
+        };
+        assert!((z - want).norm() < 2e-3 * a.norm(), "sample {n}: {z} for {want}");
+    }
+}
+
+/// At one sample a chip an echo with a whole number of chips of delay is the code shifted, exactly; a moving one turns by its
+/// Doppler shift from sample to sample.
+#[test]
+fn a_code_comes_back_shifted() {
+    let mut radar = coded();
+    (radar.sample_rate_hz, radar.samples) = (1e9, 511);
+    let Waveform::Coded { code, .. } = &radar.waveform else { panic!("no code") };
+    let list = echoes(&[(0.5 * C0 * 37e-9, 0.0), (0.5 * C0 * 200e-9, 0.0)]);
+    let error = worst(&radar, &list, |r, _, n| {
+        let tau = r.path_length_m / C0;
+        let chips = (tau * 1e9).round() as usize;
+        amplitude(&radar, r) * f64::from(code[(n + 511 - chips) % 511]) * Complex64::cis(TAU * 79e9 * tau)
+    });
+    assert!(error < 1e-6, "{error}");
+    // Fourier series of the code, with the delay of each sample.
+    let radar = coded();
+    let Waveform::Coded { code, .. } = &radar.waveform else { panic!("no code") };
+    let spectrum: Vec<(f64, Complex64)> = (-255..=255)
+        .map(|k| {
+            let turn = |i: usize| Complex64::cis(-TAU * f64::from(k) * i as f64 / 511.0);
+            (
+                f64::from(k),
+                code.iter().enumerate().map(|(i, c)| f64::from(*c) * turn(i)).sum::<Complex64>() / 511.0,
+            )
+        })
+        .collect();
+    let list = echoes(&[(31.7, 60.0)]);
+    let r = &list.returns[0];
+    let got = cube(&radar, &list);
+    for (m, n) in [(0, 0), (0, 1021), (7, 300), (31, 1000)] {
+        let after = n as f64 / 2e9;
+        let tau = delay(r, start(&radar, m, 20e-6) + after);
+        let envelope: Complex64 =
+            spectrum.iter().map(|(k, c)| c * Complex64::cis(TAU * k * 1e9 / 511.0 * (after - tau))).sum();
+        let want = amplitude(&radar, r) * envelope.conj() * Complex64::cis(TAU * 79e9 * tau);
+        let z = got.row(m, 0)[n];
+        assert!((z - want).norm() < 1e-6 * amplitude(&radar, r).norm(), "{m}, {n}: {z} for {want}");
+    }
+}
+
+/// Every waveform puts a target at its range and range rate, with the sign, and reads its power.
+#[test]
+fn targets_stand_where_they_are() {
+    for (name, radar, range, rate, tolerance) in [
+        ("stepped", stepped(), 20.0, -9.0, 0.05),
+        ("falling iq", falling("iq"), 30.0, 11.0, 0.05),
+        ("falling real", falling("real"), 15.0, -11.0, 0.05),
+        ("pulse iq", pulse("iq"), 6.0, 0.04, 0.02),
+        ("pulse real", pulse("real"), 6.0, -0.05, 0.02),
+        ("code", coded(), 40.0, -8.0, 0.04),
+    ] {
+        let list = echoes(&[(range, rate)]);
+        let engine = Engine::Cpu(Precision::F64);
+        let cube = AnyCube::F64(cube(&radar, &list));
+        let found = engine.range_doppler(&radar, &cube).unwrap();
+        let at = (0..found.map.data.len())
+            .max_by(|a, b| found.map.data[*a].total_cmp(&found.map.data[*b]))
+            .unwrap();
+        let cell = catseye::dsp::Cell {
+            doppler: (at / found.map.range_bins) as u32,
+            range: (at % found.map.range_bins) as u32,
+        };
+        let peak = catseye::dsp::peaks::interpolate(&found.map, cell);
+        let v = catseye::detect::points::range_rate_mps(&radar, peak.doppler);
+        let r = catseye::detect::points::range_m(&radar, peak.range, v);
+        let level = 10.0 * (found.map.data[at] / amplitude(&radar, &list.returns[0]).norm_sqr()).log10();
+        println!("{name}: {r:.3} m for {range}, {v:.3} m/s for {rate}, {level:.2} dB");
+        assert!((r - range).abs() < tolerance, "{name}: {r}");
+        assert!((v - rate).abs() < 0.3 * radar.velocity_bin_mps(), "{name}: {v}");
+        // Between cells two Hann windows lose up to 2.84 dB.
+        assert!((-2.9..0.05).contains(&level), "{name}: {level}");
+    }
+}
+
+/// Both slopes see a target; its motion moves the beat up on one and down on the other (M, FM-CW).
+#[test]
+fn slopes_shift_a_moving_target_to_opposite_sides() {
+    let radar = triangle();
+    let (range, rate) = (60.0, -15.0);
+    let list = echoes(&[(range, rate)]);
+    let engine = Engine::Cpu(Precision::F64);
+    let cube = AnyCube::F64(cube(&radar, &list));
+    let mut seen = Vec::new();
+    for i in 0..2 {
+        let part = radar.part(i);
+        let found = engine.range_doppler(&part, &cube).unwrap();
+        let at = (0..found.map.data.len())
+            .max_by(|a, b| found.map.data[*a].total_cmp(&found.map.data[*b]))
+            .unwrap();
+        let cell = catseye::dsp::Cell {
+            doppler: (at / found.map.range_bins) as u32,
+            range: (at % found.map.range_bins) as u32,
+        };
+        seen.push(catseye::dsp::peaks::interpolate(&found.map, cell).range * part.range_bin_m());
+        assert!((part.range_per_rate_s() - [0.51, -0.51][i]).abs() < 1e-9);
+    }
+    let middle = 0.5 * (seen[0] + seen[1]);
+    let half = 0.5 * (seen[0] - seen[1]);
+    println!("{seen:?}");
+    assert!((middle - range).abs() < 0.2, "{middle}");
+    assert!((half / 0.51 - rate).abs() < 0.4, "{half}");
+}
+
+fn mimo(multiplex: &str, chirps: usize) -> Radar {
+    let text = format!(
+        "name = \"m\"\n[waveform]\ncarrier_hz = 77e9\nbandwidth_hz = 0.5e9\nramp_time_s = 20e-6\nchirp_period_s = 25e-6\n\
+         chirps = {chirps}\n{multiplex}\n[receiver]\nsampling = \"iq\"\nsample_rate_hz = 12.8e6\nsamples = 256\n\
+         noise_figure_db = 10\nthermal_noise = false\n[transmitter]\npower_dbm = 10\n\
+         [[tx]]\nposition_half_wavelengths = [0, 0, 0]\n[[tx]]\nposition_half_wavelengths = [0, 4, 0]\n\
+         [[tx]]\nposition_half_wavelengths = [0, 8, 0]\n\
+         [[rx]]\nposition_half_wavelengths = [0, 0, 0]\n[[rx]]\nposition_half_wavelengths = [0, 1, 0]\n\
+         [[rx]]\nposition_half_wavelengths = [0, 2, 0]\n[[rx]]\nposition_half_wavelengths = [0, 3, 0]\n"
+    );
+    parse(Path::new("m.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Whatever the multiplex, the decoded channels are the plane wave over the virtual array.
+#[test]
+fn transmitters_are_told_apart() {
+    for (multiplex, chirps, rate) in [
+        ("", 64, 7.3),
+        ("multiplex = \"bpm\"", 64, -6.1),
+        ("multiplex = \"ddm\"", 256, 8.0),
+        ("multiplex = \"ddm\"", 256, 21.0),
+        ("multiplex = \"ddm\"", 256, -31.0),
+    ] {
+        let radar = mimo(multiplex, chirps);
+        let u = DVec3::new(0.9, 0.3, 0.0).normalize();
+        let mut list = echoes(&[(25.0, 0.0)]);
+        list.returns[0] = point_echo(u * 25.0, u * rate, 1.0, 1);
+        let engine = Engine::Cpu(Precision::F64);
+        let cube = AnyCube::F64(cube(&radar, &list));
+        let found = engine.range_doppler(&radar, &cube).unwrap();
+        let cell = found.cells[0];
+        let row = catseye::dsp::peaks::interpolate(&found.map, cell).doppler;
+        let folded = catseye::detect::points::range_rate_mps(&radar, row);
+        let decoded = catseye::dsp::multiplex::decode(&radar, found.snapshots.of(0), folded);
+        println!("{multiplex}: {folded:.2} -> {:.2} m/s for {rate}", decoded.range_rate_mps);
+        assert!((decoded.range_rate_mps - rate).abs() < 0.1, "{multiplex}: {}", decoded.range_rate_mps);
+        let first = decoded.channels[0];
+        assert_eq!(decoded.channels.len(), 12);
+        for (c, z) in decoded.channels.iter().enumerate() {
+            // Virtual element c stands c half-wavelengths to the left; eq. 12 conjugates.
+            let want = Complex64::cis(-PI * u.y * c as f64);
+            let got = z / first;
+            assert!((got - want).norm() < 0.06, "{multiplex}, channel {c}: {got} for {want}");
+        }
+    }
+}
