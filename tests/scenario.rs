@@ -60,7 +60,7 @@ const BASE: &str = "name = \"t\"\nradar = \"demo77\"\n";
 #[test]
 fn templates_parse_without_error_and_match_their_presets() {
     let s = parse(scenario::template("scenario").unwrap()).unwrap();
-    assert_eq!(s.radar, radar_toml::preset("front77").unwrap());
+    assert_eq!(s.radars, [radar_toml::preset("front77").unwrap()]);
     let scene = s.build(&Stub).unwrap();
     let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
     assert_eq!(names, ["road", "corner", "marker"]);
@@ -113,7 +113,7 @@ fn files_are_looked_for_beside_the_scenario() {
     let path = dir.path().join("s.toml");
     std::fs::write(&path, text).unwrap();
     let s = Scenario::load(&path).unwrap();
-    assert_eq!(s.radar.name, "my-radar");
+    assert_eq!(s.radars[0].name, "my-radar");
     let scene = s.build(&Stub).unwrap();
     assert_eq!(scene.meshes[0].positions_m[1], DVec3::new(0.0, 0.01, 0.0));
     assert_eq!(scene.meshes[1].positions_m[1], DVec3::Y);
@@ -187,7 +187,7 @@ fn an_inline_radar_keeps_its_lines() {
         .collect();
     let text = format!("name = \"t\"\n[[point]]\nposition_m = [9, 0, 0]\nrcs_dbsm = 0\n{inline}");
     let s = parse(&text).unwrap();
-    assert_eq!((s.radar.name.as_str(), s.radar.channels()), ("my-radar", 12));
+    assert_eq!((s.radars[0].name.as_str(), s.radars[0].channels()), ("my-radar", 12));
     let line = text.lines().position(|l| l.starts_with("samples")).unwrap() + 1;
     let e = complaint(&text.replace("samples = 512", "samples = 1"));
     assert!(e.starts_with(&format!("s.toml:{line}: radar.receiver.samples = 1: is out of range")), "{e}");

@@ -90,11 +90,14 @@ pub fn draw_frame(
     truth: &Truth,
     dir: &Path,
 ) -> Result<()> {
-    let title = match scenario.frames.count {
-        1 => scenario.name.clone(),
-        _ => format!("{}, frame {}", scenario.name, frame.index),
-    };
-    draw_map(&title, &scenario.radar, &frame.map, &frame.points, dir)?;
+    let mut title = scenario.name.clone();
+    if scenario.radars.len() > 1 {
+        title += &format!(", radar {}", scenario.radars[frame.radar].name);
+    }
+    if scenario.frames.count > 1 {
+        title += &format!(", frame {}", frame.index);
+    }
+    draw_map(&title, &scenario.radars[frame.radar], &frame.map, &frame.points, dir)?;
 
     let mut objects: Vec<Outline> = Vec::new();
     let mut order: Vec<usize> = (0..scene.objects.len()).collect();
@@ -125,7 +128,7 @@ pub fn draw_frame(
         .collect();
     let ahead = frame.pose.direction(DVec3::X);
     let at = frame.pose.translation_m;
-    let radar = &scenario.radar;
+    let radar = &scenario.radars[frame.radar];
     let field = FieldOfView {
         x_m: at.x,
         y_m: at.y,

@@ -5,7 +5,7 @@ use super::{Global, print, print_json};
 use crate::adc::Cube;
 use crate::dataset::files::{write_map, write_point_file};
 use crate::dataset::frame::{Stages, detect};
-use crate::dataset::manifest::{Axes, Manifest};
+use crate::dataset::manifest::{Axes, Manifest, PerRadar};
 use crate::engine::{AnyCube, Engine, Precision};
 use crate::error::{BadInput, Result};
 use crate::formats::npy;
@@ -65,8 +65,8 @@ impl Process {
             seed: 0,
             scenario: None,
             scenario_name: title,
-            radar: radar_toml::to_toml(&radar)?,
-            axes: Axes::of(&radar),
+            radar: PerRadar::One(radar_toml::to_toml(&radar)?),
+            axes: PerRadar::One(Axes::of(&radar)),
             import: None,
             frames: Vec::new(),
             checksums: Default::default(),
@@ -98,7 +98,7 @@ fn shaped<T>(
     shape: Vec<usize>,
     data: Vec<num_complex::Complex<T>>,
 ) -> Result<Cube<T>> {
-    let want = [radar.chirps, radar.channels(), radar.samples];
+    let want = [radar.rows(), radar.channels(), radar.samples];
     if shape != want {
         return Err(BadInput::new("the array is not a cube of this radar")
             .file(file)

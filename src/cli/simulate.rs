@@ -141,7 +141,7 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
     print(&format!("wrote {}", report.folder.display()))
 }
 
-#[derive(serde::Serialize)]
+#[derive(Default, serde::Serialize)]
 struct DryRun {
     frames: u32,
     triangles: usize,
@@ -150,32 +150,28 @@ struct DryRun {
     disk_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
-    /// Sample values that the direct sum of `echoes` moving echoes costs, for scale.
-    sums_per_echo: u64,
 }
 
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
-    let radar = &scenario.radar;
     let scene = scenario.build(&Library)?;
-    let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
-    let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
-    let options = trace_options(scenario, 0);
-    let echoes =
-        echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
-    let samples = (radar.chirps * radar.channels() * radar.samples) as u64;
-    let map = (radar.processing.doppler_fft * radar.range_bins()) as u64;
-    let o = &scenario.output;
-    let disk = if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
-    let d = DryRun {
-        frames: scenario.frames.count,
-        triangles: geometry.triangles.len(),
-        echoes,
-        cube_bytes: 8 * samples,
-        disk_bytes_per_frame: disk,
-        disk_bytes: disk * scenario.frames.count as u64,
-        echo_bytes: (echoes * size_of::<crate::trace::Return>()) as u64,
-        sums_per_echo: samples,
-    };
+    let mut d = DryRun { frames: scenario.frames.count, ..Default::default() };
+    for radar in &scenario.radars {
+        let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
+        let options = trace_options(scenario, radar, 0);
+        let echoes =
+            echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
+        let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
+        let map = (radar.doppler_rows() * radar.range_bins()) as u64;
+        let o = &scenario.output;
+        d.triangles = geometry.triangles.len();
+        d.echoes += echoes;
+        d.cube_bytes += 8 * samples;
+        d.disk_bytes_per_frame +=
+            if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
+        d.echo_bytes += (echoes * size_of::<crate::trace::Return>()) as u64;
+    }
+    d.disk_bytes = d.disk_bytes_per_frame * u64::from(scenario.frames.count);
     if global.json {
         return print_json(&d);
     }
@@ -186,10 +182,5 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
         "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
         mib(d.disk_bytes_per_frame),
         mib(d.disk_bytes)
-    ))?;
-    print(&format!(
-        "each moving echo adds to {} samples: a million of them cost about {:.0} s on two cores",
-        d.sums_per_echo,
-        1e6 * d.sums_per_echo as f64 * 0.2e-9
     ))
 }

@@ -37,6 +37,8 @@ impl Stages {
 #[derive(Debug, Clone)]
 pub struct Frame {
     pub index: u32,
+    /// Number of the radar in the scenario.
+    pub radar: usize,
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
     /// Of the radar, at that time.
@@ -57,7 +59,7 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
 }
 
 /// Settings of a scenario's frame as the tracer takes them.
-pub fn trace_options(scenario: &Scenario, frame: u32) -> TraceOptions {
+pub fn trace_options(scenario: &Scenario, radar: &Radar, frame: u32) -> TraceOptions {
     let settings = &scenario.trace;
     TraceOptions {
         bounces: settings.bounces as usize,
@@ -66,7 +68,7 @@ pub fn trace_options(scenario: &Scenario, frame: u32) -> TraceOptions {
             BounceConvention::Last => Convention::Last,
         },
         accuracy_db: settings.accuracy_db,
-        bandwidth_hz: scenario.radar.bandwidth_hz(),
+        bandwidth_hz: radar.bandwidth_hz(),
         rays: settings.rays,
         seed: scenario.seed,
         frame,
@@ -74,21 +76,24 @@ pub fn trace_options(scenario: &Scenario, frame: u32) -> TraceOptions {
     }
 }
 
-/// Frame `index` of a scenario, from `scene` (what `Scenario::build` gave) to points. The same scenario,
+/// Frame `index` of a scenario's first radar, from `scene` (what `Scenario::build` gave) to points. The same scenario,
 /// seed, engine and index give the same frame, whatever was run before.
 pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
-    simulate_with(engine, scenario, scene, index, Control::default())
+    simulate_with(engine, scenario, scene, 0, index, Control::default())
 }
 
-/// [`simulate`] with progress and cancellation of the synthesis.
+/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis.
 pub fn simulate_with(
     engine: &Engine,
     scenario: &Scenario,
     scene: &Scene,
+    which: usize,
     index: u32,
     control: Control<'_>,
 ) -> Result<Frame> {
-    let radar = &scenario.radar;
+    let radar = &scenario.radars[which];
+    // Each radar has noise of its own.
+    let seed = scenario.seed ^ ((which as u64) << 48);
     let time_s = scenario.frames.time_s(index);
     let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
     let mut stages = Stages::default();
@@ -98,13 +103,15 @@ pub fn simulate_with(
     let refined = curved::refined_scene(scene, sagitta_m)?;
     let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
     stages.geometry_s = clock.lap();
-    let returns = engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, index));
+    let returns =
+        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, radar, index));
     stages.trace_s = clock.lap();
-    let (cube, front_end) = engine.cube(radar, &returns, scenario.seed, index, control)?;
+    let (cube, front_end) = engine.cube(radar, &returns, seed, index, control)?;
     stages.synthesis_s = clock.lap();
     let (map, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
     Ok(Frame {
         index,
+        radar: which,
         time_s,
         pose,
         velocity_mps,
@@ -165,14 +172,16 @@ pub fn convergence(
     engine: &Engine,
     scenario: &Scenario,
     scene: &Scene,
+    which: usize,
     index: u32,
 ) -> Result<Vec<Convergence>> {
     let mut quiet = scenario.clone();
-    quiet.radar.thermal_noise = false;
-    let coarse = simulate(engine, &quiet, scene, index)?;
+    quiet.radars[which].thermal_noise = false;
+    let run = |s: &Scenario| simulate_with(engine, s, scene, which, index, Control::default());
+    let coarse = run(&quiet)?;
     quiet.trace.accuracy_db /= 16.0;
-    let fine = simulate(engine, &quiet, scene, index)?;
-    let radar = &scenario.radar;
+    let fine = run(&quiet)?;
+    let radar = &scenario.radars[which];
     let noise_w = crate::adc::noise::Noise::thermal(radar, 0, 0)
         .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64);
     Ok(scene

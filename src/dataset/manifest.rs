@@ -51,6 +51,7 @@ impl Axes {
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrameRecord {
     pub index: u32,
+    pub radar: String,
     pub time_s: f64,
     pub triangles: usize,
     pub rays: u64,
@@ -72,10 +73,11 @@ pub struct FrontEndRecord {
 }
 
 impl FrameRecord {
-    pub fn of(frame: &Frame, convergence: Vec<Convergence>) -> Self {
+    pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
         let FrontEnd { moving, dropped, dropped_power_w, .. } = frame.front_end;
         FrameRecord {
             index: frame.index,
+            radar: radar.into(),
             time_s: frame.time_s,
             triangles: frame.triangles,
             rays: frame.returns.rays,
@@ -84,6 +86,26 @@ impl FrameRecord {
             points: frame.points.len(),
             convergence,
             seconds: frame.stages,
+        }
+    }
+}
+
+/// What a run with one radar says as it is, and one with several under their names.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum PerRadar<T> {
+    One(T),
+    Several(BTreeMap<String, T>),
+}
+
+impl<T> PerRadar<T> {
+    pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
+        match radars {
+            [one] => Ok(PerRadar::One(what(one)?)),
+            several => {
+                let list = several.iter().map(|r| Ok((r.name.clone(), what(r)?)));
+                Ok(PerRadar::Several(list.collect::<Result<_>>()?))
+            }
         }
     }
 }
@@ -98,8 +120,9 @@ pub struct Manifest {
     pub scenario: Option<String>,
     pub scenario_name: String,
     /// The radar in full, as TOML.
-    pub radar: String,
-    pub axes: Axes,
+    pub radar: PerRadar<String>,
+    /// Of its maps.
+    pub axes: PerRadar<Axes>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
     pub frames: Vec<FrameRecord>,

@@ -3,7 +3,7 @@
 
 use super::files::{Truth, frame_name, write_frame};
 use super::frame::{Frame, convergence, simulate_with};
-use super::manifest::{Axes, FrameRecord, Manifest};
+use super::manifest::{Axes, FrameRecord, Manifest, PerRadar};
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
@@ -15,7 +15,7 @@ use crate::scene::scenario::{Scenario, SceneSource};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// In a frame's folder while the run is not complete: its line of the manifest.
+/// In a frame's folder while the run is not complete: its part of the manifest.
 const RECORD: &str = ".record.json";
 
 /// Draws the pictures of a frame into a folder.
@@ -46,11 +46,11 @@ pub struct RunReport {
 /// Runs all frames of the scenario on `engine` into `out`.
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let scene = scenario.build(&Library)?;
-    let radar = to_toml(&scenario.radar)?;
+    let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
     // Everything that decides on the bytes: another one of these must not continue this folder.
     let identity = sha256_of_bytes(
         format!(
-            "{} {:?} {scenario:?} {radar} {} {:?}",
+            "{} {:?} {scenario:?} {radars:?} {} {:?}",
             env!("CARGO_PKG_VERSION"),
             engine.report(),
             options.convergence,
@@ -68,7 +68,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     for index in 0..scenario.frames.count {
         let folder = staged.path().join(frame_name(index));
         if let Some(record) = read_record(&folder) {
-            records.push(record);
+            records.extend(record);
             resumed += 1;
             (options.progress)(index + 1, resumed);
             continue;
@@ -80,20 +80,30 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             }
         }
         fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
-        let frame = simulate_with(engine, scenario, &scene, index, Control::default())?;
-        let truth = Truth::new(scenario, &scene, &frame, &lanes);
-        write_frame(&unfinished, &scenario.output, &scenario.radar, &frame, &truth)?;
-        if scenario.output.plots {
-            (options.pictures)(scenario, &scene, &frame, &truth, &unfinished)?;
+        let mut record = Vec::with_capacity(scenario.radars.len());
+        for (which, radar) in scenario.radars.iter().enumerate() {
+            let frame = simulate_with(engine, scenario, &scene, which, index, Control::default())?;
+            let truth = Truth::new(scenario, &scene, &frame, &lanes);
+            let dir = match scenario.radars.len() {
+                1 => unfinished.clone(),
+                _ => unfinished.join(&radar.name),
+            };
+            fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
+            write_frame(&dir, &scenario.output, radar, &frame, &truth)?;
+            if scenario.output.plots {
+                (options.pictures)(scenario, &scene, &frame, &truth, &dir)?;
+            }
+            let moves = match options.convergence {
+                true => convergence(engine, scenario, &scene, which, index)?,
+                false => Vec::new(),
+            };
+            record.push(FrameRecord::of(&radar.name, &frame, moves));
         }
-        let moves =
-            if options.convergence { convergence(engine, scenario, &scene, index)? } else { Vec::new() };
-        let record = FrameRecord::of(&frame, moves);
         let text = serde_json::to_string(&record).map_err(|e| Error::Failed(format!("record: {e}")))?;
         let path = unfinished.join(RECORD);
         fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
         fs::rename(&unfinished, &folder).map_err(|e| Error::io(&folder, e))?;
-        records.push(record);
+        records.extend(record);
         (options.progress)(index + 1, resumed);
     }
     for index in 0..scenario.frames.count {
@@ -106,8 +116,8 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         seed: scenario.seed,
         scenario: options.source.clone(),
         scenario_name: scenario.name.clone(),
-        radar,
-        axes: Axes::of(&scenario.radar),
+        radar: PerRadar::of(&scenario.radars, to_toml)?,
+        axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
         import: Some(scene.import.clone()),
         frames: records.clone(),
         checksums: Default::default(),
@@ -117,6 +127,6 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     Ok(RunReport { folder, resumed, frames: records })
 }
 
-fn read_record(folder: &Path) -> Option<FrameRecord> {
+fn read_record(folder: &Path) -> Option<Vec<FrameRecord>> {
     serde_json::from_slice(&fs::read(folder.join(RECORD)).ok()?).ok()
 }

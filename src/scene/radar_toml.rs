@@ -5,7 +5,7 @@ use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
 use super::waveform::Multiplex;
 use super::waveform_toml::{self, WaveformTable};
 use crate::error::{BadInput, Error, Result, nearest};
-use crate::frames::Pose;
+use crate::frames::{Pose, Sensor, Vehicle};
 use glam::{DVec3, EulerRot};
 use num_complex::Complex64;
 use schemars::JsonSchema;
@@ -308,11 +308,6 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let tx = elements(doc, &f.tx, f, "tx", carrier_hz)?;
     let rx = elements(doc, &f.rx, f, "rx", carrier_hz)?;
     let (waveform, multiplex) = waveform_toml::build(doc, w, r, tx.len())?;
-    let position_m = doc.vector(&f.mounting.position_m)?;
-    let angle = |a: &At<f64>| {
-        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
-    };
-    let m = &f.mounting;
     let mut radar = Radar {
         name: f.name.clone(),
         carrier_hz,
@@ -328,12 +323,7 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
         tx_power_dbm: doc.in_range(&f.transmitter.power_dbm, -100.0..=100.0, "give dBm, as in 12")?,
         noise_figure_db: doc.in_range(&r.noise_figure_db, 0.0..=60.0, "give decibels, as in 13")?,
         thermal_noise: r.thermal_noise,
-        mounting: Pose::from_yaw_pitch_roll(
-            position_m,
-            angle(&m.yaw_deg)?,
-            angle(&m.pitch_deg)?,
-            angle(&m.roll_deg)?,
-        ),
+        mounting: mounting(doc, &f.mounting)?,
         processing: Processing {
             range_window: Window::Hann,
             doppler_window: Window::Hann,
@@ -350,6 +340,15 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     };
     processing(doc, &f.processing, &mut radar)?;
     Ok(radar)
+}
+
+/// Pose on the vehicle.
+pub fn mounting(doc: &Document<'_>, m: &MountingTable) -> Result<Pose<Sensor, Vehicle>> {
+    let angle = |a: &At<f64>| {
+        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
+    };
+    let position_m = doc.vector(&m.position_m)?;
+    Ok(Pose::from_yaw_pitch_roll(position_m, angle(&m.yaw_deg)?, angle(&m.pitch_deg)?, angle(&m.roll_deg)?))
 }
 
 fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Result<()> {

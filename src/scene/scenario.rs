@@ -3,7 +3,7 @@
 
 use super::gltf::{self, ImportOptions};
 use super::radar::Radar;
-use super::radar_toml::{self, RadarFile};
+use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
 use super::{Mesh, Scene, Shape};
@@ -28,7 +28,10 @@ pub struct ScenarioFile {
     #[serde(default)]
     pub seed: u64,
     /// A preset (feng77, front77, demo77), the path of a radar file, or the radar itself as a table.
-    pub radar: RadarRef,
+    pub radar: Option<RadarRef>,
+    /// Several radars on the vehicle, in place of `radar`.
+    #[serde(default)]
+    pub radars: Vec<MountedRadar>,
     #[serde(default)]
     pub scene: SceneTable,
     /// Point targets.
@@ -45,6 +48,18 @@ pub struct ScenarioFile {
     pub trace: TraceTable,
     #[serde(default)]
     pub output: Output,
+}
+
+/// One of several radars.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MountedRadar {
+    /// Folder of its files; no two radars share it.
+    pub name: At<String>,
+    /// A preset or the path of a radar file.
+    pub radar: At<String>,
+    /// In place of the mounting that the radar file gives.
+    pub mounting: Option<MountingTable>,
 }
 
 /// A name or a whole radar.
@@ -260,7 +275,8 @@ pub const MAX_BOUNCES: u32 = 8;
 pub struct Scenario {
     pub name: String,
     pub seed: u64,
-    pub radar: Radar,
+    /// One or more; names differ.
+    pub radars: Vec<Radar>,
     pub scene: SceneSource,
     pub points: Vec<PointTarget>,
     pub objects: Vec<Placed>,
@@ -474,19 +490,61 @@ impl Scene {
     }
 }
 
+/// The radars of a scenario. Errors: none or both ways of naming them; a name that is no folder's or comes twice.
+fn radars(doc: &Document<'_>, f: &ScenarioFile, folder: &Path) -> Result<Vec<Radar>> {
+    let load = |name: &str, key: &str| {
+        radar_toml::load(name, folder).map_err(|e| match e {
+            // An unknown name is this file's mistake; a mistake inside a radar file is that file's.
+            Error::Input(b) if b.file.is_none() => {
+                Error::Input(Box::new(b.file(doc.file()).key(key.to_string())))
+            }
+            e => e,
+        })
+    };
+    match (&f.radar, f.radars.is_empty()) {
+        (Some(RadarRef::Inline(r)), true) => Ok(vec![radar_toml::build(doc, r)?]),
+        (Some(RadarRef::Name(n)), true) => Ok(vec![load(n, "radar")?]),
+        (None, true) => Err(BadInput::new("the scenario has no radar")
+            .file(doc.file())
+            .key("radar")
+            .remedy("add radar = \"front77\", or a [[radars]] table for each of several")
+            .into()),
+        (Some(_), false) => Err(doc
+            .bad(&f.radars[0].name.span, "the radar is given twice")
+            .remedy("keep radar or [[radars]]")
+            .into()),
+        (None, false) => {
+            let mut list: Vec<Radar> = Vec::with_capacity(f.radars.len());
+            for r in &f.radars {
+                let name = &r.name.value;
+                let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+                if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
+                    return Err(doc
+                        .bad(&r.name.span, "cannot name a folder")
+                        .allowed("1 to 64 letters, digits, - and _")
+                        .into());
+                }
+                if list.iter().any(|o| o.name.eq_ignore_ascii_case(name)) {
+                    return Err(doc.bad(&r.name.span, "names two radars").remedy("rename one").into());
+                }
+                let mut radar = load(&r.radar.value, "radars.radar")?;
+                radar.name = name.clone();
+                if let Some(m) = &r.mounting {
+                    radar.mounting = radar_toml::mounting(doc, m)?;
+                }
+                list.push(radar);
+            }
+            Ok(list)
+        }
+    }
+}
+
 /// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let radar = match &f.radar {
-        RadarRef::Inline(r) => radar_toml::build(&doc, r)?,
-        RadarRef::Name(n) => radar_toml::load(n, folder).map_err(|e| match e {
-            // An unknown name is this file's mistake; a mistake inside a radar file is that file's.
-            Error::Input(b) if b.file.is_none() => Error::Input(Box::new(b.file(file).key("radar"))),
-            e => e,
-        })?,
-    };
+    let radars = radars(&doc, &f, folder)?;
     let options = |o: ImportTable<'_>| import_options(&doc, &o);
     let scene = match (&f.scene.builtin, &f.scene.file) {
         (Some(b), Some(_)) => {
@@ -568,7 +626,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     Ok(Scenario {
         name: f.name,
         seed: f.seed,
-        radar,
+        radars,
         scene,
         points,
         objects,
