@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub struct Process {
     /// complex64 (or complex128, or real) NumPy file, [chirp, rx_virtual, sample]
     pub cube: PathBuf,
-    /// Preset (feng77, front77, demo77) or radar TOML
+    /// Preset (feng77, front77, demo77, fmcw76, uwb9) or radar TOML
     #[arg(long)]
     pub radar: String,
     #[arg(short, long, value_name = "DIR")]
