@@ -58,6 +58,7 @@ fn radar() -> Radar {
             azimuth_fov_rad: 1.0,
             elevation_bins: 1,
             elevation_fov_rad: 0.3,
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
             max_points: 100,
         },

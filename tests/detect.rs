@@ -56,6 +56,7 @@ fn radar() -> Radar {
             azimuth_fov_rad: 60f64.to_radians(),
             elevation_bins: 17,
             elevation_fov_rad: 30f64.to_radians(),
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Ca, guard: [2, 2], train: [4, 8], pfa: 1e-6 },
             max_points: 50,
         },

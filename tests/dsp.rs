@@ -80,6 +80,7 @@ fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
             azimuth_fov_rad: 70f64.to_radians(),
             elevation_bins: 1,
             elevation_fov_rad: 0.0,
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Os { rank: 162 }, guard: [2, 1], train: [8, 4], pfa: 1e-6 },
             max_points: 2000,
         },

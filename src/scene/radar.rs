@@ -115,6 +115,75 @@ pub struct Cfar {
     pub pfa: f64,
 }
 
+/// How directions are found in a detected cell (CONVENTIONS eq. 19, 90-99).
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum AngleMethod {
+    /// One beam after another; one point for each cell.
+    #[default]
+    Bartlett,
+    Capon,
+    /// Deterministic maximum likelihood.
+    Ml,
+    Music,
+    /// For uniform lines.
+    RootMusic,
+    /// For uniform lines and rectangles.
+    Esprit,
+    /// MUSIC on a subspace that is tracked through snapshots.
+    BiSvd,
+}
+
+/// How many sources a cell holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Sources {
+    Given(usize),
+    /// Minimum description length.
+    Mdl,
+    /// Akaike's criterion.
+    Aic,
+    /// As many as a maximum-likelihood fit needs to leave noise alone.
+    Residual,
+}
+
+/// A calibration file and what is in it.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct CalibrationFile {
+    pub path: std::path::PathBuf,
+    pub text: String,
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct AngleSettings {
+    pub method: AngleMethod,
+    pub sources: Sources,
+    pub max_sources: usize,
+    /// Rows and columns of the subarrays for spatial smoothing; None: chosen.
+    pub subarray: Option<[usize; 2]>,
+    /// None: wherever there are subarrays.
+    pub forward_backward: Option<bool>,
+    /// Of the Bi-SVD.
+    pub forgetting: f64,
+    /// Measured steering vectors in place of the ideal array's.
+    pub calibration: Option<CalibrationFile>,
+}
+
+impl Default for AngleSettings {
+    fn default() -> Self {
+        AngleSettings {
+            method: AngleMethod::Bartlett,
+            sources: Sources::Residual,
+            max_sources: 3,
+            subarray: None,
+            forward_backward: None,
+            forgetting: 0.9,
+            calibration: None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Processing {
     pub range_window: Window,
@@ -129,6 +198,7 @@ pub struct Processing {
     /// 1 when the array has no rows in elevation.
     pub elevation_bins: usize,
     pub elevation_fov_rad: f64,
+    pub angle: AngleSettings,
     pub cfar: Cfar,
     /// Keep at most this many points a frame, strongest first.
     pub max_points: usize,

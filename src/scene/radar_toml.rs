@@ -1,6 +1,9 @@
 //! The radar TOML: what the keys are, their checks, the presets, and writing a radar back.
 
-use super::radar::{Antenna, Cfar, CfarKind, Pattern, Polarisation, Processing, Radar, Sampling, Window};
+use super::radar::{
+    AngleMethod, AngleSettings, Antenna, CalibrationFile, Cfar, CfarKind, Pattern, Polarisation, Processing,
+    Radar, Sampling, Sources, Window,
+};
 use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
 use super::waveform::Multiplex;
 use super::waveform_toml::{self, WaveformTable};
@@ -208,7 +211,49 @@ pub struct ProcessingTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_points: Option<At<usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<AngleTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cfar: Option<CfarTable>,
+}
+
+/// How directions are found.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AngleTable {
+    pub method: At<AngleMethod>,
+    /// A number, "mdl", "aic" or "residual" (default: as many as are needed to leave noise alone).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sources: Option<At<SourcesTable>>,
+    /// Default 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_sources: Option<At<usize>>,
+    /// Rows and columns of the subarrays for spatial smoothing; chosen when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subarray: Option<At<[usize; 2]>>,
+    /// Default: wherever there are subarrays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forward_backward: Option<bool>,
+    /// "bi-svd": forgetting factor; default 0.9.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forgetting: Option<At<f64>>,
+    /// Steering vectors as catseye calibrate writes them, in a file beside the radar file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration_file: Option<At<String>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SourcesTable {
+    Given(usize),
+    By(SourcesName),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SourcesName {
+    Mdl,
+    Aic,
+    Residual,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -336,6 +381,7 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
             azimuth_fov_rad: 60f64.to_radians(),
             elevation_bins: 1,
             elevation_fov_rad: 0.0,
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Ca, guard: [0; 2], train: [0; 2], pfa: 1e-4 },
             max_points: 4096,
         },
@@ -420,12 +466,91 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
     let elevation = degrees(&f.elevation_max_deg, 20.0)?.to_radians();
     p.elevation_fov_rad = if p.elevation_bins == 1 { 0.0 } else { elevation };
     p.max_points = count(&f.max_points, 4096, 10_000_000, "points of a frame")?;
+    if let Some(t) = &f.angle {
+        p.angle = angle(doc, t)?;
+    }
     let (doppler_bins, range_bins) = (radar.doppler_rows(), radar.range_bins());
     radar.processing.cfar = match &f.cfar {
         Some(c) => cfar(doc, c, doppler_bins, range_bins)?,
         None => default_cfar(doppler_bins, range_bins),
     };
     Ok(())
+}
+
+fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
+    let default = AngleSettings::default();
+    let max_sources = match &t.max_sources {
+        Some(m) => doc.in_range(m, 1..=64, "sources in one cell")?,
+        None => default.max_sources,
+    };
+    let sources = match &t.sources {
+        None => default.sources,
+        Some(s) => match s.value {
+            SourcesTable::Given(n) if (1..=64).contains(&n) => Sources::Given(n),
+            SourcesTable::Given(_) => {
+                return Err(doc
+                    .bad(&s.span, "is out of range")
+                    .allowed("1..=64, \"mdl\", \"aic\", \"residual\"")
+                    .remedy("give the sources in one cell")
+                    .into());
+            }
+            SourcesTable::By(SourcesName::Mdl) => Sources::Mdl,
+            SourcesTable::By(SourcesName::Aic) => Sources::Aic,
+            SourcesTable::By(SourcesName::Residual) => Sources::Residual,
+        },
+    };
+    let bi_svd = t.method.value == AngleMethod::BiSvd;
+    let forgetting = match &t.forgetting {
+        Some(a) if !bi_svd => {
+            return Err(doc
+                .bad(&a.span, "only bi-svd has a forgetting factor")
+                .remedy("take it out or set method = \"bi-svd\"")
+                .into());
+        }
+        Some(a) => doc.in_range(a, 0.01..=1.0, "forgetting factor, as in 0.9")?,
+        None => default.forgetting,
+    };
+    if let Some(s) = &t.subarray
+        && s.value.contains(&0)
+    {
+        return Err(doc.bad(&s.span, "a subarray has no elements").allowed("[1, 2] or more").into());
+    }
+    let calibration = match &t.calibration_file {
+        None => None,
+        Some(name) => {
+            let (path, text) = read_beside(doc, name)?;
+            Some(CalibrationFile { path, text })
+        }
+    };
+    Ok(AngleSettings {
+        method: t.method.value,
+        sources,
+        max_sources,
+        subarray: t.subarray.as_ref().map(|s| s.value),
+        forward_backward: t.forward_backward,
+        forgetting,
+        calibration,
+    })
+}
+
+fn angle_table(a: &AngleSettings) -> AngleTable {
+    AngleTable {
+        method: a.method.into(),
+        sources: Some(
+            match a.sources {
+                Sources::Given(n) => SourcesTable::Given(n),
+                Sources::Mdl => SourcesTable::By(SourcesName::Mdl),
+                Sources::Aic => SourcesTable::By(SourcesName::Aic),
+                Sources::Residual => SourcesTable::By(SourcesName::Residual),
+            }
+            .into(),
+        ),
+        max_sources: Some(a.max_sources.into()),
+        subarray: a.subarray.map(At::from),
+        forward_backward: a.forward_backward,
+        forgetting: (a.method == AngleMethod::BiSvd).then(|| a.forgetting.into()),
+        calibration_file: a.calibration.as_ref().map(|c| c.path.display().to_string().into()),
+    }
 }
 
 /// Cell averaging over up to 8 x 4 cells each side, shrunk until it fits a small map.
@@ -863,6 +988,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             elevation_bins: Some(p.elevation_bins.into()),
             elevation_max_deg: (p.elevation_bins > 1).then(|| p.elevation_fov_rad.to_degrees().into()),
             max_points: Some(p.max_points.into()),
+            angle: Some(angle_table(&p.angle)),
             cfar: Some(CfarTable {
                 kind: kind.into(),
                 rank,
