@@ -1,0 +1,722 @@
+//! From the channels of detected cells to sources: one entry for all estimators of angle.
+//!
+//! [`Estimator::new`] checks what array and method allow; [`Estimator::estimate_cells`] runs in three
+//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the engine that the
+//! caller hands in, then peaks between the points of the grid, powers and standard deviations on the host.
+
+use super::doa_beamform::Grid;
+use super::doa_bisvd::BiSvd;
+use super::doa_covariance::{
+    Eigen, check_forgetting, covariance, eigen, load, subarray_snapshots, subarrays, with_backward,
+};
+use super::doa_crb::{fit, standard_deviations};
+use super::doa_esprit::esprit;
+use super::doa_manifold::{Lattice, Manifold, Matrix};
+use super::doa_ml::alternating_projection;
+use super::doa_music::{complement, root_music};
+use super::doa_order::{Criterion, source_number};
+use super::doa_search::{minima, refine};
+use super::doa_spectrum::{Forms, Steering, form};
+use super::{Real, doa_capon};
+use crate::error::{BadInput, Result};
+use crate::units::power_from_db;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// Estimator of angle (CONVENTIONS eq. 94, 95, 98).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    Bartlett,
+    Capon,
+    /// Deterministic maximum likelihood.
+    Ml,
+    Music,
+    /// MUSIC's peaks as roots; uniform lines.
+    RootMusic,
+    /// Uniform lines and rectangles.
+    Esprit,
+    /// MUSIC on the subspace that the bi-iteration tracks through the snapshots.
+    BiSvd {
+        /// alpha of eq. 98.
+        forgetting: f64,
+    },
+}
+
+impl Method {
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Bartlett => "Bartlett",
+            Method::Capon => "Capon",
+            Method::Ml => "maximum likelihood",
+            Method::Music => "MUSIC",
+            Method::RootMusic => "root-MUSIC",
+            Method::Esprit => "ESPRIT",
+            Method::BiSvd { .. } => "Bi-SVD",
+        }
+    }
+
+    /// Whether it splits a covariance into signal and noise.
+    pub fn uses_subspace(self) -> bool {
+        matches!(self, Method::Music | Method::RootMusic | Method::Esprit | Method::BiSvd { .. })
+    }
+
+    fn averages_subarrays(self) -> bool {
+        self.uses_subspace() || self == Method::Capon
+    }
+
+    fn is_gridless(self) -> bool {
+        matches!(self, Method::RootMusic | Method::Esprit)
+    }
+}
+
+/// How many sources a cell holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SourceNumber {
+    Given(usize),
+    /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none give none.
+    Found(Criterion),
+}
+
+/// Averages over subarrays of a line or rectangle (eq. 92).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Smoothing {
+    /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of each
+    /// axis, rounded up, and forward-backward averaging.
+    Auto,
+    Off,
+    /// Rows and columns of the subarray.
+    Subarray([usize; 2]),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    pub method: Method,
+    pub sources: SourceNumber,
+    pub max_sources: usize,
+    pub smoothing: Smoothing,
+    /// Forward-backward averaging; None: wherever there are subarrays.
+    pub forward_backward: Option<bool>,
+    /// Added to the diagonal, over the mean of the diagonal. Capon only.
+    pub loading: f64,
+    /// Bartlett and Capon also drop peaks this much under the strongest.
+    pub below_db: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            method: Method::Music,
+            sources: SourceNumber::Given(1),
+            max_sources: 4,
+            smoothing: Smoothing::Auto,
+            forward_backward: None,
+            loading: 1e-2,
+            below_db: 12.0,
+        }
+    }
+}
+
+/// One direction of arrival.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Source {
+    pub azimuth_rad: f64,
+    pub elevation_rad: f64,
+    /// Least-squares power per channel in W, mean over the snapshots (eq. 97).
+    pub power_w: f64,
+    /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the axis is not
+    /// estimated.
+    pub azimuth_std_rad: f64,
+    pub elevation_std_rad: f64,
+    /// Another direction of the grid has the same steering vector, as far as 1 part in 50.
+    pub ambiguous: bool,
+}
+
+/// Detected cells, whose phases between transmitters have been taken out
+/// ([`super::doa_beamform::Beamformer::correction`]).
+#[derive(Debug, Clone, Copy)]
+pub struct Cells<'a> {
+    /// Snapshots of each cell.
+    pub snapshots: usize,
+    /// `[cell, snapshot, channel]`, sqrt(W).
+    pub data: &'a [Complex64],
+    /// Noise power of a channel in each cell, W. Without it the power that the sources leave is taken.
+    pub noise_w: Option<&'a [f64]>,
+}
+
+/// Channels that a method works on.
+#[derive(Debug, Clone, PartialEq)]
+struct View {
+    /// Elements of each subarray; one set for the whole array.
+    sets: Vec<Vec<usize>>,
+    /// Divides the data, so that an ideal array is left.
+    equaliser: Option<Vec<Complex64>>,
+    mirror: Option<Vec<usize>>,
+    manifold: Manifold,
+    steering: Steering,
+    /// Of one subarray.
+    lattice: Option<Lattice>,
+}
+
+/// A method made ready for an array.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimator {
+    manifold: Manifold,
+    grid: Grid,
+    options: Options,
+    axes: [bool; 2],
+    whole: View,
+    smoothed: Option<View>,
+    /// Of the whole array, for the mark of ambiguous directions.
+    table: Steering,
+}
+
+/// What the host makes of a cell before the grid.
+enum Prepared {
+    Form { factor: Matrix, count: usize },
+    Directions(Vec<(f64, f64)>),
+}
+
+impl Estimator {
+    /// Errors: a grid that is empty, wider than the calibration, or of two axes for an array on one
+    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on another array; settings
+    /// outside their ranges.
+    pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
+        let o = &options;
+        let n = manifold.channels();
+        if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
+            return Err(BadInput::new("the grid of directions is empty")
+                .key("azimuth_bins, elevation_bins")
+                .into());
+        }
+        let axes = [grid.azimuth_rad.len() > 1, grid.elevation_rad.len() > 1];
+        if axes == [true, true] && manifold.is_line() && o.method != Method::Bartlett {
+            return Err(BadInput::new("an array on one line tells one angle only")
+                .key("elevation_bins")
+                .value(grid.elevation_rad.len())
+                .allowed("1")
+                .into());
+        }
+        let ends = |v: &[f64]| [v[0], v[v.len() - 1]];
+        for a in ends(&grid.azimuth_rad) {
+            for e in ends(&grid.elevation_rad) {
+                if !manifold.covers(a, e) {
+                    return Err(BadInput::new("the calibration does not reach this direction of the grid")
+                        .key("azimuth, elevation")
+                        .value(format!("{:.2} deg, {:.2} deg", a.to_degrees(), e.to_degrees()))
+                        .remedy("narrow the field of view or calibrate over a wider one")
+                        .into());
+                }
+            }
+        }
+        if let Method::BiSvd { forgetting } = o.method {
+            check_forgetting(forgetting)?;
+        }
+        if !(o.loading >= 0.0 && o.loading.is_finite()) {
+            return Err(BadInput::new("not a diagonal loading")
+                .key("loading")
+                .value(o.loading)
+                .allowed("0 or more")
+                .into());
+        }
+        if !(o.below_db >= 0.0) {
+            return Err(BadInput::new("not a level in dB")
+                .key("below_db")
+                .value(o.below_db)
+                .allowed("0 or more")
+                .into());
+        }
+        if o.max_sources == 0 {
+            return Err(BadInput::new("at least one source must be allowed")
+                .key("max_sources")
+                .value(0)
+                .into());
+        }
+        let lattice = manifold.lattice();
+        if o.method.is_gridless() {
+            check_even(o.method, &manifold, lattice.as_ref())?;
+        }
+        let whole = View::whole(&manifold, &grid, o, lattice.as_ref())?;
+        let smoothed = match (o.smoothing, &lattice) {
+            _ if !o.method.averages_subarrays() => None,
+            (Smoothing::Off, _) | (Smoothing::Auto, None) => None,
+            (Smoothing::Auto, Some(_)) if manifold.is_near_field() => None,
+            (Smoothing::Subarray(_), _) if manifold.is_near_field() => {
+                return Err(BadInput::new("subarrays see a near source from different directions")
+                    .key("subarray")
+                    .remedy("take the manifold of the far field, or maximum likelihood without subarrays")
+                    .into());
+            }
+            (Smoothing::Auto, Some(l)) => {
+                let size = l.size.map(|s| (2 * s).div_ceil(3));
+                Some(View::smoothed(&manifold, &grid, o, l, size)?)
+            }
+            (Smoothing::Subarray(size), Some(l)) => Some(View::smoothed(&manifold, &grid, o, l, size)?),
+            (Smoothing::Subarray(_), None) => {
+                return Err(BadInput::new("this array is no uniform line or rectangle")
+                    .key("subarray")
+                    .remedy("leave subarrays out, or take maximum likelihood, which needs none")
+                    .into());
+            }
+        };
+        let seen = smoothed.as_ref().map_or(n, |v| v.manifold.channels());
+        if let SourceNumber::Given(m) = o.sources {
+            check_count(o.method, m, seen)?;
+        }
+        let table = Steering::new(&manifold, &grid);
+        Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
+    }
+
+    pub fn manifold(&self) -> &Manifold {
+        &self.manifold
+    }
+
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Subarrays if they are asked for or, left to itself, there are fewer snapshots than channels.
+    fn view(&self, snapshots: usize) -> &View {
+        match &self.smoothed {
+            Some(v) if self.options.smoothing != Smoothing::Auto || snapshots < self.manifold.channels() => v,
+            _ => &self.whole,
+        }
+    }
+
+    /// Steering vectors that [`Self::estimate_cells`] evaluates forms on for cells of so many snapshots.
+    pub fn steering(&self, snapshots: usize) -> &Steering {
+        &self.view(snapshots).steering
+    }
+
+    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell, direction]`,
+    /// on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
+    ///
+    /// Errors: data of another size, values that are not finite, too few snapshots for the method on
+    /// this array; those of `evaluate`.
+    pub fn estimate_cells<T: Real>(
+        &self,
+        cells: &Cells<'_>,
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Vec<Source>>> {
+        let values = self.check(cells)?;
+        if values == 0 {
+            return Ok(Vec::new());
+        }
+        let view = self.view(cells.snapshots);
+        let prepared: Vec<Prepared> = cells
+            .data
+            .par_chunks_exact(values)
+            .map(|x| self.prepare(view, x, cells.snapshots))
+            .collect::<Result<_>>()?;
+        let factors: Vec<&Matrix> = prepared
+            .iter()
+            .filter_map(|p| match p {
+                Prepared::Form { factor, .. } => Some(factor),
+                Prepared::Directions(_) => None,
+            })
+            .collect();
+        let channels = view.manifold.channels();
+        let forms = if factors.is_empty() {
+            Vec::new()
+        } else {
+            evaluate(&view.steering, &Forms::new(&factors, channels))?
+        };
+        let directions = view.steering.directions();
+        let mut at = 0;
+        let starts: Vec<usize> = prepared
+            .iter()
+            .map(|p| {
+                let here = at;
+                at += usize::from(matches!(p, Prepared::Form { .. })) * directions;
+                here
+            })
+            .collect();
+        prepared
+            .into_par_iter()
+            .zip(starts)
+            .enumerate()
+            .map(|(cell, (p, start))| {
+                let x = &cells.data[cell * values..(cell + 1) * values];
+                let found = match p {
+                    Prepared::Directions(d) => d,
+                    Prepared::Form { factor, count } => {
+                        self.peaks(view, &factor, count, &forms[start..start + directions])
+                    }
+                };
+                Ok(self.sources(found, x, cells.snapshots, cells.noise_w.map(|w| w[cell])))
+            })
+            .collect()
+    }
+
+    /// The spectrum of one cell, `[elevation, azimuth]`: in W for Bartlett, maximum likelihood (its
+    /// first source) and Capon, whose powers are those of sources in the middle of a bin; N over the form of
+    /// the noise subspace (1 and more) for MUSIC and Bi-SVD.
+    ///
+    /// Errors: those of [`Self::estimate_cells`]; a method without a spectrum.
+    pub fn spectrum<T: Real>(
+        &self,
+        snapshots: &[Complex64],
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<f64>> {
+        let count = snapshots.len() / self.manifold.channels();
+        self.check(&Cells { snapshots: count, data: snapshots, noise_w: None })?;
+        let view = self.view(count);
+        let n = view.manifold.channels() as f64;
+        let Prepared::Form { factor, .. } = self.prepare(view, snapshots, count)? else {
+            return Err(BadInput::new(format!("{} has no spectrum", self.options.method.name()))
+                .key("method")
+                .remedy("take MUSIC for the picture")
+                .into());
+        };
+        let forms = evaluate(&view.steering, &Forms::new(&[&factor], view.manifold.channels()))?;
+        Ok(forms
+            .iter()
+            .map(|q| match self.options.method {
+                Method::Bartlett | Method::Ml => q.wide() / (n * n),
+                Method::Capon => 1.0 / q.wide(),
+                _ => n / q.wide(),
+            })
+            .collect())
+    }
+
+    /// Values of one cell; 0 for no cells.
+    fn check(&self, cells: &Cells<'_>) -> Result<usize> {
+        let n = self.manifold.channels();
+        let values = cells.snapshots * n;
+        let bad_size = |what: String| BadInput::new(what).key("snapshots").value(cells.data.len());
+        if values == 0 || cells.data.len() % values != 0 {
+            return Err(
+                bad_size(format!("cells of {} snapshots of {n} channels are due", cells.snapshots)).into()
+            );
+        }
+        let count = cells.data.len() / values;
+        if count == 0 {
+            return Ok(0);
+        }
+        if let Some(w) = cells.noise_w
+            && (w.len() != count || w.iter().any(|w| !(*w >= 0.0)))
+        {
+            return Err(BadInput::new("each cell needs its noise power")
+                .key("noise_w")
+                .value(format!("{} values", w.len()))
+                .allowed(format!("{count} values of 0 W or more"))
+                .into());
+        }
+        if let Some(i) = cells.data.iter().position(|z| !z.is_finite()) {
+            return Err(BadInput::new("the snapshot is not finite")
+                .key(format!("cell {}, channel {}", i / values, i % n))
+                .value(cells.data[i])
+                .into());
+        }
+        let view = self.view(cells.snapshots);
+        let looks = cells.snapshots * view.sets.len() * (1 + usize::from(view.mirror.is_some()));
+        let needed = match self.options.sources {
+            SourceNumber::Given(m) => m,
+            // One source takes one look, and telling it from noise one more.
+            SourceNumber::Found(_) => 2,
+        };
+        let subspace = self.options.method.uses_subspace() || self.options.sources_are_found();
+        if subspace && looks < needed {
+            return Err(BadInput::new(format!(
+                "{} cannot tell {} from this cell",
+                self.options.method.name(),
+                if needed == 1 { "a source".into() } else { format!("{needed} sources") }
+            ))
+            .key("snapshots")
+            .value(cells.snapshots)
+            .allowed(format!("{needed} or more, as this array gives no subarrays here"))
+            .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+            .into());
+        }
+        Ok(values)
+    }
+
+    fn prepare(&self, view: &View, x: &[Complex64], snapshots: usize) -> Result<Prepared> {
+        let o = &self.options;
+        let n = self.manifold.channels();
+        // Bartlett and maximum likelihood with a given number need no covariance of their own.
+        if matches!(o.method, Method::Bartlett | Method::Ml) {
+            let count = match o.sources {
+                SourceNumber::Given(m) => m,
+                SourceNumber::Found(c) => {
+                    let values = eigen(&covariance(x, n))?.values;
+                    source_number(&values, snapshots as f64, c, false).min(o.max_sources)
+                }
+            };
+            let factor = if snapshots <= n {
+                let scale = 1.0 / (snapshots as f64).sqrt();
+                Matrix::from_fn(n, snapshots, |c, t| x[t * n + c] * scale)
+            } else {
+                square_root(&eigen(&covariance(x, n))?)
+            };
+            return Ok(Prepared::Form { factor, count });
+        }
+        let looks = view.looks(x, n);
+        let m = view.manifold.channels();
+        let mut r = covariance(&looks, m);
+        let sets = view.sets.len() * snapshots;
+        let fb = view.mirror.is_some();
+        let count = |e: &Eigen| match o.sources {
+            SourceNumber::Given(m) => m,
+            SourceNumber::Found(c) => {
+                source_number(&e.values, sets as f64, c, fb).min(o.max_sources).min(m - 1)
+            }
+        };
+        if o.method == Method::Capon {
+            let found = match o.sources {
+                SourceNumber::Given(m) => m,
+                SourceNumber::Found(_) => count(&eigen(&r)?),
+            };
+            load(&mut r, o.loading);
+            let e = eigen(&r)?;
+            // A cell without any power has no directions.
+            if e.values[0] <= 0.0 {
+                return Ok(Prepared::Directions(Vec::new()));
+            }
+            return Ok(Prepared::Form { factor: doa_capon::factor(&e)?, count: found });
+        }
+        if let (Method::BiSvd { forgetting }, SourceNumber::Given(l)) = (o.method, o.sources) {
+            return Ok(Prepared::Form { factor: track(&looks, m, l, forgetting)?, count: l });
+        }
+        let e = eigen(&r)?;
+        let l = if e.values[0] > 0.0 { count(&e) } else { 0 };
+        if l == 0 {
+            return Ok(Prepared::Directions(Vec::new()));
+        }
+        match (o.method, &view.lattice) {
+            (Method::RootMusic, Some(lattice)) => {
+                let turns = root_music(&e.noise(l), l)?;
+                Ok(Prepared::Directions(
+                    turns.into_iter().map(|t| self.direction(lattice, [0.0, t])).collect(),
+                ))
+            }
+            (Method::Esprit, Some(lattice)) => {
+                let turns = esprit(&e.signal(l), lattice.size)?;
+                Ok(Prepared::Directions(turns.into_iter().map(|t| self.direction(lattice, t)).collect()))
+            }
+            (Method::BiSvd { forgetting }, _) => {
+                Ok(Prepared::Form { factor: track(&looks, m, l, forgetting)?, count: l })
+            }
+            _ => Ok(Prepared::Form { factor: e.noise(l), count: l }),
+        }
+    }
+
+    /// Steering vectors carry e^{-jk u.p}.
+    fn direction(&self, lattice: &Lattice, turn: [f64; 2]) -> (f64, f64) {
+        let middle = |v: &[f64]| v[v.len() / 2];
+        let fixed = if lattice.tells_azimuth() {
+            middle(&self.grid.elevation_rad)
+        } else {
+            middle(&self.grid.azimuth_rad)
+        };
+        lattice.angles(turn.map(|t| -t), self.manifold.wavelength_m(), fixed)
+    }
+
+    fn peaks<T: Real>(&self, view: &View, factor: &Matrix, count: usize, forms: &[T]) -> Vec<(f64, f64)> {
+        let o = &self.options;
+        let cols = self.grid.azimuth_rad.len();
+        // Powers grow with the form for Bartlett and maximum likelihood and fall with it for the others.
+        let up = matches!(o.method, Method::Bartlett | Method::Ml);
+        let sign = if up { -1.0 } else { 1.0 };
+        let cost: Vec<f64> = forms.iter().map(|q| sign * q.wide()).collect();
+        let tops = minima(&cost, &self.grid);
+        let exact = |a: f64, e: f64| sign * form(factor, &view.manifold.steering(a, e));
+        let wanted = if o.method == Method::Ml { count.min(1) } else { count };
+        let mut found: Vec<((f64, f64), f64)> = Vec::new();
+        for top in tops {
+            if found.len() == wanted {
+                break;
+            }
+            let start = (self.grid.azimuth_rad[top % cols], self.grid.elevation_rad[top / cols]);
+            let there = refine(exact, &self.grid, start);
+            // Two neighbours on the grid can run into one hollow.
+            let same = |p: &((f64, f64), f64)| (p.0.0 - there.0).hypot(p.0.1 - there.1) < 1e-5;
+            if !found.iter().any(same) {
+                found.push((there, exact(there.0, there.1)));
+            }
+        }
+        if matches!(o.method, Method::Bartlett | Method::Capon) {
+            let power = |q: f64| if up { -q } else { 1.0 / q };
+            let least = found.iter().map(|p| power(p.1)).fold(0.0, f64::max) * power_from_db(-o.below_db);
+            found.retain(|p| power(p.1) >= least);
+        }
+        let found: Vec<(f64, f64)> = found.into_iter().map(|p| p.0).collect();
+        if o.method == Method::Ml && count > 0 {
+            return alternating_projection(&self.manifold, &self.grid, factor, found, count);
+        }
+        found
+    }
+
+    fn sources(
+        &self,
+        directions: Vec<(f64, f64)>,
+        x: &[Complex64],
+        snapshots: usize,
+        noise_w: Option<f64>,
+    ) -> Vec<Source> {
+        let n = self.manifold.channels();
+        if directions.is_empty() || x.iter().all(|z| z.norm_sqr() == 0.0) {
+            return Vec::new();
+        }
+        let fit = fit(&self.manifold.matrix(&directions), &covariance(x, n));
+        let noise = noise_w.unwrap_or(if n > directions.len() { fit.noise_w } else { f64::INFINITY });
+        // A line tells the angle of its own plane even if the grid has one direction only.
+        let axes = match (&self.whole.lattice, self.options.method.is_gridless()) {
+            (Some(l), true) if l.size[0] == 1 => [l.tells_azimuth(), !l.tells_azimuth()],
+            (Some(_), true) => [true, true],
+            _ => self.axes,
+        };
+        let std = standard_deviations(&self.manifold, &directions, axes, &fit.sources, noise, snapshots);
+        let mut out: Vec<Source> = directions
+            .iter()
+            .zip(std)
+            .enumerate()
+            .map(|(i, (&(azimuth_rad, elevation_rad), std))| Source {
+                azimuth_rad,
+                elevation_rad,
+                power_w: fit.sources[(i, i)].re,
+                azimuth_std_rad: std[0],
+                elevation_std_rad: std[1],
+                ambiguous: self.is_ambiguous(azimuth_rad, elevation_rad),
+            })
+            .collect();
+        out.sort_by(|a, b| b.power_w.total_cmp(&a.power_w).then(a.azimuth_rad.total_cmp(&b.azimuth_rad)));
+        out
+    }
+
+    /// Whether another peak of |a^H(there) a(here)|/N on the grid comes up to 0.98.
+    fn is_ambiguous(&self, azimuth_rad: f64, elevation_rad: f64) -> bool {
+        let n = self.manifold.channels();
+        let here = self.manifold.steering(azimuth_rad, elevation_rad);
+        let likeness = |a: &[Complex64]| {
+            -a.iter().zip(&here).map(|(a, h)| a.conj() * h).sum::<Complex64>().norm() / n as f64
+        };
+        let cost: Vec<f64> = self.table.data.chunks_exact(n).map(likeness).collect();
+        let cols = self.grid.azimuth_rad.len();
+        minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.8).any(|i| {
+            let start = (self.grid.azimuth_rad[i % cols], self.grid.elevation_rad[i / cols]);
+            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, start);
+            let off = (there.0 - azimuth_rad).hypot(there.1 - elevation_rad);
+            off > 1e-3 && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
+        })
+    }
+}
+
+impl Options {
+    fn sources_are_found(&self) -> bool {
+        matches!(self.sources, SourceNumber::Found(_))
+    }
+}
+
+impl View {
+    fn whole(manifold: &Manifold, grid: &Grid, o: &Options, lattice: Option<&Lattice>) -> Result<View> {
+        let gridless = o.method.is_gridless();
+        let fb = o.forward_backward == Some(true) && o.method.averages_subarrays();
+        if let (true, Some(l)) = (gridless, lattice) {
+            return View::smoothed(manifold, grid, &Options { forward_backward: Some(fb), ..*o }, l, l.size);
+        }
+        let mirror = if fb {
+            Some(manifold.mirrored().filter(|_| !manifold.is_near_field()).ok_or_else(|| {
+                BadInput::new(
+                    "forward-backward averaging needs an array that is its own mirror image, far away",
+                )
+                .key("forward_backward")
+                .value(true)
+                .remedy("leave it out")
+            })?)
+        } else {
+            None
+        };
+        let (manifold, equaliser) =
+            if fb { (manifold.ideal(), equaliser(manifold)) } else { (manifold.clone(), None) };
+        let steering = Steering::new(&manifold, grid);
+        let sets = vec![(0..manifold.channels()).collect()];
+        Ok(View { sets, equaliser, mirror, manifold, steering, lattice: None })
+    }
+
+    fn smoothed(
+        manifold: &Manifold,
+        grid: &Grid,
+        o: &Options,
+        lattice: &Lattice,
+        size: [usize; 2],
+    ) -> Result<View> {
+        let sets = subarrays(lattice, size)?;
+        let elements = sets[0].len();
+        let fb = o.forward_backward.unwrap_or(true);
+        let part = manifold.ideal().subset(&sets[0]);
+        let steering = Steering::new(&part, grid);
+        let steps = lattice.step_m;
+        let channel = (0..elements).collect();
+        Ok(View {
+            sets,
+            equaliser: equaliser(manifold),
+            mirror: fb.then(|| (0..elements).rev().collect()),
+            manifold: part,
+            steering,
+            lattice: Some(Lattice { size, step_m: steps, channel }),
+        })
+    }
+
+    /// Snapshots of all subarrays, forward and backward, `[look, element]`.
+    fn looks(&self, x: &[Complex64], channels: usize) -> Vec<Complex64> {
+        let even: Vec<Complex64> = match &self.equaliser {
+            Some(g) => x.iter().enumerate().map(|(i, z)| z / g[i % channels]).collect(),
+            None => x.to_vec(),
+        };
+        let parts = subarray_snapshots(&even, channels, &self.sets);
+        match &self.mirror {
+            Some(m) => with_backward(&parts, self.manifold.channels(), m),
+            None => parts,
+        }
+    }
+}
+
+/// None for an array that is ideal already.
+fn equaliser(manifold: &Manifold) -> Option<Vec<Complex64>> {
+    let g = manifold.mean_gains();
+    g.iter().any(|g| *g != Complex64::ONE).then_some(g)
+}
+
+fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) -> Result<()> {
+    let shape = if method == Method::RootMusic { "a uniform line" } else { "a uniform line or rectangle" };
+    let fits = lattice.is_some_and(|l| method == Method::Esprit || l.size[0] == 1);
+    if fits && !manifold.is_near_field() {
+        return Ok(());
+    }
+    Err(BadInput::new(format!("{} needs {shape} and sources far away", method.name()))
+        .key("method")
+        .remedy("take MUSIC or maximum likelihood, which work on any array")
+        .into())
+}
+
+fn check_count(method: Method, sources: usize, channels: usize) -> Result<()> {
+    // As many sources as channels explain everything.
+    let most = channels - 1;
+    if sources >= 1 && (sources <= most || method == Method::Bartlett || (channels == 1 && sources == 1)) {
+        return Ok(());
+    }
+    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({channels})", method.name()))
+        .key("sources")
+        .value(sources)
+        .allowed(format!("1 to {most}"))
+        .into())
+}
+
+/// F with F F^H = R; columns of eigenvalues that are rounding are left out.
+fn square_root(e: &Eigen) -> Matrix {
+    let n = e.values.len();
+    let rank = e.values.iter().filter(|v| **v > e.values[0] * n as f64 * f64::EPSILON).count();
+    Matrix::from_fn(n, rank, |i, j| e.vectors[(i, j)] * e.values[j].max(0.0).sqrt())
+}
+
+/// Noise subspace after the tracker has seen all looks, over and over until its memory is filled
+/// tenfold.
+fn track(looks: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Matrix> {
+    let mut tracker = BiSvd::new(channels, rank, forgetting)?;
+    let count = looks.len() / channels;
+    let passes = (10.0 / (1.0 - forgetting) / count as f64).ceil().clamp(1.0, 1e4) as usize;
+    for _ in 0..passes {
+        looks.chunks_exact(channels).for_each(|x| tracker.update(x));
+    }
+    complement(&tracker.basis())
+}
