@@ -499,7 +499,7 @@ phase_deg = [0, 180]
             ("isolation_db = 30", "isolation_db = -30", "positive"),
             ("reflection_db = -15", "reflection_db = 15", "-200..=0"),
             ("distance_m = 0.05", "distance_m = inf", "distance_m"),
-            ("kind = \"soft\"", "kind = \"soggy\"", "did you mean 'soft'?"),
+            ("kind = \"soft\"", "kind = \"sof\"", "did you mean 'soft'?"),
             ("aperture_rms_s = 1e-12", "aperture_rms_s = 1", "as in 1e-12"),
             ("gain_db = [0, 1]", "gain_db = [0, 1, 2]", "3 values for 2 channels"),
             ("phase_deg = 2", "phase_deg = 90", "-89..=89"),
