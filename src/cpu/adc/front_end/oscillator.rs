@@ -1,0 +1,337 @@
+//! Phase noise and jitter on a cube without noise (CONVENTIONS eq. 100-104).
+//!
+//! An echo of delay τ = f_b/S is to be multiplied by e^{j(φ(t) − φ(t − τ))}. With e^{−jφ(t)} = Σ E_ν e^{2πjνt}
+//! its line at ν is the record x moved by ν/S, times E_ν e^{2πjνt}. All echoes together get it from three
+//! transforms: disperse x by e^{jπf²/S}, which moves each tone by its own delay, multiply by φ's factor, itself dispersed,
+//! and take the dispersion back. This is the removal of nonlinearity of the sweep in FMCW SAR (Meta,
+//! Hoogeboom and Ligthart, IEEE Trans. GRS 45, 2007, 3519) the other way round, without approximation but for the
+//! record's ends, where x must be known a little farther: `Chain::margin`.
+//!
+//! The Doppler shift counts as delay here: at 30 m/s and 25 MHz/µs as 9 cm of range.
+
+use super::{narrow, wide};
+use crate::adc::Cube;
+use crate::adc::front_end::phase_noise::{Stretch, fast_length, line, reach, stretches};
+use crate::adc::front_end::{Chain, TAPER, Timing, jitter};
+use crate::cpu::adc::synthesis::Precision;
+use crate::dsp::Real;
+use crate::error::{Error, Result};
+use crate::scene::front_end::PhaseNoise;
+use crate::scene::radar::Sampling;
+use num_complex::{Complex, Complex64};
+use rayon::prelude::*;
+use rustfft::{Fft, FftPlanner};
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::Arc;
+
+/// The cube without its `margin` samples at both ends of every row, after the oscillator and the clock.
+/// Errors: a margin as long as the row, other ramps than the chain's, a sweep too slow for phase noise.
+pub fn apply<T: Precision + Real>(
+    cube: &Cube<T>,
+    margin: usize,
+    chain: &Chain,
+    seed: u64,
+    frame: u32,
+) -> Result<Cube<T>> {
+    let (s, timing) = (&chain.settings, &chain.timing);
+    if cube.samples <= 2 * margin {
+        let text = format!("a margin of {margin} samples in rows of {} samples", cube.samples);
+        return Err(Error::Failed(text));
+    }
+    let samples = cube.samples - 2 * margin;
+    let mut out = Cube::<T>::zeros(cube.chirps, cube.channels, samples);
+    if s.phase_noise.is_none() && s.chirp_jitter_rms_s.is_none() && s.aperture_jitter_rms_s.is_none() {
+        for (o, row) in out.data.chunks_mut(samples).zip(cube.data.chunks(cube.samples)) {
+            o.copy_from_slice(&row[margin..margin + samples]);
+        }
+        return Ok(out);
+    }
+    let slots = timing.slots;
+    if slots == 0 || cube.channels % slots != 0 || timing.starts_s.len() != cube.chirps * slots {
+        return Err(Error::Failed(format!(
+            "a cube of {} loops and {} channels for {} ramps in {slots} slots",
+            cube.chirps,
+            cube.channels,
+            timing.starts_s.len()
+        )));
+    }
+    let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
+    if reach > 2 * samples {
+        return Err(Error::Failed(format!(
+            "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
+            timing.slope_hz_per_s * samples as f64 / timing.sample_rate_hz,
+            timing.sample_rate_hz
+        )));
+    }
+    let grid = Grid::new(timing, samples, margin, reach);
+    let rows = cube.channels / slots;
+    let job = Job { grid: &grid, chain, seed, frame };
+    let (long_in, long_out) = (rows * cube.samples, rows * samples);
+    let whole = |ramps| Stretch { ramps, first: Vec::new(), length: 0 };
+    let pieces = match &s.phase_noise {
+        Some(_) => stretches(timing, samples, 2 * grid.n, 2 * grid.n),
+        None => vec![whole(0..timing.starts_s.len())],
+    };
+    for (number, stretch) in pieces.iter().enumerate() {
+        let phase = s.phase_noise.as_ref().map(|p| draw(p, timing, stretch, seed, frame, number));
+        let ramps = stretch.ramps.clone();
+        let from = &cube.data[ramps.start * long_in..ramps.end * long_in];
+        let to = &mut out.data[ramps.start * long_out..ramps.end * long_out];
+        to.par_chunks_mut(long_out).zip(from.par_chunks(long_in)).enumerate().for_each_init(
+            || Scratch::new(&grid),
+            |scratch, (i, (to, from))| {
+                let around = phase.as_ref().map(|p| Around { phase: p, first: stretch.first[i] });
+                job.ramp(ramps.start + i, around, from, to, scratch);
+            },
+        );
+    }
+    Ok(out)
+}
+
+/// φ at every half sample of a stretch, radians.
+fn draw(p: &PhaseNoise, timing: &Timing, stretch: &Stretch, seed: u64, frame: u32, number: usize) -> Vec<f64> {
+    let m = stretch.length;
+    let spacing_hz = 2.0 * timing.sample_rate_hz / m as f64;
+    let mut lines = vec![Complex64::ZERO; m];
+    lines.par_iter_mut().enumerate().for_each(|(i, z)| {
+        let k = if 2 * i > m { i as i64 - m as i64 } else { i as i64 };
+        // Offsets up to f_s/2: a quarter of the grid's rate to either side.
+        if k != 0 && 4 * k.unsigned_abs() as usize <= m {
+            *z = line(p, spacing_hz, k, seed, frame, number);
+        }
+    });
+    FftPlanner::new().plan_fft_inverse(m).process(&mut lines);
+    lines.into_iter().map(|z| z.re).collect()
+}
+
+/// Transforms of one row. Frequencies are counted in bins of f_s/n; the second grid has twice the rate.
+struct Grid {
+    n: usize,
+    samples: usize,
+    margin: usize,
+    reach: usize,
+    /// Lowest beat frequency of the band, in bins.
+    low: i64,
+    is_real: bool,
+    /// e^{jπf²/S} on the second grid, in the order of its transform, for beat frequencies and for offsets.
+    disperse: Vec<Complex64>,
+    disperse_noise: Vec<Complex64>,
+    bin_hz: f64,
+    short: Arc<dyn Fft<f64>>,
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
+}
+
+impl Grid {
+    fn new(timing: &Timing, samples: usize, margin: usize, reach: usize) -> Grid {
+        let n = fast_length((samples + 2 * margin).max(samples + 2 * reach + TAPER));
+        let falling = timing.slope_hz_per_s < 0.0;
+        let is_real = timing.sampling == Sampling::Real;
+        let bins = n as i64;
+        // What leaks out of the band below its first cell, or moves faster than it is far away, still
+        // counts as near: a thirty-second of the band.
+        let below = if is_real { 0 } else { bins / 32 };
+        let low = if falling { below - bins + 1 } else { -below };
+        let bin_hz = timing.sample_rate_hz / n as f64;
+        let disperse = |bin: i64| {
+            let f = bin as f64 * bin_hz;
+            let turns = 0.5 * f * f / timing.slope_hz_per_s;
+            Complex64::cis(TAU * (turns - turns.round()))
+        };
+        let mut planner = FftPlanner::new();
+        Grid {
+            n,
+            samples,
+            margin,
+            reach,
+            low,
+            is_real,
+            disperse: (0..2 * bins).map(|i| disperse(signed(i, low - bins / 2, 2 * bins))).collect(),
+            disperse_noise: (0..2 * bins).map(|i| disperse(signed(i, -bins, 2 * bins))).collect(),
+            bin_hz,
+            short: planner.plan_fft_forward(n),
+            forward: planner.plan_fft_forward(2 * n),
+            inverse: planner.plan_fft_inverse(2 * n),
+        }
+    }
+
+    /// Frequency of place `i` of the second grid's transform, Hz.
+    fn freq_hz(&self, i: usize) -> f64 {
+        let n = self.n as i64;
+        signed(i as i64, self.low - n / 2, 2 * n) as f64 * self.bin_hz
+    }
+}
+
+/// The number in low..low + n that equals `i` modulo n.
+fn signed(i: i64, low: i64, n: i64) -> i64 {
+    (i - low).rem_euclid(n) + low
+}
+
+/// φ around a ramp: `phase`, periodic, with the ramp's first sample at `first`.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    phase: &'a [f64],
+    first: usize,
+}
+
+impl Around<'_> {
+    fn at(&self, half_samples: i64) -> f64 {
+        self.phase[(self.first as i64 + half_samples).rem_euclid(self.phase.len() as i64) as usize]
+    }
+}
+
+struct Scratch {
+    row: Vec<Complex64>,
+    wide: Vec<Complex64>,
+    derivative: Vec<Complex64>,
+    factor: Vec<Complex64>,
+    fft: Vec<Complex64>,
+}
+
+impl Scratch {
+    fn new(g: &Grid) -> Scratch {
+        let longest =
+            [&g.short, &g.forward, &g.inverse].map(|f| f.get_inplace_scratch_len()).into_iter().max();
+        Scratch {
+            row: vec![Complex64::ZERO; g.n],
+            wide: vec![Complex64::ZERO; 2 * g.n],
+            derivative: vec![Complex64::ZERO; 2 * g.n],
+            factor: vec![Complex64::ZERO; 2 * g.n],
+            fft: vec![Complex64::ZERO; longest.unwrap_or(0)],
+        }
+    }
+}
+
+struct Job<'a> {
+    grid: &'a Grid,
+    chain: &'a Chain,
+    seed: u64,
+    frame: u32,
+}
+
+impl Job<'_> {
+    fn ramp<T: Precision + Real>(
+        &self,
+        ramp: usize,
+        around: Option<Around<'_>>,
+        from: &[Complex<T>],
+        to: &mut [Complex<T>],
+        s: &mut Scratch,
+    ) {
+        let g = self.grid;
+        let settings = &self.chain.settings;
+        if let Some(a) = around {
+            self.delayed_factor(a, s);
+        }
+        let late_s =
+            settings.chirp_jitter_rms_s.map_or(0.0, |r| jitter::chirp_start_s(r, self.seed, self.frame, ramp));
+        let long = g.samples + 2 * g.margin;
+        for (from, to) in from.chunks(long).zip(to.chunks_mut(g.samples)) {
+            self.spectrum(from, late_s, around.is_some(), s);
+            if around.is_some() {
+                g.inverse.process_with_scratch(&mut s.wide, &mut s.fft);
+                s.wide.iter_mut().zip(&s.factor).for_each(|(z, f)| *z *= f);
+                g.forward.process_with_scratch(&mut s.wide, &mut s.fft);
+                let scale = 0.5 / g.n as f64;
+                s.wide.iter_mut().zip(&g.disperse).for_each(|(z, d)| *z *= d.conj() * scale);
+            }
+            self.clock(ramp, s);
+            for (n, o) in to.iter_mut().enumerate() {
+                let mut z = s.wide[2 * (n + g.margin)];
+                if let Some(a) = around {
+                    z *= Complex64::cis(a.at(2 * n as i64));
+                }
+                *o = narrow(if g.is_real { Complex64::from(z.re) } else { z });
+            }
+        }
+    }
+
+    /// e^{−jφ}, made periodic outside the part that the record's echoes see, and dispersed: into `factor`.
+    fn delayed_factor(&self, a: Around<'_>, s: &mut Scratch) {
+        let g = self.grid;
+        let length = 2 * g.n as i64;
+        // Echoes see φ from the longest delay before the first sample to the last one.
+        let (from, to) = (-4 * g.reach as i64, 2 * g.samples as i64);
+        let rest = (length - (to - from)) as f64;
+        for (q, f) in s.factor.iter_mut().enumerate() {
+            let at = signed(q as i64 - 2 * g.margin as i64, from, length);
+            let phase = if at < to {
+                a.at(at)
+            } else {
+                let share = smooth(((at - to) as f64 + 0.5) / rest);
+                (1.0 - share) * a.at(at) + share * a.at(at - length)
+            };
+            *f = Complex64::cis(-phase);
+        }
+        g.forward.process_with_scratch(&mut s.factor, &mut s.fft);
+        let scale = 1.0 / length as f64;
+        s.factor.iter_mut().zip(&g.disperse_noise).for_each(|(z, d)| *z *= d * scale);
+        g.inverse.process_with_scratch(&mut s.factor, &mut s.fft);
+    }
+
+    /// Transform of a row with its margins faded out, on the grid of twice the rate: into `wide`.
+    fn spectrum<T: Real>(&self, from: &[Complex<T>], late_s: f64, disperse: bool, s: &mut Scratch) {
+        let g = self.grid;
+        let fade = g.margin.min(TAPER);
+        s.row.fill(Complex64::ZERO);
+        for (i, z) in from.iter().enumerate() {
+            let inside = i.min(from.len() - 1 - i);
+            let w = if inside < fade { smooth((inside as f64 + 0.5) / fade as f64) } else { 1.0 };
+            s.row[i] = wide(*z) * w;
+        }
+        g.short.process_with_scratch(&mut s.row, &mut s.fft);
+        s.wide.fill(Complex64::ZERO);
+        let n = g.n as i64;
+        for (k, z) in s.row.iter().enumerate() {
+            let bin = signed(k as i64, g.low, n);
+            let mut z = z / g.n as f64;
+            if g.is_real {
+                // Of a real record the half with the beat's sign, twice: Re of it is the record.
+                z *= match (bin.abs() * 2).cmp(&n) {
+                    _ if bin == 0 => 1.0,
+                    std::cmp::Ordering::Less => 2.0,
+                    std::cmp::Ordering::Equal => 1.0,
+                    std::cmp::Ordering::Greater => 0.0,
+                };
+            }
+            if late_s != 0.0 {
+                let turns = -(bin as f64) * g.bin_hz * late_s;
+                z *= Complex64::cis(TAU * (turns - turns.round()));
+            }
+            let at = bin.rem_euclid(2 * n) as usize;
+            s.wide[at] = if disperse { z * g.disperse[at] } else { z };
+        }
+    }
+
+    /// From the transform to the samples, each at its own instant: to second order in 2πf δ.
+    fn clock(&self, ramp: usize, s: &mut Scratch) {
+        let g = self.grid;
+        let Some(rms) = self.chain.settings.aperture_jitter_rms_s else {
+            g.inverse.process_with_scratch(&mut s.wide, &mut s.fft);
+            return;
+        };
+        let late: Vec<f64> =
+            (0..g.samples).map(|n| jitter::aperture_s(rms, self.seed, self.frame, ramp, n)).collect();
+        let mut sum = vec![Complex64::ZERO; g.samples];
+        for order in 0..3 {
+            s.derivative.copy_from_slice(&s.wide);
+            for (i, z) in s.derivative.iter_mut().enumerate() {
+                *z *= Complex64::new(0.0, TAU * g.freq_hz(i)).powu(order);
+            }
+            g.inverse.process_with_scratch(&mut s.derivative, &mut s.fft);
+            for (n, z) in sum.iter_mut().enumerate() {
+                let weight = [1.0, late[n], 0.5 * late[n] * late[n]][order as usize];
+                *z += s.derivative[2 * (n + g.margin)] * weight;
+            }
+        }
+        for (n, z) in sum.iter().enumerate() {
+            s.wide[2 * (n + g.margin)] = *z;
+        }
+    }
+}
+
+/// From 0 to 1 with three smooth derivatives at the ends.
+fn smooth(u: f64) -> f64 {
+    let s = (FRAC_PI_2 * u).sin();
+    (FRAC_PI_2 * s * s).sin().powi(2)
+}

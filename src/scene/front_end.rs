@@ -1,0 +1,514 @@
+//! The receiver's front end: what the TOML says of it, checked. Every effect may be left out, and then it
+//! is off. What the effects do is in `adc/front_end/` (CONVENTIONS eq. 100-111).
+
+use super::toml_file::{Above, At, Document};
+use crate::error::Result;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Phase noise of the oscillator that transmitters and mixers share.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseNoise {
+    /// Distances from the carrier, rising, in Hz.
+    pub offset_hz: Vec<f64>,
+    /// L(f) there: noise in one sideband of 1 Hz over the carrier.
+    pub dbc_per_hz: Vec<f64>,
+}
+
+/// What goes from the transmitters into the receivers inside the radar.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Leakage {
+    /// Power of a transmitter over that of its leakage in a receiver.
+    pub isolation_db: f64,
+    pub delay_s: f64,
+}
+
+/// A flat cover square to the boresight.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bumper {
+    /// |R|² of the cover, at most 0 dB.
+    pub reflection_db: f64,
+    /// Along the boresight, from the radar's phase centre.
+    pub distance_m: f64,
+}
+
+/// A Butterworth filter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Butterworth {
+    pub order: usize,
+    /// Where the power is half.
+    pub corner_hz: f64,
+}
+
+/// Filters between mixer and converter. Without a low-pass the ideal one of eq. 12 stands there.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Filters {
+    pub high_pass: Option<Butterworth>,
+    pub low_pass: Option<Butterworth>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SaturationKind {
+    /// A tanh(x / A).
+    Soft,
+    /// x up to A.
+    Hard,
+}
+
+/// Where the amplifiers of the intermediate frequency stop following.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Saturation {
+    pub kind: SaturationKind,
+    /// Power at the receiver's input of a tone that just reaches the limit A.
+    pub full_scale_dbm: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum QuantiserKind {
+    /// Zero is a level: kΔ for k in −2^(N−1)..2^(N−1).
+    MidTread,
+    /// Zero is a threshold: (k + ½)Δ for the same k.
+    MidRise,
+}
+
+/// The converter: each of I and Q, or the real sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Adc {
+    pub bits: u32,
+    /// Power at the receiver's input of a tone that just fills the range.
+    pub full_scale_dbm: f64,
+    pub kind: QuantiserKind,
+}
+
+/// Errors of a mixer with two outputs. Real sampling has but one, so they do nothing there.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct IqImbalance {
+    /// Amplitude of Q over that of I.
+    pub gain_db: f64,
+    /// How far Q lags behind its quarter of a turn.
+    pub phase_rad: f64,
+}
+
+/// A constant that the mixer adds, √W at the receiver's input.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct DcOffset {
+    pub i: f64,
+    pub q: f64,
+}
+
+/// Random or given errors of the channels, the same in all frames.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ChannelErrors {
+    /// Standard deviations of each transmitter and of each receiver.
+    pub gain_rms_db: f64,
+    pub phase_rms_rad: f64,
+    /// Standard deviation of each coordinate of each antenna.
+    pub position_rms_m: f64,
+    /// Of the draws above; other devices of one design have other seeds.
+    pub seed: u64,
+    /// Given for each channel, on top of what is drawn; empty for none.
+    pub gain_db: Vec<f64>,
+    pub phase_rad: Vec<f64>,
+}
+
+/// All of the front end. None is off.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrontEndSettings {
+    pub phase_noise: Option<PhaseNoise>,
+    pub leakage: Option<Leakage>,
+    pub bumper: Option<Bumper>,
+    pub filters: Filters,
+    pub saturation: Option<Saturation>,
+    pub adc: Option<Adc>,
+    /// Standard deviation of the instants at which samples are taken.
+    pub aperture_jitter_rms_s: Option<f64>,
+    /// Standard deviation of the instants at which ramps start, against the converter's clock.
+    pub chirp_jitter_rms_s: Option<f64>,
+    pub iq: Option<IqImbalance>,
+    pub dc: Option<DcOffset>,
+    pub channels: Option<ChannelErrors>,
+}
+
+/// Errors of the receiver. All may be left out, and what is left out is ideal.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrontEndTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase_noise: Option<PhaseNoiseTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leakage: Option<LeakageTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bumper: Option<BumperTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub high_pass: Option<FilterTable>,
+    /// Against aliasing. Without it the filter is ideal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_pass: Option<FilterTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saturation: Option<SaturationTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adc: Option<AdcTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iq_imbalance: Option<IqTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_offset: Option<DcTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<JitterTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channels: Option<ChannelsTable>,
+}
+
+/// Of the oscillator that transmitters and mixers share.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhaseNoiseTable {
+    /// Distances from the carrier, rising.
+    pub offset_hz: At<Vec<f64>>,
+    /// Noise of one sideband in 1 Hz over the carrier; straight lines over lg f between, level outside.
+    pub dbc_per_hz: At<Vec<f64>>,
+}
+
+/// From the transmitters into the receivers inside the radar.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeakageTable {
+    /// Power of a transmitter over that of its leakage.
+    pub isolation_db: At<f64>,
+    #[serde(default)]
+    pub delay_s: At<f64>,
+}
+
+/// A flat cover square to the boresight.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BumperTable {
+    /// Reflected power over arriving power.
+    pub reflection_db: At<f64>,
+    pub distance_m: At<f64>,
+}
+
+/// A Butterworth filter.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FilterTable {
+    pub order: At<usize>,
+    /// Where the power is half.
+    pub corner_hz: At<f64>,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SaturationTable {
+    /// "soft" (tanh) or "hard".
+    pub kind: SaturationKind,
+    /// Power at the receiver's input of a tone that reaches the limit.
+    pub full_scale_dbm: At<f64>,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdcTable {
+    pub bits: At<u32>,
+    /// Power at the receiver's input of a tone that fills the range.
+    pub full_scale_dbm: At<f64>,
+    /// "mid-tread" (default: zero is a level) or "mid-rise".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<QuantiserKind>,
+}
+
+/// Of a mixer with I and Q.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IqTable {
+    /// Q over I.
+    #[serde(default)]
+    pub gain_db: At<f64>,
+    /// How far Q lags behind its 90 degrees.
+    #[serde(default)]
+    pub phase_deg: At<f64>,
+}
+
+/// A constant of the mixer's output.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DcTable {
+    /// Its power, referred to the receiver's input.
+    pub power_dbm: At<f64>,
+    /// 0 is I, 90 is Q.
+    #[serde(default)]
+    pub angle_deg: At<f64>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JitterTable {
+    /// Of the instants at which samples are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aperture_rms_s: Option<At<f64>>,
+    /// Of the instants at which ramps start, against the converter's clock.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_start_rms_s: Option<At<f64>>,
+}
+
+/// Errors of the channels, the same in all frames.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelsTable {
+    /// Of each transmitter and of each receiver.
+    #[serde(default)]
+    pub gain_rms_db: At<f64>,
+    #[serde(default)]
+    pub phase_rms_deg: At<f64>,
+    /// Of each coordinate of each antenna.
+    #[serde(default)]
+    pub position_rms_m: At<f64>,
+    /// Which device of the series: other seeds draw other errors.
+    #[serde(default)]
+    pub seed: At<u64>,
+    /// One for each channel (transmitter by transmitter), on top of what is drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_db: Option<At<Vec<f64>>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_deg: Option<At<Vec<f64>>>,
+}
+
+/// Checks a front end that was read as part of `doc`, of a radar with `channels` channels.
+pub fn build(doc: &Document<'_>, t: &FrontEndTable, channels: usize) -> Result<FrontEndSettings> {
+    let jitter = t.jitter.clone().unwrap_or_default();
+    let seconds = |a: &Option<At<f64>>| -> Result<Option<f64>> {
+        let Some(a) = a else { return Ok(None) };
+        doc.in_range(a, Above { low: 0.0, high: 1e-6 }, "give seconds, as in 1e-12; leave it out for none")
+            .map(Some)
+    };
+    let dbm =
+        |a: &At<f64>| doc.in_range(a, -200.0..=100.0, "give dBm at the receiver's input, as in -30");
+    Ok(FrontEndSettings {
+        phase_noise: t.phase_noise.as_ref().map(|p| phase_noise(doc, p)).transpose()?,
+        leakage: match &t.leakage {
+            None => None,
+            Some(l) => Some(Leakage {
+                isolation_db: doc.in_range(&l.isolation_db, 0.0..=200.0, "decibels, positive, as in 30")?,
+                delay_s: doc.in_range(&l.delay_s, 0.0..=1e-6, "give seconds, as in 0.2e-9")?,
+            }),
+        },
+        bumper: match &t.bumper {
+            None => None,
+            Some(b) => Some(Bumper {
+                reflection_db: doc.in_range(
+                    &b.reflection_db,
+                    -200.0..=0.0,
+                    "decibels of power, negative, as in -15",
+                )?,
+                distance_m: doc.in_range(
+                    &b.distance_m,
+                    Above { low: 0.0, high: 10.0 },
+                    "metres in front of the radar, as in 0.05",
+                )?,
+            }),
+        },
+        filters: Filters {
+            high_pass: t.high_pass.as_ref().map(|f| filter(doc, f)).transpose()?,
+            low_pass: t.low_pass.as_ref().map(|f| filter(doc, f)).transpose()?,
+        },
+        saturation: match &t.saturation {
+            None => None,
+            Some(s) => Some(Saturation { kind: s.kind, full_scale_dbm: dbm(&s.full_scale_dbm)? }),
+        },
+        adc: match &t.adc {
+            None => None,
+            Some(a) => Some(Adc {
+                bits: doc.in_range(&a.bits, 1..=24, "bits of the converter, as in 12")?,
+                full_scale_dbm: dbm(&a.full_scale_dbm)?,
+                kind: a.kind.unwrap_or(QuantiserKind::MidTread),
+            }),
+        },
+        aperture_jitter_rms_s: seconds(&jitter.aperture_rms_s)?,
+        chirp_jitter_rms_s: seconds(&jitter.chirp_start_rms_s)?,
+        iq: match &t.iq_imbalance {
+            None => None,
+            Some(i) => Some(IqImbalance {
+                gain_db: doc.in_range(&i.gain_db, -20.0..=20.0, "decibels, as in 0.5")?,
+                phase_rad: doc.in_range(&i.phase_deg, -89.0..=89.0, "degrees, as in 2")?.to_radians(),
+            }),
+        },
+        dc: match &t.dc_offset {
+            None => None,
+            Some(d) => {
+                let amplitude = crate::units::w_from_dbm(dbm(&d.power_dbm)?).sqrt();
+                let angle = doc.in_range(&d.angle_deg, -360.0..=360.0, "degrees: 0 is I, 90 is Q")?;
+                let (sin, cos) = angle.to_radians().sin_cos();
+                Some(DcOffset { i: amplitude * cos, q: amplitude * sin })
+            }
+        },
+        channels: t.channels.as_ref().map(|c| channel_errors(doc, c, channels)).transpose()?,
+    })
+}
+
+fn phase_noise(doc: &Document<'_>, p: &PhaseNoiseTable) -> Result<PhaseNoise> {
+    let (f, l) = (&p.offset_hz, &p.dbc_per_hz);
+    if f.value.is_empty() || f.value.len() != l.value.len() {
+        return Err(doc
+            .bad(&l.span, format!("{} levels for {} offsets", l.value.len(), f.value.len()))
+            .allowed("one for each of offset_hz, at least one")
+            .remedy("give both lists with the same length")
+            .into());
+    }
+    let rising = f.value.windows(2).all(|w| w[0] < w[1]);
+    if !rising || !f.value.iter().all(|x| (1e-3..=1e12).contains(x)) {
+        return Err(doc
+            .bad(&f.span, "must rise")
+            .allowed("1e-3..=1e12 Hz")
+            .remedy("sort the offsets from the carrier outwards")
+            .into());
+    }
+    if !l.value.iter().all(|x| (-250.0..=0.0).contains(x)) {
+        return Err(doc
+            .bad(&l.span, "is out of range")
+            .allowed("-250..=0 dBc/Hz")
+            .remedy("give one sideband over the carrier, as in -90")
+            .into());
+    }
+    Ok(PhaseNoise { offset_hz: f.value.clone(), dbc_per_hz: l.value.clone() })
+}
+
+fn filter(doc: &Document<'_>, f: &FilterTable) -> Result<Butterworth> {
+    Ok(Butterworth {
+        order: doc.in_range(&f.order, 1..=16, "order of the filter, as in 4")?,
+        corner_hz: doc.in_range(
+            &f.corner_hz,
+            Above { low: 0.0, high: 1e11 },
+            "half-power frequency in hertz, as in 5e6",
+        )?,
+    })
+}
+
+fn channel_errors(doc: &Document<'_>, c: &ChannelsTable, channels: usize) -> Result<ChannelErrors> {
+    let list = |l: &Option<At<Vec<f64>>>, limit: f64| -> Result<Vec<f64>> {
+        let Some(l) = l else { return Ok(Vec::new()) };
+        if l.value.len() != channels || l.value.iter().any(|x| x.is_nan() || x.abs() > limit) {
+            return Err(doc
+                .bad(&l.span, format!("{} values for {channels} channels", l.value.len()))
+                .allowed(format!("{channels} values in -{limit}..={limit}"))
+                .remedy("give one for each channel, all receivers of the first transmitter first")
+                .into());
+        }
+        Ok(l.value.clone())
+    };
+    Ok(ChannelErrors {
+        gain_rms_db: doc.in_range(&c.gain_rms_db, 0.0..=20.0, "decibels, as in 0.5")?,
+        phase_rms_rad: doc.in_range(&c.phase_rms_deg, 0.0..=180.0, "degrees, as in 5")?.to_radians(),
+        position_rms_m: doc.in_range(&c.position_rms_m, 0.0..=0.1, "metres, as in 50e-6")?,
+        seed: c.seed.value,
+        gain_db: list(&c.gain_db, 40.0)?,
+        phase_rad: list(&c.phase_deg, 360.0)?.iter().map(|d| d.to_radians()).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct File {
+        #[serde(default)]
+        front_end: FrontEndTable,
+    }
+
+    fn read(text: &str) -> Result<FrontEndSettings> {
+        let doc = Document::parse("r.toml", text)?;
+        build(&doc, &doc.read::<File>()?.front_end, 2)
+    }
+
+    const ALL: &str = r#"
+[front_end.phase_noise]
+offset_hz = [1e4, 1e6]
+dbc_per_hz = [-80, -100]
+[front_end.leakage]
+isolation_db = 30
+delay_s = 0.2e-9
+[front_end.bumper]
+reflection_db = -15
+distance_m = 0.05
+[front_end.high_pass]
+order = 2
+corner_hz = 300e3
+[front_end.low_pass]
+order = 5
+corner_hz = 6e6
+[front_end.saturation]
+kind = "soft"
+full_scale_dbm = -20
+[front_end.adc]
+bits = 12
+full_scale_dbm = -20
+kind = "mid-rise"
+[front_end.iq_imbalance]
+gain_db = 0.5
+phase_deg = 2
+[front_end.dc_offset]
+power_dbm = -60
+angle_deg = 90
+[front_end.jitter]
+aperture_rms_s = 1e-12
+chirp_start_rms_s = 1e-10
+[front_end.channels]
+gain_rms_db = 0.5
+phase_rms_deg = 5
+position_rms_m = 1e-5
+seed = 7
+gain_db = [0, 1]
+phase_deg = [0, 180]
+"#;
+
+    #[test]
+    fn nothing_is_said_and_nothing_is_done() {
+        assert_eq!(read("").unwrap(), FrontEndSettings::default());
+    }
+
+    #[test]
+    fn everything_is_read_in_si() {
+        let s = read(ALL).unwrap();
+        assert_eq!(s.phase_noise.unwrap().dbc_per_hz, [-80.0, -100.0]);
+        assert_eq!(s.leakage, Some(Leakage { isolation_db: 30.0, delay_s: 0.2e-9 }));
+        assert_eq!(s.filters.low_pass, Some(Butterworth { order: 5, corner_hz: 6e6 }));
+        assert_eq!(s.adc.unwrap().kind, QuantiserKind::MidRise);
+        assert!((s.iq.unwrap().phase_rad - 2f64.to_radians()).abs() < 1e-15);
+        let dc = s.dc.unwrap();
+        assert!((dc.q - 1e-9f64.sqrt()).abs() < 1e-18 && dc.i.abs() < 1e-18, "{dc:?}");
+        let c = s.channels.unwrap();
+        assert_eq!((c.seed, c.gain_db, c.phase_rad[1]), (7, vec![0.0, 1.0], std::f64::consts::PI));
+        assert_eq!((s.aperture_jitter_rms_s, s.chirp_jitter_rms_s), (Some(1e-12), Some(1e-10)));
+    }
+
+    #[test]
+    fn every_key_is_checked() {
+        for (from, to, says) in [
+            ("bits = 12", "bits = 0", "r.toml:21: front_end.adc.bits = 0: is out of range; allowed: 1..=24"),
+            ("bits = 12", "bits = 99", "allowed: 1..=24"),
+            ("bits = 12", "bitz = 12", "did you mean 'bits'?"),
+            ("[-80, -100]", "[-80]", "1 levels for 2 offsets"),
+            ("[-80, -100]", "[-80, 3]", "-250..=0"),
+            ("[1e4, 1e6]", "[1e6, 1e4]", "must rise"),
+            ("[1e4, 1e6]", "[0, 1e4]", "1e-3..=1e12"),
+            ("[1e4, 1e6]", "[nan, 1e4]", "must rise"),
+            ("order = 5", "order = 0", "front_end.low_pass.order = 0"),
+            ("corner_hz = 6e6", "corner_hz = 0", "front_end.low_pass.corner_hz"),
+            ("isolation_db = 30", "isolation_db = -30", "positive"),
+            ("reflection_db = -15", "reflection_db = 15", "-200..=0"),
+            ("distance_m = 0.05", "distance_m = inf", "distance_m"),
+            ("kind = \"soft\"", "kind = \"sof\"", "did you mean 'soft'?"),
+            ("aperture_rms_s = 1e-12", "aperture_rms_s = 1", "as in 1e-12"),
+            ("gain_db = [0, 1]", "gain_db = [0, 1, 2]", "3 values for 2 channels"),
+            ("phase_deg = 2", "phase_deg = 90", "-89..=89"),
+            ("power_dbm = -60", "power_dbm = nan", "dc_offset.power_dbm"),
+        ] {
+            assert!(ALL.contains(from), "{from}");
+            let e = read(&ALL.replace(from, to)).unwrap_err();
+            assert_eq!(e.exit_code(), 2);
+            assert!(e.to_string().contains(says), "{to}: {e}");
+        }
+    }
+}

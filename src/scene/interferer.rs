@@ -1,0 +1,187 @@
+//! Other FMCW radars in the scene: what the TOML says, checked.
+
+use super::radar::{Antenna, Pattern, Polarisation};
+use super::toml_file::{Above, At, Document};
+use crate::error::Result;
+use crate::frames::{Pose, Sensor, World};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A radar that only sends: ramps without an end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interferer {
+    pub name: String,
+    /// At the ramp's start.
+    pub start_hz: f64,
+    /// Falling when negative.
+    pub slope_hz_per_s: f64,
+    pub ramp_time_s: f64,
+    /// From ramp to ramp; silent after the ramp.
+    pub period_s: f64,
+    /// When a ramp starts, against the middle of the frame; drawn for each frame when None.
+    pub start_s: Option<f64>,
+    /// Each ramp starts with the same phase. Otherwise each has its own, drawn.
+    pub coherent: bool,
+    pub power_dbm: f64,
+    /// In the origin of its own frame.
+    pub antenna: Antenna,
+    /// At time zero.
+    pub pose: Pose<Sensor, World>,
+    pub velocity_mps: DVec3,
+}
+
+/// Another radar that sends into the view of ours.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InterfererTable {
+    pub name: String,
+    /// Centre of its sweep.
+    pub carrier_hz: At<f64>,
+    /// Swept upwards during `ramp_time_s`; downwards when negative.
+    pub bandwidth_hz: At<f64>,
+    pub ramp_time_s: At<f64>,
+    pub chirp_period_s: At<f64>,
+    /// When one of its ramps starts, against the middle of the frame. Drawn at random when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_s: Option<At<f64>>,
+    /// Whether all its ramps start with the same phase (default: each with its own).
+    #[serde(default)]
+    pub coherent: bool,
+    pub power_dbm: At<f64>,
+    #[serde(default)]
+    pub gain_dbi: At<f64>,
+    /// V, H, +45, -45, RHCP or LHCP (default V).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarisation: Option<At<String>>,
+    /// Power pattern cos(azimuth)^n cos(elevation)^m; the same gain everywhere when both are left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_exponent: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_exponent: Option<At<f64>>,
+    /// In the world at time zero.
+    pub position_m: At<[f64; 3]>,
+    /// 180 looks back along the road.
+    #[serde(default)]
+    pub yaw_deg: At<f64>,
+    #[serde(default)]
+    pub pitch_deg: At<f64>,
+    #[serde(default)]
+    pub roll_deg: At<f64>,
+    #[serde(default)]
+    pub velocity_mps: At<[f64; 3]>,
+}
+
+/// Checks an interferer that was read as part of `doc`.
+pub fn build(doc: &Document<'_>, t: &InterfererTable) -> Result<Interferer> {
+    let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;
+    let bandwidth_hz = doc.in_range(
+        &t.bandwidth_hz,
+        -carrier_hz..=carrier_hz,
+        "swept bandwidth in hertz, as in 0.5e9; negative falls",
+    )?;
+    let seconds = |a: &At<f64>| doc.in_range(a, Above { low: 0.0, high: 1.0 }, "seconds, as in 30e-6");
+    let (ramp_time_s, period_s) = (seconds(&t.ramp_time_s)?, seconds(&t.chirp_period_s)?);
+    if period_s < ramp_time_s * (1.0 - 1e-9) {
+        return Err(doc
+            .bad(&t.chirp_period_s.span, "is shorter than the ramp")
+            .allowed(format!("at least ramp_time_s = {ramp_time_s:e}"))
+            .remedy("lengthen the period or shorten the ramp")
+            .into());
+    }
+    let polarisation = match &t.polarisation {
+        None => Polarisation::V,
+        Some(p) => Polarisation::from_name(&p.value).ok_or_else(|| {
+            doc.bad(&p.span, "is not a polarisation")
+                .allowed(Polarisation::NAMES.map(|(n, _)| n).join(", "))
+                .remedy("V is up, H is left, +45 between the two")
+        })?,
+    };
+    let exponent = |x: &Option<At<f64>>| match x {
+        Some(x) => doc.in_range(x, 0.0..=10_000.0, "exponent of the cosine, in power"),
+        None => Ok(0.0),
+    };
+    let pattern = if t.azimuth_exponent.is_none() && t.elevation_exponent.is_none() {
+        Pattern::Isotropic
+    } else {
+        Pattern::CosinePower {
+            azimuth_exponent: exponent(&t.azimuth_exponent)?,
+            elevation_exponent: exponent(&t.elevation_exponent)?,
+        }
+    };
+    let angle = |a: &At<f64>| doc.in_range(a, -360.0..=360.0, "degrees").map(|d: f64| d.to_radians());
+    let start_s = match &t.start_s {
+        None => None,
+        Some(s) => Some(doc.in_range(s, -1.0..=1.0, "seconds after the middle of the frame")?),
+    };
+    Ok(Interferer {
+        name: t.name.clone(),
+        start_hz: carrier_hz - 0.5 * bandwidth_hz,
+        slope_hz_per_s: bandwidth_hz / ramp_time_s,
+        ramp_time_s,
+        period_s,
+        start_s,
+        coherent: t.coherent,
+        power_dbm: doc.in_range(&t.power_dbm, -100.0..=100.0, "dBm, as in 12")?,
+        antenna: Antenna {
+            position_m: DVec3::ZERO,
+            polarisation,
+            gain_dbi: doc.in_range(&t.gain_dbi, -100.0..=100.0, "peak gain in dBi, as in 11")?,
+            pattern,
+        },
+        pose: Pose::from_yaw_pitch_roll(
+            doc.vector(&t.position_m)?,
+            angle(&t.yaw_deg)?,
+            angle(&t.pitch_deg)?,
+            angle(&t.roll_deg)?,
+        ),
+        velocity_mps: doc.vector(&t.velocity_mps)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"name = "oncoming"
+carrier_hz = 77e9
+bandwidth_hz = -0.5e9
+ramp_time_s = 25e-6
+chirp_period_s = 30e-6
+power_dbm = 10
+gain_dbi = 12
+polarisation = "H"
+azimuth_exponent = 4
+position_m = [60, 3, 0.5]
+yaw_deg = 180
+velocity_mps = [-20, 0, 0]
+"#;
+
+    fn read(text: &str) -> Result<Interferer> {
+        let doc = Document::parse("i.toml", text)?;
+        build(&doc, &doc.read()?)
+    }
+
+    #[test]
+    fn is_read() {
+        let i = read(TEXT).unwrap();
+        assert_eq!((i.start_hz, i.slope_hz_per_s), (77.25e9, -2e13));
+        assert!((i.pose.direction(DVec3::X) + DVec3::X).length() < 1e-12);
+        assert_eq!((i.coherent, i.start_s), (false, None));
+    }
+
+    #[test]
+    fn is_checked() {
+        for (from, to, says) in [
+            ("30e-6", "20e-6", "i.toml:5: chirp_period_s = 20e-6: is shorter than the ramp"),
+            ("\"H\"", "\"X\"", "is not a polarisation"),
+            ("[60, 3, 0.5]", "[60, nan, 0.5]", "position_m"),
+            ("ramp_time_s = 25e-6", "ramp_time_s = 0", "ramp_time_s = 0"),
+            ("power_dbm = 10", "power_dbm = 1e3", "power_dbm = 1e3"),
+            ("gain_dbi", "gain_dbx", "did you mean 'gain_dbi'?"),
+        ] {
+            let e = read(&TEXT.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(e.contains(says), "{e}");
+        }
+    }
+}
