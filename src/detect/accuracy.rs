@@ -106,7 +106,9 @@ pub struct PointAccuracy {
     pub wavenumber: f64,
     /// Time from one transmitter's chirp to the next one's.
     pub chirp_period_s: f64,
-    /// What the search over angles is off without noise, in sines of azimuth and elevation.
+    /// Steps of the beamformer's grid in sines of azimuth and elevation; 0 for an axis of one beam.
+    pub sine_step: [f64; 2],
+    /// What the parabola over beams is off without noise, in sines: [`beam_floor`].
     pub sine_floor: [f64; 2],
 }
 
@@ -137,7 +139,8 @@ impl PointAccuracy {
 
     /// Eq. 117. With g the change of a channel's phase with (azimuth, elevation) less its weighted mean:
     /// G = Σ w g gᵀ, covariance G⁻¹ (Σ w² g gᵀ) G⁻¹/(2 SNR), and (G⁻¹ Σ w g φ)² for the phases φ
-    /// that an error of range rate leaves between transmitters.
+    /// that an error of range rate leaves between transmitters, and the squares of what the grid of
+    /// beams costs.
     fn angle_std(&self, snr: f64, rate_std: f64, azimuth: f64, elevation: f64) -> [Option<f64>; 2] {
         let (sa, ca) = azimuth.sin_cos();
         let (se, ce) = elevation.sin_cos();
@@ -170,7 +173,13 @@ impl PointAccuracy {
         } else {
             [None, told(g[2]).then(|| DVec2::new(0.0, 1.0 / g[2]))]
         };
-        let floor = [self.sine_floor[0] / (ca * ce).abs(), self.sine_floor[1] / ce.abs()];
+        // Each angle is looked for with the other left on the grid, off by up to half a step: where
+        // G couples them, that moves it.
+        let coupled = |own: f64, step: f64| if told(own) { g[1] / own * step / 12f64.sqrt() } else { 0.0 };
+        let floor = [
+            (self.sine_floor[0] / (ca * ce)).hypot(coupled(g[0], self.sine_step[1] / ce)),
+            (self.sine_floor[1] / ce).hypot(coupled(g[2], self.sine_step[0] / ca)),
+        ];
         [0, 1].map(|i| {
             rows[i].map(|r| {
                 let noise = (r.x * r.x * n[0] + 2.0 * r.x * r.y * n[1] + r.y * r.y * n[2]) / (2.0 * snr);
@@ -269,6 +278,7 @@ mod tests {
             elements,
             wavenumber: TAU / 3.9e-3,
             chirp_period_s: 50e-6,
+            sine_step: [0.0; 2],
             sine_floor: [0.0; 2],
         }
     }

@@ -2,6 +2,7 @@
 //! that each point came from.
 
 pub mod accuracy;
+pub mod ambiguity;
 pub mod assignment;
 pub mod cluster;
 #[cfg(test)]
@@ -11,6 +12,7 @@ pub mod kalman;
 pub mod label;
 pub mod plot;
 pub mod points;
+pub mod slope_pairs;
 pub mod track_table;
 pub mod tracker;
 
