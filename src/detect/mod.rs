@@ -7,6 +7,7 @@ pub mod assignment;
 pub mod cluster;
 #[cfg(test)]
 mod draws;
+pub mod ego_motion;
 pub mod files;
 pub mod kalman;
 pub mod label;
