@@ -6,7 +6,9 @@ use catseye::adc::synthesis::{Plan, point_echo};
 use catseye::cpu;
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::detect::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
+use catseye::detect::ambiguity::{Ambiguity, TdmFolds};
 use catseye::detect::points::{Point, detected, peaks, points};
+use catseye::dsp::RangeDoppler;
 use catseye::dsp::doa_beamform::{Beamformer, Grid};
 use catseye::dsp::window;
 use catseye::frames::{Pose, direction_from_angles};
@@ -99,13 +101,18 @@ fn accuracy_of(radar: &Radar) -> PointAccuracy {
     }
 }
 
-fn measure(radar: &Radar, beam: &Beamformer, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
+/// The map, its detections and snapshots of one target in noise, and the echo itself.
+fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Returns) {
     let [range, rate, azimuth, elevation] = target;
     let u = direction_from_angles(azimuth, elevation);
     let returns = Returns { returns: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
     cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
-    let (_, found) = cpu::dsp::process(&cube, radar).unwrap();
+    (cpu::dsp::process(&cube, radar).unwrap().1, returns)
+}
+
+fn measure(radar: &Radar, beam: &Beamformer, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
+    let (found, returns) = chain(radar, target, dbsm, seed);
     let tops = peaks(radar, &found);
     let mut snapshots = found.snapshots.clone();
     snapshots.data.truncate(tops.0.len() * snapshots.channels);
@@ -155,5 +162,30 @@ fn points_err_as_much_as_they_say() {
                 assert!(r > 0.8 && r < 1.2, "{window:?} at {snr} dB: {ratio:?}");
             }
         }
+    }
+}
+
+/// Bodies faster than the transmitters' turns can follow: the array says by how many folds.
+#[test]
+fn the_array_finds_the_fold() {
+    let radar = radar(Window::Hann, Sampling::Iq);
+    let channels: Vec<(DVec3, usize)> =
+        accuracy_of(&radar).elements.iter().map(|e| (e.position_m, e.slot)).collect();
+    let grid = Grid::new(&radar).unwrap();
+    let directions: Vec<(f64, f64)> =
+        grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
+    let k = wavenumber(radar.carrier_hz);
+    let folds = TdmFolds::new(&channels, radar.tx.len(), k, radar.chirp_period_s, &directions).unwrap();
+    let ambiguity = folds.ambiguity_mps();
+    assert!((ambiguity - 2.0 * radar.max_velocity_mps()).abs() < 1e-9);
+    println!("folds are {:.2} dB apart", folds.separation_db());
+    for (seed, rate) in [(0, 7.0), (1, 7.0 - ambiguity), (2, 7.0 + ambiguity), (3, -9.0 - ambiguity)] {
+        let (found, _) = chain(&radar, [12.0, rate, 0.3, 0.1], 14.0, seed);
+        let (_, rates) = peaks(&radar, &found);
+        let noise = found.detection.noise
+            [found.cells[0].doppler as usize * found.map.range_bins + found.cells[0].range as usize];
+        let t = folds.test(found.snapshots.of(0), rates[0], noise, 1e-2);
+        assert_eq!(t.state, Ambiguity::Resolved, "{rate}: {t:?}");
+        assert!((t.range_rate_mps - rate).abs() < 0.1, "{rate}: {t:?}");
     }
 }

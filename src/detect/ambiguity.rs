@@ -160,10 +160,10 @@ pub struct TdmFolds {
 /// What the test says of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldTest {
-    /// The likeliest of `fold − N_tx/2` ambiguities more than measured, nearest 0 first when equal.
+    /// As measured, plus the likeliest number of ambiguities unless unresolved.
     pub range_rate_mps: f64,
     pub state: Ambiguity,
-    /// Each fold (in ambiguities) with the posterior probability of its being right.
+    /// Numbers of ambiguities with the posterior probability of each, likeliest first.
     pub folds: Vec<(i32, f64)>,
 }
 

@@ -69,45 +69,48 @@ impl Dbscan {
     }
 }
 
-/// The points by cubes of side 1, the radius of the neighbourhood.
+/// The points by columns of side 1, the radius of the neighbourhood, and up each column.
 struct Grid {
-    /// Indices of points, those of one cube together, ascending.
+    /// Indices of points, those of one column together, ascending in the third coordinate.
     order: Vec<usize>,
-    cubes: HashMap<[i64; 3], std::ops::Range<usize>>,
+    columns: HashMap<[i64; 2], std::ops::Range<usize>>,
 }
 
-fn cube(p: &[f64; 3]) -> [i64; 3] {
-    p.map(|x| x.floor() as i64)
+fn column(p: &[f64; 3]) -> [i64; 2] {
+    [p[0].floor() as i64, p[1].floor() as i64]
 }
 
 impl Grid {
     fn new(points: &[[f64; 3]]) -> Grid {
         let finite = |i: &usize| points[*i].iter().all(|x| x.is_finite());
         let mut order: Vec<usize> = (0..points.len()).filter(finite).collect();
-        order.sort_by_key(|i| (cube(&points[*i]), *i));
-        let mut cubes = HashMap::new();
+        order.sort_by(|a, b| {
+            let (p, q) = (&points[*a], &points[*b]);
+            column(p).cmp(&column(q)).then(p[2].total_cmp(&q[2])).then(a.cmp(b))
+        });
+        let mut columns = HashMap::new();
         let mut first = 0;
-        for chunk in order.chunk_by(|a, b| cube(&points[*a]) == cube(&points[*b])) {
-            cubes.insert(cube(&points[chunk[0]]), first..first + chunk.len());
+        for chunk in order.chunk_by(|a, b| column(&points[*a]) == column(&points[*b])) {
+            columns.insert(column(&points[chunk[0]]), first..first + chunk.len());
             first += chunk.len();
         }
-        Grid { order, cubes }
+        Grid { order, columns }
     }
 
     /// Calls `visit` with each point within 1 of point `i`, itself included, and its squared distance.
     fn neighbours(&self, points: &[[f64; 3]], i: usize, mut visit: impl FnMut(usize, f64)) {
-        let [x, y, z] = cube(&points[i]);
+        let [x, y] = column(&points[i]);
+        let near = |j: &usize| points[*j][2] - points[i][2];
         for dx in -1..=1 {
             for dy in -1..=1 {
-                for dz in -1..=1 {
-                    let near = (x.checked_add(dx), y.checked_add(dy), z.checked_add(dz));
-                    let (Some(x), Some(y), Some(z)) = near else { continue };
-                    let Some(range) = self.cubes.get(&[x, y, z]) else { continue };
-                    for j in &self.order[range.clone()] {
-                        let d = squared_distance(&points[i], &points[*j]);
-                        if d <= 1.0 {
-                            visit(*j, d);
-                        }
+                let (Some(x), Some(y)) = (x.checked_add(dx), y.checked_add(dy)) else { continue };
+                let Some(range) = self.columns.get(&[x, y]) else { continue };
+                let list = &self.order[range.clone()];
+                let first = list.partition_point(|j| near(j) < -1.0);
+                for j in list[first..].iter().take_while(|j| near(j) <= 1.0) {
+                    let d = squared_distance(&points[i], &points[*j]);
+                    if d <= 1.0 {
+                        visit(*j, d);
                     }
                 }
             }
@@ -286,7 +289,7 @@ mod tests {
         ] {
             assert_eq!(bad.labels(&points).unwrap_err().exit_code(), 2);
         }
-        // Cubes at the end of the numbers have no neighbours beyond it.
+        // Columns at the end of the numbers have no neighbours beyond it.
         let far = [place(1e300, 0.0, 0.0), place(1e300, 0.0, 0.0), place(-1e300, 0.0, 0.0)];
         assert_eq!(d.labels(&far).unwrap(), [Some(0), Some(0), None]);
     }

@@ -61,6 +61,13 @@ pub struct Fold {
     pub max_speed_mps: f64,
 }
 
+impl Fold {
+    /// Folds to each side that a range rate within the speed may need.
+    fn reach(&self) -> i32 {
+        (self.max_speed_mps / self.ambiguity_mps + 0.5).ceil() as i32
+    }
+}
+
 impl Default for EgoSettings {
     /// With a third of the points standing, 200 draws of two miss them all once in 10¹⁰ scans, of three
     /// once in 1,900.
@@ -89,6 +96,9 @@ pub struct EgoMotion {
     /// Root mean square of the standing points' differences, over their standard deviations.
     pub spread: f64,
 }
+
+/// Samples times folds that are tried at most.
+const MAX_TRIES: f64 = 2e6;
 
 /// Philox stream of the draws.
 const EGO_STREAM: u32 = 0x0065_676f;
@@ -331,6 +341,8 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
     let s = problem.settings;
     let points = problem.rows.len() as u32;
     let mut answers: Vec<((usize, f64), Row)> = Vec::new();
+    let mut most = 0;
+    let folds = s.folded.map_or(0, |f| f.reach());
     for draw in 0..s.draws {
         let w = philox4x32_10([draw, 0, (s.seed >> 32) as u32, EGO_STREAM], [s.seed as u32, s.frame]);
         let mut sample: Vec<usize> = Vec::with_capacity(problem.n);
@@ -342,7 +354,6 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
             taken.iter().for_each(|t| at += usize::from(at >= *t));
             sample.push(at);
         }
-        let folds = s.folded.map_or(0, |f| (f.max_speed_mps / f.ambiguity_mps + 0.5).ceil() as i32);
         let width = (2 * folds + 1) as u64;
         for code in 0..width.pow(problem.n as u32) {
             let q: Vec<i32> =
@@ -352,7 +363,12 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
             if s.folded.is_some_and(|f| speed > f.max_speed_mps) {
                 continue;
             }
-            answers.push((problem.score(&motion), motion));
+            let score = problem.score(&motion);
+            most = most.max(score.0);
+            // Neither the best nor its rival has less than this.
+            if 5 * score.0 >= 4 * most {
+                answers.push((score, motion));
+            }
         }
     }
     answers.sort_by(|a, b| (b.0.0.cmp(&a.0.0)).then(a.0.1.total_cmp(&b.0.1)));
@@ -391,8 +407,10 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
                 return bad(key, &value, "a positive number");
             }
         }
-        if f.max_speed_mps > 20.0 * f.ambiguity_mps {
-            return bad("max_speed_mps", &f.max_speed_mps, "up to twenty ambiguities");
+        let tries = f64::from(s.draws) * f64::from(2 * f.reach() + 1).powi(model.parameters() as i32);
+        if f.max_speed_mps > 100.0 * f.ambiguity_mps || tries > MAX_TRIES {
+            let allowed = format!("draws · folds^unknowns up to {MAX_TRIES:.0e}; fewer draws or less speed");
+            return bad("max_speed_mps", &f.max_speed_mps, &allowed);
         }
     }
     Ok(())
@@ -560,7 +578,7 @@ mod tests {
             EgoSettings { tolerance_mps: f64::NAN, ..QUIET },
             EgoSettings { min_inliers: 1.5, ..QUIET },
             EgoSettings { draws: 0, ..QUIET },
-            EgoSettings { folded: Some(Fold { ambiguity_mps: 1.0, max_speed_mps: 40.0 }), ..QUIET },
+            EgoSettings { folded: Some(Fold { ambiguity_mps: 0.5, max_speed_mps: 40.0 }), ..QUIET },
         ] {
             assert_eq!(ego_motion(&points, &EgoModel::Sensor, &bad).unwrap_err().exit_code(), 2);
         }

@@ -46,7 +46,7 @@ impl Plot {
         self.range_m * DVec2::from_angle(self.azimuth_rad)
     }
 
-    /// Error: a value that is not finite, a range or a standard deviation that is not positive.
+    /// Error: a value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
     pub fn check(&self, index: usize) -> Result<()> {
         let positive = [
             ("range_m", self.range_m),
@@ -57,9 +57,9 @@ impl Plot {
         let any = [("azimuth_rad", self.azimuth_rad), ("range_rate_mps", self.range_rate_mps)];
         let wrong = positive
             .into_iter()
-            .find(|(_, v)| !(v.is_finite() && *v > 0.0))
-            .map(|w| (w, "a finite positive number"))
-            .or_else(|| any.into_iter().find(|(_, v)| !v.is_finite()).map(|w| (w, "a finite number")));
+            .find(|(_, v)| !(1e-9..=1e9).contains(v))
+            .map(|w| (w, "1e-9 to 1e9"))
+            .or_else(|| any.into_iter().find(|(_, v)| !(-1e9..=1e9).contains(v)).map(|w| (w, "-1e9 to 1e9")));
         match wrong {
             None => Ok(()),
             Some(((key, value), allowed)) => Err(BadInput::new("not a plot")

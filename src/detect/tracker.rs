@@ -360,6 +360,7 @@ mod tests {
     use crate::detect::track_table::{TRACK_COLUMNS, TrackRow, write_tracks};
     use crate::formats::csv::Table;
     use glam::{DVec2, DVec4};
+    use proptest::prelude::*;
     use std::collections::BTreeSet;
 
     const STD: [f64; 3] = [0.15, 0.1, 1.0 * PI / 180.0];
@@ -579,6 +580,68 @@ mod tests {
             last = tracker.tracks().iter().map(|t| t.id).max().unwrap_or(0).max(last);
         }
         (confirmed.len() as f64, stated)
+    }
+
+    proptest! {
+        /// Whatever is seen, estimates stay finite and covariances positive, and one plot feeds one track.
+        #[test]
+        fn any_scans_leave_sound_tracks(
+            seed in 0u32..10_000,
+            counts in proptest::collection::vec(0usize..8, 1..25),
+            scale in -3.0..1.0f64,
+        ) {
+            let mut d = Draws::new(seed, 47);
+            let mut tracker = Tracker::new(TrackerSettings::default()).unwrap();
+            let std = STD.map(|s| s * 10f64.powf(scale));
+            for (step, n) in counts.iter().enumerate() {
+                let plots: Vec<Plot> = (0..*n)
+                    .map(|_| {
+                        let (r, v, a) = (d.uniform(), d.uniform() - 0.5, d.uniform() - 0.5);
+                        Plot::of_point([0.1 + 20.0 * r, 20.0 * v, 3.0 * a, 0.0], std)
+                    })
+                    .collect();
+                let time_s = 0.1 * step as f64;
+                let scan = Scan { time_s, station: Station::ORIGIN, coverage: None, plots: &plots };
+                tracker.step(&scan).unwrap();
+                let mut used: Vec<usize> = tracker.tracks().iter().filter_map(|t| t.plot).collect();
+                let all = used.len();
+                used.sort_unstable();
+                used.dedup();
+                prop_assert_eq!(used.len(), all);
+                prop_assert_eq!(all, *n, "each plot feeds or starts a track");
+                prop_assert!(tracker.tracks().windows(2).all(|w| w[0].id < w[1].id));
+                for t in tracker.tracks() {
+                    let p = t.estimate.covariance;
+                    prop_assert!(t.estimate.state.is_finite() && p.is_finite());
+                    for i in 0..4 {
+                        let mut a = DVec4::ZERO;
+                        a[i] = 1.0;
+                        prop_assert!(a.dot(p * a) > 0.0);
+                    }
+                    prop_assert!(p.determinant() > 0.0, "{p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    #[ignore = "a measurement: run it by name"]
+    fn a_hundred_bodies() {
+        let mut d = Draws::new(0, 48);
+        let mut tracker = Tracker::new(TrackerSettings::default()).unwrap();
+        let mut bodies: Vec<DVec4> = (0..100)
+            .map(|_| DVec4::new(100.0 * d.uniform(), 60.0 * d.uniform() - 30.0, 5.0 * d.normal(), d.normal()))
+            .collect();
+        let mut worst = 0.0f64;
+        for step in 0..100 {
+            let plots: Vec<Plot> = bodies.iter().map(|b| seen(&mut d, *b, &Station::ORIGIN)).collect();
+            let start = std::time::Instant::now();
+            let time_s = 0.05 * f64::from(step);
+            tracker.step(&Scan { time_s, station: Station::ORIGIN, coverage: None, plots: &plots }).unwrap();
+            worst = worst.max(start.elapsed().as_secs_f64());
+            bodies.iter_mut().for_each(|b| *b = moved(&mut d, *b, 0.05, 0.1));
+        }
+        println!("{} confirmed, slowest step {:.2} ms", tracker.confirmed().count(), 1e3 * worst);
     }
 
     #[test]
