@@ -1,9 +1,60 @@
-//! From detected cells to points in SI units: range, range rate, angles, power, RCS, and the object
-//! that each point came from.
+//! From detected cells to points in SI units, and from points to what moves on the road.
+//!
+//! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from;
+//!   [`accuracy`]: standard deviations from the SNR.
+//! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
+//!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down.
+//! * [`ego_motion`]: the radar's own motion from standing points.
+//! * [`cluster`], [`plot`]: points of one body, and one plot for each; [`tracker`] with [`kalman`] and
+//!   [`assignment`]: tracks with identity; [`track_table`]: `tracks.csv`.
+//!
+//! Points with a NaN make no cluster and do not stand; plots with one are refused. Empty scans are scans
+//! in which nothing was seen. All of it is f64 and repeats to the bit.
+//!
+//! A car in front drives away at 5 m/s, seen as two points in every scan:
+//!
+//! ```
+//! use catseye::detect::cluster::{Dbscan, Place};
+//! use catseye::detect::kalman::Station;
+//! use catseye::detect::plot::{Plot, plots_of_clusters};
+//! use catseye::detect::tracker::{Scan, Tracker, TrackerSettings};
+//!
+//! let mut tracker = Tracker::new(TrackerSettings::default())?;
+//! for frame in 0..10 {
+//!     let time_s = 0.1 * f64::from(frame);
+//!     // Range, range rate, azimuth, elevation and the standard deviations of the first three.
+//!     let point = |ahead_m: f64, azimuth_rad: f64| {
+//!         Plot::of_point([ahead_m + 5.0 * time_s, 5.0, azimuth_rad, 0.0], [0.1, 0.1, 0.01])
+//!     };
+//!     let points = [point(20.0, 0.02), point(20.3, -0.03)];
+//!     let places: Vec<Place> = points
+//!         .iter()
+//!         .map(|p| Place { x_m: p.position_m().x, y_m: p.position_m().y, range_rate_mps: p.range_rate_mps })
+//!         .collect();
+//!     let plots = plots_of_clusters(&points, &Dbscan::default().labels(&places)?);
+//!     tracker.step(&Scan { time_s, station: Station::ORIGIN, coverage: None, plots: &plots })?;
+//! }
+//! let cars: Vec<_> = tracker.confirmed().collect();
+//! assert_eq!((cars.len(), cars[0].id, cars[0].points), (1, 1, 2));
+//! assert!((cars[0].estimate.velocity_mps().x - 5.0).abs() < 0.1);
+//! # Ok::<(), catseye::Error>(())
+//! ```
 
+pub mod accuracy;
+pub mod ambiguity;
+pub mod assignment;
+pub mod cluster;
+#[cfg(test)]
+mod draws;
+pub mod ego_motion;
 pub mod files;
+pub mod kalman;
 pub mod label;
+pub mod plot;
 pub mod points;
+pub mod slope_pairs;
+pub mod track_table;
+pub mod tracker;
 
 pub use label::Labeller;
 pub use points::{Detected, Point};

@@ -1,0 +1,488 @@
+//! Range rates beyond what one burst can tell: several repetition intervals, and transmitters in turn
+//! (CONVENTIONS eq. 118).
+
+use crate::error::{BadInput, Result};
+use crate::frames::direction_from_angles;
+use glam::DVec3;
+use num_complex::Complex64;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::TAU;
+
+/// How far a point's range rate (or its pair of range and range rate) can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ambiguity {
+    /// Nothing within the limits of speed folds onto anything else.
+    Unambiguous,
+    /// It could have been several values, and one was found to be right.
+    Resolved,
+    /// Several values are about as likely; the likeliest is given.
+    Ambiguous,
+    /// Nothing was tried, or nothing fits: the value is as measured.
+    Unresolved,
+}
+
+impl Ambiguity {
+    /// `ambig_state` of nuScenes' radar files: 1 ambiguous, 3 unambiguous.
+    pub fn ambig_state(self) -> u8 {
+        match self {
+            Ambiguity::Unambiguous | Ambiguity::Resolved => 3,
+            Ambiguity::Ambiguous | Ambiguity::Unresolved => 1,
+        }
+    }
+}
+
+/// A range rate known up to whole multiples of `ambiguity_mps` (λ/2T for chirps T apart).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Folded {
+    pub range_rate_mps: f64,
+    pub ambiguity_mps: f64,
+    pub std_mps: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResolvedRate {
+    /// Mean of the unfolded values, each with weight 1/std²; the first one as measured when unresolved.
+    pub range_rate_mps: f64,
+    pub std_mps: f64,
+    pub state: Ambiguity,
+    /// Σ ((unfolded value − mean)/std)²: chi-square with one degree of freedom less than values.
+    pub residual: f64,
+}
+
+/// Probability with which bursts of the same body pass the test of agreement.
+const AGREEMENT: f64 = 0.999;
+/// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
+const MARGIN: f64 = 14.0;
+
+/// The range rate within ±`max_mps` that agrees best with all folded ones (eq. 118): each fold of the
+/// first is tried, the others take the fold nearest to it, and what counts is the weighted sum of
+/// squares about the mean. Resolved when that sum passes a chi-square test (99.9 %) and no other answer is
+/// nearly as good; Ambiguous when another is; Unresolved when none passes. One value alone is
+/// Unambiguous when no fold of it lies within the limits, else Ambiguous.
+///
+/// Errors: no values, values that are not finite, ambiguities or deviations that are not positive.
+pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRate> {
+    let wrong = |key: &str, value: f64, allowed: &str| {
+        BadInput::new("cannot unfold").key(key).value(value).allowed(allowed)
+    };
+    let Some(first) = folded.first() else {
+        return Err(BadInput::new("cannot unfold nothing").key("range rates").allowed("one or more").into());
+    };
+    if !(max_mps.is_finite() && max_mps > 0.0) {
+        return Err(wrong("max_mps", max_mps, "a positive number").into());
+    }
+    for f in folded {
+        if !f.range_rate_mps.is_finite() {
+            return Err(wrong("range_rate_mps", f.range_rate_mps, "a finite number").into());
+        }
+        for (key, value) in [("ambiguity_mps", f.ambiguity_mps), ("std_mps", f.std_mps)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(wrong(key, value, "a positive number").into());
+            }
+        }
+    }
+    let folds = max_mps / first.ambiguity_mps;
+    if folds > 1e6 {
+        let remedy = "a million folds are too many to try";
+        return Err(wrong("max_mps", max_mps, "up to a million ambiguities").remedy(remedy).into());
+    }
+    let reach = folds.ceil() as i64 + 1;
+    let mut answers: Vec<(f64, f64)> = Vec::new();
+    for q in -reach..=reach {
+        let about = first.range_rate_mps + q as f64 * first.ambiguity_mps;
+        let (mean, residual) = agreement(folded, about);
+        // Bursts that disagree pull the mean to another fold: the same answer comes up twice.
+        let known = answers.iter().any(|(m, _)| (m - mean).abs() < 1e-6 * first.ambiguity_mps);
+        if mean.abs() <= max_mps && !known {
+            answers.push((mean, residual));
+        }
+    }
+    answers.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.abs().total_cmp(&b.0.abs())));
+    let weight: f64 = folded.iter().map(|f| f.std_mps.powi(-2)).sum();
+    let unresolved = ResolvedRate {
+        range_rate_mps: first.range_rate_mps,
+        std_mps: first.std_mps,
+        state: Ambiguity::Unresolved,
+        residual: answers.first().map_or(f64::INFINITY, |a| a.1),
+    };
+    let Some(best) = answers.first() else { return Ok(unresolved) };
+    if folded.len() > 1 {
+        let chi = ChiSquared::new((folded.len() - 1) as f64)
+            .map_err(|e| crate::error::Error::Failed(e.to_string()))?;
+        if best.1 > chi.inverse_cdf(AGREEMENT) {
+            return Ok(unresolved);
+        }
+    }
+    let rivalled = answers.get(1).is_some_and(|second| second.1 < best.1 + MARGIN);
+    let state = match (answers.len(), rivalled) {
+        (1, _) if folded.len() == 1 => Ambiguity::Unambiguous,
+        (_, true) => Ambiguity::Ambiguous,
+        (_, false) => Ambiguity::Resolved,
+    };
+    // With one burst alone the value stays as it was measured.
+    let range_rate_mps = if folded.len() == 1 && rivalled { first.range_rate_mps } else { best.0 };
+    Ok(ResolvedRate { range_rate_mps, std_mps: weight.sqrt().recip(), state, residual: best.1 })
+}
+
+/// Mean of the values unfolded next to `about`, then next to their mean, and the sum of squares.
+fn agreement(folded: &[Folded], about: f64) -> (f64, f64) {
+    let mut mean = about;
+    let unfold = |f: &Folded, at: f64| {
+        f.range_rate_mps + f.ambiguity_mps * ((at - f.range_rate_mps) / f.ambiguity_mps).round()
+    };
+    for _ in 0..2 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for f in folded {
+            let w = f.std_mps.powi(-2);
+            sum += w * unfold(f, mean);
+            weight += w;
+        }
+        mean = sum / weight;
+    }
+    (mean, folded.iter().map(|f| ((unfold(f, mean) - mean) / f.std_mps).powi(2)).sum())
+}
+
+/// The test of folds of a radar whose transmitters take turns. Between turns a body that is q
+/// ambiguities λ/(2N_tx T_c) faster has turned by q/N_tx more, so that only the right fold, taken out
+/// by eq. 19, leaves a plane wave on the array. N_tx folds can be told from each other; those N_tx
+/// ambiguities apart cannot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TdmFolds {
+    transmitters: usize,
+    wavenumber: f64,
+    chirp_period_s: f64,
+    slots: Vec<usize>,
+    /// e^{+jk u·p} by direction, `[direction, channel]`.
+    steering: Vec<Complex64>,
+}
+
+/// What the test says of one cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoldTest {
+    /// As measured, plus the likeliest number of ambiguities unless unresolved.
+    pub range_rate_mps: f64,
+    pub state: Ambiguity,
+    /// Numbers of ambiguities with the posterior probability of each, likeliest first.
+    pub folds: Vec<(i32, f64)>,
+}
+
+impl TdmFolds {
+    /// `channels`: position p_tx + p_rx and transmitter's turn of each; `directions`: (azimuth,
+    /// elevation) that bodies may stand in, at least four to a beamwidth. Errors: no channels, no
+    /// directions, a turn beyond `transmitters`.
+    pub fn new(
+        channels: &[(DVec3, usize)],
+        transmitters: usize,
+        wavenumber: f64,
+        chirp_period_s: f64,
+        directions: &[(f64, f64)],
+    ) -> Result<TdmFolds> {
+        let problem = if channels.is_empty() {
+            Some("no channels")
+        } else if directions.is_empty() {
+            Some("no directions")
+        } else if channels.iter().any(|(_, slot)| *slot >= transmitters) {
+            Some("a channel of a transmitter that has no turn")
+        } else {
+            None
+        };
+        if let Some(problem) = problem {
+            return Err(BadInput::new(problem).key("fold test").into());
+        }
+        let steering = directions
+            .iter()
+            .flat_map(|(a, e)| {
+                let u = direction_from_angles(*a, *e);
+                channels.iter().map(move |(p, _)| Complex64::cis(wavenumber * u.dot(*p)))
+            })
+            .collect();
+        Ok(TdmFolds {
+            transmitters,
+            wavenumber,
+            chirp_period_s,
+            slots: channels.iter().map(|c| c.1).collect(),
+            steering,
+        })
+    }
+
+    /// λ/(2 N_tx T_c).
+    pub fn ambiguity_mps(&self) -> f64 {
+        TAU / self.wavenumber / (2.0 * self.transmitters as f64 * self.chirp_period_s)
+    }
+
+    /// Folds that are told apart, as multiples of the ambiguity: N_tx of them about 0.
+    fn folds(&self) -> impl Iterator<Item = i32> + use<> {
+        let n = self.transmitters as i32;
+        -(n / 2)..(n - n / 2)
+    }
+
+    /// The phase that is taken out of a channel for fold q on top of the measured rate.
+    fn turn(&self, channel: usize, range_rate_mps: f64, fold: i32) -> Complex64 {
+        let rate = 2.0 * self.wavenumber * self.chirp_period_s * range_rate_mps;
+        let turns = f64::from(fold) / self.transmitters as f64;
+        Complex64::cis(-(rate + TAU * turns) * self.slots[channel] as f64)
+    }
+
+    /// Largest mean power |y|² of a snapshot over directions, all channels with the same weight.
+    fn sharpest(&self, x: &[Complex64]) -> f64 {
+        let n = x.len() as f64;
+        self.steering
+            .chunks_exact(x.len())
+            .map(|s| x.iter().zip(s).map(|(x, s)| x * s).sum::<Complex64>().norm_sqr() / (n * n))
+            .fold(0.0, f64::max)
+    }
+
+    /// By how many dB the beam of the best wrong fold falls short of the right one, for the direction
+    /// in which that is least: 0 when the array can tell nothing (a receiver that no two
+    /// transmitters double, say), and what decides the SNR that a decision takes.
+    pub fn separation_db(&self) -> f64 {
+        let channels = self.slots.len();
+        let mut worst: f64 = 0.0;
+        for wave in self.steering.chunks_exact(channels) {
+            let right: Vec<Complex64> = wave.iter().map(|s| s.conj()).collect();
+            for fold in self.folds().filter(|q| *q != 0) {
+                let x: Vec<Complex64> =
+                    right.iter().enumerate().map(|(c, x)| x * self.turn(c, 0.0, fold)).collect();
+                worst = worst.max(self.sharpest(&x));
+            }
+        }
+        -crate::units::db_from_power(worst.min(1.0))
+    }
+
+    /// Tests the folds of a measured rate on the snapshot of its cell, before eq. 19 takes any phase
+    /// out. With one body and noise of `noise_w` per channel (plus `model_error` of the body's power, for
+    /// arrays that are not perfectly known) the likelihood of a fold goes with exp(K|y|²/noise).
+    /// Resolved from a probability of 99.9 %; Ambiguous below; Unresolved when no fold leaves
+    /// a plane wave (several bodies in the cell) and with one transmitter.
+    pub fn test(
+        &self,
+        snapshot: &[Complex64],
+        range_rate_mps: f64,
+        noise_w: f64,
+        model_error: f64,
+    ) -> FoldTest {
+        let channels = self.slots.len() as f64;
+        let mut beams: Vec<(i32, f64)> = self
+            .folds()
+            .map(|q| {
+                let x: Vec<Complex64> =
+                    snapshot.iter().enumerate().map(|(c, x)| x * self.turn(c, range_rate_mps, q)).collect();
+                (q, self.sharpest(&x))
+            })
+            .collect();
+        beams.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.abs().cmp(&b.0.abs())));
+        let total = snapshot.iter().map(|x| x.norm_sqr()).sum::<f64>() / channels;
+        let noise = noise_w + model_error * total;
+        let (best, power) = beams[0];
+        let likelihood: Vec<f64> =
+            beams.iter().map(|(_, p)| (channels * (p - power) / noise).exp()).collect();
+        let sum: f64 = likelihood.iter().sum();
+        let folds: Vec<(i32, f64)> = beams.iter().zip(&likelihood).map(|((q, _), l)| (*q, l / sum)).collect();
+        // What a plane wave leaves over is noise: 2K(total − |y|²)/noise, chi-square with 2K − 2 degrees.
+        let left = 2.0 * channels * (total - power) / noise;
+        let plane = ChiSquared::new((2.0 * channels - 2.0).max(1.0))
+            .is_ok_and(|chi| left <= chi.inverse_cdf(AGREEMENT));
+        let state = if self.transmitters < 2 || !plane {
+            Ambiguity::Unresolved
+        } else if folds[0].1 >= 0.999 {
+            Ambiguity::Resolved
+        } else {
+            Ambiguity::Ambiguous
+        };
+        let moved = if state == Ambiguity::Unresolved { 0 } else { best };
+        FoldTest { range_rate_mps: range_rate_mps + f64::from(moved) * self.ambiguity_mps(), state, folds }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detect::draws::Draws;
+    use proptest::prelude::*;
+
+    fn fold(value: f64, ambiguity: f64, std: f64) -> Folded {
+        let range_rate_mps = value - ambiguity * (value / ambiguity).round();
+        Folded { range_rate_mps, ambiguity_mps: ambiguity, std_mps: std }
+    }
+
+    #[test]
+    fn two_and_three_bursts() {
+        let r = resolve_range_rates(&[fold(-27.3, 11.0, 0.05), fold(-27.3, 13.0, 0.05)], 60.0).unwrap();
+        assert_eq!(r.state, Ambiguity::Resolved);
+        assert!((r.range_rate_mps + 27.3).abs() < 1e-9 && r.residual < 1e-9);
+        assert!((r.std_mps - 0.05 / 2f64.sqrt()).abs() < 1e-12);
+        // 11 and 13 meet again at 143: within ±100 both 60 and −83 will do.
+        let r = resolve_range_rates(&[fold(60.0, 11.0, 0.05), fold(60.0, 13.0, 0.05)], 100.0).unwrap();
+        assert_eq!(r.state, Ambiguity::Ambiguous);
+        assert!((r.range_rate_mps - 60.0).abs() < 1e-9, "the slower of two that agree");
+        let third = [fold(60.0, 11.0, 0.05), fold(60.0, 13.0, 0.05), fold(60.0, 15.0, 0.05)];
+        assert_eq!(resolve_range_rates(&third, 100.0).unwrap().state, Ambiguity::Resolved);
+        // Values that no speed explains.
+        let r = resolve_range_rates(&[fold(3.0, 10.0, 0.01), fold(7.0, 20.0, 0.01)], 60.0).unwrap();
+        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Unresolved, 3.0));
+    }
+
+    #[test]
+    fn one_burst_alone() {
+        let f = [fold(3.0, 20.0, 0.1)];
+        let r = resolve_range_rates(&f, 9.0).unwrap();
+        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Unambiguous, 3.0));
+        let r = resolve_range_rates(&f, 30.0).unwrap();
+        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Ambiguous, 3.0));
+        assert_eq!(Ambiguity::Unambiguous.ambig_state(), 3);
+        assert_eq!(Ambiguity::Ambiguous.ambig_state(), 1);
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let good = fold(1.0, 10.0, 0.1);
+        for (bad, max) in [
+            (vec![], 50.0),
+            (vec![Folded { range_rate_mps: f64::NAN, ..good }], 50.0),
+            (vec![Folded { ambiguity_mps: 0.0, ..good }], 50.0),
+            (vec![Folded { std_mps: -1.0, ..good }], 50.0),
+            (vec![good], f64::INFINITY),
+            (vec![Folded { ambiguity_mps: 1e-9, ..good }], 50.0),
+        ] {
+            assert_eq!(resolve_range_rates(&bad, max).unwrap_err().exit_code(), 2);
+        }
+    }
+
+    proptest! {
+        /// With errors of one standard deviation the right value is among those within the margin, and a
+        /// resolved one is right: against every combination of folds.
+        #[test]
+        fn as_by_all_folds(value in -50.0..50.0f64, key in 0u32..10_000) {
+            let mut d = Draws::new(key, 51);
+            let std = 0.08;
+            let folded: Vec<Folded> = [8.0, 9.1, 10.3]
+                .iter()
+                .map(|a| fold(value + std * d.normal(), *a, std))
+                .collect();
+            let got = resolve_range_rates(&folded, 60.0).unwrap();
+            let mut best = (f64::INFINITY, 0.0);
+            for p in -9..=9 {
+                for q in -9..=9 {
+                    for r in -9..=9 {
+                        let v: Vec<f64> = folded
+                            .iter()
+                            .zip([p, q, r])
+                            .map(|(f, q)| f.range_rate_mps + f64::from(q) * f.ambiguity_mps)
+                            .collect();
+                        let m = v.iter().sum::<f64>() / 3.0;
+                        let s = v.iter().map(|v| ((v - m) / std).powi(2)).sum::<f64>();
+                        if m.abs() <= 60.0 && s < best.0 {
+                            best = (s, m);
+                        }
+                    }
+                }
+            }
+            prop_assert!((got.residual - best.0).abs() < 1e-6 * (1.0 + best.0), "{got:?} {best:?}");
+            if got.state == Ambiguity::Resolved {
+                prop_assert!((got.range_rate_mps - value).abs() < 6.0 * std);
+            }
+        }
+    }
+
+    const K: f64 = TAU / 3.9e-3;
+
+    fn directions() -> Vec<(f64, f64)> {
+        (-100..=100).map(|i| ((0.0085 * f64::from(i)).asin(), 0.0)).collect()
+    }
+
+    /// Transmitters `spacing` half wavelengths apart, receivers one.
+    fn array(tx: usize, rx: usize, spacing: f64) -> Vec<(DVec3, usize)> {
+        let half = 0.5 * 3.9e-3;
+        (0..tx)
+            .flat_map(|k| (0..rx).map(move |r| (DVec3::Y * half * (spacing * k as f64 + r as f64), k)))
+            .collect()
+    }
+
+    /// A body's snapshot with noise of variance 1.
+    fn snapshot(
+        d: &mut Draws,
+        array: &[(DVec3, usize)],
+        (azimuth, rate): (f64, f64),
+        amplitude: f64,
+        period: f64,
+    ) -> Vec<Complex64> {
+        let u = direction_from_angles(azimuth, 0.0);
+        array
+            .iter()
+            .map(|(p, slot)| {
+                let phase = -K * u.dot(*p) + 2.0 * K * period * rate * *slot as f64;
+                let noise = Complex64::new(d.normal(), d.normal()) / 2f64.sqrt();
+                amplitude * Complex64::cis(phase) + noise
+            })
+            .collect()
+    }
+
+    #[test]
+    fn folds_are_found_and_doubts_are_marked() {
+        let period = 50e-6;
+        let array = array(3, 4, 4.0);
+        let folds = TdmFolds::new(&array, 3, K, period, &directions()).unwrap();
+        let ambiguity = folds.ambiguity_mps();
+        assert!((ambiguity - 13.0).abs() < 1e-9);
+        assert!(folds.separation_db() > 0.5, "{}", folds.separation_db());
+        let (mut right, mut wrong) = (0, 0);
+        for trial in 0..300 {
+            let mut d = Draws::new(trial, 52);
+            let measured = ambiguity * (d.uniform() - 0.5);
+            let fold = (3.0 * d.uniform()) as i32 - 1;
+            let rate = measured + f64::from(fold) * ambiguity;
+            let azimuth = 0.9 * (d.uniform() - 0.5);
+            // 17 dB in one channel.
+            let x = snapshot(&mut d, &array, (azimuth, rate), 7.0, period);
+            let t = folds.test(&x, measured, 1.0, 0.0);
+            assert!((t.folds.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            if t.state == Ambiguity::Resolved {
+                if (t.range_rate_mps - rate).abs() < 1e-9 { right += 1 } else { wrong += 1 }
+            }
+        }
+        println!("{right} right, {wrong} wrong of 300; separation {:.2} dB", folds.separation_db());
+        assert!(right >= 280 && wrong <= 1);
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_said() {
+        let period = 50e-6;
+        let mut d = Draws::new(0, 53);
+        // One receiver: a fold looks like another direction.
+        let lone = array(3, 1, 1.0);
+        let folds = TdmFolds::new(&lone, 3, K, period, &directions()).unwrap();
+        assert!(folds.separation_db() < 0.1, "{}", folds.separation_db());
+        let x = snapshot(&mut d, &lone, (0.1, 2.0), 30.0, period);
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Ambiguous);
+        // Transmitters that double one another's elements need no directions.
+        let doubled = array(3, 4, 0.0);
+        let folds = TdmFolds::new(&doubled, 3, K, period, &directions()).unwrap();
+        assert!(folds.separation_db() > 20.0, "{}", folds.separation_db());
+        // Two bodies in a cell: no fold leaves a plane wave.
+        let row = array(3, 4, 4.0);
+        let folds = TdmFolds::new(&row, 3, K, period, &directions()).unwrap();
+        let mut x = snapshot(&mut d, &row, (0.3, 2.0), 30.0, period);
+        let other = snapshot(&mut d, &row, (-0.4, 2.0), 25.0, period);
+        x.iter_mut().zip(&other).for_each(|(x, o)| *x += o);
+        let t = folds.test(&x, 2.0, 2.0, 0.0);
+        assert_eq!((t.state, t.range_rate_mps), (Ambiguity::Unresolved, 2.0));
+        // One transmitter.
+        let plain = array(1, 8, 0.0);
+        let folds = TdmFolds::new(&plain, 1, K, period, &directions()).unwrap();
+        let x = snapshot(&mut d, &plain, (0.3, 2.0), 30.0, period);
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
+        // An array that is known to a thousandth in power only.
+        let folds = TdmFolds::new(&row, 3, K, period, &directions()).unwrap();
+        let x: Vec<Complex64> = snapshot(&mut d, &row, (0.3, 2.0), 1e3, period)
+            .iter()
+            .map(|x| x * Complex64::cis(0.02 * d.normal()))
+            .collect();
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
+        let t = folds.test(&x, 2.0, 1.0, 1e-3);
+        assert_eq!((t.state, t.folds[0].0), (Ambiguity::Resolved, 0));
+        assert!(TdmFolds::new(&[], 1, K, period, &directions()).is_err());
+        assert!(TdmFolds::new(&row, 2, K, period, &directions()).is_err());
+        assert!(TdmFolds::new(&row, 3, K, period, &[]).is_err());
+    }
+}

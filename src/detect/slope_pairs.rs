@@ -1,0 +1,341 @@
+//! Range and range rate of FM-CW with slopes up and down: which peak of one spectrum belongs to which
+//! of the other (CONVENTIONS eq. 119).
+
+use super::ambiguity::Ambiguity;
+use super::assignment::assign;
+use crate::error::{BadInput, Result};
+use crate::units::C0;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::{PI, TAU};
+
+/// A peak in the spectrum of one slope. The beat frequency has its sign: with f_b = S·2R/c + 2v f_c/c
+/// it is negative on a falling slope for all but fast and near bodies; a real mixer shows |f_b|, whose
+/// sign the caller takes from the slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlopePeak {
+    pub beat_hz: f64,
+    pub beat_std_hz: f64,
+    pub power_db: f64,
+    /// None without an array.
+    pub azimuth_rad: Option<f64>,
+}
+
+/// One slope of the waveform and its peaks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slope {
+    /// Hz/s, negative when falling.
+    pub slope_hz_per_s: f64,
+    pub carrier_hz: f64,
+    pub peaks: Vec<SlopePeak>,
+}
+
+/// What pairs are possible and how alike their peaks have to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairLimits {
+    pub max_range_m: f64,
+    pub max_range_rate_mps: f64,
+    /// Standard deviation of a body's level from slope to slope, dB.
+    pub power_std_db: f64,
+    /// And of its azimuth.
+    pub azimuth_std_rad: f64,
+}
+
+/// A body from two slopes, or from three.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlopePair {
+    /// Indices of the peaks; the third where a third slope confirms it.
+    pub first: usize,
+    pub second: usize,
+    pub third: Option<usize>,
+    pub range_m: f64,
+    pub range_rate_mps: f64,
+    pub range_std_m: f64,
+    pub range_rate_std_mps: f64,
+    /// Resolved when only this pair would do (or only this one passes the third slope), Ambiguous when
+    /// one of its peaks could as well have gone with another.
+    pub state: Ambiguity,
+    /// Sum of squares of the differences over their standard deviations.
+    pub cost: f64,
+}
+
+/// Differences with a probability below this are another body.
+const SAME: f64 = 0.999;
+
+/// Least squares of (R, v) over beats f = (2S/c)R + (2f_c/c)v, each with weight 1/std²: values,
+/// standard deviations, and the sum of squares left.
+fn solve(beats: &[(&Slope, &SlopePeak)]) -> ([f64; 2], [f64; 2], f64) {
+    let (mut a, mut b, mut d, mut x, mut y) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let row = |s: &Slope| (2.0 * s.slope_hz_per_s / C0, 2.0 * s.carrier_hz / C0);
+    for (s, p) in beats {
+        let ((h, k), w) = (row(s), p.beat_std_hz.powi(-2));
+        a += w * h * h;
+        b += w * h * k;
+        d += w * k * k;
+        x += w * h * p.beat_hz;
+        y += w * k * p.beat_hz;
+    }
+    let determinant = a * d - b * b;
+    let [range, rate] = [(d * x - b * y) / determinant, (a * y - b * x) / determinant];
+    let left = beats
+        .iter()
+        .map(|(s, p)| {
+            let (h, k) = row(s);
+            ((p.beat_hz - h * range - k * rate) / p.beat_std_hz).powi(2)
+        })
+        .sum();
+    ([range, rate], [(d / determinant).sqrt(), (a / determinant).sqrt()], left)
+}
+
+/// Difference of level and azimuth of two peaks, squared over the variances of both; and how many
+/// such comparisons there were.
+fn unlike(p: &SlopePeak, q: &SlopePeak, limits: &PairLimits) -> (f64, f64) {
+    let power = (p.power_db - q.power_db).powi(2) / (2.0 * limits.power_std_db.powi(2));
+    match (p.azimuth_rad, q.azimuth_rad) {
+        (Some(a), Some(b)) => {
+            let turn = (a - b + PI).rem_euclid(TAU) - PI;
+            (power + turn * turn / (2.0 * limits.azimuth_std_rad.powi(2)), 2.0)
+        }
+        _ => (power, 1.0),
+    }
+}
+
+/// Pairs the peaks of two slopes, each used once, so that together they are most alike in level and
+/// azimuth, within the limits of range and range rate (least sum by assignment). With a third slope a
+/// pair counts only when a peak of it lies where the pair says: that rejects ghosts, pairs of
+/// different bodies. Peaks without a partner are left out. In the order of the first slope's peaks.
+///
+/// Errors: slopes that are equal or zero, values that are not finite, deviations or limits that are not
+/// positive.
+pub fn pair_slopes(
+    first: &Slope,
+    second: &Slope,
+    third: Option<&Slope>,
+    limits: &PairLimits,
+) -> Result<Vec<SlopePair>> {
+    check(first, second, third, limits)?;
+    let quantile = |freedom: f64| -> Result<f64> {
+        let chi = ChiSquared::new(freedom).map_err(|e| crate::error::Error::Failed(e.to_string()))?;
+        Ok(chi.inverse_cdf(SAME))
+    };
+    let gates = [quantile(1.0)?, quantile(2.0)?, quantile(3.0)?, quantile(4.0)?, quantile(5.0)?];
+    let columns = second.peaks.len();
+    let mut candidates: Vec<Option<SlopePair>> = Vec::with_capacity(first.peaks.len() * columns);
+    for (i, p) in first.peaks.iter().enumerate() {
+        for (j, q) in second.peaks.iter().enumerate() {
+            let (alike, compared) = unlike(p, q, limits);
+            let pair = |third: Option<usize>, beats: &[(&Slope, &SlopePeak)], more: (f64, f64)| {
+                let ([range_m, rate], [range_std_m, rate_std], left) = solve(beats);
+                let cost = alike + more.0 + left;
+                let freedom = compared + more.1 + (beats.len() - 2) as f64;
+                let within =
+                    (0.0..=limits.max_range_m).contains(&range_m) && rate.abs() <= limits.max_range_rate_mps;
+                (within && cost <= gates[freedom as usize - 1]).then_some(SlopePair {
+                    first: i,
+                    second: j,
+                    third,
+                    range_m,
+                    range_rate_mps: rate,
+                    range_std_m,
+                    range_rate_std_mps: rate_std,
+                    state: Ambiguity::Resolved,
+                    cost,
+                })
+            };
+            candidates.push(match third {
+                None => pair(None, &[(first, p), (second, q)], (0.0, 0.0)),
+                Some(t) => t
+                    .peaks
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(k, r)| {
+                        pair(Some(k), &[(first, p), (second, q), (t, r)], unlike(p, r, limits))
+                    })
+                    .min_by(|a, b| a.cost.total_cmp(&b.cost)),
+            });
+        }
+    }
+    let cost: Vec<f64> = candidates.iter().map(|c| c.map_or(f64::INFINITY, |c| c.cost)).collect();
+    // Dearer than any pair that passes: as many bodies as fit.
+    let miss = vec![(1.0 + gates[4]) * (1 + columns.max(first.peaks.len())) as f64; first.peaks.len()];
+    let choice = assign(&cost, columns, &miss);
+    let rivals = |i: usize, j: usize| {
+        let row = (0..columns).filter(|k| candidates[i * columns + k].is_some()).count();
+        let column = (0..first.peaks.len()).filter(|k| candidates[k * columns + j].is_some()).count();
+        row + column > 2
+    };
+    Ok(choice
+        .into_iter()
+        .enumerate()
+        .filter_map(|(i, j)| {
+            let j = j?;
+            let mut pair = candidates[i * columns + j]?;
+            if rivals(i, j) {
+                pair.state = Ambiguity::Ambiguous;
+            }
+            Some(pair)
+        })
+        .collect())
+}
+
+fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimits) -> Result<()> {
+    let bad = |key: String, value: f64, allowed: &str| {
+        Err(BadInput::new("cannot pair slopes").key(key).value(value).allowed(allowed).into())
+    };
+    for (key, value) in [
+        ("max_range_m", limits.max_range_m),
+        ("max_range_rate_mps", limits.max_range_rate_mps),
+        ("power_std_db", limits.power_std_db),
+        ("azimuth_std_rad", limits.azimuth_std_rad),
+    ] {
+        if !(value.is_finite() && value > 0.0) {
+            return bad(key.into(), value, "a positive number");
+        }
+    }
+    for (n, s) in [Some(first), Some(second), third].into_iter().flatten().enumerate() {
+        if !(s.slope_hz_per_s.is_finite() && s.slope_hz_per_s != 0.0) {
+            return bad(format!("slope {n}: slope_hz_per_s"), s.slope_hz_per_s, "a number other than 0");
+        }
+        if !(s.carrier_hz.is_finite() && s.carrier_hz > 0.0) {
+            return bad(format!("slope {n}: carrier_hz"), s.carrier_hz, "a positive number");
+        }
+        for (k, p) in s.peaks.iter().enumerate() {
+            if !(p.beat_std_hz.is_finite() && p.beat_std_hz > 0.0) {
+                return bad(format!("slope {n}, peak {k}: beat_std_hz"), p.beat_std_hz, "a positive number");
+            }
+            for value in [p.beat_hz, p.power_db, p.azimuth_rad.unwrap_or(0.0)] {
+                if !value.is_finite() {
+                    return bad(format!("slope {n}, peak {k}"), value, "finite numbers");
+                }
+            }
+        }
+    }
+    let (s, t) = (first.slope_hz_per_s, second.slope_hz_per_s);
+    if (s - t).abs() <= 1e-6 * s.abs() {
+        return bad("slope_hz_per_s".into(), t, "two slopes that differ");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detect::draws::Draws;
+
+    const CARRIER: f64 = 77e9;
+    const S: f64 = 1e12;
+    const LIMITS: PairLimits =
+        PairLimits { max_range_m: 200.0, max_range_rate_mps: 60.0, power_std_db: 1.0, azimuth_std_rad: 0.01 };
+
+    /// Range, range rate, power, azimuth.
+    type Body = (f64, f64, f64, Option<f64>);
+
+    fn slope(d: &mut Draws, s: f64, bodies: &[Body]) -> Slope {
+        let peaks = bodies
+            .iter()
+            .map(|(r, v, power_db, azimuth)| SlopePeak {
+                beat_hz: 2.0 * s * r / C0 + 2.0 * v * CARRIER / C0 + 50.0 * d.normal(),
+                beat_std_hz: 50.0,
+                power_db: power_db + 0.7 * d.normal(),
+                azimuth_rad: azimuth.map(|a| a + 0.007 * d.normal()),
+            })
+            .collect();
+        Slope { slope_hz_per_s: s, carrier_hz: CARRIER, peaks }
+    }
+
+    #[test]
+    fn one_body_by_hand() {
+        let peak = |beat_hz| SlopePeak { beat_hz, beat_std_hz: 50.0, power_db: 0.0, azimuth_rad: None };
+        // 150 m, 15 m/s receding: 2SR/c = 1 000 692.3 Hz, 2v/λ = 7 705.3 Hz.
+        let up = Slope { slope_hz_per_s: S, carrier_hz: CARRIER, peaks: vec![peak(1_000_692.3 + 7_705.3)] };
+        let down =
+            Slope { slope_hz_per_s: -S, carrier_hz: CARRIER, peaks: vec![peak(7_705.3 - 1_000_692.3)] };
+        let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+        assert_eq!(pairs.len(), 1);
+        let p = pairs[0];
+        assert!((p.range_m - 150.0).abs() < 1e-4 && (p.range_rate_mps - 15.0).abs() < 1e-3, "{p:?}");
+        assert_eq!(p.state, Ambiguity::Resolved);
+        // σ_R = c σ/(2√2 S), σ_v = λσ/(2√2).
+        assert!((p.range_std_m / (C0 * 50.0 / (8f64.sqrt() * S)) - 1.0).abs() < 1e-9);
+        assert!((p.range_rate_std_mps / (C0 / CARRIER * 50.0 / 8f64.sqrt()) - 1.0).abs() < 1e-9);
+        // Without peaks there are no pairs.
+        let none = Slope { peaks: vec![], ..down.clone() };
+        assert!(pair_slopes(&up, &none, None, &LIMITS).unwrap().is_empty());
+        assert!(pair_slopes(&none, &up, Some(&up), &LIMITS).unwrap().is_empty());
+        // Faster than the limit.
+        let fast = PairLimits { max_range_rate_mps: 14.0, ..LIMITS };
+        assert!(pair_slopes(&up, &down, None, &fast).unwrap().is_empty());
+    }
+
+    #[test]
+    fn level_and_angle_tell_bodies_apart() {
+        let bodies: [Body; 3] =
+            [(40.0, -10.0, 0.0, Some(0.1)), (42.0, 20.0, 3.0, Some(-0.2)), (90.0, 0.0, -20.0, Some(0.3))];
+        for run in 0..50 {
+            let mut d = Draws::new(run, 61);
+            let up = slope(&mut d, S, &bodies);
+            let mut down = slope(&mut d, -S, &bodies);
+            down.peaks.rotate_left(1);
+            let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+            assert_eq!(pairs.len(), 3, "run {run}");
+            for p in pairs {
+                let (r, v, ..) = bodies[p.first];
+                assert_eq!((p.second + 1) % 3, p.first);
+                assert!((p.range_m - r).abs() < 6.0 * p.range_std_m);
+                assert!((p.range_rate_mps - v).abs() < 6.0 * p.range_rate_std_mps);
+                assert_eq!(p.state, Ambiguity::Resolved);
+            }
+        }
+    }
+
+    #[test]
+    fn alike_bodies_are_ambiguous_until_a_third_slope() {
+        // Four bodies of one level and no array: every pair within the limits would do.
+        let bodies: [Body; 4] = [
+            (40.0, -10.0, 0.0, None),
+            (42.0, 20.0, 0.0, None),
+            (47.0, 3.0, 0.0, None),
+            (39.0, 12.0, 0.0, None),
+        ];
+        let (mut marked, mut right) = (0, 0);
+        for run in 0..50 {
+            let mut d = Draws::new(run, 62);
+            let up = slope(&mut d, S, &bodies);
+            let down = slope(&mut d, -S, &bodies);
+            let third = slope(&mut d, 0.37 * S, &bodies);
+            let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+            marked += pairs.iter().filter(|p| p.state == Ambiguity::Ambiguous).count();
+            let sure = pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap();
+            right += sure.iter().filter(|p| p.first == p.second && p.third == Some(p.first)).count();
+        }
+        println!("{marked} of 200 marked, {right} right with a third slope");
+        assert!(marked > 190 && right >= 198);
+    }
+
+    #[test]
+    fn ghosts_fail_the_third_slope() {
+        let mut d = Draws::new(0, 63);
+        // The peaks of two bodies of which each slope missed one: the only pair is a ghost.
+        let (a, b): (Body, Body) = ((40.0, -10.0, 0.0, None), (44.0, 20.0, 0.0, None));
+        let up = slope(&mut d, S, &[a]);
+        let down = slope(&mut d, -S, &[b]);
+        let third = slope(&mut d, 0.4 * S, &[a, b]);
+        assert_eq!(pair_slopes(&up, &down, None, &LIMITS).unwrap().len(), 1);
+        assert!(pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap().is_empty());
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let mut d = Draws::new(0, 64);
+        let up = slope(&mut d, S, &[(40.0, 0.0, 0.0, None)]);
+        let down = slope(&mut d, -S, &[(40.0, 0.0, 0.0, None)]);
+        let fails = |a: &Slope, b: &Slope, l: &PairLimits| {
+            assert_eq!(pair_slopes(a, b, None, l).unwrap_err().exit_code(), 2);
+        };
+        fails(&up, &up, &LIMITS);
+        fails(&Slope { slope_hz_per_s: 0.0, ..up.clone() }, &down, &LIMITS);
+        fails(&up, &down, &PairLimits { power_std_db: 0.0, ..LIMITS });
+        let mut nan = down.clone();
+        nan.peaks[0].beat_hz = f64::NAN;
+        fails(&up, &nan, &LIMITS);
+    }
+}

@@ -1,0 +1,191 @@
+//! Standard deviations of points against what the chain makes of targets in noise.
+
+use catseye::adc::Cube;
+use catseye::adc::noise::Noise;
+use catseye::adc::synthesis::{Plan, point_echo};
+use catseye::cpu;
+use catseye::cpu::adc::synthesis::{Control, synthesise};
+use catseye::detect::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
+use catseye::detect::ambiguity::{Ambiguity, TdmFolds};
+use catseye::detect::points::{Point, detected, peaks, points};
+use catseye::dsp::RangeDoppler;
+use catseye::dsp::doa_beamform::{Beamformer, Grid};
+use catseye::dsp::window;
+use catseye::frames::{Pose, direction_from_angles};
+use catseye::rng::philox4x32_10;
+use catseye::scene::radar::*;
+use catseye::trace::Returns;
+use catseye::units::{C0, power_from_db, wavenumber};
+use glam::DVec3;
+use num_complex::Complex64;
+
+fn antenna(y: f64, z: f64) -> Antenna {
+    Antenna {
+        position_m: DVec3::new(0.0, y, z),
+        polarisation: Polarisation { v: Complex64::ONE, h: Complex64::ZERO },
+        gain_dbi: 0.0,
+        pattern: Pattern::Isotropic,
+    }
+}
+
+/// 3 × 4 channels: eight in a row and four a wavelength above, their middle in the sensor's origin, from
+/// which angles count. The whole ramp is sampled.
+fn radar(window: Window, sampling: Sampling) -> Radar {
+    let half = 0.5 * C0 / 77e9;
+    Radar {
+        name: "test".into(),
+        carrier_hz: 77e9,
+        bandwidth_hz: 200e6,
+        ramp_time_s: 10e-6,
+        chirp_period_s: 20e-6,
+        adc_start_s: 0.0,
+        sample_rate_hz: 6.4e6,
+        samples: 64,
+        chirps: 32,
+        sampling,
+        tx: [(-2.0, -2.0), (2.0, -2.0), (0.0, 4.0)].map(|(y, z)| antenna(y * half, z / 3.0 * half)).to_vec(),
+        rx: (0..4).map(|i| antenna((f64::from(i) - 1.5) * half, 0.0)).collect(),
+        tx_power_dbm: 12.0,
+        noise_figure_db: 12.0,
+        thermal_noise: true,
+        mounting: Pose::IDENTITY,
+        processing: Processing {
+            range_window: window,
+            doppler_window: window,
+            angle_window: window,
+            range_fft: 64,
+            doppler_fft: 32,
+            azimuth_bins: 49,
+            azimuth_fov_rad: 60f64.to_radians(),
+            elevation_bins: 17,
+            elevation_fov_rad: 25f64.to_radians(),
+            cfar: Cfar { kind: CfarKind::Ca, guard: [3, 3], train: [5, 6], pfa: 1e-6 },
+            max_points: 1,
+        },
+    }
+}
+
+/// What `PointAccuracy` asks of a radar.
+fn accuracy_of(radar: &Radar) -> PointAccuracy {
+    let p = &radar.processing;
+    let axis =
+        |w: Window, n: usize, bins: usize| AxisAccuracy::new(&window::coefficients(w, n).unwrap(), bins);
+    let places: Vec<(DVec3, usize)> = radar
+        .tx
+        .iter()
+        .enumerate()
+        .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
+        .collect();
+    let y: Vec<f64> = places.iter().map(|(p, _)| p.y).collect();
+    let weights = window::at_positions(p.angle_window, &y).unwrap();
+    let elements: Vec<Element> = places
+        .iter()
+        .zip(weights)
+        .map(|((position_m, slot), weight)| Element { position_m: *position_m, weight, slot: *slot })
+        .collect();
+    let k = wavenumber(radar.carrier_hz);
+    let grid = Grid::new(radar).unwrap();
+    let step = |axis: &[f64]| if axis.len() > 1 { axis[1].sin() - axis[0].sin() } else { 0.0 };
+    let sine_step = [step(&grid.azimuth_rad), step(&grid.elevation_rad)];
+    PointAccuracy {
+        range: axis(p.range_window, radar.samples, p.range_fft),
+        doppler: axis(p.doppler_window, radar.chirps, p.doppler_fft),
+        range_bin_m: radar.range_bin_m(),
+        velocity_bin_mps: radar.velocity_bin_mps(),
+        coupling_s: radar.carrier_hz / radar.slope_hz_per_s(),
+        sine_step,
+        sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
+        elements,
+        wavenumber: k,
+        chirp_period_s: radar.chirp_period_s,
+    }
+}
+
+/// The map, its detections and snapshots of one target in noise, and the echo itself.
+fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Returns) {
+    let [range, rate, azimuth, elevation] = target;
+    let u = direction_from_angles(azimuth, elevation);
+    let returns = Returns { returns: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
+    let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
+    cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
+    (cpu::dsp::process(&cube, radar).unwrap().1, returns)
+}
+
+fn measure(radar: &Radar, beam: &Beamformer, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
+    let (found, returns) = chain(radar, target, dbsm, seed);
+    let tops = peaks(radar, &found);
+    let mut snapshots = found.snapshots.clone();
+    snapshots.data.truncate(tops.0.len() * snapshots.channels);
+    let power = cpu::dsp::doa_beamform::spectra(beam, &snapshots, &tops.1);
+    points(radar, &detected(&found, &tops, beam, &power), &returns, &[]).into_iter().next()
+}
+
+/// Root mean square of error over standard deviation, for targets anywhere between cells and beams, in
+/// range, range rate, azimuth and elevation; and the mean SNR.
+fn normalised_errors(radar: &Radar, dbsm: f64, trials: u64) -> ([f64; 4], f64) {
+    let beam = Beamformer::new(radar).unwrap();
+    let accuracy = accuracy_of(radar);
+    let (mut sums, mut snr) = ([0.0; 4], 0.0);
+    for trial in 0..trials {
+        let w = philox4x32_10([trial as u32, 0, 0, 0], [7, 0]).map(|w| f64::from(w) / 4_294_967_296.0 - 0.5);
+        let target = [12.0 + 2.0 * w[0], 8.0 * w[1], 1.2 * w[2], 0.3 * w[3]];
+        let p = measure(radar, &beam, target, dbsm, trial).expect("a point");
+        let std = accuracy.std(power_from_db(p.snr_db), p.azimuth_rad, p.elevation_rad);
+        let ratio = [
+            (p.range_m - target[0]) / std.range_m,
+            (p.range_rate_mps - target[1]) / std.range_rate_mps,
+            (p.azimuth_rad - target[2]) / std.azimuth_rad.unwrap(),
+            (p.elevation_rad - target[3]) / std.elevation_rad.unwrap(),
+        ];
+        sums.iter_mut().zip(ratio).for_each(|(s, r)| *s += r * r);
+        snr += p.snr_db;
+    }
+    (sums.map(|s| (s / trials as f64).sqrt()), snr / trials as f64)
+}
+
+/// Root-mean-square errors over those predicted, within a fifth, from noise alone (20 dB) to where the
+/// parabola's own error stands above the noise (60 dB).
+#[test]
+fn points_err_as_much_as_they_say() {
+    // A rectangle only where its side lobes stay under the noise, of which the SNR speaks.
+    let levels: &[f64] = &[8.0, 20.0, 50.0];
+    for (window, sampling, levels) in [
+        (Window::Hann, Sampling::Iq, levels),
+        (Window::Hamming, Sampling::Real, levels),
+        (Window::Rectangle, Sampling::Iq, &levels[..1]),
+    ] {
+        let radar = radar(window, sampling);
+        for &dbsm in levels {
+            let (ratio, snr) = normalised_errors(&radar, dbsm, 250);
+            println!("{window:?} {sampling:?} at {snr:.1} dB: {ratio:.3?}");
+            for r in ratio {
+                assert!(r > 0.8 && r < 1.2, "{window:?} at {snr} dB: {ratio:?}");
+            }
+        }
+    }
+}
+
+/// Bodies faster than the transmitters' turns can follow: the array says by how many folds.
+#[test]
+fn the_array_finds_the_fold() {
+    let radar = radar(Window::Hann, Sampling::Iq);
+    let channels: Vec<(DVec3, usize)> =
+        accuracy_of(&radar).elements.iter().map(|e| (e.position_m, e.slot)).collect();
+    let grid = Grid::new(&radar).unwrap();
+    let directions: Vec<(f64, f64)> =
+        grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
+    let k = wavenumber(radar.carrier_hz);
+    let folds = TdmFolds::new(&channels, radar.tx.len(), k, radar.chirp_period_s, &directions).unwrap();
+    let ambiguity = folds.ambiguity_mps();
+    assert!((ambiguity - 2.0 * radar.max_velocity_mps()).abs() < 1e-9);
+    println!("folds are {:.2} dB apart", folds.separation_db());
+    for (seed, rate) in [(0, 7.0), (1, 7.0 - ambiguity), (2, 7.0 + ambiguity), (3, -9.0 - ambiguity)] {
+        let (found, _) = chain(&radar, [12.0, rate, 0.3, 0.1], 14.0, seed);
+        let (_, rates) = peaks(&radar, &found);
+        let noise = found.detection.noise
+            [found.cells[0].doppler as usize * found.map.range_bins + found.cells[0].range as usize];
+        let t = folds.test(found.snapshots.of(0), rates[0], noise, 1e-2);
+        assert_eq!(t.state, Ambiguity::Resolved, "{rate}: {t:?}");
+        assert!((t.range_rate_mps - rate).abs() < 0.1, "{rate}: {t:?}");
+    }
+}
