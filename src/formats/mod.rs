@@ -4,6 +4,8 @@
 pub mod cube;
 pub mod cube_layout;
 pub mod csv;
+#[cfg(feature = "hdf5")]
+pub mod hdf5;
 pub mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet_table;
