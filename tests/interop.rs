@@ -47,7 +47,8 @@ fn a_configuration_becomes_a_radar() {
         .replace("channelCfg 15 5", "channelCfg 15 7")
         .replace("frameCfg 0 1", "chirpCfg 2 2 0 0 0 0 0 2\nframeCfg 0 2");
     let ti = TiRadar::parse("a.cfg", &isk).unwrap();
-    let r = radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("isk", Board::Iwr6843).unwrap()).unwrap();
+    let r =
+        radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("isk", Board::Iwr6843).unwrap()).unwrap();
     assert_eq!((r.sampling, r.tx_power_dbm), (Sampling::Real, 6.0));
     let d = 0.5 * 299_792_458.0 / 62e9;
     for (a, b) in [

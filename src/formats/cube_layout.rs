@@ -42,7 +42,8 @@ const NAMES: [(&str, Axis); 7] = [
 /// # Errors
 /// An unknown name (with the nearest), one that occurs twice, no `chirp`, `rx` or `sample`.
 pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
-    let bad = |problem: String| BadInput::new(problem).key("axes").value(list.chars().take(60).collect::<String>());
+    let bad =
+        |problem: String| BadInput::new(problem).key("axes").value(list.chars().take(60).collect::<String>());
     let mut axes = Vec::new();
     for word in list.split(',').map(str::trim) {
         let Some((_, axis)) = NAMES.iter().find(|(n, _)| *n == word) else {
@@ -167,6 +168,28 @@ struct Place {
     unused: bool,
 }
 
+/// Where a number of the innermost axes goes, from where their first goes.
+struct Entry {
+    /// Twice the sample's index, and one more for its imaginary part.
+    slot: usize,
+    channel: u32,
+    frame: u32,
+}
+
+const UNUSED: u32 = u32::MAX;
+
+/// The error for the first sample of `out` that is not finite.
+fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>, samples: usize) -> Error {
+    let at = out.iter().position(|z| !(z.re.is_finite() && z.im.is_finite())).unwrap_or(0);
+    let (row, sample) = (at / samples, at % samples);
+    let (chirp, channel) = (row / channels.len(), channels.start + row % channels.len());
+    BadInput::new("NaN, infinite or too large a value")
+        .file(file)
+        .key(format!("index [chirp {chirp}, rx_virtual {channel}, sample {sample}]"))
+        .allowed("finite numbers")
+        .into()
+}
+
 impl Layout {
     /// Errors (as text, for a file's own message): an axis of no or too many places, more numbers than can
     /// be counted.
@@ -185,7 +208,7 @@ impl Layout {
         }
         let extent = extent.map(|e| e + 1);
         let all = dims.iter().try_fold(number.bytes(), |n, d| n.checked_mul(d.size));
-        if all.is_none() || extent.iter().any(|e| *e > MAX_EXTENT) {
+        if all.is_none() || extent.iter().any(|e| *e > MAX_EXTENT) || extent[2] * extent[3] > MAX_EXTENT {
             return Err("more numbers than can be counted".into());
         }
         Ok(Layout { dims, number, big_endian, scale: 1.0, part: 0, extent })
@@ -283,8 +306,19 @@ impl Layout {
             block *= self.dims[split].size;
         }
         let (outer, inner) = self.dims.split_at(split);
-        let table: Vec<Place> = (0..block).map(|i| self.place(inner, i)).collect();
+        let chirp_step = count * samples;
+        let table: Vec<Entry> = (0..block)
+            .map(|i| {
+                let p = self.place(inner, i);
+                Entry {
+                    slot: 2 * (p.chirp * chirp_step + p.sample) + p.part,
+                    channel: if p.unused { UNUSED } else { p.channel as u32 },
+                    frame: p.frame as u32,
+                }
+            })
+            .collect();
         let channel_inside = inner.iter().any(|d| matches!(d.axis, Axis::Tx | Axis::Rx));
+        let all_used = table.iter().all(|e| e.channel != UNUSED);
         let frame_inside = inner.iter().any(|d| d.axis == Axis::Frame);
         let wanted = |p: &Place| {
             !p.unused
@@ -311,23 +345,32 @@ impl Layout {
             for (b, chunk) in (at..end).zip(bytes.chunks_exact(block * size)) {
                 self.decode(chunk, &mut numbers);
                 let base = self.place(outer, b);
-                for (x, e) in numbers.iter().zip(&table) {
-                    let channel = base.channel + e.channel;
-                    if e.unused || base.frame + e.frame != frame || !channels.contains(&channel) {
-                        continue;
-                    }
-                    let (chirp, sample) = (base.chirp + e.chirp, base.sample + e.sample);
+                let first = 2 * (base.chirp * chirp_step + base.sample) + base.part + self.part;
+                let mut all_finite = true;
+                let mut put = |x: f64, slot: usize| {
                     let value = T::from_f64(x * self.scale);
-                    if !value.is_finite() {
-                        return Err(BadInput::new("NaN, infinite or too large a value")
-                            .file(file)
-                            .key(format!("index [chirp {chirp}, rx_virtual {channel}, sample {sample}]"))
-                            .value(x)
-                            .allowed("finite numbers")
-                            .into());
+                    all_finite &= value.is_finite();
+                    let to = &mut out[slot >> 1];
+                    if slot & 1 == 0 { to.re = value } else { to.im = value }
+                };
+                if !channel_inside && !frame_inside && all_used {
+                    let first = first + 2 * (base.channel - channels.start) * samples;
+                    for (x, e) in numbers.iter().zip(&table) {
+                        put(*x, first + e.slot);
                     }
-                    let to = &mut out[(chirp * count + channel - channels.start) * samples + sample];
-                    if base.part + e.part + self.part == 0 { to.re = value } else { to.im = value }
+                } else {
+                    for (x, e) in numbers.iter().zip(&table) {
+                        let channel = base.channel + e.channel as usize;
+                        let here = e.channel != UNUSED
+                            && base.frame + e.frame as usize == frame
+                            && channels.contains(&channel);
+                        if here {
+                            put(*x, first + 2 * (channel - channels.start) * samples + e.slot);
+                        }
+                    }
+                }
+                if !all_finite {
+                    return Err(not_finite(file, out, &channels, samples));
                 }
             }
             at = end;
@@ -419,14 +462,11 @@ pub fn array_layout(
 /// # Errors
 /// `BadInput` when the axes do not fit the shape.
 pub fn reorder<T: Copy>(shape: &[usize], data: &[T], axes: &[Axis]) -> Result<(Vec<usize>, Vec<T>)> {
-    let bad = |problem: String| {
-        Error::from(BadInput::new(problem).key("shape").value(format!("{shape:?}")))
-    };
+    let bad = |problem: String| Error::from(BadInput::new(problem).key("shape").value(format!("{shape:?}")));
     if axes.contains(&Axis::Iq) {
         return Err(bad("an iq axis belongs to a file".into()));
     }
-    let layout =
-        array_layout(shape, Some(axes), false, Number::U8, false, Some([0, 1])).map_err(bad)?;
+    let layout = array_layout(shape, Some(axes), false, Number::U8, false, Some([0, 1])).map_err(bad)?;
     if layout.bytes() != 2 * data.len() as u64 {
         return Err(bad(format!("{} numbers do not fill the shape", data.len())));
     }
@@ -455,7 +495,12 @@ mod tests {
         (part * 100_000 + frame * 10_000 + chirp * 1000 + channel * 100 + sample) as f64
     }
 
-    fn read_all(layout: &Layout, bytes: &[u8], frame: usize, channels: Range<usize>) -> Result<Vec<Complex<f64>>> {
+    fn read_all(
+        layout: &Layout,
+        bytes: &[u8],
+        frame: usize,
+        channels: Range<usize>,
+    ) -> Result<Vec<Complex<f64>>> {
         let [chirps, _, samples] = layout.shape();
         let mut out = vec![Complex::default(); chirps * channels.len() * samples];
         layout.read(Path::new("x"), frame, channels, &mut out, &mut |at, to| {

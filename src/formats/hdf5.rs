@@ -72,7 +72,10 @@ impl Reader {
             let bad = |p: String| BadInput::new(p).file(path).key(name);
             let dataset = file.dataset(name).map_err(|e| {
                 bad(format!("no such dataset ({e})")).allowed(
-                    file.root().datasets().map(|d| d.join(", ")).unwrap_or_else(|_| "names of datasets".into()),
+                    file.root()
+                        .datasets()
+                        .map(|d| d.join(", "))
+                        .unwrap_or_else(|_| "names of datasets".into()),
                 )
             })?;
             let shape = dataset.shape().map_err(|e| bad(format!("no shape: {e}")))?;
@@ -163,7 +166,8 @@ fn only_dataset(path: &Path, file: &hdf5_pure::File) -> Result<String> {
 
 /// The number, whether its bytes are big-endian first, and of a compound which member is which part.
 fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String> {
-    let allowed = "float32, float64, int8, uint8, int16, uint16, int32, or a compound of two, {r, i} or {real, imag}";
+    let allowed =
+        "float32, float64, int8, uint8, int16, uint16, int32, or a compound of two, {r, i} or {real, imag}";
     let big = |order: &DatatypeByteOrder| match order {
         DatatypeByteOrder::LittleEndian => Ok(false),
         DatatypeByteOrder::BigEndian => Ok(true),

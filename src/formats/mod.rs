@@ -13,3 +13,4 @@ pub mod rcs_csv;
 pub mod stage;
 pub mod ti_bin;
 pub mod ti_cfg;
+mod ti_commands;

@@ -364,7 +364,8 @@ impl Writer {
         self.file.flush().map_err(|e| Error::io(self.bin.final_path(), e))?;
         drop(self.file);
         let text = serde_json::to_string_pretty(&self.said).map_err(|e| Error::Failed(e.to_string()))?;
-        std::fs::write(self.sidecar.path(), text + "\n").map_err(|e| Error::io(self.sidecar.final_path(), e))?;
+        std::fs::write(self.sidecar.path(), text + "\n")
+            .map_err(|e| Error::io(self.sidecar.final_path(), e))?;
         let sidecar = self.sidecar.commit()?;
         Ok(Written { bin: self.bin.commit()?, sidecar, said: self.said })
     }
@@ -388,7 +389,14 @@ mod tests {
     use num_complex::{Complex32, Complex64};
     use proptest::prelude::*;
 
-    fn radar(rx_mask: u32, loops: usize, samples: usize, tx: &[u32], interleaved: bool, complex: bool) -> TiRadar {
+    fn radar(
+        rx_mask: u32,
+        loops: usize,
+        samples: usize,
+        tx: &[u32],
+        interleaved: bool,
+        complex: bool,
+    ) -> TiRadar {
         let mut text = format!(
             "channelCfg {rx_mask} 7 0\nadcCfg 2 {}\nadcbufCfg -1 {} 0 {} 1\n\
              profileCfg 0 77 10 5 90 0 0 10 1 {samples} 10000 0 0 30\nframeCfg 0 {} {loops} 0 100 1 0\n",
