@@ -1,8 +1,16 @@
-//! Files: NumPy arrays, CSV tables, and results that appear under their name only when complete.
+//! Files: NumPy arrays, CSV tables, cubes of samples from elsewhere (NumPy, HDF5, TI's recordings with their
+//! configuration), and results that appear under their name only when complete.
 
+pub mod cube;
+pub mod cube_layout;
 pub mod csv;
+#[cfg(feature = "hdf5")]
+pub mod hdf5;
 pub mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet_table;
 pub mod rcs_csv;
 pub mod stage;
+pub mod ti_bin;
+pub mod ti_cfg;
+mod ti_commands;

@@ -68,6 +68,11 @@ impl Header {
     pub fn dtype(&self) -> &str {
         name_of(&self.descr).unwrap_or(&self.descr)
     }
+
+    /// Where the numbers begin, in bytes.
+    pub(super) fn data_at(&self) -> usize {
+        self.data_at
+    }
 }
 
 /// Writes a whole array. `data.len()` must be the product of `shape`.
