@@ -32,6 +32,8 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &po_sum::KERNEL,
         &rcs::beam_sum::KERNEL,
         &adc::synthesis::KERNEL,
+        &adc::convert::KERNEL,
+        &dsp::doa_spectrum::KERNEL,
         &adc::noise::KERNEL,
         &dsp::fft::KERNEL,
         &dsp::power::KERNEL,

@@ -137,7 +137,8 @@ fn error_of_phase_noise(sampling: Sampling, falling: bool, margin_share: usize) 
     let margin = chain.margin() * margin_share;
     // "real" hears half as far.
     let reach = if sampling == Sampling::Real { 0.5 } else { 1.0 };
-    let list = [(1.0, 0.031e-6), (0.4, 0.1503e-6), (0.7, 0.3021e-6), (0.2, 0.47e-6)].map(|(a, t)| (a, t * reach));
+    let list =
+        [(1.0, 0.031e-6), (0.4, 0.1503e-6), (0.7, 0.3021e-6), (0.2, 0.47e-6)].map(|(a, t)| (a, t * reach));
     let cube = echoes(&chain, 2, 512, margin, &list);
     let clean = echoes(&chain, 2, 512, 0, &list);
     let got = apply(cube, margin, &chain, quiet(9)).unwrap();
@@ -170,7 +171,9 @@ fn phase_noise_is_that_of_each_echo() {
         for falling in [false, true] {
             let (known, cut) =
                 (error_of_phase_noise(sampling, falling, 1), error_of_phase_noise(sampling, falling, 0));
-            println!("{sampling:?} falling {falling}: error over noise {known:.2e} with margin, {cut:.2e} without");
+            println!(
+                "{sampling:?} falling {falling}: error over noise {known:.2e} with margin, {cut:.2e} without"
+            );
             assert!(known < 1e-3, "{known}");
             assert!(cut < 0.2, "{cut}");
         }
@@ -206,8 +209,7 @@ fn skirts_have_the_range_correlation() {
         for group in (6..246).step_by(24) {
             let cells = group..group + 24;
             let measured: f64 = cells.clone().map(|k| power[k]).sum::<f64>() / 24.0;
-            let stated: f64 =
-                cells.map(|k| profile().skirt_per_hz(k as f64 * 25e3, tau)).sum::<f64>() / 24.0;
+            let stated: f64 = cells.map(|k| profile().skirt_per_hz(k as f64 * 25e3, tau)).sum::<f64>() / 24.0;
             // Cells of a Hann window are correlated: 24 of them are worth about 12. A mean of
             // 256 · 12 exponential draws, 99.9 % two-sided.
             let interval = 3.3 / (256.0 * 12.0f64).sqrt();
@@ -342,7 +344,8 @@ fn leakage_and_cover_have_their_power_and_place() {
 
 #[test]
 fn filters_shape_the_noise() {
-    for (sampling, low) in [(Sampling::Iq, None), (Sampling::Real, None), (Sampling::Real, Some(5e6)), (Sampling::Iq, Some(9e6))]
+    for (sampling, low) in
+        [(Sampling::Iq, None), (Sampling::Real, None), (Sampling::Real, Some(5e6)), (Sampling::Iq, Some(9e6))]
     {
         let r = radar(sampling, 512, 1);
         let chain = with(&r, |s| {
@@ -358,7 +361,11 @@ fn filters_shape_the_noise() {
                 *d += z.norm_sqr() / (512.0 * 512.0);
             }
         }
-        let white = BOLTZMANN * T0_K * power_from_db(12.0) * 12.8e6 * if sampling == Sampling::Real { 0.5 } else { 1.0 };
+        let white = BOLTZMANN
+            * T0_K
+            * power_from_db(12.0)
+            * 12.8e6
+            * if sampling == Sampling::Real { 0.5 } else { 1.0 };
         let mut all = 0.0;
         for group in (16..256).step_by(16) {
             let stated: f64 = (group..group + 16)
@@ -368,7 +375,10 @@ fn filters_shape_the_noise() {
             let measured = density[group..group + 16].iter().sum::<f64>() / 16.0;
             all += measured / stated;
             // 16 · 512 exponential draws.
-            assert!((measured / stated - 1.0).abs() < 4.0 / 8192f64.sqrt(), "{sampling:?} {group} {measured:e} {stated:e}");
+            assert!(
+                (measured / stated - 1.0).abs() < 4.0 / 8192f64.sqrt(),
+                "{sampling:?} {group} {measured:e} {stated:e}"
+            );
         }
         assert!((all / 15.0 - 1.0).abs() < 4.0 / (15.0 * 8192f64).sqrt());
         if sampling == Sampling::Real {
@@ -409,7 +419,10 @@ fn quantiser_has_its_signal_to_noise() {
                 let snr = 10.0 * (signal / noise).log10() - 20.0 * inside.log10();
                 // The error of few levels is not quite uniform over a tone (Bennett 1948).
                 let allowed = if bits == 6 { 0.3 } else { 0.1 };
-                assert!((snr - full_scale_snr_db(bits)).abs() < allowed, "{sampling:?} {kind:?} {bits}: {snr}");
+                assert!(
+                    (snr - full_scale_snr_db(bits)).abs() < allowed,
+                    "{sampling:?} {kind:?} {bits}: {snr}"
+                );
             }
         }
     }
@@ -445,7 +458,8 @@ fn saturation_has_its_harmonics() {
     assert!((peak(-20.0, Sampling::Real) - limit).abs() < 1e-15);
     let amplitude = |x: &[Complex64], cell: usize| 2.0 * spectrum(x)[cell].norm() / 512.0;
     // Hard, twice over the limit: describing function of a clipper (2/π)(asin k + k√(1 − k²)), k = A/a.
-    let chain = with(&r, |s| s.saturation = Some(Saturation { kind: SaturationKind::Hard, full_scale_dbm: -20.0 }));
+    let chain =
+        with(&r, |s| s.saturation = Some(Saturation { kind: SaturationKind::Hard, full_scale_dbm: -20.0 }));
     let a = 2.0 * limit;
     let k = 0.5f64;
     let first = a * 2.0 / PI * (k.asin() + k * (1.0 - k * k).sqrt());
@@ -453,7 +467,8 @@ fn saturation_has_its_harmonics() {
     let y = tone(&chain, a / SQRT_2, 5.0);
     assert!((amplitude(&y, 5) / first - 1.0).abs() < 1e-4, "{}", amplitude(&y, 5) / first);
     // Soft and weak: tanh x = x − x³/3: 1 − u²/4 at the tone, u²/12 at three times it, u = a/A.
-    let chain = with(&r, |s| s.saturation = Some(Saturation { kind: SaturationKind::Soft, full_scale_dbm: -20.0 }));
+    let chain =
+        with(&r, |s| s.saturation = Some(Saturation { kind: SaturationKind::Soft, full_scale_dbm: -20.0 }));
     let a = 0.1 * limit;
     let y = tone(&chain, a / SQRT_2, 5.0);
     assert!((amplitude(&y, 5) / a - (1.0 - 0.01 / 4.0)).abs() < 2e-5);
@@ -490,14 +505,21 @@ fn sender() -> Interferer {
         start_s: Some(0.0),
         coherent: true,
         power_dbm: 10.0,
-        antenna: catseye::scene::radar::Antenna { position_m: DVec3::ZERO, gain_dbi: 12.0, ..r.tx[0].clone() },
+        antenna: catseye::scene::radar::Antenna {
+            position_m: DVec3::ZERO,
+            gain_dbi: 12.0,
+            ..r.tx[0].clone()
+        },
         pose: Pose::from_yaw_pitch_roll(DVec3::new(60.0, 0.0, 0.5), PI, 0.0, 0.0),
         velocity_mps: DVec3::ZERO,
     }
 }
 
 fn here() -> Place {
-    Place { pose: Pose::from_yaw_pitch_roll(DVec3::new(0.0, 0.0, 0.5), 0.0, 0.0, 0.0), velocity_mps: DVec3::ZERO }
+    Place {
+        pose: Pose::from_yaw_pitch_roll(DVec3::new(0.0, 0.0, 0.5), 0.0, 0.0, 0.0),
+        velocity_mps: DVec3::ZERO,
+    }
 }
 
 fn place(i: &Interferer) -> Place {

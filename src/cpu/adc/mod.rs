@@ -1,5 +1,8 @@
 //! Synthesis and noise on the processor.
 
+pub mod convert;
+pub mod front_end;
+pub mod interference;
 pub mod noise;
 pub mod shaping;
 pub mod synthesis;

@@ -3,6 +3,7 @@
 pub mod cfar_ca;
 pub mod cfar_os;
 pub mod doa_beamform;
+pub mod doa_spectrum;
 pub mod fft;
 pub mod lines;
 pub mod peaks;
