@@ -354,7 +354,7 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
         let mut sample: Vec<usize> = Vec::with_capacity(problem.n);
         for (k, w) in w.iter().take(problem.n).enumerate() {
             // Without putting back: the j-th of those that are left.
-            let mut at = (u64::from(*w) * u64::from(points - k as u32) >> 32) as usize;
+            let mut at = ((u64::from(*w) * u64::from(points - k as u32)) >> 32) as usize;
             let mut taken = sample.clone();
             taken.sort_unstable();
             taken.iter().for_each(|t| at += usize::from(at >= *t));
