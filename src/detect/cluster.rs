@@ -69,15 +69,18 @@ impl Dbscan {
     }
 }
 
-/// The points by columns of side 1, the radius of the neighbourhood, and up each column.
+/// The points by columns about as wide as the neighbourhood's radius, and up each column.
 struct Grid {
     /// Indices of points, those of one column together, ascending in the third coordinate.
     order: Vec<usize>,
     columns: HashMap<[i64; 2], std::ops::Range<usize>>,
 }
 
+/// A little more than the radius, so that rounding puts no neighbour two columns away.
+const SIDE: f64 = 1.0 + 1e-6;
+
 fn column(p: &[f64; 3]) -> [i64; 2] {
-    [p[0].floor() as i64, p[1].floor() as i64]
+    [(p[0] / SIDE).floor() as i64, (p[1] / SIDE).floor() as i64]
 }
 
 impl Grid {
@@ -289,6 +292,9 @@ mod tests {
         ] {
             assert_eq!(bad.labels(&points).unwrap_err().exit_code(), 2);
         }
+        // One apart only after rounding.
+        let edge = [[-1e-17, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        assert_eq!(labels(&edge, 2, &Grid::new(&edge)), brute(&edge, 2));
         // Columns at the end of the numbers have no neighbours beyond it.
         let far = [place(1e300, 0.0, 0.0), place(1e300, 0.0, 0.0), place(-1e300, 0.0, 0.0)];
         assert_eq!(d.labels(&far).unwrap(), [Some(0), Some(0), None]);

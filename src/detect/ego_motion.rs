@@ -117,6 +117,12 @@ impl EgoModel {
         }
     }
 
+    /// The range rate that is left of a point when the radar's own motion is taken out: 0 for one that
+    /// stands. With folded rates, up to whole ambiguities. Panics when the point's radar has no mount.
+    pub fn over_ground_mps(&self, point: &Radial, motion: &EgoMotion) -> f64 {
+        point.range_rate_mps - dot(&self.row(point), &motion.value)
+    }
+
     /// h of v_r = h·(parameters): a standing point's range rate (eq. 124).
     fn row(&self, p: &Radial) -> Row {
         let u = direction_from_angles(p.azimuth_rad, p.elevation_rad);
@@ -348,7 +354,7 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
         let mut sample: Vec<usize> = Vec::with_capacity(problem.n);
         for (k, w) in w.iter().take(problem.n).enumerate() {
             // Without putting back: the j-th of those that are left.
-            let mut at = (u64::from(*w) * u64::from(points - k as u32) >> 32) as usize;
+            let mut at = ((u64::from(*w) * u64::from(points - k as u32)) >> 32) as usize;
             let mut taken = sample.clone();
             taken.sort_unstable();
             taken.iter().for_each(|t| at += usize::from(at >= *t));
@@ -573,6 +579,9 @@ mod tests {
         let (points, _) = scene(&mut d, &[mount], (DVec2::new(5.0, 0.0), 0.0), 40, 0.2);
         let once = ego_motion(&points, &EgoModel::Sensor, &QUIET).unwrap();
         assert_eq!(once, ego_motion(&points, &EgoModel::Sensor, &QUIET).unwrap());
+        for (p, stands) in points.iter().zip(&once.standing) {
+            assert_eq!(EgoModel::Sensor.over_ground_mps(p, &once).abs() < 0.35, *stands);
+        }
         for bad in [
             EgoSettings { gate: 0.0, ..QUIET },
             EgoSettings { tolerance_mps: f64::NAN, ..QUIET },

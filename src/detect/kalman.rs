@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn sharp_plots_leave_their_own_spread() {
-        // With nothing known before, the estimate's spread after an update is the plot's.
+        // A plot far sharper than what was known: the estimate becomes the plot.
         let e = Estimate {
             state: DVec4::new(40.0, 10.0, 1.0, 2.0),
             covariance: DMat4::from_diagonal(DVec4::new(1e-3, 1e-3, 1e-3, 1e-3)),

@@ -1,7 +1,9 @@
 //! Plots: what a scan says of one object in the plane of the road, with standard deviations, from
 //! points or from clusters of them (CONVENTIONS eq. 123).
 
+use super::accuracy::PointStd;
 use super::cluster::members;
+use super::points::Point;
 use crate::error::{BadInput, Result};
 use glam::DVec2;
 
@@ -39,6 +41,16 @@ impl Plot {
             range_rate_std_mps: range_rate_std_mps / c,
             points: 1,
         }
+    }
+
+    /// From a point of the cloud with its standard deviations; None when the array cannot tell azimuths or
+    /// the result is no plot ([`Self::check`]).
+    pub fn of(point: &Point, std: &PointStd) -> Option<Plot> {
+        let plot = Plot::of_point(
+            [point.range_m, point.range_rate_mps, point.azimuth_rad, point.elevation_rad],
+            [std.range_m, std.range_rate_mps, std.azimuth_rad?],
+        );
+        plot.check(0).is_ok().then_some(plot)
     }
 
     /// In the sensor's plane, metres.
@@ -146,6 +158,28 @@ mod tests {
         let made = plots_of_clusters(&all, &[Some(0), None, Some(0)]);
         assert_eq!(made.len(), 1);
         assert!((made[0].range_m - 10.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn points_become_plots_where_they_can() {
+        let mut point = Point {
+            range_m: 30.0,
+            range_rate_mps: -2.0,
+            azimuth_rad: 0.3,
+            elevation_rad: 0.0,
+            position_m: glam::DVec3::ZERO,
+            power_dbm: -80.0,
+            snr_db: 20.0,
+            rcs_dbsm: 0.0,
+            object_id: 0,
+            class: String::new(),
+        };
+        let std =
+            |azimuth_rad| PointStd { range_m: 0.1, range_rate_mps: 0.2, azimuth_rad, elevation_rad: None };
+        assert_eq!(Plot::of(&point, &std(Some(0.01))), Some(plot(30.0, 0.3, -2.0)));
+        assert_eq!(Plot::of(&point, &std(None)), None);
+        point.range_m = -0.02;
+        assert_eq!(Plot::of(&point, &std(Some(0.01))), None);
     }
 
     #[test]
