@@ -32,7 +32,7 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
         b.iter(|| {
             let frame = Frame::new(false).unwrap();
             let returns = frame.returns(engine, 0.2);
-            let (cube, _) = engine.cube(&frame.radar, &returns, 1, 0, Control::default()).unwrap();
+            let (cube, _) = engine.cube(&frame.radar, &returns, &[], 1, 0, Control::default()).unwrap();
             black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
         })
     });

@@ -74,7 +74,7 @@ fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
         group.throughput(Throughput::Elements((returns.returns.len() * samples) as u64));
         let label = format!("{kind}, {} echoes", returns.returns.len());
         group.bench_function(BenchmarkId::new(label, name), |b| {
-            b.iter(|| black_box(engine.cube(&frame.radar, &returns, 1, 0, Control::default()).unwrap()))
+            b.iter(|| black_box(engine.cube(&frame.radar, &returns, &[], 1, 0, Control::default()).unwrap()))
         });
     }
     group.finish();

@@ -34,7 +34,7 @@ fn level(
     let options =
         TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, frame, ..Default::default() };
     let returns = engine.returns(&geometry, radar, &pose, DVec3::ZERO, &options);
-    let (cube, _) = engine.cube(radar, &returns, 1, frame, Control::default())?;
+    let (cube, _) = engine.cube(radar, &returns, &[], 1, frame, Control::default())?;
     let map = engine.range_doppler(radar, &cube)?.map;
     let bin = |r: f64| (r / radar.range_bin_m()).round() as usize;
     let rows = 0..map.doppler_bins;

@@ -449,7 +449,7 @@ fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
     (radar.chirps, radar.samples) = (1, 16);
     let power = |d: f64| -> Result<f64> {
         let returns = over_plane(d, 0.15, 0.35);
-        let (cube, _) = engine.cube(&radar, &returns, 0, 0, Control::default())?;
+        let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))
     };
@@ -499,7 +499,7 @@ fn delay(engine: &Engine) -> Result<Vec<Row>> {
     let echo = point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1);
     let list = Returns { returns: vec![echo], rays: 0 };
     let exact = synthesise::<f64>(&Plan::new(&radar, &list)?, Control::default())?;
-    let here = wide(engine.cube(&radar, &list, 0, 0, Control::default())?.0);
+    let here = wide(engine.cube(&radar, &list, &[], 0, 0, Control::default())?.0);
     let level = exact.data[0].norm();
     let (mut phase, mut error) = (0.0f64, 0.0f64);
     for (i, (e, h)) in exact.data.iter().zip(&here.data).enumerate() {
@@ -554,7 +554,7 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
     let pose = Pose::IDENTITY;
     let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
-    let (cube, _) = engine.cube(&radar, &returns, 0, 0, Control::default())?;
+    let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
     let found = engine.range_doppler(&radar, &cube)?;
     let cell = found.map.at(radar.processing.doppler_fft / 2, 125);
     let beam = Beamformer::new(&radar)?;
@@ -608,7 +608,7 @@ fn noise(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.chirps = 512;
     radar.processing.doppler_fft = 512;
-    let (cube, _) = engine.cube(&radar, &Returns::default(), 7, 1, Control::default())?;
+    let (cube, _) = engine.cube(&radar, &Returns::default(), &[], 7, 1, Control::default())?;
     let cube = wide(cube);
     // k T0 F fs with F = 13 dB and fs = 20 MHz.
     let hand = 1.380649e-23 * 290.0 * 10f64.powf(1.3) * 20e6;
@@ -623,7 +623,7 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
     let range = 100.0 * radar.range_bin_m();
     let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::ZERO, 10.0, 1)], rays: 0 };
     let quiet = Radar { thermal_noise: false, ..radar.clone() };
-    let (signal, _) = engine.cube(&quiet, &list, 0, 0, Control::default())?;
+    let (signal, _) = engine.cube(&quiet, &list, &[], 0, 0, Control::default())?;
     let found = engine.range_doppler(&quiet, &signal)?;
     let at = found
         .cells
@@ -640,7 +640,7 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
     let gain_of_signal = top.amplitude.norm_sqr() / mean_power(&wide(signal).data);
 
     // Noise: cube to map, and channel by channel through the beamformer.
-    let (noise, _) = engine.cube(&radar, &Returns::default(), 5, 0, Control::default())?;
+    let (noise, _) = engine.cube(&radar, &Returns::default(), &[], 5, 0, Control::default())?;
     let map = engine.range_doppler(&radar, &noise)?.map.data;
     let noise = wide(noise);
     let power = mean_power(&noise.data);
@@ -770,7 +770,7 @@ fn cfar(engine: &Engine) -> Result<Vec<Row>> {
     radar.processing.cfar.pfa = 0.01;
     let (mut alarms, mut cells) = (0, 0);
     for frame in 0..4 {
-        let (cube, _) = engine.cube(&radar, &Returns::default(), 11, frame, Control::default())?;
+        let (cube, _) = engine.cube(&radar, &Returns::default(), &[], 11, frame, Control::default())?;
         let mask = engine.range_doppler(&radar, &cube)?.detection.mask;
         alarms += mask.iter().filter(|m| **m).count();
         cells += mask.len();

@@ -35,9 +35,8 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
     Radar {
         name: "test".into(),
         carrier_hz: 77e9,
-        bandwidth_hz: 200e6,
-        ramp_time_s: 10e-6,
-        chirp_period_s: 20e-6,
+        waveform: catseye::scene::waveform::Waveform::chirp(200e6, 10e-6, 20e-6),
+        multiplex: catseye::scene::waveform::Multiplex::Tdm,
         adc_start_s: 0.0,
         sample_rate_hz: 6.4e6,
         samples: 64,
@@ -48,6 +47,7 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
         tx_power_dbm: 12.0,
         noise_figure_db: 12.0,
         thermal_noise: true,
+        front_end: Default::default(),
         mounting: Pose::IDENTITY,
         processing: Processing {
             range_window: window,
@@ -59,6 +59,7 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
             azimuth_fov_rad: 60f64.to_radians(),
             elevation_bins: 17,
             elevation_fov_rad: 25f64.to_radians(),
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Ca, guard: [3, 3], train: [5, 6], pfa: 1e-6 },
             max_points: 1,
         },

@@ -47,6 +47,7 @@ fn radar() -> Radar {
         tx_power_dbm: 12.0,
         noise_figure_db: 12.0,
         thermal_noise: true,
+        front_end: Default::default(),
         mounting: Pose::IDENTITY,
         processing: Processing {
             range_window: Window::Rectangle,

@@ -69,6 +69,7 @@ fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
         tx_power_dbm: 12.0,
         noise_figure_db: 10.0,
         thermal_noise: false,
+        front_end: Default::default(),
         mounting: Pose::IDENTITY,
         processing: Processing {
             range_window: Window::Hann,

@@ -26,10 +26,10 @@ fn a_configuration_becomes_a_radar() {
     let text = ti.to_radar_toml("board \"a\"", Board::Line).unwrap();
     let r = radar_toml::parse(Path::new("a.toml"), &text).unwrap();
     // 77 GHz + 60 MHz/us * 58 us / 2.
-    assert_eq!((r.carrier_hz, r.bandwidth_hz), (78.74e9, 3.48e9));
+    assert_eq!((r.carrier_hz, r.bandwidth_hz()), (78.74e9, 3.48e9));
     assert_eq!(r.start_hz(), 77e9);
     assert!((r.slope_hz_per_s() / 60e12 - 1.0).abs() < 1e-14);
-    assert_eq!((r.ramp_time_s, r.chirp_period_s, r.adc_start_s), (58e-6, 83e-6, 6e-6));
+    assert_eq!((r.waveform.ramp().unwrap().time_s, r.chirp_period_s(), r.adc_start_s), (58e-6, 83e-6, 6e-6));
     assert_eq!((r.samples, r.sample_rate_hz, r.chirps), (256, 5e6, 64));
     assert_eq!((r.sampling, r.tx.len(), r.rx.len(), r.tx_power_dbm), (Sampling::Iq, 2, 4, 12.0));
     assert_eq!([r.chirps, r.channels(), r.samples], ti.shape());

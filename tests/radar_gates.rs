@@ -49,7 +49,7 @@ struct Run {
 fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>, velocity: DVec3) -> Run {
     let geometry = Geometry::build(scene, 0.0, radar.carrier_hz).unwrap();
     let returns = engine.returns(&geometry, radar, pose, velocity, &TraceOptions::default());
-    let (cube, front_end) = engine.cube(radar, &returns, 9, 2, Control::default()).unwrap();
+    let (cube, front_end) = engine.cube(radar, &returns, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let beam = Beamformer::new(radar).unwrap();
     let tops = peaks(radar, &found);

@@ -78,7 +78,7 @@ fn echoes(list: &[(f64, f64)]) -> Returns {
 }
 
 fn cube(radar: &Radar, returns: &Returns) -> catseye::adc::Cube<f64> {
-    match Engine::Cpu(Precision::F64).cube(radar, returns, 0, 0, Control::default()).unwrap() {
+    match Engine::Cpu(Precision::F64).cube(radar, returns, &[], 0, 0, Control::default()).unwrap() {
         (AnyCube::F64(c), front_end) => {
             assert_eq!(front_end.dropped, 0, "an echo was not heard");
             c

@@ -7,6 +7,7 @@
 //! at the phase centre. An echo outside is dropped whole, counted and its power reported; nothing
 //! wraps round into the first range cells.
 
+use super::front_end::channels;
 use super::{Cube, CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;
@@ -99,7 +100,8 @@ struct Way {
     slot: usize,
     /// Index of its amplitude among those of one echo: ways between equal antennas share it.
     kind: usize,
-    sign: f64,
+    /// Sign of its code times the error of its channel.
+    factor: Complex64,
     /// Turns that the transmitter's phase code adds from loop to loop.
     code_turns: f64,
 }
@@ -107,6 +109,10 @@ struct Way {
 /// The ways of one radar, ordered by slot, then transmitter, then receiver: for transmitters in turn one for each channel,
 /// else several that add up to one.
 fn ways(radar: &Radar, kind: &[usize]) -> Vec<Way> {
+    let errors = match &radar.front_end.channels {
+        Some(e) => channels::gains(e, radar.tx.len(), radar.rx.len()),
+        None => Vec::new(),
+    };
     let (n_tx, n_rx) = (radar.tx.len(), radar.rx.len());
     let mut list = Vec::new();
     for slot in 0..radar.slots() {
@@ -120,13 +126,10 @@ fn ways(radar: &Radar, kind: &[usize]) -> Vec<Way> {
                 Multiplex::Ddm { bands } => -(tx as f64) / bands as f64,
                 _ => 0.0,
             };
-            list.extend((0..n_rx).map(|rx| Way {
-                tx,
-                rx,
-                slot,
-                kind: kind[tx * n_rx + rx],
-                sign,
-                code_turns,
+            list.extend((0..n_rx).map(|rx| {
+                let pair = tx * n_rx + rx;
+                let error = errors.get(pair).copied().unwrap_or(Complex64::ONE);
+                Way { tx, rx, slot, kind: kind[pair], factor: sign * error, code_turns }
             }));
         }
     }
@@ -164,6 +167,7 @@ impl<'a> Plan<'a> {
 
     /// With lines of one's choice. Errors when an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: Lines, returns: &'a Returns) -> Result<Plan<'a>> {
+        let filters = &radar.front_end.filters;
         let returns = &returns.returns[..];
         if returns.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", returns.len())));
@@ -204,6 +208,10 @@ impl<'a> Plan<'a> {
             }
             plan.front_end.moving += u64::from(r.path_rate_mps != 0.0);
         }
+        // What a real filter passes it weakens.
+        if !filters.is_off() {
+            plan = plan.weighted(|r| filters.gain(beat_frequency_hz(radar, r)));
+        }
         Ok(plan)
     }
 
@@ -229,7 +237,7 @@ impl<'a> Plan<'a> {
     pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
         let r = &self.returns[index as usize];
         let way = &self.ways[channel];
-        let amplitude = way.sign * self.amplitudes[index as usize * self.kinds + way.kind];
+        let amplitude = way.factor * self.amplitudes[index as usize * self.kinds + way.kind];
         let path = channel_path_m(self.radar, r, way.tx, way.rx);
         let mut c = phase_polynomial(self.radar, &self.lines, path, r.path_rate_mps, way.slot, amplitude);
         c.a1 += way.code_turns;
@@ -411,9 +419,13 @@ pub fn passes(radar: &Radar, r: &Return) -> bool {
     }
 }
 
-/// Whether the ideal anti-alias filter passes this beat frequency.
+/// Whether the anti-alias filter passes this beat frequency: the ideal one, or whatever a real one does not stop altogether.
 pub fn passes_filter(radar: &Radar, beat_hz: f64) -> bool {
     let fs = radar.sample_rate_hz;
+    let filters = &radar.front_end.filters;
+    if filters.low_pass.is_some() {
+        return !filters.stops(radar.sampling, fs, beat_hz);
+    }
     match radar.sampling {
         Sampling::Iq if radar.step_hz() < 0.0 => beat_hz > -fs && beat_hz <= 0.0,
         Sampling::Iq => (0.0..fs).contains(&beat_hz),

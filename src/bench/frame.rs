@@ -77,7 +77,7 @@ pub(super) fn w3(
     sheet.count("returns", returns.returns.len());
     let seed = settings.seed;
     let (cube, front_end) =
-        sheet.stage("synthesis", || engine.cube(&frame.radar, &returns, seed, 0, Control::default()))?;
+        sheet.stage("synthesis", || engine.cube(&frame.radar, &returns, &[], seed, 0, Control::default()))?;
     sheet.count("returns_moving", front_end.moving);
     sheet.count("returns_filtered_out", front_end.dropped);
     let found = sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?;
@@ -136,7 +136,7 @@ fn map(
             *best = Strongest { power_w, doppler, range };
         }
     }
-    let (cube, _) = engine.cube(radar, &returns, 0, 0, Control::default())?;
+    let (cube, _) = engine.cube(radar, &returns, &[], 0, 0, Control::default())?;
     Ok((engine.range_doppler(radar, &cube)?.map, strongest))
 }
 

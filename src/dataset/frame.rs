@@ -1,5 +1,6 @@
 //! The whole chain for one frame.
 
+use crate::adc::interference::{self, Arrival, Place};
 use crate::adc::synthesis::FrontEnd;
 use crate::cpu::adc::synthesis::Control;
 use crate::detect::points::{self, Point};
@@ -9,11 +10,12 @@ use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Geometry, curved};
+use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
-use crate::scene::{Object, Scene};
+use crate::scene::{Object, Scene, Shape};
 use crate::trace::{Convention, Returns, TraceOptions};
-use crate::units::wavenumber;
+use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -106,7 +108,8 @@ pub fn simulate_with(
     let returns =
         engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, radar, index));
     stages.trace_s = clock.lap();
-    let (cube, front_end) = engine.cube(radar, &returns, seed, index, control)?;
+    let interference = arrivals(scenario, scene, which, time_s);
+    let (cube, front_end) = engine.cube(radar, &returns, &interference, seed, index, control)?;
     stages.synthesis_s = clock.lap();
     let (map, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
     Ok(Frame {
@@ -123,6 +126,45 @@ pub fn simulate_with(
         points,
         stages,
     })
+}
+
+/// What other radars send to radar number `which`: straight, and by way of the scene's point targets.
+fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Vec<Arrival> {
+    let radar = &scenario.radars[which];
+    let place = |r: &Radar| {
+        let (pose, velocity_mps) = radar_pose(r, &scenario.ego, time_s);
+        Place { pose, velocity_mps }
+    };
+    let mut senders: Vec<(Interferer, Place)> = scenario
+        .interferers
+        .iter()
+        .map(|i| {
+            let at = i.pose.translation_m + i.velocity_mps * time_s;
+            (i.clone(), Place { pose: Pose::new(i.pose.rotation, at), velocity_mps: i.velocity_mps })
+        })
+        .collect();
+    if scenario.mutual_interference {
+        for other in scenario.radars.iter().enumerate().filter(|(k, _)| *k != which).map(|(_, r)| r) {
+            let at = place(other);
+            if let Some(sender) = Interferer::of_radar(other, at.pose, at.velocity_mps) {
+                let at = Place { pose: sender.pose, ..at };
+                senders.push((sender, at));
+            }
+        }
+    }
+    let at = place(radar);
+    let mut list = Vec::new();
+    for (number, (sender, from)) in senders.iter().enumerate() {
+        list.push(interference::direct(sender, number as u32, *from, radar, at));
+        for o in &scene.objects {
+            if let Shape::Point { rcs_dbsm } = o.shape {
+                let body =
+                    (o.pose.translation_m + o.velocity_mps * time_s, o.velocity_mps, power_from_db(rcs_dbsm));
+                list.push(interference::scattered(sender, number as u32, *from, radar, at, body));
+            }
+        }
+    }
+    list
 }
 
 /// From a cube to points. `returns` and `objects` label them; both may be empty.

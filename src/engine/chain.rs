@@ -2,16 +2,20 @@
 
 use super::{AnyCube, Engine, Precision};
 use crate::adc::Cube;
+use crate::adc::front_end::{Chain, channels};
+use crate::adc::interference::Arrival;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
 use crate::adc::synthesis::{FrontEnd, Plan};
 use crate::cpu;
+use crate::cpu::adc::front_end::Inputs;
 use crate::cpu::adc::synthesis::Control;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
+use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::trace::windows::windows;
 use crate::trace::{Returns, TraceOptions};
@@ -22,6 +26,14 @@ use num_complex::Complex64;
 trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {}
 impl Precise for f32 {}
 impl Precise for f64 {}
+
+/// What comes to the receivers of one frame.
+struct Received<'a> {
+    returns: &'a Returns,
+    interference: &'a [Arrival],
+    seed: u64,
+    frame: u32,
+}
 
 /// Chirps of several cubes of one shape in turn.
 fn interleaved<T: Clone + Default + Copy>(mut cubes: Vec<Cube<T>>) -> Cube<T> {
@@ -57,23 +69,25 @@ impl Engine {
         cpu::trace::echoes::returns(geometry, &windows(radar, pose), pose, velocity_mps, options)
     }
 
-    /// Samples of one frame with the receiver's noise: `[chirp, channel, sample]`, ramps in turn along chirps.
+    /// Samples of one frame as the receiver's converter delivers them: `[chirp, channel, sample]`, ramps in turn along chirps.
+    /// `interference` is what other radars send into the receivers.
     pub fn cube(
         &self,
         radar: &Radar,
         returns: &Returns,
+        interference: &[Arrival],
         seed: u64,
         frame: u32,
         control: Control<'_>,
     ) -> Result<(AnyCube, FrontEnd)> {
-        let noise = Noise::thermal(radar, seed, frame);
-        if let (Engine::Gpu(gpu), true) = (self, radar.waveform.parts() == 1) {
+        let plain = radar.front_end == FrontEndSettings::default() && interference.is_empty();
+        if let (Engine::Gpu(gpu), true, 1) = (self, plain, radar.waveform.parts()) {
             let plan = Plan::new(radar, returns)?;
             // The usual radar's cube is complete on the device.
             if Shaping::of(radar, 0.0).is_none() && plan.channels == radar.channels() {
                 let mut recorder = gpu.recorder("synthesis");
                 let device = plan.record(gpu, &mut recorder)?;
-                if let Some(n) = &noise {
+                if let Some(n) = Noise::thermal(radar, seed, frame) {
                     n.record(&mut recorder, &device);
                 }
                 let pending = device.read(&mut recorder);
@@ -81,60 +95,77 @@ impl Engine {
                 return Ok((AnyCube::F32(device.take(&mut done, pending)), plan.front_end));
             }
         }
-        match self {
+        let with = Received { returns, interference, seed, frame };
+        Ok(match self {
             Engine::Cpu(Precision::F64) => {
-                let (mut cube, front_end) = self.clean::<f64>(radar, returns, control)?;
-                if let Some(n) = &noise {
-                    cpu::adc::noise::add(&mut cube, n);
-                }
-                Ok((AnyCube::F64(cube), front_end))
+                let (cube, seen) = self.received::<f64>(radar, &with, control)?;
+                (AnyCube::F64(cube), seen)
             }
             _ => {
-                let (mut cube, front_end) = self.clean::<f32>(radar, returns, control)?;
-                if let Some(n) = &noise {
-                    cpu::adc::noise::add(&mut cube, n);
-                }
-                Ok((AnyCube::F32(cube), front_end))
+                let (cube, seen) = self.received::<f32>(radar, &with, control)?;
+                (AnyCube::F32(cube), seen)
             }
-        }
+        })
     }
 
-    /// Samples of all ramps without noise. What the receiver hears at once is added up, and lines of pulses and codes become
-    /// samples, on the host.
-    fn clean<T: Precise>(
+    /// Samples of all ramps. What the receiver hears at once is added up, lines of pulses and codes become samples, and
+    /// the front end does what it does, on the host.
+    fn received<T: Precise>(
         &self,
         radar: &Radar,
-        returns: &Returns,
+        with: &Received<'_>,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, FrontEnd)> {
+    ) -> Result<(Cube<T>, FrontEnd)>
+    where
+        num_complex::Complex<T>: std::ops::AddAssign,
+    {
+        let built = match &radar.front_end.channels {
+            Some(errors) => channels::displaced(radar, errors),
+            None => radar.clone(),
+        };
         let parts = radar.waveform.parts();
-        let largest_rate = returns.returns.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
         let mut made = Vec::with_capacity(parts);
         let mut front_end = FrontEnd::default();
         for i in 0..parts {
-            let part = radar.part(i);
-            let (cube, seen) = match Shaping::of(&part, largest_rate) {
-                None => {
-                    let plan = Plan::new(&part, returns)?;
-                    (plan.fold(self.lines::<T>(&plan, control)?), plan.front_end)
-                }
-                Some(shaping) => {
-                    let first = shaping.plan(&part, returns, 0)?;
-                    let seen = first.front_end;
-                    let orders = shaping.orders(largest_rate);
-                    let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
-                    for order in 0..orders {
-                        let plan = shaping.plan(&part, returns, order)?;
-                        let lines = plan.fold(self.lines::<T>(&plan, control)?);
-                        cpu::adc::shaping::add(&shaping, &lines, order, &mut samples);
-                    }
-                    (samples, seen)
-                }
-            };
+            let part = built.part(i);
+            let chain = Chain::new(&part, &part.front_end);
+            let margin = chain.margin();
+            let (clean, seen) = self.clean::<T>(&part, with.returns, margin, control)?;
             front_end = if i == 0 { seen } else { front_end.and(&seen) };
-            made.push(cube);
+            // Each ramp of a loop has draws of its own.
+            let seed = with.seed ^ ((i as u64) << 40);
+            let noise = Noise::thermal(&part, seed, with.frame);
+            let inputs =
+                Inputs { noise: noise.as_ref(), interference: with.interference, seed, frame: with.frame };
+            made.push(cpu::adc::front_end::apply(clean, margin, &chain, inputs)?);
         }
         Ok((interleaved(made), front_end))
+    }
+
+    /// Echoes of one ramp alone, with `margin` further samples before and after each record.
+    fn clean<T: Precise>(
+        &self,
+        part: &Radar,
+        returns: &Returns,
+        margin: usize,
+        control: Control<'_>,
+    ) -> Result<(Cube<T>, FrontEnd)> {
+        let largest_rate = returns.returns.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
+        let Some(shaping) = Shaping::of(part, largest_rate) else {
+            let plan = Plan::with_lines(part, part.lines().wider(margin), returns)?;
+            return Ok((plan.fold(self.lines::<T>(&plan, control)?), plan.front_end));
+        };
+        let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
+        let mut seen = FrontEnd::default();
+        for order in 0..shaping.orders(largest_rate) {
+            let plan = shaping.plan(part, returns, order)?;
+            if order == 0 {
+                seen = plan.front_end;
+            }
+            let lines = plan.fold(self.lines::<T>(&plan, control)?);
+            cpu::adc::shaping::add(&shaping, &lines, order, &mut samples);
+        }
+        Ok((samples, seen))
     }
 
     /// Lines of a plan, by this engine.

@@ -3,6 +3,7 @@
 
 use super::toml_file::{Above, At, Document};
 use crate::error::Result;
+use crate::units::dbm_from_w;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -402,6 +403,56 @@ fn channel_errors(doc: &Document<'_>, c: &ChannelsTable, channels: usize) -> Res
         seed: c.seed.value,
         gain_db: list(&c.gain_db, 40.0)?,
         phase_rad: list(&c.phase_deg, 360.0)?.iter().map(|d| d.to_radians()).collect(),
+    })
+}
+
+/// The table that [`build`] reads back to these settings (angles and levels to rounding); None when all is off.
+pub fn table(s: &FrontEndSettings) -> Option<FrontEndTable> {
+    if *s == FrontEndSettings::default() {
+        return None;
+    }
+    let filter = |f: &Butterworth| FilterTable { order: f.order.into(), corner_hz: f.corner_hz.into() };
+    let degrees = |r: &[f64]| r.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
+    Some(FrontEndTable {
+        phase_noise: s.phase_noise.as_ref().map(|p| PhaseNoiseTable {
+            offset_hz: p.offset_hz.clone().into(),
+            dbc_per_hz: p.dbc_per_hz.clone().into(),
+        }),
+        leakage: s
+            .leakage
+            .map(|l| LeakageTable { isolation_db: l.isolation_db.into(), delay_s: l.delay_s.into() }),
+        bumper: s
+            .bumper
+            .map(|b| BumperTable { reflection_db: b.reflection_db.into(), distance_m: b.distance_m.into() }),
+        high_pass: s.filters.high_pass.as_ref().map(filter),
+        low_pass: s.filters.low_pass.as_ref().map(filter),
+        saturation: s
+            .saturation
+            .map(|x| SaturationTable { kind: x.kind, full_scale_dbm: x.full_scale_dbm.into() }),
+        adc: s.adc.map(|a| AdcTable {
+            bits: a.bits.into(),
+            full_scale_dbm: a.full_scale_dbm.into(),
+            kind: Some(a.kind),
+        }),
+        iq_imbalance: s
+            .iq
+            .map(|q| IqTable { gain_db: q.gain_db.into(), phase_deg: q.phase_rad.to_degrees().into() }),
+        dc_offset: s.dc.map(|d| DcTable {
+            power_dbm: dbm_from_w(d.i.hypot(d.q).powi(2)).into(),
+            angle_deg: d.q.atan2(d.i).to_degrees().into(),
+        }),
+        jitter: (s.aperture_jitter_rms_s.is_some() || s.chirp_jitter_rms_s.is_some()).then(|| JitterTable {
+            aperture_rms_s: s.aperture_jitter_rms_s.map(At::from),
+            chirp_start_rms_s: s.chirp_jitter_rms_s.map(At::from),
+        }),
+        channels: s.channels.as_ref().map(|c| ChannelsTable {
+            gain_rms_db: c.gain_rms_db.into(),
+            phase_rms_deg: c.phase_rms_rad.to_degrees().into(),
+            position_rms_m: c.position_rms_m.into(),
+            seed: c.seed.into(),
+            gain_db: (!c.gain_db.is_empty()).then(|| c.gain_db.clone().into()),
+            phase_deg: (!c.phase_rad.is_empty()).then(|| degrees(&c.phase_rad).into()),
+        }),
     })
 }
 

@@ -1,6 +1,6 @@
 //! Other FMCW radars in the scene: what the TOML says, checked.
 
-use super::radar::{Antenna, Pattern, Polarisation};
+use super::radar::{Antenna, Pattern, Polarisation, Radar};
 use super::toml_file::{Above, At, Document};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
@@ -29,6 +29,28 @@ pub struct Interferer {
     /// At time zero.
     pub pose: Pose<Sensor, World>,
     pub velocity_mps: DVec3,
+}
+
+impl Interferer {
+    /// What a radar's first transmitter sends, or None when it sends no linear ramps.
+    pub fn of_radar(radar: &Radar, pose: Pose<Sensor, World>, velocity_mps: DVec3) -> Option<Interferer> {
+        let ramp = radar.waveform.ramp()?;
+        let antenna = radar.tx.first()?;
+        let shifted = Pose::new(pose.rotation, pose.point(antenna.position_m));
+        Some(Interferer {
+            name: radar.name.clone(),
+            start_hz: radar.start_hz(),
+            slope_hz_per_s: radar.slope_hz_per_s(),
+            ramp_time_s: ramp.time_s,
+            period_s: ramp.period_s,
+            start_s: None,
+            coherent: true,
+            power_dbm: radar.tx_power_dbm,
+            antenna: Antenna { position_m: DVec3::ZERO, ..antenna.clone() },
+            pose: shifted,
+            velocity_mps,
+        })
+    }
 }
 
 /// Another radar that sends into the view of ours.

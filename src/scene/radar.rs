@@ -1,5 +1,6 @@
 //! The radar description: what the TOML says, checked, in SI.
 
+use super::front_end::FrontEndSettings;
 use super::waveform::{Lines, Multiplex, Waveform};
 use crate::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
@@ -226,6 +227,8 @@ pub struct Radar {
     pub noise_figure_db: f64,
     /// Thermal noise on or off.
     pub thermal_noise: bool,
+    /// What else the receiver does to the samples.
+    pub front_end: FrontEndSettings,
     pub mounting: Pose<Sensor, Vehicle>,
     pub processing: Processing,
 }

@@ -1,11 +1,12 @@
 //! The radar TOML: what the keys are, their checks, the presets, and writing a radar back.
 
+use super::front_end::{self, FrontEndSettings, FrontEndTable};
 use super::radar::{
     AngleMethod, AngleSettings, Antenna, CalibrationFile, Cfar, CfarKind, Pattern, Polarisation, Processing,
     Radar, Sampling, Sources, Window,
 };
 use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
-use super::waveform::Multiplex;
+use super::waveform::{Multiplex, Waveform};
 use super::waveform_toml::{self, WaveformTable};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Sensor, Vehicle};
@@ -26,6 +27,9 @@ pub struct RadarFile {
     pub waveform: WaveformTable,
     pub receiver: ReceiverTable,
     pub transmitter: TransmitterTable,
+    /// Errors of the receiver; ideal when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub front_end: Option<FrontEndTable>,
     /// What holds for every antenna that does not say otherwise.
     #[serde(default)]
     pub antenna: AntennaTable,
@@ -354,7 +358,12 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let adc_start_s = doc.in_range(&r.adc_start_s, 0.0..=1.0, "seconds after the ramp's start")?;
     let tx = elements(doc, &f.tx, f, "tx", carrier_hz)?;
     let rx = elements(doc, &f.rx, f, "rx", carrier_hz)?;
+    let front_end = match &f.front_end {
+        Some(t) => front_end::build(doc, t, tx.len() * rx.len())?,
+        None => FrontEndSettings::default(),
+    };
     let (waveform, multiplex) = waveform_toml::build(doc, w, r, tx.len())?;
+    check_front_end(doc, f, &waveform, multiplex)?;
     let mut radar = Radar {
         name: f.name.clone(),
         carrier_hz,
@@ -370,6 +379,7 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
         tx_power_dbm: doc.in_range(&f.transmitter.power_dbm, -100.0..=100.0, "give dBm, as in 12")?,
         noise_figure_db: doc.in_range(&r.noise_figure_db, 0.0..=60.0, "give decibels, as in 13")?,
         thermal_noise: r.thermal_noise,
+        front_end,
         mounting: mounting(doc, &f.mounting)?,
         processing: Processing {
             range_window: Window::Hann,
@@ -388,6 +398,44 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     };
     processing(doc, &f.processing, &mut radar)?;
     Ok(radar)
+}
+
+/// Errors: effects that are modelled for ramps alone, with another waveform; leakage where transmitters send at once.
+fn check_front_end(
+    doc: &Document<'_>,
+    f: &RadarFile,
+    waveform: &Waveform,
+    multiplex: Multiplex,
+) -> Result<()> {
+    let Some(t) = &f.front_end else { return Ok(()) };
+    let jitter = t.jitter.as_ref();
+    let of_ramps = [
+        ("phase_noise", t.phase_noise.as_ref().map(|p| &p.offset_hz.span)),
+        ("leakage", t.leakage.as_ref().map(|l| &l.isolation_db.span)),
+        ("bumper", t.bumper.as_ref().map(|b| &b.reflection_db.span)),
+        ("high_pass", t.high_pass.as_ref().map(|h| &h.order.span)),
+        ("low_pass", t.low_pass.as_ref().map(|l| &l.order.span)),
+        ("jitter", jitter.and_then(|j| j.aperture_rms_s.as_ref()).map(|a| &a.span)),
+        ("jitter", jitter.and_then(|j| j.chirp_start_rms_s.as_ref()).map(|a| &a.span)),
+    ];
+    for (i, (key, span)) in of_ramps.into_iter().enumerate() {
+        let Some(span) = span else { continue };
+        if !matches!(waveform, Waveform::Fmcw(_)) {
+            return Err(doc
+                .bad(span, format!("front_end.{key} is modelled for linear ramps"))
+                .allowed("waveform.kind = \"fmcw\"")
+                .remedy("take it out")
+                .into());
+        }
+        if multiplex != Multiplex::Tdm && (1..=2).contains(&i) {
+            return Err(doc
+                .bad(span, format!("front_end.{key} is modelled for transmitters that send in turn"))
+                .allowed("waveform.multiplex = \"tdm\"")
+                .remedy("take it out")
+                .into());
+        }
+    }
+    Ok(())
 }
 
 /// Pose on the vehicle.
@@ -968,6 +1016,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             thermal_noise: radar.thermal_noise,
         },
         transmitter: TransmitterTable { power_dbm: radar.tx_power_dbm.into() },
+        front_end: front_end::table(&radar.front_end),
         antenna: AntennaTable::default(),
         tx: radar.tx.iter().map(element).collect::<Result<_>>()?,
         rx: radar.rx.iter().map(element).collect::<Result<_>>()?,

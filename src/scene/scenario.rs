@@ -2,10 +2,12 @@
 //! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
 
 use super::gltf::{self, ImportOptions};
+use super::interferer::{self, Interferer, InterfererTable};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
+use super::waveform::Waveform;
 use super::{Mesh, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, Vehicle, World};
@@ -40,6 +42,12 @@ pub struct ScenarioFile {
     /// Objects that are added to the scene.
     #[serde(default)]
     pub object: Vec<ObjectTable>,
+    /// Radars of others, which send into the view of ours.
+    #[serde(default)]
+    pub interferer: Vec<InterfererTable>,
+    /// Whether several radars of the vehicle hear each other. Default false.
+    #[serde(default)]
+    pub mutual_interference: bool,
     #[serde(default)]
     pub ego: EgoTable,
     #[serde(default)]
@@ -280,6 +288,8 @@ pub struct Scenario {
     pub scene: SceneSource,
     pub points: Vec<PointTarget>,
     pub objects: Vec<Placed>,
+    pub interferers: Vec<Interferer>,
+    pub mutual_interference: bool,
     pub ego: Ego,
     pub frames: Frames,
     pub trace: TraceSettings,
@@ -623,6 +633,21 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
             velocity_mps: speed(&doc, &o.velocity_mps)?,
         });
     }
+    let interferers = f.interferer.iter().map(|t| interferer::build(&doc, t)).collect::<Result<Vec<_>>>()?;
+    let ramps = radars.iter().all(|r| matches!(r.waveform, Waveform::Fmcw(_)));
+    if let (Some(t), false) = (f.interferer.first(), ramps) {
+        return Err(doc
+            .bad(&t.carrier_hz.span, "interference is modelled for radars with linear ramps")
+            .remedy("take the interferer out, or change the radar's waveform.kind to \"fmcw\"")
+            .into());
+    }
+    if f.mutual_interference && !ramps {
+        return Err(BadInput::new("interference is modelled for radars with linear ramps")
+            .file(file)
+            .key("mutual_interference")
+            .remedy("take it out, or change waveform.kind of the radars to \"fmcw\"")
+            .into());
+    }
     Ok(Scenario {
         name: f.name,
         seed: f.seed,
@@ -630,6 +655,8 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         scene,
         points,
         objects,
+        interferers,
+        mutual_interference: f.mutual_interference,
         ego: Ego {
             position_m: doc.vector(&f.ego.position_m)?,
             yaw_rad: angle(&f.ego.yaw_deg)?,

@@ -206,6 +206,19 @@ pub struct Lines {
     pub dechirped: bool,
 }
 
+impl Lines {
+    /// With `margin` more at either end.
+    pub fn wider(self, margin: usize) -> Lines {
+        let m = margin as f64;
+        Lines {
+            count: self.count + 2 * margin,
+            first_hz: self.first_hz - m * self.step_hz,
+            start_s: self.start_s - m * self.step_s,
+            ..self
+        }
+    }
+}
+
 /// How several transmitters share a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]

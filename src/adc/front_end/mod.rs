@@ -57,7 +57,7 @@ pub struct Timing {
     pub start_hz: f64,
     /// From the ramp's start to the first sample.
     pub adc_start_s: f64,
-    /// Ramps that one loop holds: transmitters that send in turn. Channels of one ramp follow each other,
+    /// Ramps of this slope that one loop holds. Channels of one ramp follow each other,
     /// so that channel c of C belongs to ramp ⌊c slots/C⌋.
     pub slots: usize,
     /// Start of each ramp, `[loop, slot]`, s.
@@ -66,7 +66,7 @@ pub struct Timing {
 
 impl Timing {
     pub fn of(radar: &Radar) -> Timing {
-        let slots = radar.tx.len();
+        let slots = radar.slots();
         let starts = |m| (0..slots).map(move |k| radar.chirp_start_s(m, k));
         Timing {
             sampling: radar.sampling,
