@@ -1,9 +1,9 @@
 //! Files: NumPy arrays, CSV tables, cubes of samples from elsewhere (NumPy, HDF5, TI's recordings with their
 //! configuration), and results that appear under their name only when complete.
 
+pub mod csv;
 pub mod cube;
 pub mod cube_layout;
-pub mod csv;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 pub mod npy;
