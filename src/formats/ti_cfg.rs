@@ -201,7 +201,8 @@ impl TiRadar {
         for default in DEMO_DEFAULTS {
             let name = name_of(default);
             let said = self.others.iter().any(|o| name_of(o) == name);
-            if !said && !(name == "lvdsStreamCfg" && self.lvds.is_some()) {
+            let own = name == "lvdsStreamCfg" && self.lvds.is_some();
+            if !(said || own) {
                 line(format_args!("{default}"));
             }
         }

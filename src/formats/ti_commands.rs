@@ -449,7 +449,7 @@ impl Commands {
 fn smallest_period(masks: Vec<u32>) -> (usize, Vec<u32>) {
     let n = masks.len();
     for p in 1..n {
-        if n % p == 0
+        if n.is_multiple_of(p)
             && (p..n).all(|i| masks[i] == masks[i - p])
             && masks[..p].iter().all(|m| m.count_ones() == 1)
         {
