@@ -132,7 +132,7 @@ fn error_of_phase_noise(sampling: Sampling, falling: bool, margin_share: usize) 
     let mut chain = with(&r, |s| s.phase_noise = Some(profile()));
     if falling {
         chain.timing.slope_hz_per_s *= -1.0;
-        chain.timing.start_hz += r.bandwidth_hz;
+        chain.timing.start_hz += r.bandwidth_hz();
     }
     let margin = chain.margin() * margin_share;
     // "real" hears half as far.

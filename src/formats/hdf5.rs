@@ -93,6 +93,13 @@ impl Reader {
             if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {
                 return Err(bad(format!("{} bytes of samples in a file of {size}", layout.bytes())).into());
             }
+            // A chunk is put together in memory whole.
+            let chunk = dataset.chunk_shape().map_err(|e| bad(format!("no chunks: {e}")))?;
+            let element = layout.bytes() / shape.iter().map(|n| *n as u64).product::<u64>().max(1);
+            let chunk = chunk.unwrap_or_default().iter().fold(element, |n, d| n.saturating_mul(*d));
+            if chunk > size.saturating_mul(MOST_OF_A_BYTE) {
+                return Err(bad(format!("chunks of {chunk} bytes in a file of {size}")).into());
+            }
             let layout = if i == 1 { layout.imaginary() } else { layout };
             parts.push(Part { dataset, layout, rows: 0..0, bytes: Vec::new() });
         }
