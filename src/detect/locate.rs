@@ -1,0 +1,280 @@
+//! From the cells of a frame's maps to points: transmitters told apart, folds of the range rate, angles by the method
+//! that the radar asks for, slopes paired.
+
+use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
+use super::ambiguity::{Ambiguity, TdmFolds};
+use super::points::{Detected, Point, peaks, point, range_rate_mps};
+use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
+use crate::dsp::doa_beamform::{Beamformer, Grid};
+use crate::dsp::doa_calibration::Calibration;
+use crate::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, SourceNumber};
+use crate::dsp::doa_manifold::Manifold;
+use crate::dsp::doa_order::Criterion;
+use crate::dsp::multiplex::decode;
+use crate::dsp::{RangeDoppler, Snapshots, window};
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::formats::csv::Table;
+use crate::frames::direction_from_angles;
+use crate::scene::radar::{AngleMethod, AngleSettings, Radar, Sources};
+use crate::scene::waveform::Multiplex;
+use crate::units::{db_from_power, power_from_db, wavenumber};
+use glam::DVec3;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// Power that a cell's model leaves over, for channels that are not perfectly alike and cells that hold more than one
+/// scatterer.
+const MODEL_ERROR: f64 = 1e-2;
+/// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.
+const SLOPE_LEVEL_DB: f64 = 2.0;
+/// No body is taken to move faster than this along the line of sight, m/s.
+const FASTEST_MPS: f64 = 100.0;
+
+/// What the standard deviations of this radar's points depend on. Errors: those of its windows and grid.
+pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
+    let p = &radar.processing;
+    let axis = |w, n: usize, bins: usize| -> Result<AxisAccuracy> {
+        Ok(AxisAccuracy::new(&window::coefficients(w, n)?, bins))
+    };
+    let places: Vec<(DVec3, usize)> = radar
+        .tx
+        .iter()
+        .enumerate()
+        .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
+        .collect();
+    let y: Vec<f64> = places.iter().map(|(p, _)| p.y).collect();
+    let weights = window::at_positions(p.angle_window, &y)?;
+    // Transmitters that send at once gather no phase between them.
+    let turn = |k: usize| if radar.multiplex == Multiplex::Tdm { k } else { 0 };
+    let elements: Vec<Element> = places
+        .iter()
+        .zip(weights)
+        .map(|((position_m, slot), weight)| Element { position_m: *position_m, weight, slot: turn(*slot) })
+        .collect();
+    let k = wavenumber(radar.carrier_hz);
+    let grid = Grid::new(radar)?;
+    let step = |axis: &[f64]| if axis.len() > 1 { axis[1].sin() - axis[0].sin() } else { 0.0 };
+    let sine_step = [step(&grid.azimuth_rad), step(&grid.elevation_rad)];
+    Ok(PointAccuracy {
+        range: axis(p.range_window, radar.lines().count, p.range_fft)?,
+        doppler: axis(p.doppler_window, radar.chirps, p.doppler_fft)?,
+        range_bin_m: radar.range_bin_m(),
+        velocity_bin_mps: radar.velocity_bin_mps(),
+        coupling_s: radar.range_per_rate_s(),
+        sine_step,
+        sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
+        elements,
+        wavenumber: k,
+        chirp_period_s: radar.chirp_period_s(),
+    })
+}
+
+/// The array as the radar's settings describe it. Errors: coincident channels; a calibration that is no calibration of it.
+pub fn manifold(radar: &Radar) -> Result<Manifold> {
+    let ideal = Manifold::of_radar(radar)?;
+    match &radar.processing.angle.calibration {
+        None => Ok(ideal),
+        Some(c) => {
+            ideal.with_calibration(&Calibration::from_table(&Table::parse(&c.path, c.text.clone())?, &c.path)?)
+        }
+    }
+}
+
+/// The radar's settings in the words of the estimators.
+pub fn options(a: &AngleSettings) -> Options {
+    Options {
+        method: match a.method {
+            AngleMethod::Bartlett => Method::Bartlett,
+            AngleMethod::Capon => Method::Capon,
+            AngleMethod::Ml => Method::Ml,
+            AngleMethod::Music => Method::Music,
+            AngleMethod::RootMusic => Method::RootMusic,
+            AngleMethod::Esprit => Method::Esprit,
+            AngleMethod::BiSvd => Method::BiSvd { forgetting: a.forgetting },
+        },
+        sources: match a.sources {
+            Sources::Given(n) => SourceNumber::Given(n),
+            Sources::Mdl => SourceNumber::Found(Criterion::Mdl),
+            Sources::Aic => SourceNumber::Found(Criterion::Aic),
+            Sources::Residual => SourceNumber::Residual { false_alarm: 1e-3, model_error: MODEL_ERROR },
+        },
+        max_sources: a.max_sources,
+        smoothing: a.subarray.map_or(Smoothing::Auto, Smoothing::Subarray),
+        forward_backward: a.forward_backward,
+        ..Options::default()
+    }
+}
+
+/// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as were
+/// taken (`Processing::max_points`). Errors: those of the array, its calibration and the method.
+pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -> Result<Vec<Detected>> {
+    let (tops, rates) = peaks(radar, found);
+    let channels = found.snapshots.channels;
+    found.cells.truncate(tops.len());
+    found.snapshots.data.truncate(tops.len() * channels);
+    if tops.is_empty() {
+        return Ok(Vec::new());
+    }
+    let noise: Vec<f64> = found.cells.iter().map(|c| found.detection.noise_at(*c)).collect();
+    let folds = fold_test(radar)?;
+    let decoded: Vec<(Vec<Complex64>, f64, Ambiguity)> = rates
+        .par_iter()
+        .zip(found.snapshots.data.par_chunks(channels))
+        .zip(&noise)
+        .map(|((rate, snapshot), noise)| {
+            let (rate, state) = match &folds {
+                Some(test) => {
+                    let t = test.test(snapshot, *rate, *noise, MODEL_ERROR);
+                    (t.range_rate_mps, t.state)
+                }
+                None => (*rate, Ambiguity::Unresolved),
+            };
+            let d = decode(radar, snapshot, rate);
+            let state = match radar.multiplex {
+                Multiplex::Ddm { bands } if bands > radar.tx.len() => Ambiguity::Resolved,
+                _ => state,
+            };
+            (d.channels, d.range_rate_mps, state)
+        })
+        .collect();
+    let snapshots = Snapshots {
+        channels: radar.virtual_channels(),
+        data: decoded.iter().flat_map(|d| d.0.iter().copied()).collect(),
+    };
+    let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| Detected {
+        range_bin: tops[i].range,
+        doppler_row: tops[i].doppler,
+        unfolded_mps: decoded[i].1 - rates[i],
+        azimuth_rad,
+        elevation_rad,
+        power_w,
+        noise_w: noise[i],
+        ambiguity: decoded[i].2,
+        angle_std_rad: None,
+    };
+    let angle = &radar.processing.angle;
+    if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
+        let beam = Beamformer::new(radar)?;
+        // The turns between transmitters are out already.
+        let still = vec![0.0; tops.len()];
+        let power = engine.angular_power(&beam, &snapshots, &still)?;
+        let rows = power.chunks_exact(beam.grid.len()).enumerate();
+        return Ok(rows
+            .filter_map(|(i, power)| {
+                let a = beam.strongest(power, snapshots.of(i), 0.0)?;
+                Some(make(i, a.azimuth_rad, a.elevation_rad, a.amplitude.norm_sqr()))
+            })
+            .collect());
+    }
+    let estimator = Estimator::new(manifold(radar)?, Grid::new(radar)?, options(angle))?;
+    let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
+    let sources = estimator.estimate_cells(&cells, |steering, forms| engine.forms(steering, forms))?;
+    Ok(sources
+        .iter()
+        .enumerate()
+        .flat_map(|(i, list)| {
+            list.iter().map(move |s| (i, s))
+        })
+        .map(|(i, s)| Detected {
+            angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
+            ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { decoded[i].2 },
+            ..make(i, s.azimuth_rad, s.elevation_rad, s.power_w)
+        })
+        .collect())
+}
+
+/// The test of folds of transmitters in turn; None where there is nothing to test.
+fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
+    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
+        return Ok(None);
+    }
+    let places: Vec<(DVec3, usize)> = radar
+        .tx
+        .iter()
+        .enumerate()
+        .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
+        .collect();
+    let grid = Grid::new(radar)?;
+    let directions: Vec<(f64, f64)> = grid
+        .elevation_rad
+        .iter()
+        .flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e)))
+        .collect();
+    let k = wavenumber(radar.carrier_hz);
+    TdmFolds::new(&places, radar.tx.len(), k, radar.chirp_period_s(), &directions).map(Some)
+}
+
+/// Points of one frame without labels, strongest first: those of the map, or where there are several slopes pairs of peaks of the
+/// first two, confirmed by a third. `maps` has one map for each ramp. Errors: those of [`detected`].
+pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) -> Result<Vec<Point>> {
+    let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
+    let mut seen = Vec::with_capacity(maps.len());
+    for (part, map) in parts.iter().zip(maps.iter_mut()) {
+        let accuracy = accuracy(part)?;
+        let found = detected(engine, part, map)?;
+        seen.push(found.into_iter().map(|d| (point(part, &d, &accuracy), d)).collect::<Vec<_>>());
+    }
+    let opposed = parts.len() > 1 && parts[0].slope_hz_per_s() != parts[1].slope_hz_per_s();
+    if !opposed {
+        return Ok(seen.into_iter().next().unwrap_or_default().into_iter().map(|(p, _)| p).collect());
+    }
+    let slopes: Vec<Slope> = parts
+        .iter()
+        .zip(&seen)
+        .map(|(part, list)| {
+            let bin_hz = part.sample_rate_hz / part.processing.range_fft as f64;
+            let sign = part.slope_hz_per_s().signum();
+            Slope {
+                slope_hz_per_s: part.slope_hz_per_s(),
+                carrier_hz: part.carrier_hz,
+                peaks: list
+                    .iter()
+                    .map(|(p, d)| SlopePeak {
+                        beat_hz: sign * d.range_bin * bin_hz,
+                        beat_std_hz: p.std.beat_cells.max(1e-3) * bin_hz,
+                        power_db: db_from_power(d.power_w),
+                        azimuth_rad: p.std.angles.azimuth_rad.map(|_| d.azimuth_rad),
+                    })
+                    .collect(),
+            }
+        })
+        .collect();
+    let limits = PairLimits {
+        max_range_m: radar.max_range_m(),
+        max_range_rate_mps: FASTEST_MPS,
+        power_std_db: SLOPE_LEVEL_DB,
+        azimuth_std_rad: 1f64.to_radians(),
+    };
+    let pairs = pair_slopes(&slopes[0], &slopes[1], slopes.get(2), &limits)?;
+    let mut out: Vec<Point> = pairs
+        .iter()
+        .map(|pair| {
+            let (first, second) = (&seen[0][pair.first].0, &seen[1][pair.second].0);
+            let mut p = first.clone();
+            p.range_m = pair.range_m;
+            p.range_rate_mps = pair.range_rate_mps;
+            p.azimuth_rad = 0.5 * (first.azimuth_rad + second.azimuth_rad);
+            p.elevation_rad = 0.5 * (first.elevation_rad + second.elevation_rad);
+            p.position_m = direction_from_angles(p.azimuth_rad, p.elevation_rad) * p.range_m;
+            p.std.angles.range_m = pair.range_std_m;
+            p.std.angles.range_rate_mps = pair.range_rate_std_mps;
+            p.ambiguity = pair.state;
+            // The level goes with the fourth power of a range that was not right before.
+            p.rcs_dbsm += db_from_power((p.range_m / first.range_m).abs().powi(4));
+            p
+        })
+        .collect();
+    out.sort_by(|a, b| b.power_dbm.total_cmp(&a.power_dbm));
+    Ok(out)
+}
+
+/// Power ratio of a point's SNR.
+pub(super) fn snr(power_w: f64, noise_w: f64) -> f64 {
+    if noise_w > 0.0 { power_w / noise_w } else { power_from_db(200.0) }
+}
+
+/// Range rate of a detected cell with its folds.
+pub(super) fn rate_mps(radar: &Radar, d: &Detected) -> f64 {
+    range_rate_mps(radar, d.doppler_row) + d.unfolded_mps
+}
