@@ -6,8 +6,10 @@ use crate::error::{BadInput, Error, Result};
 use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use crate::gpu_struct;
 use crate::scene::radar::{Cfar, CfarKind};
+use rayon::prelude::*;
 use statrs::function::gamma::ln_gamma;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Mutex, PoisonError};
 
 /// How a cell is judged in one range column: detected when power > factor x statistic, where the
 /// statistic is the mean (CA), the greater or smaller of the means of two halves (GO, SO), or the
@@ -104,8 +106,7 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
             .remedy("three quarters of the training cells is usual")
             .into());
     }
-    let mut known: HashMap<[usize; 2], Column> = HashMap::new();
-    (0..range_bins)
+    let parts: Vec<[usize; 2]> = (0..range_bins)
         .map(|r| {
             let Reach { outer, inner } = reach(cfar, r, range_bins);
             // Training cells in columns from..to.
@@ -118,37 +119,63 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
                 (_, Halves::AlongRange) => [cells(outer.0, r), cells(r + 1, outer.1 + 1)],
                 (_, Halves::AlongDoppler) => [cells(outer.0, outer.1 + 1) / 2; 2],
             };
-            let [before, count] = [parts[0], parts[0] + parts[1]];
-            if count == 0 {
+            if parts == [0, 0] {
                 return Err(BadInput::new(format!("the CFAR has no training cells at range bin {r}"))
                     .key("cfar.guard, cfar.train")
                     .value(format!("{:?}, {:?}", cfar.guard, cfar.train))
                     .allowed(format!("a window that fits {range_bins} range bins"))
                     .into());
             }
-            if let Some(column) = known.get(&parts) {
-                return Ok(*column);
-            }
-            let mut column =
-                Column { count: count as u32, before: before as u32, rank: 0, factor: 0.0, scale: 1.0 };
-            match cfar.kind {
-                CfarKind::Ca => column.factor = cfar_ca::factor(channels, count, cfar.pfa)?,
-                CfarKind::Go | CfarKind::So => {
-                    let found = cfar_go_so::factor(cfar.kind, channels, parts, cfar.pfa)?;
-                    (column.factor, column.scale) = (found.factor, 1.0 / found.expectation);
-                }
-                CfarKind::Os { rank } => {
-                    let rank = ((rank * count) as f64 / full as f64).round().max(1.0) as usize;
-                    let found = cfar_os::factor(channels, count, rank, cfar.pfa)?;
-                    column.rank = rank as u32;
-                    (column.factor, column.scale) = (found.factor, 1.0 / found.expectation);
-                }
-            }
-            known.insert(parts, column);
-            Ok(column)
+            Ok(parts)
         })
-        .collect()
+        .collect::<Result<_>>()?;
+    let mut distinct = parts.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    let columns: Vec<Column> =
+        distinct.par_iter().map(|p| column(cfar, channels, full, *p)).collect::<Result<_>>()?;
+    let known: HashMap<[usize; 2], Column> = distinct.into_iter().zip(columns).collect();
+    Ok(parts.iter().map(|p| known[p]).collect())
 }
+
+/// How a cell with these training cells (of GO and SO: before and after) is judged; `full` is their number
+/// in a whole window. Frames of one radar ask for the same ones, so that they are remembered.
+fn column(cfar: &Cfar, channels: usize, full: usize, parts: [usize; 2]) -> Result<Column> {
+    type Key = (u32, usize, usize, [usize; 2], u64);
+    static KNOWN: Mutex<BTreeMap<Key, Column>> = Mutex::new(BTreeMap::new());
+    // A panic elsewhere leaves the map whole.
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let count = parts[0] + parts[1];
+    let rank = match cfar.kind {
+        CfarKind::Os { rank } => ((rank * count) as f64 / full as f64).round().max(1.0) as usize,
+        _ => 0,
+    };
+    let key = (kind_number(cfar.kind), channels, rank, parts, cfar.pfa.to_bits());
+    if let Some(column) = known().get(&key) {
+        return Ok(*column);
+    }
+    let found = match cfar.kind {
+        CfarKind::Ca => Factor { factor: cfar_ca::factor(channels, count, cfar.pfa)?, expectation: 1.0 },
+        CfarKind::Go | CfarKind::So => cfar_go_so::factor(cfar.kind, channels, parts, cfar.pfa)?,
+        CfarKind::Os { .. } => cfar_os::factor(channels, count, rank, cfar.pfa)?,
+    };
+    let column = Column {
+        count: count as u32,
+        before: parts[0] as u32,
+        rank: rank as u32,
+        factor: found.factor,
+        scale: 1.0 / found.expectation,
+    };
+    let mut known = known();
+    if known.len() >= REMEMBERED {
+        known.clear();
+    }
+    known.insert(key, column);
+    Ok(column)
+}
+
+/// Factors kept at most.
+const REMEMBERED: usize = 4096;
 
 /// Threshold over noise for each column, as [`super::Detection::ratio`] holds it.
 pub(crate) fn ratios<T: Real>(columns: &[Column]) -> Vec<T> {
@@ -335,8 +362,8 @@ pub(crate) fn check_pfa(pfa: f64) -> Result<()> {
         .into())
 }
 
-/// A sum of positive terms, each the last times a ratio, that may pass the range of f64.
-/// Returns the logarithm.
+/// A sum of positive terms, each the last times a ratio, that may pass the range of f64. The ratios never
+/// grow. Returns the logarithm.
 pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
     const BIG: f64 = 1e280;
     let (mut term, mut sum, mut shift) = (1.0f64, 1.0f64, 0.0f64);
@@ -348,7 +375,8 @@ pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
             term /= BIG;
             shift += BIG.ln();
         }
-        if term < 1e-18 * sum && ratio < 0.5 {
+        // What follows is less than a geometric series.
+        if ratio < 1.0 && term < 1e-17 * (1.0 - ratio) * sum {
             break;
         }
     }
@@ -359,7 +387,10 @@ pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
 /// e^-x sum_{j<k} x^j / j!.
 pub(crate) fn ln_upper(k: usize, x: f64) -> f64 {
     let top = (k - 1) as f64;
-    if x < k as f64 {
+    if k > 32 && x < top {
+        // The terms of the complement fall from the first on; it is about one half at most.
+        (-ln_lower(k, x).exp()).ln_1p()
+    } else if x < k as f64 {
         -x + ln_series((1..k).map(|j| x / j as f64))
     } else {
         // From the largest term down.

@@ -43,7 +43,7 @@ const NODES: usize = 16;
 ///
 /// pfa = integral of Q(K, alpha x) f(x) dx, where f is f_1 F_2 + f_2 F_1 (GO) or f_1 (1 - F_2) + f_2 (1 - F_1) (SO)
 /// with f_i and F_i the density and distribution of a Gamma(K n_i) over n_i. It is taken over ln x by
-/// Gauss-Legendre panels as wide as the narrower of the two is there. Errors: pfa outside 0..1.
+/// Gauss-Legendre panels of two standard deviations of the narrower one that is there. Errors: pfa outside 0..1.
 pub fn factor(kind: CfarKind, channels: usize, parts: [usize; 2], pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     if parts.contains(&0) {
@@ -80,7 +80,7 @@ pub fn factor(kind: CfarKind, channels: usize, parts: [usize; 2], pfa: f64) -> R
     let nodes = gauss_legendre();
     let mut grid: Vec<(f64, f64)> = Vec::new();
     for (a, b, panel) in [(from, zone[0], wide), (zone[0], zone[1], narrow), (zone[1], to, wide)] {
-        let panels = ((b - a) / panel).ceil() as usize;
+        let panels = (0.5 * (b - a) / panel).ceil() as usize;
         let half = 0.5 * (b - a) / panels as f64;
         for i in 0..panels {
             for (node, weight) in &nodes {

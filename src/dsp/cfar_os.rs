@@ -41,7 +41,7 @@ pub fn factor(channels: usize, training: usize, rank: usize, pfa: f64) -> Result
     let level = h(mode) + pfa.ln() - 45.0;
     let from = crossing(&h, lowest, mode, level);
     let to = crossing(&h, highest, mode, level);
-    const POINTS: usize = 600;
+    const POINTS: usize = 240;
     let step = (to - from) / POINTS as f64;
     let grid: Vec<(f64, f64)> = (0..=POINTS)
         .map(|i| {
