@@ -1,7 +1,7 @@
 //! Processing: the cpu engine against slow definitions, closed forms and statistics, and the GPU
 //! against the cpu engine.
 
-use catseye::adc::Cube;
+use catseye::adc::{Cube, CubePiece, DeviceCube};
 use catseye::cpu::dsp as cpu;
 use catseye::dsp::doa_beamform::{self, Beamformer};
 use catseye::dsp::{
@@ -720,30 +720,131 @@ fn gpu_detectors_agree_with_the_cpu() {
     }
 }
 
+/// The spectrum on the device by a method, and the same by the cpu engine in f64, of noise rounded to f32.
+fn spectra(
+    t: &fft::Transform,
+    sampling: Sampling,
+    method: fft::Method,
+    seed: u64,
+) -> (Vec<Complex32>, Vec<Complex64>) {
+    let mut random = Random(seed);
+    let mut cube = Cube::<f32>::zeros(t.chirps, t.channels, t.samples);
+    for z in &mut cube.data {
+        let x = random.normal();
+        *z = Complex32::new(x.re as f32, if sampling == Sampling::Real { 0.0 } else { x.im as f32 });
+    }
+    let want = cpu::fft::spectrum(&cube.to_f64(), t).data;
+    let mut recorder = test_gpu().recorder("spectra");
+    let got = fft::record_by(&mut recorder, test_gpu(), &cube, t, Some(method)).unwrap();
+    recorder.submit().unwrap();
+    (got.read(test_gpu()).unwrap().data, want)
+}
+
+fn processing(range_fft: usize, doppler_fft: usize) -> Processing {
+    let p = radar(1, 1, Sampling::Iq).processing;
+    Processing { range_fft, doppler_fft, range_window: Window::Hann, doppler_window: Window::Hamming, ..p }
+}
+
 #[test]
 fn every_gpu_length_agrees_with_the_cpu() {
-    for log2 in 0..=12 {
-        let n = 1 << log2;
-        for (chirps, samples) in [(4, n), (n, 4)] {
-            let mut radar = radar(chirps, samples, Sampling::Iq);
-            radar.tx.truncate(1);
-            radar.rx.truncate(3);
-            radar.processing.range_window = Window::Rectangle;
-            radar.processing.doppler_window = Window::Rectangle;
-            radar.processing.cfar = ca([0, 0], [0, 3], 1e-2);
-            if samples < 4 {
-                radar.processing.cfar = ca([0, 0], [1, 0], 1e-2);
-            }
-            let cube = noise_cube(&radar, 1 + log2);
-            let cube = cube.to_f32().to_f64();
-            let (want, _) = cpu::process(&cube, &radar).unwrap();
-            let (got, _) = device::process(test_gpu(), &cube.to_f32(), &radar).unwrap();
-            let got = got.read(test_gpu()).unwrap();
-            let bound = fft::KERNEL.tolerance.relative_l2;
-            let d = check_close(parts(&got.data), parts_f64(&want.data), bound)
-                .unwrap_or_else(|e| panic!("{chirps} x {samples}: {e}"));
-            println!("{chirps} x {samples}: {:.2e}", d.relative_l2);
+    use fft::Method::{Passes, Workgroup};
+    let mut worst = 0.0f64;
+    let powers = (0..=12).flat_map(|l| [(1 << l, Workgroup), (1 << l, Passes)]);
+    // 2^13 and 2^14; every small radix; primes and other products for Bluestein.
+    let others = [
+        16384, 8192, 3, 5, 6, 7, 11, 12, 15, 17, 20, 24, 30, 31, 36, 37, 40, 48, 60, 96, 97, 100, 105, 111,
+        120, 127, 144, 211, 240, 360, 499, 600, 720, 1000, 1009, 1500, 1536, 2401, 3000, 6000, 6859, 10007,
+        12000, 16383,
+    ];
+    for (n, method) in powers.chain(others.map(|n| (n, Passes))) {
+        for axis in 0..2 {
+            // Some of the lengths with padding, too.
+            let count = if n % 3 == 0 { n - n / 3 } else { n };
+            let (chirps, samples) = if axis == 0 { (3, count) } else { (count, 2) };
+            let p = if axis == 0 { processing(n, 4) } else { processing(2, n) };
+            let t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
+            let (got, want) = spectra(&t, Sampling::Iq, method, 1 + n as u64);
+            let d = check_close(parts(&got), parts_f64(&want), fft::KERNEL.tolerance.relative_l2)
+                .unwrap_or_else(|e| panic!("{n} {method:?} axis {axis}: {e}"));
+            worst = worst.max(d.relative_l2);
         }
+    }
+    println!("worst {worst:.2e}");
+}
+
+/// Real samples, and samples in falling order, on both engines and against the sum of eq. 14.
+#[test]
+fn real_and_reversed_samples() {
+    for (sampling, reversed, chirps, samples, range_fft, doppler_fft) in [
+        (Sampling::Real, false, 7, 30, 40, 8),
+        (Sampling::Real, true, 5, 33, 37, 5),
+        (Sampling::Iq, true, 6, 20, 32, 12),
+        (Sampling::Real, false, 1, 16, 16, 1),
+    ] {
+        let p = processing(range_fft, doppler_fft);
+        let mut t = fft::Transform::new(chirps, 3, samples, sampling, &p).unwrap();
+        t.reversed = reversed;
+        let mut cube = Cube::<f64>::zeros(chirps, 3, samples);
+        let mut random = Random(5);
+        for z in &mut cube.data {
+            *z = random.normal();
+            if sampling == Sampling::Real {
+                z.im = 0.0;
+            }
+        }
+        let cube = cube.to_f32().to_f64();
+        let got = cpu::fft::spectrum(&cube, &t);
+        let mut want = vec![];
+        for row in 0..doppler_fft {
+            for c in 0..3 {
+                for r in 0..t.range_bins {
+                    let mut sum = Complex64::default();
+                    for m in 0..chirps {
+                        for n in 0..samples {
+                            let x = cube.row(m, c)[if reversed { samples - 1 - n } else { n }];
+                            let d = row as f64 - (doppler_fft / 2) as f64;
+                            let turns = (r * n) as f64 / range_fft as f64 + d * m as f64 / doppler_fft as f64;
+                            sum += x * t.range_window[n] * t.doppler_window[m] * Complex64::cis(-TAU * turns);
+                        }
+                    }
+                    want.push(sum);
+                }
+            }
+        }
+        assert!(relative_l2(&got.data, &want) < 1e-14, "{sampling:?} {reversed}");
+        let mut recorder = test_gpu().recorder("real");
+        let device = fft::record(&mut recorder, test_gpu(), &cube.to_f32(), &t).unwrap();
+        recorder.submit().unwrap();
+        let device = device.read(test_gpu()).unwrap();
+        check_close(parts(&device.data), parts_f64(&want), fft::KERNEL.tolerance.relative_l2).unwrap();
+    }
+}
+
+/// A cube in pieces on the device goes through one submission, whatever the chunks.
+#[test]
+fn cubes_on_the_device() {
+    let mut radar = radar(60, 100, Sampling::Iq);
+    radar.processing.cfar.pfa = 1e-2;
+    let cube = scene(&radar).to_f32();
+    let (_, want) = device::process(test_gpu(), &cube, &radar).unwrap();
+    let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+    for limit in [1 << 27, 300 << 10, (32 << 10) + 100] {
+        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
+        let mut recorder = gpu.recorder("cube on the device");
+        let most = (limit as usize / (8 * 12 * 100)).min(25);
+        let pieces = (0..60)
+            .step_by(most)
+            .map(|first| {
+                let chirps = most.min(60 - first);
+                let part: Vec<[f32; 2]> =
+                    cube.data[first * 1200..(first + chirps) * 1200].iter().map(|z| [z.re, z.im]).collect();
+                CubePiece { first_chirp: first, chirps, data: recorder.upload("piece", &part) }
+            })
+            .collect();
+        let on_device = DeviceCube { chirps: 60, channels: 12, samples: 100, pieces };
+        let recorded = device::record(recorder, &gpu, &on_device, &t, &radar.processing.cfar).unwrap();
+        assert_eq!(recorded.submit().unwrap().1, want, "{limit}");
     }
 }
 
@@ -809,16 +910,14 @@ fn gpu_beamformer_agrees_with_the_cpu() {
 
 #[test]
 fn gpu_refuses_what_it_cannot_do() {
-    let mut long = radar(32, 32, Sampling::Iq);
-    long.processing.range_fft = 8192;
     let cube = Cube::<f32>::zeros(32, 12, 32);
-    let error = device::process(test_gpu(), &cube, &long).err().unwrap();
-    assert!(
-        error.exit_code() == 2 && error.to_string().contains("8192") && error.to_string().contains("4096")
-    );
-    let mut odd = radar(32, 32, Sampling::Iq);
-    odd.processing.doppler_fft = 48;
-    assert_eq!(device::process(test_gpu(), &cube, &odd).err().unwrap().exit_code(), 2);
+    for (n, name) in [(8192, "8192"), (48, "48")] {
+        let t = fft::Transform::new(32, 12, 32, Sampling::Iq, &processing(n, 32)).unwrap();
+        let mut recorder = test_gpu().recorder("refused");
+        let method = Some(fft::Method::Workgroup);
+        let error = fft::record_by(&mut recorder, test_gpu(), &cube, &t, method).err().unwrap();
+        assert!(error.exit_code() == 2 && error.to_string().contains(name), "{error}");
+    }
     let mut wide = radar(128, 32, Sampling::Iq);
     wide.processing.cfar = Cfar { kind: CfarKind::Os { rank: 1 }, guard: [0, 0], train: [60, 12], pfa: 1e-3 };
     let error = device::process(test_gpu(), &Cube::zeros(128, 12, 32), &wide).err().unwrap();

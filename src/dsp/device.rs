@@ -6,7 +6,7 @@ use super::peaks;
 use super::{
     Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_noise, fft, power, snapshot,
 };
-use crate::adc::Cube;
+use crate::adc::{Cube, DeviceCube};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Done, Gpu, Pending, Recorder};
 use crate::scene::radar::{Cfar, Radar};
@@ -103,50 +103,100 @@ pub fn noise(
 const CELLS: usize = 4096;
 
 /// From the cube to detected cells in one submission: the twin of the cpu engine's `process`. Errors:
-/// a cube that is not this radar's, bad settings, FFT lengths that the GPU does not have, samples
-/// that are not finite, failures of the adapter.
+/// a cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let transform = Transform::of_cube(cube, radar)?;
-    let size = [transform.doppler_fft, transform.range_bins];
-    let cfar = &radar.processing.cfar;
-    let columns = cfar::columns(cfar, transform.channels, size[0], size[1])?;
-
     let mut recorder = gpu.recorder("processing");
     let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
-    let map = power::record(&mut recorder, &spectrum);
-    let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
-    let limit = (gpu.max_binding_bytes() as usize / (8 * transform.channels)).max(1);
-    let found = Found { cfar, columns: &columns, spectrum: &spectrum, map: &map, mask: &mask };
-    let pending = found.record(&mut recorder, CELLS.min(limit));
-    let (map_read, mask_read) = (recorder.read(&map), recorder.read(&mask));
-    let mut done = recorder.submit()?;
+    Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()
+}
 
-    let power = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map_read) };
-    cfar::check_map(&power)?;
-    let mut cells = pending.take(&mut done);
-    let count = cells.list[0] as usize;
-    if count > cells.list.len() - 1 {
-        if count > limit {
-            return Err(Error::Failed(format!(
-                "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
-            )));
-        }
-        let mut recorder = gpu.recorder("detected cells");
-        let pending = found.record(&mut recorder, count);
-        cells = pending.take(&mut recorder.submit()?);
+/// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with
+/// [`Recorded::submit`].
+pub fn record<'a>(
+    mut recorder: Recorder<'a>,
+    gpu: &'a Gpu,
+    cube: &DeviceCube,
+    transform: &Transform,
+    cfar: &'a Cfar,
+) -> Result<Recorded<'a>> {
+    let spectrum = fft::record_device(&mut recorder, gpu, cube, transform)?;
+    Recorded::new(recorder, gpu, spectrum, cfar)
+}
+
+/// A frame's processing, recorded and not yet submitted.
+pub struct Recorded<'a> {
+    recorder: Recorder<'a>,
+    gpu: &'a Gpu,
+    found: Found<'a>,
+    cells: PendingCells,
+    map: Pending<f32>,
+    mask: Pending<u32>,
+    limit: usize,
+}
+
+impl<'a> Recorded<'a> {
+    fn new(
+        mut recorder: Recorder<'a>,
+        gpu: &'a Gpu,
+        spectrum: DeviceSpectrum,
+        cfar: &'a Cfar,
+    ) -> Result<Recorded<'a>> {
+        let size = [spectrum.doppler_bins, spectrum.range_bins];
+        let columns = cfar::columns(cfar, spectrum.channels, size[0], size[1])?;
+        let map = power::record(&mut recorder, &spectrum);
+        let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
+        let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
+        let found = Found { cfar, columns, spectrum, map, mask };
+        let cells = found.record(&mut recorder, CELLS.min(limit));
+        let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
+        Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
     }
-    let detection = detection(done.take(mask_read), &columns);
-    let (cells, noise, snapshots) = cells.sorted(&power, transform.channels);
-    Ok((spectrum, RangeDoppler { map: power, detection, cells, noise, snapshots }))
+
+    /// For more commands of the same submission.
+    pub fn recorder(&mut self) -> &mut Recorder<'a> {
+        &mut self.recorder
+    }
+
+    /// Runs everything. Errors: samples that are not finite, failures of the adapter.
+    pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
+        let (spectrum, found, _) = self.submit_with()?;
+        Ok((spectrum, found))
+    }
+
+    /// And what else was recorded.
+    pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
+        let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
+        let spectrum = found.spectrum.clone();
+        let size = [spectrum.doppler_bins, spectrum.range_bins];
+        let mut done = recorder.submit()?;
+        let map = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map) };
+        cfar::check_map(&map)?;
+        let mut cells = cells.take(&mut done);
+        let count = cells.list[0] as usize;
+        if count > cells.list.len() - 1 {
+            if count > limit {
+                return Err(Error::Failed(format!(
+                    "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
+                )));
+            }
+            let mut recorder = gpu.recorder("detected cells");
+            let pending = found.record(&mut recorder, count);
+            cells = pending.take(&mut recorder.submit()?);
+        }
+        let detection = detection(done.take(mask), &found.columns);
+        let (cells, noise, snapshots) = cells.sorted(&map, spectrum.channels);
+        Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }, done))
+    }
 }
 
 /// What the list of cells is made from.
 struct Found<'a> {
     cfar: &'a Cfar,
-    columns: &'a [cfar::Column],
-    spectrum: &'a DeviceSpectrum,
-    map: &'a Buffer<f32>,
-    mask: &'a Buffer<u32>,
+    columns: Vec<cfar::Column>,
+    spectrum: DeviceSpectrum,
+    map: Buffer<f32>,
+    mask: Buffer<u32>,
 }
 
 struct PendingCells {
@@ -158,9 +208,9 @@ struct PendingCells {
 impl Found<'_> {
     fn record(&self, recorder: &mut Recorder<'_>, capacity: usize) -> PendingCells {
         let size = [self.spectrum.doppler_bins, self.spectrum.range_bins];
-        let list = peaks::record(recorder, self.map, self.mask, size, capacity);
-        let noise = cfar_noise::record(recorder, self.map, size, self.cfar, self.columns, &list);
-        let channels = snapshot::record(recorder, self.spectrum, &list);
+        let list = peaks::record(recorder, &self.map, &self.mask, size, capacity);
+        let noise = cfar_noise::record(recorder, &self.map, size, self.cfar, &self.columns, &list);
+        let channels = snapshot::record(recorder, &self.spectrum, &list);
         PendingCells {
             list: recorder.read(&list),
             noise: recorder.read(&noise),

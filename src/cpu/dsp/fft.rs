@@ -60,14 +60,20 @@ pub fn range_of<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mu
         |(line, scratch), (out, samples)| {
             let (first, second) = samples.split_at(count);
             if real {
-                for (i, (l, w)) in line.iter_mut().zip(&window).enumerate() {
-                    let b = second.get(i).map_or(T::zero(), |x| x.re);
-                    *l = Complex::new(first[i].re, b).scale(*w);
+                for (l, x) in line.iter_mut().zip(first) {
+                    *l = Complex::new(x.re, T::zero());
+                }
+                for (l, x) in line.iter_mut().zip(second) {
+                    l.im = x.re;
                 }
             } else {
-                for ((l, x), w) in line.iter_mut().zip(first).zip(&window) {
-                    *l = x.scale(*w);
-                }
+                line[..count].copy_from_slice(first);
+            }
+            if transform.reversed {
+                line[..count].reverse();
+            }
+            for (l, w) in line.iter_mut().zip(&window) {
+                *l = l.scale(*w);
             }
             line[count..].fill(Complex::default());
             fft.process_with_scratch(line, scratch);
