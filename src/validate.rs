@@ -555,15 +555,9 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     let pose = Pose::IDENTITY;
     let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
     let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
-    let found = engine.range_doppler(&radar, &cube)?;
-    let cell = found.map.at(radar.processing.doppler_fft / 2, 125);
-    let beam = Beamformer::new(&radar)?;
-    let tops = points::peaks(&radar, &found);
-    let mut snapshots = found.snapshots.clone();
-    snapshots.data.truncate(tops.0.len() * snapshots.channels);
-    let angular = engine.angular_power(&beam, &snapshots, &tops.1)?;
-    let points =
-        points::points(&radar, &points::detected(&found, &tops, &beam, &angular), &returns, &scene.objects);
+    let mut maps = vec![engine.range_doppler(&radar, &cube)?];
+    let cell = maps[0].map.at(radar.processing.doppler_fft / 2, 125);
+    let points = locate::points(engine, &radar, &mut maps)?;
     let point = points.first().ok_or_else(|| Error::Failed("the post at 50 m was not detected".into()))?;
     // 12 dBm + 2 x 12 dBi + 20 lg(3.89340 mm) + 10 dBsm - 30 lg(4 pi) - 40 lg(50).
     let hand = 46.0 - 48.1935 - 32.9763 - 67.9588;

@@ -132,7 +132,7 @@ fn small_radar(rx: &[DVec3]) -> Radar {
     radar.tx = vec![at(DVec3::ZERO)];
     radar.rx = rx.iter().map(|p| at(*p)).collect();
     radar.samples = 256;
-    radar.ramp_time_s = 20e-6;
+    radar.waveform = catseye::scene::waveform::Waveform::chirp(1e9, 20e-6, radar.chirp_period_s());
     radar.chirps = 16;
     radar.processing.range_fft = 256;
     radar.processing.doppler_fft = 16;

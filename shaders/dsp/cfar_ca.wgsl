@@ -14,6 +14,8 @@ struct Params {
 // How a cell of this range column is judged.
 struct Column {
     count: u32,
+    // Of the half before.
+    before: u32,
     rank: u32,
     factor: f32,
     scale: f32,
@@ -23,7 +25,6 @@ struct Column {
 @group(0) @binding(1) var<storage, read> map: array<f32>;
 @group(0) @binding(2) var<storage, read> columns: array<Column>;
 @group(0) @binding(3) var<storage, read_write> mask: array<u32>;
-@group(0) @binding(4) var<storage, read_write> noise: array<f32>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
@@ -56,5 +57,4 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
     let mean = sum / f32(column.count);
     let at = cell.y * params.range_bins + cell.x;
     mask[at] = select(0u, 1u, map[at] > column.factor * mean);
-    noise[at] = column.scale * mean;
 }

@@ -1,8 +1,6 @@
-// Order-statistic CFAR: the rank-th smallest training cell, found by counting. Powers are not negative,
-// so that their bits as whole numbers are in the same order. Between the smallest and the largest
-// candidate a pivot is taken, the cells below it are counted, and the bound on the wrong side moves to
-// the nearest cell; the bounds meet at the statistic itself, whatever the pivots (CONVENTIONS eq. 17).
-// The map is read as it is: copying it to workgroup memory first takes twice as long on a CPU's driver.
+// Order-statistic CFAR by counting: a cell is detected when at least `rank` of its training cells, times
+// the factor, lie under its power (CONVENTIONS eq. 85). The map is read as it is: copying it to workgroup
+// memory first takes twice as long on a CPU's driver.
 
 struct Params {
     doppler_bins: u32,
@@ -17,6 +15,8 @@ struct Params {
 // How a cell of this range column is judged.
 struct Column {
     count: u32,
+    // Of the half before.
+    before: u32,
     rank: u32,
     factor: f32,
     scale: f32,
@@ -26,7 +26,6 @@ struct Column {
 @group(0) @binding(1) var<storage, read> map: array<f32>;
 @group(0) @binding(2) var<storage, read> columns: array<Column>;
 @group(0) @binding(3) var<storage, read_write> mask: array<u32>;
-@group(0) @binding(4) var<storage, read_write> noise: array<f32>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
@@ -42,50 +41,26 @@ fn main(@builtin(global_invocation_id) cell: vec3<u32>) {
     let guard_left = cell.x - min(cell.x, params.guard_range);
     let guard_right = min(cell.x + params.guard_range, params.range_bins - 1u);
 
-    var low = 0u;
-    var high = 0x7f7fffffu; // the largest finite power
-    // The first pass, with no cell below its pivot, finds the smallest and the largest.
-    var first = true;
-    while low < high {
-        let pivot = select(low + (high - low + 1u) / 2u, 0u, first);
-        var below = 0u; // cells under the pivot, and the largest of them
-        var under = 0u;
-        var above = 0xffffffffu; // the smallest of the others, and the largest
-        var highest = 0u;
-        for (var i = 0u; i <= 2u * params.half_doppler; i++) {
-            let row = (top + i) % params.doppler_bins * params.range_bins;
-            // |i - half| <= guard: the middle of the row belongs to the guard rectangle and is skipped.
-            let middle = i + params.guard_doppler >= params.half_doppler
-                && i <= params.half_doppler + params.guard_doppler;
-            let skip = select(0u, guard_right + 1u - guard_left, middle);
-            let end = right + 1u - skip;
-            for (var c = left; c < end; c++) {
-                let x = bitcast<u32>(map[row + c + select(0u, skip, c >= guard_left)]);
-                let is_below = x < pivot;
-                below += select(0u, 1u, is_below);
-                under = max(under, select(0u, x, is_below));
-                above = min(above, select(x, 0xffffffffu, is_below));
-                highest = max(highest, x);
-            }
+    let at = cell.y * params.range_bins + cell.x;
+    let power = map[at];
+    var below = 0u;
+    var left_over = column.count;
+    for (var i = 0u; i <= 2u * params.half_doppler; i++) {
+        let row = (top + i) % params.doppler_bins * params.range_bins;
+        // |i - half| <= guard: the middle of the row belongs to the guard rectangle and is skipped.
+        let middle = i + params.guard_doppler >= params.half_doppler
+            && i <= params.half_doppler + params.guard_doppler;
+        let skip = select(0u, guard_right + 1u - guard_left, middle);
+        let end = right + 1u - skip;
+        left_over -= end - left;
+        for (var c = left; c < end; c++) {
+            let x = column.factor * map[row + c + select(0u, skip, c >= guard_left)];
+            below += select(0u, 1u, x < power);
         }
-        if first {
-            first = false;
-            low = above;
-            high = highest;
-        } else if below >= column.rank {
-            high = under;
-            if below == column.rank {
-                low = under;
-            }
-        } else {
-            low = above;
-            if below + 1u == column.rank {
-                high = above;
-            }
+        // Cells of noise are settled long before the window is through.
+        if below + left_over < column.rank {
+            break;
         }
     }
-    let statistic = bitcast<f32>(low);
-    let at = cell.y * params.range_bins + cell.x;
-    mask[at] = select(0u, 1u, map[at] > column.factor * statistic);
-    noise[at] = column.scale * statistic;
+    mask[at] = select(0u, 1u, below >= column.rank);
 }

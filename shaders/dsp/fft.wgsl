@@ -9,6 +9,8 @@ struct Params {
     log2_length: u32,
     // Input values a line; the rest is zero.
     count: u32,
+    // Steps may be negative: addresses wrap.
+    in_base: u32,
     in_line: u32,
     in_step: u32,
     out_base: u32,
@@ -60,7 +62,7 @@ fn main(
         let line = first_line + at.x;
         var x = vec2<f32>(0.0);
         if line < params.lines && at.y < params.count {
-            x = values[line * params.in_line + at.y * params.in_step] * weights[at.y];
+            x = values[params.in_base + line * params.in_line + at.y * params.in_step] * weights[at.y];
         }
         tile[(at.x << params.log2_length) + at.y] = x;
     }

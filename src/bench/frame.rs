@@ -80,17 +80,15 @@ pub(super) fn w3(
         sheet.stage("synthesis", || engine.cube(&frame.radar, &returns, &[], seed, 0, Control::default()))?;
     sheet.count("returns_moving", front_end.moving);
     sheet.count("returns_filtered_out", front_end.dropped);
-    let found = sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?;
-    sheet.count("cells", found.cells.len());
-    let peaks = points::peaks(&frame.radar, &found);
-    let beam = Beamformer::new(&frame.radar)?;
-    let power = sheet.stage("beamforming", || engine.angular_power(&beam, &found.snapshots, &peaks.1))?;
-    let cloud = sheet.stage("points", || {
-        let detected = points::detected(&found, &peaks, &beam, &power);
-        Ok(points::points(&frame.radar, &detected, &returns, &frame.scene.objects))
+    let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?];
+    sheet.count("cells", found[0].cells.len());
+    let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found))?;
+    sheet.stage("labels", || {
+        points::label(&frame.radar, &mut cloud, &returns, &frame.scene.objects);
+        Ok(())
     })?;
     sheet.count("points", cloud.len());
-    drop((cube, found, power, cloud));
+    drop((cube, found, cloud));
 
     (sheet.say)("  reference with phases of a quarter");
     let mut radar = frame.radar.clone();

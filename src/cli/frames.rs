@@ -97,7 +97,7 @@ pub fn draw_frame(
     if scenario.frames.count > 1 {
         title += &format!(", frame {}", frame.index);
     }
-    draw_map(&title, &scenario.radars[frame.radar], &frame.map, &frame.points, dir)?;
+    draw_map(&title, &scenario.radars[frame.radar], &frame.maps[0], &frame.points, dir)?;
 
     let mut objects: Vec<Outline> = Vec::new();
     let mut order: Vec<usize> = (0..scene.objects.len()).collect();

@@ -3,7 +3,7 @@
 use super::frames::draw_map;
 use super::{Global, print, print_json};
 use crate::adc::Cube;
-use crate::dataset::files::{write_map, write_point_file};
+use crate::dataset::files::{write_maps, write_point_file};
 use crate::dataset::frame::{Stages, detect};
 use crate::dataset::manifest::{Axes, Manifest, PerRadar};
 use crate::engine::{AnyCube, Engine, Precision};
@@ -54,11 +54,11 @@ impl Process {
             }
         };
         let mut seconds = Stages::default();
-        let (map, points) = detect(&engine, &radar, &cube, &Returns::default(), &[], &mut seconds)?;
-        write_map(staged.path(), &map.map)?;
+        let (maps, points) = detect(&engine, &radar, &cube, &Returns::default(), &[], &mut seconds)?;
+        write_maps(staged.path(), &maps)?;
         write_point_file(staged.path(), &points)?;
         let title = self.cube.file_name().map_or("cube".into(), |n| n.to_string_lossy().into_owned());
-        draw_map(&title, &radar, &map, &points, staged.path())?;
+        draw_map(&title, &radar, &maps[0], &points, staged.path())?;
         Manifest {
             catseye: env!("CARGO_PKG_VERSION"),
             engine: engine.report(),
@@ -73,7 +73,7 @@ impl Process {
         }
         .write(staged.path())?;
         let report = Report {
-            cells_over_threshold: map.detection.mask.iter().filter(|m| **m).count(),
+            cells_over_threshold: maps.iter().map(|m| m.detection.mask.iter().filter(|m| **m).count()).sum(),
             points: points.len(),
             seconds,
             folder: staged.commit()?,

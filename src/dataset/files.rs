@@ -3,7 +3,7 @@
 use super::frame::Frame;
 use crate::detect::files::{write_points, write_returns};
 use crate::detect::points::Point;
-use crate::dsp::PowerMap;
+use crate::dsp::{PowerMap, RangeDoppler};
 use crate::engine::AnyCube;
 use crate::error::{Error, Result};
 use crate::formats::npy;
@@ -33,10 +33,22 @@ pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     npy::write(dir.join("adc.npy"), &[cube.chirps, cube.channels, cube.samples], &cube.data)
 }
 
-/// `range_doppler.npy`: float32 power in W, `[doppler, range]`, zero Doppler in the middle row.
-pub fn write_map(dir: &Path, map: &PowerMap<f64>) -> Result<()> {
+/// float32 power in W, `[doppler, range]`, zero Doppler in the middle row.
+fn write_map(path: &Path, map: &PowerMap<f64>) -> Result<()> {
     let data: Vec<f32> = map.data.iter().map(|p| *p as f32).collect();
-    npy::write(dir.join("range_doppler.npy"), &[map.doppler_bins, map.range_bins], &data)
+    npy::write(path, &[map.doppler_bins, map.range_bins], &data)
+}
+
+/// `range_doppler.npy` of the first ramp, `range_doppler_1.npy` and so on of the others.
+pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
+    for (i, map) in maps.iter().enumerate() {
+        let name = match i {
+            0 => "range_doppler.npy".to_string(),
+            i => format!("range_doppler_{i}.npy"),
+        };
+        write_map(&dir.join(name), &map.map)?;
+    }
+    Ok(())
 }
 
 /// `points.csv`.
@@ -102,7 +114,7 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
         write_cube(dir, &frame.cube)?;
     }
     if output.range_doppler {
-        write_map(dir, &frame.map.map)?;
+        write_maps(dir, &frame.maps)?;
     }
     if output.points {
         write_point_file(dir, &frame.points)?;

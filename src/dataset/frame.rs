@@ -3,9 +3,9 @@
 use crate::adc::interference::{self, Arrival, Place};
 use crate::adc::synthesis::FrontEnd;
 use crate::cpu::adc::synthesis::Control;
+use crate::detect::locate;
 use crate::detect::points::{self, Point};
 use crate::dsp::RangeDoppler;
-use crate::dsp::doa_beamform::Beamformer;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
@@ -50,7 +50,8 @@ pub struct Frame {
     pub returns: Returns,
     pub front_end: FrontEnd,
     pub cube: AnyCube,
-    pub map: RangeDoppler<f64>,
+    /// One for each ramp.
+    pub maps: Vec<RangeDoppler<f64>>,
     pub points: Vec<Point>,
     pub stages: Stages,
 }
@@ -111,7 +112,7 @@ pub fn simulate_with(
     let interference = arrivals(scenario, scene, which, time_s);
     let (cube, front_end) = engine.cube(radar, &returns, &interference, seed, index, control)?;
     stages.synthesis_s = clock.lap();
-    let (map, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
+    let (maps, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
     Ok(Frame {
         index,
         radar: which,
@@ -122,7 +123,7 @@ pub fn simulate_with(
         returns,
         front_end,
         cube,
-        map,
+        maps,
         points,
         stages,
     })
@@ -167,9 +168,10 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Ve
     list
 }
 
-/// From a cube to points. `returns` and `objects` label them; both may be empty.
+/// From a cube to maps, one for each ramp, and points. `returns` and `objects` label them; both may be empty.
 ///
-/// Errors: a cube of another shape than the radar's, samples that are not finite.
+/// Errors: a cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
+/// allow.
 pub fn detect(
     engine: &Engine,
     radar: &Radar,
@@ -177,22 +179,16 @@ pub fn detect(
     returns: &Returns,
     objects: &[Object],
     stages: &mut Stages,
-) -> Result<(RangeDoppler<f64>, Vec<Point>)> {
+) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
     let mut clock = Clock::start();
-    let mut map = engine.range_doppler(radar, cube)?;
+    let mut maps = (0..radar.waveform.parts())
+        .map(|i| engine.range_doppler(&radar.part(i), cube))
+        .collect::<Result<Vec<_>>>()?;
     stages.processing_s = clock.lap();
-    let tops = points::peaks(radar, &map);
-    map.cells.truncate(tops.0.len());
-    map.snapshots.data.truncate(tops.0.len() * map.snapshots.channels);
-    let cloud = if map.cells.is_empty() {
-        Vec::new()
-    } else {
-        let beam = Beamformer::new(radar)?;
-        let power = engine.angular_power(&beam, &map.snapshots, &tops.1)?;
-        points::points(radar, &points::detected(&map, &tops, &beam, &power), returns, objects)
-    };
+    let mut cloud = locate::points(engine, radar, &mut maps)?;
+    points::label(radar, &mut cloud, returns, objects);
     stages.angles_s = clock.lap();
-    Ok((map, cloud))
+    Ok((maps, cloud))
 }
 
 /// How far an object's peak in the range-Doppler map moves when the coherent sums are made 16 times more
@@ -231,7 +227,7 @@ pub fn convergence(
         .iter()
         .filter_map(|o| {
             let (range_m, range_rate_mps, cell) = strongest_cell(radar, &coarse, o.id)?;
-            let (a, b) = (coarse.map.map.data[cell], fine.map.map.data[cell]);
+            let (a, b) = (coarse.maps[0].map.data[cell], fine.maps[0].map.data[cell]);
             (a > noise_w).then(|| Convergence {
                 object_id: o.id,
                 class: o.class.clone(),
@@ -252,7 +248,7 @@ fn strongest_cell(radar: &Radar, frame: &Frame, id: u32) -> Option<(f64, f64, us
         .iter()
         .filter(|r| r.object_id() == id)
         .max_by(|a, b| crate::trace::strength(a).total_cmp(&crate::trace::strength(b)))?;
-    let map = &frame.map.map;
+    let map = &frame.maps[0].map;
     let rate = best.range_rate_mps();
     let beat_m = best.range_m() + rate * radar.range_per_rate_s();
     let column = ((beat_m - radar.first_range_m()) / radar.range_bin_m()).round();

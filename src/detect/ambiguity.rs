@@ -23,6 +23,16 @@ pub enum Ambiguity {
 }
 
 impl Ambiguity {
+    /// As files have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Ambiguity::Unambiguous => "unambiguous",
+            Ambiguity::Resolved => "resolved",
+            Ambiguity::Ambiguous => "ambiguous",
+            Ambiguity::Unresolved => "unresolved",
+        }
+    }
+
     /// `ambig_state` of nuScenes' radar files: 1 ambiguous, 3 unambiguous.
     pub fn ambig_state(self) -> u8 {
         match self {

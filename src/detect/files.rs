@@ -9,7 +9,8 @@ use crate::trace::Returns;
 use crate::units::dbm_from_w;
 use std::io::Write;
 
-pub const POINT_COLUMNS: [&str; 12] = [
+/// Standard deviations are empty where the array cannot tell the angle.
+pub const POINT_COLUMNS: [&str; 17] = [
     "range_m",
     "range_rate_mps",
     "azimuth_deg",
@@ -22,6 +23,11 @@ pub const POINT_COLUMNS: [&str; 12] = [
     "rcs_dbsm",
     "object_id",
     "class",
+    "range_std_m",
+    "range_rate_std_mps",
+    "azimuth_std_deg",
+    "elevation_std_deg",
+    "ambiguity",
 ];
 
 /// `chain` is the ids of the objects met, in order, with blanks between. Angles are those of arrival;
@@ -31,6 +37,7 @@ pub const RETURN_COLUMNS: [&str; 7] =
 
 pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &POINT_COLUMNS)?;
+    let degrees = |x: Option<f64>| x.map_or_else(String::new, |r| r.to_degrees().to_string());
     for p in points {
         table.row([
             &p.range_m as &dyn std::fmt::Display,
@@ -45,6 +52,11 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
             &p.rcs_dbsm,
             &p.object_id,
             &p.class,
+            &p.std.range_m,
+            &p.std.range_rate_mps,
+            &degrees(p.std.azimuth_rad),
+            &degrees(p.std.elevation_rad),
+            &p.ambiguity.name(),
         ])?;
     }
     table.finish()

@@ -3,7 +3,7 @@
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{Ambiguity, TdmFolds};
-use super::points::{Detected, Point, peaks, point, range_rate_mps};
+use super::points::{Detected, Point, peaks, point};
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
 use crate::dsp::doa_calibration::Calibration;
@@ -18,7 +18,7 @@ use crate::formats::csv::Table;
 use crate::frames::direction_from_angles;
 use crate::scene::radar::{AngleMethod, AngleSettings, Radar, Sources};
 use crate::scene::waveform::Multiplex;
-use crate::units::{db_from_power, power_from_db, wavenumber};
+use crate::units::{db_from_power, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -75,9 +75,8 @@ pub fn manifold(radar: &Radar) -> Result<Manifold> {
     let ideal = Manifold::of_radar(radar)?;
     match &radar.processing.angle.calibration {
         None => Ok(ideal),
-        Some(c) => {
-            ideal.with_calibration(&Calibration::from_table(&Table::parse(&c.path, c.text.clone())?, &c.path)?)
-        }
+        Some(c) => ideal
+            .with_calibration(&Calibration::from_table(&Table::parse(&c.path, c.text.clone())?, &c.path)?),
     }
 }
 
@@ -116,7 +115,8 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
     if tops.is_empty() {
         return Ok(Vec::new());
     }
-    let noise: Vec<f64> = found.cells.iter().map(|c| found.detection.noise_at(*c)).collect();
+    found.noise.truncate(tops.len());
+    let noise = found.noise.clone();
     let folds = fold_test(radar)?;
     let decoded: Vec<(Vec<Complex64>, f64, Ambiguity)> = rates
         .par_iter()
@@ -173,9 +173,7 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
     Ok(sources
         .iter()
         .enumerate()
-        .flat_map(|(i, list)| {
-            list.iter().map(move |s| (i, s))
-        })
+        .flat_map(|(i, list)| list.iter().map(move |s| (i, s)))
         .map(|(i, s)| Detected {
             angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
             ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { decoded[i].2 },
@@ -196,11 +194,8 @@ fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
         .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
         .collect();
     let grid = Grid::new(radar)?;
-    let directions: Vec<(f64, f64)> = grid
-        .elevation_rad
-        .iter()
-        .flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e)))
-        .collect();
+    let directions: Vec<(f64, f64)> =
+        grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
     TdmFolds::new(&places, radar.tx.len(), k, radar.chirp_period_s(), &directions).map(Some)
 }
@@ -232,9 +227,9 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
                     .iter()
                     .map(|(p, d)| SlopePeak {
                         beat_hz: sign * d.range_bin * bin_hz,
-                        beat_std_hz: p.std.beat_cells.max(1e-3) * bin_hz,
+                        beat_std_hz: p.beat_std_cells.max(1e-3) * bin_hz,
                         power_db: db_from_power(d.power_w),
-                        azimuth_rad: p.std.angles.azimuth_rad.map(|_| d.azimuth_rad),
+                        azimuth_rad: p.std.azimuth_rad.map(|_| d.azimuth_rad),
                     })
                     .collect(),
             }
@@ -257,8 +252,8 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
             p.azimuth_rad = 0.5 * (first.azimuth_rad + second.azimuth_rad);
             p.elevation_rad = 0.5 * (first.elevation_rad + second.elevation_rad);
             p.position_m = direction_from_angles(p.azimuth_rad, p.elevation_rad) * p.range_m;
-            p.std.angles.range_m = pair.range_std_m;
-            p.std.angles.range_rate_mps = pair.range_rate_std_mps;
+            p.std.range_m = pair.range_std_m;
+            p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;
             // The level goes with the fourth power of a range that was not right before.
             p.rcs_dbsm += db_from_power((p.range_m / first.range_m).abs().powi(4));
@@ -267,14 +262,4 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
         .collect();
     out.sort_by(|a, b| b.power_dbm.total_cmp(&a.power_dbm));
     Ok(out)
-}
-
-/// Power ratio of a point's SNR.
-pub(super) fn snr(power_w: f64, noise_w: f64) -> f64 {
-    if noise_w > 0.0 { power_w / noise_w } else { power_from_db(200.0) }
-}
-
-/// Range rate of a detected cell with its folds.
-pub(super) fn rate_mps(radar: &Radar, d: &Detected) -> f64 {
-    range_rate_mps(radar, d.doppler_row) + d.unfolded_mps
 }

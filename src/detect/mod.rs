@@ -50,6 +50,7 @@ pub mod ego_motion;
 pub mod files;
 pub mod kalman;
 pub mod label;
+pub mod locate;
 pub mod plot;
 pub mod points;
 pub mod slope_pairs;

@@ -1,8 +1,9 @@
 //! Cells to points (CONVENTIONS eq. 15, 16, 20).
 
+use super::accuracy::{PointAccuracy, PointStd};
+use super::ambiguity::Ambiguity;
 use super::label::Labeller;
 use crate::adc::synthesis::power_gain;
-use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::peaks::{Peak, interpolate};
 use crate::dsp::{RangeDoppler, Real};
 use crate::frames::direction_from_angles;
@@ -13,18 +14,26 @@ use crate::units::{db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use std::f64::consts::PI;
 
+/// What stands for the SNR of a cube without noise, as a power ratio.
+const SNR_WITHOUT_NOISE: f64 = 1e20;
+
 /// A detected cell, placed between cells and in angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detected {
     /// Column and row of the map, with a fraction (eq. 18). The row may lie up to half a cell outside.
     pub range_bin: f64,
     pub doppler_row: f64,
+    /// What the folds that were found add to the row's range rate.
+    pub unfolded_mps: f64,
     pub azimuth_rad: f64,
     pub elevation_rad: f64,
     /// |y|² of eq. 19 at its peak, W.
     pub power_w: f64,
     /// Noise estimate of eq. 17 in the cell, W: the mean over channels, before beamforming.
     pub noise_w: f64,
+    pub ambiguity: Ambiguity,
+    /// Of azimuth and elevation, where the method knows better than eq. 117.
+    pub angle_std_rad: Option<[f64; 2]>,
 }
 
 /// A point of the cloud, sensor frame.
@@ -44,6 +53,12 @@ pub struct Point {
     pub snr_db: f64,
     /// Infinite where the antennas have no gain.
     pub rcs_dbsm: f64,
+    /// Standard deviations (eq. 115-117).
+    pub std: PointStd,
+    /// Of its column, in cells.
+    pub beat_std_cells: f64,
+    /// Of the range rate.
+    pub ambiguity: Ambiguity,
     /// The object whose echoes made it; 0 for none.
     pub object_id: u32,
     /// That object's class; "" for none.
@@ -72,12 +87,19 @@ fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
 }
 
 /// One point without a label (eq. 15, 16, 20). The RCS is that seen by the antennas' polarisation.
-pub fn point(radar: &Radar, d: &Detected) -> Point {
-    let rate = range_rate_mps(radar, d.doppler_row);
+pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
+    let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate);
     let gain = array_gain(radar, d.azimuth_rad, d.elevation_rad).powi(2);
     let rcs = d.power_w * (4.0 * PI).powi(3) * range.powi(4)
         / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
+    let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
+    let mut std = accuracy.std(snr, d.azimuth_rad, d.elevation_rad);
+    if let Some([azimuth, elevation]) = d.angle_std_rad {
+        let known = |s: f64| s.is_finite() && s > 0.0;
+        std.azimuth_rad = std.azimuth_rad.map(|s| if known(azimuth) { azimuth } else { s });
+        std.elevation_rad = std.elevation_rad.map(|s| if known(elevation) { elevation } else { s });
+    }
     Point {
         range_m: range,
         range_rate_mps: rate,
@@ -87,6 +109,9 @@ pub fn point(radar: &Radar, d: &Detected) -> Point {
         power_dbm: dbm_from_w(d.power_w),
         snr_db: db_from_power(d.power_w / d.noise_w),
         rcs_dbsm: db_from_power(rcs),
+        std,
+        beat_std_cells: accuracy.range.std_cells(snr * accuracy.elements.len() as f64),
+        ambiguity: d.ambiguity,
         object_id: 0,
         class: String::new(),
     }
@@ -106,46 +131,12 @@ pub fn peaks<T: Real>(radar: &Radar, found: &RangeDoppler<T>) -> (Vec<Peak>, Vec
         .unzip()
 }
 
-/// Cells with their angles: `angular_power` is the beamformer's `[cell, elevation, azimuth]` for the
-/// peaks and range rates of [`peaks`]. One entry for each peak, in their order.
-pub fn detected<T: Real>(
-    found: &RangeDoppler<T>,
-    (peaks, range_rates): &(Vec<Peak>, Vec<f64>),
-    beam: &Beamformer,
-    angular_power: &[T],
-) -> Vec<Detected> {
-    peaks
-        .iter()
-        .zip(range_rates)
-        .zip(angular_power.chunks_exact(beam.grid.len()))
-        .enumerate()
-        .filter_map(|(i, ((peak, rate), power))| {
-            let angle = beam.strongest(power, found.snapshots.of(i), *rate)?;
-            let cell = found.cells[i];
-            let at = cell.doppler as usize * found.map.range_bins + cell.range as usize;
-            Some(Detected {
-                range_bin: peak.range,
-                doppler_row: peak.doppler,
-                azimuth_rad: angle.azimuth_rad,
-                elevation_rad: angle.elevation_rad,
-                power_w: angle.amplitude.norm_sqr(),
-                noise_w: found.detection.noise[at].wide(),
-            })
-        })
-        .collect()
-}
-
-/// Points with labels, in the order of `detected`. `objects` gives the classes; `returns` are the
-/// echoes of this frame (empty for a cube from elsewhere: all labels are 0).
-pub fn points(radar: &Radar, detected: &[Detected], returns: &Returns, objects: &[Object]) -> Vec<Point> {
+/// Labels points: `objects` gives the classes; `returns` are the echoes of this frame (none for a cube from elsewhere: all labels
+/// are 0).
+pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, objects: &[Object]) {
     let labeller = Labeller::new(radar, returns, objects);
-    detected
-        .iter()
-        .map(|d| {
-            let mut p = point(radar, d);
-            p.object_id = labeller.label(&p);
-            p.class = labeller.class(p.object_id).to_string();
-            p
-        })
-        .collect()
+    for p in points {
+        p.object_id = labeller.label(p);
+        p.class = labeller.class(p.object_id).to_string();
+    }
 }

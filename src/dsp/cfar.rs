@@ -1,25 +1,52 @@
 //! What the CFAR detectors have in common: the training region, how it shrinks at the ends of the
 //! range axis, and the table of factors (CONVENTIONS eq. 17).
 
-use super::device::DeviceDetection;
-use super::{PowerMap, Real, cfar_ca, cfar_os};
+use super::{Cell, PowerMap, Real, cfar_ca, cfar_go_so, cfar_noise, cfar_os};
 use crate::error::{BadInput, Error, Result};
-use crate::gpu::{Buffer, Kernel, Recorder, Threads};
+use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use crate::gpu_struct;
 use crate::scene::radar::{Cfar, CfarKind};
-use std::collections::HashMap;
+use rayon::prelude::*;
+use statrs::function::gamma::ln_gamma;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Mutex, PoisonError};
 
 /// How a cell is judged in one range column: detected when power > factor x statistic, where the
-/// statistic is the mean (CA) or the `rank`-th smallest (OS) of `count` training cells.
+/// statistic is the mean (CA), the greater or smaller of the means of two halves (GO, SO), or the
+/// `rank`-th smallest (OS) of `count` training cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// Training cells.
     pub count: u32,
-    /// 1-based rank (OS); 0 for CA.
+    /// Those of the half before (GO, SO); else 0.
+    pub before: u32,
+    /// 1-based rank (OS); else 0.
     pub rank: u32,
     pub factor: f64,
-    /// Noise power / statistic: 1 for CA, 1/E[statistic on unit-mean noise] for OS.
+    /// Noise power / statistic: 1 for CA, else 1/E[statistic on unit-mean noise].
     pub scale: f64,
+}
+
+/// A factor on a statistic of the training cells, and what that statistic is on average on noise of unit
+/// mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factor {
+    pub factor: f64,
+    pub expectation: f64,
+}
+
+/// The halves of GO and SO (eq. 85).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Halves {
+    /// The training cells at smaller and at larger range than the cell's own column, whose training cells
+    /// belong to neither.
+    AlongRange,
+    /// Without training columns: the rows before and after.
+    AlongDoppler,
+}
+
+pub(crate) fn halves(cfar: &Cfar) -> Halves {
+    if cfar.train[1] == 0 { Halves::AlongDoppler } else { Halves::AlongRange }
 }
 
 /// The columns `lo..=hi` that the training rectangle and the guard rectangle around `range` have,
@@ -40,7 +67,8 @@ pub(crate) fn reach(cfar: &Cfar, range: usize, range_bins: usize) -> Reach {
 /// the range axis the missing cells are left out, the OS rank is scaled with the number that remain
 /// (rounded to nearest, at least 1), and the factor is the one for that number and rank.
 ///
-/// `channels` is the number of looks that the map is the mean of. Errors: a window taller than the
+/// GO and SO take the means of two halves of the region (eq. 85); where one has no cells the other is taken
+/// alone. `channels` is the number of looks that the map is the mean of. Errors: a window taller than the
 /// map, no training cells, a rank outside 1..=cells, pfa outside 0..1.
 pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: usize) -> Result<Vec<Column>> {
     let rows = 2 * (cfar.guard[0] + cfar.train[0]) + 1;
@@ -78,45 +106,76 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
             .remedy("three quarters of the training cells is usual")
             .into());
     }
-    let mut known: HashMap<usize, Column> = HashMap::new();
-    (0..range_bins)
+    let parts: Vec<[usize; 2]> = (0..range_bins)
         .map(|r| {
             let Reach { outer, inner } = reach(cfar, r, range_bins);
-            let (outer, inner) = (outer.1 - outer.0 + 1, inner.1 - inner.0 + 1);
-            let count = rows * outer - guard_rows * inner;
-            if count == 0 {
+            // Training cells in columns from..to.
+            let cells = |from: usize, to: usize| {
+                let guard = to.min(inner.1 + 1).saturating_sub(from.max(inner.0));
+                (to - from) * rows - guard * guard_rows
+            };
+            let parts = match (cfar.kind, halves(cfar)) {
+                (CfarKind::Ca | CfarKind::Os { .. }, _) => [0, cells(outer.0, outer.1 + 1)],
+                (_, Halves::AlongRange) => [cells(outer.0, r), cells(r + 1, outer.1 + 1)],
+                (_, Halves::AlongDoppler) => [cells(outer.0, outer.1 + 1) / 2; 2],
+            };
+            if parts == [0, 0] {
                 return Err(BadInput::new(format!("the CFAR has no training cells at range bin {r}"))
                     .key("cfar.guard, cfar.train")
                     .value(format!("{:?}, {:?}", cfar.guard, cfar.train))
                     .allowed(format!("a window that fits {range_bins} range bins"))
                     .into());
             }
-            if let Some(column) = known.get(&count) {
-                return Ok(*column);
-            }
-            let column = match cfar.kind {
-                CfarKind::Ca => Column {
-                    count: count as u32,
-                    rank: 0,
-                    factor: cfar_ca::factor(channels, count, cfar.pfa)?,
-                    scale: 1.0,
-                },
-                CfarKind::Os { rank } => {
-                    let rank = ((rank * count) as f64 / full as f64).round().max(1.0) as usize;
-                    let os = cfar_os::factor(channels, count, rank, cfar.pfa)?;
-                    Column {
-                        count: count as u32,
-                        rank: rank as u32,
-                        factor: os.factor,
-                        scale: 1.0 / os.expectation,
-                    }
-                }
-            };
-            known.insert(count, column);
-            Ok(column)
+            Ok(parts)
         })
-        .collect()
+        .collect::<Result<_>>()?;
+    let mut distinct = parts.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    let columns: Vec<Column> =
+        distinct.par_iter().map(|p| column(cfar, channels, full, *p)).collect::<Result<_>>()?;
+    let known: HashMap<[usize; 2], Column> = distinct.into_iter().zip(columns).collect();
+    Ok(parts.iter().map(|p| known[p]).collect())
 }
+
+/// How a cell with these training cells (of GO and SO: before and after) is judged; `full` is their number
+/// in a whole window. Frames of one radar ask for the same ones, so that they are remembered.
+fn column(cfar: &Cfar, channels: usize, full: usize, parts: [usize; 2]) -> Result<Column> {
+    type Key = (u32, usize, usize, [usize; 2], u64);
+    static KNOWN: Mutex<BTreeMap<Key, Column>> = Mutex::new(BTreeMap::new());
+    // A panic elsewhere leaves the map whole.
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let count = parts[0] + parts[1];
+    let rank = match cfar.kind {
+        CfarKind::Os { rank } => ((rank * count) as f64 / full as f64).round().max(1.0) as usize,
+        _ => 0,
+    };
+    let key = (kind_number(cfar.kind), channels, rank, parts, cfar.pfa.to_bits());
+    if let Some(column) = known().get(&key) {
+        return Ok(*column);
+    }
+    let found = match cfar.kind {
+        CfarKind::Ca => Factor { factor: cfar_ca::factor(channels, count, cfar.pfa)?, expectation: 1.0 },
+        CfarKind::Go | CfarKind::So => cfar_go_so::factor(cfar.kind, channels, parts, cfar.pfa)?,
+        CfarKind::Os { .. } => cfar_os::factor(channels, count, rank, cfar.pfa)?,
+    };
+    let column = Column {
+        count: count as u32,
+        before: parts[0] as u32,
+        rank: rank as u32,
+        factor: found.factor,
+        scale: 1.0 / found.expectation,
+    };
+    let mut known = known();
+    if known.len() >= REMEMBERED {
+        known.clear();
+    }
+    known.insert(key, column);
+    Ok(column)
+}
+
+/// Factors kept at most.
+const REMEMBERED: usize = 4096;
 
 /// Threshold over noise for each column, as [`super::Detection::ratio`] holds it.
 pub(crate) fn ratios<T: Real>(columns: &[Column]) -> Vec<T> {
@@ -124,7 +183,7 @@ pub(crate) fn ratios<T: Real>(columns: &[Column]) -> Vec<T> {
 }
 
 gpu_struct! {
-    /// Uniform of both CFAR shaders.
+    /// Uniform of the CFAR shaders that need no more.
     pub struct Params {
         pub doppler_bins: u32,
         pub range_bins: u32,
@@ -140,6 +199,7 @@ gpu_struct! {
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct DeviceColumn {
     count: u32,
+    before: u32,
     rank: u32,
     factor: f32,
     scale: f32,
@@ -151,6 +211,7 @@ impl DeviceColumn {
         size: size_of::<DeviceColumn>(),
         fields: &[
             ("count", std::mem::offset_of!(DeviceColumn, count)),
+            ("before", std::mem::offset_of!(DeviceColumn, before)),
             ("rank", std::mem::offset_of!(DeviceColumn, rank)),
             ("factor", std::mem::offset_of!(DeviceColumn, factor)),
             ("scale", std::mem::offset_of!(DeviceColumn, scale)),
@@ -162,8 +223,12 @@ impl DeviceColumn {
 /// loops, without a word, after 65,535.
 const ITERATIONS: usize = 65_000;
 
-/// Refuses windows that a thread cannot go through in [`ITERATIONS`]. `passes`: how often at most.
-pub(crate) fn check_window(cfar: &Cfar, passes: usize) -> Result<()> {
+/// Refuses windows that a thread cannot go through in [`ITERATIONS`], as often as the detector needs to.
+pub(crate) fn check_window(cfar: &Cfar) -> Result<()> {
+    let passes = match cfar.kind {
+        CfarKind::Os { .. } => cfar_noise::PASSES,
+        _ => 1,
+    };
     let [rows, width] = [0, 1].map(|i| 2 * (cfar.guard[i] + cfar.train[i]) + 1);
     // Each row costs its cells and a step of the outer loop.
     if passes * (rows * (width + 1) + 1) <= ITERATIONS {
@@ -177,39 +242,80 @@ pub(crate) fn check_window(cfar: &Cfar, passes: usize) -> Result<()> {
         .into())
 }
 
-/// Records a CFAR kernel on a map of `[doppler bins, range bins]`.
-pub(crate) fn record(
-    recorder: &mut Recorder<'_>,
-    kernel: &'static Kernel,
-    map: &Buffer<f32>,
-    size: [usize; 2],
-    cfar: &Cfar,
-    columns: &[Column],
-) -> DeviceDetection {
-    let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
-    let params = Params {
-        doppler_bins: size[0] as u32,
-        range_bins: size[1] as u32,
-        guard_doppler: cfar.guard[0] as u32,
-        half_doppler: half[0] as u32,
-        guard_range: cfar.guard[1] as u32,
-        half_range: half[1] as u32,
-    };
+/// The window on a map of `[doppler bins, range bins]`.
+pub(crate) type Window = Params;
+
+impl Params {
+    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> Params {
+        let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
+        Params {
+            doppler_bins: size[0] as u32,
+            range_bins: size[1] as u32,
+            guard_doppler: cfar.guard[0] as u32,
+            half_doppler: half[0] as u32,
+            guard_range: cfar.guard[1] as u32,
+            half_range: half[1] as u32,
+        }
+    }
+}
+
+/// As the shaders have it.
+pub(crate) fn kind_number(kind: CfarKind) -> u32 {
+    match kind {
+        CfarKind::Ca => 0,
+        CfarKind::Go => 1,
+        CfarKind::So => 2,
+        CfarKind::Os { .. } => 3,
+    }
+}
+
+pub(crate) fn upload_columns(recorder: &mut Recorder<'_>, columns: &[Column]) -> Buffer<DeviceColumn> {
     let columns: Vec<DeviceColumn> = columns
         .iter()
         .map(|c| DeviceColumn {
             count: c.count,
+            before: c.before,
             rank: c.rank,
             factor: c.factor as f32,
             scale: c.scale as f32,
         })
         .collect();
-    let columns = recorder.upload("cfar columns", &columns);
+    recorder.upload("cfar columns", &columns)
+}
+
+/// Records the detector that `cfar` names on a map of `[doppler bins, range bins]`: 1 in each cell that it
+/// detects, else 0. Errors: a window that a thread cannot go through.
+pub(crate) fn record(
+    recorder: &mut Recorder<'_>,
+    map: &Buffer<f32>,
+    size: [usize; 2],
+    cfar: &Cfar,
+    columns: &[Column],
+) -> Result<Buffer<u32>> {
+    check_window(cfar)?;
+    let w = Window::new(size, cfar);
+    let columns = upload_columns(recorder, columns);
     let mask = recorder.buffer::<u32>("cfar mask", size[0] * size[1]);
-    let noise = recorder.buffer::<f32>("cfar noise", size[0] * size[1]);
     let threads = Threads::Grid([size[1] as u32, size[0] as u32, 1]);
-    recorder.dispatch(kernel, &params, &[map, &columns, &mask, &noise], threads);
-    DeviceDetection { mask, noise }
+    let storage: [&dyn AnyBuffer; 3] = [map, &columns, &mask];
+    match cfar.kind {
+        CfarKind::Ca => recorder.dispatch(&cfar_ca::KERNEL, &w, &storage, threads),
+        CfarKind::Os { .. } => recorder.dispatch(&cfar_os::KERNEL, &w, &storage, threads),
+        CfarKind::Go | CfarKind::So => {
+            let params = cfar_go_so::Params {
+                doppler_bins: w.doppler_bins,
+                range_bins: w.range_bins,
+                guard_doppler: w.guard_doppler,
+                half_doppler: w.half_doppler,
+                guard_range: w.guard_range,
+                half_range: w.half_range,
+                kind: kind_number(cfar.kind),
+                along_doppler: u32::from(halves(cfar) == Halves::AlongDoppler),
+            };
+            recorder.dispatch(&cfar_go_so::KERNEL, &params, &storage, threads);
+        }
+    }
+    Ok(mask)
 }
 
 /// Refuses a map that no detector can judge.
@@ -233,6 +339,18 @@ pub(crate) fn check_map<T: Real>(map: &PowerMap<T>) -> Result<()> {
     }
 }
 
+pub(crate) fn check_cells<T>(map: &PowerMap<T>, cells: &[Cell]) -> Result<()> {
+    match cells.iter().find(|c| c.doppler as usize >= map.doppler_bins || c.range as usize >= map.range_bins)
+    {
+        None => Ok(()),
+        Some(cell) => Err(BadInput::new("the cell lies outside the map")
+            .key("[doppler, range]")
+            .value(format!("[{}, {}]", cell.doppler, cell.range))
+            .allowed(format!("less than [{}, {}]", map.doppler_bins, map.range_bins))
+            .into()),
+    }
+}
+
 pub(crate) fn check_pfa(pfa: f64) -> Result<()> {
     if pfa > 0.0 && pfa < 1.0 {
         return Ok(());
@@ -244,8 +362,8 @@ pub(crate) fn check_pfa(pfa: f64) -> Result<()> {
         .into())
 }
 
-/// A sum of positive terms, each the last times a ratio, that may pass the range of f64.
-/// Returns the logarithm.
+/// A sum of positive terms, each the last times a ratio, that may pass the range of f64. The ratios never
+/// grow. Returns the logarithm.
 pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
     const BIG: f64 = 1e280;
     let (mut term, mut sum, mut shift) = (1.0f64, 1.0f64, 0.0f64);
@@ -257,11 +375,71 @@ pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
             term /= BIG;
             shift += BIG.ln();
         }
-        if term < 1e-18 * sum && ratio < 0.5 {
+        // What follows is less than a geometric series.
+        if ratio < 1.0 && term < 1e-17 * (1.0 - ratio) * sum {
             break;
         }
     }
     shift + sum.ln()
+}
+
+/// ln Q(k, x), the logarithm of the upper regularised incomplete gamma function for whole k:
+/// e^-x sum_{j<k} x^j / j!.
+pub(crate) fn ln_upper(k: usize, x: f64) -> f64 {
+    let top = (k - 1) as f64;
+    if k > 32 && x < top {
+        // The terms of the complement fall from the first on; it is about one half at most.
+        (-ln_lower(k, x).exp()).ln_1p()
+    } else if x < k as f64 {
+        -x + ln_series((1..k).map(|j| x / j as f64))
+    } else {
+        // From the largest term down.
+        -x + top * x.ln() - ln_gamma(top + 1.0) + ln_series((1..k).rev().map(|j| j as f64 / x))
+    }
+}
+
+/// ln P(k, x), the logarithm of the lower regularised incomplete gamma function.
+pub(crate) fn ln_lower(k: usize, x: f64) -> f64 {
+    let kf = k as f64;
+    if x < kf + 1.0 {
+        -x + kf * x.ln() - ln_gamma(kf + 1.0) + ln_series((1..10_000).map(|j| x / (kf + j as f64)))
+    } else {
+        (-ln_upper(k, x).exp()).ln_1p()
+    }
+}
+
+/// Where a concave function is largest, by golden section.
+pub(crate) fn maximum(h: &impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    let g = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - g * (b - a), a + g * (b - a));
+    let (mut hc, mut hd) = (h(c), h(d));
+    while b - a > 1e-6 {
+        if hc > hd {
+            b = d;
+            (d, hd) = (c, hc);
+            c = b - g * (b - a);
+            hc = h(c);
+        } else {
+            a = c;
+            (c, hc) = (d, hd);
+            d = a + g * (b - a);
+            hd = h(d);
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// Where a function that rises from `outside` to `mode` passes `level`; `outside` if it never does.
+pub(crate) fn crossing(h: &impl Fn(f64) -> f64, outside: f64, mode: f64, level: f64) -> f64 {
+    let (mut a, mut b) = (outside, mode);
+    if h(a) > level {
+        return a;
+    }
+    for _ in 0..60 {
+        let c = 0.5 * (a + b);
+        if h(c) > level { b = c } else { a = c }
+    }
+    a
 }
 
 /// The factor at which the falling function `ln_pfa` of the factor meets `ln_wanted`.
@@ -319,6 +497,7 @@ pub(crate) fn solve_factor(ln_pfa: impl Fn(f64) -> f64, ln_wanted: f64) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use statrs::function::gamma::{gamma_lr, gamma_ur};
 
     fn cfar(kind: CfarKind) -> Cfar {
         Cfar { kind, guard: [2, 1], train: [8, 4], pfa: 1e-3 }
@@ -364,6 +543,23 @@ mod tests {
             map.data[4] = bad;
             assert!(check_map(&map).unwrap_err().to_string().contains("[doppler 1, range 1]"));
         }
+    }
+
+    #[test]
+    fn incomplete_gamma() {
+        for k in [1, 2, 12, 48, 192] {
+            for x in [1e-3, 0.3, 1.0, 5.0, 12.0, 50.0, 190.0, 193.5, 250.0, 400.0] {
+                let (p, q) = (gamma_lr(k as f64, x), gamma_ur(k as f64, x));
+                if p > 1e-280 {
+                    assert!((ln_lower(k, x) - p.ln()).abs() < 1e-9 * (1.0 + p.ln().abs()), "P {k} {x}");
+                }
+                if q > 1e-280 {
+                    assert!((ln_upper(k, x) - q.ln()).abs() < 1e-9 * (1.0 + q.ln().abs()), "Q {k} {x}");
+                }
+            }
+        }
+        // Beyond f64: Q(3, x) = e^-x (1 + x + x^2/2).
+        assert!((ln_upper(3, 2000.0) - (-2000.0 + (1.0 + 2000.0 + 2e6f64).ln())).abs() < 1e-9);
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub static KERNEL: Kernel = Kernel {
     sources: &[include_str!("../../shaders/dsp/cfar_ca.wgsl")],
     workgroup: [16, 16, 1],
     params: Some(Params::LAYOUT),
-    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
+    storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],
     tolerance: Tolerance {
         relative_l2: 1e-6,
@@ -18,9 +18,6 @@ pub static KERNEL: Kernel = Kernel {
                  and far less on average. A cell whose power is within that of its threshold may be judged otherwise",
     },
 };
-
-/// Times that a thread goes through its training cells.
-pub(crate) const PASSES: usize = 1;
 
 /// The factor on the mean of `training` cells that gives `pfa` when every cell is the mean of
 /// `channels` independent exponentials: F^-1(1 - pfa; 2K, 2KN).

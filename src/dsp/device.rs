@@ -4,13 +4,12 @@
 use super::fft::Transform;
 use super::peaks;
 use super::{
-    Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_ca, cfar_os, fft, power,
-    snapshot,
+    Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_noise, fft, power, snapshot,
 };
-use crate::adc::Cube;
-use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Gpu, Recorder};
-use crate::scene::radar::{Cfar, CfarKind, Radar};
+use crate::adc::{Cube, DeviceCube};
+use crate::error::{BadInput, Error, Result};
+use crate::gpu::{Buffer, Done, Gpu, Pending, Recorder};
+use crate::scene::radar::{Cfar, Radar};
 use num_complex::Complex32;
 
 /// Some channels and range columns of the spectrum, `[doppler, channel, range]`.
@@ -61,30 +60,8 @@ impl DeviceSpectrum {
     }
 }
 
-/// Mask (0 or 1) and noise in W of each cell, and the columns they were judged by.
-pub(crate) struct DeviceDetection {
-    pub mask: Buffer<u32>,
-    pub noise: Buffer<f32>,
-}
-
-/// Records the detector that `cfar` names on a map in device memory.
-pub(crate) fn record_cfar(
-    recorder: &mut Recorder<'_>,
-    map: &Buffer<f32>,
-    size: [usize; 2],
-    cfar: &Cfar,
-    columns: &[cfar::Column],
-) -> Result<DeviceDetection> {
-    let (kernel, passes) = match cfar.kind {
-        CfarKind::Ca => (&cfar_ca::KERNEL, cfar_ca::PASSES),
-        CfarKind::Os { .. } => (&cfar_os::KERNEL, cfar_os::PASSES),
-    };
-    cfar::check_window(cfar, passes)?;
-    Ok(cfar::record(recorder, kernel, map, size, cfar, columns))
-}
-
-fn detection(mask: Vec<u32>, noise: Vec<f32>, columns: &[cfar::Column]) -> Detection<f32> {
-    Detection { mask: mask.iter().map(|m| *m != 0).collect(), noise, ratio: cfar::ratios(columns) }
+fn detection(mask: Vec<u32>, columns: &[cfar::Column]) -> Detection<f32> {
+    Detection { mask: mask.iter().map(|m| *m != 0).collect(), ratio: cfar::ratios(columns) }
 }
 
 /// The detector alone, on a map from the host: the twin of the cpu engine's `detect`.
@@ -93,79 +70,195 @@ pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> R
     let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
     let mut recorder = gpu.recorder("cfar");
     let buffer = recorder.upload("map", &map.data);
-    let found = record_cfar(&mut recorder, &buffer, [map.doppler_bins, map.range_bins], cfar, &columns)?;
-    let (mask, noise) = (recorder.read(&found.mask), recorder.read(&found.noise));
+    let mask = cfar::record(&mut recorder, &buffer, [map.doppler_bins, map.range_bins], cfar, &columns)?;
+    let mask = recorder.read(&mask);
     let mut done = recorder.submit()?;
-    Ok(detection(done.take(mask), done.take(noise), &columns))
+    Ok(detection(done.take(mask), &columns))
+}
+
+/// The noise in W in these cells, on a map from the host: the twin of the cpu engine's `noise`.
+pub fn noise(
+    gpu: &Gpu,
+    map: &PowerMap<f32>,
+    cfar: &Cfar,
+    channels: usize,
+    cells: &[Cell],
+) -> Result<Vec<f32>> {
+    cfar::check_map(map)?;
+    cfar::check_cells(map, cells)?;
+    cfar::check_window(cfar)?;
+    let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
+    let mut recorder = gpu.recorder("cfar noise");
+    let buffer = recorder.upload("map", &map.data);
+    let at = |c: &Cell| c.doppler * map.range_bins as u32 + c.range;
+    let list: Vec<u32> = std::iter::once(cells.len() as u32).chain(cells.iter().map(at)).collect();
+    let list = recorder.upload("cells", &list);
+    let size = [map.doppler_bins, map.range_bins];
+    let noise = cfar_noise::record(&mut recorder, &buffer, size, cfar, &columns, &list);
+    let noise = recorder.read(&noise);
+    Ok(recorder.submit()?.take(noise))
 }
 
 /// Room for this many detected cells; a frame with more costs a second, small submission.
 const CELLS: usize = 4096;
 
 /// From the cube to detected cells in one submission: the twin of the cpu engine's `process`. Errors:
-/// a cube that is not this radar's, bad settings, FFT lengths that the GPU does not have, samples
-/// that are not finite, failures of the adapter.
+/// a cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let transform = Transform::of_cube(cube, radar)?;
-    let size = [transform.doppler_fft, transform.range_bins];
-    let cfar = &radar.processing.cfar;
-    let columns = cfar::columns(cfar, transform.channels, size[0], size[1])?;
-
+    if transform.bands > 1 {
+        return Err(BadInput::new("the Doppler bands of DDM are taken apart by the cpu engine alone")
+            .key("device")
+            .value("gpu")
+            .allowed("cpu")
+            .remedy("use --device cpu, or waveform.multiplex = \"tdm\" or \"bpm\"")
+            .into());
+    }
     let mut recorder = gpu.recorder("processing");
     let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
-    let map = power::record(&mut recorder, &spectrum);
-    let found = record_cfar(&mut recorder, &map, size, cfar, &columns)?;
-    let limit = (gpu.max_binding_bytes() as usize / (8 * transform.channels)).max(1);
-    let (list, channels) = record_cells(&mut recorder, &spectrum, &map, &found.mask, CELLS.min(limit));
-    let map_read = recorder.read(&map);
-    let (mask, noise) = (recorder.read(&found.mask), recorder.read(&found.noise));
-    let (list_read, channels_read) = (recorder.read(&list), recorder.read(&channels));
-    let mut done = recorder.submit()?;
+    Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()
+}
 
-    let power = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map_read) };
-    cfar::check_map(&power)?;
-    let detection = detection(done.take(mask), done.take(noise), &columns);
-    let (mut list, mut channels) = (done.take(list_read), done.take(channels_read));
-    let count = list[0] as usize;
-    if count > list.len() - 1 {
-        if count > limit {
-            return Err(Error::Failed(format!(
-                "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
-            )));
-        }
-        let mut recorder = gpu.recorder("detected cells");
-        let (more, snapshots) = record_cells(&mut recorder, &spectrum, &map, &found.mask, count);
-        let (more, snapshots) = (recorder.read(&more), recorder.read(&snapshots));
-        let mut done = recorder.submit()?;
-        (list, channels) = (done.take(more), done.take(snapshots));
+/// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with
+/// [`Recorded::submit`].
+pub fn record<'a>(
+    mut recorder: Recorder<'a>,
+    gpu: &'a Gpu,
+    cube: &DeviceCube,
+    transform: &Transform,
+    cfar: &'a Cfar,
+) -> Result<Recorded<'a>> {
+    let spectrum = fft::record_device(&mut recorder, gpu, cube, transform)?;
+    Recorded::new(recorder, gpu, spectrum, cfar)
+}
+
+/// A frame's processing, recorded and not yet submitted.
+pub struct Recorded<'a> {
+    recorder: Recorder<'a>,
+    gpu: &'a Gpu,
+    found: Found<'a>,
+    cells: PendingCells,
+    map: Pending<f32>,
+    mask: Pending<u32>,
+    limit: usize,
+}
+
+impl<'a> Recorded<'a> {
+    fn new(
+        mut recorder: Recorder<'a>,
+        gpu: &'a Gpu,
+        spectrum: DeviceSpectrum,
+        cfar: &'a Cfar,
+    ) -> Result<Recorded<'a>> {
+        let size = [spectrum.doppler_bins, spectrum.range_bins];
+        let columns = cfar::columns(cfar, spectrum.channels, size[0], size[1])?;
+        let map = power::record(&mut recorder, &spectrum);
+        let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
+        let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
+        let found = Found { cfar, columns, spectrum, map, mask };
+        let cells = found.record(&mut recorder, CELLS.min(limit));
+        let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
+        Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
     }
-    let (cells, snapshots) = sorted(&power, &list[1..=count], &channels, transform.channels);
-    Ok((spectrum, RangeDoppler { map: power, detection, cells, snapshots }))
+
+    /// For more commands of the same submission.
+    pub fn recorder(&mut self) -> &mut Recorder<'a> {
+        &mut self.recorder
+    }
+
+    /// Runs everything. Errors: samples that are not finite, failures of the adapter.
+    pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
+        let (spectrum, found, _) = self.submit_with()?;
+        Ok((spectrum, found))
+    }
+
+    /// And what else was recorded.
+    pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
+        let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
+        let spectrum = found.spectrum.clone();
+        let size = [spectrum.doppler_bins, spectrum.range_bins];
+        let mut done = recorder.submit()?;
+        let map = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map) };
+        cfar::check_map(&map)?;
+        let mut cells = cells.take(&mut done);
+        let count = cells.list[0] as usize;
+        if count > cells.list.len() - 1 {
+            if count > limit {
+                return Err(Error::Failed(format!(
+                    "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
+                )));
+            }
+            let mut recorder = gpu.recorder("detected cells");
+            let pending = found.record(&mut recorder, count);
+            cells = pending.take(&mut recorder.submit()?);
+        }
+        let detection = detection(done.take(mask), &found.columns);
+        let (cells, noise, snapshots) = cells.sorted(&map, spectrum.channels);
+        Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }, done))
+    }
 }
 
-fn record_cells(
-    recorder: &mut Recorder<'_>,
-    spectrum: &DeviceSpectrum,
-    map: &Buffer<f32>,
-    mask: &Buffer<u32>,
-    capacity: usize,
-) -> (Buffer<u32>, Buffer<Complex32>) {
-    let list = peaks::record(recorder, map, mask, [spectrum.doppler_bins, spectrum.range_bins], capacity);
-    let snapshots = snapshot::record(recorder, spectrum, &list);
-    (list, snapshots)
+/// What the list of cells is made from.
+struct Found<'a> {
+    cfar: &'a Cfar,
+    columns: Vec<cfar::Column>,
+    spectrum: DeviceSpectrum,
+    map: Buffer<f32>,
+    mask: Buffer<u32>,
 }
 
-/// Cells and their snapshots from the order of the map to that of power.
-fn sorted(
-    map: &PowerMap<f32>,
-    list: &[u32],
-    channels: &[Complex32],
-    count: usize,
-) -> (Vec<Cell>, Snapshots<f32>) {
-    let cell = |at: u32| Cell { doppler: at / map.range_bins as u32, range: at % map.range_bins as u32 };
-    let mut order: Vec<usize> = (0..list.len()).collect();
-    // The list is in the order of the map, which a stable sort keeps among equals.
-    order.sort_by(|a, b| map.data[list[*b] as usize].total_cmp(&map.data[list[*a] as usize]));
-    let data = order.iter().flat_map(|i| channels[i * count..(i + 1) * count].iter().copied()).collect();
-    (order.iter().map(|i| cell(list[*i])).collect(), Snapshots { channels: count, data })
+struct PendingCells {
+    list: Pending<u32>,
+    noise: Pending<f32>,
+    channels: Pending<Complex32>,
+}
+
+impl Found<'_> {
+    fn record(&self, recorder: &mut Recorder<'_>, capacity: usize) -> PendingCells {
+        let size = [self.spectrum.doppler_bins, self.spectrum.range_bins];
+        let list = peaks::record(recorder, &self.map, &self.mask, size, capacity);
+        let noise = cfar_noise::record(recorder, &self.map, size, self.cfar, &self.columns, &list);
+        let channels = snapshot::record(recorder, &self.spectrum, &list);
+        PendingCells {
+            list: recorder.read(&list),
+            noise: recorder.read(&noise),
+            channels: recorder.read(&channels),
+        }
+    }
+}
+
+impl PendingCells {
+    fn take(self, done: &mut Done) -> ListedCells {
+        ListedCells {
+            list: done.take(self.list),
+            noise: done.take(self.noise),
+            channels: done.take(self.channels),
+        }
+    }
+}
+
+/// Cells in the order of the map.
+struct ListedCells {
+    /// How many there are, then doppler x range bins + range of each.
+    list: Vec<u32>,
+    noise: Vec<f32>,
+    channels: Vec<Complex32>,
+}
+
+impl ListedCells {
+    /// Strongest first.
+    fn sorted(&self, map: &PowerMap<f32>, channels: usize) -> (Vec<Cell>, Vec<f32>, Snapshots<f32>) {
+        let list = &self.list[1..=self.list[0] as usize];
+        let mut order: Vec<usize> = (0..list.len()).collect();
+        // The list is in the order of the map, which a stable sort keeps among equals.
+        order.sort_by(|a, b| map.data[list[*b] as usize].total_cmp(&map.data[list[*a] as usize]));
+        let columns = map.range_bins as u32;
+        let cell = |at: u32| Cell { doppler: at / columns, range: at % columns };
+        let row = |i: &usize| self.channels[i * channels..(i + 1) * channels].iter().copied();
+        (
+            order.iter().map(|i| cell(list[*i])).collect(),
+            order.iter().map(|i| self.noise[*i]).collect(),
+            Snapshots { channels, data: order.iter().flat_map(row).collect() },
+        )
+    }
 }

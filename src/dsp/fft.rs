@@ -1,16 +1,16 @@
-//! Range and Doppler transforms: sizes, windows and the host side of the kernel (CONVENTIONS
-//! eq. 14).
+//! Range and Doppler transforms: sizes, windows, and the host side of the kernel for what a workgroup holds
+//! (CONVENTIONS eq. 14); other lengths go by passes over global memory (eq. 86).
 
 use super::device::{Chunk, DeviceSpectrum};
+use super::fft_pass::{Layout, Passes, Scratch, twiddles, work_length};
 use super::window;
-use crate::adc::Cube;
+use crate::adc::{Cube, DeviceCube};
 use crate::error::{BadInput, Result};
-use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
+use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Processing, Radar, Sampling};
 use crate::scene::waveform::Multiplex;
-use num_complex::{Complex32, Complex64};
-use std::f64::consts::TAU;
+use num_complex::Complex32;
 
 /// The two transforms of a cube: `[chirp, channel, sample]` to `[doppler, channel, range]`.
 /// The windows are scaled so that eq. 14 holds with a plain sum: they carry 1/sum(w), and sqrt 2 for
@@ -26,7 +26,9 @@ pub struct Transform {
     pub doppler_fft: usize,
     /// Doppler bands that become channels (DDM), else 1: spectrum `[doppler / bands, band, channel, range]`.
     pub bands: usize,
-    /// One weight a sample.
+    /// Samples are taken from the last to the first, as of a falling chirp.
+    pub reversed: bool,
+    /// One weight a sample, in the order in which they are taken.
     pub range_window: Vec<f64>,
     /// One weight a chirp.
     pub doppler_window: Vec<f64>,
@@ -82,6 +84,7 @@ impl Transform {
             range_bins,
             doppler_fft: processing.doppler_fft,
             bands: 1,
+            reversed: false,
             range_window: scaled(window::coefficients(processing.range_window, samples)?, gain),
             doppler_window: scaled(window::coefficients(processing.doppler_window, chirps)?, 1.0),
         })
@@ -106,7 +109,21 @@ impl Transform {
         if let Multiplex::Ddm { bands } = radar.multiplex {
             t.bands = bands;
         }
+        t.reversed = radar.step_hz() < 0.0;
         Ok(t)
+    }
+
+    /// Refuses another shape `[chirps, channels, samples]` than this transform's.
+    pub fn check_shape(&self, shape: [usize; 3]) -> Result<()> {
+        let want = [self.chirps, self.channels, self.samples];
+        if shape == want {
+            return Ok(());
+        }
+        Err(BadInput::new("the cube does not have the transform's shape [chirp, channel, sample]")
+            .key("cube")
+            .value(format!("{shape:?}"))
+            .allowed(format!("{want:?}"))
+            .into())
     }
 
     /// Columns of the spectrum: channels x range bins.
@@ -123,8 +140,26 @@ impl Transform {
     }
 }
 
-/// Longest transform on the GPU: what a workgroup's 32 KiB hold.
-pub const LONGEST: usize = 4096;
+/// Longest transform that a workgroup's 32 KiB hold.
+pub const LONGEST_IN_WORKGROUP: usize = 4096;
+
+/// How the device takes a transform.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// A line in one workgroup's memory: powers of two up to [`LONGEST_IN_WORKGROUP`].
+    Workgroup,
+    /// Passes over global memory: every length.
+    Passes,
+}
+
+impl Method {
+    /// The faster one for this length. On a CPU's driver workgroup memory is memory like any other, and
+    /// each barrier costs a change of context.
+    pub fn of(gpu: &Gpu, length: usize) -> Method {
+        let fits = length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP;
+        if fits && gpu.report().is_hardware { Method::Workgroup } else { Method::Passes }
+    }
+}
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/fft.wgsl`.
@@ -132,6 +167,7 @@ gpu_struct! {
         pub lines: u32,
         pub log2_length: u32,
         pub count: u32,
+        pub in_base: u32,
         pub in_line: u32,
         pub in_step: u32,
         pub out_base: u32,
@@ -163,72 +199,66 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// e^(-j 2 pi i / n).
-fn twiddles(n: usize) -> Vec<Complex32> {
-    (0..n)
-        .map(|i| {
-            let z = Complex64::cis(-TAU * i as f64 / n as f64);
-            Complex32::new(z.re as f32, z.im as f32)
-        })
-        .collect()
-}
-
 /// Shortest tile of a workgroup: four values for each of its threads.
 const SHORTEST_TILE: usize = 1024;
 
 /// One axis of the transform on the device.
-struct Axis {
-    length: usize,
-    weights: Buffer<f32>,
-    twiddles: Buffer<Complex32>,
-    hardware: bool,
+enum Axis {
+    Workgroup { length: usize, weights: Buffer<f32>, twiddles: Buffer<Complex32>, hardware: bool },
+    Passes(Passes),
 }
 
 impl Axis {
-    fn new(gpu: &Gpu, recorder: &mut Recorder<'_>, key: &str, length: usize, window: &[f64]) -> Result<Self> {
-        if !length.is_power_of_two() || length > LONGEST {
-            return Err(BadInput::new("the GPU has no FFT of this length")
-                .key(key)
-                .value(length)
-                .allowed(format!("a power of two up to {LONGEST}"))
-                .remedy("choose such a length, or the device cpu")
-                .into());
+    fn new(gpu: &Gpu, recorder: &mut Recorder<'_>, method: Method, length: usize, window: &[f64]) -> Axis {
+        if method == Method::Passes {
+            return Axis::Passes(Passes::new(recorder, length, window));
         }
         let weights: Vec<f32> = window.iter().map(|w| *w as f32).collect();
-        Ok(Axis {
+        Axis::Workgroup {
             length,
             weights: recorder.upload("window", &weights),
             twiddles: recorder.upload("twiddles", &twiddles(length)),
             hardware: gpu.report().is_hardware,
-        })
+        }
     }
 
     fn record(
         &self,
         recorder: &mut Recorder<'_>,
-        from: &Buffer<Complex32>,
-        to: &Buffer<Complex32>,
-        params: Params,
+        scratch: &mut Scratch,
+        from: &dyn AnyBuffer,
+        to: &dyn AnyBuffer,
+        layout: Layout,
     ) {
-        let side_by_side = params.in_line == 1 && params.in_step > 1;
+        let (length, weights, twiddles, hardware) = match self {
+            Axis::Passes(passes) => return passes.record(recorder, scratch, from, to, layout),
+            Axis::Workgroup { length, weights, twiddles, hardware } => {
+                (*length, weights, twiddles, *hardware)
+            }
+        };
         // On a strided axis a GPU wants many lines together; a CPU's driver wants its cache. The numbers
         // that come out are the same.
-        let tile = if side_by_side && self.hardware { LONGEST } else { self.length.max(SHORTEST_TILE) };
-        let groups = u64::from(params.lines).div_ceil((tile / self.length) as u64);
+        let wide = layout.side_by_side && hardware;
+        let tile = if wide { LONGEST_IN_WORKGROUP } else { length.max(SHORTEST_TILE) };
+        let groups = (layout.lines as u64).div_ceil((tile / length) as u64);
         let params = Params {
-            log2_length: self.length.ilog2(),
-            count: self.weights.len() as u32,
-            side_by_side: u32::from(side_by_side),
+            lines: layout.lines as u32,
+            log2_length: length.ilog2(),
+            count: weights.len() as u32,
+            in_base: layout.in_base,
+            in_line: layout.in_line,
+            in_step: layout.in_step,
+            out_base: layout.out_base,
+            out_line: layout.out_line,
+            out_step: layout.out_step,
+            shift: layout.shift,
+            first: layout.first,
+            kept: layout.kept,
+            side_by_side: u32::from(layout.side_by_side),
             log2_tile: tile.ilog2(),
-            ..params
         };
-        let storage: [&dyn crate::gpu::AnyBuffer; 4] = [from, &self.weights, &self.twiddles, to];
-        recorder.dispatch(
-            &KERNEL,
-            &params,
-            &storage,
-            Threads::Linear(groups * u64::from(KERNEL.workgroup[0])),
-        );
+        let threads = Threads::Linear(groups * u64::from(KERNEL.workgroup[0]));
+        recorder.dispatch(&KERNEL, &params, &[from, weights, twiddles, to], threads);
     }
 }
 
@@ -238,16 +268,17 @@ impl Axis {
 struct Cut {
     channels: usize,
     ranges: usize,
-    /// Chirps of one uploaded piece.
+    /// Chirps that are transformed together.
     chirps: usize,
 }
 
 impl Cut {
     fn new(t: &Transform, limit: u64) -> Result<Self> {
         let fits = (limit / size_of::<Complex32>() as u64) as usize;
-        let channels = (fits / (t.doppler_fft * t.range_bins)).clamp(1, t.channels);
-        let ranges = (fits / (t.doppler_fft * channels)).min(t.range_bins);
-        let chirps = (fits / (channels * t.samples)).min(t.chirps);
+        let (range, doppler) = (work_length(t.range_fft).max(t.samples), work_length(t.doppler_fft));
+        let channels = (fits / (doppler * t.range_bins)).clamp(1, t.channels);
+        let ranges = (fits / (doppler * channels)).min(t.range_bins);
+        let chirps = (fits / (channels * range)).min(t.chirps);
         if ranges == 0 || chirps == 0 {
             return Err(BadInput::new(
                 "not one channel of one range bin or chirp fits into a buffer of this adapter",
@@ -262,25 +293,161 @@ impl Cut {
     }
 }
 
+/// Samples on the device, `[chirp, channel, sample]` of some chirps.
+struct Piece<'a> {
+    first_chirp: usize,
+    chirps: usize,
+    /// That it holds, and the first of those that are wanted.
+    channels: usize,
+    first_channel: usize,
+    data: &'a dyn AnyBuffer,
+}
+
+/// What the transforms of one recorder share.
+struct Plan<'a> {
+    t: &'a Transform,
+    cut: Cut,
+    range: Axis,
+    doppler: Axis,
+    scratch: Scratch,
+}
+
+impl<'a> Plan<'a> {
+    fn new(
+        recorder: &mut Recorder<'_>,
+        gpu: &Gpu,
+        t: &'a Transform,
+        method: Option<Method>,
+    ) -> Result<Plan<'a>> {
+        let of = |length: usize| method.unwrap_or_else(|| Method::of(gpu, length));
+        for (key, length) in
+            [("processing.range_fft", t.range_fft), ("processing.doppler_fft", t.doppler_fft)]
+        {
+            let fits = length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP;
+            if of(length) == Method::Workgroup && !fits {
+                return Err(BadInput::new("a workgroup has no FFT of this length")
+                    .key(key)
+                    .value(length)
+                    .allowed(format!("a power of two up to {LONGEST_IN_WORKGROUP}"))
+                    .remedy("take the passes over global memory")
+                    .into());
+            }
+        }
+        Ok(Plan {
+            t,
+            cut: Cut::new(t, gpu.max_binding_bytes())?,
+            range: Axis::new(gpu, recorder, of(t.range_fft), t.range_fft, &t.range_window),
+            doppler: Axis::new(gpu, recorder, of(t.doppler_fft), t.doppler_fft, &t.doppler_window),
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// The spectrum of `channels` channels from the `first_channel`-th on, whose samples are in `pieces`.
+    fn record(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        pieces: &[Piece<'_>],
+        (first_channel, channels): (usize, usize),
+        chunks: &mut Vec<Chunk>,
+    ) {
+        let t = self.t;
+        for first_range in (0..t.range_bins).step_by(self.cut.ranges) {
+            let ranges = self.cut.ranges.min(t.range_bins - first_range);
+            let columns = channels * ranges;
+            let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
+            for piece in pieces {
+                for first in (0..piece.chirps).step_by(self.cut.chirps) {
+                    let chirps = self.cut.chirps.min(piece.chirps - first);
+                    self.record_range(
+                        recorder,
+                        piece,
+                        (first, chirps),
+                        (first_range, ranges),
+                        channels,
+                        &between,
+                    );
+                }
+            }
+            let spectrum = recorder.buffer::<Complex32>("spectrum", t.doppler_fft * columns);
+            let layout = Layout {
+                lines: columns,
+                in_line: 1,
+                in_step: columns as u32,
+                out_line: 1,
+                out_step: columns as u32,
+                shift: t.doppler_row(0) as u32,
+                kept: t.doppler_fft as u32,
+                side_by_side: columns > 1,
+                ..Default::default()
+            };
+            self.doppler.record(recorder, &mut self.scratch, &between, &spectrum, layout);
+            chunks.push(Chunk { spectrum, first_channel, channels, first_range, ranges });
+        }
+    }
+
+    fn record_range(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        piece: &Piece<'_>,
+        (first, chirps): (usize, usize),
+        (first_range, ranges): (usize, usize),
+        channels: usize,
+        to: &Buffer<Complex32>,
+    ) {
+        let t = self.t;
+        // Lines follow one another where all channels are wanted.
+        let whole = channels == piece.channels;
+        for channel in 0..if whole { 1 } else { channels } {
+            let start = (first * piece.channels + piece.first_channel + channel) * t.samples;
+            let layout = Layout {
+                lines: if whole { chirps * channels } else { chirps },
+                in_base: (start + if t.reversed { t.samples - 1 } else { 0 }) as u32,
+                in_line: (if whole { t.samples } else { piece.channels * t.samples }) as u32,
+                in_step: if t.reversed { u32::MAX } else { 1 },
+                out_base: (((piece.first_chirp + first) * channels + channel) * ranges) as u32,
+                out_line: (if whole { ranges } else { channels * ranges }) as u32,
+                out_step: 1,
+                shift: 0,
+                first: first_range as u32,
+                kept: ranges as u32,
+                side_by_side: false,
+            };
+            self.range.record(recorder, &mut self.scratch, piece.data, to, layout);
+        }
+    }
+}
+
+fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
+    DeviceSpectrum { chunks, doppler_bins: t.doppler_fft, channels: t.channels, range_bins: t.range_bins }
+}
+
 /// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing
-/// runs before the recorder is submitted. Errors: lengths that are not powers of two up to
-/// [`LONGEST`]; a single column too large for the adapter.
+/// runs before the recorder is submitted. Errors: a single column too large for the adapter.
 pub fn record(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
     cube: &Cube<f32>,
     t: &Transform,
 ) -> Result<DeviceSpectrum> {
-    let range = Axis::new(gpu, recorder, "processing.range_fft", t.range_fft, &t.range_window)?;
-    let doppler = Axis::new(gpu, recorder, "processing.doppler_fft", t.doppler_fft, &t.doppler_window)?;
-    let cut = Cut::new(t, gpu.max_binding_bytes())?;
+    record_by(recorder, gpu, cube, t, None)
+}
+
+/// [`record`] with a method of choice.
+pub fn record_by(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &Cube<f32>,
+    t: &Transform,
+    method: Option<Method>,
+) -> Result<DeviceSpectrum> {
+    let mut plan = Plan::new(recorder, gpu, t, method)?;
     let mut chunks = Vec::new();
-    for first_channel in (0..t.channels).step_by(cut.channels) {
-        let channels = cut.channels.min(t.channels - first_channel);
-        let pieces: Vec<(usize, Buffer<Complex32>)> = (0..t.chirps)
-            .step_by(cut.chirps)
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        let buffers: Vec<(usize, Buffer<Complex32>)> = (0..t.chirps)
+            .step_by(plan.cut.chirps)
             .map(|first| {
-                let chirps = first..(first + cut.chirps).min(t.chirps);
+                let chirps = first..(first + plan.cut.chirps).min(t.chirps);
                 let data = if channels == t.channels {
                     let row = channels * t.samples;
                     recorder.upload("cube", &cube.data[chirps.start * row..chirps.end * row])
@@ -295,38 +462,45 @@ pub fn record(
                 (first, data)
             })
             .collect();
-        for first_range in (0..t.range_bins).step_by(cut.ranges) {
-            let ranges = cut.ranges.min(t.range_bins - first_range);
-            let columns = channels * ranges;
-            let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
-            for (first_chirp, piece) in &pieces {
-                let params = Params {
-                    lines: (piece.len() / t.samples) as u32,
-                    in_line: t.samples as u32,
-                    in_step: 1,
-                    out_base: (first_chirp * columns) as u32,
-                    out_line: ranges as u32,
-                    out_step: 1,
-                    first: first_range as u32,
-                    kept: ranges as u32,
-                    ..Default::default()
-                };
-                range.record(recorder, piece, &between, params);
-            }
-            let spectrum = recorder.buffer::<Complex32>("spectrum", t.doppler_fft * columns);
-            let params = Params {
-                lines: columns as u32,
-                in_line: 1,
-                in_step: columns as u32,
-                out_line: 1,
-                out_step: columns as u32,
-                shift: t.doppler_row(0) as u32,
-                kept: t.doppler_fft as u32,
-                ..Default::default()
-            };
-            doppler.record(recorder, &between, &spectrum, params);
-            chunks.push(Chunk { spectrum, first_channel, channels, first_range, ranges });
-        }
+        let pieces: Vec<Piece<'_>> = buffers
+            .iter()
+            .map(|(first_chirp, data)| Piece {
+                first_chirp: *first_chirp,
+                chirps: data.len() / (channels * t.samples),
+                channels,
+                first_channel: 0,
+                data,
+            })
+            .collect();
+        plan.record(recorder, &pieces, (first_channel, channels), &mut chunks);
     }
-    Ok(DeviceSpectrum { chunks, doppler_bins: t.doppler_fft, channels: t.channels, range_bins: t.range_bins })
+    Ok(spectrum(t, chunks))
+}
+
+/// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
+pub fn record_device(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &DeviceCube,
+    t: &Transform,
+) -> Result<DeviceSpectrum> {
+    t.check_shape([cube.chirps, cube.channels, cube.samples])?;
+    let mut plan = Plan::new(recorder, gpu, t, None)?;
+    let mut chunks = Vec::new();
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let pieces: Vec<Piece<'_>> = cube
+            .pieces
+            .iter()
+            .map(|p| Piece {
+                first_chirp: p.first_chirp,
+                chirps: p.chirps,
+                channels: t.channels,
+                first_channel,
+                data: &p.data,
+            })
+            .collect();
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        plan.record(recorder, &pieces, (first_channel, channels), &mut chunks);
+    }
+    Ok(spectrum(t, chunks))
 }

@@ -1,13 +1,15 @@
 //! From the cube to range-Doppler cells, detections and angles.
 //!
 //! Types, tables and planning that both engines share, and the host side of the kernels. The order
-//! of the chain is [`fft`] (range, then Doppler) -> [`power`] -> [`cfar_ca`] or [`cfar_os`] ->
-//! [`peaks`] -> [`snapshot`] -> [`doa_beamform`].
+//! of the chain is [`fft`] (range, then Doppler) -> [`power`] -> [`cfar_ca`], [`cfar_go_so`] or [`cfar_os`] ->
+//! [`peaks`] -> [`cfar_noise`], [`snapshot`] -> [`doa_beamform`].
 
 use num_complex::Complex;
 
 pub mod cfar;
 pub mod cfar_ca;
+pub mod cfar_go_so;
+pub mod cfar_noise;
 pub mod cfar_os;
 pub mod device;
 pub mod doa_beamform;
@@ -25,6 +27,11 @@ pub mod doa_order;
 pub mod doa_search;
 pub mod doa_spectrum;
 pub mod fft;
+pub mod fft_any;
+pub mod fft_chirp;
+mod fft_pass;
+pub mod fft_radix16;
+pub mod fft_radix8;
 pub mod multiplex;
 pub mod peaks;
 pub mod power;
@@ -93,18 +100,9 @@ pub struct Cell {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection<T> {
     pub mask: Vec<bool>,
-    /// Estimated mean noise power in W: for CA the mean of the training cells, for OS their order
-    /// statistic divided by its expectation on noise of unit mean.
-    pub noise: Vec<T>,
-    /// Threshold over `noise`, one number for each range column (it changes at the edges).
+    /// The power that a cell has to exceed over the noise in it, one number for each range column (it
+    /// changes at the edges).
     pub ratio: Vec<T>,
-}
-
-impl<T: Real> Detection<T> {
-    /// The power in W that a cell has to exceed.
-    pub fn threshold(&self, doppler: usize, range: usize) -> T {
-        self.noise[doppler * self.ratio.len() + range] * self.ratio[range]
-    }
 }
 
 /// The spectrum of every channel in the detected cells, `[cell, channel]`, in sqrt(W).
@@ -128,6 +126,9 @@ pub struct RangeDoppler<T> {
     pub detection: Detection<T>,
     /// Strongest first.
     pub cells: Vec<Cell>,
+    /// Estimated mean noise power in W in each of `cells`: for CA the mean of the training cells, for GO, SO
+    /// and OS their statistic divided by its expectation on noise of unit mean.
+    pub noise: Vec<T>,
     /// In the order of `cells`.
     pub snapshots: Snapshots<T>,
 }
@@ -142,12 +143,9 @@ impl RangeDoppler<f32> {
                 range_bins: self.map.range_bins,
                 data: wide(self.map.data),
             },
-            detection: Detection {
-                mask: self.detection.mask,
-                noise: wide(self.detection.noise),
-                ratio: wide(self.detection.ratio),
-            },
+            detection: Detection { mask: self.detection.mask, ratio: wide(self.detection.ratio) },
             cells: self.cells,
+            noise: wide(self.noise),
             snapshots: Snapshots {
                 channels: self.snapshots.channels,
                 data: self.snapshots.data.iter().map(|z| Complex::new(z.re.into(), z.im.into())).collect(),

@@ -11,6 +11,7 @@ use crate::cpu;
 use crate::cpu::adc::front_end::Inputs;
 use crate::cpu::adc::synthesis::Control;
 use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Sensor, World};
@@ -213,6 +214,16 @@ impl Engine {
                 Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
             }
         }
+    }
+
+    /// Quadratic forms of cells over a grid of directions, `[cell, direction]` (CONVENTIONS eq. 94).
+    pub fn forms(&self, steering: &Steering, forms: &Forms) -> Result<Vec<f64>> {
+        let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
+        Ok(match self {
+            Engine::Cpu(Precision::F64) => cpu::dsp::doa_spectrum::spectra(steering, forms),
+            Engine::Cpu(Precision::F32) => widen(cpu::dsp::doa_spectrum::spectra(steering, forms)),
+            Engine::Gpu(gpu) => widen(dsp::doa_spectrum::spectra(gpu, steering, forms)?),
+        })
     }
 
     /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).

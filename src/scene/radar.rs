@@ -100,6 +100,10 @@ pub enum Window {
 pub enum CfarKind {
     /// Cell averaging.
     Ca,
+    /// Greatest of: the larger mean of the training cells before and behind.
+    Go,
+    /// Smallest of: the smaller mean of the two.
+    So,
     /// k-th smallest training cell.
     Os { rank: usize },
 }

@@ -265,6 +265,10 @@ pub enum SourcesName {
 pub enum CfarName {
     /// Mean of the training cells.
     Ca,
+    /// The larger of the means before and behind.
+    Go,
+    /// The smaller of the two.
+    So,
     /// The `rank`-th smallest training cell.
     Os,
 }
@@ -643,7 +647,9 @@ fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usiz
     }
     let kind = match (c.kind.value, &c.rank) {
         (CfarName::Ca, None) => CfarKind::Ca,
-        (CfarName::Ca, Some(r)) => {
+        (CfarName::Go, None) => CfarKind::Go,
+        (CfarName::So, None) => CfarKind::So,
+        (CfarName::Ca | CfarName::Go | CfarName::So, Some(r)) => {
             return Err(doc
                 .bad(&r.span, "only an \"os\" detector has a rank")
                 .remedy("take it out or set kind = \"os\"")
@@ -996,6 +1002,8 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
     let p = &radar.processing;
     let (kind, rank) = match p.cfar.kind {
         CfarKind::Ca => (CfarName::Ca, None),
+        CfarKind::Go => (CfarName::Go, None),
+        CfarKind::So => (CfarName::So, None),
         CfarKind::Os { rank } => (CfarName::Os, Some(rank.into())),
     };
     let file = RadarFile {

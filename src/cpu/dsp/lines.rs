@@ -1,5 +1,5 @@
-//! Samples of any waveform to lines in rising order of frequency (CONVENTIONS eq. 12c), on the host for both engines:
-//! what follows need not know what was sent.
+//! Samples of any waveform to lines (CONVENTIONS eq. 12c), on the host for both engines: what follows need not know what
+//! was sent, but that lines of falling frequency are read backwards (`Transform::reversed`).
 
 use crate::adc::Cube;
 use crate::adc::shaping;
@@ -26,25 +26,19 @@ pub fn lines<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cu
             .remedy("give the radar that the cube was taken with")
             .into());
     }
-    let falls = radar.step_hz() < 0.0;
     match &radar.waveform {
-        Waveform::Fmcw(s) if s.ramps.len() > 1 => Ok(Cow::Owned(picked(cube, s.ramps.len(), s.this, falls))),
-        Waveform::Fmcw(_) | Waveform::Stepped { .. } if falls => Ok(Cow::Owned(picked(cube, 1, 0, true))),
+        Waveform::Fmcw(s) if s.ramps.len() > 1 => Ok(Cow::Owned(picked(cube, s.ramps.len(), s.this))),
         Waveform::Fmcw(_) | Waveform::Stepped { .. } => Ok(Cow::Borrowed(cube)),
         Waveform::Pulse { .. } | Waveform::Coded { .. } => Ok(Cow::Owned(compressed(cube, radar)?)),
     }
 }
 
-/// Rows `first`, `first` + `step`, …, with the samples backwards if asked: line n of a falling ramp is line N − 1 − n of a
-/// rising one.
-fn picked<T: Real>(cube: &Cube<T>, step: usize, first: usize, backwards: bool) -> Cube<T> {
+/// Rows `first`, `first` + `step`, ….
+fn picked<T: Real>(cube: &Cube<T>, step: usize, first: usize) -> Cube<T> {
     let mut out = Cube::zeros(cube.chirps / step, cube.channels, cube.samples);
     let row = cube.channels * cube.samples;
     out.data.par_chunks_mut(row).enumerate().for_each(|(m, out)| {
         out.copy_from_slice(&cube.data[(m * step + first) * row..][..row]);
-        if backwards {
-            out.chunks_exact_mut(cube.samples).for_each(<[_]>::reverse);
-        }
     });
     out
 }

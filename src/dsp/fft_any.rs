@@ -1,0 +1,18 @@
+//! Pass of any radix: the host side of the kernel, which `fft_pass` records.
+
+use super::fft_pass::{self, Params};
+use crate::gpu::{Access, Kernel};
+
+pub static KERNEL: Kernel = Kernel {
+    stem: "dsp/fft_any",
+    sources: &[
+        include_str!("../../shaders/shared/complex.wgsl"),
+        include_str!("../../shaders/shared/fft_pass.wgsl"),
+        include_str!("../../shaders/dsp/fft_any.wgsl"),
+    ],
+    workgroup: [64, 1, 1],
+    params: Some(Params::LAYOUT),
+    storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
+    structs: &[],
+    tolerance: fft_pass::TOLERANCE,
+};
