@@ -311,11 +311,14 @@ fn two_corner_reflectors_at_17_m() {
         let top = s.iter().copied().fold(0.0, f64::max);
         (1..s.len() - 1).filter(|i| s[*i] > s[i - 1] && s[*i] >= s[i + 1] && s[*i] > 0.1 * top).count()
     };
-    assert_eq!(tops(&e.spectrum(&x, on_cpu).unwrap()), 1);
+    let cell = Cells { snapshots: 1, data: &x, noise_w: None };
+    assert_eq!(tops(&e.spectra(&cell, on_cpu).unwrap()), 1);
     let (_, music) = show(Method::Music, 2);
-    let spectrum = music.spectrum(&x, on_cpu).unwrap();
+    let spectrum = music.spectra(&cell, on_cpu).unwrap();
     assert!(spectrum.iter().all(|s| *s >= 1.0 - 1e-9));
-    assert!(tops(&spectrum) >= 1);
+    let peaks = |i: &usize| spectrum[*i] > spectrum[i - 1] && spectrum[*i] >= spectrum[i + 1];
+    let peaks: Vec<usize> = (1..spectrum.len() - 1).filter(peaks).filter(|i| spectrum[*i] > 100.0).collect();
+    assert_eq!(peaks.len(), 2);
     // The subspace of the tracker is that of the decomposition.
     let sets = subarrays(&m.lattice().unwrap(), [1, 4]).unwrap();
     let parts = subarray_snapshots(&x, 5, &sets);
@@ -328,6 +331,19 @@ fn two_corner_reflectors_at_17_m() {
     let angle = principal_angle(&truth, &tracker.basis()).unwrap();
     println!("Bi-SVD and eigenvectors: {angle:.1e} rad apart");
     assert!(angle < 1e-4, "{angle}");
+    // A tracker that is fed from outside gives what the estimator's own gives.
+    let mut tracker = BiSvd::new(music.elements(1), 2, 0.9).unwrap();
+    for _ in 0..50 {
+        music.looks(&x).chunks(4).for_each(|x| tracker.update(x));
+    }
+    let bases = [tracker.basis()];
+    let got = sorted(&music.track_cells(&bases, &cell, on_cpu).unwrap()[0]);
+    let (own, _) = show(Method::BiSvd { forgetting: 0.9 }, 2);
+    assert!(got.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?} {own:?}");
+    let spectrum = music.track_spectra(&bases, 1, on_cpu).unwrap();
+    assert!(spectrum.len() == 181 && spectrum.iter().any(|s| *s > 1e3));
+    let e = music.track_spectra(&[Matrix::identity(5, 2)], 1, on_cpu).unwrap_err().to_string();
+    assert_eq!(e, "basis = 5 x 2: the subspace is of another array; allowed: 4 x 1 to 4 x 3");
 }
 
 #[test]
@@ -362,6 +378,80 @@ fn the_number_of_sources_is_found() {
     let two = waves(&m, &[(0.1, 0.0, 30.0), (-0.3, 0.0, 10.0)], 1.0, 60, 5);
     assert_eq!(one_cell(&e, &two, None).unwrap().len(), 2);
     assert!(one_cell(&e, &waves(&m, &[], 1.0, 60, 5), None).unwrap().is_empty());
+}
+
+#[test]
+fn the_residual_tells_how_many_in_single_snapshots() {
+    // On any array, where information criteria have nothing to compare with.
+    for (m, name) in [(line(12), "line"), (sparse(), "sparse"), (rectangle(3, 4), "rectangle")] {
+        let plane = name == "rectangle";
+        let grid = if plane { both(50.0, 25) } else { azimuths(60.0, 181) };
+        let el = if plane { 0.2 } else { 0.0 };
+        let all = [(0.1, 0.0), (-0.35, el), (0.5, -el)];
+        for count in 0..=3 {
+            if name == "sparse" && count == 3 {
+                continue;
+            }
+            let mut right = 0;
+            let mut data = Vec::new();
+            let cells = 40;
+            for trial in 0..cells {
+                let phase = |i: u32| Complex64::cis(TAU * f64::from(trial * (3 * i + 1)) / 7.0);
+                let a: Vec<Vec<Complex64>> =
+                    all[..count].iter().map(|(az, el)| m.steering(*az, *el)).collect();
+                data.extend((0..m.channels()).map(|c| {
+                    let wave: Complex64 =
+                        (0..count).map(|i| a[i][c] * phase(i as u32) * (20.0 - 4.0 * i as f64)).sum();
+                    wave + normal(trial, 0, c as u32)
+                }));
+            }
+            let noise = vec![1.0; cells as usize];
+            for method in [Method::Ml, Method::Music] {
+                if method == Method::Music && name == "sparse" {
+                    continue;
+                }
+                let o = Options {
+                    sources: SourceNumber::Residual { false_alarm: 1e-3, model_error: 1e-6 },
+                    ..options(method, 1)
+                };
+                let e = Estimator::new(m.clone(), grid.clone(), o).unwrap();
+                let all = Cells { snapshots: 1, data: &data, noise_w: Some(&noise) };
+                let got = e.estimate_cells(&all, on_cpu).unwrap();
+                right = got.iter().filter(|s| s.len() == count).count();
+                // At most a few of forty at a false-alarm probability of 1e-3.
+                assert!(right >= 38, "{name} {method:?}: {right} of {cells} for {count}");
+            }
+            println!("{name}, {count} sources: {right} of {cells}");
+        }
+    }
+    let o = Options {
+        sources: SourceNumber::Residual { false_alarm: 1e-3, model_error: 0.0 },
+        ..options(Method::Ml, 1)
+    };
+    let e = Estimator::new(line(4), azimuths(60.0, 61), o).unwrap();
+    let refused = one_cell(&e, &[Complex64::ONE; 4], None).unwrap_err().to_string();
+    assert!(refused.starts_with("noise_w: the number of sources by residual needs"), "{refused}");
+    let o = Options { sources: SourceNumber::Residual { false_alarm: 0.0, model_error: 0.0 }, ..o };
+    let e = Estimator::new(line(4), azimuths(60.0, 61), o).unwrap_err().to_string();
+    assert_eq!(e, "false_alarm = 0: not a share; allowed: above 0 and below 1");
+}
+
+/// Times of 2,000 cells of twelve channels, printed for the report.
+#[test]
+fn two_thousand_cells() {
+    let m = line(12);
+    let cells = 2000u32;
+    let data: Vec<Complex64> =
+        (0..cells).flat_map(|t| waves(&m, &[(0.2, 0.0, 1e3), (-0.3, 0.0, 1e3)], 1.0, 1, t)).collect();
+    let noise = vec![1.0; cells as usize];
+    let all = Cells { snapshots: 1, data: &data, noise_w: Some(&noise) };
+    for method in GRID_METHODS.into_iter().chain([Method::RootMusic, Method::Esprit]) {
+        let e = Estimator::new(m.clone(), azimuths(60.0, 64), options(method, 2)).unwrap();
+        let start = std::time::Instant::now();
+        let got = e.estimate_cells(&all, on_cpu).unwrap();
+        println!("{}: {:.1} ms", method.name(), 1e3 * start.elapsed().as_secs_f64());
+        assert_eq!(got.len(), 2000);
+    }
 }
 
 // --- arrays that are not what they should be --------------------------------------------------------

@@ -14,7 +14,7 @@ use super::doa_esprit::esprit;
 use super::doa_manifold::{Lattice, Manifold, Matrix};
 use super::doa_ml::alternating_projection;
 use super::doa_music::{complement, root_music};
-use super::doa_order::{Criterion, source_number};
+use super::doa_order::{Criterion, residual_probability, source_number};
 use super::doa_search::{minima, refine};
 use super::doa_spectrum::{Forms, Steering, form};
 use super::{Real, doa_capon};
@@ -73,8 +73,18 @@ impl Method {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SourceNumber {
     Given(usize),
-    /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none give none.
+    /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none
+    /// give none.
     Found(Criterion),
+    /// As many as a maximum-likelihood fit needs until what it leaves is noise of the known power
+    /// ([`Cells::noise_w`]), or a share of the cell's power that the model's own errors may leave; at most
+    /// [`Options::max_sources`]. Works on single snapshots and any array.
+    Residual {
+        /// Probability that noise is taken for one more source.
+        false_alarm: f64,
+        /// Power that is left over the cell's power, e.g. 1e-3.
+        model_error: f64,
+    },
 }
 
 /// Averages over subarrays of a line or rectangle (eq. 92).
@@ -182,7 +192,6 @@ impl Estimator {
     /// outside their ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
-        let n = manifold.channels();
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
             return Err(BadInput::new("the grid of directions is empty")
                 .key("azimuth_bins, elevation_bins")
@@ -231,6 +240,17 @@ impl Estimator {
                 .value(0)
                 .into());
         }
+        if let SourceNumber::Residual { false_alarm, model_error } = o.sources {
+            let share = |key: &str, v: f64, open: bool| {
+                if (v > 0.0 || (!open && v == 0.0)) && v < 1.0 {
+                    return Ok(());
+                }
+                let allowed = if open { "above 0 and below 1" } else { "0 or more and below 1" };
+                Err(BadInput::new("not a share").key(key).value(v).allowed(allowed))
+            };
+            share("false_alarm", false_alarm, true)?;
+            share("model_error", model_error, false)?;
+        }
         let lattice = manifold.lattice();
         if o.method.is_gridless() {
             check_even(o.method, &manifold, lattice.as_ref())?;
@@ -258,9 +278,8 @@ impl Estimator {
                     .into());
             }
         };
-        let seen = smoothed.as_ref().map_or(n, |v| v.manifold.channels());
         if let SourceNumber::Given(m) = o.sources {
-            check_count(o.method, m, seen)?;
+            check_count(o.method, m, smoothed.as_ref().unwrap_or(&whole))?;
         }
         let table = Steering::new(&manifold, &grid);
         Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
@@ -297,103 +316,174 @@ impl Estimator {
         cells: &Cells<'_>,
         evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Vec<Source>>> {
-        let values = self.check(cells)?;
-        if values == 0 {
-            return Ok(Vec::new());
-        }
-        let view = self.view(cells.snapshots);
-        let prepared: Vec<Prepared> = cells
-            .data
-            .par_chunks_exact(values)
-            .map(|x| self.prepare(view, x, cells.snapshots))
-            .collect::<Result<_>>()?;
-        let factors: Vec<&Matrix> = prepared
-            .iter()
-            .filter_map(|p| match p {
-                Prepared::Form { factor, .. } => Some(factor),
-                Prepared::Directions(_) => None,
-            })
-            .collect();
-        let channels = view.manifold.channels();
-        let forms = if factors.is_empty() {
-            Vec::new()
-        } else {
-            evaluate(&view.steering, &Forms::new(&factors, channels))?
-        };
-        let directions = view.steering.directions();
-        let mut at = 0;
-        let starts: Vec<usize> = prepared
-            .iter()
-            .map(|p| {
-                let here = at;
-                at += usize::from(matches!(p, Prepared::Form { .. })) * directions;
-                here
-            })
-            .collect();
-        prepared
-            .into_par_iter()
-            .zip(starts)
-            .enumerate()
-            .map(|(cell, (p, start))| {
-                let x = &cells.data[cell * values..(cell + 1) * values];
-                let found = match p {
-                    Prepared::Directions(d) => d,
-                    Prepared::Form { factor, count } => {
-                        self.peaks(view, &factor, count, &forms[start..start + directions])
-                    }
-                };
-                Ok(self.sources(found, x, cells.snapshots, cells.noise_w.map(|w| w[cell])))
-            })
-            .collect()
+        let prepared = self.prepare_all(cells)?;
+        self.finish(prepared, cells, evaluate)
     }
 
-    /// The spectrum of one cell, `[elevation, azimuth]`: in W for Bartlett, maximum likelihood (its
+    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22 of the
+    /// document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots, from which powers
+    /// are taken.
+    pub fn track_cells<T: Real>(
+        &self,
+        bases: &[Matrix],
+        cells: &Cells<'_>,
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Vec<Source>>> {
+        let values = self.check_data(cells)?;
+        if bases.len() * values != cells.data.len() {
+            return Err(BadInput::new("each cell needs the basis of its subspace")
+                .key("bases")
+                .value(bases.len())
+                .allowed((cells.data.len() / values.max(1)).to_string())
+                .into());
+        }
+        let prepared = bases.iter().map(|b| self.of_basis(b, cells.snapshots)).collect::<Result<_>>()?;
+        self.finish(prepared, cells, evaluate)
+    }
+
+    /// What a tracker of subspaces is fed with: the snapshots of all subarrays, forward and backward,
+    /// `[look, element]` with [`Self::elements`] each.
+    pub fn looks(&self, snapshots: &[Complex64]) -> Vec<Complex64> {
+        let n = self.manifold.channels();
+        self.view(snapshots.len() / n).looks(snapshots, n)
+    }
+
+    /// Elements of a subarray for cells of so many snapshots: all channels where none are formed.
+    pub fn elements(&self, snapshots: usize) -> usize {
+        self.view(snapshots).manifold.channels()
+    }
+
+    /// The spectrum of each cell, `[cell, elevation, azimuth]`: in W for Bartlett, maximum likelihood (its
     /// first source) and Capon, whose powers are those of sources in the middle of a bin; N over the form of
-    /// the noise subspace (1 and more) for MUSIC and Bi-SVD.
+    /// the noise subspace (1 and more) for MUSIC and Bi-SVD. Cells without any source: zeros.
     ///
     /// Errors: those of [`Self::estimate_cells`]; a method without a spectrum.
-    pub fn spectrum<T: Real>(
+    pub fn spectra<T: Real>(
         &self,
-        snapshots: &[Complex64],
+        cells: &Cells<'_>,
         evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<f64>> {
-        let count = snapshots.len() / self.manifold.channels();
-        self.check(&Cells { snapshots: count, data: snapshots, noise_w: None })?;
-        let view = self.view(count);
-        let n = view.manifold.channels() as f64;
-        let Prepared::Form { factor, .. } = self.prepare(view, snapshots, count)? else {
+        if self.options.method.is_gridless() {
             return Err(BadInput::new(format!("{} has no spectrum", self.options.method.name()))
                 .key("method")
                 .remedy("take MUSIC for the picture")
                 .into());
+        }
+        let prepared = self.prepare_all(cells)?;
+        self.picture(&prepared, cells.snapshots, evaluate)
+    }
+
+    /// The spectrum of eq. 22 of the document for each tracked subspace, `[cell, elevation, azimuth]`.
+    /// `snapshots`: as many as [`Self::looks`] was given at a time.
+    pub fn track_spectra<T: Real>(
+        &self,
+        bases: &[Matrix],
+        snapshots: usize,
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<f64>> {
+        let prepared = bases.iter().map(|b| self.of_basis(b, snapshots)).collect::<Result<Vec<_>>>()?;
+        self.picture(&prepared, snapshots, evaluate)
+    }
+
+    fn of_basis(&self, basis: &Matrix, snapshots: usize) -> Result<Prepared> {
+        let due = self.elements(snapshots);
+        if basis.nrows() != due || basis.ncols() == 0 || basis.ncols() >= due {
+            return Err(BadInput::new("the subspace is of another array")
+                .key("basis")
+                .value(format!("{} x {}", basis.nrows(), basis.ncols()))
+                .allowed(format!("{due} x 1 to {due} x {}", due - 1))
+                .into());
+        }
+        Ok(Prepared::Form { factor: complement(basis)?, count: basis.ncols() })
+    }
+
+    fn prepare_all(&self, cells: &Cells<'_>) -> Result<Vec<Prepared>> {
+        let values = self.check(cells)?;
+        let view = self.view(cells.snapshots);
+        let noise = |cell: usize| cells.noise_w.map(|w| w[cell]);
+        cells
+            .data
+            .par_chunks_exact(values)
+            .enumerate()
+            .map(|(cell, x)| self.prepare(view, x, cells.snapshots, noise(cell)))
+            .collect()
+    }
+
+    fn evaluated<T: Real>(
+        &self,
+        view: &View,
+        prepared: &[Prepared],
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Option<Vec<T>>>> {
+        let factors: Vec<&Matrix> = prepared.iter().filter_map(Prepared::factor).collect();
+        let forms = if factors.is_empty() {
+            Vec::new()
+        } else {
+            evaluate(&view.steering, &Forms::new(&factors, view.manifold.channels()))?
         };
-        let forms = evaluate(&view.steering, &Forms::new(&[&factor], view.manifold.channels()))?;
-        Ok(forms
-            .iter()
-            .map(|q| match self.options.method {
-                Method::Bartlett | Method::Ml => q.wide() / (n * n),
-                Method::Capon => 1.0 / q.wide(),
-                _ => n / q.wide(),
+        let mut parts = forms.chunks_exact(view.steering.directions());
+        Ok(prepared.iter().map(|p| p.factor().and_then(|_| parts.next()).map(<[T]>::to_vec)).collect())
+    }
+
+    fn picture<T: Real>(
+        &self,
+        prepared: &[Prepared],
+        snapshots: usize,
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<f64>> {
+        let view = self.view(snapshots);
+        let n = view.manifold.channels() as f64;
+        let level = |q: T| match self.options.method {
+            Method::Bartlett | Method::Ml => q.wide() / (n * n),
+            Method::Capon => 1.0 / q.wide(),
+            _ => n / q.wide(),
+        };
+        let parts = self.evaluated(view, prepared, evaluate)?;
+        Ok(parts
+            .into_iter()
+            .flat_map(|p| match p {
+                Some(q) => q.into_iter().map(level).collect(),
+                None => vec![0.0; view.steering.directions()],
             })
             .collect())
     }
 
-    /// Values of one cell; 0 for no cells.
-    fn check(&self, cells: &Cells<'_>) -> Result<usize> {
+    fn finish<T: Real>(
+        &self,
+        prepared: Vec<Prepared>,
+        cells: &Cells<'_>,
+        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Vec<Source>>> {
+        let view = self.view(cells.snapshots);
+        let values = cells.snapshots * self.manifold.channels();
+        let parts = self.evaluated(view, &prepared, evaluate)?;
+        Ok(prepared
+            .into_par_iter()
+            .zip(parts)
+            .enumerate()
+            .map(|(cell, (p, q))| {
+                let x = &cells.data[cell * values..(cell + 1) * values];
+                let found = match (p, q) {
+                    (Prepared::Form { factor, count }, Some(q)) => self.peaks(view, &factor, count, &q),
+                    (Prepared::Directions(d), _) => d,
+                    (Prepared::Form { .. }, None) => Vec::new(),
+                };
+                self.sources(found, x, cells.snapshots, cells.noise_w.map(|w| w[cell]))
+            })
+            .collect())
+    }
+
+    /// Values of one cell.
+    fn check_data(&self, cells: &Cells<'_>) -> Result<usize> {
         let n = self.manifold.channels();
         let values = cells.snapshots * n;
-        let bad_size = |what: String| BadInput::new(what).key("snapshots").value(cells.data.len());
         if values == 0 || cells.data.len() % values != 0 {
-            return Err(
-                bad_size(format!("cells of {} snapshots of {n} channels are due", cells.snapshots)).into()
-            );
+            let due = format!("cells of {} snapshots of {n} channels are due", cells.snapshots);
+            return Err(BadInput::new(due).key("snapshots").value(cells.data.len()).into());
         }
         let count = cells.data.len() / values;
-        if count == 0 {
-            return Ok(0);
-        }
         if let Some(w) = cells.noise_w
-            && (w.len() != count || w.iter().any(|w| !(*w >= 0.0)))
+            && (w.len() != count || w.iter().any(|w| w.is_nan() || *w < 0.0))
         {
             return Err(BadInput::new("each cell needs its noise power")
                 .key("noise_w")
@@ -407,65 +497,115 @@ impl Estimator {
                 .value(cells.data[i])
                 .into());
         }
-        let view = self.view(cells.snapshots);
-        let looks = cells.snapshots * view.sets.len() * (1 + usize::from(view.mirror.is_some()));
-        let needed = match self.options.sources {
+        Ok(values)
+    }
+
+    /// The same, where the cells also have to suffice for the method.
+    fn check(&self, cells: &Cells<'_>) -> Result<usize> {
+        let values = self.check_data(cells)?;
+        let o = &self.options;
+        let needed = match o.sources {
             SourceNumber::Given(m) => m,
             // One source takes one look, and telling it from noise one more.
             SourceNumber::Found(_) => 2,
+            SourceNumber::Residual { .. } => 1,
         };
-        let subspace = self.options.method.uses_subspace() || self.options.sources_are_found();
-        if subspace && looks < needed {
-            return Err(BadInput::new(format!(
-                "{} cannot tell {} from this cell",
-                self.options.method.name(),
-                if needed == 1 { "a source".into() } else { format!("{needed} sources") }
-            ))
-            .key("snapshots")
-            .value(cells.snapshots)
-            .allowed(format!("{needed} or more, as this array gives no subarrays here"))
-            .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+        if matches!(o.sources, SourceNumber::Residual { .. }) && cells.noise_w.is_none() {
+            return Err(BadInput::new(
+                "the number of sources by residual needs the noise power of each cell",
+            )
+            .key("noise_w")
+            .remedy("give it, or the number of sources")
             .into());
+        }
+        let criterion = matches!(o.sources, SourceNumber::Found(_));
+        if (o.method.uses_subspace() || criterion)
+            && self.view(cells.snapshots).count(cells.snapshots) < needed
+        {
+            let what = if needed == 1 { "a source".into() } else { format!("{needed} sources") };
+            return Err(BadInput::new(format!("{} cannot tell {what} from this cell", o.method.name()))
+                .key("snapshots")
+                .value(cells.snapshots)
+                .allowed(format!("{needed} or more, as this array gives no subarrays here"))
+                .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+                .into());
         }
         Ok(values)
     }
 
-    fn prepare(&self, view: &View, x: &[Complex64], snapshots: usize) -> Result<Prepared> {
+    /// Sources, and where they are, until the residual is noise or an error of the model.
+    fn by_residual(&self, x: &[Complex64], snapshots: usize, noise_w: f64, o: [f64; 2]) -> Vec<(f64, f64)> {
+        let [false_alarm, model_error] = o;
+        let n = self.manifold.channels();
+        let r = covariance(x, n);
+        let total: f64 = (0..n).map(|c| r[(c, c)].re).sum();
+        let factor = plain_factor(x, n);
+        let angles = self.axes.iter().filter(|a| **a).count() as f64;
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        while found.len() < self.options.max_sources.min(n - 1) {
+            let k = found.len();
+            let left = match k {
+                0 => total,
+                _ => fit(&self.manifold.matrix(&found), &r).noise_w * (n - k) as f64,
+            };
+            // An angle takes half a complex degree of freedom.
+            let freedom = (snapshots * (n - k)) as f64 - 0.5 * angles * k as f64;
+            let chance = residual_probability(left, noise_w, snapshots as f64, freedom);
+            if left <= model_error * total || chance >= false_alarm {
+                break;
+            }
+            found = alternating_projection(&self.manifold, &self.grid, &self.table, &factor, found, k + 1);
+        }
+        found
+    }
+
+    fn prepare(
+        &self,
+        view: &View,
+        x: &[Complex64],
+        snapshots: usize,
+        noise_w: Option<f64>,
+    ) -> Result<Prepared> {
         let o = &self.options;
         let n = self.manifold.channels();
-        // Bartlett and maximum likelihood with a given number need no covariance of their own.
+        let mut known = match o.sources {
+            SourceNumber::Given(m) => Some(m),
+            _ => None,
+        };
+        if let SourceNumber::Residual { false_alarm, model_error } = o.sources {
+            let found = self.by_residual(x, snapshots, noise_w.unwrap_or(0.0), [false_alarm, model_error]);
+            if o.method == Method::Ml || found.is_empty() {
+                return Ok(Prepared::Directions(found));
+            }
+            known = Some(found.len());
+        }
+        // Bartlett and maximum likelihood with a known number need no covariance of their own.
         if matches!(o.method, Method::Bartlett | Method::Ml) {
-            let count = match o.sources {
-                SourceNumber::Given(m) => m,
-                SourceNumber::Found(c) => {
+            let count = match (known, o.sources) {
+                (None, SourceNumber::Found(c)) => {
                     let values = eigen(&covariance(x, n))?.values;
                     source_number(&values, snapshots as f64, c, false).min(o.max_sources)
                 }
+                _ => known.unwrap_or(0),
             };
-            let factor = if snapshots <= n {
-                let scale = 1.0 / (snapshots as f64).sqrt();
-                Matrix::from_fn(n, snapshots, |c, t| x[t * n + c] * scale)
-            } else {
-                square_root(&eigen(&covariance(x, n))?)
-            };
+            let factor =
+                if snapshots <= n { plain_factor(x, n) } else { square_root(&eigen(&covariance(x, n))?) };
             return Ok(Prepared::Form { factor, count });
         }
         let looks = view.looks(x, n);
         let m = view.manifold.channels();
         let mut r = covariance(&looks, m);
-        let sets = view.sets.len() * snapshots;
         let fb = view.mirror.is_some();
-        let count = |e: &Eigen| match o.sources {
-            SourceNumber::Given(m) => m,
-            SourceNumber::Found(c) => {
-                source_number(&e.values, sets as f64, c, fb).min(o.max_sources).min(m - 1)
+        let most = view.most_sources(o.method).min(view.count(snapshots));
+        let count = |values: &[f64]| match (known, o.sources) {
+            (None, SourceNumber::Found(c)) => {
+                let sets = (view.sets.len() * snapshots) as f64;
+                source_number(values, sets, c, fb).min(o.max_sources).min(most)
             }
+            _ => known.unwrap_or(0).min(if o.method.uses_subspace() { most } else { m }),
         };
         if o.method == Method::Capon {
-            let found = match o.sources {
-                SourceNumber::Given(m) => m,
-                SourceNumber::Found(_) => count(&eigen(&r)?),
-            };
+            let found = if known.is_some() { count(&[]) } else { count(&eigen(&r)?.values) };
             load(&mut r, o.loading);
             let e = eigen(&r)?;
             // A cell without any power has no directions.
@@ -474,11 +614,12 @@ impl Estimator {
             }
             return Ok(Prepared::Form { factor: doa_capon::factor(&e)?, count: found });
         }
-        if let (Method::BiSvd { forgetting }, SourceNumber::Given(l)) = (o.method, o.sources) {
+        if let (Method::BiSvd { forgetting }, Some(_)) = (o.method, known) {
+            let l = count(&[]);
             return Ok(Prepared::Form { factor: track(&looks, m, l, forgetting)?, count: l });
         }
         let e = eigen(&r)?;
-        let l = if e.values[0] > 0.0 { count(&e) } else { 0 };
+        let l = if e.values[0] > 0.0 { count(&e.values) } else { 0 };
         if l == 0 {
             return Ok(Prepared::Directions(Vec::new()));
         }
@@ -541,7 +682,7 @@ impl Estimator {
         }
         let found: Vec<(f64, f64)> = found.into_iter().map(|p| p.0).collect();
         if o.method == Method::Ml && count > 0 {
-            return alternating_projection(&self.manifold, &self.grid, factor, found, count);
+            return alternating_projection(&self.manifold, &self.grid, &self.table, factor, found, count);
         }
         found
     }
@@ -592,18 +733,28 @@ impl Estimator {
         };
         let cost: Vec<f64> = self.table.data.chunks_exact(n).map(likeness).collect();
         let cols = self.grid.azimuth_rad.len();
+        let place = |i: usize| (self.grid.azimuth_rad[i % cols], self.grid.elevation_rad[i / cols]);
+        let step = |axis: &[f64]| (axis[axis.len() - 1] - axis[0]).abs() / (axis.len().max(2) - 1) as f64;
+        let (across, up) = (step(&self.grid.azimuth_rad), step(&self.grid.elevation_rad));
+        let own = |p: (f64, f64)| {
+            (p.0 - azimuth_rad).abs() <= 2.0 * across && (p.1 - elevation_rad).abs() <= 2.0 * up + 1e-6
+        };
         minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.8).any(|i| {
-            let start = (self.grid.azimuth_rad[i % cols], self.grid.elevation_rad[i / cols]);
-            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, start);
-            let off = (there.0 - azimuth_rad).hypot(there.1 - elevation_rad);
-            off > 1e-3 && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
+            if own(place(i)) {
+                return false;
+            }
+            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, place(i));
+            !own(there) && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
         })
     }
 }
 
-impl Options {
-    fn sources_are_found(&self) -> bool {
-        matches!(self.sources, SourceNumber::Found(_))
+impl Prepared {
+    fn factor(&self) -> Option<&Matrix> {
+        match self {
+            Prepared::Form { factor, .. } => Some(factor),
+            Prepared::Directions(_) => None,
+        }
     }
 }
 
@@ -657,6 +808,25 @@ impl View {
         })
     }
 
+    /// Looks that cells of so many snapshots give.
+    fn count(&self, snapshots: usize) -> usize {
+        snapshots * self.sets.len() * (1 + usize::from(self.mirror.is_some()))
+    }
+
+    /// Sources that a method can tell on these elements.
+    fn most_sources(&self, method: Method) -> usize {
+        let m = self.manifold.channels();
+        match (method, &self.lattice) {
+            (Method::Esprit, Some(l)) if l.size[0] > 1 && l.size[1] > 1 => {
+                let [rows, cols] = l.size;
+                ((rows - 1) * cols).min(rows * (cols - 1))
+            }
+            (Method::Bartlett, _) => usize::MAX,
+            // As many sources as channels explain everything.
+            _ => m.saturating_sub(1).max(1),
+        }
+    }
+
     /// Snapshots of all subarrays, forward and backward, `[look, element]`.
     fn looks(&self, x: &[Complex64], channels: usize) -> Vec<Complex64> {
         let even: Vec<Complex64> = match &self.equaliser {
@@ -689,17 +859,24 @@ fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) ->
         .into())
 }
 
-fn check_count(method: Method, sources: usize, channels: usize) -> Result<()> {
-    // As many sources as channels explain everything.
-    let most = channels - 1;
-    if sources >= 1 && (sources <= most || method == Method::Bartlett || (channels == 1 && sources == 1)) {
+fn check_count(method: Method, sources: usize, view: &View) -> Result<()> {
+    let most = view.most_sources(method);
+    if (1..=most).contains(&sources) {
         return Ok(());
     }
-    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({channels})", method.name()))
+    let elements = view.manifold.channels();
+    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({elements})", method.name()))
         .key("sources")
         .value(sources)
-        .allowed(format!("1 to {most}"))
+        .allowed(if most == usize::MAX { "1 or more".into() } else { format!("1 to {most}") })
         .into())
+}
+
+/// F of R = mean of x x^H without forming R: a column for each snapshot.
+fn plain_factor(x: &[Complex64], channels: usize) -> Matrix {
+    let snapshots = x.len() / channels;
+    let scale = 1.0 / (snapshots as f64).sqrt();
+    Matrix::from_fn(channels, snapshots, |c, t| x[t * channels + c] * scale)
 }
 
 /// F with F F^H = R; columns of eigenvalues that are rounding are left out.

@@ -4,7 +4,6 @@
 use super::doa_manifold::Matrix;
 use crate::error::{Error, Result};
 use num_complex::Complex64;
-use std::f64::consts::PI;
 
 /// Orthonormal columns that span what the orthonormal columns of `signal` leave.
 ///
@@ -90,8 +89,10 @@ pub fn polynomial_roots(coefficients: &[Complex64]) -> Result<Vec<Complex64>> {
 }
 
 /// Phase in (-pi, pi].
+#[cfg(test)]
 pub(super) fn wrapped(phase: f64) -> f64 {
-    PI - (PI - phase).rem_euclid(2.0 * PI)
+    use std::f64::consts::{PI, TAU};
+    PI - (PI - phase).rem_euclid(TAU)
 }
 
 #[cfg(test)]
