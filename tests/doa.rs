@@ -436,24 +436,6 @@ fn the_residual_tells_how_many_in_single_snapshots() {
     assert_eq!(e, "false_alarm = 0: not a share; allowed: above 0 and below 1");
 }
 
-/// Times of 2,000 cells of twelve channels, printed for the report.
-#[test]
-fn two_thousand_cells() {
-    let m = line(12);
-    let cells = 2000u32;
-    let data: Vec<Complex64> =
-        (0..cells).flat_map(|t| waves(&m, &[(0.2, 0.0, 1e3), (-0.3, 0.0, 1e3)], 1.0, 1, t)).collect();
-    let noise = vec![1.0; cells as usize];
-    let all = Cells { snapshots: 1, data: &data, noise_w: Some(&noise) };
-    for method in GRID_METHODS.into_iter().chain([Method::RootMusic, Method::Esprit]) {
-        let e = Estimator::new(m.clone(), azimuths(60.0, 64), options(method, 2)).unwrap();
-        let start = std::time::Instant::now();
-        let got = e.estimate_cells(&all, on_cpu).unwrap();
-        println!("{}: {:.1} ms", method.name(), 1e3 * start.elapsed().as_secs_f64());
-        assert_eq!(got.len(), 2000);
-    }
-}
-
 // --- arrays that are not what they should be --------------------------------------------------------
 
 /// `m` with its elements up to a twelfth of a wavelength off their places and its gains off by some dB and

@@ -112,7 +112,13 @@ impl Calibration {
                 vectors.extend(manifold.steering(a.to_radians(), e.to_radians()));
             }
         }
-        Ok(Calibration { azimuth_deg, elevation_deg, channels: manifold.channels(), vectors, range_m: None })
+        Ok(Calibration {
+            azimuth_deg,
+            elevation_deg,
+            channels: manifold.channels(),
+            vectors,
+            range_m: manifold.range_m(),
+        })
     }
 
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
@@ -262,14 +268,14 @@ impl Calibration {
         })
     }
 
-    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (Feng 2019, Fig 2.6c). Angles in
+    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c). Angles in
     /// the order of `vectors`.
     pub fn ambiguity(&self) -> Vec<f64> {
         ambiguity(&self.vectors, self.channels)
     }
 }
 
-/// |a_i^H a_j| / (|a_i||a_j|) of vectors `[angle, channel]`, as `[angle, angle]`.
+/// |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
 pub fn ambiguity(vectors: &[Complex64], channels: usize) -> Vec<f64> {
     let norm = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
     let mut out = Vec::new();
@@ -519,7 +525,7 @@ mod tests {
         let az: Vec<f64> = (-20..=20).map(|i| 3.0 * i as f64).collect();
         let near = spoilt().at_range(0.4).unwrap();
         let mut c = Calibration::of_manifold(&near, az, vec![0.0]).unwrap();
-        c.range_m = Some(0.4);
+        assert_eq!(c.range_m, Some(0.4));
         let loss = |c: &Calibration| {
             let got = array().with_calibration(c).unwrap().steering(0.2, 0.0);
             let want = spoilt().steering(0.2, 0.0);

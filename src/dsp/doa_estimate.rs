@@ -259,8 +259,8 @@ impl Estimator {
         let smoothed = match (o.smoothing, &lattice) {
             _ if !o.method.averages_subarrays() => None,
             (Smoothing::Off, _) | (Smoothing::Auto, None) => None,
-            (Smoothing::Auto, Some(_)) if manifold.is_near_field() => None,
-            (Smoothing::Subarray(_), _) if manifold.is_near_field() => {
+            (Smoothing::Auto, Some(_)) if manifold.range_m().is_some() => None,
+            (Smoothing::Subarray(_), _) if manifold.range_m().is_some() => {
                 return Err(BadInput::new("subarrays see a near source from different directions")
                     .key("subarray")
                     .remedy("take the manifold of the far field, or maximum likelihood without subarrays")
@@ -314,10 +314,14 @@ impl Estimator {
     pub fn estimate_cells<T: Real>(
         &self,
         cells: &Cells<'_>,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Vec<Source>>> {
-        let prepared = self.prepare_all(cells)?;
-        self.finish(prepared, cells, evaluate)
+        self.check(cells)?;
+        let mut out = Vec::new();
+        for block in self.blocks(cells) {
+            out.extend(self.finish(self.prepare_all(&block)?, &block, &evaluate)?);
+        }
+        Ok(out)
     }
 
     /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22 of the
@@ -327,7 +331,7 @@ impl Estimator {
         &self,
         bases: &[Matrix],
         cells: &Cells<'_>,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Vec<Source>>> {
         let values = self.check_data(cells)?;
         if bases.len() * values != cells.data.len() {
@@ -338,7 +342,7 @@ impl Estimator {
                 .into());
         }
         let prepared = bases.iter().map(|b| self.of_basis(b, cells.snapshots)).collect::<Result<_>>()?;
-        self.finish(prepared, cells, evaluate)
+        self.finish(prepared, cells, &evaluate)
     }
 
     /// What a tracker of subspaces is fed with: the snapshots of all subarrays, forward and backward,
@@ -361,7 +365,7 @@ impl Estimator {
     pub fn spectra<T: Real>(
         &self,
         cells: &Cells<'_>,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<f64>> {
         if self.options.method.is_gridless() {
             return Err(BadInput::new(format!("{} has no spectrum", self.options.method.name()))
@@ -369,8 +373,32 @@ impl Estimator {
                 .remedy("take MUSIC for the picture")
                 .into());
         }
-        let prepared = self.prepare_all(cells)?;
-        self.picture(&prepared, cells.snapshots, evaluate)
+        self.check(cells)?;
+        let mut out = Vec::new();
+        for block in self.blocks(cells) {
+            out.extend(self.picture(&self.prepare_all(&block)?, cells.snapshots, &evaluate)?);
+        }
+        Ok(out)
+    }
+
+    /// Cells in blocks whose factors and spectra take some 64 MiB together.
+    fn blocks<'a>(&self, cells: &Cells<'a>) -> Vec<Cells<'a>> {
+        const BYTES: usize = 64 << 20;
+        let view = self.view(cells.snapshots);
+        let values = cells.snapshots * self.manifold.channels();
+        let elements = view.manifold.channels();
+        let each = 16 * elements * elements.max(cells.snapshots) + 16 * view.steering.directions();
+        let together = (BYTES / each).max(1);
+        cells
+            .data
+            .chunks(together * values)
+            .enumerate()
+            .map(|(i, data)| {
+                let first = i * together;
+                let noise_w = cells.noise_w.map(|w| &w[first..first + data.len() / values]);
+                Cells { data, noise_w, ..*cells }
+            })
+            .collect()
     }
 
     /// The spectrum of eq. 22 of the document for each tracked subspace, `[cell, elevation, azimuth]`.
@@ -379,10 +407,10 @@ impl Estimator {
         &self,
         bases: &[Matrix],
         snapshots: usize,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<f64>> {
         let prepared = bases.iter().map(|b| self.of_basis(b, snapshots)).collect::<Result<Vec<_>>>()?;
-        self.picture(&prepared, snapshots, evaluate)
+        self.picture(&prepared, snapshots, &evaluate)
     }
 
     fn of_basis(&self, basis: &Matrix, snapshots: usize) -> Result<Prepared> {
@@ -398,7 +426,7 @@ impl Estimator {
     }
 
     fn prepare_all(&self, cells: &Cells<'_>) -> Result<Vec<Prepared>> {
-        let values = self.check(cells)?;
+        let values = cells.snapshots * self.manifold.channels();
         let view = self.view(cells.snapshots);
         let noise = |cell: usize| cells.noise_w.map(|w| w[cell]);
         cells
@@ -413,7 +441,7 @@ impl Estimator {
         &self,
         view: &View,
         prepared: &[Prepared],
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Option<Vec<T>>>> {
         let factors: Vec<&Matrix> = prepared.iter().filter_map(Prepared::factor).collect();
         let forms = if factors.is_empty() {
@@ -429,7 +457,7 @@ impl Estimator {
         &self,
         prepared: &[Prepared],
         snapshots: usize,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<f64>> {
         let view = self.view(snapshots);
         let n = view.manifold.channels() as f64;
@@ -452,7 +480,7 @@ impl Estimator {
         &self,
         prepared: Vec<Prepared>,
         cells: &Cells<'_>,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Vec<Source>>> {
         let view = self.view(cells.snapshots);
         let values = cells.snapshots * self.manifold.channels();
@@ -501,8 +529,8 @@ impl Estimator {
     }
 
     /// The same, where the cells also have to suffice for the method.
-    fn check(&self, cells: &Cells<'_>) -> Result<usize> {
-        let values = self.check_data(cells)?;
+    fn check(&self, cells: &Cells<'_>) -> Result<()> {
+        self.check_data(cells)?;
         let o = &self.options;
         let needed = match o.sources {
             SourceNumber::Given(m) => m,
@@ -530,7 +558,7 @@ impl Estimator {
                 .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
                 .into());
         }
-        Ok(values)
+        Ok(())
     }
 
     /// Sources, and where they are, until the residual is noise or an error of the model.
@@ -766,7 +794,7 @@ impl View {
             return View::smoothed(manifold, grid, &Options { forward_backward: Some(fb), ..*o }, l, l.size);
         }
         let mirror = if fb {
-            Some(manifold.mirrored().filter(|_| !manifold.is_near_field()).ok_or_else(|| {
+            Some(manifold.mirrored().filter(|_| manifold.range_m().is_none()).ok_or_else(|| {
                 BadInput::new(
                     "forward-backward averaging needs an array that is its own mirror image, far away",
                 )
@@ -850,7 +878,7 @@ fn equaliser(manifold: &Manifold) -> Option<Vec<Complex64>> {
 fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) -> Result<()> {
     let shape = if method == Method::RootMusic { "a uniform line" } else { "a uniform line or rectangle" };
     let fits = lattice.is_some_and(|l| method == Method::Esprit || l.size[0] == 1);
-    if fits && !manifold.is_near_field() {
+    if fits && manifold.range_m().is_none() {
         return Ok(());
     }
     Err(BadInput::new(format!("{} needs {shape} and sources far away", method.name()))
@@ -886,14 +914,22 @@ fn square_root(e: &Eigen) -> Matrix {
     Matrix::from_fn(n, rank, |i, j| e.vectors[(i, j)] * e.values[j].max(0.0).sqrt())
 }
 
-/// Noise subspace after the tracker has seen all looks, over and over until its memory is filled
-/// tenfold.
+/// Noise subspace after the tracker has seen all looks, over and over until a round of them leaves
+/// the subspace where it was, or its memory has been filled tenfold.
 fn track(looks: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Matrix> {
+    const SAME_RAD: f64 = 1e-6;
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;
     let count = looks.len() / channels;
-    let passes = (10.0 / (1.0 - forgetting) / count as f64).ceil().clamp(1.0, 1e4) as usize;
-    for _ in 0..passes {
+    let rounds = (10.0 / (1.0 - forgetting) / count as f64).ceil().clamp(4.0, 1e4) as usize;
+    let mut before = tracker.basis();
+    for _ in 0..rounds {
         looks.chunks_exact(channels).for_each(|x| tracker.update(x));
+        let now = tracker.basis();
+        let turned = &now - &before * (before.adjoint() * &now);
+        if turned.norm_l2() < SAME_RAD {
+            break;
+        }
+        before = now;
     }
-    complement(&tracker.basis())
+    complement(&before)
 }
