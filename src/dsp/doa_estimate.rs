@@ -696,7 +696,7 @@ impl Estimator {
                 break;
             }
             let start = (self.grid.azimuth_rad[top % cols], self.grid.elevation_rad[top / cols]);
-            let there = refine(exact, &self.grid, start);
+            let there = refine(exact, &self.grid, start, 1.0);
             // Two neighbours on the grid can run into one hollow.
             let same = |p: &((f64, f64), f64)| (p.0.0 - there.0).hypot(p.0.1 - there.1) < 1e-5;
             if !found.iter().any(same) {
@@ -771,7 +771,7 @@ impl Estimator {
             if own(place(i)) {
                 return false;
             }
-            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, place(i));
+            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, place(i), 1.0);
             !own(there) && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
         })
     }

@@ -23,8 +23,8 @@ pub fn alternating_projection(
     found: Vec<(f64, f64)>,
     count: usize,
 ) -> Vec<(f64, f64)> {
-    // Changes below a hundredth of the least step that `refine` takes are rounding.
-    const SAME: f64 = 1e-9;
+    // What `refine` is good for.
+    const SAME: f64 = 1e-8;
     const SWEEPS: usize = 100;
     const STARTS: usize = 6;
     let look = Look { manifold, grid, table, factor };
@@ -89,7 +89,7 @@ impl Look<'_> {
             let rest: Vec<(f64, f64)> =
                 found.iter().enumerate().filter(|(i, _)| *i != s).map(|(_, d)| *d).collect();
             let others = Others::new(self.manifold, self.factor, &rest);
-            let there = if everywhere { self.best(&others) } else { self.refined(&others, here) };
+            let there = if everywhere { self.best(&others) } else { self.refined(&others, here, 0.05) };
             moved = moved.max((there.0 - here.0).abs()).max((there.1 - here.1).abs());
             found[s] = there;
         }
@@ -100,11 +100,11 @@ impl Look<'_> {
         let cost: Vec<f64> =
             self.table.data.chunks_exact(self.table.channels).map(|a| others.cost(a)).collect();
         let top = minima(&cost, self.grid).first().copied().unwrap_or(0);
-        self.refined(others, self.direction(top))
+        self.refined(others, self.direction(top), 1.0)
     }
 
-    fn refined(&self, others: &Others, from: (f64, f64)) -> (f64, f64) {
-        refine(|a, e| others.cost(&self.manifold.steering(a, e)), self.grid, from)
+    fn refined(&self, others: &Others, from: (f64, f64), scale: f64) -> (f64, f64) {
+        refine(|a, e| others.cost(&self.manifold.steering(a, e)), self.grid, from, scale)
     }
 
     /// tr(P_A R).
