@@ -587,6 +587,41 @@ fn directions_that_look_alike_are_marked() {
 }
 
 #[test]
+fn two_directions_that_look_alike_have_finite_powers() {
+    let m =
+        Manifold::receivers((0..6).map(|i| DVec3::Y * (lambda() * i as f64)).collect(), lambda()).unwrap();
+    let o = Options { smoothing: Smoothing::Off, ..options(Method::Music, 2) };
+    let e = Estimator::new(m.clone(), azimuths(60.0, 181), o).unwrap();
+    // One source, and its grating lobe at sin = sin(0.2) - 1.
+    let s = one_cell(&e, &waves(&m, &[(0.2, 0.0, 1e4)], 1.0, 8, 1), None).unwrap();
+    assert_eq!(s.len(), 2);
+    for (got, sine) in sorted(&s).iter().zip([0.2f64.sin() - 1.0, 0.2f64.sin()]) {
+        assert!((got.sin() - sine).abs() < 1e-2, "{s:?}");
+    }
+    assert!(s.iter().all(|s| s.power_w.is_finite() && s.power_w < 1e5 && s.ambiguous), "{s:?}");
+}
+
+#[test]
+fn a_line_of_five_takes_four_sources_from_many_snapshots() {
+    let m = line(5);
+    let at = [-0.6, -0.1, 0.3, 0.8];
+    let x = waves(&m, &at.map(|a| (a, 0.0, 1e3)), 1.0, 200, 1);
+    let e = Estimator::new(m, azimuths(70.0, 281), options(Method::Music, 4)).unwrap();
+    for (got, want) in sorted(&one_cell(&e, &x, None).unwrap()).iter().zip(at) {
+        assert!((got - want).abs() < 0.01, "{got} {want}");
+    }
+    let refused = one_cell(&e, &x[..5], None).unwrap_err().to_string();
+    assert!(refused.starts_with("snapshots = 1: MUSIC cannot tell 4 sources"), "{refused}");
+    let o = Options { sources: SourceNumber::Found(Criterion::Mdl), ..options(Method::Ml, 1) };
+    let e = Estimator::new(line(5), azimuths(70.0, 281), o).unwrap();
+    assert_eq!(
+        one_cell(&e, &x[..5], None).unwrap_err().to_string(),
+        "snapshots = 1: maximum likelihood cannot tell 2 sources from this cell; allowed: 2 or more for an \
+         information criterion; give the number of sources, or let the residual tell it"
+    );
+}
+
+#[test]
 fn planes_tell_both_angles_with_coherent_sources_too() {
     let m = rectangle(4, 6);
     let at = [(0.25, 0.15), (-0.1, 0.15), (0.25, -0.2)];

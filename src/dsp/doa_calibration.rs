@@ -38,6 +38,13 @@ pub struct TurntableOptions {
     pub smoothing_deg: f64,
 }
 
+impl Default for TurntableOptions {
+    /// Phases alone, as measured.
+    fn default() -> Self {
+        TurntableOptions { unit_modulus: true, smoothing_deg: 0.0 }
+    }
+}
+
 impl Calibration {
     /// From the snapshots of one reflector at each position of a turntable: their principal
     /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression with tricube

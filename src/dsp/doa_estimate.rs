@@ -91,7 +91,8 @@ pub enum SourceNumber {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smoothing {
     /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of each
-    /// axis, rounded up, and forward-backward averaging.
+    /// axis, rounded up (on a line at least one element more than given sources), and
+    /// forward-backward averaging.
     Auto,
     Off,
     /// Rows and columns of the subarray.
@@ -227,7 +228,7 @@ impl Estimator {
                 .allowed("0 or more")
                 .into());
         }
-        if !(o.below_db >= 0.0) {
+        if o.below_db.is_nan() || o.below_db < 0.0 {
             return Err(BadInput::new("not a level in dB")
                 .key("below_db")
                 .value(o.below_db)
@@ -241,15 +242,8 @@ impl Estimator {
                 .into());
         }
         if let SourceNumber::Residual { false_alarm, model_error } = o.sources {
-            let share = |key: &str, v: f64, open: bool| {
-                if (v > 0.0 || (!open && v == 0.0)) && v < 1.0 {
-                    return Ok(());
-                }
-                let allowed = if open { "above 0 and below 1" } else { "0 or more and below 1" };
-                Err(BadInput::new("not a share").key(key).value(v).allowed(allowed))
-            };
-            share("false_alarm", false_alarm, true)?;
-            share("model_error", model_error, false)?;
+            check_share("false_alarm", false_alarm, f64::MIN_POSITIVE)?;
+            check_share("model_error", model_error, 0.0)?;
         }
         let lattice = manifold.lattice();
         if o.method.is_gridless() {
@@ -267,7 +261,10 @@ impl Estimator {
                     .into());
             }
             (Smoothing::Auto, Some(l)) => {
-                let size = l.size.map(|s| (2 * s).div_ceil(3));
+                let mut size = l.size.map(|s| (2 * s).div_ceil(3));
+                if let (SourceNumber::Given(m), 1) = (o.sources, l.size[0]) {
+                    size[1] = size[1].max(m.saturating_add(1)).min(l.size[1]);
+                }
                 Some(View::smoothed(&manifold, &grid, o, l, size)?)
             }
             (Smoothing::Subarray(size), Some(l)) => Some(View::smoothed(&manifold, &grid, o, l, size)?),
@@ -505,7 +502,7 @@ impl Estimator {
     fn check_data(&self, cells: &Cells<'_>) -> Result<usize> {
         let n = self.manifold.channels();
         let values = cells.snapshots * n;
-        if values == 0 || cells.data.len() % values != 0 {
+        if values == 0 || !cells.data.len().is_multiple_of(values) {
             let due = format!("cells of {} snapshots of {n} channels are due", cells.snapshots);
             return Err(BadInput::new(due).key("snapshots").value(cells.data.len()).into());
         }
@@ -551,12 +548,17 @@ impl Estimator {
             && self.view(cells.snapshots).count(cells.snapshots) < needed
         {
             let what = if needed == 1 { "a source".into() } else { format!("{needed} sources") };
-            return Err(BadInput::new(format!("{} cannot tell {what} from this cell", o.method.name()))
+            let bad = BadInput::new(format!("{} cannot tell {what} from this cell", o.method.name()))
                 .key("snapshots")
-                .value(cells.snapshots)
-                .allowed(format!("{needed} or more, as this array gives no subarrays here"))
-                .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
-                .into());
+                .value(cells.snapshots);
+            return Err(if o.method.uses_subspace() {
+                bad.allowed(format!("{needed} or more, as this array gives no subarrays here"))
+                    .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+            } else {
+                bad.allowed(format!("{needed} or more for an information criterion"))
+                    .remedy("give the number of sources, or let the residual tell it")
+            }
+            .into());
         }
         Ok(())
     }
@@ -885,6 +887,14 @@ fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) ->
         .key("method")
         .remedy("take MUSIC or maximum likelihood, which work on any array")
         .into())
+}
+
+fn check_share(key: &str, share: f64, least: f64) -> Result<()> {
+    if (least..1.0).contains(&share) {
+        return Ok(());
+    }
+    let allowed = if least > 0.0 { "above 0 and below 1" } else { "0 or more and below 1" };
+    Err(BadInput::new("not a share").key(key).value(share).allowed(allowed).into())
 }
 
 fn check_count(method: Method, sources: usize, view: &View) -> Result<()> {
