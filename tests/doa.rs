@@ -140,7 +140,8 @@ fn small_radar(rx: &[DVec3]) -> Radar {
     radar
 }
 
-/// Snapshot of all channels in the strongest cell of point targets, through synthesis and both transforms.
+/// Snapshot of all channels in the strongest cell of point targets, through synthesis and both
+/// transforms.
 fn chain(radar: &Radar, targets: &[(DVec3, f64)]) -> Vec<Complex64> {
     let list = targets.iter().enumerate();
     let echoes = list.map(|(i, (p, sigma))| point_echo(*p, DVec3::ZERO, *sigma, i as u32 + 1)).collect();
@@ -168,8 +169,8 @@ fn echoes_stand_where_they_are_left_right_up_and_down() {
             let e = Estimator::new(m.clone(), both(45.0, 31), options(method, 1)).unwrap();
             let s = one_cell(&e, &x, None).unwrap();
             assert_eq!(s.len(), 1, "{method:?}");
-            // The wave front over 10 mm at 30 m is flat within k p^2/2r = 3 mrad of phase, and the channels' range walk
-            // through the window is as small.
+            // The wave front over 10 mm at 30 m is flat within k p^2/2r = 3 mrad of phase, and the
+            // channels' range walk through the window is as small.
             assert!((s[0].azimuth_rad - az).abs() < 1e-3, "{method:?} {s:?}");
             assert!((s[0].elevation_rad - el).abs() < 1e-3, "{method:?} {s:?}");
             assert!(!s[0].ambiguous);
@@ -191,7 +192,7 @@ fn a_near_echo_has_the_near_field_vector() {
     };
     let far = Manifold::of_radar(&radar).unwrap();
     let near = far.clone().at_range(range).unwrap();
-    // 43 mm of aperture... 86 mm at 4 m: the front is curved by k p^2/2r = 1.5 rad.
+    // 86 mm from end to end at 4 m: the front is curved by k p^2/2r = 1.5 rad.
     assert!(likeness(&far) < 0.95, "{}", likeness(&far));
     assert!(likeness(&near) > 0.9999, "{}", likeness(&near));
 }
@@ -240,7 +241,8 @@ fn errors_are_near_the_bound() {
 fn the_bisvd_is_nearly_as_good() {
     // A memory of 1/(1 - alpha) = 100 snapshots' weights; 400 snapshots fill it.
     let ratio = efficiency(Method::BiSvd { forgetting: 0.995 }, 8, [-0.12, 0.2], 400, 100.0, 100);
-    // Exponential weights leave (1 + alpha)/(1 - alpha) = 399 x (1 - e^-2)/(1 + e^-2) = 304 looks of the 400.
+    // Exponential weights leave (1 + alpha)/(1 - alpha) = 399 x (1 - e^-2)/(1 + e^-2) = 304 looks of
+    // the 400.
     let lost = (400.0f64 / 304.0).sqrt();
     println!("Bi-SVD: {ratio:.3} of the bound, {lost:.3} by its weights");
     assert!(ratio < 1.2 * lost && ratio > 0.9, "{ratio}");
@@ -438,8 +440,8 @@ fn the_residual_tells_how_many_in_single_snapshots() {
 
 // --- arrays that are not what they should be --------------------------------------------------------
 
-/// `m` with its elements up to a twelfth of a wavelength off their places and its gains off by some dB and
-/// half a radian.
+/// `m` with its elements up to a twelfth of a wavelength off their places and its gains off by some dB
+/// and half a radian.
 fn spoilt(m: &Manifold) -> Manifold {
     let off = |c: usize, k: u32| normal(9, k, c as u32).re.clamp(-1.5, 1.5) * 0.05 * lambda();
     let p = (0..m.channels()).map(|c| m.position_m(c) + DVec3::new(off(c, 0), off(c, 1), 0.0)).collect();
@@ -465,7 +467,7 @@ fn calibration_takes_the_bias_out() {
     let c = Calibration::from_turntable(&ideal, angles, vec![0.0], None, &turns, &o).unwrap();
     let calibrated = ideal.clone().with_calibration(&c).unwrap();
     let grid = azimuths(60.0, 121);
-    // Error of the mean of many trials, over its own standard deviation, worst of some directions.
+    // Mean error of many trials in rad, the worst of some directions.
     let bias = |m: &Manifold, method: Method| {
         let o = Options { smoothing: Smoothing::Off, ..options(method, 1) };
         let e = Estimator::new(m.clone(), grid.clone(), o).unwrap();
@@ -487,7 +489,8 @@ fn calibration_takes_the_bias_out() {
     for method in [Method::Ml, Method::Capon, Method::Bartlett] {
         let with = bias(&calibrated, method);
         println!("bias of {method:?} with calibration {:.2} mrad", 1e3 * with);
-        // The bound for one trial is 3 to 5 mrad: means of a hundred lie within 3 sigma of zero below 1.5.
+        // The bound for one trial is 3 to 5 mrad: means of a hundred lie within 3 sigma of zero below
+        // 1.5.
         assert!(with < 1.5e-3 && without > 5.0 * with, "{method:?} {with} {without}");
     }
     // Two sources, coherent, one snapshot: more than any subspace method takes from such an array.

@@ -47,14 +47,14 @@ impl Default for TurntableOptions {
 
 impl Calibration {
     /// From the snapshots of one reflector at each position of a turntable: their principal
-    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression with tricube
-    /// weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
+    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression
+    /// with tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
     ///
     /// `snapshots`: for each elevation, each azimuth: `[snapshot, channel]`, one or more snapshots.
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.
     ///
-    /// Errors: axes that do not ascend, missing or silent positions, values that are not finite, a window that holds
-    /// fewer than three angles.
+    /// Errors: axes that do not ascend, missing or silent positions, values that are not finite, a
+    /// window that holds fewer than three angles.
     pub fn from_turntable(
         manifold: &Manifold,
         azimuth_deg: Vec<f64>,
@@ -132,11 +132,11 @@ impl Calibration {
         Self::from_table(&Table::read(&path)?, path.as_ref())
     }
 
-    /// Reads the table with columns `azimuth_deg,elevation_deg,channel,re,im`, in any order of rows. A comment
-    /// line `range_m = R` gives the distance of the reflector.
+    /// Reads the table with columns `azimuth_deg,elevation_deg,channel,re,im`, in any order of rows. A
+    /// comment line `range_m = R` gives the distance of the reflector.
     ///
-    /// Errors: other columns, angles that do not form a full product of two axes, a channel missing or given
-    /// twice, numbers that are not finite, a vector of zeros: with file and line.
+    /// Errors: other columns, angles that do not form a full product of two axes, a channel missing or
+    /// given twice, numbers that are not finite, a vector of zeros: with file and line.
     pub fn from_table(table: &Table, path: &Path) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(path);
         if let Some(extra) = table.header.iter().find(|h| !HEADER.contains(&h.as_str())) {
@@ -275,8 +275,8 @@ impl Calibration {
         })
     }
 
-    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c). Angles in
-    /// the order of `vectors`.
+    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c).
+    /// Angles in the order of `vectors`.
     pub fn ambiguity(&self) -> Vec<f64> {
         ambiguity(&self.vectors, self.channels)
     }
@@ -539,7 +539,8 @@ mod tests {
             let dot: Complex64 = got.iter().zip(&want).map(|(a, b)| a.conj() * b).sum();
             1.0 - dot.norm() / 5.0
         };
-        // The errors of place stand under another angle from near: 2 pi 0.05 x 3.5 lambda/0.4 m = 0.011 rad.
+        // The errors of place stand under another angle from near: 2 pi 0.05 x 3.5 lambda/0.4 m = 0.011
+        // rad.
         assert!(loss(&c) < 0.5 * 0.011 * 0.011, "{}", loss(&c));
         // Taken for far, the run's curved front is wrong by up to 0.37 rad.
         c.range_m = None;

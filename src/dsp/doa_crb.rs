@@ -32,8 +32,9 @@ pub fn fit(a: &Matrix, r: &Matrix) -> Fit {
 }
 
 /// Standard deviations in rad, `[azimuth, elevation]` of each source, that no unbiased estimator can
-/// undercut (Stoica & Nehorai, IEEE Trans. ASSP-37, 720, 1989; conditional bound):
-/// sigma^2/(2T) {Re[(D^H P D) o S^T]}^-1. Infinite where the array cannot tell; zero for an axis that is not asked for.
+/// undercut (Stoica & Nehorai, IEEE Trans. ASSP-37, 720, 1989; conditional bound): sigma^2/(2T)
+/// {Re[(D^H P D) o S^T]}^-1. Infinite where the array cannot tell; zero for an axis that is not asked
+/// for.
 ///
 /// `axes`: whether azimuth and elevation are unknown. `sources`: their covariance S in W.
 pub fn standard_deviations(

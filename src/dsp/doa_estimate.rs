@@ -1,8 +1,9 @@
 //! From the channels of detected cells to sources: one entry for all estimators of angle.
 //!
 //! [`Estimator::new`] checks what array and method allow; [`Estimator::estimate_cells`] runs in three
-//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the engine that the
-//! caller hands in, then peaks between the points of the grid, powers and standard deviations on the host.
+//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the
+//! engine that the caller hands in, then peaks between the points of the grid, powers and standard
+//! deviations on the host.
 
 use super::doa_beamform::Grid;
 use super::doa_bisvd::BiSvd;
@@ -77,8 +78,8 @@ pub enum SourceNumber {
     /// give none.
     Found(Criterion),
     /// As many as a maximum-likelihood fit needs until what it leaves is noise of the known power
-    /// ([`Cells::noise_w`]), or a share of the cell's power that the model's own errors may leave; at most
-    /// [`Options::max_sources`]. Works on single snapshots and any array.
+    /// ([`Cells::noise_w`]), or a share of the cell's power that the model's own errors may leave; at
+    /// most [`Options::max_sources`]. Works on single snapshots and any array.
     Residual {
         /// Probability that noise is taken for one more source.
         false_alarm: f64,
@@ -90,8 +91,8 @@ pub enum SourceNumber {
 /// Averages over subarrays of a line or rectangle (eq. 92).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smoothing {
-    /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of each
-    /// axis, rounded up (on a line at least one element more than given sources), and
+    /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of
+    /// each axis, rounded up (on a line at least one element more than given sources), and
     /// forward-backward averaging.
     Auto,
     Off,
@@ -134,11 +135,11 @@ pub struct Source {
     pub elevation_rad: f64,
     /// Least-squares power per channel in W, mean over the snapshots (eq. 97).
     pub power_w: f64,
-    /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the axis is not
-    /// estimated.
+    /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the
+    /// axis is not estimated.
     pub azimuth_std_rad: f64,
     pub elevation_std_rad: f64,
-    /// Another direction of the grid has the same steering vector, as far as 1 part in 50.
+    /// Another direction within the grid has the same steering vector to 1 part in 50 (eq. 99).
     pub ambiguous: bool,
 }
 
@@ -189,8 +190,8 @@ enum Prepared {
 
 impl Estimator {
     /// Errors: a grid that is empty, wider than the calibration, or of two axes for an array on one
-    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on another array; settings
-    /// outside their ranges.
+    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on
+    /// another array; settings outside their ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
@@ -303,8 +304,8 @@ impl Estimator {
         &self.view(snapshots).steering
     }
 
-    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell, direction]`,
-    /// on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
+    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell,
+    /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
     ///
     /// Errors: data of another size, values that are not finite, too few snapshots for the method on
     /// this array; those of `evaluate`.
@@ -321,9 +322,9 @@ impl Estimator {
         Ok(out)
     }
 
-    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22 of the
-    /// document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots, from which powers
-    /// are taken.
+    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22
+    /// of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
+    /// from which powers are taken.
     pub fn track_cells<T: Real>(
         &self,
         bases: &[Matrix],
@@ -354,9 +355,10 @@ impl Estimator {
         self.view(snapshots).manifold.channels()
     }
 
-    /// The spectrum of each cell, `[cell, elevation, azimuth]`: in W for Bartlett, maximum likelihood (its
-    /// first source) and Capon, whose powers are those of sources in the middle of a bin; N over the form of
-    /// the noise subspace (1 and more) for MUSIC and Bi-SVD. Cells without any source: zeros.
+    /// The spectrum of each cell, `[cell, elevation, azimuth]`: in W for Bartlett, maximum likelihood
+    /// (its first source) and Capon, whose powers are those of sources in the middle of a bin; N over
+    /// the form of the noise subspace (1 and more) for MUSIC and Bi-SVD. Cells without any source:
+    /// zeros.
     ///
     /// Errors: those of [`Self::estimate_cells`]; a method without a spectrum.
     pub fn spectra<T: Real>(
@@ -754,12 +756,12 @@ impl Estimator {
         out
     }
 
-    /// Whether another peak of |a^H(there) a(here)|/N on the grid comes up to 0.98.
+    /// Whether another peak of |a^H(there) a(here)|/N on the grid comes up to 0.98 (eq. 99).
     fn is_ambiguous(&self, azimuth_rad: f64, elevation_rad: f64) -> bool {
         let n = self.manifold.channels();
         let here = self.manifold.steering(azimuth_rad, elevation_rad);
         let likeness = |a: &[Complex64]| {
-            -a.iter().zip(&here).map(|(a, h)| a.conj() * h).sum::<Complex64>().norm() / n as f64
+            -a.iter().zip(&here).map(|(a, h)| a.conj() * h).sum::<Complex64>().norm_sqr() / (n * n) as f64
         };
         let cost: Vec<f64> = self.table.data.chunks_exact(n).map(likeness).collect();
         let cols = self.grid.azimuth_rad.len();
@@ -769,12 +771,12 @@ impl Estimator {
         let own = |p: (f64, f64)| {
             (p.0 - azimuth_rad).abs() <= 2.0 * across && (p.1 - elevation_rad).abs() <= 2.0 * up + 1e-6
         };
-        minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.8).any(|i| {
+        minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.64).any(|i| {
             if own(place(i)) {
                 return false;
             }
             let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, place(i), 1.0);
-            !own(there) && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
+            !own(there) && likeness(&self.manifold.steering(there.0, there.1)) < -0.98 * 0.98
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Deterministic maximum likelihood (CONVENTIONS eq. 94): the directions whose steering vectors hold
-//! most of the measured power. One source is the matched filter against the manifold or S_cal; several are found by
-//! alternating projection (Ziskind & Wax, IEEE Trans. ASSP-36, 1553, 1988). Coherent sources and single
-//! snapshots do no harm.
+//! most of the measured power. One source is the matched filter against the manifold or S_cal; several
+//! are found by alternating projection (Ziskind & Wax, IEEE Trans. ASSP-36, 1553, 1988). Coherent
+//! sources and single snapshots do no harm.
 
 use super::doa_beamform::Grid;
 use super::doa_manifold::{Manifold, Matrix};
@@ -13,8 +13,9 @@ use num_complex::Complex64;
 /// there are `count`, then moves each in turn to its best place given the others. `factor`: F with
 /// F F^H = R. `table`: the manifold's steering vectors over the grid.
 ///
-/// Where lobes of the array add up (sparse arrays, coherent sources), the strongest maximum may belong to no
-/// source: other maxima within 3 dB of it are tried as the first one too, and the best fit is kept.
+/// Where lobes of the array add up (sparse arrays, coherent sources), the strongest maximum may belong
+/// to no source: other maxima within 3 dB of it are tried as the first one too, and the best fit is
+/// kept.
 pub fn alternating_projection(
     manifold: &Manifold,
     grid: &Grid,

@@ -1,6 +1,6 @@
-//! MUSIC (CONVENTIONS eq. 94): spectrum N/(a^H E_n E_n^H a) of the noise subspace (Schmidt, IEEE Trans. AP-34, 276,
-//! 1986), and root-MUSIC (eq. 95), which finds its peaks on a uniform line as roots of a polynomial
-//! (Barabell, ICASSP 1983).
+//! MUSIC (CONVENTIONS eq. 94): spectrum N/(a^H E_n E_n^H a) of the noise subspace (Schmidt, IEEE Trans.
+//! AP-34, 276, 1986), and root-MUSIC (eq. 95), which finds its peaks on a uniform line as roots of a
+//! polynomial (Barabell, ICASSP 1983).
 
 use super::doa_manifold::Matrix;
 use crate::error::{Error, Result};

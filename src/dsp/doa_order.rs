@@ -43,8 +43,8 @@ pub fn source_number(eigenvalues: &[f64], looks: f64, criterion: Criterion, forw
 }
 
 /// Probability that noise alone leaves as much power as `residual_w` (sum over channels, mean over
-/// snapshots) where the noise power of a channel is known: the residual over it, times `snapshots`, is gamma
-/// distributed with `freedom` complex degrees of freedom.
+/// snapshots) where the noise power of a channel is known: the residual over it, times `snapshots`, is
+/// gamma distributed with `freedom` complex degrees of freedom.
 pub fn residual_probability(residual_w: f64, noise_w: f64, snapshots: f64, freedom: f64) -> f64 {
     let x = residual_w * snapshots / noise_w;
     if x.is_nan() || x <= 0.0 {

@@ -22,10 +22,10 @@ pub fn minima<T: Copy + PartialOrd>(cost: &[T], grid: &Grid) -> Vec<usize> {
     found
 }
 
-/// Moves from a point of the grid to the minimum of a smooth `cost` of (azimuth, elevation) next to
-/// it: vertices of the paraboloid through a stencil (with its cross term) whose size shrinks from `scale`
-/// steps of the grid to 1e-5 rad, where the vertex is right to some 1e-8. Stays within the grid; an axis of one
-/// value stays fixed.
+/// Moves from a point of the grid to the minimum of a smooth `cost` of (azimuth, elevation) next to it:
+/// vertices of the paraboloid through a stencil (with its cross term) whose size shrinks from `scale`
+/// steps of the grid to 1e-5 rad, where the vertex is right to some 1e-8. Stays within the grid; an
+/// axis of one value stays fixed.
 pub fn refine(cost: impl Fn(f64, f64) -> f64, grid: &Grid, start: (f64, f64), scale: f64) -> (f64, f64) {
     const FINEST: f64 = 1e-5;
     let axes = [&grid.azimuth_rad, &grid.elevation_rad];
