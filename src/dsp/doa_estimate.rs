@@ -7,167 +7,22 @@
 
 use super::doa_beamform::Grid;
 use super::doa_bisvd::BiSvd;
-use super::doa_covariance::{
-    Eigen, check_forgetting, covariance, eigen, load, subarray_snapshots, subarrays, with_backward,
-};
+use super::doa_covariance::{Eigen, check_forgetting, covariance, eigen, load};
 use super::doa_crb::{fit, standard_deviations};
 use super::doa_esprit::esprit;
 use super::doa_manifold::{Lattice, Manifold, Matrix};
 use super::doa_ml::alternating_projection;
 use super::doa_music::{complement, root_music};
-use super::doa_order::{Criterion, residual_probability, source_number};
+pub use super::doa_options::{Cells, Method, Options, Smoothing, Source, SourceNumber};
+use super::doa_order::{residual_probability, source_number};
 use super::doa_search::{minima, refine};
 use super::doa_spectrum::{Forms, Steering, form};
+use super::doa_view::View;
 use super::{Real, doa_capon};
 use crate::error::{BadInput, Result};
 use crate::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
-
-/// Estimator of angle (CONVENTIONS eq. 94, 95, 98).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
-    Bartlett,
-    Capon,
-    /// Deterministic maximum likelihood.
-    Ml,
-    Music,
-    /// MUSIC's peaks as roots; uniform lines.
-    RootMusic,
-    /// Uniform lines and rectangles.
-    Esprit,
-    /// MUSIC on the subspace that the bi-iteration tracks through the snapshots.
-    BiSvd {
-        /// alpha of eq. 98.
-        forgetting: f64,
-    },
-}
-
-impl Method {
-    pub fn name(self) -> &'static str {
-        match self {
-            Method::Bartlett => "Bartlett",
-            Method::Capon => "Capon",
-            Method::Ml => "maximum likelihood",
-            Method::Music => "MUSIC",
-            Method::RootMusic => "root-MUSIC",
-            Method::Esprit => "ESPRIT",
-            Method::BiSvd { .. } => "Bi-SVD",
-        }
-    }
-
-    /// Whether it splits a covariance into signal and noise.
-    pub fn uses_subspace(self) -> bool {
-        matches!(self, Method::Music | Method::RootMusic | Method::Esprit | Method::BiSvd { .. })
-    }
-
-    fn averages_subarrays(self) -> bool {
-        self.uses_subspace() || self == Method::Capon
-    }
-
-    fn is_gridless(self) -> bool {
-        matches!(self, Method::RootMusic | Method::Esprit)
-    }
-}
-
-/// How many sources a cell holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SourceNumber {
-    Given(usize),
-    /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none
-    /// give none.
-    Found(Criterion),
-    /// As many as a maximum-likelihood fit needs until what it leaves is noise of the known power
-    /// ([`Cells::noise_w`]), or a share of the cell's power that the model's own errors may leave; at
-    /// most [`Options::max_sources`]. Works on single snapshots and any array.
-    Residual {
-        /// Probability that noise is taken for one more source.
-        false_alarm: f64,
-        /// Power that is left over the cell's power, e.g. 1e-3.
-        model_error: f64,
-    },
-}
-
-/// Averages over subarrays of a line or rectangle (eq. 92).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Smoothing {
-    /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of
-    /// each axis, rounded up (on a line at least one element more than given sources), and
-    /// forward-backward averaging.
-    Auto,
-    Off,
-    /// Rows and columns of the subarray.
-    Subarray([usize; 2]),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    pub method: Method,
-    pub sources: SourceNumber,
-    pub max_sources: usize,
-    pub smoothing: Smoothing,
-    /// Forward-backward averaging; None: wherever there are subarrays.
-    pub forward_backward: Option<bool>,
-    /// Added to the diagonal, over the mean of the diagonal. Capon only.
-    pub loading: f64,
-    /// Bartlett and Capon also drop peaks this much under the strongest.
-    pub below_db: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            method: Method::Music,
-            sources: SourceNumber::Given(1),
-            max_sources: 4,
-            smoothing: Smoothing::Auto,
-            forward_backward: None,
-            loading: 1e-2,
-            below_db: 12.0,
-        }
-    }
-}
-
-/// One direction of arrival.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Source {
-    pub azimuth_rad: f64,
-    pub elevation_rad: f64,
-    /// Least-squares power per channel in W, mean over the snapshots (eq. 97).
-    pub power_w: f64,
-    /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the
-    /// axis is not estimated.
-    pub azimuth_std_rad: f64,
-    pub elevation_std_rad: f64,
-    /// Another direction within the grid has the same steering vector to 1 part in 50 (eq. 99).
-    pub ambiguous: bool,
-}
-
-/// Detected cells, whose phases between transmitters have been taken out
-/// ([`super::doa_beamform::Beamformer::correction`]).
-#[derive(Debug, Clone, Copy)]
-pub struct Cells<'a> {
-    /// Snapshots of each cell.
-    pub snapshots: usize,
-    /// `[cell, snapshot, channel]`, sqrt(W).
-    pub data: &'a [Complex64],
-    /// Noise power of a channel in each cell, W. Without it the power that the sources leave is taken.
-    pub noise_w: Option<&'a [f64]>,
-}
-
-/// Channels that a method works on.
-#[derive(Debug, Clone, PartialEq)]
-struct View {
-    /// Elements of each subarray; one set for the whole array.
-    sets: Vec<Vec<usize>>,
-    /// Divides the data, so that an ideal array is left.
-    equaliser: Option<Vec<Complex64>>,
-    mirror: Option<Vec<usize>>,
-    manifold: Manifold,
-    steering: Steering,
-    /// Of one subarray.
-    lattice: Option<Lattice>,
-}
 
 /// A method made ready for an array.
 #[derive(Debug, Clone, PartialEq)]
@@ -788,95 +643,6 @@ impl Prepared {
             Prepared::Directions(_) => None,
         }
     }
-}
-
-impl View {
-    fn whole(manifold: &Manifold, grid: &Grid, o: &Options, lattice: Option<&Lattice>) -> Result<View> {
-        let gridless = o.method.is_gridless();
-        let fb = o.forward_backward == Some(true) && o.method.averages_subarrays();
-        if let (true, Some(l)) = (gridless, lattice) {
-            return View::smoothed(manifold, grid, &Options { forward_backward: Some(fb), ..*o }, l, l.size);
-        }
-        let mirror = if fb {
-            Some(manifold.mirrored().filter(|_| manifold.range_m().is_none()).ok_or_else(|| {
-                BadInput::new(
-                    "forward-backward averaging needs an array that is its own mirror image, far away",
-                )
-                .key("forward_backward")
-                .value(true)
-                .remedy("leave it out")
-            })?)
-        } else {
-            None
-        };
-        let (manifold, equaliser) =
-            if fb { (manifold.ideal(), equaliser(manifold)) } else { (manifold.clone(), None) };
-        let steering = Steering::new(&manifold, grid);
-        let sets = vec![(0..manifold.channels()).collect()];
-        Ok(View { sets, equaliser, mirror, manifold, steering, lattice: None })
-    }
-
-    fn smoothed(
-        manifold: &Manifold,
-        grid: &Grid,
-        o: &Options,
-        lattice: &Lattice,
-        size: [usize; 2],
-    ) -> Result<View> {
-        let sets = subarrays(lattice, size)?;
-        let elements = sets[0].len();
-        let fb = o.forward_backward.unwrap_or(true);
-        let part = manifold.ideal().subset(&sets[0]);
-        let steering = Steering::new(&part, grid);
-        let steps = lattice.step_m;
-        let channel = (0..elements).collect();
-        Ok(View {
-            sets,
-            equaliser: equaliser(manifold),
-            mirror: fb.then(|| (0..elements).rev().collect()),
-            manifold: part,
-            steering,
-            lattice: Some(Lattice { size, step_m: steps, channel }),
-        })
-    }
-
-    /// Looks that cells of so many snapshots give.
-    fn count(&self, snapshots: usize) -> usize {
-        snapshots * self.sets.len() * (1 + usize::from(self.mirror.is_some()))
-    }
-
-    /// Sources that a method can tell on these elements.
-    fn most_sources(&self, method: Method) -> usize {
-        let m = self.manifold.channels();
-        match (method, &self.lattice) {
-            (Method::Esprit, Some(l)) if l.size[0] > 1 && l.size[1] > 1 => {
-                let [rows, cols] = l.size;
-                ((rows - 1) * cols).min(rows * (cols - 1))
-            }
-            (Method::Bartlett, _) => usize::MAX,
-            // As many sources as channels explain everything.
-            _ => m.saturating_sub(1).max(1),
-        }
-    }
-
-    /// Snapshots of all subarrays, forward and backward, `[look, element]`.
-    fn looks(&self, x: &[Complex64], channels: usize) -> Vec<Complex64> {
-        let even: Vec<Complex64> = match &self.equaliser {
-            Some(g) => x.iter().enumerate().map(|(i, z)| z / g[i % channels]).collect(),
-            None => x.to_vec(),
-        };
-        let parts = subarray_snapshots(&even, channels, &self.sets);
-        match &self.mirror {
-            Some(m) => with_backward(&parts, self.manifold.channels(), m),
-            None => parts,
-        }
-    }
-}
-
-/// None for an array that is ideal already.
-fn equaliser(manifold: &Manifold) -> Option<Vec<Complex64>> {
-    let g = manifold.mean_gains();
-    g.iter().any(|g| *g != Complex64::ONE).then_some(g)
 }
 
 fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) -> Result<()> {
