@@ -140,7 +140,8 @@ fn small_radar(rx: &[DVec3]) -> Radar {
     radar
 }
 
-/// Snapshot of all channels in the strongest cell of point targets, through synthesis and both transforms.
+/// Snapshot of all channels in the strongest cell of point targets, through synthesis and both
+/// transforms.
 fn chain(radar: &Radar, targets: &[(DVec3, f64)]) -> Vec<Complex64> {
     let list = targets.iter().enumerate();
     let echoes = list.map(|(i, (p, sigma))| point_echo(*p, DVec3::ZERO, *sigma, i as u32 + 1)).collect();
@@ -168,8 +169,8 @@ fn echoes_stand_where_they_are_left_right_up_and_down() {
             let e = Estimator::new(m.clone(), both(45.0, 31), options(method, 1)).unwrap();
             let s = one_cell(&e, &x, None).unwrap();
             assert_eq!(s.len(), 1, "{method:?}");
-            // The wave front over 10 mm at 30 m is flat within k p^2/2r = 3 mrad of phase, and the channels' range walk
-            // through the window is as small.
+            // The wave front over 10 mm at 30 m is flat within k p^2/2r = 3 mrad of phase, and the
+            // channels' range walk through the window is as small.
             assert!((s[0].azimuth_rad - az).abs() < 1e-3, "{method:?} {s:?}");
             assert!((s[0].elevation_rad - el).abs() < 1e-3, "{method:?} {s:?}");
             assert!(!s[0].ambiguous);
@@ -191,7 +192,7 @@ fn a_near_echo_has_the_near_field_vector() {
     };
     let far = Manifold::of_radar(&radar).unwrap();
     let near = far.clone().at_range(range).unwrap();
-    // 43 mm of aperture... 86 mm at 4 m: the front is curved by k p^2/2r = 1.5 rad.
+    // 86 mm from end to end at 4 m: the front is curved by k p^2/2r = 1.5 rad.
     assert!(likeness(&far) < 0.95, "{}", likeness(&far));
     assert!(likeness(&near) > 0.9999, "{}", likeness(&near));
 }
@@ -240,7 +241,8 @@ fn errors_are_near_the_bound() {
 fn the_bisvd_is_nearly_as_good() {
     // A memory of 1/(1 - alpha) = 100 snapshots' weights; 400 snapshots fill it.
     let ratio = efficiency(Method::BiSvd { forgetting: 0.995 }, 8, [-0.12, 0.2], 400, 100.0, 100);
-    // Exponential weights leave (1 + alpha)/(1 - alpha) = 399 x (1 - e^-2)/(1 + e^-2) = 304 looks of the 400.
+    // Exponential weights leave (1 + alpha)/(1 - alpha) = 399 x (1 - e^-2)/(1 + e^-2) = 304 looks of
+    // the 400.
     let lost = (400.0f64 / 304.0).sqrt();
     println!("Bi-SVD: {ratio:.3} of the bound, {lost:.3} by its weights");
     assert!(ratio < 1.2 * lost && ratio > 0.9, "{ratio}");
@@ -311,11 +313,14 @@ fn two_corner_reflectors_at_17_m() {
         let top = s.iter().copied().fold(0.0, f64::max);
         (1..s.len() - 1).filter(|i| s[*i] > s[i - 1] && s[*i] >= s[i + 1] && s[*i] > 0.1 * top).count()
     };
-    assert_eq!(tops(&e.spectrum(&x, on_cpu).unwrap()), 1);
+    let cell = Cells { snapshots: 1, data: &x, noise_w: None };
+    assert_eq!(tops(&e.spectra(&cell, on_cpu).unwrap()), 1);
     let (_, music) = show(Method::Music, 2);
-    let spectrum = music.spectrum(&x, on_cpu).unwrap();
+    let spectrum = music.spectra(&cell, on_cpu).unwrap();
     assert!(spectrum.iter().all(|s| *s >= 1.0 - 1e-9));
-    assert!(tops(&spectrum) >= 1);
+    let peaks = |i: &usize| spectrum[*i] > spectrum[i - 1] && spectrum[*i] >= spectrum[i + 1];
+    let peaks: Vec<usize> = (1..spectrum.len() - 1).filter(peaks).filter(|i| spectrum[*i] > 100.0).collect();
+    assert_eq!(peaks.len(), 2);
     // The subspace of the tracker is that of the decomposition.
     let sets = subarrays(&m.lattice().unwrap(), [1, 4]).unwrap();
     let parts = subarray_snapshots(&x, 5, &sets);
@@ -328,6 +333,19 @@ fn two_corner_reflectors_at_17_m() {
     let angle = principal_angle(&truth, &tracker.basis()).unwrap();
     println!("Bi-SVD and eigenvectors: {angle:.1e} rad apart");
     assert!(angle < 1e-4, "{angle}");
+    // A tracker that is fed from outside gives what the estimator's own gives.
+    let mut tracker = BiSvd::new(music.elements(1), 2, 0.9).unwrap();
+    for _ in 0..50 {
+        music.looks(&x).chunks(4).for_each(|x| tracker.update(x));
+    }
+    let bases = [tracker.basis()];
+    let got = sorted(&music.track_cells(&bases, &cell, on_cpu).unwrap()[0]);
+    let (own, _) = show(Method::BiSvd { forgetting: 0.9 }, 2);
+    assert!(got.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?} {own:?}");
+    let spectrum = music.track_spectra(&bases, 1, on_cpu).unwrap();
+    assert!(spectrum.len() == 181 && spectrum.iter().any(|s| *s > 1e3));
+    let e = music.track_spectra(&[Matrix::identity(5, 2)], 1, on_cpu).unwrap_err().to_string();
+    assert_eq!(e, "basis = 5 x 2: the subspace is of another array; allowed: 4 x 1 to 4 x 3");
 }
 
 #[test]
@@ -364,10 +382,66 @@ fn the_number_of_sources_is_found() {
     assert!(one_cell(&e, &waves(&m, &[], 1.0, 60, 5), None).unwrap().is_empty());
 }
 
+#[test]
+fn the_residual_tells_how_many_in_single_snapshots() {
+    // On any array, where information criteria have nothing to compare with.
+    for (m, name) in [(line(12), "line"), (sparse(), "sparse"), (rectangle(3, 4), "rectangle")] {
+        let plane = name == "rectangle";
+        let grid = if plane { both(50.0, 25) } else { azimuths(60.0, 181) };
+        let el = if plane { 0.2 } else { 0.0 };
+        let all = [(0.1, 0.0), (-0.35, el), (0.5, -el)];
+        for count in 0..=3 {
+            if name == "sparse" && count == 3 {
+                continue;
+            }
+            let mut right = 0;
+            let mut data = Vec::new();
+            let cells = 40;
+            for trial in 0..cells {
+                let phase = |i: u32| Complex64::cis(TAU * f64::from(trial * (3 * i + 1)) / 7.0);
+                let a: Vec<Vec<Complex64>> =
+                    all[..count].iter().map(|(az, el)| m.steering(*az, *el)).collect();
+                data.extend((0..m.channels()).map(|c| {
+                    let wave: Complex64 =
+                        (0..count).map(|i| a[i][c] * phase(i as u32) * (20.0 - 4.0 * i as f64)).sum();
+                    wave + normal(trial, 0, c as u32)
+                }));
+            }
+            let noise = vec![1.0; cells as usize];
+            for method in [Method::Ml, Method::Music] {
+                if method == Method::Music && name == "sparse" {
+                    continue;
+                }
+                let o = Options {
+                    sources: SourceNumber::Residual { false_alarm: 1e-3, model_error: 1e-6 },
+                    ..options(method, 1)
+                };
+                let e = Estimator::new(m.clone(), grid.clone(), o).unwrap();
+                let all = Cells { snapshots: 1, data: &data, noise_w: Some(&noise) };
+                let got = e.estimate_cells(&all, on_cpu).unwrap();
+                right = got.iter().filter(|s| s.len() == count).count();
+                // At most a few of forty at a false-alarm probability of 1e-3.
+                assert!(right >= 38, "{name} {method:?}: {right} of {cells} for {count}");
+            }
+            println!("{name}, {count} sources: {right} of {cells}");
+        }
+    }
+    let o = Options {
+        sources: SourceNumber::Residual { false_alarm: 1e-3, model_error: 0.0 },
+        ..options(Method::Ml, 1)
+    };
+    let e = Estimator::new(line(4), azimuths(60.0, 61), o).unwrap();
+    let refused = one_cell(&e, &[Complex64::ONE; 4], None).unwrap_err().to_string();
+    assert!(refused.starts_with("noise_w: the number of sources by residual needs"), "{refused}");
+    let o = Options { sources: SourceNumber::Residual { false_alarm: 0.0, model_error: 0.0 }, ..o };
+    let e = Estimator::new(line(4), azimuths(60.0, 61), o).unwrap_err().to_string();
+    assert_eq!(e, "false_alarm = 0: not a share; allowed: above 0 and below 1");
+}
+
 // --- arrays that are not what they should be --------------------------------------------------------
 
-/// `m` with its elements up to a twelfth of a wavelength off their places and its gains off by some dB and
-/// half a radian.
+/// `m` with its elements up to a twelfth of a wavelength off their places and its gains off by some dB
+/// and half a radian.
 fn spoilt(m: &Manifold) -> Manifold {
     let off = |c: usize, k: u32| normal(9, k, c as u32).re.clamp(-1.5, 1.5) * 0.05 * lambda();
     let p = (0..m.channels()).map(|c| m.position_m(c) + DVec3::new(off(c, 0), off(c, 1), 0.0)).collect();
@@ -393,7 +467,7 @@ fn calibration_takes_the_bias_out() {
     let c = Calibration::from_turntable(&ideal, angles, vec![0.0], None, &turns, &o).unwrap();
     let calibrated = ideal.clone().with_calibration(&c).unwrap();
     let grid = azimuths(60.0, 121);
-    // Error of the mean of many trials, over its own standard deviation, worst of some directions.
+    // Mean error of many trials in rad, the worst of some directions.
     let bias = |m: &Manifold, method: Method| {
         let o = Options { smoothing: Smoothing::Off, ..options(method, 1) };
         let e = Estimator::new(m.clone(), grid.clone(), o).unwrap();
@@ -415,7 +489,8 @@ fn calibration_takes_the_bias_out() {
     for method in [Method::Ml, Method::Capon, Method::Bartlett] {
         let with = bias(&calibrated, method);
         println!("bias of {method:?} with calibration {:.2} mrad", 1e3 * with);
-        // The bound for one trial is 3 to 5 mrad: means of a hundred lie within 3 sigma of zero below 1.5.
+        // The bound for one trial is 3 to 5 mrad: means of a hundred lie within 3 sigma of zero below
+        // 1.5.
         assert!(with < 1.5e-3 && without > 5.0 * with, "{method:?} {with} {without}");
     }
     // Two sources, coherent, one snapshot: more than any subspace method takes from such an array.
@@ -512,6 +587,41 @@ fn directions_that_look_alike_are_marked() {
             assert_eq!(s[0].ambiguous, marked, "{method:?} {s:?}");
         }
     }
+}
+
+#[test]
+fn two_directions_that_look_alike_have_finite_powers() {
+    let m =
+        Manifold::receivers((0..6).map(|i| DVec3::Y * (lambda() * i as f64)).collect(), lambda()).unwrap();
+    let o = Options { smoothing: Smoothing::Off, ..options(Method::Music, 2) };
+    let e = Estimator::new(m.clone(), azimuths(60.0, 181), o).unwrap();
+    // One source, and its grating lobe at sin = sin(0.2) - 1.
+    let s = one_cell(&e, &waves(&m, &[(0.2, 0.0, 1e4)], 1.0, 8, 1), None).unwrap();
+    assert_eq!(s.len(), 2);
+    for (got, sine) in sorted(&s).iter().zip([0.2f64.sin() - 1.0, 0.2f64.sin()]) {
+        assert!((got.sin() - sine).abs() < 1e-2, "{s:?}");
+    }
+    assert!(s.iter().all(|s| s.power_w.is_finite() && s.power_w < 1e5 && s.ambiguous), "{s:?}");
+}
+
+#[test]
+fn a_line_of_five_takes_four_sources_from_many_snapshots() {
+    let m = line(5);
+    let at = [-0.6, -0.1, 0.3, 0.8];
+    let x = waves(&m, &at.map(|a| (a, 0.0, 1e3)), 1.0, 200, 1);
+    let e = Estimator::new(m, azimuths(70.0, 281), options(Method::Music, 4)).unwrap();
+    for (got, want) in sorted(&one_cell(&e, &x, None).unwrap()).iter().zip(at) {
+        assert!((got - want).abs() < 0.01, "{got} {want}");
+    }
+    let refused = one_cell(&e, &x[..5], None).unwrap_err().to_string();
+    assert!(refused.starts_with("snapshots = 1: MUSIC cannot tell 4 sources"), "{refused}");
+    let o = Options { sources: SourceNumber::Found(Criterion::Mdl), ..options(Method::Ml, 1) };
+    let e = Estimator::new(line(5), azimuths(70.0, 281), o).unwrap();
+    assert_eq!(
+        one_cell(&e, &x[..5], None).unwrap_err().to_string(),
+        "snapshots = 1: maximum likelihood cannot tell 2 sources from this cell; allowed: 2 or more for an \
+         information criterion; give the number of sources, or let the residual tell it"
+    );
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Subspace tracking by bi-iteration SVD (CONVENTIONS eq. 98; Miyake, Natsume & Hoshino, "Road-shape
-//! recognition using on-vehicle millimeter-wave radar", eqs. 9-22; Strobach, IEEE Trans. SP-45, 1222, 1997): each
-//! snapshot turns an orthonormal basis of the signal subspace, without an eigendecomposition. MUSIC takes
-//! it through [`super::doa_music::complement`] or eq. 22 there.
+//! recognition using on-vehicle millimeter-wave radar", eqs. 9-22; Strobach, IEEE Trans. SP-45, 1222,
+//! 1997): each snapshot turns an orthonormal basis of the signal subspace, without an
+//! eigendecomposition. MUSIC takes it through [`super::doa_music::complement`] or eq. 22 there.
 //!
-//! The recursion is written over a [`Tally`], so that the arithmetic that runs is the arithmetic that is counted.
+//! The recursion is written over a [`Tally`], so that the arithmetic that runs is the arithmetic that
+//! is counted.
 
 use super::doa_covariance::check_forgetting;
 use super::doa_manifold::Matrix;
@@ -302,8 +303,8 @@ fn triangle<T: Tally>(
 
 /// Eigenvalues and eigenvectors (in columns, row-major) of a Hermitian matrix by cyclic Jacobi
 /// rotations (Golub & Van Loan, *Matrix Computations*, section 8.5), told to `tally`: the full
-/// decomposition that the tracker is weighed against. Unsorted. Stops when the entries off the diagonal are below
-/// `tolerance` of the matrix's norm.
+/// decomposition that the tracker is weighed against. Unsorted. Stops when the entries off the diagonal
+/// are below `tolerance` of the matrix's norm.
 pub fn jacobi<T: Tally>(
     matrix: &[Complex64],
     n: usize,
@@ -349,7 +350,8 @@ pub fn jacobi<T: Tally>(
                     let (x, y) = (a[p * n + i], a[q * n + i]);
                     (a[p * n + i], a[q * n + i]) = (x * c - y * s, x * s.conj() + y * c);
                 }
-                // Half of the matrix is the conjugate of the other: rows and columns together cost one pass.
+                // Half of the matrix is the conjugate of the other: rows and columns together cost one
+                // pass.
                 tally.products(2 * 2 * n);
                 tally.scalings(2 * 2 * n);
             }
@@ -526,7 +528,8 @@ mod tests {
                 worst = worst.max(principal_angle(&a, &tracker.basis()).unwrap());
             }
         }
-        // A memory of five snapshots lags by some 0.02 rad of phase, times the vector's length sqrt(35/12) = 1.7.
+        // A memory of five snapshots lags by some 0.02 rad of phase, times the vector's length
+        // sqrt(35/12) = 1.7.
         assert!(worst < 0.2, "{worst}");
     }
 

@@ -38,16 +38,23 @@ pub struct TurntableOptions {
     pub smoothing_deg: f64,
 }
 
+impl Default for TurntableOptions {
+    /// Phases alone, as measured.
+    fn default() -> Self {
+        TurntableOptions { unit_modulus: true, smoothing_deg: 0.0 }
+    }
+}
+
 impl Calibration {
     /// From the snapshots of one reflector at each position of a turntable: their principal
-    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression with tricube
-    /// weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
+    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression
+    /// with tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
     ///
     /// `snapshots`: for each elevation, each azimuth: `[snapshot, channel]`, one or more snapshots.
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.
     ///
-    /// Errors: axes that do not ascend, missing or silent positions, values that are not finite, a window that holds
-    /// fewer than three angles.
+    /// Errors: axes that do not ascend, missing or silent positions, values that are not finite, a
+    /// window that holds fewer than three angles.
     pub fn from_turntable(
         manifold: &Manifold,
         azimuth_deg: Vec<f64>,
@@ -112,18 +119,24 @@ impl Calibration {
                 vectors.extend(manifold.steering(a.to_radians(), e.to_radians()));
             }
         }
-        Ok(Calibration { azimuth_deg, elevation_deg, channels: manifold.channels(), vectors, range_m: None })
+        Ok(Calibration {
+            azimuth_deg,
+            elevation_deg,
+            channels: manifold.channels(),
+            vectors,
+            range_m: manifold.range_m(),
+        })
     }
 
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::from_table(&Table::read(&path)?, path.as_ref())
     }
 
-    /// Reads the table with columns `azimuth_deg,elevation_deg,channel,re,im`, in any order of rows. A comment
-    /// line `range_m = R` gives the distance of the reflector.
+    /// Reads the table with columns `azimuth_deg,elevation_deg,channel,re,im`, in any order of rows. A
+    /// comment line `range_m = R` gives the distance of the reflector.
     ///
-    /// Errors: other columns, angles that do not form a full product of two axes, a channel missing or given
-    /// twice, numbers that are not finite, a vector of zeros: with file and line.
+    /// Errors: other columns, angles that do not form a full product of two axes, a channel missing or
+    /// given twice, numbers that are not finite, a vector of zeros: with file and line.
     pub fn from_table(table: &Table, path: &Path) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(path);
         if let Some(extra) = table.header.iter().find(|h| !HEADER.contains(&h.as_str())) {
@@ -262,14 +275,14 @@ impl Calibration {
         })
     }
 
-    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (Feng 2019, Fig 2.6c). Angles in
-    /// the order of `vectors`.
+    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c).
+    /// Angles in the order of `vectors`.
     pub fn ambiguity(&self) -> Vec<f64> {
         ambiguity(&self.vectors, self.channels)
     }
 }
 
-/// |a_i^H a_j| / (|a_i||a_j|) of vectors `[angle, channel]`, as `[angle, angle]`.
+/// |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
 pub fn ambiguity(vectors: &[Complex64], channels: usize) -> Vec<f64> {
     let norm = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
     let mut out = Vec::new();
@@ -519,14 +532,15 @@ mod tests {
         let az: Vec<f64> = (-20..=20).map(|i| 3.0 * i as f64).collect();
         let near = spoilt().at_range(0.4).unwrap();
         let mut c = Calibration::of_manifold(&near, az, vec![0.0]).unwrap();
-        c.range_m = Some(0.4);
+        assert_eq!(c.range_m, Some(0.4));
         let loss = |c: &Calibration| {
             let got = array().with_calibration(c).unwrap().steering(0.2, 0.0);
             let want = spoilt().steering(0.2, 0.0);
             let dot: Complex64 = got.iter().zip(&want).map(|(a, b)| a.conj() * b).sum();
             1.0 - dot.norm() / 5.0
         };
-        // The errors of place stand under another angle from near: 2 pi 0.05 x 3.5 lambda/0.4 m = 0.011 rad.
+        // The errors of place stand under another angle from near: 2 pi 0.05 x 3.5 lambda/0.4 m = 0.011
+        // rad.
         assert!(loss(&c) < 0.5 * 0.011 * 0.011, "{}", loss(&c));
         // Taken for far, the run's curved front is wrong by up to 0.37 rad.
         c.range_m = None;

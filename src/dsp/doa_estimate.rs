@@ -1,161 +1,28 @@
 //! From the channels of detected cells to sources: one entry for all estimators of angle.
 //!
 //! [`Estimator::new`] checks what array and method allow; [`Estimator::estimate_cells`] runs in three
-//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the engine that the
-//! caller hands in, then peaks between the points of the grid, powers and standard deviations on the host.
+//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the
+//! engine that the caller hands in, then peaks between the points of the grid, powers and standard
+//! deviations on the host.
 
 use super::doa_beamform::Grid;
 use super::doa_bisvd::BiSvd;
-use super::doa_covariance::{
-    Eigen, check_forgetting, covariance, eigen, load, subarray_snapshots, subarrays, with_backward,
-};
+use super::doa_covariance::{Eigen, check_forgetting, covariance, eigen, load};
 use super::doa_crb::{fit, standard_deviations};
 use super::doa_esprit::esprit;
 use super::doa_manifold::{Lattice, Manifold, Matrix};
 use super::doa_ml::alternating_projection;
 use super::doa_music::{complement, root_music};
-use super::doa_order::{Criterion, source_number};
+pub use super::doa_options::{Cells, Method, Options, Smoothing, Source, SourceNumber};
+use super::doa_order::{residual_probability, source_number};
 use super::doa_search::{minima, refine};
 use super::doa_spectrum::{Forms, Steering, form};
+use super::doa_view::View;
 use super::{Real, doa_capon};
 use crate::error::{BadInput, Result};
 use crate::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
-
-/// Estimator of angle (CONVENTIONS eq. 94, 95, 98).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
-    Bartlett,
-    Capon,
-    /// Deterministic maximum likelihood.
-    Ml,
-    Music,
-    /// MUSIC's peaks as roots; uniform lines.
-    RootMusic,
-    /// Uniform lines and rectangles.
-    Esprit,
-    /// MUSIC on the subspace that the bi-iteration tracks through the snapshots.
-    BiSvd {
-        /// alpha of eq. 98.
-        forgetting: f64,
-    },
-}
-
-impl Method {
-    pub fn name(self) -> &'static str {
-        match self {
-            Method::Bartlett => "Bartlett",
-            Method::Capon => "Capon",
-            Method::Ml => "maximum likelihood",
-            Method::Music => "MUSIC",
-            Method::RootMusic => "root-MUSIC",
-            Method::Esprit => "ESPRIT",
-            Method::BiSvd { .. } => "Bi-SVD",
-        }
-    }
-
-    /// Whether it splits a covariance into signal and noise.
-    pub fn uses_subspace(self) -> bool {
-        matches!(self, Method::Music | Method::RootMusic | Method::Esprit | Method::BiSvd { .. })
-    }
-
-    fn averages_subarrays(self) -> bool {
-        self.uses_subspace() || self == Method::Capon
-    }
-
-    fn is_gridless(self) -> bool {
-        matches!(self, Method::RootMusic | Method::Esprit)
-    }
-}
-
-/// How many sources a cell holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SourceNumber {
-    Given(usize),
-    /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none give none.
-    Found(Criterion),
-}
-
-/// Averages over subarrays of a line or rectangle (eq. 92).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Smoothing {
-    /// Where the array is even and there are fewer snapshots than channels: subarrays of two thirds of each
-    /// axis, rounded up, and forward-backward averaging.
-    Auto,
-    Off,
-    /// Rows and columns of the subarray.
-    Subarray([usize; 2]),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    pub method: Method,
-    pub sources: SourceNumber,
-    pub max_sources: usize,
-    pub smoothing: Smoothing,
-    /// Forward-backward averaging; None: wherever there are subarrays.
-    pub forward_backward: Option<bool>,
-    /// Added to the diagonal, over the mean of the diagonal. Capon only.
-    pub loading: f64,
-    /// Bartlett and Capon also drop peaks this much under the strongest.
-    pub below_db: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            method: Method::Music,
-            sources: SourceNumber::Given(1),
-            max_sources: 4,
-            smoothing: Smoothing::Auto,
-            forward_backward: None,
-            loading: 1e-2,
-            below_db: 12.0,
-        }
-    }
-}
-
-/// One direction of arrival.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Source {
-    pub azimuth_rad: f64,
-    pub elevation_rad: f64,
-    /// Least-squares power per channel in W, mean over the snapshots (eq. 97).
-    pub power_w: f64,
-    /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the axis is not
-    /// estimated.
-    pub azimuth_std_rad: f64,
-    pub elevation_std_rad: f64,
-    /// Another direction of the grid has the same steering vector, as far as 1 part in 50.
-    pub ambiguous: bool,
-}
-
-/// Detected cells, whose phases between transmitters have been taken out
-/// ([`super::doa_beamform::Beamformer::correction`]).
-#[derive(Debug, Clone, Copy)]
-pub struct Cells<'a> {
-    /// Snapshots of each cell.
-    pub snapshots: usize,
-    /// `[cell, snapshot, channel]`, sqrt(W).
-    pub data: &'a [Complex64],
-    /// Noise power of a channel in each cell, W. Without it the power that the sources leave is taken.
-    pub noise_w: Option<&'a [f64]>,
-}
-
-/// Channels that a method works on.
-#[derive(Debug, Clone, PartialEq)]
-struct View {
-    /// Elements of each subarray; one set for the whole array.
-    sets: Vec<Vec<usize>>,
-    /// Divides the data, so that an ideal array is left.
-    equaliser: Option<Vec<Complex64>>,
-    mirror: Option<Vec<usize>>,
-    manifold: Manifold,
-    steering: Steering,
-    /// Of one subarray.
-    lattice: Option<Lattice>,
-}
 
 /// A method made ready for an array.
 #[derive(Debug, Clone, PartialEq)]
@@ -178,11 +45,10 @@ enum Prepared {
 
 impl Estimator {
     /// Errors: a grid that is empty, wider than the calibration, or of two axes for an array on one
-    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on another array; settings
-    /// outside their ranges.
+    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on
+    /// another array; settings outside their ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
-        let n = manifold.channels();
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
             return Err(BadInput::new("the grid of directions is empty")
                 .key("azimuth_bins, elevation_bins")
@@ -218,7 +84,7 @@ impl Estimator {
                 .allowed("0 or more")
                 .into());
         }
-        if !(o.below_db >= 0.0) {
+        if o.below_db.is_nan() || o.below_db < 0.0 {
             return Err(BadInput::new("not a level in dB")
                 .key("below_db")
                 .value(o.below_db)
@@ -231,6 +97,10 @@ impl Estimator {
                 .value(0)
                 .into());
         }
+        if let SourceNumber::Residual { false_alarm, model_error } = o.sources {
+            check_share("false_alarm", false_alarm, f64::MIN_POSITIVE)?;
+            check_share("model_error", model_error, 0.0)?;
+        }
         let lattice = manifold.lattice();
         if o.method.is_gridless() {
             check_even(o.method, &manifold, lattice.as_ref())?;
@@ -239,15 +109,18 @@ impl Estimator {
         let smoothed = match (o.smoothing, &lattice) {
             _ if !o.method.averages_subarrays() => None,
             (Smoothing::Off, _) | (Smoothing::Auto, None) => None,
-            (Smoothing::Auto, Some(_)) if manifold.is_near_field() => None,
-            (Smoothing::Subarray(_), _) if manifold.is_near_field() => {
+            (Smoothing::Auto, Some(_)) if manifold.range_m().is_some() => None,
+            (Smoothing::Subarray(_), _) if manifold.range_m().is_some() => {
                 return Err(BadInput::new("subarrays see a near source from different directions")
                     .key("subarray")
                     .remedy("take the manifold of the far field, or maximum likelihood without subarrays")
                     .into());
             }
             (Smoothing::Auto, Some(l)) => {
-                let size = l.size.map(|s| (2 * s).div_ceil(3));
+                let mut size = l.size.map(|s| (2 * s).div_ceil(3));
+                if let (SourceNumber::Given(m), 1) = (o.sources, l.size[0]) {
+                    size[1] = size[1].max(m.saturating_add(1)).min(l.size[1]);
+                }
                 Some(View::smoothed(&manifold, &grid, o, l, size)?)
             }
             (Smoothing::Subarray(size), Some(l)) => Some(View::smoothed(&manifold, &grid, o, l, size)?),
@@ -258,9 +131,8 @@ impl Estimator {
                     .into());
             }
         };
-        let seen = smoothed.as_ref().map_or(n, |v| v.manifold.channels());
         if let SourceNumber::Given(m) = o.sources {
-            check_count(o.method, m, seen)?;
+            check_count(o.method, m, smoothed.as_ref().unwrap_or(&whole))?;
         }
         let table = Steering::new(&manifold, &grid);
         Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
@@ -287,113 +159,213 @@ impl Estimator {
         &self.view(snapshots).steering
     }
 
-    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell, direction]`,
-    /// on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
+    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell,
+    /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
     ///
     /// Errors: data of another size, values that are not finite, too few snapshots for the method on
     /// this array; those of `evaluate`.
     pub fn estimate_cells<T: Real>(
         &self,
         cells: &Cells<'_>,
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<Vec<Source>>> {
-        let values = self.check(cells)?;
-        if values == 0 {
-            return Ok(Vec::new());
+        self.check(cells)?;
+        let mut out = Vec::new();
+        for block in self.blocks(cells) {
+            out.extend(self.finish(self.prepare_all(&block)?, &block, &evaluate)?);
         }
-        let view = self.view(cells.snapshots);
-        let prepared: Vec<Prepared> = cells
-            .data
-            .par_chunks_exact(values)
-            .map(|x| self.prepare(view, x, cells.snapshots))
-            .collect::<Result<_>>()?;
-        let factors: Vec<&Matrix> = prepared
-            .iter()
-            .filter_map(|p| match p {
-                Prepared::Form { factor, .. } => Some(factor),
-                Prepared::Directions(_) => None,
-            })
-            .collect();
-        let channels = view.manifold.channels();
-        let forms = if factors.is_empty() {
-            Vec::new()
-        } else {
-            evaluate(&view.steering, &Forms::new(&factors, channels))?
-        };
-        let directions = view.steering.directions();
-        let mut at = 0;
-        let starts: Vec<usize> = prepared
-            .iter()
-            .map(|p| {
-                let here = at;
-                at += usize::from(matches!(p, Prepared::Form { .. })) * directions;
-                here
-            })
-            .collect();
-        prepared
-            .into_par_iter()
-            .zip(starts)
-            .enumerate()
-            .map(|(cell, (p, start))| {
-                let x = &cells.data[cell * values..(cell + 1) * values];
-                let found = match p {
-                    Prepared::Directions(d) => d,
-                    Prepared::Form { factor, count } => {
-                        self.peaks(view, &factor, count, &forms[start..start + directions])
-                    }
-                };
-                Ok(self.sources(found, x, cells.snapshots, cells.noise_w.map(|w| w[cell])))
-            })
-            .collect()
+        Ok(out)
     }
 
-    /// The spectrum of one cell, `[elevation, azimuth]`: in W for Bartlett, maximum likelihood (its
-    /// first source) and Capon, whose powers are those of sources in the middle of a bin; N over the form of
-    /// the noise subspace (1 and more) for MUSIC and Bi-SVD.
+    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22
+    /// of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
+    /// from which powers are taken.
+    pub fn track_cells<T: Real>(
+        &self,
+        bases: &[Matrix],
+        cells: &Cells<'_>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Vec<Source>>> {
+        let values = self.check_data(cells)?;
+        if bases.len() * values != cells.data.len() {
+            return Err(BadInput::new("each cell needs the basis of its subspace")
+                .key("bases")
+                .value(bases.len())
+                .allowed((cells.data.len() / values.max(1)).to_string())
+                .into());
+        }
+        let prepared = bases.iter().map(|b| self.of_basis(b, cells.snapshots)).collect::<Result<_>>()?;
+        self.finish(prepared, cells, &evaluate)
+    }
+
+    /// What a tracker of subspaces is fed with: the snapshots of all subarrays, forward and backward,
+    /// `[look, element]` with [`Self::elements`] each.
+    pub fn looks(&self, snapshots: &[Complex64]) -> Vec<Complex64> {
+        let n = self.manifold.channels();
+        self.view(snapshots.len() / n).looks(snapshots, n)
+    }
+
+    /// Elements of a subarray for cells of so many snapshots: all channels where none are formed.
+    pub fn elements(&self, snapshots: usize) -> usize {
+        self.view(snapshots).manifold.channels()
+    }
+
+    /// The spectrum of each cell, `[cell, elevation, azimuth]`: in W for Bartlett, maximum likelihood
+    /// (its first source) and Capon, whose powers are those of sources in the middle of a bin; N over
+    /// the form of the noise subspace (1 and more) for MUSIC and Bi-SVD. Cells without any source:
+    /// zeros.
     ///
     /// Errors: those of [`Self::estimate_cells`]; a method without a spectrum.
-    pub fn spectrum<T: Real>(
+    pub fn spectra<T: Real>(
         &self,
-        snapshots: &[Complex64],
-        evaluate: impl FnOnce(&Steering, &Forms) -> Result<Vec<T>>,
+        cells: &Cells<'_>,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
     ) -> Result<Vec<f64>> {
-        let count = snapshots.len() / self.manifold.channels();
-        self.check(&Cells { snapshots: count, data: snapshots, noise_w: None })?;
-        let view = self.view(count);
-        let n = view.manifold.channels() as f64;
-        let Prepared::Form { factor, .. } = self.prepare(view, snapshots, count)? else {
+        if self.options.method.is_gridless() {
             return Err(BadInput::new(format!("{} has no spectrum", self.options.method.name()))
                 .key("method")
                 .remedy("take MUSIC for the picture")
                 .into());
+        }
+        self.check(cells)?;
+        let mut out = Vec::new();
+        for block in self.blocks(cells) {
+            out.extend(self.picture(&self.prepare_all(&block)?, cells.snapshots, &evaluate)?);
+        }
+        Ok(out)
+    }
+
+    /// Cells in blocks whose factors and spectra take some 64 MiB together.
+    fn blocks<'a>(&self, cells: &Cells<'a>) -> Vec<Cells<'a>> {
+        const BYTES: usize = 64 << 20;
+        let view = self.view(cells.snapshots);
+        let values = cells.snapshots * self.manifold.channels();
+        let elements = view.manifold.channels();
+        let each = 16 * elements * elements.max(cells.snapshots) + 16 * view.steering.directions();
+        let together = (BYTES / each).max(1);
+        cells
+            .data
+            .chunks(together * values)
+            .enumerate()
+            .map(|(i, data)| {
+                let first = i * together;
+                let noise_w = cells.noise_w.map(|w| &w[first..first + data.len() / values]);
+                Cells { data, noise_w, ..*cells }
+            })
+            .collect()
+    }
+
+    /// The spectrum of eq. 22 of the document for each tracked subspace, `[cell, elevation, azimuth]`.
+    /// `snapshots`: as many as [`Self::looks`] was given at a time.
+    pub fn track_spectra<T: Real>(
+        &self,
+        bases: &[Matrix],
+        snapshots: usize,
+        evaluate: impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<f64>> {
+        let prepared = bases.iter().map(|b| self.of_basis(b, snapshots)).collect::<Result<Vec<_>>>()?;
+        self.picture(&prepared, snapshots, &evaluate)
+    }
+
+    fn of_basis(&self, basis: &Matrix, snapshots: usize) -> Result<Prepared> {
+        let due = self.elements(snapshots);
+        if basis.nrows() != due || basis.ncols() == 0 || basis.ncols() >= due {
+            return Err(BadInput::new("the subspace is of another array")
+                .key("basis")
+                .value(format!("{} x {}", basis.nrows(), basis.ncols()))
+                .allowed(format!("{due} x 1 to {due} x {}", due - 1))
+                .into());
+        }
+        Ok(Prepared::Form { factor: complement(basis)?, count: basis.ncols() })
+    }
+
+    fn prepare_all(&self, cells: &Cells<'_>) -> Result<Vec<Prepared>> {
+        let values = cells.snapshots * self.manifold.channels();
+        let view = self.view(cells.snapshots);
+        let noise = |cell: usize| cells.noise_w.map(|w| w[cell]);
+        cells
+            .data
+            .par_chunks_exact(values)
+            .enumerate()
+            .map(|(cell, x)| self.prepare(view, x, cells.snapshots, noise(cell)))
+            .collect()
+    }
+
+    fn evaluated<T: Real>(
+        &self,
+        view: &View,
+        prepared: &[Prepared],
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Option<Vec<T>>>> {
+        let factors: Vec<&Matrix> = prepared.iter().filter_map(Prepared::factor).collect();
+        let forms = if factors.is_empty() {
+            Vec::new()
+        } else {
+            evaluate(&view.steering, &Forms::new(&factors, view.manifold.channels()))?
         };
-        let forms = evaluate(&view.steering, &Forms::new(&[&factor], view.manifold.channels()))?;
-        Ok(forms
-            .iter()
-            .map(|q| match self.options.method {
-                Method::Bartlett | Method::Ml => q.wide() / (n * n),
-                Method::Capon => 1.0 / q.wide(),
-                _ => n / q.wide(),
+        let mut parts = forms.chunks_exact(view.steering.directions());
+        Ok(prepared.iter().map(|p| p.factor().and_then(|_| parts.next()).map(<[T]>::to_vec)).collect())
+    }
+
+    fn picture<T: Real>(
+        &self,
+        prepared: &[Prepared],
+        snapshots: usize,
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<f64>> {
+        let view = self.view(snapshots);
+        let n = view.manifold.channels() as f64;
+        let level = |q: T| match self.options.method {
+            Method::Bartlett | Method::Ml => q.wide() / (n * n),
+            Method::Capon => 1.0 / q.wide(),
+            _ => n / q.wide(),
+        };
+        let parts = self.evaluated(view, prepared, evaluate)?;
+        Ok(parts
+            .into_iter()
+            .flat_map(|p| match p {
+                Some(q) => q.into_iter().map(level).collect(),
+                None => vec![0.0; view.steering.directions()],
             })
             .collect())
     }
 
-    /// Values of one cell; 0 for no cells.
-    fn check(&self, cells: &Cells<'_>) -> Result<usize> {
+    fn finish<T: Real>(
+        &self,
+        prepared: Vec<Prepared>,
+        cells: &Cells<'_>,
+        evaluate: &impl Fn(&Steering, &Forms) -> Result<Vec<T>>,
+    ) -> Result<Vec<Vec<Source>>> {
+        let view = self.view(cells.snapshots);
+        let values = cells.snapshots * self.manifold.channels();
+        let parts = self.evaluated(view, &prepared, evaluate)?;
+        Ok(prepared
+            .into_par_iter()
+            .zip(parts)
+            .enumerate()
+            .map(|(cell, (p, q))| {
+                let x = &cells.data[cell * values..(cell + 1) * values];
+                let found = match (p, q) {
+                    (Prepared::Form { factor, count }, Some(q)) => self.peaks(view, &factor, count, &q),
+                    (Prepared::Directions(d), _) => d,
+                    (Prepared::Form { .. }, None) => Vec::new(),
+                };
+                self.sources(found, x, cells.snapshots, cells.noise_w.map(|w| w[cell]))
+            })
+            .collect())
+    }
+
+    /// Values of one cell.
+    fn check_data(&self, cells: &Cells<'_>) -> Result<usize> {
         let n = self.manifold.channels();
         let values = cells.snapshots * n;
-        let bad_size = |what: String| BadInput::new(what).key("snapshots").value(cells.data.len());
-        if values == 0 || cells.data.len() % values != 0 {
-            return Err(
-                bad_size(format!("cells of {} snapshots of {n} channels are due", cells.snapshots)).into()
-            );
+        if values == 0 || !cells.data.len().is_multiple_of(values) {
+            let due = format!("cells of {} snapshots of {n} channels are due", cells.snapshots);
+            return Err(BadInput::new(due).key("snapshots").value(cells.data.len()).into());
         }
         let count = cells.data.len() / values;
-        if count == 0 {
-            return Ok(0);
-        }
         if let Some(w) = cells.noise_w
-            && (w.len() != count || w.iter().any(|w| !(*w >= 0.0)))
+            && (w.len() != count || w.iter().any(|w| w.is_nan() || *w < 0.0))
         {
             return Err(BadInput::new("each cell needs its noise power")
                 .key("noise_w")
@@ -407,65 +379,120 @@ impl Estimator {
                 .value(cells.data[i])
                 .into());
         }
-        let view = self.view(cells.snapshots);
-        let looks = cells.snapshots * view.sets.len() * (1 + usize::from(view.mirror.is_some()));
-        let needed = match self.options.sources {
-            SourceNumber::Given(m) => m,
-            // One source takes one look, and telling it from noise one more.
-            SourceNumber::Found(_) => 2,
-        };
-        let subspace = self.options.method.uses_subspace() || self.options.sources_are_found();
-        if subspace && looks < needed {
-            return Err(BadInput::new(format!(
-                "{} cannot tell {} from this cell",
-                self.options.method.name(),
-                if needed == 1 { "a source".into() } else { format!("{needed} sources") }
-            ))
-            .key("snapshots")
-            .value(cells.snapshots)
-            .allowed(format!("{needed} or more, as this array gives no subarrays here"))
-            .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
-            .into());
-        }
         Ok(values)
     }
 
-    fn prepare(&self, view: &View, x: &[Complex64], snapshots: usize) -> Result<Prepared> {
+    /// The same, where the cells also have to suffice for the method.
+    fn check(&self, cells: &Cells<'_>) -> Result<()> {
+        self.check_data(cells)?;
+        let o = &self.options;
+        let needed = match o.sources {
+            SourceNumber::Given(m) => m,
+            // One source takes one look, and telling it from noise one more.
+            SourceNumber::Found(_) => 2,
+            SourceNumber::Residual { .. } => 1,
+        };
+        if matches!(o.sources, SourceNumber::Residual { .. }) && cells.noise_w.is_none() {
+            return Err(BadInput::new(
+                "the number of sources by residual needs the noise power of each cell",
+            )
+            .key("noise_w")
+            .remedy("give it, or the number of sources")
+            .into());
+        }
+        let criterion = matches!(o.sources, SourceNumber::Found(_));
+        if (o.method.uses_subspace() || criterion)
+            && self.view(cells.snapshots).count(cells.snapshots) < needed
+        {
+            let what = if needed == 1 { "a source".into() } else { format!("{needed} sources") };
+            let bad = BadInput::new(format!("{} cannot tell {what} from this cell", o.method.name()))
+                .key("snapshots")
+                .value(cells.snapshots);
+            return Err(if o.method.uses_subspace() {
+                bad.allowed(format!("{needed} or more, as this array gives no subarrays here"))
+                    .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+            } else {
+                bad.allowed(format!("{needed} or more for an information criterion"))
+                    .remedy("give the number of sources, or let the residual tell it")
+            }
+            .into());
+        }
+        Ok(())
+    }
+
+    /// Sources, and where they are, until the residual is noise or an error of the model.
+    fn by_residual(&self, x: &[Complex64], snapshots: usize, noise_w: f64, o: [f64; 2]) -> Vec<(f64, f64)> {
+        let [false_alarm, model_error] = o;
+        let n = self.manifold.channels();
+        let r = covariance(x, n);
+        let total: f64 = (0..n).map(|c| r[(c, c)].re).sum();
+        let factor = plain_factor(x, n);
+        let angles = self.axes.iter().filter(|a| **a).count() as f64;
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        while found.len() < self.options.max_sources.min(n - 1) {
+            let k = found.len();
+            let left = match k {
+                0 => total,
+                _ => fit(&self.manifold.matrix(&found), &r).noise_w * (n - k) as f64,
+            };
+            // An angle takes half a complex degree of freedom.
+            let freedom = (snapshots * (n - k)) as f64 - 0.5 * angles * k as f64;
+            let chance = residual_probability(left, noise_w, snapshots as f64, freedom);
+            if left <= model_error * total || chance >= false_alarm {
+                break;
+            }
+            found = alternating_projection(&self.manifold, &self.grid, &self.table, &factor, found, k + 1);
+        }
+        found
+    }
+
+    fn prepare(
+        &self,
+        view: &View,
+        x: &[Complex64],
+        snapshots: usize,
+        noise_w: Option<f64>,
+    ) -> Result<Prepared> {
         let o = &self.options;
         let n = self.manifold.channels();
-        // Bartlett and maximum likelihood with a given number need no covariance of their own.
+        let mut known = match o.sources {
+            SourceNumber::Given(m) => Some(m),
+            _ => None,
+        };
+        if let SourceNumber::Residual { false_alarm, model_error } = o.sources {
+            let found = self.by_residual(x, snapshots, noise_w.unwrap_or(0.0), [false_alarm, model_error]);
+            if o.method == Method::Ml || found.is_empty() {
+                return Ok(Prepared::Directions(found));
+            }
+            known = Some(found.len());
+        }
+        // Bartlett and maximum likelihood with a known number need no covariance of their own.
         if matches!(o.method, Method::Bartlett | Method::Ml) {
-            let count = match o.sources {
-                SourceNumber::Given(m) => m,
-                SourceNumber::Found(c) => {
+            let count = match (known, o.sources) {
+                (None, SourceNumber::Found(c)) => {
                     let values = eigen(&covariance(x, n))?.values;
                     source_number(&values, snapshots as f64, c, false).min(o.max_sources)
                 }
+                _ => known.unwrap_or(0),
             };
-            let factor = if snapshots <= n {
-                let scale = 1.0 / (snapshots as f64).sqrt();
-                Matrix::from_fn(n, snapshots, |c, t| x[t * n + c] * scale)
-            } else {
-                square_root(&eigen(&covariance(x, n))?)
-            };
+            let factor =
+                if snapshots <= n { plain_factor(x, n) } else { square_root(&eigen(&covariance(x, n))?) };
             return Ok(Prepared::Form { factor, count });
         }
         let looks = view.looks(x, n);
         let m = view.manifold.channels();
         let mut r = covariance(&looks, m);
-        let sets = view.sets.len() * snapshots;
         let fb = view.mirror.is_some();
-        let count = |e: &Eigen| match o.sources {
-            SourceNumber::Given(m) => m,
-            SourceNumber::Found(c) => {
-                source_number(&e.values, sets as f64, c, fb).min(o.max_sources).min(m - 1)
+        let most = view.most_sources(o.method).min(view.count(snapshots));
+        let count = |values: &[f64]| match (known, o.sources) {
+            (None, SourceNumber::Found(c)) => {
+                let sets = (view.sets.len() * snapshots) as f64;
+                source_number(values, sets, c, fb).min(o.max_sources).min(most)
             }
+            _ => known.unwrap_or(0).min(if o.method.uses_subspace() { most } else { m }),
         };
         if o.method == Method::Capon {
-            let found = match o.sources {
-                SourceNumber::Given(m) => m,
-                SourceNumber::Found(_) => count(&eigen(&r)?),
-            };
+            let found = if known.is_some() { count(&[]) } else { count(&eigen(&r)?.values) };
             load(&mut r, o.loading);
             let e = eigen(&r)?;
             // A cell without any power has no directions.
@@ -474,11 +501,12 @@ impl Estimator {
             }
             return Ok(Prepared::Form { factor: doa_capon::factor(&e)?, count: found });
         }
-        if let (Method::BiSvd { forgetting }, SourceNumber::Given(l)) = (o.method, o.sources) {
+        if let (Method::BiSvd { forgetting }, Some(_)) = (o.method, known) {
+            let l = count(&[]);
             return Ok(Prepared::Form { factor: track(&looks, m, l, forgetting)?, count: l });
         }
         let e = eigen(&r)?;
-        let l = if e.values[0] > 0.0 { count(&e) } else { 0 };
+        let l = if e.values[0] > 0.0 { count(&e.values) } else { 0 };
         if l == 0 {
             return Ok(Prepared::Directions(Vec::new()));
         }
@@ -527,7 +555,7 @@ impl Estimator {
                 break;
             }
             let start = (self.grid.azimuth_rad[top % cols], self.grid.elevation_rad[top / cols]);
-            let there = refine(exact, &self.grid, start);
+            let there = refine(exact, &self.grid, start, 1.0);
             // Two neighbours on the grid can run into one hollow.
             let same = |p: &((f64, f64), f64)| (p.0.0 - there.0).hypot(p.0.1 - there.1) < 1e-5;
             if !found.iter().any(same) {
@@ -541,7 +569,7 @@ impl Estimator {
         }
         let found: Vec<(f64, f64)> = found.into_iter().map(|p| p.0).collect();
         if o.method == Method::Ml && count > 0 {
-            return alternating_projection(&self.manifold, &self.grid, factor, found, count);
+            return alternating_projection(&self.manifold, &self.grid, &self.table, factor, found, count);
         }
         found
     }
@@ -583,104 +611,44 @@ impl Estimator {
         out
     }
 
-    /// Whether another peak of |a^H(there) a(here)|/N on the grid comes up to 0.98.
+    /// Whether another peak of |a^H(there) a(here)|/N on the grid comes up to 0.98 (eq. 99).
     fn is_ambiguous(&self, azimuth_rad: f64, elevation_rad: f64) -> bool {
         let n = self.manifold.channels();
         let here = self.manifold.steering(azimuth_rad, elevation_rad);
         let likeness = |a: &[Complex64]| {
-            -a.iter().zip(&here).map(|(a, h)| a.conj() * h).sum::<Complex64>().norm() / n as f64
+            -a.iter().zip(&here).map(|(a, h)| a.conj() * h).sum::<Complex64>().norm_sqr() / (n * n) as f64
         };
         let cost: Vec<f64> = self.table.data.chunks_exact(n).map(likeness).collect();
         let cols = self.grid.azimuth_rad.len();
-        minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.8).any(|i| {
-            let start = (self.grid.azimuth_rad[i % cols], self.grid.elevation_rad[i / cols]);
-            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, start);
-            let off = (there.0 - azimuth_rad).hypot(there.1 - elevation_rad);
-            off > 1e-3 && likeness(&self.manifold.steering(there.0, there.1)) < -0.98
+        let place = |i: usize| (self.grid.azimuth_rad[i % cols], self.grid.elevation_rad[i / cols]);
+        let step = |axis: &[f64]| (axis[axis.len() - 1] - axis[0]).abs() / (axis.len().max(2) - 1) as f64;
+        let (across, up) = (step(&self.grid.azimuth_rad), step(&self.grid.elevation_rad));
+        let own = |p: (f64, f64)| {
+            (p.0 - azimuth_rad).abs() <= 2.0 * across && (p.1 - elevation_rad).abs() <= 2.0 * up + 1e-6
+        };
+        minima(&cost, &self.grid).into_iter().take_while(|i| cost[*i] < -0.64).any(|i| {
+            if own(place(i)) {
+                return false;
+            }
+            let there = refine(|a, e| likeness(&self.manifold.steering(a, e)), &self.grid, place(i), 1.0);
+            !own(there) && likeness(&self.manifold.steering(there.0, there.1)) < -0.98 * 0.98
         })
     }
 }
 
-impl Options {
-    fn sources_are_found(&self) -> bool {
-        matches!(self.sources, SourceNumber::Found(_))
-    }
-}
-
-impl View {
-    fn whole(manifold: &Manifold, grid: &Grid, o: &Options, lattice: Option<&Lattice>) -> Result<View> {
-        let gridless = o.method.is_gridless();
-        let fb = o.forward_backward == Some(true) && o.method.averages_subarrays();
-        if let (true, Some(l)) = (gridless, lattice) {
-            return View::smoothed(manifold, grid, &Options { forward_backward: Some(fb), ..*o }, l, l.size);
-        }
-        let mirror = if fb {
-            Some(manifold.mirrored().filter(|_| !manifold.is_near_field()).ok_or_else(|| {
-                BadInput::new(
-                    "forward-backward averaging needs an array that is its own mirror image, far away",
-                )
-                .key("forward_backward")
-                .value(true)
-                .remedy("leave it out")
-            })?)
-        } else {
-            None
-        };
-        let (manifold, equaliser) =
-            if fb { (manifold.ideal(), equaliser(manifold)) } else { (manifold.clone(), None) };
-        let steering = Steering::new(&manifold, grid);
-        let sets = vec![(0..manifold.channels()).collect()];
-        Ok(View { sets, equaliser, mirror, manifold, steering, lattice: None })
-    }
-
-    fn smoothed(
-        manifold: &Manifold,
-        grid: &Grid,
-        o: &Options,
-        lattice: &Lattice,
-        size: [usize; 2],
-    ) -> Result<View> {
-        let sets = subarrays(lattice, size)?;
-        let elements = sets[0].len();
-        let fb = o.forward_backward.unwrap_or(true);
-        let part = manifold.ideal().subset(&sets[0]);
-        let steering = Steering::new(&part, grid);
-        let steps = lattice.step_m;
-        let channel = (0..elements).collect();
-        Ok(View {
-            sets,
-            equaliser: equaliser(manifold),
-            mirror: fb.then(|| (0..elements).rev().collect()),
-            manifold: part,
-            steering,
-            lattice: Some(Lattice { size, step_m: steps, channel }),
-        })
-    }
-
-    /// Snapshots of all subarrays, forward and backward, `[look, element]`.
-    fn looks(&self, x: &[Complex64], channels: usize) -> Vec<Complex64> {
-        let even: Vec<Complex64> = match &self.equaliser {
-            Some(g) => x.iter().enumerate().map(|(i, z)| z / g[i % channels]).collect(),
-            None => x.to_vec(),
-        };
-        let parts = subarray_snapshots(&even, channels, &self.sets);
-        match &self.mirror {
-            Some(m) => with_backward(&parts, self.manifold.channels(), m),
-            None => parts,
+impl Prepared {
+    fn factor(&self) -> Option<&Matrix> {
+        match self {
+            Prepared::Form { factor, .. } => Some(factor),
+            Prepared::Directions(_) => None,
         }
     }
-}
-
-/// None for an array that is ideal already.
-fn equaliser(manifold: &Manifold) -> Option<Vec<Complex64>> {
-    let g = manifold.mean_gains();
-    g.iter().any(|g| *g != Complex64::ONE).then_some(g)
 }
 
 fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) -> Result<()> {
     let shape = if method == Method::RootMusic { "a uniform line" } else { "a uniform line or rectangle" };
     let fits = lattice.is_some_and(|l| method == Method::Esprit || l.size[0] == 1);
-    if fits && !manifold.is_near_field() {
+    if fits && manifold.range_m().is_none() {
         return Ok(());
     }
     Err(BadInput::new(format!("{} needs {shape} and sources far away", method.name()))
@@ -689,17 +657,32 @@ fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) ->
         .into())
 }
 
-fn check_count(method: Method, sources: usize, channels: usize) -> Result<()> {
-    // As many sources as channels explain everything.
-    let most = channels - 1;
-    if sources >= 1 && (sources <= most || method == Method::Bartlett || (channels == 1 && sources == 1)) {
+fn check_share(key: &str, share: f64, least: f64) -> Result<()> {
+    if (least..1.0).contains(&share) {
         return Ok(());
     }
-    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({channels})", method.name()))
+    let allowed = if least > 0.0 { "above 0 and below 1" } else { "0 or more and below 1" };
+    Err(BadInput::new("not a share").key(key).value(share).allowed(allowed).into())
+}
+
+fn check_count(method: Method, sources: usize, view: &View) -> Result<()> {
+    let most = view.most_sources(method);
+    if (1..=most).contains(&sources) {
+        return Ok(());
+    }
+    let elements = view.manifold.channels();
+    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({elements})", method.name()))
         .key("sources")
         .value(sources)
-        .allowed(format!("1 to {most}"))
+        .allowed(if most == usize::MAX { "1 or more".into() } else { format!("1 to {most}") })
         .into())
+}
+
+/// F of R = mean of x x^H without forming R: a column for each snapshot.
+fn plain_factor(x: &[Complex64], channels: usize) -> Matrix {
+    let snapshots = x.len() / channels;
+    let scale = 1.0 / (snapshots as f64).sqrt();
+    Matrix::from_fn(channels, snapshots, |c, t| x[t * channels + c] * scale)
 }
 
 /// F with F F^H = R; columns of eigenvalues that are rounding are left out.
@@ -709,14 +692,22 @@ fn square_root(e: &Eigen) -> Matrix {
     Matrix::from_fn(n, rank, |i, j| e.vectors[(i, j)] * e.values[j].max(0.0).sqrt())
 }
 
-/// Noise subspace after the tracker has seen all looks, over and over until its memory is filled
-/// tenfold.
+/// Noise subspace after the tracker has seen all looks, over and over until a round of them leaves
+/// the subspace where it was, or its memory has been filled tenfold.
 fn track(looks: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Matrix> {
+    const SAME_RAD: f64 = 1e-6;
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;
     let count = looks.len() / channels;
-    let passes = (10.0 / (1.0 - forgetting) / count as f64).ceil().clamp(1.0, 1e4) as usize;
-    for _ in 0..passes {
+    let rounds = (10.0 / (1.0 - forgetting) / count as f64).ceil().clamp(4.0, 1e4) as usize;
+    let mut before = tracker.basis();
+    for _ in 0..rounds {
         looks.chunks_exact(channels).for_each(|x| tracker.update(x));
+        let now = tracker.basis();
+        let turned = &now - &before * (before.adjoint() * &now);
+        if turned.norm_l2() < SAME_RAD {
+            break;
+        }
+        before = now;
     }
-    complement(&tracker.basis())
+    complement(&before)
 }

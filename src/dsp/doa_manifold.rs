@@ -132,8 +132,9 @@ impl Manifold {
         self.tx_m[channel] + self.rx_m[channel]
     }
 
-    pub fn is_near_field(&self) -> bool {
-        self.range_m.is_some()
+    /// Distance of the sources, if it is not infinite.
+    pub fn range_m(&self) -> Option<f64> {
+        self.range_m
     }
 
     pub fn is_calibrated(&self) -> bool {

@@ -1,48 +1,118 @@
 //! Deterministic maximum likelihood (CONVENTIONS eq. 94): the directions whose steering vectors hold
-//! most of the measured power. One source is the matched filter against the manifold or S_cal; several are found by
-//! alternating projection (Ziskind & Wax, IEEE Trans. ASSP-36, 1553, 1988). Coherent sources and single
-//! snapshots do no harm.
+//! most of the measured power. One source is the matched filter against the manifold or S_cal; several
+//! are found by alternating projection (Ziskind & Wax, IEEE Trans. ASSP-36, 1553, 1988). Coherent
+//! sources and single snapshots do no harm.
 
 use super::doa_beamform::Grid;
 use super::doa_manifold::{Manifold, Matrix};
 use super::doa_search::{minima, refine};
+use super::doa_spectrum::{Steering, form};
 use num_complex::Complex64;
 
 /// Adds sources to `found` (directions from the strongest maximum of the plain matched filter) until
 /// there are `count`, then moves each in turn to its best place given the others. `factor`: F with
-/// F F^H = R.
+/// F F^H = R. `table`: the manifold's steering vectors over the grid.
+///
+/// Where lobes of the array add up (sparse arrays, coherent sources), the strongest maximum may belong
+/// to no source: other maxima within 3 dB of it are tried as the first one too, and the best fit is
+/// kept.
 pub fn alternating_projection(
     manifold: &Manifold,
     grid: &Grid,
+    table: &Steering,
     factor: &Matrix,
     found: Vec<(f64, f64)>,
     count: usize,
 ) -> Vec<(f64, f64)> {
-    // Changes below a thousandth of the least step that `refine` takes are rounding.
-    const SAME: f64 = 1e-9;
+    // What `refine` is good for.
+    const SAME: f64 = 1e-8;
     const SWEEPS: usize = 100;
-    let mut found = found;
-    while found.len() < count {
-        let others = Others::new(manifold, factor, &found);
-        found.push(others.best(manifold, grid));
+    const STARTS: usize = 6;
+    let look = Look { manifold, grid, table, factor };
+    if count < 2 {
+        return if found.len() < count { look.grown(found, count) } else { found };
     }
-    for sweep in 0..if count > 1 { SWEEPS } else { 0 } {
-        let mut moved = 0.0f64;
-        for s in 0..count {
-            let mut rest = found.clone();
-            let here = rest.remove(s);
-            let others = Others::new(manifold, factor, &rest);
-            // The first sweeps look everywhere, as a wrong first guess can hold the others.
-            let from = if sweep < 2 { others.best(manifold, grid) } else { here };
-            let there = refine(|a, e| others.cost(&manifold.steering(a, e)), grid, from);
-            moved = moved.max((there.0 - here.0).abs()).max((there.1 - here.1).abs());
-            found[s] = there;
-        }
-        if moved < SAME {
+    let mut starts = Vec::new();
+    let alone = Others::new(manifold, factor, &[]);
+    let cost: Vec<f64> = table.data.chunks_exact(table.channels).map(|a| alone.cost(a)).collect();
+    let tops = minima(&cost, grid);
+    let enough = |i: &&usize| cost[**i] <= 0.5 * cost[tops[0]];
+    // The strongest is what `found` begins with.
+    let skip = usize::from(!found.is_empty());
+    starts.push(found);
+    starts.extend(tops.iter().skip(skip).take_while(enough).take(STARTS).map(|i| vec![look.direction(*i)]));
+    let best = starts
+        .into_iter()
+        .map(|s| {
+            let mut s = look.grown(s, count);
+            // The first sweeps look everywhere, as a wrong guess can hold the others.
+            look.sweep(&mut s, true);
+            look.sweep(&mut s, true);
+            (look.explained(&s), s)
+        })
+        .reduce(|a, b| if b.0 > a.0 * (1.0 + 1e-9) { b } else { a });
+    let mut found = best.map_or(Vec::new(), |b| b.1);
+    for _ in 0..SWEEPS {
+        if look.sweep(&mut found, false) < SAME {
             break;
         }
     }
     found
+}
+
+/// Where and on what to look.
+struct Look<'a> {
+    manifold: &'a Manifold,
+    grid: &'a Grid,
+    table: &'a Steering,
+    factor: &'a Matrix,
+}
+
+impl Look<'_> {
+    fn direction(&self, index: usize) -> (f64, f64) {
+        let cols = self.grid.azimuth_rad.len();
+        (self.grid.azimuth_rad[index % cols], self.grid.elevation_rad[index / cols])
+    }
+
+    fn grown(&self, mut found: Vec<(f64, f64)>, count: usize) -> Vec<(f64, f64)> {
+        while found.len() < count {
+            let others = Others::new(self.manifold, self.factor, &found);
+            found.push(self.best(&others));
+        }
+        found
+    }
+
+    /// Each source to its best place given the others; returns the largest move in rad.
+    fn sweep(&self, found: &mut [(f64, f64)], everywhere: bool) -> f64 {
+        let mut moved = 0.0f64;
+        for s in 0..found.len() {
+            let here = found[s];
+            let rest: Vec<(f64, f64)> =
+                found.iter().enumerate().filter(|(i, _)| *i != s).map(|(_, d)| *d).collect();
+            let others = Others::new(self.manifold, self.factor, &rest);
+            let there = if everywhere { self.best(&others) } else { self.refined(&others, here, 0.05) };
+            moved = moved.max((there.0 - here.0).abs()).max((there.1 - here.1).abs());
+            found[s] = there;
+        }
+        moved
+    }
+
+    fn best(&self, others: &Others) -> (f64, f64) {
+        let cost: Vec<f64> =
+            self.table.data.chunks_exact(self.table.channels).map(|a| others.cost(a)).collect();
+        let top = minima(&cost, self.grid).first().copied().unwrap_or(0);
+        self.refined(others, self.direction(top), 1.0)
+    }
+
+    fn refined(&self, others: &Others, from: (f64, f64), scale: f64) -> (f64, f64) {
+        refine(|a, e| others.cost(&self.manifold.steering(a, e)), self.grid, from, scale)
+    }
+
+    /// tr(P_A R).
+    fn explained(&self, found: &[(f64, f64)]) -> f64 {
+        let q = self.manifold.matrix(found).qr().compute_thin_Q();
+        (q.adjoint() * self.factor).squared_norm_l2()
+    }
 }
 
 /// What the other sources leave.
@@ -63,24 +133,9 @@ impl Others {
 
     /// -b^H R b/|b|^2 with b the part of the steering vector that the others do not explain.
     fn cost(&self, a: &[Complex64]) -> f64 {
-        let project = |m: &Matrix| -> f64 {
-            (0..m.ncols())
-                .map(|j| {
-                    a.iter().enumerate().map(|(c, a)| m[(c, j)].conj() * a).sum::<Complex64>().norm_sqr()
-                })
-                .sum()
-        };
         let own: f64 = a.iter().map(|z| z.norm_sqr()).sum();
-        let free = own - self.basis.as_ref().map_or(0.0, project);
+        let free = own - self.basis.as_ref().map_or(0.0, |q| form(q, a));
         // Next to another source nothing of the vector is left but rounding.
-        if free < 1e-9 * own { 0.0 } else { -project(&self.factor) / free }
-    }
-
-    fn best(&self, manifold: &Manifold, grid: &Grid) -> (f64, f64) {
-        let angles: Vec<(f64, f64)> =
-            grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e))).collect();
-        let cost: Vec<f64> = angles.iter().map(|(a, e)| self.cost(&manifold.steering(*a, *e))).collect();
-        let start = minima(&cost, grid).first().map_or((0.0, 0.0), |i| angles[*i]);
-        refine(|a, e| self.cost(&manifold.steering(a, e)), grid, start)
+        if free < 1e-9 * own { 0.0 } else { -form(&self.factor, a) / free }
     }
 }

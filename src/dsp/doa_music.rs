@@ -1,10 +1,10 @@
-//! MUSIC (CONVENTIONS eq. 94): spectrum N/(a^H E_n E_n^H a) of the noise subspace (Schmidt, IEEE Trans. AP-34, 276,
-//! 1986), and root-MUSIC, which finds its peaks on a uniform line as roots of a polynomial (Barabell, ICASSP 1983).
+//! MUSIC (CONVENTIONS eq. 94): spectrum N/(a^H E_n E_n^H a) of the noise subspace (Schmidt, IEEE Trans.
+//! AP-34, 276, 1986), and root-MUSIC (eq. 95), which finds its peaks on a uniform line as roots of a
+//! polynomial (Barabell, ICASSP 1983).
 
 use super::doa_manifold::Matrix;
 use crate::error::{Error, Result};
 use num_complex::Complex64;
-use std::f64::consts::PI;
 
 /// Orthonormal columns that span what the orthonormal columns of `signal` leave.
 ///
@@ -90,8 +90,10 @@ pub fn polynomial_roots(coefficients: &[Complex64]) -> Result<Vec<Complex64>> {
 }
 
 /// Phase in (-pi, pi].
+#[cfg(test)]
 pub(super) fn wrapped(phase: f64) -> f64 {
-    PI - (PI - phase).rem_euclid(2.0 * PI)
+    use std::f64::consts::{PI, TAU};
+    PI - (PI - phase).rem_euclid(TAU)
 }
 
 #[cfg(test)]

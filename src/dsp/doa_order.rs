@@ -1,5 +1,7 @@
 //! How many sources a covariance holds (CONVENTIONS eq. 93).
 
+use statrs::function::gamma::gamma_ur;
+
 /// Information criterion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
@@ -40,6 +42,17 @@ pub fn source_number(eigenvalues: &[f64], looks: f64, criterion: Criterion, forw
     (0..rank).map(|k| (score(k), k)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |s| s.1)
 }
 
+/// Probability that noise alone leaves as much power as `residual_w` (sum over channels, mean over
+/// snapshots) where the noise power of a channel is known: the residual over it, times `snapshots`, is
+/// gamma distributed with `freedom` complex degrees of freedom.
+pub fn residual_probability(residual_w: f64, noise_w: f64, snapshots: f64, freedom: f64) -> f64 {
+    let x = residual_w * snapshots / noise_w;
+    if x.is_nan() || x <= 0.0 {
+        return 1.0;
+    }
+    if x.is_infinite() { 0.0 } else { gamma_ur(freedom.max(0.5), x) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,5 +82,16 @@ mod tests {
             let found = source_number(&[3.0, 1.0], looks, Criterion::Mdl, false);
             assert_eq!(found, usize::from(gain(looks) > 0.0), "{looks}");
         }
+    }
+
+    #[test]
+    fn probability_of_one_and_two_degrees() {
+        // Exponential: e^-x; two: (1 + x) e^-x.
+        let p = residual_probability(6.0, 2.0, 1.0, 1.0);
+        assert!((p - (-3.0f64).exp()).abs() < 1e-12);
+        let p = residual_probability(3.0, 2.0, 2.0, 2.0);
+        assert!((p - 4.0 * (-3.0f64).exp()).abs() < 1e-12);
+        assert_eq!(residual_probability(0.0, 2.0, 1.0, 1.0), 1.0);
+        assert_eq!(residual_probability(1.0, 0.0, 1.0, 1.0), 0.0);
     }
 }

@@ -22,53 +22,77 @@ pub fn minima<T: Copy + PartialOrd>(cost: &[T], grid: &Grid) -> Vec<usize> {
     found
 }
 
-/// Moves from a point of the grid to the minimum of a smooth `cost` of (azimuth, elevation) next to
-/// it: parabolas along each axis with steps that shrink to 1e-7 rad. Stays within the grid; an axis
-/// of one value stays fixed.
-pub fn refine(cost: impl Fn(f64, f64) -> f64, grid: &Grid, start: (f64, f64)) -> (f64, f64) {
-    const FINEST: f64 = 1e-7;
+/// Moves from a point of the grid to the minimum of a smooth `cost` of (azimuth, elevation) next to it:
+/// vertices of the paraboloid through a stencil (with its cross term) whose size shrinks from `scale`
+/// steps of the grid to 1e-5 rad, where the vertex is right to some 1e-8. Stays within the grid; an
+/// axis of one value stays fixed.
+pub fn refine(cost: impl Fn(f64, f64) -> f64, grid: &Grid, start: (f64, f64), scale: f64) -> (f64, f64) {
+    const FINEST: f64 = 1e-5;
     let axes = [&grid.azimuth_rad, &grid.elevation_rad];
-    let limits = axes.map(|a| (a[0], a[a.len() - 1]));
-    let mut step = axes.map(|a| (a[a.len() - 1] - a[0]).abs() / (a.len().max(2) - 1) as f64);
-    let mut at = [start.0, start.1];
-    let mut value = cost(at[0], at[1]);
-    for _ in 0..60 {
-        let mut moved = 0.0f64;
-        for axis in 0..2 {
-            let h = step[axis];
-            if h <= 0.0 {
-                continue;
+    let limits = axes.map(|a| (a[0].min(a[a.len() - 1]), a[0].max(a[a.len() - 1])));
+    let mut step = axes.map(|a| scale * (a[a.len() - 1] - a[0]).abs() / (a.len().max(2) - 1) as f64);
+    let free: Vec<usize> = (0..2).filter(|k| step[*k] > 0.0).collect();
+    let at = |p: [f64; 2]| {
+        let p = [p[0].clamp(limits[0].0, limits[0].1), p[1].clamp(limits[1].0, limits[1].1)];
+        (p, cost(p[0], p[1]))
+    };
+    let mut best = at([start.0, start.1]);
+    for _ in 0..40 {
+        let centre = best;
+        let beside = |k: usize, sign: f64| {
+            let mut p = centre.0;
+            p[k] += sign * step[k];
+            at(p)
+        };
+        // Slopes and curvatures in steps.
+        let (mut slope, mut bend, mut cross) = ([0.0; 2], [0.0; 2], 0.0);
+        let mut lowest = centre;
+        let mut keep = |p: ([f64; 2], f64)| {
+            if p.1 < lowest.1 {
+                lowest = p;
             }
-            let try_at = |x: f64| {
-                let mut p = at;
-                p[axis] = x.clamp(limits[axis].0, limits[axis].1);
-                (p, cost(p[0], p[1]))
-            };
-            let (low, high) = (try_at(at[axis] - h), try_at(at[axis] + h));
-            let curvature = low.1 + high.1 - 2.0 * value;
-            let mut best = (at, value);
-            let slope = low.1 - high.1;
-            let vertex = if curvature > 0.0 {
-                try_at(at[axis] + 0.5 * h * (slope / curvature).clamp(-2.0, 2.0))
-            } else {
-                low
-            };
-            for candidate in [low, high, vertex] {
-                if candidate.1 < best.1 {
-                    best = candidate;
-                }
+            p.1
+        };
+        let mut ahead = [centre.1; 2];
+        for &k in &free {
+            let (low, high) = (keep(beside(k, -1.0)), keep(beside(k, 1.0)));
+            (slope[k], bend[k], ahead[k]) = (0.5 * (high - low), high + low - 2.0 * centre.1, high);
+        }
+        if free.len() == 2 {
+            let corner = keep(at([centre.0[0] + step[0], centre.0[1] + step[1]]));
+            cross = corner - ahead[0] - ahead[1] + centre.1;
+        }
+        let det = bend[0] * bend[1] - cross * cross;
+        let vertex = match free[..] {
+            [k] if bend[k] > 0.0 => {
+                let mut v = [0.0; 2];
+                v[k] = -slope[k] / bend[k];
+                Some(v)
             }
-            moved = moved.max((best.0[axis] - at[axis]).abs() / h);
-            (at, value) = best;
+            [_, _] if det > 0.0 && bend[0] > 0.0 => Some([
+                (cross * slope[1] - bend[1] * slope[0]) / det,
+                (cross * slope[0] - bend[0] * slope[1]) / det,
+            ]),
+            _ => None,
+        };
+        let mut settled = lowest.1 >= centre.1;
+        if let Some(v) = vertex {
+            let v = v.map(|v| v.clamp(-2.0, 2.0));
+            let there = at([centre.0[0] + v[0] * step[0], centre.0[1] + v[1] * step[1]]);
+            if there.1 < lowest.1 {
+                lowest = there;
+            }
+            settled |= v.iter().all(|v| v.abs() < 0.5);
         }
-        if moved < 0.5 {
-            step = step.map(|h| 0.2 * h);
-        }
-        if step.iter().all(|h| *h < FINEST) {
-            break;
+        best = lowest;
+        if settled {
+            if free.iter().all(|k| step[*k] <= FINEST) {
+                break;
+            }
+            step = step.map(|h| (0.1 * h).max(if h > 0.0 { FINEST } else { 0.0 }));
         }
     }
-    (at[0], at[1])
+    (best.0[0], best.0[1])
 }
 
 #[cfg(test)]
@@ -94,16 +118,16 @@ mod tests {
             g.elevation_rad.iter().flat_map(|e| g.azimuth_rad.iter().map(move |a| cost(*a, *e))).collect();
         let tops = minima(&table, &g);
         let at = |i: usize| (g.azimuth_rad[i % 41], g.elevation_rad[i / 41]);
-        let first = refine(cost, &g, at(tops[0]));
+        let first = refine(cost, &g, at(tops[0]), 1.0);
         assert!((first.0 - 0.333).abs() < 1e-6 && (first.1 + 0.21).abs() < 1e-6, "{first:?}");
-        let second = refine(cost, &g, at(tops[1]));
+        let second = refine(cost, &g, at(tops[1]), 1.0);
         assert!((second.0 + 0.61).abs() < 1e-6 && (second.1 - 0.4).abs() < 1e-6, "{second:?}");
     }
 
     #[test]
     fn borders_hold_and_plateaus_count_once() {
         let g = Grid { azimuth_rad: vec![-0.1, 0.0, 0.1], elevation_rad: vec![0.3] };
-        assert_eq!(refine(|a, _| -a, &g, (0.0, 0.3)), (0.1, 0.3));
+        assert_eq!(refine(|a, _| -a, &g, (0.0, 0.3), 1.0), (0.1, 0.3));
         assert_eq!(minima(&[1.0, 1.0, 1.0], &g), [0]);
         assert_eq!(minima(&[1.0, 2.0, 0.5], &g), [2, 0]);
     }
