@@ -6,7 +6,7 @@
 
 use crate::adc::synthesis::{Plan, channel_path_m, point_echo};
 use crate::cpu::adc::synthesis::{Control, synthesise};
-use crate::detect::points;
+use crate::detect::locate;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{Snapshots, cfar_ca, cfar_os, window};
 use crate::engine::{AnyCube, Engine, Precision};

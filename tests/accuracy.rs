@@ -5,12 +5,13 @@ use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
 use catseye::cpu;
 use catseye::cpu::adc::synthesis::{Control, synthesise};
-use catseye::detect::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
+use catseye::detect::accuracy::AxisAccuracy;
 use catseye::detect::ambiguity::{Ambiguity, TdmFolds};
-use catseye::detect::points::{Point, detected, peaks, points};
+use catseye::detect::points::peaks;
+use catseye::detect::{Point, locate};
 use catseye::dsp::RangeDoppler;
-use catseye::dsp::doa_beamform::{Beamformer, Grid};
-use catseye::dsp::window;
+use catseye::dsp::doa_beamform::Grid;
+use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::rng::philox4x32_10;
 use catseye::scene::radar::*;
@@ -66,42 +67,6 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
     }
 }
 
-/// What `PointAccuracy` asks of a radar.
-fn accuracy_of(radar: &Radar) -> PointAccuracy {
-    let p = &radar.processing;
-    let axis =
-        |w: Window, n: usize, bins: usize| AxisAccuracy::new(&window::coefficients(w, n).unwrap(), bins);
-    let places: Vec<(DVec3, usize)> = radar
-        .tx
-        .iter()
-        .enumerate()
-        .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
-        .collect();
-    let y: Vec<f64> = places.iter().map(|(p, _)| p.y).collect();
-    let weights = window::at_positions(p.angle_window, &y).unwrap();
-    let elements: Vec<Element> = places
-        .iter()
-        .zip(weights)
-        .map(|((position_m, slot), weight)| Element { position_m: *position_m, weight, slot: *slot })
-        .collect();
-    let k = wavenumber(radar.carrier_hz);
-    let grid = Grid::new(radar).unwrap();
-    let step = |axis: &[f64]| if axis.len() > 1 { axis[1].sin() - axis[0].sin() } else { 0.0 };
-    let sine_step = [step(&grid.azimuth_rad), step(&grid.elevation_rad)];
-    PointAccuracy {
-        range: axis(p.range_window, radar.samples, p.range_fft),
-        doppler: axis(p.doppler_window, radar.chirps, p.doppler_fft),
-        range_bin_m: radar.range_bin_m(),
-        velocity_bin_mps: radar.velocity_bin_mps(),
-        coupling_s: radar.carrier_hz / radar.slope_hz_per_s(),
-        sine_step,
-        sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
-        elements,
-        wavenumber: k,
-        chirp_period_s: radar.chirp_period_s,
-    }
-}
-
 /// The map, its detections and snapshots of one target in noise, and the echo itself.
 fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Returns) {
     let [range, rate, azimuth, elevation] = target;
@@ -112,25 +77,21 @@ fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler
     (cpu::dsp::process(&cube, radar).unwrap().1, returns)
 }
 
-fn measure(radar: &Radar, beam: &Beamformer, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
-    let (found, returns) = chain(radar, target, dbsm, seed);
-    let tops = peaks(radar, &found);
-    let mut snapshots = found.snapshots.clone();
-    snapshots.data.truncate(tops.0.len() * snapshots.channels);
-    let power = cpu::dsp::doa_beamform::spectra(beam, &snapshots, &tops.1);
-    points(radar, &detected(&found, &tops, beam, &power), &returns, &[]).into_iter().next()
+fn measure(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
+    let (found, _) = chain(radar, target, dbsm, seed);
+    let engine = Engine::Cpu(Precision::F64);
+    locate::points(&engine, radar, &mut [found]).unwrap().into_iter().next()
 }
 
 /// Root mean square of error over standard deviation, for targets anywhere between cells and beams, in
 /// range, range rate, azimuth and elevation; and the mean SNR.
 fn normalised_errors(radar: &Radar, dbsm: f64, trials: u64) -> ([f64; 4], f64) {
-    let beam = Beamformer::new(radar).unwrap();
-    let accuracy = accuracy_of(radar);
+    let accuracy = locate::accuracy(radar).unwrap();
     let (mut sums, mut snr) = ([0.0; 4], 0.0);
     for trial in 0..trials {
         let w = philox4x32_10([trial as u32, 0, 0, 0], [7, 0]).map(|w| f64::from(w) / 4_294_967_296.0 - 0.5);
         let target = [12.0 + 2.0 * w[0], 8.0 * w[1], 1.2 * w[2], 0.3 * w[3]];
-        let p = measure(radar, &beam, target, dbsm, trial).expect("a point");
+        let p = measure(radar, target, dbsm, trial).expect("a point");
         let std = accuracy.std(power_from_db(p.snr_db), p.azimuth_rad, p.elevation_rad);
         let ratio = [
             (p.range_m - target[0]) / std.range_m,
@@ -171,12 +132,12 @@ fn points_err_as_much_as_they_say() {
 fn the_array_finds_the_fold() {
     let radar = radar(Window::Hann, Sampling::Iq);
     let channels: Vec<(DVec3, usize)> =
-        accuracy_of(&radar).elements.iter().map(|e| (e.position_m, e.slot)).collect();
+        locate::accuracy(&radar).elements.iter().map(|e| (e.position_m, e.slot)).collect();
     let grid = Grid::new(&radar).unwrap();
     let directions: Vec<(f64, f64)> =
         grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
-    let folds = TdmFolds::new(&channels, radar.tx.len(), k, radar.chirp_period_s, &directions).unwrap();
+    let folds = TdmFolds::new(&channels, radar.tx.len(), k, radar.chirp_period_s(), &directions).unwrap();
     let ambiguity = folds.ambiguity_mps();
     assert!((ambiguity - 2.0 * radar.max_velocity_mps()).abs() < 1e-9);
     println!("folds are {:.2} dB apart", folds.separation_db());

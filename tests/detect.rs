@@ -5,9 +5,10 @@ use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
 use catseye::cpu;
 use catseye::cpu::adc::synthesis::{Control, synthesise};
-use catseye::detect::points::{self, detected, peaks, points};
-use catseye::detect::{Detected, Labeller, Point, files, label};
-use catseye::dsp::doa_beamform::Beamformer;
+use catseye::detect::accuracy::PointStd;
+use catseye::detect::ambiguity::Ambiguity;
+use catseye::detect::{Detected, Labeller, Point, files, label, locate, points};
+use catseye::engine::{Engine, Precision};
 use catseye::formats::csv::Table;
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
@@ -85,12 +86,9 @@ fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
     cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = cpu::dsp::process(&cube, radar).unwrap();
-    let tops = peaks(radar, &found);
-    let beam = Beamformer::new(radar).unwrap();
-    let mut snapshots = found.snapshots.clone();
-    snapshots.data.truncate(tops.0.len() * snapshots.channels);
-    let power = cpu::dsp::doa_beamform::spectra(&beam, &snapshots, &tops.1);
-    points(radar, &detected(&found, &tops, &beam, &power), &returns, objects)
+    let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found]).unwrap();
+    points::label(radar, &mut cloud, &returns, objects);
+    cloud
 }
 
 #[test]
@@ -168,8 +166,11 @@ fn labels_follow_range_rate_and_azimuth() {
             elevation_rad: 0.0,
             power_w: 1e-12,
             noise_w: 1e-15,
+            unfolded_mps: 0.0,
+            ambiguity: Ambiguity::Unresolved,
+            angle_std_rad: None,
         };
-        labeller.label(&points::point(&radar, &d))
+        labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap()))
     };
     assert_eq!(at(20.0, 0.0, 0.0), 1);
     assert_eq!(at(20.0, 0.0, 3.0), 2);
@@ -218,6 +219,9 @@ fn sample_point() -> Point {
         rcs_dbsm: f64::INFINITY,
         object_id: 7,
         class: "car, small".into(),
+        std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
+        beat_std_cells: 0.1,
+        ambiguity: Ambiguity::Resolved,
     }
 }
 
@@ -227,7 +231,8 @@ fn tables_hold_what_the_contract_says() {
     let table = Table::parse("points.csv", String::from_utf8(bytes).unwrap()).unwrap();
     assert_eq!(
         table.header.join(","),
-        "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class"
+        "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
+         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity"
     );
     let p = sample_point();
     for (column, value) in [
@@ -245,6 +250,13 @@ fn tables_hold_what_the_contract_says() {
     ] {
         assert_eq!(table.numbers(column).unwrap(), [value], "{column}");
     }
+    for (column, value) in
+        [("range_std_m", 0.01), ("range_rate_std_mps", 0.02), ("azimuth_std_deg", 0.03f64.to_degrees())]
+    {
+        assert_eq!(table.numbers(column).unwrap(), [value], "{column}");
+    }
+    assert_eq!(table.text("elevation_std_deg").unwrap(), [""]);
+    assert_eq!(table.text("ambiguity").unwrap(), ["resolved"]);
     assert_eq!(table.text("class").unwrap(), ["car, small"]);
 
     let radar = radar();

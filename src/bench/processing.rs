@@ -85,15 +85,17 @@ pub(super) fn w4(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
         relative_l2(found.map.data.iter().copied(), truth.map.data.iter().copied()),
     );
     let bins = truth.map.range_bins;
-    let margin = |i: usize| {
-        let threshold = truth.detection.threshold(i / bins, i % bins);
-        (truth.map.data[i] / threshold - 1.0).abs()
-    };
     let differ: Vec<usize> =
         (0..truth.map.data.len()).filter(|i| truth.detection.mask[*i] != found.detection.mask[*i]).collect();
+    let cells: Vec<dsp::Cell> =
+        differ.iter().map(|i| dsp::Cell { doppler: (i / bins) as u32, range: (i % bins) as u32 }).collect();
+    let noise = cpu::dsp::noise(&truth.map, &radar.processing.cfar, radar.channels(), &cells)?;
+    let close = |(i, noise): (&usize, &f64)| {
+        (truth.map.data[*i] / (noise * truth.detection.ratio[i % bins]) - 1.0).abs() <= TIE
+    };
     sheet.accuracy("mask_cells", truth.map.data.len());
     sheet.accuracy("mask_differs", differ.len());
-    sheet.accuracy("mask_differs_other_than_ties", differ.iter().filter(|i| margin(**i) > TIE).count());
+    sheet.accuracy("mask_differs_other_than_ties", differ.iter().zip(&noise).filter(|x| !close(*x)).count());
     let at: Vec<dsp::Cell> = found.cells.iter().take(rates.len()).copied().collect();
     let snapshots: Snapshots<f64> = cpu::dsp::snapshot::snapshots(&spectrum, &at);
     let beams = cpu::dsp::doa_beamform::spectra(&beam, &snapshots, &rates);

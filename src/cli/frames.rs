@@ -1,10 +1,11 @@
 //! What `simulate`, `process` and `demo` share: the pictures of a frame.
 
+use crate::cpu;
 use crate::dataset::files::Truth;
 use crate::dataset::frame::Frame;
 use crate::dataset::manifest::Axes;
 use crate::detect::Point;
-use crate::dsp::RangeDoppler as Map;
+use crate::dsp::{Cell, RangeDoppler as Map};
 use crate::error::Result;
 use crate::plot::{
     BirdsEye, BirdsEyePoint, FieldOfView, Outline, RangeDoppler, RangeProfile, birds_eye, range_doppler,
@@ -45,7 +46,9 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
     let cells = row * bins..(row + 1) * bins;
     let dbm = |w: f64| dbm_from_w(w);
     let power: Vec<f64> = map.map.data[cells.clone()].iter().map(|p| dbm(*p)).collect();
-    let threshold: Vec<f64> = (0..bins).map(|r| dbm(map.detection.threshold(row, r))).collect();
+    let line: Vec<Cell> = (0..bins).map(|r| Cell { doppler: row as u32, range: r as u32 }).collect();
+    let noise = cpu::dsp::noise(&map.map, &radar.processing.cfar, map.snapshots.channels, &line)?;
+    let threshold: Vec<f64> = noise.iter().zip(&map.detection.ratio).map(|(n, r)| dbm(n * r)).collect();
     let marks: Vec<[f64; 2]> = map
         .cells
         .iter()

@@ -113,7 +113,7 @@ pub struct PointAccuracy {
 }
 
 /// Standard deviations of one point. Angles are None where the array cannot tell them.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PointStd {
     pub range_m: f64,
     pub range_rate_mps: f64,

@@ -173,6 +173,9 @@ mod tests {
             rcs_dbsm: 0.0,
             object_id: 0,
             class: String::new(),
+            std: PointStd::default(),
+            beat_std_cells: 0.0,
+            ambiguity: crate::detect::ambiguity::Ambiguity::Unresolved,
         };
         let std =
             |azimuth_rad| PointStd { range_m: 0.1, range_rate_mps: 0.2, azimuth_rad, elevation_rad: None };
