@@ -282,8 +282,7 @@ pub fn build(doc: &Document<'_>, t: &FrontEndTable, channels: usize) -> Result<F
         doc.in_range(a, Above { low: 0.0, high: 1e-6 }, "give seconds, as in 1e-12; leave it out for none")
             .map(Some)
     };
-    let dbm =
-        |a: &At<f64>| doc.in_range(a, -200.0..=100.0, "give dBm at the receiver's input, as in -30");
+    let dbm = |a: &At<f64>| doc.in_range(a, -200.0..=100.0, "give dBm at the receiver's input, as in -30");
     Ok(FrontEndSettings {
         phase_noise: t.phase_noise.as_ref().map(|p| phase_noise(doc, p)).transpose()?,
         leakage: match &t.leakage {

@@ -140,7 +140,9 @@ mod tests {
         for u in [-3.0, -0.7, 0.0, 0.1, 1.0, 20.0] {
             let b = |order| Butterworth { order, corner_hz: 2e6 }.low_pass(u * 2e6);
             assert!((b(1) - (Complex64::new(1.0, u)).inv()).norm() < 1e-14);
-            assert!((b(2) - (Complex64::new(1.0 - u * u, std::f64::consts::SQRT_2 * u)).inv()).norm() < 1e-14);
+            assert!(
+                (b(2) - (Complex64::new(1.0 - u * u, std::f64::consts::SQRT_2 * u)).inv()).norm() < 1e-14
+            );
         }
         // s/(1 + s).
         let h = Butterworth { order: 1, corner_hz: 1.0 }.high_pass(0.5);

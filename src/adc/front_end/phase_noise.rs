@@ -104,7 +104,8 @@ mod tests {
     fn profile_is_a_line_in_decibels_per_decade() {
         let p = PhaseNoise { offset_hz: vec![1e4, 1e6, 1e7], dbc_per_hz: vec![-80.0, -100.0, -130.0] };
         let db = |f: f64| 10.0 * p.density_per_hz(f).log10();
-        for (f, l) in [(1.0, -80.0), (1e4, -80.0), (1e5, -90.0), (1e6, -100.0), (-1e5, -90.0), (1e9, -130.0)] {
+        for (f, l) in [(1.0, -80.0), (1e4, -80.0), (1e5, -90.0), (1e6, -100.0), (-1e5, -90.0), (1e9, -130.0)]
+        {
             assert!((db(f) - l).abs() < 1e-9, "{f}: {}", db(f));
         }
         assert!((db(10f64.powf(6.5)) + 115.0).abs() < 1e-9);

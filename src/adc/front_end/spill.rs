@@ -43,7 +43,8 @@ pub fn spills(radar: &Radar, settings: &FrontEndSettings) -> Vec<Spill> {
         for tx in &radar.tx {
             for rx in &radar.rx {
                 // From the transmitter to the receiver's image in the cover.
-                let image = DVec3::new(2.0 * b.distance_m - rx.position_m.x, rx.position_m.y, rx.position_m.z);
+                let image =
+                    DVec3::new(2.0 * b.distance_m - rx.position_m.x, rx.position_m.y, rx.position_m.z);
                 let way = image - tx.position_m;
                 let length = way.length();
                 let out = way / length;

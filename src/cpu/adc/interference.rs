@@ -98,8 +98,8 @@ impl<'a> Source<'a> {
             if u >= a.ramp_time_s {
                 continue;
             }
-            let beat_hz = t.start_hz + t.slope_hz_per_s * time
-                - (a.start_hz + a.slope_hz_per_s * u) * (1.0 - beta);
+            let beat_hz =
+                t.start_hz + t.slope_hz_per_s * time - (a.start_hz + a.slope_hz_per_s * u) * (1.0 - beta);
             if filters.stops(t.sampling, t.sample_rate_hz, beat_hz) {
                 continue;
             }

@@ -89,7 +89,14 @@ pub fn apply<T: Precision + Real>(
 }
 
 /// φ at every half sample of a stretch, radians.
-fn draw(p: &PhaseNoise, timing: &Timing, stretch: &Stretch, seed: u64, frame: u32, number: usize) -> Vec<f64> {
+fn draw(
+    p: &PhaseNoise,
+    timing: &Timing,
+    stretch: &Stretch,
+    seed: u64,
+    frame: u32,
+    number: usize,
+) -> Vec<f64> {
     let m = stretch.length;
     let spacing_hz = 2.0 * timing.sample_rate_hz / m as f64;
     let mut lines = vec![Complex64::ZERO; m];
@@ -223,8 +230,9 @@ impl Job<'_> {
         if let Some(a) = around {
             self.delayed_factor(a, s);
         }
-        let late_s =
-            settings.chirp_jitter_rms_s.map_or(0.0, |r| jitter::chirp_start_s(r, self.seed, self.frame, ramp));
+        let late_s = settings
+            .chirp_jitter_rms_s
+            .map_or(0.0, |r| jitter::chirp_start_s(r, self.seed, self.frame, ramp));
         let long = g.samples + 2 * g.margin;
         for (from, to) in from.chunks(long).zip(to.chunks_mut(g.samples)) {
             self.spectrum(from, late_s, around.is_some(), s);
