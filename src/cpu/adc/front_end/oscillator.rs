@@ -22,70 +22,93 @@ use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// The cube without its `margin` samples at both ends of every row, after the oscillator and the clock.
-/// Errors: a margin as long as the row, other ramps than the chain's, a sweep too slow for phase noise.
-pub fn apply<T: Precision + Real>(
-    cube: &Cube<T>,
-    margin: usize,
-    chain: &Chain,
+/// The oscillator and the clock of one frame.
+pub struct Oscillator<'a> {
+    chain: &'a Chain,
     seed: u64,
     frame: u32,
-) -> Result<Cube<T>> {
-    let (s, timing) = (&chain.settings, &chain.timing);
-    if cube.samples <= 2 * margin {
-        let text = format!("a margin of {margin} samples in rows of {} samples", cube.samples);
-        return Err(Error::Failed(text));
-    }
-    let samples = cube.samples - 2 * margin;
-    let mut out = Cube::<T>::zeros(cube.chirps, cube.channels, samples);
-    if s.phase_noise.is_none() && s.chirp_jitter_rms_s.is_none() && s.aperture_jitter_rms_s.is_none() {
-        for (o, row) in out.data.chunks_mut(samples).zip(cube.data.chunks(cube.samples)) {
-            o.copy_from_slice(&row[margin..margin + samples]);
+    margin: usize,
+    samples: usize,
+    /// None when all is off.
+    grid: Option<Grid>,
+    /// φ of each stretch of ramps, drawn when the first of them comes.
+    stretches: Vec<(Stretch, OnceLock<Vec<f64>>)>,
+}
+
+impl<'a> Oscillator<'a> {
+    /// For rows of `row` samples with their margins. Errors: a margin as long as the row, a sweep too slow for
+    /// phase noise.
+    pub fn new(chain: &'a Chain, row: usize, margin: usize, seed: u64, frame: u32) -> Result<Self> {
+        let (s, timing) = (&chain.settings, &chain.timing);
+        if row <= 2 * margin {
+            return Err(Error::Failed(format!("a margin of {margin} samples in rows of {row} samples")));
         }
-        return Ok(out);
+        let samples = row - 2 * margin;
+        let mut o = Oscillator { chain, seed, frame, margin, samples, grid: None, stretches: Vec::new() };
+        if s.phase_noise.is_none() && s.chirp_jitter_rms_s.is_none() && s.aperture_jitter_rms_s.is_none() {
+            return Ok(o);
+        }
+        let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
+        if reach > 2 * samples {
+            return Err(Error::Failed(format!(
+                "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
+                timing.slope_hz_per_s.abs() * samples as f64 / timing.sample_rate_hz,
+                timing.sample_rate_hz
+            )));
+        }
+        let grid = Grid::new(timing, samples, margin, reach);
+        if s.phase_noise.is_some() {
+            let cut = stretches(timing, samples, 2 * grid.n, 2 * grid.n);
+            o.stretches = cut.into_iter().map(|s| (s, OnceLock::new())).collect();
+        }
+        o.grid = Some(grid);
+        Ok(o)
     }
-    let slots = timing.slots;
-    if slots == 0 || cube.channels % slots != 0 || timing.starts_s.len() != cube.chirps * slots {
-        return Err(Error::Failed(format!(
-            "a cube of {} loops and {} channels for {} ramps in {slots} slots",
-            cube.chirps,
-            cube.channels,
-            timing.starts_s.len()
-        )));
+
+    /// Loops from `first_loop` on, without the margins. The cube must fit the chain.
+    pub fn block<T: Precision + Real>(&self, cube: Cube<T>, first_loop: usize) -> Result<Cube<T>> {
+        let row = self.samples + 2 * self.margin;
+        if cube.samples != row {
+            return Err(Error::Failed(format!("rows of {} samples in place of {row}", cube.samples)));
+        }
+        if self.grid.is_none() && self.margin == 0 {
+            return Ok(cube);
+        }
+        let mut out = Cube::<T>::zeros(cube.chirps, cube.channels, self.samples);
+        let Some(grid) = &self.grid else {
+            for (o, row) in out.data.chunks_mut(self.samples).zip(cube.data.chunks(row)) {
+                o.copy_from_slice(&row[self.margin..self.margin + self.samples]);
+            }
+            return Ok(out);
+        };
+        let slots = self.chain.timing.slots;
+        let rows = cube.channels / slots;
+        let job = Job { grid, chain: self.chain, seed: self.seed, frame: self.frame };
+        let first_ramp = first_loop * slots;
+        out.data
+            .par_chunks_mut(rows * self.samples)
+            .zip(cube.data.par_chunks(rows * row))
+            .enumerate()
+            .for_each_init(
+                || Scratch::new(grid),
+                |scratch, (i, (to, from))| {
+                    let ramp = first_ramp + i;
+                    job.ramp(ramp, self.around(ramp), from, to, scratch);
+                },
+            );
+        Ok(out)
     }
-    let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
-    if reach > 2 * samples {
-        return Err(Error::Failed(format!(
-            "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
-            timing.slope_hz_per_s * samples as f64 / timing.sample_rate_hz,
-            timing.sample_rate_hz
-        )));
+
+    /// φ around a ramp; None when there is no phase noise.
+    fn around(&self, ramp: usize) -> Option<Around<'_>> {
+        let noise = self.chain.settings.phase_noise.as_ref()?;
+        let number = self.stretches.partition_point(|(s, _)| s.ramps.end <= ramp);
+        let (stretch, phase) = self.stretches.get(number)?;
+        let draw = || draw(noise, &self.chain.timing, stretch, self.seed, self.frame, number);
+        Some(Around { phase: phase.get_or_init(draw), first: stretch.first[ramp - stretch.ramps.start] })
     }
-    let grid = Grid::new(timing, samples, margin, reach);
-    let rows = cube.channels / slots;
-    let job = Job { grid: &grid, chain, seed, frame };
-    let (long_in, long_out) = (rows * cube.samples, rows * samples);
-    let whole = |ramps| Stretch { ramps, first: Vec::new(), length: 0 };
-    let pieces = match &s.phase_noise {
-        Some(_) => stretches(timing, samples, 2 * grid.n, 2 * grid.n),
-        None => vec![whole(0..timing.starts_s.len())],
-    };
-    for (number, stretch) in pieces.iter().enumerate() {
-        let phase = s.phase_noise.as_ref().map(|p| draw(p, timing, stretch, seed, frame, number));
-        let ramps = stretch.ramps.clone();
-        let from = &cube.data[ramps.start * long_in..ramps.end * long_in];
-        let to = &mut out.data[ramps.start * long_out..ramps.end * long_out];
-        to.par_chunks_mut(long_out).zip(from.par_chunks(long_in)).enumerate().for_each_init(
-            || Scratch::new(&grid),
-            |scratch, (i, (to, from))| {
-                let around = phase.as_ref().map(|p| Around { phase: p, first: stretch.first[i] });
-                job.ramp(ramps.start + i, around, from, to, scratch);
-            },
-        );
-    }
-    Ok(out)
 }
 
 /// φ at every half sample of a stretch, radians.
@@ -100,13 +123,13 @@ fn draw(
     let m = stretch.length;
     let spacing_hz = 2.0 * timing.sample_rate_hz / m as f64;
     let mut lines = vec![Complex64::ZERO; m];
-    lines.par_iter_mut().enumerate().for_each(|(i, z)| {
+    for (i, z) in lines.iter_mut().enumerate() {
         let k = if 2 * i > m { i as i64 - m as i64 } else { i as i64 };
         // Offsets up to f_s/2: a quarter of the grid's rate to either side.
         if k != 0 && 4 * k.unsigned_abs() as usize <= m {
             *z = line(p, spacing_hz, k, seed, frame, number);
         }
-    });
+    }
     FftPlanner::new().plan_fft_inverse(m).process(&mut lines);
     lines.into_iter().map(|z| z.re).collect()
 }
