@@ -27,7 +27,9 @@ pub fn add<T: Precision + Real>(
     }
     let slots = chain.timing.slots.max(1);
     let rx = cube.channels / slots;
-    if cube.channels % slots != 0 || (first_loop + cube.chirps) * slots > chain.timing.starts_s.len() {
+    if !cube.channels.is_multiple_of(slots)
+        || (first_loop + cube.chirps) * slots > chain.timing.starts_s.len()
+    {
         return Err(Error::Failed(format!(
             "a cube of {} loops and {} channels for {} ramps in {slots} slots",
             cube.chirps,
@@ -35,7 +37,8 @@ pub fn add<T: Precision + Real>(
             chain.timing.starts_s.len()
         )));
     }
-    if let Some(a) = arrivals.iter().find(|a| a.receivers.is_empty() || rx % a.receivers.len() != 0) {
+    if let Some(a) = arrivals.iter().find(|a| a.receivers.is_empty() || !rx.is_multiple_of(a.receivers.len()))
+    {
         let text = format!("interference for {} receivers, a cube of {rx} in each slot", a.receivers.len());
         return Err(Error::Failed(text));
     }

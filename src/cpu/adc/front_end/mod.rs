@@ -72,7 +72,7 @@ impl<'a> Runner<'a> {
         let (chain, with) = (self.chain, &self.with);
         let loops = chain.timing.starts_s.len() / chain.timing.slots.max(1);
         if chain.timing.slots == 0
-            || cube.channels % chain.timing.slots != 0
+            || !cube.channels.is_multiple_of(chain.timing.slots)
             || first_loop + cube.chirps > loops
         {
             return Err(Error::Failed(format!(
