@@ -1,5 +1,8 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod convert;
+pub mod front_end;
+pub mod interference;
 pub mod noise;
 pub mod synthesis;
 

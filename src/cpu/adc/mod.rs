@@ -1,4 +1,7 @@
-//! Synthesis and noise on the processor.
+//! Synthesis, noise, front end and other radars on the processor.
 
+pub mod convert;
+pub mod front_end;
+pub mod interference;
 pub mod noise;
 pub mod synthesis;
