@@ -6,7 +6,7 @@ use catseye::adc::front_end::phase_noise::{line, stretches};
 use catseye::adc::front_end::{Chain, jitter};
 use catseye::adc::interference::{self, Arrival, Place, burst_s, ghost_range_m};
 use catseye::adc::noise::Noise;
-use catseye::cpu::adc::front_end::{Inputs, apply};
+use catseye::cpu::adc::front_end::{Inputs, Runner, apply};
 use catseye::frames::Pose;
 use catseye::scene::front_end::*;
 use catseye::scene::interferer::Interferer;
@@ -100,9 +100,13 @@ fn what_is_off_changes_no_bit() {
     }
 }
 
+/// A synthesiser: level within the loop, 20 dB a decade outside.
 fn profile() -> PhaseNoise {
-    // A synthesiser: level within the loop, 20 dB a decade outside.
-    PhaseNoise { offset_hz: vec![1e5, 5e5, 5e6, 5e7], dbc_per_hz: vec![-85.0, -85.0, -105.0, -125.0] }
+    profile_at(-85.0)
+}
+
+fn profile_at(level: f64) -> PhaseNoise {
+    PhaseNoise { offset_hz: vec![5e5, 5e6, 5e7], dbc_per_hz: vec![level, level - 20.0, level - 40.0] }
 }
 
 /// φ of the drawn stretch at any instant, in half samples from its beginning: its own Fourier sum.
@@ -127,7 +131,8 @@ impl Oscillator {
 }
 
 /// The error of the noise over the noise, against the sum over echoes with the exact phase of each.
-fn error_of_phase_noise(sampling: Sampling, falling: bool, margin_share: usize) -> f64 {
+fn error_of_phase_noise(level: f64, sampling: Sampling, falling: bool, margin_share: usize) -> f64 {
+    let profile = || profile_at(level);
     let r = radar(sampling, 2, 1);
     let mut chain = with(&r, |s| s.phase_noise = Some(profile()));
     if falling {
@@ -151,7 +156,7 @@ fn error_of_phase_noise(sampling: Sampling, falling: bool, margin_share: usize) 
     let osc = Oscillator::new(&profile(), 12.8e6, stretch.length, 9);
     let mut truth = Vec::new();
     for first in &stretch.first {
-        for n in 0..512 {
+        for n in (0..512).step_by(3) {
             let here = *first as f64 + 2.0 * n as f64;
             let now = osc.phase(here);
             let time = chain.timing.adc_start_s + n as f64 / 12.8e6;
@@ -161,21 +166,27 @@ fn error_of_phase_noise(sampling: Sampling, falling: bool, margin_share: usize) 
             truth.push(chain.timing.sampled(sum.sum()));
         }
     }
-    let noise: Vec<Complex64> = truth.iter().zip(&clean.data).map(|(a, b)| a - b).collect();
-    relative(&got.data, &truth, &noise)
+    let third = |c: &Cube<f64>| -> Vec<Complex64> {
+        c.data.chunks(512).flat_map(|row| row.iter().step_by(3).copied()).collect()
+    };
+    let noise: Vec<Complex64> = truth.iter().zip(third(&clean)).map(|(a, b)| a - b).collect();
+    relative(&third(&got), &truth, &noise)
 }
 
+/// To first order in φ exact. To second order its products beyond an offset of f_s/2 leave the band of the transforms:
+/// φ² of the noise for an rms of φ of 0.08 rad at −85 dBc/Hz.
 #[test]
 fn phase_noise_is_that_of_each_echo() {
     for sampling in [Sampling::Iq, Sampling::Real] {
         for falling in [false, true] {
-            let (known, cut) =
-                (error_of_phase_noise(sampling, falling, 1), error_of_phase_noise(sampling, falling, 0));
+            let error = |level, margin| error_of_phase_noise(level, sampling, falling, margin);
+            let (strong, weak, cut) = (error(-85.0, 1), error(-125.0, 1), error(-125.0, 0));
             println!(
-                "{sampling:?} falling {falling}: error over noise {known:.2e} with margin, {cut:.2e} without"
+                "{sampling:?} falling {falling}: error over noise {strong:.1e} at -85 dBc/Hz, {weak:.1e} at -125 dBc/Hz, {cut:.1e} without margin"
             );
-            assert!(known < 1e-3, "{known}");
-            assert!(cut < 0.2, "{cut}");
+            assert!(strong < 1e-2 && weak < 1e-4, "{strong} {weak}");
+            // The share f_s/B of the record is wrong by its own size at most.
+            assert!(cut < 2.0 * (12.8e6f64 / 1e9).sqrt(), "{cut}");
         }
     }
 }
@@ -403,26 +414,22 @@ fn quantiser_has_its_signal_to_noise() {
             for bits in [6, 8, 12] {
                 let r = radar(sampling, 1, 1);
                 let chain = with(&r, |s| s.adc = Some(Adc { bits, full_scale_dbm: -20.0, kind }));
-                // Just inside, so that the missing level above is not met; many phases of an odd cell.
-                let inside = 1.0 - 2f64.powi(1 - bits as i32);
-                let a = w_from_dbm(-20.0).sqrt() * inside;
-                let (mut signal, mut noise) = (0.0, 0.0);
+                let full = w_from_dbm(-20.0).sqrt();
+                let (mut snr, mut count) = (0.0, 0.0);
                 for i in 0..200 {
                     let cell = 3.0 + 0.618 * i as f64;
+                    // Amplitudes over a whole step, just inside the range: the error of one of them is not quite
+                    // uniform (Bennett 1948), by J0(2π a/Δ).
+                    let a = full * (1.0 - 2f64.powi(1 - bits as i32) * (1.0 + i as f64 / 200.0));
                     let t = &chain.timing;
                     for (n, y) in tone(&chain, a, cell).iter().enumerate() {
                         let x = t.sampled(a * Complex64::cis(TAU * cell * n as f64 / 512.0 + 0.3));
-                        signal += x.norm_sqr();
-                        noise += (y - x).norm_sqr();
+                        snr += (y - x).norm_sqr() / (full * full);
+                        count += 1.0;
                     }
                 }
-                let snr = 10.0 * (signal / noise).log10() - 20.0 * inside.log10();
-                // The error of few levels is not quite uniform over a tone (Bennett 1948).
-                let allowed = if bits == 6 { 0.3 } else { 0.1 };
-                assert!(
-                    (snr - full_scale_snr_db(bits)).abs() < allowed,
-                    "{sampling:?} {kind:?} {bits}: {snr}"
-                );
+                let snr = -10.0 * (snr / count).log10();
+                assert!((snr - full_scale_snr_db(bits)).abs() < 0.05, "{sampling:?} {kind:?} {bits}: {snr}");
             }
         }
     }
@@ -539,7 +546,7 @@ fn an_interferer_has_the_power_of_one_way() {
     let s = sender();
     let a = interference::direct(&s, 0, place(&s), &r, here());
     for (z, length) in &a.receivers {
-        assert!((10.0 * z.norm_sqr().log10() + 30.0 - (22.0 - 105.743)).abs() < 1e-3);
+        assert!((10.0 * z.norm_sqr().log10() + 30.0 - (22.0 - 105.741)).abs() < 1e-3);
         assert!((length - 60.0).abs() < 1e-4);
     }
     // Polarisation: crossed at 90°, half the power at 45°, the same hand hears itself.
@@ -607,28 +614,29 @@ fn crossing_slopes_make_bursts() {
         s.slope_hz_per_s = slope;
         s.start_hz = 77e9 - 20e-6 * slope;
         s.coherent = false;
-        s.start_s = None;
         let a = interference::direct(&s, 0, place(&s), &r, here());
         let cube = add(&chain, 64, std::slice::from_ref(&a));
         let length = burst_s(12.8e6, r.slope_hz_per_s(), slope) * 12.8e6;
         let power = a.receivers[0].0.norm_sqr();
-        // The start is the same against all ramps, as the periods are equal; one burst in each.
+        // As the periods are equal, one burst in each ramp: about 20 µs after its start.
         for m in 0..64 {
             let row = cube.row(m, 0);
             let inside: Vec<usize> = (0..512).filter(|n| row[*n].norm() > 0.0).collect();
             assert!((inside.len() as f64 - length).abs() <= 2.0, "{} {length}", inside.len());
             assert_eq!(inside.last().unwrap() - inside[0] + 1, inside.len());
             let mean = inside.iter().map(|n| row[*n].norm_sqr()).sum::<f64>() / inside.len() as f64;
-            // A real sample has the power of the phasor on average over its phases.
-            let allowed = if sampling == Sampling::Iq { 1e-9 } else { 0.5 };
-            assert!((mean / power - 1.0).abs() < allowed, "{mean:e} {power:e}");
+            // A real sample has the power of the phasor on average over its phases: below for all ramps.
+            assert!(sampling == Sampling::Real || (mean / power - 1.0).abs() < 1e-9, "{mean:e} {power:e}");
         }
         let all = cube.data.iter().map(|z| z.norm_sqr()).sum::<f64>() / cube.data.len() as f64;
-        assert!((all / (power * length / 512.0) - 1.0).abs() < 0.05, "{}", all / (power * length / 512.0));
+        // Whole samples, and for real ones the squares of 64 · length cosines.
+        let allowed =
+            1.0 / length + if sampling == Sampling::Iq { 0.0 } else { 4.0 / (128.0 * length).sqrt() };
+        assert!((all / (power * length / 512.0) - 1.0).abs() < allowed, "{}", all / (power * length / 512.0));
     }
 }
 
-/// The floor that bursts raise after the range transform: their energy over all cells, P n_burst/N² each.
+/// The floor that bursts raise after the range transform: on average over all cells P n/N², n samples of burst.
 #[test]
 fn bursts_raise_the_floor() {
     let r = radar(Sampling::Iq, 64, 1);
@@ -643,12 +651,17 @@ fn bursts_raise_the_floor() {
     let mut floor = 0.0;
     for m in 0..64 {
         let z = spectrum(cube.row(m, 0));
-        floor += z[20..490].iter().map(|z| (z / 512.0).norm_sqr()).sum::<f64>() / (470.0 * 64.0);
+        floor += z.iter().map(|z| (z / 512.0).norm_sqr()).sum::<f64>() / (512.0 * 64.0);
     }
     let burst = burst_s(12.8e6, r.slope_hz_per_s(), 2e13) * 12.8e6;
     let stated = a.receivers[0].0.norm_sqr() * burst / 512.0 / 512.0;
     println!("floor {:.2} dBm, stated {:.2} dBm", 10.0 * floor.log10() + 30.0, 10.0 * stated.log10() + 30.0);
-    assert!((floor / stated - 1.0).abs() < 0.06, "{}", floor / stated);
+    // A whole number of samples.
+    assert!((floor / stated - 1.0).abs() < 1.0 / burst, "{}", floor / stated);
+    // No cell inside stays out of it; at the ends of the band, where the burst begins and ends, some do.
+    let cells: Vec<Vec<Complex64>> = (0..64).map(|m| spectrum(cube.row(m, 0))).collect();
+    let mean = |k: usize| cells.iter().map(|z| (z[k] / 512.0).norm_sqr()).sum::<f64>() / 64.0;
+    assert!((64..448).map(mean).fold(f64::MAX, f64::min) > 0.1 * stated);
 }
 
 /// The phase of every sample against one integral per sample, in quadruple care: frequencies in turns per
@@ -714,7 +727,8 @@ fn all_of_it_repeats() {
     let chain = with(&r, everything);
     let margin = chain.margin();
     let noise = |seed, frame| Noise::thermal(&r, seed, frame).unwrap();
-    let s = sender();
+    let mut s = sender();
+    (s.start_s, s.coherent) = (None, false);
     let arrivals = [interference::direct(&s, 0, place(&s), &r, here())];
     let run = |threads: usize, seed: u64, frame: u32| {
         let n = noise(seed, frame);
@@ -728,13 +742,33 @@ fn all_of_it_repeats() {
     assert_eq!(one, run(3, 6, 0));
     assert_ne!(one, run(1, 7, 0));
     assert_ne!(one, run(1, 6, 1));
+    // In blocks of loops, and in any order, the same.
+    let n = noise(6, 0);
+    let inputs = Inputs { noise: Some(&n), interference: &arrivals, seed: 6, frame: 0 };
+    let runner = Runner::new(&chain, 512 + 2 * margin, margin, inputs).unwrap();
+    for (from, loops) in [(7, 5), (0, 7)] {
+        let block = runner.block(Cube::<f32>::zeros(loops, 3, 512 + 2 * margin), from).unwrap();
+        assert_eq!(block.data, one.data[from * 3 * 512..(from + loops) * 3 * 512]);
+    }
+}
+
+/// Without filters the noise is that of eq. 13, to the bit.
+#[test]
+fn white_noise_is_the_plain_one() {
+    let r = radar(Sampling::Iq, 9, 2);
+    let noise = Noise::thermal(&r, 8, 2).unwrap();
+    let inputs = Inputs { noise: Some(&noise), seed: 8, frame: 2, ..Default::default() };
+    let got = apply(Cube::<f32>::zeros(9, 2, 512), 0, &off(&r), inputs).unwrap();
+    let mut plain = Cube::<f32>::zeros(9, 2, 512);
+    catseye::cpu::adc::noise::add(&mut plain, &noise);
+    assert_eq!(got, plain);
 }
 
 #[test]
 fn a_cube_that_does_not_fit_is_refused() {
     let r = radar(Sampling::Iq, 4, 2);
     let chain = with(&r, everything);
-    for (chirps, channels, samples, margin) in [(3, 2, 640, 64), (4, 3, 640, 64), (4, 2, 128, 64)] {
+    for (chirps, channels, samples, margin) in [(5, 2, 640, 64), (4, 3, 640, 64), (4, 2, 128, 64)] {
         let cube = Cube::<f32>::zeros(chirps, channels, samples);
         assert!(apply(cube, margin, &chain, quiet(0)).is_err(), "{chirps} {channels} {samples}");
     }

@@ -3,7 +3,6 @@
 
 use super::toml_file::{Above, At, Document};
 use crate::error::Result;
-use crate::units::dbm_from_w;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -406,54 +405,59 @@ fn channel_errors(doc: &Document<'_>, c: &ChannelsTable, channels: usize) -> Res
     })
 }
 
-/// The table that [`build`] reads back to these settings (angles and levels to rounding); None when all is off.
-pub fn table(s: &FrontEndSettings) -> Option<FrontEndTable> {
-    if *s == FrontEndSettings::default() {
-        return None;
-    }
-    let filter = |f: &Butterworth| FilterTable { order: f.order.into(), corner_hz: f.corner_hz.into() };
-    let degrees = |r: &[f64]| r.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
-    Some(FrontEndTable {
-        phase_noise: s.phase_noise.as_ref().map(|p| PhaseNoiseTable {
-            offset_hz: p.offset_hz.clone().into(),
-            dbc_per_hz: p.dbc_per_hz.clone().into(),
-        }),
-        leakage: s
-            .leakage
-            .map(|l| LeakageTable { isolation_db: l.isolation_db.into(), delay_s: l.delay_s.into() }),
-        bumper: s
-            .bumper
-            .map(|b| BumperTable { reflection_db: b.reflection_db.into(), distance_m: b.distance_m.into() }),
-        high_pass: s.filters.high_pass.as_ref().map(filter),
-        low_pass: s.filters.low_pass.as_ref().map(filter),
-        saturation: s
-            .saturation
-            .map(|x| SaturationTable { kind: x.kind, full_scale_dbm: x.full_scale_dbm.into() }),
-        adc: s.adc.map(|a| AdcTable {
-            bits: a.bits.into(),
-            full_scale_dbm: a.full_scale_dbm.into(),
-            kind: Some(a.kind),
-        }),
-        iq_imbalance: s
-            .iq
-            .map(|q| IqTable { gain_db: q.gain_db.into(), phase_deg: q.phase_rad.to_degrees().into() }),
-        dc_offset: s.dc.map(|d| DcTable {
-            power_dbm: dbm_from_w(d.i.hypot(d.q).powi(2)).into(),
-            angle_deg: d.q.atan2(d.i).to_degrees().into(),
-        }),
-        jitter: (s.aperture_jitter_rms_s.is_some() || s.chirp_jitter_rms_s.is_some()).then(|| JitterTable {
+/// As it is written to a file: what is on.
+impl From<&FrontEndSettings> for FrontEndTable {
+    fn from(s: &FrontEndSettings) -> Self {
+        let filter = |f: Butterworth| FilterTable { order: f.order.into(), corner_hz: f.corner_hz.into() };
+        let jitter = JitterTable {
             aperture_rms_s: s.aperture_jitter_rms_s.map(At::from),
             chirp_start_rms_s: s.chirp_jitter_rms_s.map(At::from),
-        }),
-        channels: s.channels.as_ref().map(|c| ChannelsTable {
-            gain_rms_db: c.gain_rms_db.into(),
-            phase_rms_deg: c.phase_rms_rad.to_degrees().into(),
-            position_rms_m: c.position_rms_m.into(),
-            seed: c.seed.into(),
-            gain_db: (!c.gain_db.is_empty()).then(|| c.gain_db.clone().into()),
-            phase_deg: (!c.phase_rad.is_empty()).then(|| degrees(&c.phase_rad).into()),
-        }),
-    })
+        };
+        let is_on = |d: &DcOffset| d.i != 0.0 || d.q != 0.0;
+        FrontEndTable {
+            phase_noise: s.phase_noise.as_ref().map(|p| PhaseNoiseTable {
+                offset_hz: p.offset_hz.clone().into(),
+                dbc_per_hz: p.dbc_per_hz.clone().into(),
+            }),
+            leakage: s
+                .leakage
+                .map(|l| LeakageTable { isolation_db: l.isolation_db.into(), delay_s: l.delay_s.into() }),
+            bumper: s.bumper.map(|b| BumperTable {
+                reflection_db: b.reflection_db.into(),
+                distance_m: b.distance_m.into(),
+            }),
+            high_pass: s.filters.high_pass.map(filter),
+            low_pass: s.filters.low_pass.map(filter),
+            saturation: s
+                .saturation
+                .map(|s| SaturationTable { kind: s.kind, full_scale_dbm: s.full_scale_dbm.into() }),
+            adc: s.adc.map(|a| AdcTable {
+                bits: a.bits.into(),
+                full_scale_dbm: a.full_scale_dbm.into(),
+                kind: Some(a.kind),
+            }),
+            iq_imbalance: s
+                .iq
+                .map(|i| IqTable { gain_db: i.gain_db.into(), phase_deg: i.phase_rad.to_degrees().into() }),
+            dc_offset: s.dc.filter(is_on).map(|d| DcTable {
+                power_dbm: crate::units::dbm_from_w(d.i * d.i + d.q * d.q).into(),
+                angle_deg: d.q.atan2(d.i).to_degrees().into(),
+            }),
+            jitter: (s.aperture_jitter_rms_s.is_some() || s.chirp_jitter_rms_s.is_some()).then_some(jitter),
+            channels: s.channels.as_ref().map(|c| {
+                let list = |l: &[f64]| (!l.is_empty()).then(|| l.to_vec().into());
+                let degrees: Vec<f64> = c.phase_rad.iter().map(|p| p.to_degrees()).collect();
+                ChannelsTable {
+                    gain_rms_db: c.gain_rms_db.into(),
+                    phase_rms_deg: c.phase_rms_rad.to_degrees().into(),
+                    position_rms_m: c.position_rms_m.into(),
+                    seed: c.seed.into(),
+                    gain_db: list(&c.gain_db),
+                    phase_deg: list(&degrees),
+                }
+            }),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -531,6 +535,26 @@ phase_deg = [0, 180]
         let c = s.channels.unwrap();
         assert_eq!((c.seed, c.gain_db, c.phase_rad[1]), (7, vec![0.0, 1.0], std::f64::consts::PI));
         assert_eq!((s.aperture_jitter_rms_s, s.chirp_jitter_rms_s), (Some(1e-12), Some(1e-10)));
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let once = read(ALL).unwrap();
+        let text = |s: &FrontEndSettings| {
+            let lines = toml::to_string(&FrontEndTable::from(s)).unwrap();
+            lines.replace('[', "[front_end.").replace("= [front_end.", "= [")
+        };
+        let twice = read(&text(&once)).unwrap();
+        // Degrees and decibels may cost a last place; the rest is the same to the bit.
+        let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}");
+        near(once.dc.unwrap().q, twice.dc.unwrap().q);
+        near(once.iq.unwrap().phase_rad, twice.iq.unwrap().phase_rad);
+        let (a, b) = (once.channels.clone().unwrap(), twice.channels.clone().unwrap());
+        near(a.phase_rms_rad, b.phase_rms_rad);
+        let plain = |s: FrontEndSettings| FrontEndSettings { dc: None, iq: None, channels: None, ..s };
+        assert_eq!(plain(once), plain(twice));
+        assert_eq!(read(&text(&FrontEndSettings::default())).unwrap(), FrontEndSettings::default());
+        assert!(a.gain_db == b.gain_db && a.seed == b.seed && a.position_rms_m == b.position_rms_m);
     }
 
     #[test]

@@ -25,6 +25,16 @@ impl Butterworth {
         if freq_hz == 0.0 { Complex64::ZERO } else { self.prototype(-self.corner_hz / freq_hz) }
     }
 
+    /// |H|² of the low-pass, 1/(1 + (f/f_c)^2n).
+    pub fn low_pass_power(&self, freq_hz: f64) -> f64 {
+        1.0 / (1.0 + (freq_hz / self.corner_hz).powi(2 * self.order as i32))
+    }
+
+    /// |H|² of the high-pass, 1/(1 + (f_c/f)^2n).
+    pub fn high_pass_power(&self, freq_hz: f64) -> f64 {
+        1.0 / (1.0 + (self.corner_hz / freq_hz).powi(2 * self.order as i32))
+    }
+
     fn prototype(&self, w: f64) -> Complex64 {
         let n = self.order;
         // Far outside, the product of factors would overflow before its inverse is zero.
@@ -57,11 +67,17 @@ impl Filters {
         h
     }
 
+    /// |H|² of the same.
+    pub fn power(&self, beat_hz: f64) -> f64 {
+        self.high_pass.map_or(1.0, |f| f.high_pass_power(beat_hz))
+            * self.low_pass.map_or(1.0, |f| f.low_pass_power(beat_hz))
+    }
+
     /// Whether an echo is left out: outside the band when the low-pass is ideal, below 10⁻⁸ in amplitude
     /// (−160 dB) otherwise.
     pub fn stops(&self, sampling: Sampling, sample_rate_hz: f64, beat_hz: f64) -> bool {
         match (self.low_pass, sampling) {
-            (Some(_), _) => self.gain(beat_hz).norm_sqr() < 1e-16,
+            (Some(_), _) => self.power(beat_hz) < 1e-16,
             (None, Sampling::Iq) => !(0.0..sample_rate_hz).contains(&beat_hz),
             (None, Sampling::Real) => beat_hz.abs() >= 0.5 * sample_rate_hz,
         }
@@ -70,10 +86,9 @@ impl Filters {
     /// Spectral density of the sampled noise over that of the white noise of eq. 13, at `freq_hz` of the
     /// band: Σ_m |H(f + m f_s)|² over all images, or |H|² alone when the low-pass is ideal.
     pub fn noise_density(&self, sample_rate_hz: f64, freq_hz: f64) -> f64 {
-        let power = |f: f64| self.gain(f).norm_sqr();
-        let Some(low) = &self.low_pass else { return power(freq_hz) };
+        let Some(low) = &self.low_pass else { return self.power(freq_hz) };
         let images = IMAGES + (8.0 * low.corner_hz / sample_rate_hz).min(1e6) as i32;
-        let near: f64 = (-images..=images).map(|m| power(freq_hz + f64::from(m) * sample_rate_hz)).sum();
+        let near: f64 = (-images..=images).map(|m| self.power(freq_hz + f64::from(m) * sample_rate_hz)).sum();
         // The sum from there on as the integral from half an image earlier: ∫ dx/(1 + x^2n), x = f/f_c > 1, by
         // its first two terms.
         let n = 2.0 * low.order as f64;
@@ -128,6 +143,9 @@ mod tests {
             prop_assert!((low * (1.0 + w) - 1.0).abs() < 1e-10 || (w > 1e250 && low == 0.0));
             let high = b.high_pass(f).norm_sqr();
             prop_assert!((high * (1.0 + 1.0 / w) - 1.0).abs() < 1e-10 || (w < 1e-250 && high == 0.0));
+            prop_assert!((b.low_pass_power(f) - low).abs() < 1e-10 && (b.high_pass_power(f) - high).abs() < 1e-10);
+            let both = Filters { high_pass: Some(b), low_pass: Some(Butterworth { order: 2, corner_hz: 3.0 }) };
+            prop_assert!((both.power(f) - both.gain(f).norm_sqr()).abs() < 1e-10);
             // The response of a real filter.
             prop_assert!((b.low_pass(-f) - b.low_pass(f).conj()).norm() <= 1e-12 * b.low_pass(f).norm());
             prop_assert!((b.high_pass(-f) - b.high_pass(f).conj()).norm() <= 1e-12 * b.high_pass(f).norm());
@@ -147,7 +165,8 @@ mod tests {
         // s/(1 + s).
         let h = Butterworth { order: 1, corner_hz: 1.0 }.high_pass(0.5);
         assert!((h - Complex64::new(0.0, 0.5) / Complex64::new(1.0, 0.5)).norm() < 1e-14);
-        assert_eq!(Butterworth { order: 3, corner_hz: 1.0 }.high_pass(0.0), Complex64::ZERO);
+        let h = Butterworth { order: 3, corner_hz: 1.0 };
+        assert_eq!((h.high_pass(0.0), h.high_pass_power(0.0)), (Complex64::ZERO, 0.0));
     }
 
     /// Far below a corner of order n the high-pass rises by 20n dB a decade: with n = 2 it makes up for

@@ -12,10 +12,11 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Adds what arrives to the cube. Samples whose momentary frequency lies outside the band are left alone.
+/// Adds what arrives to loops `first_loop..` of a frame. Samples whose momentary frequency lies outside the band are left alone.
 /// Errors: a cube that does not fit the chain, an arrival for another number of receivers.
 pub fn add<T: Precision + Real>(
     cube: &mut Cube<T>,
+    first_loop: usize,
     arrivals: &[Arrival],
     chain: &Chain,
     seed: u64,
@@ -26,7 +27,9 @@ pub fn add<T: Precision + Real>(
     }
     let slots = chain.timing.slots.max(1);
     let rx = cube.channels / slots;
-    if cube.channels % slots != 0 || chain.timing.starts_s.len() != cube.chirps * slots {
+    if !cube.channels.is_multiple_of(slots)
+        || (first_loop + cube.chirps) * slots > chain.timing.starts_s.len()
+    {
         return Err(Error::Failed(format!(
             "a cube of {} loops and {} channels for {} ramps in {slots} slots",
             cube.chirps,
@@ -34,7 +37,8 @@ pub fn add<T: Precision + Real>(
             chain.timing.starts_s.len()
         )));
     }
-    if let Some(a) = arrivals.iter().find(|a| a.receivers.is_empty() || rx % a.receivers.len() != 0) {
+    if let Some(a) = arrivals.iter().find(|a| a.receivers.is_empty() || !rx.is_multiple_of(a.receivers.len()))
+    {
         let text = format!("interference for {} receivers, a cube of {rx} in each slot", a.receivers.len());
         return Err(Error::Failed(text));
     }
@@ -43,7 +47,7 @@ pub fn add<T: Precision + Real>(
     let channels = cube.channels;
     cube.data.par_chunks_mut(samples).enumerate().for_each(|(row, data)| {
         let (loop_, channel) = (row / channels, row % channels);
-        let ramp = loop_ * slots + channel / rx;
+        let ramp = (first_loop + loop_) * slots + channel / rx;
         for s in &sources {
             s.add(ramp, channel, rx, data);
         }

@@ -1,4 +1,4 @@
-//! Synthesis and noise on the processor.
+//! Synthesis, noise, front end and other radars on the processor.
 
 pub mod convert;
 pub mod front_end;

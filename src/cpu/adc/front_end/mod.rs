@@ -15,6 +15,7 @@ use crate::dsp::Real;
 use crate::error::{Error, Result};
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex64};
+use oscillator::Oscillator;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 use std::ops::AddAssign;
@@ -28,11 +29,11 @@ pub struct Inputs<'a> {
     pub frame: u32,
 }
 
-/// The samples that the converter delivers, from a cube without noise whose rows are `margin` samples
-/// longer at both ends (`Chain::margin`; 0 for a cube that has none). Echoes must have been multiplied by
-/// `Chain::echo_gain` already. Errors: a cube that does not fit the chain.
+/// The samples that the converter delivers, from the cube of a whole frame without noise, whose rows are
+/// `margin` samples longer at both ends (`Chain::margin`; 0 for a cube that has none). Echoes must have been
+/// multiplied by `Chain::echo_gain` already. Errors: a cube that does not fit the chain.
 pub fn apply<T: Precision + Real + AddAssign>(
-    mut cube: Cube<T>,
+    cube: Cube<T>,
     margin: usize,
     chain: &Chain,
     with: Inputs,
@@ -40,30 +41,66 @@ pub fn apply<T: Precision + Real + AddAssign>(
 where
     Complex<T>: AddAssign,
 {
-    let s = &chain.settings;
-    add_spills(&mut cube, margin, chain)?;
-    if margin > 0
-        || s.phase_noise.is_some()
-        || s.chirp_jitter_rms_s.is_some()
-        || s.aperture_jitter_rms_s.is_some()
+    Runner::new(chain, cube.samples, margin, with)?.block(cube, 0)
+}
+
+/// The front end of one frame, for cubes that come loop by loop.
+pub struct Runner<'a> {
+    chain: &'a Chain,
+    with: Inputs<'a>,
+    margin: usize,
+    oscillator: Oscillator<'a>,
+}
+
+impl<'a> Runner<'a> {
+    /// `samples`: of a row, with its margins. Errors: a margin as long as the row, a sweep too slow for phase
+    /// noise.
+    pub fn new(chain: &'a Chain, samples: usize, margin: usize, with: Inputs<'a>) -> Result<Runner<'a>> {
+        let oscillator = Oscillator::new(chain, samples, margin, with.seed, with.frame)?;
+        Ok(Runner { chain, with, margin, oscillator })
+    }
+
+    /// Loops `first_loop..first_loop + cube.chirps` of the frame: the same samples as in one piece.
+    pub fn block<T: Precision + Real + AddAssign>(
+        &self,
+        mut cube: Cube<T>,
+        first_loop: usize,
+    ) -> Result<Cube<T>>
+    where
+        Complex<T>: AddAssign,
     {
-        cube = oscillator::apply(&cube, margin, chain, with.seed, with.frame)?;
-    }
-    interference::add(&mut cube, with.interference, chain, with.seed, with.frame)?;
-    if let Some(n) = with.noise {
-        match s.filters.noise_shape(&chain.timing, cube.samples) {
-            None => noise::add(&mut cube, n),
-            Some(shape) => add_shaped(&mut cube, n, &shape),
+        let (chain, with) = (self.chain, &self.with);
+        let loops = chain.timing.starts_s.len() / chain.timing.slots.max(1);
+        if chain.timing.slots == 0
+            || !cube.channels.is_multiple_of(chain.timing.slots)
+            || first_loop + cube.chirps > loops
+        {
+            return Err(Error::Failed(format!(
+                "loops {first_loop}..{} of {} channels for a front end of {loops} loops with {} slots each",
+                first_loop + cube.chirps,
+                cube.channels,
+                chain.timing.slots
+            )));
         }
+        add_spills(&mut cube, self.margin, chain)?;
+        let mut cube = self.oscillator.block(cube, first_loop)?;
+        interference::add(&mut cube, first_loop, with.interference, chain, with.seed, with.frame)?;
+        if let Some(n) = with.noise {
+            let first_row = first_loop * cube.channels;
+            match chain.settings.filters.noise_shape(&chain.timing, cube.samples) {
+                None => add_white(&mut cube, first_row, n),
+                Some(shape) => add_shaped(&mut cube, first_row, n, &shape),
+            }
+        }
+        if let Some(c) = Convert::new(&chain.settings, chain.timing.sampling) {
+            convert::apply(&mut cube, &c);
+        }
+        Ok(cube)
     }
-    if let Some(c) = Convert::new(s, chain.timing.sampling) {
-        convert::apply(&mut cube, &c);
-    }
-    Ok(cube)
 }
 
 /// Adds leakage and cover, through filters and channels, to all loops.
-pub fn add_spills<T: Precision + Real>(cube: &mut Cube<T>, margin: usize, chain: &Chain) -> Result<()> {
+fn add_spills<T: Precision + Real>(cube: &mut Cube<T>, margin: usize, chain: &Chain) -> Result<()> {
     let t = &chain.timing;
     for spill in &chain.spills {
         if spill.channels.len() != cube.channels {
@@ -89,9 +126,22 @@ fn channels_differ(given: usize, cube: usize) -> Error {
     Error::Failed(format!("{given} channels given for a cube of {cube}"))
 }
 
+/// Adds thermal noise as `cpu::adc::noise` does to a whole cube; this one begins at row `first_row` of it.
+fn add_white<T: Precision + Real + AddAssign>(cube: &mut Cube<T>, first_row: usize, noise: &Noise)
+where
+    Complex<T>: AddAssign,
+{
+    let n = cube.samples;
+    cube.data.par_chunks_mut(n).enumerate().for_each(|(number, data)| {
+        for (i, z) in data.iter_mut().enumerate() {
+            *z += narrow::<T>(noise::sample(noise, ((first_row + number) * n + i) as u64));
+        }
+    });
+}
+
 /// Adds thermal noise that went through the filters: the draws of eq. 13, multiplied in the transform of each
 /// record by `shape` (`Filters::noise_shape`), so that the noise is stationary on the record's circle.
-pub fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, noise: &Noise, shape: &[f64]) {
+fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, first_row: usize, noise: &Noise, shape: &[f64]) {
     let n = cube.samples;
     let mut planner = FftPlanner::new();
     let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
@@ -100,7 +150,7 @@ pub fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, noise: &Noise, shape:
         || (vec![Complex64::ZERO; n], vec![Complex64::ZERO; scratch]),
         |(row, scratch), (number, data)| {
             for (i, z) in row.iter_mut().enumerate() {
-                *z = noise::sample(noise, (number * n + i) as u64);
+                *z = noise::sample(noise, ((first_row + number) * n + i) as u64);
             }
             forward.process_with_scratch(row, scratch);
             row.iter_mut().zip(shape).for_each(|(z, s)| *z *= s / n as f64);

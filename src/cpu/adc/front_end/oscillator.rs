@@ -21,71 +21,95 @@ use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner};
+use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// The cube without its `margin` samples at both ends of every row, after the oscillator and the clock.
-/// Errors: a margin as long as the row, other ramps than the chain's, a sweep too slow for phase noise.
-pub fn apply<T: Precision + Real>(
-    cube: &Cube<T>,
-    margin: usize,
-    chain: &Chain,
+/// The oscillator and the clock of one frame.
+pub struct Oscillator<'a> {
+    chain: &'a Chain,
     seed: u64,
     frame: u32,
-) -> Result<Cube<T>> {
-    let (s, timing) = (&chain.settings, &chain.timing);
-    if cube.samples <= 2 * margin {
-        let text = format!("a margin of {margin} samples in rows of {} samples", cube.samples);
-        return Err(Error::Failed(text));
-    }
-    let samples = cube.samples - 2 * margin;
-    let mut out = Cube::<T>::zeros(cube.chirps, cube.channels, samples);
-    if s.phase_noise.is_none() && s.chirp_jitter_rms_s.is_none() && s.aperture_jitter_rms_s.is_none() {
-        for (o, row) in out.data.chunks_mut(samples).zip(cube.data.chunks(cube.samples)) {
-            o.copy_from_slice(&row[margin..margin + samples]);
+    margin: usize,
+    samples: usize,
+    /// None when all is off.
+    grid: Option<Grid>,
+    /// φ of each stretch of ramps, drawn when the first of them comes.
+    stretches: Vec<(Stretch, OnceLock<Vec<f64>>)>,
+}
+
+impl<'a> Oscillator<'a> {
+    /// For rows of `row` samples with their margins. Errors: a margin as long as the row, a sweep too slow for
+    /// phase noise.
+    pub fn new(chain: &'a Chain, row: usize, margin: usize, seed: u64, frame: u32) -> Result<Self> {
+        let (s, timing) = (&chain.settings, &chain.timing);
+        if row <= 2 * margin {
+            return Err(Error::Failed(format!("a margin of {margin} samples in rows of {row} samples")));
         }
-        return Ok(out);
+        let samples = row - 2 * margin;
+        let mut o = Oscillator { chain, seed, frame, margin, samples, grid: None, stretches: Vec::new() };
+        if s.phase_noise.is_none() && s.chirp_jitter_rms_s.is_none() && s.aperture_jitter_rms_s.is_none() {
+            return Ok(o);
+        }
+        let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
+        if reach > 2 * samples {
+            return Err(Error::Failed(format!(
+                "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
+                timing.slope_hz_per_s.abs() * samples as f64 / timing.sample_rate_hz,
+                timing.sample_rate_hz
+            )));
+        }
+        let grid = Grid::new(timing, samples, margin, reach, s.phase_noise.is_some());
+        if s.phase_noise.is_some() {
+            let cut = stretches(timing, samples, 2 * grid.n, 2 * grid.n);
+            o.stretches = cut.into_iter().map(|s| (s, OnceLock::new())).collect();
+        }
+        o.grid = Some(grid);
+        Ok(o)
     }
-    let slots = timing.slots;
-    if slots == 0 || cube.channels % slots != 0 || timing.starts_s.len() != cube.chirps * slots {
-        return Err(Error::Failed(format!(
-            "a cube of {} loops and {} channels for {} ramps in {slots} slots",
-            cube.chirps,
-            cube.channels,
-            timing.starts_s.len()
-        )));
+
+    /// Loops from `first_loop` on, without the margins. The cube must fit the chain.
+    pub fn block<T: Precision + Real>(&self, cube: Cube<T>, first_loop: usize) -> Result<Cube<T>> {
+        let row = self.samples + 2 * self.margin;
+        if cube.samples != row {
+            return Err(Error::Failed(format!("rows of {} samples in place of {row}", cube.samples)));
+        }
+        if self.grid.is_none() && self.margin == 0 {
+            return Ok(cube);
+        }
+        let mut out = Cube::<T>::zeros(cube.chirps, cube.channels, self.samples);
+        let Some(grid) = &self.grid else {
+            for (o, row) in out.data.chunks_mut(self.samples).zip(cube.data.chunks(row)) {
+                o.copy_from_slice(&row[self.margin..self.margin + self.samples]);
+            }
+            return Ok(out);
+        };
+        let slots = self.chain.timing.slots;
+        let rows = cube.channels / slots;
+        let job = Job { grid, chain: self.chain, seed: self.seed, frame: self.frame };
+        let first_ramp = first_loop * slots;
+        out.data
+            .par_chunks_mut(rows * self.samples)
+            .zip(cube.data.par_chunks(rows * row))
+            .enumerate()
+            .for_each_init(
+                || Scratch::new(grid),
+                |scratch, (i, (to, from))| {
+                    let ramp = first_ramp + i;
+                    job.ramp(ramp, self.around(ramp), from, to, scratch);
+                },
+            );
+        Ok(out)
     }
-    let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
-    if reach > 2 * samples {
-        return Err(Error::Failed(format!(
-            "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
-            timing.slope_hz_per_s * samples as f64 / timing.sample_rate_hz,
-            timing.sample_rate_hz
-        )));
+
+    /// φ around a ramp; None when there is no phase noise.
+    fn around(&self, ramp: usize) -> Option<Around<'_>> {
+        let noise = self.chain.settings.phase_noise.as_ref()?;
+        let number = self.stretches.partition_point(|(s, _)| s.ramps.end <= ramp);
+        let (stretch, phase) = self.stretches.get(number)?;
+        let draw = || draw(noise, &self.chain.timing, stretch, self.seed, self.frame, number);
+        Some(Around { phase: phase.get_or_init(draw), first: stretch.first[ramp - stretch.ramps.start] })
     }
-    let grid = Grid::new(timing, samples, margin, reach);
-    let rows = cube.channels / slots;
-    let job = Job { grid: &grid, chain, seed, frame };
-    let (long_in, long_out) = (rows * cube.samples, rows * samples);
-    let whole = |ramps| Stretch { ramps, first: Vec::new(), length: 0 };
-    let pieces = match &s.phase_noise {
-        Some(_) => stretches(timing, samples, 2 * grid.n, 2 * grid.n),
-        None => vec![whole(0..timing.starts_s.len())],
-    };
-    for (number, stretch) in pieces.iter().enumerate() {
-        let phase = s.phase_noise.as_ref().map(|p| draw(p, timing, stretch, seed, frame, number));
-        let ramps = stretch.ramps.clone();
-        let from = &cube.data[ramps.start * long_in..ramps.end * long_in];
-        let to = &mut out.data[ramps.start * long_out..ramps.end * long_out];
-        to.par_chunks_mut(long_out).zip(from.par_chunks(long_in)).enumerate().for_each_init(
-            || Scratch::new(&grid),
-            |scratch, (i, (to, from))| {
-                let around = phase.as_ref().map(|p| Around { phase: p, first: stretch.first[i] });
-                job.ramp(ramps.start + i, around, from, to, scratch);
-            },
-        );
-    }
-    Ok(out)
 }
 
 /// φ at every half sample of a stretch, radians.
@@ -100,13 +124,13 @@ fn draw(
     let m = stretch.length;
     let spacing_hz = 2.0 * timing.sample_rate_hz / m as f64;
     let mut lines = vec![Complex64::ZERO; m];
-    lines.par_iter_mut().enumerate().for_each(|(i, z)| {
+    for (i, z) in lines.iter_mut().enumerate() {
         let k = if 2 * i > m { i as i64 - m as i64 } else { i as i64 };
         // Offsets up to f_s/2: a quarter of the grid's rate to either side.
         if k != 0 && 4 * k.unsigned_abs() as usize <= m {
             *z = line(p, spacing_hz, k, seed, frame, number);
         }
-    });
+    }
     FftPlanner::new().plan_fft_inverse(m).process(&mut lines);
     lines.into_iter().map(|z| z.re).collect()
 }
@@ -120,9 +144,13 @@ struct Grid {
     /// Lowest beat frequency of the band, in bins.
     low: i64,
     is_real: bool,
-    /// e^{jπf²/S} on the second grid, in the order of its transform, for beat frequencies and for offsets.
-    disperse: Vec<Complex64>,
+    /// Of each place of the first grid's transform: its frequency in bins, its place in the second grid, and its
+    /// factor there.
+    enter: Vec<(i64, usize, Complex64)>,
+    /// e^{jπf²/S} on the second grid, in the order of its transform, for offsets; its inverse for beat
+    /// frequencies.
     disperse_noise: Vec<Complex64>,
+    gather: Vec<Complex64>,
     bin_hz: f64,
     short: Arc<dyn Fft<f64>>,
     forward: Arc<dyn Fft<f64>>,
@@ -130,7 +158,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(timing: &Timing, samples: usize, margin: usize, reach: usize) -> Grid {
+    /// `has_noise`: with dispersion, for phase noise.
+    fn new(timing: &Timing, samples: usize, margin: usize, reach: usize, has_noise: bool) -> Grid {
         let n = fast_length((samples + 2 * margin).max(samples + 2 * reach + TAPER));
         let falling = timing.slope_hz_per_s < 0.0;
         let is_real = timing.sampling == Sampling::Real;
@@ -145,6 +174,24 @@ impl Grid {
             let turns = 0.5 * f * f / timing.slope_hz_per_s;
             Complex64::cis(TAU * (turns - turns.round()))
         };
+        let enter = (0..bins).map(|k| {
+            let bin = signed(k, low, bins);
+            let mut factor = Complex64::from(1.0 / n as f64);
+            if is_real {
+                // Of a real record the half with the beat's sign, twice: Re of it is the record.
+                factor *= match (2 * bin.abs()).cmp(&bins) {
+                    _ if bin == 0 => 1.0,
+                    Ordering::Less => 2.0,
+                    Ordering::Equal => 1.0,
+                    Ordering::Greater => 0.0,
+                };
+            }
+            if has_noise {
+                factor *= disperse(bin);
+            }
+            (bin, bin.rem_euclid(2 * bins) as usize, factor)
+        });
+        let gather = |i| disperse(signed(i, low - bins / 2, 2 * bins)).conj() / (2 * bins) as f64;
         let mut planner = FftPlanner::new();
         Grid {
             n,
@@ -153,8 +200,9 @@ impl Grid {
             reach,
             low,
             is_real,
-            disperse: (0..2 * bins).map(|i| disperse(signed(i, low - bins / 2, 2 * bins))).collect(),
+            enter: enter.collect(),
             disperse_noise: (0..2 * bins).map(|i| disperse(signed(i, -bins, 2 * bins))).collect(),
+            gather: (0..2 * bins).map(gather).collect(),
             bin_hz,
             short: planner.plan_fft_forward(n),
             forward: planner.plan_fft_forward(2 * n),
@@ -187,24 +235,35 @@ impl Around<'_> {
     }
 }
 
+/// Work of one thread. The last four hold for all rows of a ramp.
 struct Scratch {
     row: Vec<Complex64>,
     wide: Vec<Complex64>,
-    derivative: Vec<Complex64>,
-    factor: Vec<Complex64>,
+    sum: Vec<Complex64>,
     fft: Vec<Complex64>,
+    /// e^{−jφ}, dispersed.
+    delayed: Vec<Complex64>,
+    /// e^{jφ} at the samples.
+    own: Vec<Complex64>,
+    /// By how much each sample is late, s.
+    late_s: Vec<f64>,
+    /// e^{−2πjfδ} of a late ramp.
+    turn: Vec<Complex64>,
 }
 
 impl Scratch {
     fn new(g: &Grid) -> Scratch {
-        let longest =
-            [&g.short, &g.forward, &g.inverse].map(|f| f.get_inplace_scratch_len()).into_iter().max();
+        let lengths = [&g.short, &g.forward, &g.inverse].map(|f| f.get_inplace_scratch_len());
+        let zeros = |n: usize| vec![Complex64::ZERO; n];
         Scratch {
-            row: vec![Complex64::ZERO; g.n],
-            wide: vec![Complex64::ZERO; 2 * g.n],
-            derivative: vec![Complex64::ZERO; 2 * g.n],
-            factor: vec![Complex64::ZERO; 2 * g.n],
-            fft: vec![Complex64::ZERO; longest.unwrap_or(0)],
+            row: zeros(g.n),
+            wide: zeros(2 * g.n),
+            sum: zeros(g.samples),
+            fft: zeros(lengths.into_iter().max().unwrap_or(0)),
+            delayed: zeros(2 * g.n),
+            own: Vec::new(),
+            late_s: Vec::new(),
+            turn: Vec::new(),
         }
     }
 }
@@ -229,39 +288,43 @@ impl Job<'_> {
         let settings = &self.chain.settings;
         if let Some(a) = around {
             self.delayed_factor(a, s);
+            s.own = (0..g.samples).map(|n| Complex64::cis(a.at(2 * n as i64))).collect();
         }
-        let late_s = settings
-            .chirp_jitter_rms_s
-            .map_or(0.0, |r| jitter::chirp_start_s(r, self.seed, self.frame, ramp));
+        if let Some(rms) = settings.chirp_jitter_rms_s {
+            let late_s = jitter::chirp_start_s(rms, self.seed, self.frame, ramp);
+            let turn =
+                |(bin, ..): &(i64, usize, Complex64)| Complex64::cis(-TAU * *bin as f64 * g.bin_hz * late_s);
+            s.turn = g.enter.iter().map(turn).collect();
+        }
+        if let Some(rms) = settings.aperture_jitter_rms_s {
+            let late = |n| jitter::aperture_s(rms, self.seed, self.frame, ramp, n);
+            s.late_s = (0..g.samples).map(late).collect();
+        }
         let long = g.samples + 2 * g.margin;
         for (from, to) in from.chunks(long).zip(to.chunks_mut(g.samples)) {
-            self.spectrum(from, late_s, around.is_some(), s);
+            self.spectrum(from, s);
             if around.is_some() {
                 g.inverse.process_with_scratch(&mut s.wide, &mut s.fft);
-                s.wide.iter_mut().zip(&s.factor).for_each(|(z, f)| *z *= f);
+                s.wide.iter_mut().zip(&s.delayed).for_each(|(z, f)| *z *= f);
                 g.forward.process_with_scratch(&mut s.wide, &mut s.fft);
-                let scale = 0.5 / g.n as f64;
-                s.wide.iter_mut().zip(&g.disperse).for_each(|(z, d)| *z *= d.conj() * scale);
+                s.wide.iter_mut().zip(&g.gather).for_each(|(z, d)| *z *= d);
             }
-            self.clock(ramp, s);
+            self.clock(s);
             for (n, o) in to.iter_mut().enumerate() {
-                let mut z = s.wide[2 * (n + g.margin)];
-                if let Some(a) = around {
-                    z *= Complex64::cis(a.at(2 * n as i64));
-                }
+                let z = s.sum[n] * s.own.get(n).copied().unwrap_or(Complex64::ONE);
                 *o = narrow(if g.is_real { Complex64::from(z.re) } else { z });
             }
         }
     }
 
-    /// e^{−jφ}, made periodic outside the part that the record's echoes see, and dispersed: into `factor`.
+    /// e^{−jφ}, made periodic outside the part that the record's echoes see, and dispersed.
     fn delayed_factor(&self, a: Around<'_>, s: &mut Scratch) {
         let g = self.grid;
         let length = 2 * g.n as i64;
         // Echoes see φ from the longest delay before the first sample to the last one.
         let (from, to) = (-4 * g.reach as i64, 2 * g.samples as i64);
         let rest = (length - (to - from)) as f64;
-        for (q, f) in s.factor.iter_mut().enumerate() {
+        for (q, f) in s.delayed.iter_mut().enumerate() {
             let at = signed(q as i64 - 2 * g.margin as i64, from, length);
             let phase = if at < to {
                 a.at(at)
@@ -271,69 +334,57 @@ impl Job<'_> {
             };
             *f = Complex64::cis(-phase);
         }
-        g.forward.process_with_scratch(&mut s.factor, &mut s.fft);
+        g.forward.process_with_scratch(&mut s.delayed, &mut s.fft);
         let scale = 1.0 / length as f64;
-        s.factor.iter_mut().zip(&g.disperse_noise).for_each(|(z, d)| *z *= d * scale);
-        g.inverse.process_with_scratch(&mut s.factor, &mut s.fft);
+        s.delayed.iter_mut().zip(&g.disperse_noise).for_each(|(z, d)| *z *= d * scale);
+        g.inverse.process_with_scratch(&mut s.delayed, &mut s.fft);
     }
 
     /// Transform of a row with its margins faded out, on the grid of twice the rate: into `wide`.
-    fn spectrum<T: Real>(&self, from: &[Complex<T>], late_s: f64, disperse: bool, s: &mut Scratch) {
+    fn spectrum<T: Real>(&self, from: &[Complex<T>], s: &mut Scratch) {
         let g = self.grid;
-        let fade = g.margin.min(TAPER);
         s.row.fill(Complex64::ZERO);
-        for (i, z) in from.iter().enumerate() {
-            let inside = i.min(from.len() - 1 - i);
-            let w = if inside < fade { smooth((inside as f64 + 0.5) / fade as f64) } else { 1.0 };
-            s.row[i] = wide(*z) * w;
+        for (r, z) in s.row.iter_mut().zip(from) {
+            *r = wide(*z);
+        }
+        let fade = g.margin.min(TAPER);
+        for i in 0..fade {
+            let w = smooth((i as f64 + 0.5) / fade as f64);
+            s.row[i] *= w;
+            s.row[from.len() - 1 - i] *= w;
         }
         g.short.process_with_scratch(&mut s.row, &mut s.fft);
+        if !s.turn.is_empty() {
+            s.row.iter_mut().zip(&s.turn).for_each(|(z, t)| *z *= t);
+        }
         s.wide.fill(Complex64::ZERO);
-        let n = g.n as i64;
-        for (k, z) in s.row.iter().enumerate() {
-            let bin = signed(k as i64, g.low, n);
-            let mut z = z / g.n as f64;
-            if g.is_real {
-                // Of a real record the half with the beat's sign, twice: Re of it is the record.
-                z *= match (bin.abs() * 2).cmp(&n) {
-                    _ if bin == 0 => 1.0,
-                    std::cmp::Ordering::Less => 2.0,
-                    std::cmp::Ordering::Equal => 1.0,
-                    std::cmp::Ordering::Greater => 0.0,
-                };
-            }
-            if late_s != 0.0 {
-                let turns = -(bin as f64) * g.bin_hz * late_s;
-                z *= Complex64::cis(TAU * (turns - turns.round()));
-            }
-            let at = bin.rem_euclid(2 * n) as usize;
-            s.wide[at] = if disperse { z * g.disperse[at] } else { z };
+        for (z, (_, place, factor)) in s.row.iter().zip(&g.enter) {
+            s.wide[*place] = z * factor;
         }
     }
 
-    /// From the transform to the samples, each at its own instant: to second order in 2πf δ.
-    fn clock(&self, ramp: usize, s: &mut Scratch) {
+    /// From the transform in `wide` to the samples in `sum`, each at its own instant: to second order in 2πf δ.
+    fn clock(&self, s: &mut Scratch) {
         let g = self.grid;
-        let Some(rms) = self.chain.settings.aperture_jitter_rms_s else {
+        if s.late_s.is_empty() {
             g.inverse.process_with_scratch(&mut s.wide, &mut s.fft);
+            for (n, z) in s.sum.iter_mut().enumerate() {
+                *z = s.wide[2 * (n + g.margin)];
+            }
             return;
-        };
-        let late: Vec<f64> =
-            (0..g.samples).map(|n| jitter::aperture_s(rms, self.seed, self.frame, ramp, n)).collect();
-        let mut sum = vec![Complex64::ZERO; g.samples];
-        for order in 0..3 {
-            s.derivative.copy_from_slice(&s.wide);
-            for (i, z) in s.derivative.iter_mut().enumerate() {
-                *z *= Complex64::new(0.0, TAU * g.freq_hz(i)).powu(order);
-            }
-            g.inverse.process_with_scratch(&mut s.derivative, &mut s.fft);
-            for (n, z) in sum.iter_mut().enumerate() {
-                let weight = [1.0, late[n], 0.5 * late[n] * late[n]][order as usize];
-                *z += s.derivative[2 * (n + g.margin)] * weight;
-            }
         }
-        for (n, z) in sum.iter().enumerate() {
-            s.wide[2 * (n + g.margin)] = *z;
+        s.sum.fill(Complex64::ZERO);
+        let mut derivative = s.wide.clone();
+        for order in 0..3 {
+            s.wide.copy_from_slice(&derivative);
+            g.inverse.process_with_scratch(&mut s.wide, &mut s.fft);
+            for (n, z) in s.sum.iter_mut().enumerate() {
+                let late = s.late_s[n];
+                *z += s.wide[2 * (n + g.margin)] * [1.0, late, 0.5 * late * late][order];
+            }
+            for (i, z) in derivative.iter_mut().enumerate() {
+                *z *= Complex64::new(0.0, TAU * g.freq_hz(i));
+            }
         }
     }
 }
