@@ -7,9 +7,12 @@ pub mod cfar_noise;
 pub mod cfar_os;
 pub mod doa_beamform;
 pub mod fft;
+pub mod keystone;
 pub mod peaks;
 pub mod power;
 pub mod snapshot;
+pub mod stream;
+pub mod zero_doppler;
 
 use crate::adc::Cube;
 use crate::dsp::fft::Transform;
