@@ -5,7 +5,8 @@ use catseye::adc::{Cube, CubePiece, DeviceCube};
 use catseye::cpu::dsp as cpu;
 use catseye::dsp::doa_beamform::{self, Beamformer};
 use catseye::dsp::{
-    Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, peaks, power,
+    Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, integrate,
+    keystone, peaks, power, stream, zero_doppler,
 };
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
@@ -820,6 +821,200 @@ fn real_and_reversed_samples() {
         let device = device.read(test_gpu()).unwrap();
         check_close(parts(&device.data), parts_f64(&want), fft::KERNEL.tolerance.relative_l2).unwrap();
     }
+}
+
+/// Blocks of channels give what the whole cube gives, to the bit, on both engines.
+#[test]
+fn streaming_changes_no_bit() {
+    for sampling in [Sampling::Iq, Sampling::Real] {
+        let mut radar = radar(60, 100, sampling);
+        radar.processing.cfar.pfa = 1e-2;
+        let (cube, cfar) = (scene(&radar).to_f32(), radar.processing.cfar);
+        let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+        let (_, want) = cpu::process(&cube, &radar).unwrap();
+        assert!(want.cells.len() > 2);
+        for budget in [0, 500_000, 1 << 30] {
+            let mut asked = vec![];
+            let mut read = stream::from_cube(&cube);
+            let mut source = |c: std::ops::Range<usize>, out: &mut [Complex32]| {
+                asked.push(c.clone());
+                read(c, out)
+            };
+            let got = cpu::stream::process(&t, &cfar, budget, &mut source).unwrap();
+            assert!(got == want, "{sampling:?} {budget}");
+            assert_eq!(asked.len() == 1, budget > 1 << 20, "{asked:?}");
+        }
+        let (_, want) = device::process(test_gpu(), &cube, &radar).unwrap();
+        for limit in [1 << 27, 200 << 10] {
+            let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+            let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
+            let got = stream::process(&gpu, &t, &cfar, &mut stream::from_cube(&cube)).unwrap();
+            assert!(got == want, "{sampling:?} {limit}");
+        }
+        let mut broken = |_: std::ops::Range<usize>, _: &mut [Complex32]| {
+            Err(catseye::error::Error::Failed("the file ends".into()))
+        };
+        assert!(cpu::stream::process(&t, &cfar, 0, &mut broken).unwrap_err().to_string().contains("ends"));
+        assert!(
+            stream::process(test_gpu(), &t, &cfar, &mut broken).unwrap_err().to_string().contains("ends")
+        );
+    }
+}
+
+/// Eq. 88 on both engines: what rests is gone, what moves by whole cycles a frame stays.
+#[test]
+fn the_mean_over_chirps_is_removed() {
+    let (chirps, channels, samples) = (48, 3, 37);
+    let columns = channels * samples;
+    let (mut moving, mut cube) =
+        (Cube::<f64>::zeros(chirps, channels, samples), Cube::zeros(chirps, channels, samples));
+    let mut random = Random(2);
+    let rest: Vec<Complex64> = (0..columns).map(|_| random.normal() * 50.0).collect();
+    for m in 0..chirps {
+        for i in 0..columns {
+            let z = Complex64::cis(TAU * (7 * m) as f64 / chirps as f64 + i as f64);
+            moving.data[m * columns + i] = z;
+            cube.data[m * columns + i] = z + rest[i];
+        }
+    }
+    let cube = cube.to_f32();
+    let mut on_device = test_gpu().recorder("zero Doppler");
+    let pieces = [0..20, 20..48]
+        .into_iter()
+        .map(|m: std::ops::Range<usize>| {
+            let part: Vec<[f32; 2]> =
+                cube.data[m.start * columns..m.end * columns].iter().map(|z| [z.re, z.im]).collect();
+            CubePiece { first_chirp: m.start, chirps: m.len(), data: on_device.upload("piece", &part) }
+        })
+        .collect();
+    let on = DeviceCube { chirps, channels, samples, pieces };
+    zero_doppler::record(&mut on_device, &on);
+    let pending = on.read(&mut on_device);
+    let got = on.take(&mut on_device.submit().unwrap(), pending);
+    let bound = zero_doppler::KERNEL.tolerance.relative_l2;
+    let scale = relative_l2(&wide(&cube.data), &vec![Complex64::default(); cube.data.len()]);
+    assert!(scale.is_infinite());
+    let norm = |z: &[Complex64]| z.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+    let apart = |got: &[Complex32]| {
+        let d: Vec<_> = wide(got).iter().zip(&moving.data).map(|(a, b)| a - b).collect();
+        norm(&d) / norm(&wide(&cube.data))
+    };
+    let mut on_cpu = cube.clone();
+    cpu::zero_doppler::remove(&mut on_cpu.data, columns);
+    println!("zero Doppler: gpu {:.2e}, cpu f32 {:.2e}", apart(&got.data), apart(&on_cpu.data));
+    assert!(apart(&got.data) < bound && apart(&on_cpu.data) < bound && apart(&cube.data) > 0.9);
+    let mut exact = cube.to_f64();
+    cpu::zero_doppler::remove(&mut exact.data, columns);
+    assert!(relative_l2(&exact.data, &moving.data) < 5e-6);
+}
+
+/// A target that moves over six range cells, from the exact phase of eq. 12 at a delay that grows from chirp
+/// to chirp: without the transform its energy is spread, with it the target stands as one at rest does.
+#[test]
+fn keystone_focuses_a_migrating_target() {
+    for (sampling, fold) in [(Sampling::Iq, 0), (Sampling::Real, 0), (Sampling::Iq, 1)] {
+        let mut radar = radar(256, 128, sampling);
+        radar.tx.truncate(1);
+        radar.rx.truncate(2);
+        radar.ramp_time_s = 20e-6;
+        radar.bandwidth_hz = 4e9;
+        radar.sample_rate_hz = 128.0 / 20e-6;
+        radar.processing.doppler_window = Window::Hann;
+        radar.processing.doppler_fft = 300;
+        let cell = radar.range_bin_m();
+        let frame = radar.frame_time_s();
+        let ambiguous = 2.0 * radar.max_velocity_mps();
+        // Six cells a frame; in the folded case the same and whole turns more.
+        let mut v = 6.0 * cell / frame;
+        if fold == 0 {
+            // Below the ambiguity the frame has to be long for that.
+            radar.chirp_period_s = radar.wavelength_m() / 4.0 / (v * 1.3);
+            v = 6.0 * cell / radar.frame_time_s();
+            v = v.min(0.9 * radar.max_velocity_mps());
+        } else {
+            v = (v / ambiguous).round().max(1.0) * ambiguous + 0.2 * ambiguous;
+        }
+        let migration = v * radar.frame_time_s() / cell;
+        let turns = (v / (2.0 * radar.max_velocity_mps())).round() as i32;
+        let cube_of = |v: f64| {
+            let mut cube = Cube::<f64>::zeros(256, 2, 128);
+            for m in 0..256 {
+                let t = (m as f64 - 127.5) * radar.loop_period_s();
+                let tau = 2.0 * (40.4 * cell + v * t) / catseye::units::C0;
+                for c in 0..2 {
+                    for n in 0..128 {
+                        let f = radar.start_hz() + radar.slope_hz_per_s() * n as f64 / radar.sample_rate_hz;
+                        let z = Complex64::cis(TAU * f * tau + c as f64);
+                        cube.data[(m * 2 + c) * 128 + n] = match sampling {
+                            Sampling::Iq => z,
+                            Sampling::Real => Complex64::new(2f64.sqrt() * z.re, 0.0),
+                        };
+                    }
+                }
+            }
+            cube
+        };
+        let (still, moving) = (cube_of(0.0), cube_of(v));
+        let t = fft::Transform::of_cube(&still, &radar).unwrap();
+        let scale = keystone::scale(&radar);
+        let peak = |s: &catseye::dsp::Spectrum<f64>| {
+            let map = cpu::power::power(s);
+            let at = (0..map.data.len()).max_by(|a, b| map.data[*a].total_cmp(&map.data[*b])).unwrap();
+            (at / map.range_bins, at % map.range_bins, 10.0 * map.data[at].log10())
+        };
+        // Place the still target in the same fraction of a Doppler cell: its level is a bound otherwise.
+        let reference = peak(&cpu::fft::spectrum(&still, &t));
+        let plain = peak(&cpu::fft::spectrum(&moving, &t));
+        let focused = cpu::keystone::spectrum(&moving, &t, &scale, turns).unwrap();
+        let map = cpu::power::power(&focused);
+        let found = peak(&focused);
+        let cell_at = Cell { doppler: found.0 as u32, range: found.1 as u32 };
+        let w = |window, n| catseye::dsp::window::coefficients(window, n).unwrap();
+        let doppler = peaks::Interpolator::new(&w(Window::Hann, 256), 300).unwrap();
+        let at = |d: usize| map.at(d % 300, found.1);
+        let (offset, height) = doppler.peak(at(found.0 + 299), at(found.0), at(found.0 + 1));
+        let level = 10.0 * height.log10();
+        println!(
+            "{sampling:?} fold {turns}: {migration:.1} cells, plain {:.2} dB, keystone {level:.3} dB at {cell_at:?}, still {:.3} dB",
+            plain.2, reference.2
+        );
+        assert!(migration > 5.5 && plain.2 < reference.2 - 3.0);
+        assert!((level - reference.2).abs() < 0.1 && found.1 == reference.1);
+        let rate = (found.0 as f64 + offset - 150.0) * radar.velocity_bin_mps()
+            + f64::from(turns) * 2.0 * radar.max_velocity_mps();
+        assert!((rate - v).abs() < 0.02 * radar.velocity_bin_mps(), "{rate} {v}");
+        if fold == 1 {
+            assert!(turns >= 1);
+        }
+        // A scale of one is the plain transform.
+        let one = cpu::keystone::spectrum(&moving, &t, &vec![1.0; 128], 0).unwrap();
+        assert!(relative_l2(&one.data, &cpu::fft::spectrum(&moving, &t).data) < 1e-12);
+        let single = cpu::keystone::spectrum(&moving.to_f32(), &t, &scale, turns).unwrap();
+        assert!(relative_l2(&wide(&single.data), &focused.data) < 2e-6);
+        assert!(cpu::keystone::spectrum(&moving, &t, &scale[1..], 0).is_err());
+    }
+}
+
+/// Maps of four groups of chirps keep the false-alarm rate with their looks added.
+#[test]
+fn integrated_maps_keep_their_false_alarms() {
+    let maps: Vec<_> = (0..4).map(|i| noise_map(5 * 20_000, 5, 3, 60 + i)).collect();
+    let (map, looks) = integrate::integrate(&maps.iter().map(|m| (m, 3)).collect::<Vec<_>>()).unwrap();
+    assert_eq!(looks, 12);
+    let cfar = Cfar { kind: CfarKind::Go, guard: [0, 0], train: [2, 2], pfa: 0.01 };
+    let found = cpu::detect(&map, &cfar, looks).unwrap();
+    let alarms = (0..20_000).filter(|i| found.mask[i * 25 + 2]).count() as u64;
+    let (low, high) = binomial_99(20_000, 0.01);
+    assert!((low..=high).contains(&alarms), "{alarms} in {low}..={high}");
+    let wrong = cpu::detect(&map, &cfar, 3).unwrap();
+    assert!(((0..20_000).filter(|i| wrong.mask[i * 25 + 2]).count() as u64) < low);
+    let small = noise_map(4, 4, 1, 1);
+    assert!(integrate::integrate(&[(&maps[0], 3), (&small, 3)]).is_err());
+    assert!(integrate::integrate::<f64>(&[]).is_err());
+    let cube = noise_cube(&radar(10, 8, Sampling::Iq), 3);
+    let groups = integrate::chirp_groups(&cube, 3).unwrap();
+    assert!(groups.len() == 3 && groups[2].chirps == 3 && groups[2].row(0, 5) == cube.row(6, 5));
+    assert!(integrate::chirp_groups(&cube, 11).is_err());
 }
 
 /// A cube in pieces on the device goes through one submission, whatever the chunks.

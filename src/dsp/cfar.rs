@@ -230,8 +230,8 @@ pub(crate) fn check_window(cfar: &Cfar) -> Result<()> {
         _ => 1,
     };
     let [rows, width] = [0, 1].map(|i| 2 * (cfar.guard[i] + cfar.train[i]) + 1);
-    // Each row costs its cells and a step of the outer loop.
-    if passes * (rows * (width + 1) + 1) <= ITERATIONS {
+    // Each row costs its cells and a step of the outer loop; the mask's threads have three more cells in reach.
+    if passes * (rows * (width + 1) + 1) <= ITERATIONS && rows * (width + 4) + 1 <= ITERATIONS {
         return Ok(());
     }
     Err(BadInput::new("the CFAR window is too large for the GPU")
@@ -296,7 +296,8 @@ pub(crate) fn record(
     let w = Window::new(size, cfar);
     let columns = upload_columns(recorder, columns);
     let mask = recorder.buffer::<u32>("cfar mask", size[0] * size[1]);
-    let threads = Threads::Grid([size[1] as u32, size[0] as u32, 1]);
+    // Four cells a thread.
+    let threads = Threads::Grid([size[1].div_ceil(4) as u32, size[0] as u32, 1]);
     let storage: [&dyn AnyBuffer; 3] = [map, &columns, &mask];
     match cfar.kind {
         CfarKind::Ca => recorder.dispatch(&cfar_ca::KERNEL, &w, &storage, threads),

@@ -60,7 +60,13 @@ impl DeviceSpectrum {
     }
 }
 
-fn detection(mask: Vec<u32>, columns: &[cfar::Column]) -> Detection<f32> {
+pub(super) fn too_many(count: usize, limit: usize) -> Error {
+    Error::Failed(format!(
+        "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
+    ))
+}
+
+pub(super) fn detection(mask: Vec<u32>, columns: &[cfar::Column]) -> Detection<f32> {
     Detection { mask: mask.iter().map(|m| *m != 0).collect(), ratio: cfar::ratios(columns) }
 }
 
@@ -100,7 +106,7 @@ pub fn noise(
 }
 
 /// Room for this many detected cells; a frame with more costs a second, small submission.
-const CELLS: usize = 4096;
+pub(super) const CELLS: usize = 4096;
 
 /// From the cube to detected cells in one submission: the twin of the cpu engine's `process`. Errors:
 /// a cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
@@ -184,9 +190,7 @@ impl<'a> Recorded<'a> {
         let count = cells.list[0] as usize;
         if count > cells.list.len() - 1 {
             if count > limit {
-                return Err(Error::Failed(format!(
-                    "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
-                )));
+                return Err(too_many(count, limit));
             }
             let mut recorder = gpu.recorder("detected cells");
             let pending = found.record(&mut recorder, count);
@@ -238,16 +242,16 @@ impl PendingCells {
 }
 
 /// Cells in the order of the map.
-struct ListedCells {
+pub(super) struct ListedCells {
     /// How many there are, then doppler x range bins + range of each.
-    list: Vec<u32>,
-    noise: Vec<f32>,
-    channels: Vec<Complex32>,
+    pub list: Vec<u32>,
+    pub noise: Vec<f32>,
+    pub channels: Vec<Complex32>,
 }
 
 impl ListedCells {
     /// Strongest first.
-    fn sorted(&self, map: &PowerMap<f32>, channels: usize) -> (Vec<Cell>, Vec<f32>, Snapshots<f32>) {
+    pub fn sorted(&self, map: &PowerMap<f32>, channels: usize) -> (Vec<Cell>, Vec<f32>, Snapshots<f32>) {
         let list = &self.list[1..=self.list[0] as usize];
         let mut order: Vec<usize> = (0..list.len()).collect();
         // The list is in the order of the map, which a stable sort keeps among equals.

@@ -35,10 +35,14 @@ mod fft_pass;
 pub mod fft_radix16;
 pub mod fft_radix8;
 pub mod multiplex;
+pub mod integrate;
+pub mod keystone;
 pub mod peaks;
 pub mod power;
 pub mod snapshot;
+pub mod stream;
 pub mod window;
+pub mod zero_doppler;
 
 /// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.
 pub trait Real: rustfft::FftNum + rustfft::num_traits::Float + Default + std::iter::Sum {

@@ -2,8 +2,11 @@
 //! kernel that lists them.
 
 use super::{Cell, PowerMap, Real};
+use crate::error::{BadInput, Result};
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/peaks.wgsl`.
@@ -107,6 +110,97 @@ pub fn interpolate<T: Real>(map: &PowerMap<T>, cell: Cell) -> Peak {
     Peak { doppler: d as f64 + doppler, range: r as f64 + range, power }
 }
 
+/// Peak positions that are exact for a single target and a given window, in place of the parabola.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interpolator {
+    /// Of offsets -0.5..=0.5: ln of the power after over that before, and the power in the middle cell over
+    /// that at the peak.
+    table: Vec<(f64, f64)>,
+}
+
+/// Intervals of the table.
+const OFFSETS: usize = 128;
+
+impl Interpolator {
+    /// For data with these weights and a transform of length `fft`. Errors: no weights or a shorter
+    /// transform; a window whose main lobe is narrower than three cells or not symmetric.
+    pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
+        let response = |cells: f64| {
+            let step = -TAU * cells / fft as f64;
+            weights
+                .iter()
+                .enumerate()
+                .map(|(n, w)| *w * Complex64::cis(step * n as f64))
+                .sum::<Complex64>()
+                .norm_sqr()
+        };
+        let top = response(0.0);
+        let table: Vec<(f64, f64)> = (0..=OFFSETS)
+            .map(|i| {
+                let offset = i as f64 / OFFSETS as f64 - 0.5;
+                let (after, before) = (response(1.0 - offset), response(1.0 + offset));
+                ((after / before).ln(), response(offset) / top)
+            })
+            .collect();
+        let rises = table.windows(2).all(|w| w[0].0 < w[1].0);
+        if weights.is_empty() || fft < weights.len() || !(rises && table.iter().all(|v| v.0.is_finite())) {
+            return Err(BadInput::new("peaks cannot be placed by the response of this window")
+                .key("window")
+                .value(format!("{} weights on a transform of {fft}", weights.len()))
+                .allowed("a window whose main lobe is wider than three cells")
+                .remedy("take the parabola, or a transform twice as long")
+                .into());
+        }
+        Ok(Interpolator { table })
+    }
+
+    /// Offset in cells, within +-0.5, and height of the peak through three powers of which the middle is the
+    /// largest. When it is not, or one is not positive, the peak is left on its cell.
+    pub fn peak(&self, before: f64, at: f64, after: f64) -> (f64, f64) {
+        if !(before > 0.0 && after > 0.0 && at >= before && at >= after) {
+            return (0.0, at);
+        }
+        let ratio = (after / before).ln();
+        let i = self.table.partition_point(|v| v.0 < ratio).clamp(1, OFFSETS);
+        let (a, b) = (self.table[i - 1], self.table[i]);
+        let share = ((ratio - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
+        let offset = ((i - 1) as f64 + share) / OFFSETS as f64 - 0.5;
+        (offset, at / (a.1 + share * (b.1 - a.1)))
+    }
+}
+
+/// Detections that stand for one: the strongest and what lies around it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    pub cell: Cell,
+    /// Indices into the list, the strongest first.
+    pub members: Vec<usize>,
+}
+
+/// Groups cells, which are listed strongest first: each joins the strongest cell within `extent`
+/// `[doppler, range]` cells of it on both axes (Doppler wraps) that stands for a group, or begins one.
+pub fn group<T: Real>(map: &PowerMap<T>, cells: &[Cell], extent: [usize; 2]) -> Vec<Group> {
+    let (rows, columns) = (map.doppler_bins, map.range_bins);
+    let mut owner: Vec<Option<u32>> = vec![None; rows * columns];
+    let mut groups: Vec<Group> = Vec::new();
+    let reach = extent[0].min(rows / 2);
+    for (i, cell) in cells.iter().enumerate() {
+        let (d, r) = (cell.doppler as usize, cell.range as usize);
+        if let Some(g) = owner[d * columns + r] {
+            groups[g as usize].members.push(i);
+            continue;
+        }
+        for step in 0..=2 * reach {
+            let row = (d + rows + step - reach) % rows * columns;
+            for at in r.saturating_sub(extent[1])..=(r + extent[1]).min(columns - 1) {
+                owner[row + at].get_or_insert(groups.len() as u32);
+            }
+        }
+        groups.push(Group { cell: *cell, members: vec![i] });
+    }
+    groups
+}
+
 /// Strongest first; equal powers by row, then column.
 pub fn sort<T: Real>(map: &PowerMap<T>, cells: &mut [Cell]) {
     let power = |c: &Cell| map.at(c.doppler as usize, c.range as usize).wide();
@@ -140,6 +234,58 @@ mod tests {
         assert_eq!((peak.doppler, peak.range, peak.power), (1.0, 0.0, 1.0));
         assert_eq!(parabola(2.0, 1.0, 0.5), (0.0, 1.0));
         assert_eq!(parabola(1.0, 1.0, 1.0), (0.0, 1.0));
+    }
+
+    /// Largest error over a cell in cells, of the parabola and of the window's own response.
+    #[test]
+    fn bias_of_the_two_interpolations() {
+        use crate::dsp::window::coefficients;
+        use crate::scene::radar::Window;
+        for (window, padding, bound) in [
+            (Window::Hann, 1, 0.06),
+            (Window::Hann, 2, 0.006),
+            (Window::Hamming, 1, 0.08),
+            (Window::Blackman, 1, 0.03),
+            (Window::DolphChebyshev { side_lobe_db: 60.0 }, 1, 0.05),
+            (Window::Rectangle, 2, 0.04),
+        ] {
+            let n = 128;
+            let w = coefficients(window, n).unwrap();
+            let own = Interpolator::new(&w, padding * n).unwrap();
+            let mut worst = [0.0f64; 4];
+            for i in 0..=200 {
+                let offset = f64::from(i) / 200.0 - 0.5;
+                let p = [-1.0, 0.0, 1.0].map(|k: f64| {
+                    let turns = (k - offset) / (padding * n) as f64;
+                    let z: Complex64 =
+                        w.iter().enumerate().map(|(m, w)| *w * Complex64::cis(-TAU * turns * m as f64)).sum();
+                    z.norm_sqr() / w.iter().sum::<f64>().powi(2)
+                });
+                for (j, (got, height)) in
+                    [parabola(p[0], p[1], p[2]), own.peak(p[0], p[1], p[2])].into_iter().enumerate()
+                {
+                    worst[j] = worst[j].max((got - offset).abs());
+                    worst[2 + j] = worst[2 + j].max((10.0 * height.log10()).abs());
+                }
+            }
+            println!("{window:?} x {padding}: {worst:?} cells, dB");
+            assert!(worst[0] < bound && worst[0] > 20.0 * worst[1], "{window:?}: {worst:?}");
+            assert!(worst[1] < 1e-4 && worst[3] < 1e-3, "{window:?}: {worst:?}");
+        }
+        assert!(Interpolator::new(&[], 4).is_err() && Interpolator::new(&[1.0; 8], 4).is_err());
+    }
+
+    #[test]
+    fn groups_take_what_lies_around() {
+        let map = PowerMap { doppler_bins: 8, range_bins: 20, data: vec![1.0f64; 160] };
+        let cell = |doppler, range| Cell { doppler, range };
+        let cells = [cell(0, 5), cell(7, 7), cell(1, 3), cell(4, 5), cell(0, 8), cell(0, 19)];
+        let groups = group(&map, &cells, [1, 2]);
+        let members: Vec<_> = groups.iter().map(|g| g.members.clone()).collect();
+        assert_eq!(members, [vec![0, 1, 2], vec![3], vec![4], vec![5]]);
+        // Nothing is lost, and an extent of nothing groups nothing.
+        assert_eq!(group(&map, &cells, [0, 0]).len(), cells.len());
+        assert_eq!(group(&map, &cells, [100, 100]).len(), 1);
     }
 
     #[test]

@@ -38,19 +38,31 @@ pub static KERNEL: Kernel = Kernel {
 /// The map of a spectrum, `[doppler, range]`, in W.
 pub fn record(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> Buffer<f32> {
     let map = recorder.buffer::<f32>("map", spectrum.doppler_bins * spectrum.range_bins);
+    add(recorder, spectrum, &map, (0, spectrum.channels));
+    map
+}
+
+/// Adds the power of a spectrum to `map`: its channels are those from the `first`-th on of `all` channels, of
+/// which the first begin the map and the last turn the sum into the mean.
+pub(crate) fn add(
+    recorder: &mut Recorder<'_>,
+    spectrum: &DeviceSpectrum,
+    map: &Buffer<f32>,
+    (first, all): (usize, usize),
+) {
     for chunk in &spectrum.chunks {
-        let last = chunk.first_channel + chunk.channels == spectrum.channels;
+        let first = first + chunk.first_channel;
+        let last = first + chunk.channels == all;
         let params = Params {
             doppler_bins: spectrum.doppler_bins as u32,
             channels: chunk.channels as u32,
             ranges: chunk.ranges as u32,
             first_range: chunk.first_range as u32,
             range_bins: spectrum.range_bins as u32,
-            start: u32::from(chunk.first_channel == 0),
-            scale: if last { (1.0 / spectrum.channels as f64) as f32 } else { 1.0 },
+            start: u32::from(first == 0),
+            scale: if last { (1.0 / all as f64) as f32 } else { 1.0 },
         };
         let threads = Threads::Linear((spectrum.doppler_bins * chunk.ranges) as u64);
-        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, &map], threads);
+        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, map], threads);
     }
-    map
 }

@@ -38,20 +38,31 @@ pub fn record(
     spectrum: &DeviceSpectrum,
     list: &Buffer<u32>,
 ) -> Buffer<Complex32> {
+    let snapshots = recorder.buffer::<Complex32>("snapshots", (list.len() - 1) * spectrum.channels);
+    add(recorder, spectrum, list, &snapshots, (0, spectrum.channels));
+    snapshots
+}
+
+/// Those of a spectrum whose channels are the ones from the `first`-th on of `all`.
+pub(crate) fn add(
+    recorder: &mut Recorder<'_>,
+    spectrum: &DeviceSpectrum,
+    list: &Buffer<u32>,
+    snapshots: &Buffer<Complex32>,
+    (first, all): (usize, usize),
+) {
     let capacity = list.len() - 1;
-    let snapshots = recorder.buffer::<Complex32>("snapshots", capacity * spectrum.channels);
     for chunk in &spectrum.chunks {
         let params = Params {
             capacity: capacity as u32,
-            channels: spectrum.channels as u32,
+            channels: all as u32,
             range_bins: spectrum.range_bins as u32,
-            first_channel: chunk.first_channel as u32,
+            first_channel: (first + chunk.first_channel) as u32,
             chunk_channels: chunk.channels as u32,
             first_range: chunk.first_range as u32,
             ranges: chunk.ranges as u32,
         };
         let threads = Threads::Linear((capacity * chunk.channels) as u64);
-        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, list, &snapshots], threads);
+        recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, list, snapshots], threads);
     }
-    snapshots
 }

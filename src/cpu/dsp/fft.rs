@@ -43,53 +43,98 @@ pub fn range<T: Real>(cube: &Cube<T>, transform: &Transform, out: &mut [Complex<
     range_of(&cube.data, transform, out);
 }
 
-/// Range transform of lines of samples, one after another, into lines of range bins. Where the bins are half
-/// of the transform the samples are real, and two lines go through it as one: of z = a + jb,
-/// A = (Z[k] + Z*[N-k])/2 and B = (Z[k] - Z*[N-k])/2j.
+/// Range transform of lines of samples, `[chirp, channel]`, into lines of range bins. Where the bins are half
+/// of the transform the samples are real.
 pub fn range_of<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut [Complex<T>]) {
-    let n = transform.range_fft;
+    if transform.range_bins < transform.range_fft {
+        real_lines(samples, transform, out);
+    } else {
+        complex_lines(samples, transform, out);
+    }
+}
+
+/// A line's window and transform, and memory for it.
+struct Line<'a, T: Real> {
+    transform: &'a Transform,
+    window: &'a [T],
+    fft: &'a dyn rustfft::Fft<T>,
+    values: Vec<Complex<T>>,
+    scratch: Vec<Complex<T>>,
+}
+
+impl<'a, T: Real> Line<'a, T> {
+    fn new(transform: &'a Transform, window: &'a [T], fft: &'a dyn rustfft::Fft<T>) -> Self {
+        let values = vec![Complex::default(); transform.range_fft];
+        Line {
+            transform,
+            window,
+            fft,
+            values,
+            scratch: vec![Complex::default(); fft.get_inplace_scratch_len()],
+        }
+    }
+
+    /// Windows and transforms what was put into the first values.
+    fn process(&mut self) {
+        let count = self.transform.samples;
+        if self.transform.reversed {
+            self.values[..count].reverse();
+        }
+        for (x, w) in self.values.iter_mut().zip(self.window) {
+            *x = x.scale(*w);
+        }
+        self.values[count..].fill(Complex::default());
+        self.fft.process_with_scratch(&mut self.values, &mut self.scratch);
+    }
+}
+
+pub(super) fn complex_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut [Complex<T>]) {
+    let (bins, count) = (transform.range_bins, transform.samples);
+    let fft = FftPlanner::<T>::new().plan_fft_forward(transform.range_fft);
+    let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
+    out.par_chunks_mut(bins).zip(samples.par_chunks(count)).with_min_len(16).for_each_init(
+        || Line::new(transform, &window, &*fft),
+        |line, (out, samples)| {
+            line.values[..count].copy_from_slice(samples);
+            line.process();
+            out.copy_from_slice(&line.values[..bins]);
+        },
+    );
+}
+
+/// Two real lines a, b go through the transform as z = a + jb: A = (Z[k] + Z*[N-k])/2 and
+/// B = (Z[k] - Z*[N-k])/2j. They are two chirps of one channel, so that a channel's rounding does not depend
+/// on which others are there.
+fn real_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut [Complex<T>]) {
+    let (n, bins, count) = (transform.range_fft, transform.range_bins, transform.samples);
+    let channels = samples.len() / (transform.chirps * count);
     let fft = FftPlanner::<T>::new().plan_fft_forward(n);
     let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
-    let buffers =
-        || (vec![Complex::<T>::default(); n], vec![Complex::<T>::default(); fft.get_inplace_scratch_len()]);
-    let real = transform.range_bins < n;
-    let lines = if real { 2 } else { 1 };
-    let (bins, count) = (transform.range_bins, transform.samples);
-    out.par_chunks_mut(lines * bins).zip(samples.par_chunks(lines * count)).with_min_len(16).for_each_init(
-        buffers,
-        |(line, scratch), (out, samples)| {
-            let (first, second) = samples.split_at(count);
-            if real {
-                for (l, x) in line.iter_mut().zip(first) {
-                    *l = Complex::new(x.re, T::zero());
+    let half = T::of(0.5);
+    out.par_chunks_mut(2 * channels * bins).zip(samples.par_chunks(2 * channels * count)).for_each_init(
+        || Line::new(transform, &window, &*fft),
+        |line, (out, samples)| {
+            let (a, b) = samples.split_at(channels * count);
+            let (out_a, out_b) = out.split_at_mut(channels * bins);
+            for channel in 0..channels {
+                let (from, to) = (channel * count, channel * bins);
+                for (z, x) in line.values.iter_mut().zip(&a[from..from + count]) {
+                    *z = Complex::new(x.re, T::zero());
                 }
-                for (l, x) in line.iter_mut().zip(second) {
-                    l.im = x.re;
-                }
-            } else {
-                line[..count].copy_from_slice(first);
-            }
-            if transform.reversed {
-                line[..count].reverse();
-            }
-            for (l, w) in line.iter_mut().zip(&window) {
-                *l = l.scale(*w);
-            }
-            line[count..].fill(Complex::default());
-            fft.process_with_scratch(line, scratch);
-            if real {
-                let half = T::of(0.5);
-                let (first, second) = out.split_at_mut(bins);
-                for (k, a) in first.iter_mut().enumerate() {
-                    let (z, mirrored) = (line[k], line[(n - k) % n].conj());
-                    *a = (z + mirrored).scale(half);
-                    if let Some(b) = second.get_mut(k) {
-                        let d = (z - mirrored).scale(half);
-                        *b = Complex::new(d.im, -d.re);
+                if !b.is_empty() {
+                    for (z, x) in line.values.iter_mut().zip(&b[from..from + count]) {
+                        z.im = x.re;
                     }
                 }
-            } else {
-                out.copy_from_slice(&line[..bins]);
+                line.process();
+                for k in 0..bins {
+                    let (z, mirrored) = (line.values[k], line.values[(n - k) % n].conj());
+                    out_a[to + k] = (z + mirrored).scale(half);
+                    if !b.is_empty() {
+                        let d = (z - mirrored).scale(half);
+                        out_b[to + k] = Complex::new(d.im, -d.re);
+                    }
+                }
             }
         },
     );

@@ -9,9 +9,12 @@ pub mod doa_beamform;
 pub mod doa_spectrum;
 pub mod fft;
 pub mod lines;
+pub mod keystone;
 pub mod peaks;
 pub mod power;
 pub mod snapshot;
+pub mod stream;
+pub mod zero_doppler;
 
 use crate::adc::Cube;
 use crate::dsp::fft::Transform;
