@@ -1,5 +1,6 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod gridding;
 pub mod noise;
 pub mod synthesis;
 

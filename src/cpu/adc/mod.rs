@@ -1,4 +1,5 @@
 //! Synthesis and noise on the processor.
 
+pub mod gridding;
 pub mod noise;
 pub mod synthesis;

@@ -1,0 +1,495 @@
+//! Synthesis by gridding: how a set of echoes is summed without visiting every echo at every sample
+//! (CONVENTIONS eq. 80-84). The engines follow the [`Layout`] that is made here.
+//!
+//! Chirps are cut into blocks. In a block, about its middle, the phase of an echo is
+//! a0 + n b0 + m a1 + b1 m n + c n² + a2 m² turns, and b1, c and a2 come from the same motion as a1:
+//! b1 = κ a1 + κ₀ and so on, nearly the same for all echoes. So the phase is n b0 + a1 t(m, n) with
+//! a slow time t = m + κ m n + γ n² + α m² that the sample warps (keystone), and what κ₀, γ₀ and α₀ add
+//! is known. Echoes are spread on a grid of b0 (cells) and a1 (lines); each line is transformed to
+//! samples; at each sample the lines are added up with e^{2πj t a1}. The cost of a sample does not
+//! depend on the number of echoes, nor on how far they migrate.
+
+use super::synthesis::{Plan, Set};
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// How a set of echoes was summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Every echo at every sample.
+    #[default]
+    Direct,
+    Gridded(Gridded),
+}
+
+/// What [`Method::Gridded`] did.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Gridded {
+    /// Blocks of chirps.
+    pub blocks: usize,
+    /// Range transforms of each block and channel: lines of slow-time frequency.
+    pub lines: usize,
+    /// Cells of a line per sample.
+    pub oversampling: f64,
+    /// Cells, and lines, over which an echo is spread.
+    pub taps: usize,
+    /// Estimate of the error relative to the peak of the cube, rounding included.
+    pub error: f64,
+}
+
+/// How the echoes of one frame were summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Methods {
+    pub still: Method,
+    pub moving: Method,
+}
+
+/// Cells over which an echo is spread, on each axis.
+pub const TAPS: usize = 8;
+/// Lines for each line that the band of slow time alone would need.
+const LINE_OVERSAMPLING: f64 = 1.4;
+/// Bounds of the phase that the warp leaves over at the corners of a block, rad: of the echo that is
+/// worst, and in the mean over echoes by power.
+const WORST_RESIDUAL: f64 = 7e-5;
+const MEAN_RESIDUAL: f64 = 2e-5;
+/// Rounding in f32: transforms of some hundred values and as many terms of a polynomial.
+const ROUNDING: f64 = 1.5e-6;
+/// Echoes times channels whose coefficients are kept at a time (64 bytes each).
+pub const ECHOES_KEPT: usize = 1 << 21;
+
+/// The bell that spreads an echo over [`TAPS`] cells: I₀(β√(1 − d²))/I₀(β), d from -1 to 1
+/// (Kaiser-Bessel). Its transform is known in closed form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bell {
+    beta: f64,
+    /// Polynomial in 1 − d², lowest order first; positive terms, so that nothing cancels.
+    pub polynomial: [f32; DEGREE + 1],
+}
+
+/// Degree of the polynomial of a bell: 1e-7 of its peak at the widest oversampling.
+pub const DEGREE: usize = 13;
+
+impl Bell {
+    /// For frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform
+    /// where the image of that band begins.
+    pub fn new(oversampling: f64) -> Bell {
+        let beta = 0.98 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling);
+        let peak = bessel_i0(beta);
+        let f = |s: f64| bessel_i0(beta * s.max(0.0).sqrt()) / peak;
+        Bell { beta, polynomial: economised(f).map(|c| c as f32) }
+    }
+
+    /// Its value at distance d, in halves of its width.
+    pub fn at(&self, d: f64) -> f64 {
+        if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / bessel_i0(self.beta) }
+    }
+
+    /// ∫ bell e^{2πj f x} dx, x in cells.
+    pub fn transform(&self, f: f64) -> f64 {
+        let w = TAPS as f64;
+        let q = self.beta * self.beta - (PI * w * f).powi(2);
+        let (r, peak) = (q.abs().sqrt(), bessel_i0(self.beta));
+        let shape = match () {
+            () if r < 1e-4 => 1.0,
+            () if q > 0.0 => r.sinh() / r,
+            () => r.sin() / r,
+        };
+        w * shape / peak
+    }
+
+    /// What images add at frequencies up to 1/(2 oversampling), relative to the signal: the largest.
+    pub fn aliasing(&self, oversampling: f64) -> f64 {
+        let band = 0.5 / oversampling;
+        let at = |f: f64| {
+            let images: f64 = (1..40)
+                .flat_map(|k| [f64::from(k), -f64::from(k)])
+                .map(|k| self.transform(f + k).powi(2))
+                .sum();
+            images.sqrt() / self.transform(f)
+        };
+        (0..=32).map(|i| at(band * f64::from(i) / 32.0)).fold(0.0, f64::max)
+    }
+}
+
+/// Modified Bessel function of the first kind, order zero, by its series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = 0.25 * x * x;
+    let (mut term, mut sum, mut k) = (1.0, 1.0, 1.0);
+    while term > 1e-17 * sum {
+        term *= quarter / (k * k);
+        sum += term;
+        k += 1.0;
+    }
+    sum
+}
+
+/// Coefficients of the polynomial through f at the Chebyshev nodes of [0, 1].
+fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
+    const N: usize = DEGREE + 1;
+    let node = |i: usize| (PI * (i as f64 + 0.5) / N as f64).cos();
+    let values: Vec<f64> = (0..N).map(|i| f(0.5 + 0.5 * node(i))).collect();
+    let mut sum = [0.0; N];
+    // Shifted Chebyshev polynomials T_k(2s − 1) by powers of s.
+    let (mut before, mut this) = ([0.0; N], [0.0; N]);
+    (before[0], this[0]) = (0.0, 1.0);
+    for k in 0..N {
+        let weight: f64 =
+            (0..N).map(|i| values[i] * (PI * k as f64 * (i as f64 + 0.5) / N as f64).cos()).sum::<f64>()
+                * if k == 0 { 1.0 } else { 2.0 }
+                / N as f64;
+        for (s, t) in sum.iter_mut().zip(&this) {
+            *s += weight * t;
+        }
+        let scale = if k == 0 { 1.0 } else { 2.0 };
+        let next: [f64; N] = std::array::from_fn(|i| {
+            let shifted = if i > 0 { 2.0 * this[i - 1] } else { 0.0 };
+            scale * (shifted - this[i]) - if k == 0 { 0.0 } else { before[i] }
+        });
+        (before, this) = (this, next);
+    }
+    sum
+}
+
+/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`.
+#[derive(Debug, Clone, Default)]
+pub struct Echoes {
+    pub count: usize,
+    pub channels: usize,
+    pub amplitude: Vec<Complex32>,
+    /// Turns, within half a turn.
+    pub a0: Vec<f64>,
+    pub a1: Vec<f64>,
+    pub a2: Vec<f64>,
+    pub b0: Vec<f64>,
+    pub b1: Vec<f64>,
+    pub c: Vec<f64>,
+}
+
+/// Chirp and sample that coefficients are taken about.
+pub fn origin(plan: &Plan) -> [f64; 2] {
+    [(plan.chirps / 2) as f64, (plan.samples / 2) as f64]
+}
+
+impl Echoes {
+    /// `indices` into the returns of the plan, in some channels.
+    pub fn new(plan: &Plan, indices: &[u32], channels: std::ops::Range<usize>) -> Echoes {
+        let (count, total) = (indices.len(), indices.len() * channels.len());
+        let column = || vec![0.0; total];
+        let mut e = Echoes {
+            count,
+            channels: channels.len(),
+            amplitude: vec![Complex32::ZERO; total],
+            a0: column(),
+            a1: column(),
+            a2: column(),
+            b0: column(),
+            b1: column(),
+            c: column(),
+        };
+        if total == 0 {
+            return e;
+        }
+        const PART: usize = 1024;
+        let [m, n] = origin(plan);
+        // Each part of each column of a channel is filled by one task.
+        let parts = |v| <[f64]>::chunks_mut(v, count).flat_map(|c| c.chunks_mut(PART)).collect::<Vec<_>>();
+        let (a0, a1, a2) = (parts(&mut e.a0), parts(&mut e.a1), parts(&mut e.a2));
+        let (b0, b1, c) = (parts(&mut e.b0), parts(&mut e.b1), parts(&mut e.c));
+        let amplitude: Vec<_> = e.amplitude.chunks_mut(count).flat_map(|c| c.chunks_mut(PART)).collect();
+        let in_channel = count.div_ceil(PART);
+        (amplitude, a0, a1, a2, b0, b1, c).into_par_iter().enumerate().for_each(
+            |(part, (amplitude, a0, a1, a2, b0, b1, c))| {
+                let (channel, first) = (channels.start + part / in_channel, part % in_channel * PART);
+                for (i, index) in indices[first..first + a0.len()].iter().enumerate() {
+                    let k = plan.coefficients(*index, channel).about(m, n);
+                    amplitude[i] = Complex32::new(k.amplitude.re as f32, k.amplitude.im as f32);
+                    (a0[i], a1[i], a2[i]) = (k.a0 - k.a0.round(), k.a1, k.a2);
+                    (b0[i], b1[i], c[i]) = (k.b0, k.b1, k.c);
+                }
+            },
+        );
+        e
+    }
+}
+
+/// y = slope x + offset fitted to all echoes, and what it leaves over.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Line {
+    pub slope: f64,
+    pub offset: f64,
+    worst: f64,
+    mean: f64,
+}
+
+impl Line {
+    fn fit(x: &[f64], y: &[f64], weights: &[f64]) -> Line {
+        let sums = |f: &dyn Fn(usize) -> f64| weights.iter().enumerate().map(|(i, w)| w * f(i)).sum::<f64>();
+        let (mean_x, mean_y) = (sums(&|i| x[i]), sums(&|i| y[i]));
+        let spread = sums(&|i| (x[i] - mean_x).powi(2));
+        let slope = if spread > 0.0 { sums(&|i| (x[i] - mean_x) * (y[i] - mean_y)) / spread } else { 0.0 };
+        let offset = mean_y - slope * mean_x;
+        let left = |i: usize| y[i] - slope * x[i] - offset;
+        let worst = (0..x.len()).map(|i| left(i).abs()).fold(0.0, f64::max);
+        Line { slope, offset, worst, mean: sums(&|i| left(i).powi(2)).sqrt() }
+    }
+}
+
+/// Warped slow time of eq. 81 and the phase that all echoes share, in turns.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Warp {
+    /// b1, c and a2 as functions of a1.
+    pub b1: Line,
+    pub c: Line,
+    pub a2: Line,
+}
+
+impl Warp {
+    pub fn time(&self, m: f64, n: f64) -> f64 {
+        m + self.b1.slope * m * n + self.c.slope * n * n + self.a2.slope * m * m
+    }
+
+    pub fn shared_turns(&self, m: f64, n: f64) -> f64 {
+        self.b1.offset * m * n + self.c.offset * n * n + self.a2.offset * m * m
+    }
+
+    /// Phase left over at the corners of a block of 2 `m` chirps by 2 `n` samples, rad: (worst, mean).
+    fn residual(&self, m: f64, n: f64) -> (f64, f64) {
+        let sum =
+            |f: fn(&Line) -> f64| TAU * (f(&self.b1) * m * n + f(&self.c) * n * n + f(&self.a2) * m * m);
+        (sum(|l| l.worst), sum(|l| l.mean))
+    }
+}
+
+/// Time that the parts of the work take on an engine, ns.
+#[derive(Debug, Clone, Copy)]
+pub struct Costs {
+    /// One echo at one sample, directly.
+    pub direct: f64,
+    /// One echo in one channel and one block, on one line, and on [`TAPS`] of them.
+    pub spread: [f64; 2],
+    /// A cell of a transform, per factor of two.
+    pub transform: f64,
+    /// A sample on a line.
+    pub line: f64,
+    /// A sample, once.
+    pub sample: f64,
+    /// A chirp and sample of a block, for tables that channels share.
+    pub table: f64,
+    /// Whether transforms have to be powers of two, and the longest.
+    pub power_of_two: bool,
+    pub longest: usize,
+    /// Most lines of a block.
+    pub lines: usize,
+}
+
+/// Grid and blocks of a set of echoes: all that an engine needs beside the echoes.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    pub chirps: usize,
+    pub samples: usize,
+    /// Chirps of a block; the last may be shorter.
+    pub block: usize,
+    /// Cells of a line, one turn of b0.
+    pub cells: usize,
+    pub cell_bell: Bell,
+    /// Lines; with one line nothing is spread over lines.
+    pub lines: usize,
+    /// a1 on line zero, and from line to line, turns.
+    pub first_line: f64,
+    pub line_step: f64,
+    pub line_bell: Bell,
+    pub warp: Warp,
+    /// Estimates of what it costs here, ns, and of its error.
+    pub cost: f64,
+    pub error: f64,
+}
+
+/// Factors of transforms that are fast.
+fn is_smooth(mut n: usize) -> bool {
+    for p in [2, 3, 5] {
+        while n.is_multiple_of(p) {
+            n /= p;
+        }
+    }
+    n == 1
+}
+
+/// Cells of a line for this many samples.
+pub fn cells(samples: usize, costs: &Costs) -> usize {
+    let least = (1.375 * samples as f64).ceil() as usize;
+    let least = least.max(2 * TAPS);
+    if costs.power_of_two {
+        return least.next_power_of_two();
+    }
+    (least..).find(|n| n % 4 == 0 && is_smooth(*n)).unwrap_or(least)
+}
+
+/// What a transform of `cells` costs, ns.
+fn transform_ns(cells: usize, costs: &Costs) -> f64 {
+    costs.transform * cells as f64 * (cells as f64).log2()
+}
+
+impl Layout {
+    /// For echoes that do not change from chirp to chirp: one chirp, one line.
+    pub fn still(samples: usize, costs: &Costs) -> Layout {
+        let cells = cells(samples, costs);
+        let oversampling = cells as f64 / samples.max(1) as f64;
+        let cell_bell = Bell::new(oversampling);
+        Layout {
+            chirps: 1,
+            samples,
+            block: 1,
+            cells,
+            error: cell_bell.aliasing(oversampling).hypot(ROUNDING),
+            line_bell: cell_bell.clone(),
+            cell_bell,
+            lines: 1,
+            first_line: 0.0,
+            line_step: 0.0,
+            warp: Warp::default(),
+            cost: 0.0,
+        }
+    }
+
+    /// Whether gridding `echoes` echoes that stand still pays.
+    pub fn still_pays(echoes: usize, samples: usize, costs: &Costs) -> bool {
+        let n = samples as f64;
+        let cells = cells(samples, costs);
+        let gridded = echoes as f64 * costs.spread[0] + transform_ns(cells, costs) + n * costs.line;
+        cells <= costs.longest && gridded < echoes as f64 * n * costs.direct
+    }
+
+    /// The cheapest layout that is accurate enough, if there is one cheaper than the direct sum.
+    pub fn choose(plan: &Plan, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+        let (chirps, samples) = (plan.chirps, plan.samples);
+        if echoes.count == 0 || chirps == 0 || samples == 0 {
+            return None;
+        }
+        let cells = cells(samples, costs);
+        let (pairs, channels) = ((echoes.count * echoes.channels) as f64, echoes.channels as f64);
+        let (all_m, n) = (0.5 * chirps as f64, 0.5 * samples as f64);
+        let direct = pairs * (chirps * samples) as f64 * costs.direct;
+        // No layout is cheaper than one line of each chirp.
+        let least = channels * chirps as f64 * transform_ns(cells, costs);
+        if cells > costs.longest || direct < least {
+            return None;
+        }
+        let power: f64 = echoes.amplitude.iter().map(|a| f64::from(a.norm_sqr())).sum();
+        let weights: Vec<f64> = echoes
+            .amplitude
+            .iter()
+            .map(|a| {
+                let equal = 1.0 / pairs;
+                0.5 * (equal + if power > 0.0 { f64::from(a.norm_sqr()) / power } else { equal })
+            })
+            .collect();
+        let fit = |y: &[f64]| Line::fit(&echoes.a1, y, &weights);
+        let warp = Warp { b1: fit(&echoes.b1), c: fit(&echoes.c), a2: fit(&echoes.a2) };
+        // From block to block a1 moves by 2 m a2.
+        let (mut low, mut high, mut bend) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+        for (a1, a2) in echoes.a1.iter().zip(&echoes.a2) {
+            let moved = 2.0 * all_m * a2.abs();
+            (low, high, bend) = (low.min(a1 - moved), high.max(a1 + moved), bend.max(moved));
+        }
+        let oversampling = cells as f64 / samples as f64;
+        let (cell_bell, line_bell) = (Bell::new(oversampling), Bell::new(LINE_OVERSAMPLING));
+        let aliasing = cell_bell.aliasing(oversampling).hypot(line_bell.aliasing(LINE_OVERSAMPLING));
+        let mut best: Option<Layout> = None;
+        let mut blocks = 1;
+        while blocks <= chirps {
+            let block = chirps.div_ceil(blocks);
+            let m = if block == 1 { 0.0 } else { 0.5 * block as f64 };
+            let longest =
+                [(-m, -n), (m, -n), (-m, n), (m, n), (0.0, -n), (0.0, n)].map(|(m, n)| warp.time(m, n).abs());
+            let longest = longest.into_iter().fold(0.0, f64::max);
+            let (mut worst, mut mean) = warp.residual(m, n);
+            let kept = TAU * bend * (warp.b1.slope.abs() * m * n + warp.c.slope.abs() * n * n);
+            (worst, mean) = (worst + kept, mean + kept);
+            let across = TAU * 0.5 * (high - low) * longest;
+            let (lines, first_line, line_step) = if across < 0.5 * MEAN_RESIDUAL {
+                (worst, mean) = (worst + across, mean + across);
+                (1, 0.5 * (low + high), 0.0)
+            } else {
+                let step = 0.5 / (LINE_OVERSAMPLING * longest);
+                let half = 0.5 * TAPS as f64;
+                (((high - low) / step).ceil() as usize + TAPS + 1, low - step * (half + 0.25), step)
+            };
+            let count = chirps.div_ceil(block) as f64;
+            let cost = pairs * count * costs.spread[usize::from(lines > 1)]
+                + channels * count * lines as f64 * transform_ns(cells, costs)
+                + channels * (chirps * samples) as f64 * (costs.line * lines as f64 + costs.sample)
+                + (block * samples) as f64 * costs.table;
+            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL && lines <= costs.lines;
+            if accurate && cost < best.as_ref().map_or(direct, |b| b.cost) {
+                best = Some(Layout {
+                    chirps,
+                    samples,
+                    block,
+                    cells,
+                    cell_bell: cell_bell.clone(),
+                    lines,
+                    first_line,
+                    line_step,
+                    line_bell: line_bell.clone(),
+                    warp,
+                    cost,
+                    error: aliasing.hypot(mean).hypot(ROUNDING),
+                });
+            }
+            if block == 1 {
+                break;
+            }
+            // The next number of blocks that makes them shorter, growing by about a quarter.
+            let mut next = blocks + (blocks / 4).max(1);
+            while chirps.div_ceil(next) == block {
+                next += 1;
+            }
+            blocks = next;
+        }
+        best
+    }
+
+    pub fn blocks(&self) -> usize {
+        self.chirps.div_ceil(self.block)
+    }
+
+    /// Chirp of the middle of a block, counted from the middle of the frame.
+    pub fn middle(&self, block: usize) -> f64 {
+        (block * self.block + self.block / 2) as f64 - (self.chirps / 2) as f64
+    }
+
+    /// Line about which the sum over lines is taken.
+    pub fn middle_line(&self) -> usize {
+        self.lines / 2
+    }
+
+    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor of
+    /// the sum over lines: turns and magnitude.
+    pub fn finish(&self, i: usize, n: usize) -> (f64, f64, f64) {
+        let m = i as f64 - (self.block / 2) as f64;
+        let n = n as f64 - (self.samples / 2) as f64;
+        let t = self.warp.time(m, n);
+        let a1 = self.first_line + self.middle_line() as f64 * self.line_step;
+        let turns = t * a1 + self.warp.shared_turns(m, n);
+        let cells = self.cell_bell.transform(n / self.cells as f64);
+        let lines = if self.lines == 1 { 1.0 } else { self.line_bell.transform(t * self.line_step) };
+        (t * self.line_step, turns, 1.0 / (cells * lines))
+    }
+
+    pub fn method(&self) -> Method {
+        Method::Gridded(Gridded {
+            blocks: self.blocks(),
+            lines: self.lines,
+            oversampling: self.cells as f64 / self.samples as f64,
+            taps: TAPS,
+            error: self.error,
+        })
+    }
+}
+
+/// Indices of a set in portions whose coefficients are kept at a time.
+pub fn portions<'p>(plan: &'p Plan, set: Set) -> std::slice::Chunks<'p, u32> {
+    plan.set(set).chunks((ECHOES_KEPT / plan.channels.max(1)).max(1))
+}
