@@ -7,6 +7,7 @@ use catseye::cpu::adc::gridding::{COSTS, synthesise_with};
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
+use catseye::scene::radar_toml;
 use catseye::trace::Returns;
 use catseye::units::C0;
 use glam::DVec3;
@@ -118,4 +119,58 @@ fn agrees_with_the_direct_sum() {
         check(&format!("still, {samples} samples"), &radar, &many(200, [2.0, 30.0], 0.0));
         check(&format!("moving, {samples} samples"), &radar, &many(200, [2.0, 30.0], 20.0));
     }
+}
+
+/// `cargo test --release --test gridding -- --ignored --nocapture speed`
+#[test]
+#[ignore = "a measurement"]
+fn speed() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 256;
+    println!(
+        "{} x {} x {}, loop {:.0} us, {:.2} GHz",
+        radar.chirps,
+        radar.channels(),
+        radar.samples,
+        1e6 * radar.loop_period_s(),
+        1e-9 * radar.bandwidth_hz
+    );
+    for (count, speed) in
+        [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5), (124_138, 12.5), (5172, 60.0)]
+    {
+        let list = many(count, [2.0, 60.0], speed);
+        let plan = Plan::new(&radar, &list).unwrap();
+        let (mut best, mut core, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
+        for _ in 0..5 {
+            let (t, c) = (std::time::Instant::now(), core_seconds());
+            methods = synthesise_with(&plan, &COSTS, Control::default()).unwrap().1;
+            (best, core) = (best.min(t.elapsed().as_secs_f64()), core.min(core_seconds() - c));
+        }
+        println!("{} echoes, {} moving: {:?}", plan.front_end.echoes, plan.front_end.moving, methods);
+        println!("  {:.1} ms, {:.1} core-ms", 1e3 * best, 1e3 * core);
+    }
+}
+
+/// The same for the direct sum, per echo and sample.
+#[test]
+#[ignore = "a measurement"]
+fn speed_direct() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 64;
+    let list = many(2048, [2.0, 60.0], 12.5);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let mut core = f64::INFINITY;
+    for _ in 0..4 {
+        let c = core_seconds();
+        synthesise::<f32>(&plan, Control::default()).unwrap();
+        core = core.min(core_seconds() - c);
+    }
+    println!("direct {:.3} ns", 1e9 * core / (2048.0 * 64.0 * 12.0 * 512.0));
+}
+
+/// Time of all threads of this process, from Linux.
+fn core_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
 }

@@ -13,6 +13,7 @@ use super::synthesis::{Plan, Set};
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// How a set of echoes was summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
@@ -64,6 +65,8 @@ pub const ECHOES_KEPT: usize = 1 << 21;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bell {
     beta: f64,
+    /// I₀(β).
+    peak: f64,
     /// Polynomial in 1 − d², lowest order first; positive terms, so that nothing cancels.
     pub polynomial: [f32; DEGREE + 1],
 }
@@ -78,25 +81,25 @@ impl Bell {
         let beta = 0.98 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling);
         let peak = bessel_i0(beta);
         let f = |s: f64| bessel_i0(beta * s.max(0.0).sqrt()) / peak;
-        Bell { beta, polynomial: economised(f).map(|c| c as f32) }
+        Bell { beta, peak, polynomial: economised(f).map(|c| c as f32) }
     }
 
     /// Its value at distance d, in halves of its width.
     pub fn at(&self, d: f64) -> f64 {
-        if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / bessel_i0(self.beta) }
+        if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / self.peak }
     }
 
     /// ∫ bell e^{2πj f x} dx, x in cells.
     pub fn transform(&self, f: f64) -> f64 {
         let w = TAPS as f64;
         let q = self.beta * self.beta - (PI * w * f).powi(2);
-        let (r, peak) = (q.abs().sqrt(), bessel_i0(self.beta));
+        let r = q.abs().sqrt();
         let shape = match () {
             () if r < 1e-4 => 1.0,
             () if q > 0.0 => r.sinh() / r,
             () => r.sin() / r,
         };
-        w * shape / peak
+        w * shape / self.peak
     }
 
     /// What images add at frequencies up to 1/(2 oversampling), relative to the signal: the largest.
@@ -174,7 +177,7 @@ pub fn origin(plan: &Plan) -> [f64; 2] {
 
 impl Echoes {
     /// `indices` into the returns of the plan, in some channels.
-    pub fn new(plan: &Plan, indices: &[u32], channels: std::ops::Range<usize>) -> Echoes {
+    pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Echoes {
         let (count, total) = (indices.len(), indices.len() * channels.len());
         let column = || vec![0.0; total];
         let mut e = Echoes {
@@ -223,17 +226,66 @@ pub struct Line {
     mean: f64,
 }
 
-impl Line {
-    fn fit(x: &[f64], y: &[f64], weights: &[f64]) -> Line {
-        let sums = |f: &dyn Fn(usize) -> f64| weights.iter().enumerate().map(|(i, w)| w * f(i)).sum::<f64>();
-        let (mean_x, mean_y) = (sums(&|i| x[i]), sums(&|i| y[i]));
-        let spread = sums(&|i| (x[i] - mean_x).powi(2));
-        let slope = if spread > 0.0 { sums(&|i| (x[i] - mean_x) * (y[i] - mean_y)) / spread } else { 0.0 };
-        let offset = mean_y - slope * mean_x;
-        let left = |i: usize| y[i] - slope * x[i] - offset;
-        let worst = (0..x.len()).map(|i| left(i).abs()).fold(0.0, f64::max);
-        Line { slope, offset, worst, mean: sums(&|i| left(i).powi(2)).sqrt() }
+/// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half
+/// to all echoes alike.
+fn fit(echoes: &Echoes) -> [Line; 3] {
+    let columns = [&echoes.b1[..], &echoes.c, &echoes.a2];
+    let x = &echoes.a1[..];
+    const PART: usize = 4096;
+    let parts: Vec<Range<usize>> = (0..x.len()).step_by(PART).map(|i| i..(i + PART).min(x.len())).collect();
+    let power = |i: usize| f64::from(echoes.amplitude[i].norm_sqr());
+    // Parts are added in their order, whatever thread they come from.
+    let all: f64 = echoes.amplitude.iter().map(|a| f64::from(a.norm_sqr())).sum();
+    let equal = 1.0 / x.len() as f64;
+    let per_power = if all > 0.0 { 0.5 / all } else { 0.0 };
+    let equal = if all > 0.0 { 0.5 * equal } else { equal };
+    let origin = columns.map(|y| y[0]);
+    let sums = parts.par_iter().map(|part| {
+        let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+        for i in part.clone() {
+            let (w, x) = (equal + per_power * power(i), x[i] - x[0]);
+            o = [o[0] + w * x, o[1] + w * x * x];
+            for k in 0..3 {
+                let y = w * (columns[k][i] - origin[k]);
+                by_column[k] = [by_column[k][0] + y, by_column[k][1] + y * x];
+            }
+        }
+        (o, by_column)
+    });
+    let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+    for (p, columns) in sums.collect::<Vec<_>>() {
+        o = [o[0] + p[0], o[1] + p[1]];
+        by_column = std::array::from_fn(|k| [0, 1].map(|j| by_column[k][j] + columns[k][j]));
     }
+    let spread = o[1] - o[0] * o[0];
+    let mut lines: [Line; 3] = std::array::from_fn(|k| {
+        let [y, xy] = by_column[k];
+        let slope = if spread > 1e-12 * o[1] { (xy - o[0] * y) / spread } else { 0.0 };
+        Line { slope, offset: origin[k] + y - slope * (x[0] + o[0]), ..Line::default() }
+    });
+    let left = parts.par_iter().map(|part| {
+        let (mut worst, mut squares) = ([0.0f64; 3], [0.0; 3]);
+        for i in part.clone() {
+            let w = equal + per_power * power(i);
+            for k in 0..3 {
+                let d = columns[k][i] - lines[k].slope * x[i] - lines[k].offset;
+                worst[k] = worst[k].max(d.abs());
+                squares[k] += w * d * d;
+            }
+        }
+        (worst, squares)
+    });
+    let mut squares = [0.0; 3];
+    for (worst, s) in left.collect::<Vec<_>>() {
+        for k in 0..3 {
+            lines[k].worst = lines[k].worst.max(worst[k]);
+            squares[k] += s[k];
+        }
+    }
+    for (line, s) in lines.iter_mut().zip(squares) {
+        line.mean = s.sqrt();
+    }
+    lines
 }
 
 /// Warped slow time of eq. 81 and the phase that all echoes share, in turns.
@@ -306,9 +358,9 @@ pub struct Layout {
     pub error: f64,
 }
 
-/// Factors of transforms that are fast.
+/// Transforms of these lengths are fast.
 fn is_smooth(mut n: usize) -> bool {
-    for p in [2, 3, 5] {
+    for p in [2, 3] {
         while n.is_multiple_of(p) {
             n /= p;
         }
@@ -323,7 +375,7 @@ pub fn cells(samples: usize, costs: &Costs) -> usize {
     if costs.power_of_two {
         return least.next_power_of_two();
     }
-    (least..).find(|n| n % 4 == 0 && is_smooth(*n)).unwrap_or(least)
+    (least..).find(|n| n % 8 == 0 && is_smooth(*n)).unwrap_or(least)
 }
 
 /// What a transform of `cells` costs, ns.
@@ -376,17 +428,8 @@ impl Layout {
         if cells > costs.longest || direct < least {
             return None;
         }
-        let power: f64 = echoes.amplitude.iter().map(|a| f64::from(a.norm_sqr())).sum();
-        let weights: Vec<f64> = echoes
-            .amplitude
-            .iter()
-            .map(|a| {
-                let equal = 1.0 / pairs;
-                0.5 * (equal + if power > 0.0 { f64::from(a.norm_sqr()) / power } else { equal })
-            })
-            .collect();
-        let fit = |y: &[f64]| Line::fit(&echoes.a1, y, &weights);
-        let warp = Warp { b1: fit(&echoes.b1), c: fit(&echoes.c), a2: fit(&echoes.a2) };
+        let [b1, c, a2] = fit(echoes);
+        let warp = Warp { b1, c, a2 };
         // From block to block a1 moves by 2 m a2.
         let (mut low, mut high, mut bend) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for (a1, a2) in echoes.a1.iter().zip(&echoes.a2) {
@@ -465,17 +508,12 @@ impl Layout {
         self.lines / 2
     }
 
-    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor of
-    /// the sum over lines: turns and magnitude.
-    pub fn finish(&self, i: usize, n: usize) -> (f64, f64, f64) {
-        let m = i as f64 - (self.block / 2) as f64;
-        let n = n as f64 - (self.samples / 2) as f64;
-        let t = self.warp.time(m, n);
-        let a1 = self.first_line + self.middle_line() as f64 * self.line_step;
-        let turns = t * a1 + self.warp.shared_turns(m, n);
-        let cells = self.cell_bell.transform(n / self.cells as f64);
-        let lines = if self.lines == 1 { 1.0 } else { self.line_bell.transform(t * self.line_step) };
-        (t * self.line_step, turns, 1.0 / (cells * lines))
+    /// What remains to be done to the sums over lines.
+    pub fn finish(&self) -> Finish<'_> {
+        let place = |n: usize| n as f64 - (self.samples / 2) as f64;
+        let cells =
+            (0..self.samples).map(|n| self.cell_bell.transform(place(n) / self.cells as f64)).collect();
+        Finish { layout: self, cells }
     }
 
     pub fn method(&self) -> Method {
@@ -486,6 +524,29 @@ impl Layout {
             taps: TAPS,
             error: self.error,
         })
+    }
+}
+
+/// Phase from line to line and the factor of the sum over lines.
+pub struct Finish<'a> {
+    layout: &'a Layout,
+    /// Transform of the bell across cells at each sample.
+    cells: Vec<f64>,
+}
+
+impl Finish<'_> {
+    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor's
+    /// turns and magnitude.
+    pub fn at(&self, i: usize, n: usize) -> (f64, f64, f64) {
+        let layout = self.layout;
+        let m = i as f64 - (layout.block / 2) as f64;
+        let cells = self.cells[n];
+        let n = n as f64 - (layout.samples / 2) as f64;
+        let t = layout.warp.time(m, n);
+        let a1 = layout.first_line + layout.middle_line() as f64 * layout.line_step;
+        let turns = t * a1 + layout.warp.shared_turns(m, n);
+        let lines = if layout.lines == 1 { 1.0 } else { layout.line_bell.transform(t * layout.line_step) };
+        (t * layout.line_step, turns, 1.0 / (cells * lines))
     }
 }
 

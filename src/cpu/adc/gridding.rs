@@ -2,9 +2,9 @@
 //! order by one thread for each block and channel, so the same bytes come out whatever the number of
 //! threads.
 
-use super::synthesis::{Control, LANES, cis, fixed, madd, synthesise_sets, v};
+use super::synthesis::{Control, LANES, cis, fixed, madd, synthesise_sets};
 use crate::adc::Cube;
-use crate::adc::gridding::{Bell, Costs, DEGREE, Echoes, Layout, Methods, TAPS, portions};
+use crate::adc::gridding::{Costs, DEGREE, Echoes, Layout, Methods, TAPS, portions};
 use crate::adc::synthesis::{Plan, Set};
 use crate::cpu::simd::{Vectorised, vectorised};
 use crate::error::{Error, Result};
@@ -20,11 +20,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Measured with AVX2, ns of one core.
 pub const COSTS: Costs = Costs {
     direct: 0.31,
-    spread: [14.0, 26.0],
-    transform: 0.42,
-    line: 0.25,
+    spread: [12.0, 32.0],
+    transform: 0.27,
+    line: 0.27,
     sample: 2.0,
-    table: 60.0,
+    table: 120.0,
     power_of_two: false,
     longest: usize::MAX,
     lines: 1024,
@@ -34,8 +34,6 @@ pub const COSTS: Costs = Costs {
 const STILL_PART: usize = 4096;
 /// Echoes whose places are worked out together.
 const GROUP: usize = 64;
-/// Chirps whose sums over lines go on together: as many as the registers hold.
-const SIDE_BY_SIDE: usize = 4;
 /// Cells before and behind a line, which belong to its other end.
 const PAD: usize = TAPS / 2;
 
@@ -239,19 +237,35 @@ struct Spread<'a> {
     grid: &'a mut [f32],
 }
 
+/// Weights of a group of echoes, tap after tap, from the distance of each echo's first tap in cells.
+/// Loops run over all taps of the group, which suits vectors.
 #[inline(always)]
-fn weights<const FMA: bool>(bell: &Bell, first: f32) -> [f32; TAPS] {
-    let s: [f32; TAPS] = std::array::from_fn(|i| {
-        let d = (first + i as f32) * (2.0 / TAPS as f32);
-        // The outermost distance may round beyond the edge.
-        madd::<FMA>(-d, d, 1.0).max(0.0)
-    });
-    let mut sum = [bell.polynomial[DEGREE]; TAPS];
-    for k in (0..DEGREE).rev() {
-        sum = std::array::from_fn(|i| madd::<FMA>(sum[i], s[i], bell.polynomial[k]));
+fn weigh<const FMA: bool>(bell: &[f32; DEGREE + 1], first: &[f32; GROUP], weights: &mut Weights) {
+    for (w, first) in weights.0.as_chunks_mut::<TAPS>().0.iter_mut().zip(first) {
+        for (i, w) in w.iter_mut().enumerate() {
+            *w = first + i as f32;
+        }
     }
-    sum
+    for w in &mut weights.0 {
+        let d = *w * (2.0 / TAPS as f32);
+        // The outermost tap may round beyond the edge.
+        let s = madd::<FMA>(-d, d, 1.0).max(0.0);
+        let mut sum = bell[DEGREE];
+        for k in (0..DEGREE).rev() {
+            sum = madd::<FMA>(sum, s, bell[k]);
+        }
+        *w = sum;
+    }
 }
+
+/// An integer below 2³¹ from its f64: vectors have no other way.
+#[inline(always)]
+fn integer(x: f64) -> i32 {
+    (x + 6_755_399_441_055_744.0).to_bits() as i32
+}
+
+#[repr(align(64))]
+struct Weights([f32; GROUP * TAPS]);
 
 impl Vectorised for Spread<'_> {
     type Output = ();
@@ -264,51 +278,56 @@ impl Vectorised for Spread<'_> {
         let many = layout.lines > 1;
         let per_step = if many { 1.0 / layout.line_step } else { 0.0 };
         let half = 0.5 * TAPS as f64;
-        let (cell_bell, line_bell) = (layout.cell_bell.clone(), layout.line_bell.clone());
+        let mut phase = [0u32; GROUP];
+        let (mut cell, mut line) = ([0i32; GROUP], [0i32; GROUP]);
+        let (mut first_cell, mut first_line) = ([0f32; GROUP], [0f32; GROUP]);
+        let (mut w, mut u) = (Weights([0.0; GROUP * TAPS]), Weights([0.0; GROUP * TAPS]));
         for start in self.of.clone().step_by(GROUP) {
             let count = GROUP.min(self.of.end - start);
-            let mut phase = [0u32; GROUP];
-            let (mut cell, mut line) = ([0u32; GROUP], [0u32; GROUP]);
-            let (mut first_cell, mut first_line) = ([0f32; GROUP], [0f32; GROUP]);
             let at = start..start + count;
             let (a0, a1, a2) = (&e.a0[at.clone()], &e.a1[at.clone()], &e.a2[at.clone()]);
             let (b0, b1) = (&e.b0[at.clone()], &e.b1[at.clone()]);
             for i in 0..count {
-                let turns = a0[i] + m * (a1[i] + m * a2[i]);
-                phase[i] = fixed(turns - turns.round());
+                phase[i] = fixed(a0[i] + m * (a1[i] + m * a2[i]));
                 let b = b0[i] + m * b1[i];
                 let place = (b - b.floor()) * cells;
                 let first = (place - half).ceil();
-                cell[i] = (first + half) as i32 as u32;
+                cell[i] = integer(first + half);
                 first_cell[i] = (first - place) as f32;
-                let place = (a1[i] + 2.0 * m * a2[i] - layout.first_line) * per_step;
-                let first = (place - half).ceil();
-                line[i] = first as i32 as u32;
-                first_line[i] = (first - place) as f32;
             }
-            for group in (0..count).step_by(LANES) {
-                let turned: [u32; LANES] = std::array::from_fn(|l| phase[group + l]);
-                let (c, s) = cis::<FMA>(&turned);
-                for l in 0..LANES.min(count - group) {
-                    let i = group + l;
+            weigh::<FMA>(&layout.cell_bell.polynomial, &first_cell, &mut w);
+            if many {
+                for i in 0..count {
+                    let place = (a1[i] + 2.0 * m * a2[i] - layout.first_line) * per_step;
+                    let first = (place - half).ceil();
+                    line[i] = integer(first);
+                    first_line[i] = (first - place) as f32;
+                }
+                weigh::<FMA>(&layout.line_bell.polynomial, &first_line, &mut u);
+            }
+            for (group, phase) in phase.as_chunks::<LANES>().0.iter().enumerate().take(count.div_ceil(LANES))
+            {
+                let (c, s) = cis::<FMA>(phase);
+                for l in 0..LANES.min(count - group * LANES) {
+                    let i = group * LANES + l;
                     let a = e.amplitude[start + i];
                     let (re, im) = (a.re * c[l] - a.im * s[l], a.re * s[l] + a.im * c[l]);
-                    let w = weights::<FMA>(&cell_bell, first_cell[i]);
-                    let x: [f32; 2 * TAPS] =
-                        std::array::from_fn(|k| w[k / 2] * if k % 2 == 0 { re } else { im });
+                    let mut x = [0.0; 2 * TAPS];
+                    for (x, w) in x.as_chunks_mut::<2>().0.iter_mut().zip(&w.0[i * TAPS..]) {
+                        *x = [re * w, im * w];
+                    }
                     let from = 2 * cell[i] as usize;
                     if !many {
-                        let to = &mut self.grid[from..from + 2 * TAPS];
-                        for k in 0..2 * TAPS {
-                            to[k] += x[k];
+                        for (to, x) in self.grid[from..from + 2 * TAPS].iter_mut().zip(&x) {
+                            *to += x;
                         }
                         continue;
                     }
-                    let u = weights::<FMA>(&line_bell, first_line[i]);
-                    for (j, u) in u.iter().enumerate() {
-                        let to = &mut self.grid[(line[i] as usize + j) * width + from..][..2 * TAPS];
-                        for k in 0..2 * TAPS {
-                            to[k] = madd::<FMA>(*u, x[k], to[k]);
+                    let first = line[i] as usize;
+                    let lines = self.grid[first * width..(first + TAPS) * width].chunks_exact_mut(width);
+                    for (line, u) in lines.zip(&u.0[i * TAPS..]) {
+                        for (to, x) in line[from..from + 2 * TAPS].iter_mut().zip(&x) {
+                            *to = madd::<FMA>(*u, *x, *to);
                         }
                     }
                 }
@@ -317,19 +336,34 @@ impl Vectorised for Spread<'_> {
     }
 }
 
+/// Samples whose lines are added up together.
+const TILE: usize = 64;
+
+/// Real and imaginary parts of a tile.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Tile {
+    re: [f32; TILE],
+    im: [f32; TILE],
+}
+
+const SILENCE: Tile = Tile { re: [0.0; TILE], im: [0.0; TILE] };
+
 /// Buffers of one thread.
 struct Scratch {
     fft: Vec<Complex32>,
-    /// `[eight samples, line, (re, im), sample]`.
-    tiles: Vec<[[f32; LANES]; 2]>,
+    samples: Vec<Complex32>,
+    /// `[tile, line]`.
+    tiles: Vec<Tile>,
 }
 
 impl Scratch {
     fn new(layout: &Layout, fft: &Arc<dyn Fft<f32>>) -> Scratch {
-        let tiles = layout.samples.div_ceil(LANES) * layout.lines;
+        let tiles = layout.samples.div_ceil(TILE);
         Scratch {
             fft: vec![Complex32::ZERO; fft.get_inplace_scratch_len()],
-            tiles: vec![[[0.0; LANES]; 2]; tiles],
+            samples: vec![Complex32::ZERO; tiles * TILE],
+            tiles: vec![SILENCE; tiles * layout.lines],
         }
     }
 }
@@ -337,46 +371,47 @@ impl Scratch {
 /// Each line from cells to samples. Lines that nothing was spread on stay zero.
 fn transform(layout: &Layout, fft: &dyn Fft<f32>, grid: &mut [Complex32], scratch: &mut Scratch) {
     let (cells, samples, lines) = (layout.cells, layout.samples, layout.lines);
+    // Samples are counted from the middle of the ramp, negative ones stand at the end.
+    let before = samples / 2;
     for (l, line) in grid.chunks_exact_mut(cells + 2 * PAD).enumerate() {
         let line = &mut line[PAD..PAD + cells];
         if line.iter().any(|z| *z != Complex32::ZERO) {
             fft.process_with_scratch(line, &mut scratch.fft);
         }
-        // Samples are counted from the middle of the ramp, negative ones stand at the end.
-        let before = samples / 2;
-        let (head, tail) = (&line[cells - before..], &line[..samples - before]);
-        let mut values = head.iter().chain(tail);
-        for tile in scratch.tiles.iter_mut().skip(l).step_by(lines) {
-            for i in 0..LANES {
-                let z = values.next().copied().unwrap_or_default();
-                (tile[0][i], tile[1][i]) = (z.re, z.im);
+        scratch.samples[..before].copy_from_slice(&line[cells - before..]);
+        scratch.samples[before..samples].copy_from_slice(&line[..samples - before]);
+        let tiles = scratch.tiles.iter_mut().skip(l).step_by(lines);
+        for (tile, values) in tiles.zip(scratch.samples.as_chunks::<TILE>().0) {
+            for i in 0..TILE {
+                (tile.re[i], tile.im[i]) = (values[i].re, values[i].im);
             }
         }
     }
 }
 
-/// What is the same for all blocks and channels, `[chirp of a block, eight samples]`.
+/// What is the same for all blocks and channels, `[chirp of a block, tile]`.
 struct Table {
     lines: usize,
     middle: usize,
     tiles: usize,
     /// e^{2πj t Δ} of eq. 84.
-    step: Vec<[[f32; LANES]; 2]>,
-    factor: Vec<[[f32; LANES]; 2]>,
+    step: Vec<Tile>,
+    factor: Vec<Tile>,
 }
 
 impl Table {
     fn new(layout: &Layout) -> Table {
-        let tiles = layout.samples.div_ceil(LANES);
-        let made = (0..layout.block * tiles).into_par_iter().with_min_len(64).map(|at| {
+        let tiles = layout.samples.div_ceil(TILE);
+        let finish = layout.finish();
+        let made = (0..layout.block * tiles).into_par_iter().map(|at| {
             let (i, tile) = (at / tiles, at % tiles);
-            let (mut step, mut factor) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
-            for k in 0..LANES {
-                let (turns, shared, magnitude) = layout.finish(i, (tile * LANES + k).min(layout.samples - 1));
+            let (mut step, mut factor) = (SILENCE, SILENCE);
+            for k in 0..TILE.min(layout.samples - tile * TILE) {
+                let (turns, shared, magnitude) = finish.at(i, tile * TILE + k);
                 let z = Complex64::cis(TAU * turns);
                 let f = magnitude * Complex64::cis(TAU * (shared - shared.round()));
-                (step[0][k], step[1][k]) = (z.re as f32, z.im as f32);
-                (factor[0][k], factor[1][k]) = (f.re as f32, f.im as f32);
+                (step.re[k], step.im[k]) = (z.re as f32, z.im as f32);
+                (factor.re[k], factor.im[k]) = (f.re as f32, f.im as f32);
             }
             (step, factor)
         });
@@ -392,12 +427,36 @@ struct Out<'a> {
 }
 
 /// Adds up the lines at each sample of a block of chirps of one channel: two polynomials in
-/// e^{±2πj t Δ}, from the middle line outwards.
+/// e^{±2πj t Δ}, from the outermost lines to the middle.
 struct Lines<'a, 'r> {
     table: &'a Table,
-    tiles: &'a [[[f32; LANES]; 2]],
+    tiles: &'a [Tile],
     out: Out<'a>,
     rows: &'a mut [&'r mut [Complex32]],
+}
+
+/// sum z + h, with z or its conjugate.
+#[inline(always)]
+fn horner<const FMA: bool, const CONJUGATE: bool>(sum: &mut Tile, z: &Tile, h: &Tile) {
+    for i in 0..TILE {
+        let (x, y, c) = (sum.re[i], sum.im[i], z.re[i]);
+        let s = if CONJUGATE { -z.im[i] } else { z.im[i] };
+        sum.re[i] = madd::<FMA>(-y, s, madd::<FMA>(x, c, h.re[i]));
+        sum.im[i] = madd::<FMA>(x, s, madd::<FMA>(y, c, h.im[i]));
+    }
+}
+
+/// The same twice.
+#[inline(always)]
+fn horner2<const FMA: bool, const CONJUGATE: bool>(sum: &mut Tile, z: &Tile, h: &Tile, g: &Tile) {
+    for i in 0..TILE {
+        let (x, y, c) = (sum.re[i], sum.im[i], z.re[i]);
+        let s = if CONJUGATE { -z.im[i] } else { z.im[i] };
+        let u = madd::<FMA>(-y, s, madd::<FMA>(x, c, h.re[i]));
+        let v = madd::<FMA>(x, s, madd::<FMA>(y, c, h.im[i]));
+        sum.re[i] = madd::<FMA>(-v, s, madd::<FMA>(u, c, g.re[i]));
+        sum.im[i] = madd::<FMA>(u, s, madd::<FMA>(v, c, g.im[i]));
+    }
 }
 
 impl Vectorised for Lines<'_, '_> {
@@ -408,53 +467,50 @@ impl Vectorised for Lines<'_, '_> {
         let Lines { table, tiles, out, rows } = self;
         for (tile, h) in tiles.chunks_exact(table.lines).enumerate() {
             let (below, above) = h.split_at(table.middle);
-            for (group, rows) in rows.chunks_mut(SIDE_BY_SIDE).enumerate() {
-                let first = group * SIDE_BY_SIDE;
-                let mut step = [[[0.0; LANES]; 2]; SIDE_BY_SIDE];
-                for (k, s) in step.iter_mut().take(rows.len()).enumerate() {
-                    *s = table.step[(first + k) * table.tiles + tile];
+            for (i, row) in rows.iter_mut().enumerate() {
+                let at = i * table.tiles + tile;
+                let z = &table.step[at];
+                // Above the middle line and on it.
+                let mut upper = SILENCE;
+                let (odd, pairs) = above.as_rchunks::<2>();
+                for [g, h] in pairs.iter().rev() {
+                    horner2::<FMA, false>(&mut upper, z, h, g);
                 }
-                let (mut re, mut im) = ([[0.0f32; LANES]; SIDE_BY_SIDE], [[0.0f32; LANES]; SIDE_BY_SIDE]);
-                // Σ h_l z̄^(middle − l), then one more z̄ is in the recurrence itself.
-                for h in below {
-                    for k in 0..SIDE_BY_SIDE {
-                        let [c, s] = &step[k];
-                        let (x, y) = (v(|i| re[k][i] + h[0][i]), v(|i| im[k][i] + h[1][i]));
-                        re[k] = v(|i| madd::<FMA>(y[i], s[i], x[i] * c[i]));
-                        im[k] = v(|i| madd::<FMA>(-x[i], s[i], y[i] * c[i]));
-                    }
+                for h in odd {
+                    horner::<FMA, false>(&mut upper, z, h);
                 }
-                let (lower_re, lower_im) = (re, im);
-                (re, im) = ([[0.0; LANES]; SIDE_BY_SIDE], [[0.0; LANES]; SIDE_BY_SIDE]);
-                for h in above.iter().rev() {
-                    for k in 0..SIDE_BY_SIDE {
-                        let [c, s] = &step[k];
-                        let (x, y) = (re[k], im[k]);
-                        re[k] = v(|i| madd::<FMA>(-y[i], s[i], madd::<FMA>(x[i], c[i], h[0][i])));
-                        im[k] = v(|i| madd::<FMA>(x[i], s[i], madd::<FMA>(y[i], c[i], h[1][i])));
-                    }
+                // Below it, down to −1, and then one step more.
+                let mut lower = SILENCE;
+                let (pairs, odd) = below.as_chunks::<2>();
+                for [h, g] in pairs {
+                    horner2::<FMA, true>(&mut lower, z, h, g);
                 }
-                for (k, row) in rows.iter_mut().enumerate() {
-                    let [c, s] = &table.factor[(first + k) * table.tiles + tile];
-                    let x = v(|i| re[k][i] + lower_re[k][i]);
-                    let y = v(|i| im[k][i] + lower_im[k][i]);
-                    let zr = v(|i| x[i] * c[i] - y[i] * s[i]);
-                    let zi = v(|i| x[i] * s[i] + y[i] * c[i]);
-                    let at = tile * LANES;
-                    let end = row.len().min(at + LANES);
-                    let real = out.sampling == Sampling::Real;
-                    for (i, to) in row[at..end].iter_mut().enumerate() {
-                        let mut z = Complex::new(zr[i], zi[i]);
-                        if real {
-                            z = Complex::new(std::f32::consts::SQRT_2 * zr[i], 0.0);
-                        }
-                        if let Some(base) = out.base {
-                            z += base[at + i];
-                        }
-                        *to = if out.add { *to + z } else { z };
-                    }
+                for h in odd {
+                    horner::<FMA, true>(&mut lower, z, h);
                 }
+                horner::<FMA, true>(&mut lower, z, &upper);
+                horner::<FMA, false>(&mut lower, &table.factor[at], &SILENCE);
+                let from = tile * TILE;
+                let end = row.len().min(from + TILE);
+                out.write(&mut row[from..end], from, &lower);
             }
+        }
+    }
+}
+
+impl Out<'_> {
+    #[inline(always)]
+    fn write(&self, row: &mut [Complex32], from: usize, sum: &Tile) {
+        let real = self.sampling == Sampling::Real;
+        for (i, to) in row.iter_mut().enumerate() {
+            let mut z = Complex::new(sum.re[i], sum.im[i]);
+            if real {
+                z = Complex::new(std::f32::consts::SQRT_2 * z.re, 0.0);
+            }
+            if let Some(base) = self.base {
+                z += base[from + i];
+            }
+            *to = if self.add { *to + z } else { z };
         }
     }
 }
