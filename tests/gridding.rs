@@ -1,11 +1,12 @@
 //! Synthesis by gridding against the direct sum in f64.
 
 use catseye::adc::Cube;
-use catseye::adc::gridding::{Costs, Method, Methods};
+use catseye::adc::gridding::{Costs, DEVICE_COSTS, Method, Methods, record_with};
 use catseye::adc::synthesis::{Plan, point_echo};
 use catseye::cpu::adc::gridding::{COSTS, synthesise_with};
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
+use catseye::gpu::compare::test_gpu;
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
 use catseye::trace::Returns;
@@ -173,4 +174,40 @@ fn core_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
     (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
+fn on_gpu(radar: &Radar, list: &Returns, costs: &Costs) -> (Cube<f32>, Methods, f64) {
+    let plan = Plan::new(radar, list).unwrap();
+    let mut recorder = test_gpu().recorder("gridding");
+    let (cube, methods) = record_with(&plan, test_gpu(), &mut recorder, costs).unwrap();
+    let pending = cube.read(&mut recorder);
+    let mut done = recorder.submit().unwrap();
+    let seconds = done.seconds();
+    (cube.take(&mut done, pending), methods, seconds)
+}
+
+#[test]
+fn gpu_agrees_with_the_direct_sum() {
+    let costs = Costs { direct: 1e9, ..DEVICE_COSTS };
+    for (samples, chirps) in [(512, 1), (300, 16), (64, 33), (17, 5), (1500, 7)] {
+        for speed in [0.0, 20.0] {
+            let radar = radar(chirps, samples);
+            let list = many(200, [2.0, 30.0], speed);
+            let (got, methods, _) = on_gpu(&radar, &list, &costs);
+            let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+            let (worst, l2) = errors(&got, &truth);
+            println!(
+                "{samples} samples, {chirps} chirps, {speed} m/s: worst {worst:.1e}, L2 {l2:.1e}, {methods:?}"
+            );
+            assert!(worst < 2e-5 && l2 < 2e-5);
+        }
+    }
+}
+
+#[test]
+fn kernels_are_what_their_rows_say() {
+    use catseye::adc::{grid_fft, grid_lines, grid_spread};
+    for kernel in [&grid_spread::KERNEL, &grid_fft::KERNEL, &grid_lines::KERNEL] {
+        catseye::gpu::layout::check_kernel(kernel).unwrap();
+    }
 }

@@ -10,6 +10,9 @@
 //! depend on the number of echoes, nor on how far they migrate.
 
 use super::synthesis::{Plan, Set};
+use super::{DeviceCube, grid_fft, grid_lines, grid_spread};
+use crate::error::Result;
+use crate::gpu::{Gpu, Recorder};
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -334,6 +337,8 @@ pub struct Costs {
     pub longest: usize,
     /// Most lines of a block.
     pub lines: usize,
+    /// Most cells of all blocks of a channel.
+    pub largest_grid: usize,
 }
 
 /// Grid and blocks of a set of echoes: all that an engine needs beside the echoes.
@@ -405,6 +410,18 @@ impl Layout {
         }
     }
 
+    /// For echoes that do not change from chirp to chirp, if gridding them pays and is accurate.
+    pub fn choose_still(plan: &Plan, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+        let layout = Layout::still(plan.samples, costs);
+        let pays = Layout::still_pays(echoes.count, plan.samples, costs);
+        (pays && Layout::still_residual(echoes, plan.samples) <= layout.error).then_some(layout)
+    }
+
+    /// Phase that a layout of echoes at rest leaves out at the ends of the ramp, rad.
+    pub fn still_residual(echoes: &Echoes, samples: usize) -> f64 {
+        TAU * echoes.c.iter().map(|c| c.abs()).fold(0.0, f64::max) * (0.5 * samples as f64).powi(2)
+    }
+
     /// Whether gridding `echoes` echoes that stand still pays.
     pub fn still_pays(echoes: usize, samples: usize, costs: &Costs) -> bool {
         let n = samples as f64;
@@ -464,8 +481,10 @@ impl Layout {
                 + channels * count * lines as f64 * transform_ns(cells, costs)
                 + channels * (chirps * samples) as f64 * (costs.line * lines as f64 + costs.sample)
                 + (block * samples) as f64 * costs.table;
-            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL && lines <= costs.lines;
-            if accurate && cost < best.as_ref().map_or(direct, |b| b.cost) {
+            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL;
+            let fits = lines <= costs.lines
+                && (lines * cells).saturating_mul(chirps.div_ceil(block)) <= costs.largest_grid;
+            if accurate && fits && cost < best.as_ref().map_or(direct, |b| b.cost) {
                 best = Some(Layout {
                     chirps,
                     samples,
@@ -550,7 +569,91 @@ impl Finish<'_> {
     }
 }
 
-/// Indices of a set in portions whose coefficients are kept at a time.
-pub fn portions<'p>(plan: &'p Plan, set: Set) -> std::slice::Chunks<'p, u32> {
-    plan.set(set).chunks((ECHOES_KEPT / plan.channels.max(1)).max(1))
+/// Indices of a set in portions of which `limit` echoes times channels are kept at a time.
+pub fn portions<'p>(plan: &'p Plan, set: Set, limit: usize) -> std::slice::Chunks<'p, u32> {
+    plan.set(set).chunks((limit / plan.channels.max(1)).max(1))
+}
+
+/// Measured on llvmpipe with two cores, ns of both together. On a GPU all are smaller by about the same.
+pub const DEVICE_COSTS: Costs = Costs {
+    direct: 0.5,
+    spread: [80.0, 700.0],
+    transform: 1.5,
+    line: 0.5,
+    sample: 6.0,
+    table: 100.0,
+    power_of_two: true,
+    longest: grid_fft::LONGEST,
+    lines: 4096,
+    largest_grid: 1 << 24,
+};
+
+/// Lines that echoes at rest are shared out over, so that so many threads spread them.
+const STILL_LINES: usize = 64;
+
+/// Records the synthesis of the cube without noise, each set of echoes by gridding where that is
+/// cheaper than the direct sum and accurate. Errors as [`Plan::record`] where a set is summed directly.
+pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(DeviceCube, Methods)> {
+    record_with(plan, gpu, recorder, &DEVICE_COSTS)
+}
+
+/// The same with given costs, by which tests force one method or another.
+pub fn record_with(
+    plan: &Plan,
+    gpu: &Gpu,
+    recorder: &mut Recorder,
+    costs: &Costs,
+) -> Result<(DeviceCube, Methods)> {
+    let limit = gpu.max_binding_bytes() as usize;
+    let kept = ECHOES_KEPT.min(limit / size_of::<grid_spread::Echo>());
+    // One channel's grid has to fit a binding.
+    let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
+    let mut methods = Methods::default();
+    let mut jobs = Vec::new();
+    for set in [Set::Still, Set::Moving] {
+        let mut of_set = Vec::new();
+        for portion in portions(plan, set, kept) {
+            let echoes = Echoes::new(plan, portion, 0..plan.channels);
+            let layout = match set {
+                Set::Still => Layout::choose_still(plan, &echoes, costs),
+                Set::Moving => Layout::choose(plan, &echoes, costs),
+            };
+            let Some(layout) = layout.filter(|l| l.block * l.samples * size_of::<[f32; 4]>() <= limit) else {
+                of_set.clear();
+                break;
+            };
+            of_set.push((set, layout, echoes));
+        }
+        if let Some((_, worst, _)) = of_set.iter().max_by(|a, b| a.1.error.total_cmp(&b.1.error)) {
+            match set {
+                Set::Still => methods.still = worst.method(),
+                Set::Moving => methods.moving = worst.method(),
+            }
+        }
+        jobs.append(&mut of_set);
+    }
+    let gridded = |set| jobs.iter().any(|(s, ..)| *s == set);
+    let direct: Vec<Set> = [Set::Still, Set::Moving].into_iter().filter(|s| !gridded(*s)).collect();
+    let cube = plan.record_sets(gpu, recorder, &direct)?;
+    for (set, layout, echoes) in &jobs {
+        let sorted = match set {
+            Set::Still => {
+                let most = (limit / size_of::<Complex32>() / layout.cells).max(1);
+                grid_spread::Sorted::shared_out(echoes, STILL_LINES.min(echoes.count).min(most))
+            }
+            Set::Moving => grid_spread::Sorted::by_line(echoes, layout),
+        };
+        let grid_bytes = layout.blocks() * sorted.lines() * layout.cells * size_of::<Complex32>();
+        let echo_bytes = echoes.count * size_of::<grid_spread::Echo>();
+        let together = (limit / grid_bytes.max(echo_bytes).max(1)).clamp(1, plan.channels.max(1));
+        let steps = recorder.upload("steps", &grid_lines::steps(layout));
+        for first in (0..plan.channels).step_by(together) {
+            let channels = first..(first + together).min(plan.channels);
+            let grid = grid_spread::record(recorder, layout, echoes, &sorted, channels.clone());
+            let lines = grid_fft::record(recorder, layout, &grid);
+            let into = grid_lines::Into { cube: &cube, channels, copies: *set == Set::Still };
+            grid_lines::record(recorder, layout, plan.sampling, &lines, &steps, into);
+        }
+    }
+    Ok((cube, methods))
 }

@@ -1,5 +1,8 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod grid_fft;
+pub mod grid_lines;
+pub mod grid_spread;
 pub mod gridding;
 pub mod noise;
 pub mod synthesis;

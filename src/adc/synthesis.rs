@@ -367,7 +367,7 @@ const BLOCK: u64 = 16;
 const LARGEST_DRIFT: f64 = 8e-4;
 
 /// 2⁻³² turns, wrapping.
-fn fixed_turns(turns: f64) -> u32 {
+pub(super) fn fixed_turns(turns: f64) -> u32 {
     ((turns - turns.floor()) * 4_294_967_296.0).round() as u64 as u32
 }
 
@@ -435,7 +435,13 @@ impl Plan<'_> {
     /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
     /// too long, or when one chirp exceeds a binding.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
-        let drift = self.largest_drift() * 7.5 * 7.5;
+        self.record_sets(gpu, recorder, &[Set::Still, Set::Moving])
+    }
+
+    /// The same of some of the sets of echoes.
+    pub fn record_sets(&self, gpu: &Gpu, recorder: &mut Recorder, sets: &[Set]) -> Result<DeviceCube> {
+        let set = |set| if sets.contains(&set) { self.set(set) } else { &[] };
+        let drift = if sets.contains(&Set::Moving) { self.largest_drift() * 7.5 * 7.5 } else { 0.0 };
         if drift > LARGEST_DRIFT {
             return Err(Error::Failed(format!(
                 "the beat frequency drifts by {drift:.1e} turns within 8 samples, the shader allows {LARGEST_DRIFT:.0e}; \
@@ -463,12 +469,12 @@ impl Plan<'_> {
             .collect();
         let cube = DeviceCube { chirps: self.chirps, channels: self.channels, samples: self.samples, pieces };
         // The first dispatch writes every sample, also when there is nothing at rest.
-        let still = self.set(Set::Still);
+        let still = set(Set::Still);
         self.dispatch(recorder, &cube, Set::Still, &still[..per_upload.min(still.len())], true);
         for echoes in still[per_upload.min(still.len())..].chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Still, echoes, false);
         }
-        for echoes in self.set(Set::Moving).chunks(per_upload) {
+        for echoes in set(Set::Moving).chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Moving, echoes, false);
         }
         Ok(cube)
