@@ -1,9 +1,11 @@
 //! Synthesis by gridding against the direct sum in f64.
 
 use catseye::adc::Cube;
-use catseye::adc::gridding::{Costs, DEVICE_COSTS, Method, Methods, record_with};
-use catseye::adc::synthesis::{Plan, point_echo};
-use catseye::cpu::adc::gridding::{COSTS, synthesise_with};
+use catseye::adc::gridding::{
+    Bell, Costs, DEVICE_COSTS, ECHOES_KEPT, Echoes, Layout, Method, Methods, TAPS, record_with,
+};
+use catseye::adc::synthesis::{Plan, Set, point_echo};
+use catseye::cpu::adc::gridding::{COSTS, add, synthesise_with};
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::test_gpu;
@@ -12,7 +14,10 @@ use catseye::scene::radar_toml;
 use catseye::trace::Returns;
 use catseye::units::C0;
 use glam::DVec3;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 fn antenna(x: f64, y: f64, z: f64) -> Antenna {
     Antenna {
@@ -60,7 +65,7 @@ fn radar(chirps: usize, samples: usize) -> Radar {
 }
 
 /// A repeatable spread of echoes of random phase and of powers over 40 dB.
-fn many(count: usize, ranges: [f64; 2], speed: f64) -> Returns {
+pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Returns {
     let word = |i: usize, j: usize| {
         catseye::rng::philox4x32_10([i as u32, j as u32, 0, 11], [1, 2])[0] as f64 / 4_294_967_296.0
     };
@@ -97,6 +102,13 @@ fn gridded(radar: &Radar, list: &Returns) -> (Cube<f32>, Methods) {
 }
 
 fn check(name: &str, radar: &Radar, list: &Returns) -> Methods {
+    check_within(2e-5, name, radar, list)
+}
+
+/// −80 dB of the peak: what holds however echoes conspire.
+const ALWAYS: f64 = 1e-4;
+
+fn check_within(most: f64, name: &str, radar: &Radar, list: &Returns) -> Methods {
     let (got, methods) = gridded(radar, list);
     let plan = Plan::new(radar, list).unwrap();
     let truth = synthesise::<f64>(&plan, Control::default()).unwrap();
@@ -108,17 +120,239 @@ fn check(name: &str, radar: &Radar, list: &Returns) -> Methods {
         .map(|m| if let Method::Gridded(g) = m { g.error } else { 0.0 })
         .fold(0.0, f64::max);
     assert!(claimed > 0.0, "{name} was not gridded");
-    assert!(worst < 2e-5, "{name}: {worst}");
-    assert!(l2 < 3.0 * claimed, "{name}: {l2}, claimed {claimed}");
+    assert!(worst < most, "{name}: {worst}");
+    assert!(l2 < claimed.max(0.2 * most), "{name}: {l2}, claimed {claimed}");
     methods
 }
 
 #[test]
 fn agrees_with_the_direct_sum() {
     for (samples, chirps) in [(512, 1), (300, 16), (64, 33), (17, 5), (250, 128)] {
-        let radar = radar(chirps, samples);
-        check(&format!("still, {samples} samples"), &radar, &many(200, [2.0, 30.0], 0.0));
-        check(&format!("moving, {samples} samples"), &radar, &many(200, [2.0, 30.0], 20.0));
+        for sampling in [Sampling::Iq, Sampling::Real] {
+            let radar = Radar { sampling, ..radar(chirps, samples) };
+            let ranges = if samples < 50 { [0.1, 0.6] } else { [2.0, 12.0] };
+            check(&format!("still, {samples} samples"), &radar, &many(150, ranges, 0.0));
+            check(&format!("moving, {samples} samples"), &radar, &many(150, ranges, 20.0));
+        }
+    }
+    // Both together, which meet in one cube.
+    let (radar, mut list) = (radar(32, 200), many(100, [2.0, 30.0], 15.0));
+    list.returns.extend(many(120, [2.0, 30.0], 0.0).returns);
+    let methods = check("both", &radar, &list);
+    assert!(matches!((methods.still, methods.moving), (Method::Gridded(_), Method::Gridded(_))));
+}
+
+/// Cells of range that echoes pass through during a frame, from a fraction to far more than the scenes of
+/// the issue; wide bands; fast targets.
+#[test]
+fn agrees_however_far_echoes_migrate() {
+    let base = radar(128, 256);
+    let frame = base.frame_time_s();
+    let cell = 0.5 * C0 / base.bandwidth_hz;
+    for cells in [0.01, 1.0, 3.0, 10.0] {
+        check(&format!("{cells} cells"), &base, &many(120, [5.0, 30.0], cells * cell / frame));
+    }
+    let wide = Radar { bandwidth_hz: 2.46e9, sample_rate_hz: 40e6, ramp_time_s: 10e-6, ..base.clone() };
+    check("2.46 GHz at 60 m/s", &wide, &many(120, [2.0, 20.0], 60.0));
+    let low = Radar { carrier_hz: 8.7e9, bandwidth_hz: 1.5e9, ..base.clone() };
+    check("1.5 GHz at 8.7 GHz", &low, &many(120, [2.0, 20.0], 30.0));
+    // All echoes recede: neither a1 nor b1 has mean zero.
+    let mut receding = many(120, [5.0, 30.0], 10.0);
+    receding.returns.iter_mut().for_each(|r| r.path_rate_mps += 60.0);
+    check("receding", &base, &receding);
+}
+
+#[test]
+fn agrees_in_the_near_field() {
+    let mut radar = radar(32, 128);
+    radar.bandwidth_hz = 4e9;
+    radar.rx = (0..5).map(|i| antenna(0.0, 0.075 * f64::from(i), 0.02 * f64::from(i % 2))).collect();
+    check("near field", &radar, &many(100, [0.8, 1.5], 5.0));
+    check("near field at rest", &radar, &many(100, [0.8, 1.5], 0.0));
+}
+
+#[test]
+fn few_and_equal_echoes() {
+    let radar = radar(24, 100);
+    for speed in [0.0, 10.0] {
+        check("one", &radar, &many(1, [3.0, 30.0], speed));
+        let one = many(1, [3.0, 30.0], speed).returns.remove(0);
+        check_within(ALWAYS, "equal", &radar, &Returns { returns: vec![one; 30_000], rays: 0 });
+        // Silent echoes beside one that is heard.
+        let mut silent = many(50, [3.0, 30.0], speed);
+        for r in &mut silent.returns[1..] {
+            r.spread = [[Complex64::ZERO; 2]; 2];
+        }
+        check("silent", &radar, &silent);
+    }
+    let (cube, methods) = gridded(&radar, &many(0, [3.0, 30.0], 0.0));
+    assert_eq!(methods, Methods::default());
+    assert!(cube.data.len() == 24 * 6 * 100 && cube.data.iter().all(|z| z.norm() == 0.0));
+}
+
+/// More echoes than coefficients are kept of at a time.
+#[test]
+fn portions_add_up() {
+    let radar = radar(3, 16);
+    let count = ECHOES_KEPT / 6 + 7000;
+    let mut list = many(4000, [2.0, 30.0], 20.0);
+    while list.returns.len() < count {
+        list.returns.extend_from_within(..4000.min(count - list.returns.len()));
+    }
+    check_within(ALWAYS, "portions", &radar, &list);
+}
+
+#[test]
+fn the_cheaper_way_is_taken() {
+    let radar = radar(64, 256);
+    let methods = |count, speed| {
+        let list = many(count, [2.0, 30.0], speed);
+        synthesise_with(&Plan::new(&radar, &list).unwrap(), &COSTS, Control::default()).unwrap().1
+    };
+    assert_eq!(methods(5, 0.0), Methods::default());
+    assert_eq!(methods(5, 10.0), Methods::default());
+    let (still, moving) = (methods(5000, 0.0), methods(5000, 10.0));
+    assert!(still.moving == Method::Direct && moving.still == Method::Direct);
+    let (Method::Gridded(s), Method::Gridded(m)) = (still.still, moving.moving) else {
+        panic!("{still:?} {moving:?}")
+    };
+    assert!((s.blocks, s.lines) == (1, 1) && m.blocks > 1 && m.lines > m.taps);
+    // Few moving echoes are summed directly beside many at rest.
+    let mut list = many(5000, [2.0, 30.0], 0.0);
+    list.returns.extend(many(3, [2.0, 30.0], 10.0).returns);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let (cube, mixed) = synthesise_with(&plan, &COSTS, Control::default()).unwrap();
+    assert!(mixed.moving == Method::Direct && mixed.still != Method::Direct);
+    assert!(errors(&cube, &synthesise::<f64>(&plan, Control::default()).unwrap()).0 < 2e-5);
+    // As text, for reports.
+    let text = serde_json::to_string(&mixed).unwrap();
+    assert!(text.contains(r#""moving":"direct""#) && text.contains(r#""gridded":{"blocks":1"#), "{text}");
+}
+
+#[test]
+fn the_same_bytes_with_any_number_of_threads() {
+    let radar = radar(40, 150);
+    let mut list = many(9000, [2.0, 30.0], 15.0);
+    list.returns.extend(many(9000, [2.0, 30.0], 0.0).returns);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| gridded(&radar, &list))
+    };
+    let (one, methods) = run(1);
+    assert!(methods.still != Method::Direct && methods.moving != Method::Direct);
+    for threads in [2, 5] {
+        let (cube, m) = run(threads);
+        assert!(m == methods);
+        assert!(bytemuck::cast_slice::<_, u32>(&cube.data) == bytemuck::cast_slice::<_, u32>(&one.data));
+    }
+}
+
+#[test]
+fn reports_progress_and_can_be_cancelled() {
+    let radar = radar(40, 100);
+    let list = many(2000, [2.0, 30.0], 15.0);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let (most, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
+    let progress = |done: u64, total: u64| {
+        assert_eq!(total, 40 * 6);
+        most.fetch_max(done, Ordering::Relaxed);
+    };
+    let control = Control { progress: Some(&progress), cancel: Some(&cancel) };
+    synthesise_with(&plan, &COSTS, control).unwrap();
+    assert_eq!(most.load(Ordering::Relaxed), 240);
+    cancel.store(true, Ordering::Relaxed);
+    assert!(synthesise_with(&plan, &COSTS, control).unwrap_err().to_string().contains("cancelled"));
+}
+
+/// Coefficients of no radar in particular, `law` giving b1, c and a2 from a1, against the polynomial itself.
+fn check_polynomial(chirps: usize, samples: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) {
+    const COUNT: usize = 40;
+    let word = |i: usize, j: u32| {
+        catseye::rng::philox4x32_10([i as u32, j, seed, 5], [3, 4])[0] as f64 / 4_294_967_296.0 - 0.5
+    };
+    let mut e = Echoes { count: COUNT, channels: 1, ..Default::default() };
+    for i in 0..COUNT {
+        let a1 = turns[1] * word(i, 1);
+        e.amplitude.push(Complex32::from_polar(1.0, 6.0 * word(i, 0) as f32));
+        e.a1.push(a1);
+        e.a0.push(word(i, 2));
+        e.b0.push(turns[0] * word(i, 3));
+        e.b1.push(law[0] + law[1] * a1 + off * word(i, 4));
+        e.c.push(law[2] + law[3] * a1);
+        e.a2.push(law[4] + law[5] * a1);
+    }
+    let layout = Layout::choose(chirps, samples, &e, &NEVER_DIRECT).expect("a layout");
+    let mut cube = Cube::zeros(chirps, 1, samples);
+    add(Sampling::Iq, &layout, &e, &mut cube);
+    let (mut worst, mut peak) = (0.0f64, 0.0f64);
+    for (i, z) in cube.data.iter().enumerate() {
+        let (m, n) =
+            ((i / samples) as f64 - (chirps / 2) as f64, (i % samples) as f64 - (samples / 2) as f64);
+        let truth: Complex64 = (0..COUNT)
+            .map(|k| {
+                let turns = e.a0[k] + m * (e.a1[k] + m * e.a2[k]) + n * (e.b0[k] + m * e.b1[k] + n * e.c[k]);
+                Complex64::new(e.amplitude[k].re.into(), e.amplitude[k].im.into())
+                    * Complex64::cis(TAU * (turns - turns.round()))
+            })
+            .sum();
+        worst = worst.max((Complex64::new(z.re.into(), z.im.into()) - truth).norm());
+        peak = peak.max(truth.norm());
+    }
+    assert!(worst < 3e-5 * peak, "{}: {:?}", worst / peak, layout.method());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    /// Aliases of any order, negative frequencies, any proportion between the terms.
+    #[test]
+    fn any_polynomial(
+        size in (1usize..40, 1usize..90),
+        seed: u32,
+        turns in (0.0..6.0f64, 0.0..6.0f64),
+        law in proptest::array::uniform6(-1.0..1.0f64),
+        off in 0.0..1e-9f64,
+    ) {
+        let law = [1e-3 * law[0], 1e-3 * law[1], 1e-4 * law[2], 1e-4 * law[3], 1e-9 * law[4], 1e-9 * law[5]];
+        check_polynomial(size.0, size.1, seed, [turns.0, turns.1], law, off);
+    }
+}
+
+/// Echoes whose terms follow no common law cannot be gridded well, and that is noticed.
+#[test]
+fn unrelated_terms_are_refused() {
+    let radar = radar(32, 128);
+    let list = many(50, [3.0, 30.0], 10.0);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let mut e = Echoes::new(&plan, plan.set(Set::Moving), 0..1);
+    assert!(Layout::choose(32, 128, &e, &NEVER_DIRECT).is_some());
+    // The drift within a chirp, which no number of blocks makes smaller.
+    e.c.iter_mut().enumerate().for_each(|(i, c)| *c += if i % 2 == 0 { 1e-7 } else { -1e-7 });
+    assert!(Layout::choose(32, 128, &e, &NEVER_DIRECT).is_none());
+}
+
+/// The bell's polynomial, its transform by quadrature, and images of a coarse grid.
+#[test]
+fn bells() {
+    for oversampling in [1.375, 1.5, 2.0, 2.75] {
+        let bell = Bell::new(oversampling);
+        let mut worst = 0.0f64;
+        for i in 0..=1000 {
+            let d = f64::from(i) / 1000.0;
+            let s = 1.0 - d * d;
+            let sum = bell.polynomial.iter().rev().fold(0.0, |sum, c| sum * s + f64::from(*c));
+            worst = worst.max((sum - bell.at(d)).abs());
+        }
+        assert!(worst < 5e-7, "{worst}");
+        for f in [0.0, 0.1, 0.36, 0.7, 1.3] {
+            let half = TAPS as f64 / 2.0;
+            let n = 20_000;
+            let step = 2.0 * half / n as f64;
+            let at = |i: usize| -half + (i as f64 + 0.5) * step;
+            let sum: f64 = (0..n).map(|i| bell.at(at(i) / half) * (TAU * f * at(i)).cos() * step).sum();
+            assert!((sum - bell.transform(f)).abs() < 1e-7, "{f}: {sum} {}", bell.transform(f));
+        }
+        let images = bell.aliasing(oversampling);
+        assert!(images < if oversampling < 1.4 { 1.5e-5 } else { 1.05e-5 }, "{oversampling}: {images}");
     }
 }
 
@@ -209,5 +443,29 @@ fn kernels_are_what_their_rows_say() {
     use catseye::adc::{grid_fft, grid_lines, grid_spread};
     for kernel in [&grid_spread::KERNEL, &grid_fft::KERNEL, &grid_lines::KERNEL] {
         catseye::gpu::layout::check_kernel(kernel).unwrap();
+    }
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn speed_gpu() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 256;
+    println!("{}", catseye::gpu::compare::test_device_name());
+    let costs = match std::env::var("COSTS_LINES") {
+        Ok(l) => Costs { lines: l.parse().unwrap(), ..DEVICE_COSTS },
+        Err(_) => DEVICE_COSTS,
+    };
+    for (count, speed) in [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5)] {
+        let list = many(count, [2.0, 60.0], speed);
+        let (mut whole, mut device, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
+        for _ in 0..3 {
+            let t = std::time::Instant::now();
+            let (_, m, seconds) = on_gpu(&radar, &list, &costs);
+            methods = m;
+            (whole, device) = (whole.min(t.elapsed().as_secs_f64()), device.min(seconds));
+        }
+        println!("{count} echoes at {speed} m/s: {methods:?}");
+        println!("  {:.1} ms, on the device {:.1} ms", 1e3 * whole, 1e3 * device);
     }
 }

@@ -21,6 +21,33 @@ const THREADS = 256u;
 
 var<workgroup> tile: array<vec2<f32>, 4096>;
 
+// Radix-4 butterfly `i` of the pass after `log2_done`.
+fn butterfly(i: u32, log2_done: u32) -> array<vec2<f32>, 4> {
+    let quarter = 1u << (params.log2_cells - 2u);
+    let j = i & (quarter - 1u);
+    let start = ((i - j) << 2u) + j;
+    let turn = (j & ((1u << log2_done) - 1u)) << (params.log2_cells - 2u - log2_done);
+    let x = tile[start];
+    let y = cmul(tile[start + quarter], turns[turn]);
+    let z = cmul(tile[start + 2u * quarter], turns[2u * turn]);
+    let w = cmul(tile[start + 3u * quarter], turns[3u * turn]);
+    let even = x + z;
+    let odd = x - z;
+    let sum = y + w;
+    let turned = cmul_j(y - w);
+    return array<vec2<f32>, 4>(even + sum, odd + turned, even - sum, odd - turned);
+}
+
+fn put(i: u32, log2_done: u32, v: array<vec2<f32>, 4>) {
+    let done = 1u << log2_done;
+    let k = i & (done - 1u);
+    let to = ((i - k) << 2u) + k;
+    tile[to] = v[0];
+    tile[to + done] = v[1];
+    tile[to + 2u * done] = v[2];
+    tile[to + 3u * done] = v[3];
+}
+
 @compute @workgroup_size(256)
 fn main(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -39,34 +66,30 @@ fn main(
     }
     workgroupBarrier();
 
-    let quarter = cells >> 2u;
-    let butterflies = values / (4u * THREADS);
+    // Up to four butterflies a thread, by name: software drivers are slow with arrays that loops index.
+    let several = params.log2_tile > 10u;
+    let many = params.log2_tile > 11u;
     var log2_done = 0u; // of the length of the transforms that are finished
     while log2_done + 2u <= params.log2_cells {
-        let done = 1u << log2_done;
-        var v: array<vec2<f32>, 16>;
-        for (var b = 0u; b < butterflies; b++) {
-            let i = thread + b * THREADS;
-            let j = i & (quarter - 1u);
-            let start = ((i - j) << 2u) + j;
-            let turn = (j & (done - 1u)) << (params.log2_cells - 2u - log2_done);
-            let x = tile[start];
-            let y = cmul(tile[start + quarter], turns[turn]);
-            let z = cmul(tile[start + 2u * quarter], turns[2u * turn]);
-            let w = cmul(tile[start + 3u * quarter], turns[3u * turn]);
-            v[4u * b] = (x + z) + (y + w);
-            v[4u * b + 1u] = (x - z) + cmul_j(y - w);
-            v[4u * b + 2u] = (x + z) - (y + w);
-            v[4u * b + 3u] = (x - z) - cmul_j(y - w);
+        let a = butterfly(thread, log2_done);
+        var b = a;
+        var c = a;
+        var d = a;
+        if several {
+            b = butterfly(thread + THREADS, log2_done);
+        }
+        if many {
+            c = butterfly(thread + 2u * THREADS, log2_done);
+            d = butterfly(thread + 3u * THREADS, log2_done);
         }
         workgroupBarrier();
-        for (var b = 0u; b < butterflies; b++) {
-            let i = thread + b * THREADS;
-            let k = i & (done - 1u);
-            let to = ((i - k) << 2u) + k;
-            for (var r = 0u; r < 4u; r++) {
-                tile[to + r * done] = v[4u * b + r];
-            }
+        put(thread, log2_done, a);
+        if several {
+            put(thread + THREADS, log2_done, b);
+        }
+        if many {
+            put(thread + 2u * THREADS, log2_done, c);
+            put(thread + 3u * THREADS, log2_done, d);
         }
         workgroupBarrier();
         log2_done += 2u;

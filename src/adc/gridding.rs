@@ -60,6 +60,8 @@ const WORST_RESIDUAL: f64 = 7e-5;
 const MEAN_RESIDUAL: f64 = 2e-5;
 /// Rounding in f32: transforms of some hundred values and as many terms of a polynomial.
 const ROUNDING: f64 = 1.5e-6;
+/// Most echoes whose sum in one cell is left to f32 alone: equal ones lose 3e-5 of the peak.
+const PORTION: usize = 512;
 /// Echoes times channels whose coefficients are kept at a time (64 bytes each).
 pub const ECHOES_KEPT: usize = 1 << 21;
 
@@ -74,7 +76,7 @@ pub struct Bell {
     pub polynomial: [f32; DEGREE + 1],
 }
 
-/// Degree of the polynomial of a bell: 1e-7 of its peak at the widest oversampling.
+/// Degree of the polynomial of a bell: within 5e-7 of its peak at the widest oversampling.
 pub const DEGREE: usize = 13;
 
 impl Bell {
@@ -358,6 +360,8 @@ pub struct Layout {
     pub line_step: f64,
     pub line_bell: Bell,
     pub warp: Warp,
+    /// After so many echoes sums are put aside: many equal ones in a row would all round the same way.
+    pub portion: usize,
     /// Estimates of what it costs here, ns, and of its error.
     pub cost: f64,
     pub error: f64,
@@ -406,15 +410,16 @@ impl Layout {
             first_line: 0.0,
             line_step: 0.0,
             warp: Warp::default(),
+            portion: PORTION,
             cost: 0.0,
         }
     }
 
     /// For echoes that do not change from chirp to chirp, if gridding them pays and is accurate.
-    pub fn choose_still(plan: &Plan, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
-        let layout = Layout::still(plan.samples, costs);
-        let pays = Layout::still_pays(echoes.count, plan.samples, costs);
-        (pays && Layout::still_residual(echoes, plan.samples) <= layout.error).then_some(layout)
+    pub fn choose_still(samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+        let layout = Layout::still(samples, costs);
+        let pays = Layout::still_pays(echoes.count, samples, costs);
+        (pays && Layout::still_residual(echoes, samples) <= layout.error).then_some(layout)
     }
 
     /// Phase that a layout of echoes at rest leaves out at the ends of the ramp, rad.
@@ -431,8 +436,7 @@ impl Layout {
     }
 
     /// The cheapest layout that is accurate enough, if there is one cheaper than the direct sum.
-    pub fn choose(plan: &Plan, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
-        let (chirps, samples) = (plan.chirps, plan.samples);
+    pub fn choose(chirps: usize, samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
         if echoes.count == 0 || chirps == 0 || samples == 0 {
             return None;
         }
@@ -496,6 +500,7 @@ impl Layout {
                     line_step,
                     line_bell: line_bell.clone(),
                     warp,
+                    portion: usize::MAX,
                     cost,
                     error: aliasing.hypot(mean).hypot(ROUNDING),
                 });
@@ -510,7 +515,25 @@ impl Layout {
             }
             blocks = next;
         }
+        if let Some(layout) = &mut best
+            && layout.crowding(echoes) > PORTION
+        {
+            layout.portion = PORTION;
+        }
         best
+    }
+
+    /// Most echoes of the first channel that meet in one square of [`TAPS`] cells by lines.
+    fn crowding(&self, echoes: &Echoes) -> usize {
+        let across = self.cells.div_ceil(TAPS);
+        let mut squares = vec![0; across * self.lines.div_ceil(TAPS)];
+        let per_step = if self.lines == 1 { 0.0 } else { 1.0 / self.line_step };
+        for (a1, b0) in echoes.a1.iter().zip(&echoes.b0).take(echoes.count) {
+            let cell = ((b0 - b0.floor()) * self.cells as f64) as usize % self.cells;
+            let line = ((a1 - self.first_line) * per_step) as usize;
+            squares[line.min(self.lines - 1) / TAPS * across + cell / TAPS] += 1;
+        }
+        squares.into_iter().max().unwrap_or(0)
     }
 
     pub fn blocks(&self) -> usize {
@@ -615,10 +638,15 @@ pub fn record_with(
         for portion in portions(plan, set, kept) {
             let echoes = Echoes::new(plan, portion, 0..plan.channels);
             let layout = match set {
-                Set::Still => Layout::choose_still(plan, &echoes, costs),
-                Set::Moving => Layout::choose(plan, &echoes, costs),
+                Set::Still => Layout::choose_still(plan.samples, &echoes, costs),
+                Set::Moving => Layout::choose(plan.chirps, plan.samples, &echoes, costs),
             };
-            let Some(layout) = layout.filter(|l| l.block * l.samples * size_of::<[f32; 4]>() <= limit) else {
+            // A thread adds up all echoes of its line in a row, so they must not crowd.
+            let fits = |l: &Layout| {
+                l.block * l.samples * size_of::<[f32; 4]>() <= limit
+                    && (set == Set::Still || l.portion == usize::MAX)
+            };
+            let Some(layout) = layout.filter(fits) else {
                 of_set.clear();
                 break;
             };

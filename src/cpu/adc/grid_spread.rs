@@ -15,7 +15,17 @@ pub const PAD: usize = TAPS / 2;
 /// from chirp `middle`.
 pub fn spread(layout: &Layout, echoes: &Echoes, channel: usize, middle: f64, grid: &mut [Complex32]) {
     let of = channel * echoes.count..(channel + 1) * echoes.count;
-    vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(grid) });
+    if of.len() <= layout.portion {
+        vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(grid) });
+    } else {
+        let mut some = vec![Complex32::ZERO; grid.len()];
+        for start in of.clone().step_by(layout.portion) {
+            let of = start..of.end.min(start + layout.portion);
+            some.fill(Complex32::ZERO);
+            vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(&mut some) });
+            grid.iter_mut().zip(&some).for_each(|(sum, z)| *sum += z);
+        }
+    }
     let cells = layout.cells;
     for line in grid.chunks_exact_mut(cells + 2 * PAD) {
         for k in 0..PAD {

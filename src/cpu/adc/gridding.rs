@@ -54,7 +54,7 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
     let portions: Vec<&[u32]> = portions(plan, Set::Moving, ECHOES_KEPT).collect();
     for portion in &portions {
         let echoes = Echoes::new(plan, portion, 0..plan.channels);
-        let Some(layout) = Layout::choose(plan, &echoes, costs) else {
+        let Some(layout) = Layout::choose(plan.chirps, plan.samples, &echoes, costs) else {
             moving.clear();
             break;
         };
@@ -172,8 +172,12 @@ fn still_rows(
     Some((rows, layout))
 }
 
-/// Adds the echoes of a layout to the cube, or writes them over it where there is a `base` (one chirp
-/// of each channel), which is then added.
+/// Adds echoes to a cube of the layout's size: the part of
+/// [`synthesise`] that knows no radar.
+pub fn add(sampling: Sampling, layout: &Layout, echoes: &Echoes, cube: &mut Cube<f32>) {
+    add_moving(sampling, layout, echoes, None, cube, &|| false, &|_| ());
+}
+
 fn add_moving(
     sampling: Sampling,
     layout: &Layout,
