@@ -12,7 +12,6 @@ gpu_struct! {
         pub lines: u32,
         pub log2_cells: u32,
         pub samples: u32,
-        pub log2_tile: u32,
     }
 }
 
@@ -33,10 +32,8 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Longest line: what a workgroup's 32 KiB hold.
+/// Longest line, and the values that a workgroup works on: what its 32 KiB hold.
 pub const LONGEST: usize = 4096;
-/// Values that a workgroup works on at least: four for each of its threads.
-const LEAST: usize = 1024;
 
 /// Records the transform of all lines of a grid: `[line, sample]`.
 pub fn record(recorder: &mut Recorder, layout: &Layout, grid: &Buffer<Complex32>) -> Buffer<Complex32> {
@@ -50,14 +47,8 @@ pub fn record(recorder: &mut Recorder, layout: &Layout, grid: &Buffer<Complex32>
         .collect();
     let turns = recorder.upload("turns", &turns);
     let out = recorder.buffer("lines", lines * samples);
-    let tile = cells.max(LEAST);
-    let params = Params {
-        lines: lines as u32,
-        log2_cells: cells.ilog2(),
-        samples: samples as u32,
-        log2_tile: tile.ilog2(),
-    };
-    let groups = lines.div_ceil(tile / cells) as u64;
+    let params = Params { lines: lines as u32, log2_cells: cells.ilog2(), samples: samples as u32 };
+    let groups = lines.div_ceil(LONGEST / cells) as u64;
     let threads = Threads::Linear(groups * u64::from(KERNEL.workgroup[0]));
     recorder.dispatch(&KERNEL, &params, &[grid, &turns, &out], threads);
     out

@@ -52,8 +52,8 @@ pub fn transform(layout: &Layout, fft: &dyn Fft<f32>, grid: &mut [Complex32], sc
         scratch.samples[before..samples].copy_from_slice(&line[..samples - before]);
         let tiles = scratch.tiles.iter_mut().skip(l).step_by(lines);
         for (tile, values) in tiles.zip(scratch.samples.as_chunks::<TILE>().0) {
-            for i in 0..TILE {
-                (tile.re[i], tile.im[i]) = (values[i].re, values[i].im);
+            for ((re, im), z) in tile.re.iter_mut().zip(&mut tile.im).zip(values) {
+                (*re, *im) = (z.re, z.im);
             }
         }
     }
