@@ -210,8 +210,9 @@ impl Echoes {
         (amplitude, a0, a1, a2, b0, b1, c).into_par_iter().enumerate().for_each(
             |(part, (amplitude, a0, a1, a2, b0, b1, c))| {
                 let (channel, first) = (channels.start + part / in_channel, part % in_channel * PART);
+                let of_channel = plan.channel(channel);
                 for (i, index) in indices[first..first + a0.len()].iter().enumerate() {
-                    let k = plan.coefficients(*index, channel).about(m, n);
+                    let k = of_channel.coefficients(*index).about(m, n);
                     amplitude[i] = Complex32::new(k.amplitude.re as f32, k.amplitude.im as f32);
                     (a0[i], a1[i], a2[i]) = (k.a0 - k.a0.round(), k.a1, k.a2);
                     (b0[i], b1[i], c[i]) = (k.b0, k.b1, k.c);
@@ -597,13 +598,13 @@ pub fn portions<'p>(plan: &'p Plan, set: Set, limit: usize) -> std::slice::Chunk
     plan.set(set).chunks((limit / plan.channels.max(1)).max(1))
 }
 
-/// Measured on llvmpipe with two cores, ns of both together. On a GPU all are smaller by about the same.
+/// Measured on llvmpipe, ns of two cores; ratios count.
 pub const DEVICE_COSTS: Costs = Costs {
-    direct: 0.5,
-    spread: [80.0, 700.0],
-    transform: 1.5,
-    line: 0.5,
-    sample: 6.0,
+    direct: 0.28,
+    spread: [60.0, 190.0],
+    transform: 0.6,
+    line: 0.25,
+    sample: 3.0,
     table: 100.0,
     power_of_two: true,
     longest: grid_fft::LONGEST,

@@ -149,11 +149,22 @@ impl<'a> Plan<'a> {
 
     /// The contribution of return `index` to `channel`.
     pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
-        let r = &self.returns[index as usize];
+        self.channel(channel).coefficients(index)
+    }
+
+    /// For many echoes in one channel: what they have in common is worked out once.
+    pub fn channel(&self, channel: usize) -> Channel<'_> {
         let n_rx = self.radar.rx.len();
         let (tx, rx) = (channel / n_rx, channel % n_rx);
-        let amplitude = self.amplitudes[index as usize * self.kinds + self.kind[channel]];
-        phase_polynomial(self.radar, channel_path_m(self.radar, r, tx, rx), r.path_rate_mps, tx, amplitude)
+        Channel {
+            returns: self.returns,
+            amplitudes: &self.amplitudes,
+            kinds: self.kinds,
+            kind: self.kind[channel],
+            tx_m: self.radar.tx[tx].position_m,
+            rx_m: self.radar.rx[rx].position_m,
+            polynomial: Polynomial::new(self.radar, tx),
+        }
     }
 
     /// Largest |c| in turns per sample²: how fast the beat frequency drifts during a ramp.
@@ -245,31 +256,78 @@ pub fn channel_path_m(radar: &Radar, r: &Return, tx: usize, rx: usize) -> f64 {
 }
 
 /// |P − p| − |P| for P = range · direction, free of cancellation.
+#[inline]
 fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
     let point = direction * range;
     let sum = (point - p).length() + range;
     if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
 }
 
-/// Eq. 11 in eq. 12 as a polynomial. With τ = a + b m + d n: b the change of delay from loop to
-/// loop, d from sample to sample.
-fn phase_polynomial(radar: &Radar, path_m: f64, rate: f64, tx: usize, amplitude: Complex64) -> Coefficients {
-    let (f0, slope, fs, t_adc) =
-        (radar.start_hz(), radar.slope_hz_per_s(), radar.sample_rate_hz, radar.adc_start_s);
-    let stretch = 1.0 / (C0 + 0.5 * rate);
-    let beta = rate * stretch;
-    let a = path_m * stretch + beta * (radar.chirp_start_s(0, tx) + t_adc);
-    let b = beta * radar.loop_period_s();
-    let d = beta / fs;
-    let f = f0 + slope * t_adc;
-    Coefficients {
-        amplitude,
-        a0: f * a - 0.5 * slope * a * a,
-        a1: f * b - slope * a * b,
-        a2: -0.5 * slope * b * b,
-        b0: f * d + slope * a * (1.0 / fs - d),
-        b1: slope * b * (1.0 / fs - d),
-        c: slope * d * (1.0 / fs - 0.5 * d),
+/// One channel of a plan.
+pub struct Channel<'a> {
+    returns: &'a [Return],
+    amplitudes: &'a [Complex64],
+    kinds: usize,
+    kind: usize,
+    tx_m: DVec3,
+    rx_m: DVec3,
+    polynomial: Polynomial,
+}
+
+impl Channel<'_> {
+    /// The contribution of return `index`.
+    #[inline]
+    pub fn coefficients(&self, index: u32) -> Coefficients {
+        let r = &self.returns[index as usize];
+        let path_m = r.path_length_m
+            + excess_m(r.departure, r.first_range_m, self.tx_m)
+            + excess_m(r.arrival, r.last_range_m, self.rx_m);
+        let amplitude = self.amplitudes[index as usize * self.kinds + self.kind];
+        self.polynomial.coefficients(path_m, r.path_rate_mps, amplitude)
+    }
+}
+
+/// Eq. 11 in eq. 12 as a polynomial, for one transmitter. With τ = a + b m + d n: b the change of delay
+/// from loop to loop, d from sample to sample.
+struct Polynomial {
+    slope: f64,
+    /// s.
+    sample: f64,
+    loop_: f64,
+    /// Of the first sample of the frame.
+    start: f64,
+    /// Frequency of that sample, Hz.
+    f: f64,
+}
+
+impl Polynomial {
+    fn new(radar: &Radar, tx: usize) -> Polynomial {
+        let slope = radar.slope_hz_per_s();
+        Polynomial {
+            slope,
+            sample: 1.0 / radar.sample_rate_hz,
+            loop_: radar.loop_period_s(),
+            start: radar.chirp_start_s(0, tx) + radar.adc_start_s,
+            f: radar.start_hz() + slope * radar.adc_start_s,
+        }
+    }
+
+    #[inline]
+    fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> Coefficients {
+        let Polynomial { slope, sample, loop_, start, f } = *self;
+        let stretch = 1.0 / (C0 + 0.5 * rate);
+        let beta = rate * stretch;
+        let a = path_m * stretch + beta * start;
+        let (b, d) = (beta * loop_, beta * sample);
+        Coefficients {
+            amplitude,
+            a0: f * a - 0.5 * slope * a * a,
+            a1: f * b - slope * a * b,
+            a2: -0.5 * slope * b * b,
+            b0: f * d + slope * a * (sample - d),
+            b1: slope * b * (sample - d),
+            c: slope * d * (sample - 0.5 * d),
+        }
     }
 }
 

@@ -31,8 +31,8 @@ pub const COSTS: Costs = Costs {
     largest_grid: usize::MAX,
 };
 
-/// Echoes that are spread by one task when all go into one chirp.
-const STILL_PART: usize = 4096;
+/// Echoes that are spread by one task when all go into one chirp: what a second-level cache holds.
+const STILL_PART: usize = 1024;
 
 /// The cube of one frame without noise, √W, and how it was made: each set of echoes by gridding
 /// where that is cheaper than the direct sum and accurate. Errors only when cancelled.
@@ -131,29 +131,27 @@ fn still_rows(
     let layout = Layout::still(samples, costs);
     let width = layout.cells + 2 * PAD;
     let residuals = AtomicU64::new(0);
-    let parts = set.len().div_ceil(STILL_PART);
     let mut grids = vec![Complex32::ZERO; channels * width];
-    // A bounded number of grids at a time.
-    for some in (0..parts).collect::<Vec<_>>().chunks(64) {
-        let made: Vec<Vec<Complex32>> = (0..channels * some.len())
-            .into_par_iter()
-            .map(|task| {
-                let (channel, part) = (task / some.len(), some[task % some.len()]);
-                let mut grid = vec![Complex32::ZERO; width];
-                if cancelled() {
-                    return grid;
+    // A bounded number of grids at a time. A part goes into all channels while it is in the cache.
+    for some in set.chunks(64 * STILL_PART) {
+        let made: Vec<Vec<Complex32>> = some
+            .par_chunks(STILL_PART)
+            .map(|indices| {
+                let mut part = vec![Complex32::ZERO; channels * width];
+                for (channel, grid) in part.chunks_exact_mut(width).enumerate() {
+                    if cancelled() {
+                        break;
+                    }
+                    let echoes = Echoes::new(plan, indices, channel..channel + 1);
+                    let residual = Layout::still_residual(&echoes, samples);
+                    residuals.fetch_max(residual.to_bits(), Ordering::Relaxed);
+                    spread(&layout, &echoes, 0, 0.0, grid);
                 }
-                let indices = &set[part * STILL_PART..((part + 1) * STILL_PART).min(set.len())];
-                let echoes = Echoes::new(plan, indices, channel..channel + 1);
-                let residual = Layout::still_residual(&echoes, samples);
-                residuals.fetch_max(residual.to_bits(), Ordering::Relaxed);
-                spread(&layout, &echoes, 0, 0.0, &mut grid);
-                grid
+                part
             })
             .collect();
-        for (task, grid) in made.iter().enumerate() {
-            let to = &mut grids[task / some.len() * width..][..width];
-            to.iter_mut().zip(grid).for_each(|(a, b)| *a += b);
+        for part in made {
+            grids.iter_mut().zip(part).for_each(|(a, b)| *a += b);
         }
     }
     // The bits of positive numbers are ordered as they are.
