@@ -5,7 +5,6 @@ use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
 use catseye::cpu;
 use catseye::cpu::adc::synthesis::{Control, synthesise};
-use catseye::detect::accuracy::AxisAccuracy;
 use catseye::detect::ambiguity::{Ambiguity, TdmFolds};
 use catseye::detect::points::peaks;
 use catseye::detect::{Point, locate};
@@ -132,7 +131,7 @@ fn points_err_as_much_as_they_say() {
 fn the_array_finds_the_fold() {
     let radar = radar(Window::Hann, Sampling::Iq);
     let channels: Vec<(DVec3, usize)> =
-        locate::accuracy(&radar).elements.iter().map(|e| (e.position_m, e.slot)).collect();
+        locate::accuracy(&radar).unwrap().elements.iter().map(|e| (e.position_m, e.slot)).collect();
     let grid = Grid::new(&radar).unwrap();
     let directions: Vec<(f64, f64)> =
         grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
@@ -144,8 +143,7 @@ fn the_array_finds_the_fold() {
     for (seed, rate) in [(0, 7.0), (1, 7.0 - ambiguity), (2, 7.0 + ambiguity), (3, -9.0 - ambiguity)] {
         let (found, _) = chain(&radar, [12.0, rate, 0.3, 0.1], 14.0, seed);
         let (_, rates) = peaks(&radar, &found);
-        let noise = found.detection.noise
-            [found.cells[0].doppler as usize * found.map.range_bins + found.cells[0].range as usize];
+        let noise = found.noise[0];
         let t = folds.test(found.snapshots.of(0), rates[0], noise, 1e-2);
         assert_eq!(t.state, Ambiguity::Resolved, "{rate}: {t:?}");
         assert!((t.range_rate_mps - rate).abs() < 0.1, "{rate}: {t:?}");

@@ -3,7 +3,7 @@
 use catseye::adc::synthesis::FrontEnd;
 use catseye::cpu::adc::synthesis::Control;
 use catseye::detect::Point;
-use catseye::detect::points::{self, detected, peaks};
+use catseye::detect::{locate, points};
 use catseye::dsp::doa_beamform::Beamformer;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::{Pose, Sensor, World, direction_from_angles};
@@ -51,12 +51,8 @@ fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>
     let returns = engine.returns(&geometry, radar, pose, velocity, &TraceOptions::default());
     let (cube, front_end) = engine.cube(radar, &returns, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
-    let beam = Beamformer::new(radar).unwrap();
-    let tops = peaks(radar, &found);
-    let mut snapshots = found.snapshots.clone();
-    snapshots.data.truncate(tops.0.len() * snapshots.channels);
-    let power = engine.angular_power(&beam, &snapshots, &tops.1).unwrap();
-    let points = points::points(radar, &detected(&found, &tops, &beam, &power), &returns, &scene.objects);
+    let mut points = locate::points(engine, radar, &mut [found]).unwrap();
+    points::label(radar, &mut points, &returns, &scene.objects);
     let cube = match cube {
         AnyCube::F32(c) => c.to_f64().data,
         AnyCube::F64(c) => c.data,

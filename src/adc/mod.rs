@@ -2,6 +2,10 @@
 
 pub mod convert;
 pub mod front_end;
+pub mod grid_fft;
+pub mod grid_lines;
+pub mod grid_spread;
+pub mod gridding;
 pub mod interference;
 pub mod noise;
 pub mod shaping;

@@ -8,6 +8,7 @@
 //! wraps round into the first range cells.
 
 use super::front_end::channels;
+use super::gridding::Methods;
 use super::{Cube, CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;
@@ -70,6 +71,8 @@ pub struct FrontEnd {
     /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0.
     pub dropped: u64,
     pub dropped_power_w: f64,
+    /// How the echoes were summed.
+    pub synthesis: Methods,
 }
 
 impl FrontEnd {
@@ -80,6 +83,7 @@ impl FrontEnd {
             moving: self.moving.max(other.moving),
             dropped: self.dropped.max(other.dropped),
             dropped_power_w: self.dropped_power_w.max(other.dropped_power_w),
+            synthesis: self.synthesis,
         }
     }
 }
@@ -235,13 +239,21 @@ impl<'a> Plan<'a> {
 
     /// The contribution of return `index` to `channel`.
     pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
-        let r = &self.returns[index as usize];
-        let way = &self.ways[channel];
-        let amplitude = way.factor * self.amplitudes[index as usize * self.kinds + way.kind];
-        let path = channel_path_m(self.radar, r, way.tx, way.rx);
-        let mut c = phase_polynomial(self.radar, &self.lines, path, r.path_rate_mps, way.slot, amplitude);
-        c.a1 += way.code_turns;
-        c
+        self.channel(channel).coefficients(index)
+    }
+
+    /// For many echoes in one channel: what they have in common is worked out once.
+    pub fn channel(&self, channel: usize) -> Channel<'_> {
+        let way = self.ways[channel];
+        Channel {
+            returns: self.returns,
+            amplitudes: &self.amplitudes,
+            kinds: self.kinds,
+            way,
+            tx_m: self.radar.tx[way.tx].position_m,
+            rx_m: self.radar.rx[way.rx].position_m,
+            polynomial: Polynomial::new(self.radar, &self.lines, way.slot),
+        }
     }
 
     /// Largest |c| in turns per sample²: how fast the beat frequency drifts during a ramp.
@@ -357,37 +369,82 @@ pub fn channel_path_m(radar: &Radar, r: &Return, tx: usize, rx: usize) -> f64 {
 }
 
 /// |P − p| − |P| for P = range · direction, free of cancellation.
+#[inline]
 fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
     let point = direction * range;
     let sum = (point - p).length() + range;
     if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
 }
 
-/// Eq. 11 in eq. 12a as a polynomial. With τ = a + b m + d n: b the change of delay from loop to
-/// loop, d from line to line.
-fn phase_polynomial(
-    radar: &Radar,
-    lines: &Lines,
-    path_m: f64,
-    rate: f64,
-    slot: usize,
-    amplitude: Complex64,
-) -> Coefficients {
-    let stretch = 1.0 / (C0 + 0.5 * rate);
-    let beta = rate * stretch;
-    let a = path_m * stretch + beta * (radar.chirp_start_s(0, slot) + lines.start_s);
-    let b = beta * radar.loop_period_s();
-    let d = beta * lines.step_s;
-    let (f, step) = (lines.first_hz, lines.step_hz);
-    let slope = if lines.dechirped { step / lines.step_s } else { 0.0 };
-    Coefficients {
-        amplitude,
-        a0: f * a - 0.5 * slope * a * a,
-        a1: f * b - slope * a * b,
-        a2: -0.5 * slope * b * b,
-        b0: f * d + step * a - slope * a * d,
-        b1: step * b - slope * b * d,
-        c: step * d - 0.5 * slope * d * d,
+/// One channel of a plan.
+pub struct Channel<'a> {
+    returns: &'a [Return],
+    amplitudes: &'a [Complex64],
+    kinds: usize,
+    way: Way,
+    tx_m: DVec3,
+    rx_m: DVec3,
+    polynomial: Polynomial,
+}
+
+impl Channel<'_> {
+    /// The contribution of return `index`.
+    #[inline]
+    pub fn coefficients(&self, index: u32) -> Coefficients {
+        let r = &self.returns[index as usize];
+        let path_m = r.path_length_m
+            + excess_m(r.departure, r.first_range_m, self.tx_m)
+            + excess_m(r.arrival, r.last_range_m, self.rx_m);
+        let amplitude = self.way.factor * self.amplitudes[index as usize * self.kinds + self.way.kind];
+        let mut c = self.polynomial.coefficients(path_m, r.path_rate_mps, amplitude);
+        c.a1 += self.way.code_turns;
+        c
+    }
+}
+
+/// Eq. 11 in eq. 12a as a polynomial, for one slot. With τ = a + b m + d n: b the change of delay
+/// from loop to loop, d from line to line.
+struct Polynomial {
+    /// Of the sweep that the echo is mixed with; zero when it is not.
+    slope: f64,
+    /// From line to line, Hz and s.
+    step: f64,
+    line: f64,
+    loop_: f64,
+    /// Of the first line of the frame.
+    start: f64,
+    /// Frequency of that line, Hz.
+    f: f64,
+}
+
+impl Polynomial {
+    fn new(radar: &Radar, lines: &Lines, slot: usize) -> Polynomial {
+        Polynomial {
+            slope: if lines.dechirped { lines.step_hz / lines.step_s } else { 0.0 },
+            step: lines.step_hz,
+            line: lines.step_s,
+            loop_: radar.loop_period_s(),
+            start: radar.chirp_start_s(0, slot) + lines.start_s,
+            f: lines.first_hz,
+        }
+    }
+
+    #[inline]
+    fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> Coefficients {
+        let Polynomial { slope, step, line, loop_, start, f } = *self;
+        let stretch = 1.0 / (C0 + 0.5 * rate);
+        let beta = rate * stretch;
+        let a = path_m * stretch + beta * start;
+        let (b, d) = (beta * loop_, beta * line);
+        Coefficients {
+            amplitude,
+            a0: f * a - 0.5 * slope * a * a,
+            a1: f * b - slope * a * b,
+            a2: -0.5 * slope * b * b,
+            b0: f * d + step * a - slope * a * d,
+            b1: step * b - slope * b * d,
+            c: step * d - 0.5 * slope * d * d,
+        }
     }
 }
 
@@ -507,7 +564,7 @@ const BLOCK: u64 = 16;
 const LARGEST_DRIFT: f64 = 8e-4;
 
 /// 2⁻³² turns, wrapping.
-fn fixed_turns(turns: f64) -> u32 {
+pub(super) fn fixed_turns(turns: f64) -> u32 {
     ((turns - turns.floor()) * 4_294_967_296.0).round() as u64 as u32
 }
 
@@ -575,7 +632,13 @@ impl Plan<'_> {
     /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
     /// too long, or when one chirp exceeds a binding.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
-        let drift = self.largest_drift() * 7.5 * 7.5;
+        self.record_sets(gpu, recorder, &[Set::Still, Set::Moving])
+    }
+
+    /// The same of some of the sets of echoes.
+    pub fn record_sets(&self, gpu: &Gpu, recorder: &mut Recorder, sets: &[Set]) -> Result<DeviceCube> {
+        let set = |set| if sets.contains(&set) { self.set(set) } else { &[] };
+        let drift = if sets.contains(&Set::Moving) { self.largest_drift() * 7.5 * 7.5 } else { 0.0 };
         if drift > LARGEST_DRIFT {
             return Err(Error::Failed(format!(
                 "the beat frequency drifts by {drift:.1e} turns within 8 samples, the shader allows {LARGEST_DRIFT:.0e}; \
@@ -603,12 +666,12 @@ impl Plan<'_> {
             .collect();
         let cube = DeviceCube { chirps: self.chirps, channels: self.channels, samples: self.samples, pieces };
         // The first dispatch writes every sample, also when there is nothing at rest.
-        let still = self.set(Set::Still);
+        let still = set(Set::Still);
         self.dispatch(recorder, &cube, Set::Still, &still[..per_upload.min(still.len())], true);
         for echoes in still[per_upload.min(still.len())..].chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Still, echoes, false);
         }
-        for echoes in self.set(Set::Moving).chunks(per_upload) {
+        for echoes in set(Set::Moving).chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Moving, echoes, false);
         }
         Ok(cube)

@@ -1,6 +1,7 @@
 //! `manifest.json`: what made a result, its axes, and a checksum for each file.
 
 use super::frame::{Convergence, Frame, Stages};
+use crate::adc::gridding::Methods;
 use crate::adc::synthesis::FrontEnd;
 use crate::engine::EngineReport;
 use crate::error::{Error, Result};
@@ -70,11 +71,13 @@ pub struct FrontEndRecord {
     /// Echoes that the anti-alias filter stopped, and their power.
     pub dropped: u64,
     pub dropped_power_w: f64,
+    /// How the echoes were summed.
+    pub synthesis: Methods,
 }
 
 impl FrameRecord {
     pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
-        let FrontEnd { moving, dropped, dropped_power_w, .. } = frame.front_end;
+        let FrontEnd { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
         FrameRecord {
             index: frame.index,
             radar: radar.into(),
@@ -82,7 +85,7 @@ impl FrameRecord {
             triangles: frame.triangles,
             rays: frame.returns.rays,
             returns: frame.returns.returns.len(),
-            front_end: FrontEndRecord { moving, dropped, dropped_power_w },
+            front_end: FrontEndRecord { moving, dropped, dropped_power_w, synthesis },
             points: frame.points.len(),
             convergence,
             seconds: frame.stages,

@@ -3,6 +3,7 @@
 use super::{AnyCube, Engine, Precision};
 use crate::adc::Cube;
 use crate::adc::front_end::{Chain, channels};
+use crate::adc::gridding::{self, Methods};
 use crate::adc::interference::Arrival;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
@@ -21,12 +22,26 @@ use crate::scene::radar::Radar;
 use crate::trace::windows::windows;
 use crate::trace::{Returns, TraceOptions};
 use glam::DVec3;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 
 /// What the samples can be made of.
-trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {}
-impl Precise for f32 {}
-impl Precise for f64 {}
+trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {
+    /// Lines of a plan by the cpu engine, and how they were summed.
+    fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<Self>, Methods)>;
+}
+
+impl Precise for f32 {
+    fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<f32>, Methods)> {
+        cpu::adc::gridding::synthesise(plan, control)
+    }
+}
+
+/// The direct sum always: the truth.
+impl Precise for f64 {
+    fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<f64>, Methods)> {
+        Ok((cpu::adc::synthesis::synthesise(plan, control)?, Methods::default()))
+    }
+}
 
 /// What comes to the receivers of one frame.
 struct Received<'a> {
@@ -87,13 +102,14 @@ impl Engine {
             // The usual radar's cube is complete on the device.
             if Shaping::of(radar, 0.0).is_none() && plan.channels == radar.channels() {
                 let mut recorder = gpu.recorder("synthesis");
-                let device = plan.record(gpu, &mut recorder)?;
+                let (device, methods) = gridding::record(&plan, gpu, &mut recorder)?;
                 if let Some(n) = Noise::thermal(radar, seed, frame) {
                     n.record(&mut recorder, &device);
                 }
                 let pending = device.read(&mut recorder);
                 let mut done = recorder.submit()?;
-                return Ok((AnyCube::F32(device.take(&mut done, pending)), plan.front_end));
+                let seen = FrontEnd { synthesis: methods, ..plan.front_end };
+                return Ok((AnyCube::F32(device.take(&mut done, pending)), seen));
             }
         }
         let with = Received { returns, interference, seed, frame };
@@ -154,48 +170,40 @@ impl Engine {
         let largest_rate = returns.returns.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
         let Some(shaping) = Shaping::of(part, largest_rate) else {
             let plan = Plan::with_lines(part, part.lines().wider(margin), returns)?;
-            return Ok((plan.fold(self.lines::<T>(&plan, control)?), plan.front_end));
+            let (cube, synthesis) = self.lines::<T>(&plan, control)?;
+            return Ok((cube, FrontEnd { synthesis, ..plan.front_end }));
         };
         let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
         let mut seen = FrontEnd::default();
         for order in 0..shaping.orders(largest_rate) {
             let plan = shaping.plan(part, returns, order)?;
+            let (lines, synthesis) = self.lines::<T>(&plan, control)?;
             if order == 0 {
-                seen = plan.front_end;
+                seen = FrontEnd { synthesis, ..plan.front_end };
             }
-            let lines = plan.fold(self.lines::<T>(&plan, control)?);
             cpu::adc::shaping::add(&shaping, &lines, order, &mut samples);
         }
         Ok((samples, seen))
     }
 
-    /// Lines of a plan, by this engine.
-    fn lines<T: Precise>(&self, plan: &Plan<'_>, control: Control<'_>) -> Result<Cube<T>> {
-        match self {
-            Engine::Cpu(_) => cpu::adc::synthesis::synthesise::<T>(plan, control),
+    /// Lines of a plan by this engine, the ways that are heard at once added up, and how echoes were summed.
+    fn lines<T: Precise>(&self, plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<T>, Methods)> {
+        let (cube, methods) = match self {
+            Engine::Cpu(_) => T::lines(plan, control)?,
             Engine::Gpu(gpu) => {
                 let mut recorder = gpu.recorder("synthesis");
-                let device = plan.record(gpu, &mut recorder)?;
+                let (device, methods) = gridding::record(plan, gpu, &mut recorder)?;
                 let pending = device.read(&mut recorder);
                 let mut done = recorder.submit()?;
                 let cube = device.take(&mut done, pending);
-                Ok(Cube {
-                    chirps: cube.chirps,
-                    channels: cube.channels,
-                    samples: cube.samples,
-                    data: cube
-                        .data
-                        .iter()
-                        .map(|z| {
-                            <T as cpu::adc::synthesis::Precision>::round(Complex64::new(
-                                z.re.into(),
-                                z.im.into(),
-                            ))
-                        })
-                        .collect(),
-                })
+                let round = |z: &Complex32| {
+                    <T as cpu::adc::synthesis::Precision>::round(Complex64::new(z.re.into(), z.im.into()))
+                };
+                let data = cube.data.iter().map(round).collect();
+                (Cube { chirps: cube.chirps, channels: cube.channels, samples: cube.samples, data }, methods)
             }
-        }
+        };
+        Ok((plan.fold(cube), methods))
     }
 
     /// From samples to detected cells of one ramp (`radar` is [`Radar::part`] of it; a radar with one ramp as it is). The stages run

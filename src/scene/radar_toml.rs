@@ -1024,7 +1024,8 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             thermal_noise: radar.thermal_noise,
         },
         transmitter: TransmitterTable { power_dbm: radar.tx_power_dbm.into() },
-        front_end: (radar.front_end != FrontEndSettings::default()).then(|| FrontEndTable::from(&radar.front_end)),
+        front_end: (radar.front_end != FrontEndSettings::default())
+            .then(|| FrontEndTable::from(&radar.front_end)),
         antenna: AntennaTable::default(),
         tx: radar.tx.iter().map(element).collect::<Result<_>>()?,
         rx: radar.rx.iter().map(element).collect::<Result<_>>()?,

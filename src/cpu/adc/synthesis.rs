@@ -23,7 +23,7 @@ const TILE: usize = 1024;
 /// Samples between exact phases of the f64 sum.
 const SEGMENT: usize = 256;
 /// Neighbouring echoes in one vector.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// Most samples on either side of an exact phase in the f32 sum.
 const HALF: usize = 16;
 /// Above this the drift of the frequency within a block of the f32 sum is followed, turns. From block to block it always is.
@@ -67,14 +67,25 @@ impl Precision for f32 {
 
 /// The cube of one frame without noise, √W. Errors only when cancelled.
 pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>> {
+    synthesise_sets(plan, &[Set::Still, Set::Moving], control)
+}
+
+/// The same of some of the sets of echoes.
+pub fn synthesise_sets<T: Precision>(plan: &Plan, sets: &[Set], control: Control) -> Result<Cube<T>> {
     let (chirps, channels, samples) = (plan.chirps, plan.channels, plan.samples);
     let mut cube = Cube::<T>::zeros(chirps, channels, samples);
     let total = (chirps * channels) as u64;
     let done = AtomicU64::new(0);
     let cancelled = || control.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
     for channel in 0..channels {
-        let still = still_row::<T>(plan, channel, &cancelled);
-        let tiles = tiles(plan, Set::Moving, channel);
+        let still = match sets.contains(&Set::Still) {
+            true => still_row::<T>(plan, channel, &cancelled),
+            false => vec![Complex64::ZERO; samples],
+        };
+        let tiles = match sets.contains(&Set::Moving) {
+            true => tiles(plan, Set::Moving, channel),
+            false => Vec::new(),
+        };
         cube.data.par_chunks_mut(channels * samples).enumerate().for_each(|(chirp, loop_)| {
             let row = &mut loop_[channel * samples..][..samples];
             row.par_chunks_mut(SEGMENT).enumerate().for_each(|(i, out)| {
@@ -273,28 +284,28 @@ struct Recurrence<'a> {
     sum: &'a mut [Complex64],
 }
 
-type V = [f32; LANES];
+pub(super) type V = [f32; LANES];
 
 #[inline(always)]
-fn v(f: impl Fn(usize) -> f32) -> V {
+pub(super) fn v(f: impl Fn(usize) -> f32) -> V {
     std::array::from_fn(f)
 }
 
 #[inline(always)]
-fn madd<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
+pub(super) fn madd<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// Turns to a fraction of a turn in units of 2⁻³², wrapping. Exact to half a unit for
 /// |turns| < 2¹⁸: the sum has one unit as its last place.
 #[inline(always)]
-fn fixed(turns: f64) -> u32 {
+pub(super) fn fixed(turns: f64) -> u32 {
     (turns + 1_572_864.0).to_bits() as u32
 }
 
 /// Cosine and sine of a phase in units of 2⁻³² turn; error below 2e-7.
 #[inline(always)]
-fn cis<const FMA: bool>(p: &[u32; LANES]) -> (V, V) {
+pub(super) fn cis<const FMA: bool>(p: &[u32; LANES]) -> (V, V) {
     let quadrant: [u32; LANES] = std::array::from_fn(|l| p[l].wrapping_add(1 << 29) >> 30);
     let x =
         v(|l| p[l].wrapping_sub(quadrant[l] << 30) as i32 as f32 * (std::f32::consts::TAU / 4_294_967_296.0));

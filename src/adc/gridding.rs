@@ -1,0 +1,688 @@
+//! Synthesis by gridding: how a set of echoes is summed without visiting every echo at every sample
+//! (CONVENTIONS eq. 80-84). The engines follow the [`Layout`] that is made here.
+//!
+//! Chirps are cut into blocks. In a block, about its middle, the phase of an echo is
+//! a0 + n b0 + m a1 + b1 m n + c n² + a2 m² turns, and b1, c and a2 come from the same motion as a1:
+//! b1 = κ a1 + κ₀ and so on, nearly the same for all echoes. So the phase is n b0 + a1 t(m, n) with
+//! a slow time t = m + κ m n + γ n² + α m² that the sample warps (keystone), and what κ₀, γ₀ and α₀ add
+//! is known. Echoes are spread on a grid of b0 (cells) and a1 (lines); each line is transformed to
+//! samples; at each sample the lines are added up with e^{2πj t a1}. The cost of a sample does not
+//! depend on the number of echoes, nor on how far they migrate.
+
+use super::synthesis::{Plan, Set};
+use super::{DeviceCube, grid_fft, grid_lines, grid_spread};
+use crate::error::Result;
+use crate::gpu::{Gpu, Recorder};
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+/// How a set of echoes was summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Every echo at every sample.
+    #[default]
+    Direct,
+    Gridded(Gridded),
+}
+
+/// What [`Method::Gridded`] did.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Gridded {
+    /// Blocks of chirps.
+    pub blocks: usize,
+    /// Range transforms of each block and channel: lines of slow-time frequency.
+    pub lines: usize,
+    /// Cells of a line per sample.
+    pub oversampling: f64,
+    /// Cells, and lines, over which an echo is spread.
+    pub taps: usize,
+    /// Estimate of the error relative to the peak of the cube, rounding included.
+    pub error: f64,
+}
+
+/// How the echoes of one frame were summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Methods {
+    pub still: Method,
+    pub moving: Method,
+}
+
+/// Cells over which an echo is spread, on each axis.
+pub const TAPS: usize = 8;
+/// Lines for each line that the band of slow time alone would need.
+const LINE_OVERSAMPLING: f64 = 1.4;
+/// Bounds of the phase that the warp leaves over at the corners of a block, rad: of the echo that is
+/// worst, and in the mean over echoes by power.
+const WORST_RESIDUAL: f64 = 7e-5;
+const MEAN_RESIDUAL: f64 = 2e-5;
+/// Rounding in f32: transforms of some hundred values and as many terms of a polynomial.
+const ROUNDING: f64 = 1.5e-6;
+/// Most echoes whose sum in one cell is left to f32 alone: equal ones lose 3e-5 of the peak.
+const PORTION: usize = 512;
+/// Echoes times channels whose coefficients are kept at a time (64 bytes each).
+pub const ECHOES_KEPT: usize = 1 << 21;
+
+/// The bell that spreads an echo over [`TAPS`] cells: I₀(β√(1 − d²))/I₀(β), d from -1 to 1
+/// (Kaiser-Bessel). Its transform is known in closed form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bell {
+    beta: f64,
+    /// I₀(β).
+    peak: f64,
+    /// Polynomial in 1 − d², lowest order first; positive terms, so that nothing cancels.
+    pub polynomial: [f32; DEGREE + 1],
+}
+
+/// Degree of the polynomial of a bell: within 5e-7 of its peak at the widest oversampling.
+pub const DEGREE: usize = 13;
+
+impl Bell {
+    /// For frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform
+    /// where the image of that band begins.
+    pub fn new(oversampling: f64) -> Bell {
+        let beta = 0.98 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling);
+        let peak = bessel_i0(beta);
+        let f = |s: f64| bessel_i0(beta * s.max(0.0).sqrt()) / peak;
+        Bell { beta, peak, polynomial: economised(f).map(|c| c as f32) }
+    }
+
+    /// Its value at distance d, in halves of its width.
+    pub fn at(&self, d: f64) -> f64 {
+        if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / self.peak }
+    }
+
+    /// ∫ bell e^{2πj f x} dx, x in cells.
+    pub fn transform(&self, f: f64) -> f64 {
+        let w = TAPS as f64;
+        let q = self.beta * self.beta - (PI * w * f).powi(2);
+        let r = q.abs().sqrt();
+        let shape = match () {
+            () if r < 1e-4 => 1.0,
+            () if q > 0.0 => r.sinh() / r,
+            () => r.sin() / r,
+        };
+        w * shape / self.peak
+    }
+
+    /// What images add at frequencies up to 1/(2 oversampling), relative to the signal: the largest.
+    pub fn aliasing(&self, oversampling: f64) -> f64 {
+        let band = 0.5 / oversampling;
+        let at = |f: f64| {
+            let images: f64 = (1..40)
+                .flat_map(|k| [f64::from(k), -f64::from(k)])
+                .map(|k| self.transform(f + k).powi(2))
+                .sum();
+            images.sqrt() / self.transform(f)
+        };
+        (0..=32).map(|i| at(band * f64::from(i) / 32.0)).fold(0.0, f64::max)
+    }
+}
+
+/// Modified Bessel function of the first kind, order zero, by its series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = 0.25 * x * x;
+    let (mut term, mut sum, mut k) = (1.0, 1.0, 1.0);
+    while term > 1e-17 * sum {
+        term *= quarter / (k * k);
+        sum += term;
+        k += 1.0;
+    }
+    sum
+}
+
+/// Coefficients of the polynomial through f at the Chebyshev nodes of [0, 1].
+fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
+    const N: usize = DEGREE + 1;
+    let node = |i: usize| (PI * (i as f64 + 0.5) / N as f64).cos();
+    let values: Vec<f64> = (0..N).map(|i| f(0.5 + 0.5 * node(i))).collect();
+    let mut sum = [0.0; N];
+    // Shifted Chebyshev polynomials T_k(2s − 1) by powers of s.
+    let (mut before, mut this) = ([0.0; N], [0.0; N]);
+    (before[0], this[0]) = (0.0, 1.0);
+    for k in 0..N {
+        let weight: f64 =
+            (0..N).map(|i| values[i] * (PI * k as f64 * (i as f64 + 0.5) / N as f64).cos()).sum::<f64>()
+                * if k == 0 { 1.0 } else { 2.0 }
+                / N as f64;
+        for (s, t) in sum.iter_mut().zip(&this) {
+            *s += weight * t;
+        }
+        let scale = if k == 0 { 1.0 } else { 2.0 };
+        let next: [f64; N] = std::array::from_fn(|i| {
+            let shifted = if i > 0 { 2.0 * this[i - 1] } else { 0.0 };
+            scale * (shifted - this[i]) - if k == 0 { 0.0 } else { before[i] }
+        });
+        (before, this) = (this, next);
+    }
+    sum
+}
+
+/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`.
+#[derive(Debug, Clone, Default)]
+pub struct Echoes {
+    pub count: usize,
+    pub channels: usize,
+    pub amplitude: Vec<Complex32>,
+    /// Turns, within half a turn.
+    pub a0: Vec<f64>,
+    pub a1: Vec<f64>,
+    pub a2: Vec<f64>,
+    pub b0: Vec<f64>,
+    pub b1: Vec<f64>,
+    pub c: Vec<f64>,
+}
+
+/// Chirp and sample that coefficients are taken about.
+pub fn origin(plan: &Plan) -> [f64; 2] {
+    [(plan.chirps / 2) as f64, (plan.samples / 2) as f64]
+}
+
+impl Echoes {
+    /// `indices` into the returns of the plan, in some channels.
+    pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Echoes {
+        let (count, total) = (indices.len(), indices.len() * channels.len());
+        let column = || vec![0.0; total];
+        let mut e = Echoes {
+            count,
+            channels: channels.len(),
+            amplitude: vec![Complex32::ZERO; total],
+            a0: column(),
+            a1: column(),
+            a2: column(),
+            b0: column(),
+            b1: column(),
+            c: column(),
+        };
+        if total == 0 {
+            return e;
+        }
+        const PART: usize = 1024;
+        let [m, n] = origin(plan);
+        // Each part of each column of a channel is filled by one task.
+        let parts = |v| <[f64]>::chunks_mut(v, count).flat_map(|c| c.chunks_mut(PART)).collect::<Vec<_>>();
+        let (a0, a1, a2) = (parts(&mut e.a0), parts(&mut e.a1), parts(&mut e.a2));
+        let (b0, b1, c) = (parts(&mut e.b0), parts(&mut e.b1), parts(&mut e.c));
+        let amplitude: Vec<_> = e.amplitude.chunks_mut(count).flat_map(|c| c.chunks_mut(PART)).collect();
+        let in_channel = count.div_ceil(PART);
+        (amplitude, a0, a1, a2, b0, b1, c).into_par_iter().enumerate().for_each(
+            |(part, (amplitude, a0, a1, a2, b0, b1, c))| {
+                let (channel, first) = (channels.start + part / in_channel, part % in_channel * PART);
+                let of_channel = plan.channel(channel);
+                for (i, index) in indices[first..first + a0.len()].iter().enumerate() {
+                    let k = of_channel.coefficients(*index).about(m, n);
+                    amplitude[i] = Complex32::new(k.amplitude.re as f32, k.amplitude.im as f32);
+                    (a0[i], a1[i], a2[i]) = (k.a0 - k.a0.round(), k.a1, k.a2);
+                    (b0[i], b1[i], c[i]) = (k.b0, k.b1, k.c);
+                }
+            },
+        );
+        e
+    }
+}
+
+/// y = slope x + offset fitted to all echoes, and what it leaves over.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Line {
+    pub slope: f64,
+    pub offset: f64,
+    worst: f64,
+    mean: f64,
+}
+
+/// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half
+/// to all echoes alike.
+fn fit(echoes: &Echoes) -> [Line; 3] {
+    let columns = [&echoes.b1[..], &echoes.c, &echoes.a2];
+    let x = &echoes.a1[..];
+    const PART: usize = 4096;
+    let parts: Vec<Range<usize>> = (0..x.len()).step_by(PART).map(|i| i..(i + PART).min(x.len())).collect();
+    let power = |i: usize| f64::from(echoes.amplitude[i].norm_sqr());
+    // Parts are added in their order, whatever thread they come from.
+    let all: f64 = echoes.amplitude.iter().map(|a| f64::from(a.norm_sqr())).sum();
+    let equal = 1.0 / x.len() as f64;
+    let per_power = if all > 0.0 { 0.5 / all } else { 0.0 };
+    let equal = if all > 0.0 { 0.5 * equal } else { equal };
+    let origin = columns.map(|y| y[0]);
+    let sums = parts.par_iter().map(|part| {
+        let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+        for i in part.clone() {
+            let (w, x) = (equal + per_power * power(i), x[i] - x[0]);
+            o = [o[0] + w * x, o[1] + w * x * x];
+            for k in 0..3 {
+                let y = w * (columns[k][i] - origin[k]);
+                by_column[k] = [by_column[k][0] + y, by_column[k][1] + y * x];
+            }
+        }
+        (o, by_column)
+    });
+    let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+    for (p, columns) in sums.collect::<Vec<_>>() {
+        o = [o[0] + p[0], o[1] + p[1]];
+        by_column = std::array::from_fn(|k| [0, 1].map(|j| by_column[k][j] + columns[k][j]));
+    }
+    let spread = o[1] - o[0] * o[0];
+    let mut lines: [Line; 3] = std::array::from_fn(|k| {
+        let [y, xy] = by_column[k];
+        let slope = if spread > 1e-12 * o[1] { (xy - o[0] * y) / spread } else { 0.0 };
+        Line { slope, offset: origin[k] + y - slope * (x[0] + o[0]), ..Line::default() }
+    });
+    let left = parts.par_iter().map(|part| {
+        let (mut worst, mut squares) = ([0.0f64; 3], [0.0; 3]);
+        for i in part.clone() {
+            let w = equal + per_power * power(i);
+            for k in 0..3 {
+                let d = columns[k][i] - lines[k].slope * x[i] - lines[k].offset;
+                worst[k] = worst[k].max(d.abs());
+                squares[k] += w * d * d;
+            }
+        }
+        (worst, squares)
+    });
+    let mut squares = [0.0; 3];
+    for (worst, s) in left.collect::<Vec<_>>() {
+        for k in 0..3 {
+            lines[k].worst = lines[k].worst.max(worst[k]);
+            squares[k] += s[k];
+        }
+    }
+    for (line, s) in lines.iter_mut().zip(squares) {
+        line.mean = s.sqrt();
+    }
+    lines
+}
+
+/// Warped slow time of eq. 81 and the phase that all echoes share, in turns.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Warp {
+    /// b1, c and a2 as functions of a1.
+    pub b1: Line,
+    pub c: Line,
+    pub a2: Line,
+}
+
+impl Warp {
+    pub fn time(&self, m: f64, n: f64) -> f64 {
+        m + self.b1.slope * m * n + self.c.slope * n * n + self.a2.slope * m * m
+    }
+
+    pub fn shared_turns(&self, m: f64, n: f64) -> f64 {
+        self.b1.offset * m * n + self.c.offset * n * n + self.a2.offset * m * m
+    }
+
+    /// Phase left over at the corners of a block of 2 `m` chirps by 2 `n` samples, rad: (worst, mean).
+    fn residual(&self, m: f64, n: f64) -> (f64, f64) {
+        let sum =
+            |f: fn(&Line) -> f64| TAU * (f(&self.b1) * m * n + f(&self.c) * n * n + f(&self.a2) * m * m);
+        (sum(|l| l.worst), sum(|l| l.mean))
+    }
+}
+
+/// Time that the parts of the work take on an engine, ns.
+#[derive(Debug, Clone, Copy)]
+pub struct Costs {
+    /// One echo at one sample, directly.
+    pub direct: f64,
+    /// One echo in one channel and one block, on one line, and on [`TAPS`] of them.
+    pub spread: [f64; 2],
+    /// A cell of a transform, per factor of two.
+    pub transform: f64,
+    /// A sample on a line.
+    pub line: f64,
+    /// A sample, once.
+    pub sample: f64,
+    /// A chirp and sample of a block, for tables that channels share.
+    pub table: f64,
+    /// Whether transforms have to be powers of two, and the longest.
+    pub power_of_two: bool,
+    pub longest: usize,
+    /// Most lines of a block.
+    pub lines: usize,
+    /// Most cells of all blocks of a channel.
+    pub largest_grid: usize,
+}
+
+/// Grid and blocks of a set of echoes: all that an engine needs beside the echoes.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    pub chirps: usize,
+    pub samples: usize,
+    /// Chirps of a block; the last may be shorter.
+    pub block: usize,
+    /// Cells of a line, one turn of b0.
+    pub cells: usize,
+    pub cell_bell: Bell,
+    /// Lines; with one line nothing is spread over lines.
+    pub lines: usize,
+    /// a1 on line zero, and from line to line, turns.
+    pub first_line: f64,
+    pub line_step: f64,
+    pub line_bell: Bell,
+    pub warp: Warp,
+    /// After so many echoes sums are put aside: many equal ones in a row would all round the same way.
+    pub portion: usize,
+    /// Estimates of what it costs here, ns, and of its error.
+    pub cost: f64,
+    pub error: f64,
+}
+
+/// Transforms of these lengths are fast.
+fn is_smooth(mut n: usize) -> bool {
+    for p in [2, 3] {
+        while n.is_multiple_of(p) {
+            n /= p;
+        }
+    }
+    n == 1
+}
+
+/// Cells of a line for this many samples.
+pub fn cells(samples: usize, costs: &Costs) -> usize {
+    let least = (1.375 * samples as f64).ceil() as usize;
+    let least = least.max(2 * TAPS);
+    if costs.power_of_two {
+        return least.next_power_of_two();
+    }
+    (least..).find(|n| n % 8 == 0 && is_smooth(*n)).unwrap_or(least)
+}
+
+/// What a transform of `cells` costs, ns.
+fn transform_ns(cells: usize, costs: &Costs) -> f64 {
+    costs.transform * cells as f64 * (cells as f64).log2()
+}
+
+impl Layout {
+    /// For echoes that do not change from chirp to chirp: one chirp, one line.
+    pub fn still(samples: usize, costs: &Costs) -> Layout {
+        let cells = cells(samples, costs);
+        let oversampling = cells as f64 / samples.max(1) as f64;
+        let cell_bell = Bell::new(oversampling);
+        Layout {
+            chirps: 1,
+            samples,
+            block: 1,
+            cells,
+            error: cell_bell.aliasing(oversampling).hypot(ROUNDING),
+            line_bell: cell_bell.clone(),
+            cell_bell,
+            lines: 1,
+            first_line: 0.0,
+            line_step: 0.0,
+            warp: Warp::default(),
+            portion: PORTION,
+            cost: 0.0,
+        }
+    }
+
+    /// For echoes that do not change from chirp to chirp, if gridding them pays and is accurate.
+    pub fn choose_still(samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+        let layout = Layout::still(samples, costs);
+        let pays = Layout::still_pays(echoes.count, samples, costs);
+        (pays && Layout::still_residual(echoes, samples) <= layout.error).then_some(layout)
+    }
+
+    /// Phase that a layout of echoes at rest leaves out at the ends of the ramp, rad.
+    pub fn still_residual(echoes: &Echoes, samples: usize) -> f64 {
+        TAU * echoes.c.iter().map(|c| c.abs()).fold(0.0, f64::max) * (0.5 * samples as f64).powi(2)
+    }
+
+    /// Whether gridding `echoes` echoes that stand still pays.
+    pub fn still_pays(echoes: usize, samples: usize, costs: &Costs) -> bool {
+        let n = samples as f64;
+        let cells = cells(samples, costs);
+        let gridded = echoes as f64 * costs.spread[0] + transform_ns(cells, costs) + n * costs.line;
+        cells <= costs.longest && gridded < echoes as f64 * n * costs.direct
+    }
+
+    /// The cheapest layout that is accurate enough, if there is one cheaper than the direct sum.
+    pub fn choose(chirps: usize, samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+        if echoes.count == 0 || chirps == 0 || samples == 0 {
+            return None;
+        }
+        let cells = cells(samples, costs);
+        let (pairs, channels) = ((echoes.count * echoes.channels) as f64, echoes.channels as f64);
+        let (all_m, n) = (0.5 * chirps as f64, 0.5 * samples as f64);
+        let direct = pairs * (chirps * samples) as f64 * costs.direct;
+        // No layout is cheaper than one line of each chirp.
+        let least = channels * chirps as f64 * transform_ns(cells, costs);
+        if cells > costs.longest || direct < least {
+            return None;
+        }
+        let [b1, c, a2] = fit(echoes);
+        let warp = Warp { b1, c, a2 };
+        // From block to block a1 moves by 2 m a2.
+        let (mut low, mut high, mut bend) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+        for (a1, a2) in echoes.a1.iter().zip(&echoes.a2) {
+            let moved = 2.0 * all_m * a2.abs();
+            (low, high, bend) = (low.min(a1 - moved), high.max(a1 + moved), bend.max(moved));
+        }
+        let oversampling = cells as f64 / samples as f64;
+        let (cell_bell, line_bell) = (Bell::new(oversampling), Bell::new(LINE_OVERSAMPLING));
+        let aliasing = cell_bell.aliasing(oversampling).hypot(line_bell.aliasing(LINE_OVERSAMPLING));
+        let mut best: Option<Layout> = None;
+        let mut blocks = 1;
+        while blocks <= chirps {
+            let block = chirps.div_ceil(blocks);
+            let m = if block == 1 { 0.0 } else { 0.5 * block as f64 };
+            let longest =
+                [(-m, -n), (m, -n), (-m, n), (m, n), (0.0, -n), (0.0, n)].map(|(m, n)| warp.time(m, n).abs());
+            let longest = longest.into_iter().fold(0.0, f64::max);
+            let (mut worst, mut mean) = warp.residual(m, n);
+            let kept = TAU * bend * (warp.b1.slope.abs() * m * n + warp.c.slope.abs() * n * n);
+            (worst, mean) = (worst + kept, mean + kept);
+            let across = TAU * 0.5 * (high - low) * longest;
+            let (lines, first_line, line_step) = if across < 0.5 * MEAN_RESIDUAL {
+                (worst, mean) = (worst + across, mean + across);
+                (1, 0.5 * (low + high), 0.0)
+            } else {
+                let step = 0.5 / (LINE_OVERSAMPLING * longest);
+                let half = 0.5 * TAPS as f64;
+                (((high - low) / step).ceil() as usize + TAPS + 1, low - step * (half + 0.25), step)
+            };
+            let count = chirps.div_ceil(block) as f64;
+            let cost = pairs * count * costs.spread[usize::from(lines > 1)]
+                + channels * count * lines as f64 * transform_ns(cells, costs)
+                + channels * (chirps * samples) as f64 * (costs.line * lines as f64 + costs.sample)
+                + (block * samples) as f64 * costs.table;
+            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL;
+            let fits = lines <= costs.lines
+                && (lines * cells).saturating_mul(chirps.div_ceil(block)) <= costs.largest_grid;
+            if accurate && fits && cost < best.as_ref().map_or(direct, |b| b.cost) {
+                best = Some(Layout {
+                    chirps,
+                    samples,
+                    block,
+                    cells,
+                    cell_bell: cell_bell.clone(),
+                    lines,
+                    first_line,
+                    line_step,
+                    line_bell: line_bell.clone(),
+                    warp,
+                    portion: usize::MAX,
+                    cost,
+                    error: aliasing.hypot(mean).hypot(ROUNDING),
+                });
+            }
+            if block == 1 {
+                break;
+            }
+            // The next number of blocks that makes them shorter, growing by about a quarter.
+            let mut next = blocks + (blocks / 4).max(1);
+            while chirps.div_ceil(next) == block {
+                next += 1;
+            }
+            blocks = next;
+        }
+        if let Some(layout) = &mut best
+            && layout.crowding(echoes) > PORTION
+        {
+            layout.portion = PORTION;
+        }
+        best
+    }
+
+    /// Most echoes of the first channel that meet in one square of [`TAPS`] cells by lines.
+    fn crowding(&self, echoes: &Echoes) -> usize {
+        let across = self.cells.div_ceil(TAPS);
+        let mut squares = vec![0; across * self.lines.div_ceil(TAPS)];
+        let per_step = if self.lines == 1 { 0.0 } else { 1.0 / self.line_step };
+        for (a1, b0) in echoes.a1.iter().zip(&echoes.b0).take(echoes.count) {
+            let cell = ((b0 - b0.floor()) * self.cells as f64) as usize % self.cells;
+            let line = ((a1 - self.first_line) * per_step) as usize;
+            squares[line.min(self.lines - 1) / TAPS * across + cell / TAPS] += 1;
+        }
+        squares.into_iter().max().unwrap_or(0)
+    }
+
+    pub fn blocks(&self) -> usize {
+        self.chirps.div_ceil(self.block)
+    }
+
+    /// Chirp of the middle of a block, counted from the middle of the frame.
+    pub fn middle(&self, block: usize) -> f64 {
+        (block * self.block + self.block / 2) as f64 - (self.chirps / 2) as f64
+    }
+
+    /// Line about which the sum over lines is taken.
+    pub fn middle_line(&self) -> usize {
+        self.lines / 2
+    }
+
+    /// What remains to be done to the sums over lines.
+    pub fn finish(&self) -> Finish<'_> {
+        let place = |n: usize| n as f64 - (self.samples / 2) as f64;
+        let cells =
+            (0..self.samples).map(|n| self.cell_bell.transform(place(n) / self.cells as f64)).collect();
+        Finish { layout: self, cells }
+    }
+
+    pub fn method(&self) -> Method {
+        Method::Gridded(Gridded {
+            blocks: self.blocks(),
+            lines: self.lines,
+            oversampling: self.cells as f64 / self.samples as f64,
+            taps: TAPS,
+            error: self.error,
+        })
+    }
+}
+
+/// Phase from line to line and the factor of the sum over lines.
+pub struct Finish<'a> {
+    layout: &'a Layout,
+    /// Transform of the bell across cells at each sample.
+    cells: Vec<f64>,
+}
+
+impl Finish<'_> {
+    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor's
+    /// turns and magnitude.
+    pub fn at(&self, i: usize, n: usize) -> (f64, f64, f64) {
+        let layout = self.layout;
+        let m = i as f64 - (layout.block / 2) as f64;
+        let cells = self.cells[n];
+        let n = n as f64 - (layout.samples / 2) as f64;
+        let t = layout.warp.time(m, n);
+        let a1 = layout.first_line + layout.middle_line() as f64 * layout.line_step;
+        let turns = t * a1 + layout.warp.shared_turns(m, n);
+        let lines = if layout.lines == 1 { 1.0 } else { layout.line_bell.transform(t * layout.line_step) };
+        (t * layout.line_step, turns, 1.0 / (cells * lines))
+    }
+}
+
+/// Indices of a set in portions of which `limit` echoes times channels are kept at a time.
+pub fn portions<'p>(plan: &'p Plan, set: Set, limit: usize) -> std::slice::Chunks<'p, u32> {
+    plan.set(set).chunks((limit / plan.channels.max(1)).max(1))
+}
+
+/// Measured on llvmpipe, ns of two cores; ratios count.
+pub const DEVICE_COSTS: Costs = Costs {
+    direct: 0.28,
+    spread: [60.0, 190.0],
+    transform: 0.6,
+    line: 0.25,
+    sample: 3.0,
+    table: 100.0,
+    power_of_two: true,
+    longest: grid_fft::LONGEST,
+    lines: 4096,
+    largest_grid: 1 << 24,
+};
+
+/// Lines that echoes at rest are shared out over, so that so many threads spread them.
+const STILL_LINES: usize = 64;
+
+/// Records the synthesis of the cube without noise, each set of echoes by gridding where that is
+/// cheaper than the direct sum and accurate. Errors as [`Plan::record`] where a set is summed directly.
+pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(DeviceCube, Methods)> {
+    record_with(plan, gpu, recorder, &DEVICE_COSTS)
+}
+
+/// The same with given costs, by which tests force one method or another.
+pub fn record_with(
+    plan: &Plan,
+    gpu: &Gpu,
+    recorder: &mut Recorder,
+    costs: &Costs,
+) -> Result<(DeviceCube, Methods)> {
+    let limit = gpu.max_binding_bytes() as usize;
+    let kept = ECHOES_KEPT.min(limit / size_of::<grid_spread::Echo>());
+    // One channel's grid has to fit a binding.
+    let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
+    let mut methods = Methods::default();
+    let mut jobs = Vec::new();
+    for set in [Set::Still, Set::Moving] {
+        let mut of_set = Vec::new();
+        for portion in portions(plan, set, kept) {
+            let echoes = Echoes::new(plan, portion, 0..plan.channels);
+            let layout = match set {
+                Set::Still => Layout::choose_still(plan.samples, &echoes, costs),
+                Set::Moving => Layout::choose(plan.chirps, plan.samples, &echoes, costs),
+            };
+            // A thread adds up all echoes of its line in a row, so they must not crowd.
+            let fits = |l: &Layout| {
+                l.block * l.samples * size_of::<[f32; 4]>() <= limit
+                    && (set == Set::Still || l.portion == usize::MAX)
+            };
+            let Some(layout) = layout.filter(fits) else {
+                of_set.clear();
+                break;
+            };
+            of_set.push((set, layout, echoes));
+        }
+        if let Some((_, worst, _)) = of_set.iter().max_by(|a, b| a.1.error.total_cmp(&b.1.error)) {
+            match set {
+                Set::Still => methods.still = worst.method(),
+                Set::Moving => methods.moving = worst.method(),
+            }
+        }
+        jobs.append(&mut of_set);
+    }
+    let gridded = |set| jobs.iter().any(|(s, ..)| *s == set);
+    let direct: Vec<Set> = [Set::Still, Set::Moving].into_iter().filter(|s| !gridded(*s)).collect();
+    let cube = plan.record_sets(gpu, recorder, &direct)?;
+    for (set, layout, echoes) in &jobs {
+        let sorted = match set {
+            Set::Still => {
+                let most = (limit / size_of::<Complex32>() / layout.cells).max(1);
+                grid_spread::Sorted::shared_out(echoes, STILL_LINES.min(echoes.count).min(most))
+            }
+            Set::Moving => grid_spread::Sorted::by_line(echoes, layout),
+        };
+        let grid_bytes = layout.blocks() * sorted.lines() * layout.cells * size_of::<Complex32>();
+        let echo_bytes = echoes.count * size_of::<grid_spread::Echo>();
+        let together = (limit / grid_bytes.max(echo_bytes).max(1)).clamp(1, plan.channels.max(1));
+        let steps = recorder.upload("steps", &grid_lines::steps(layout));
+        for first in (0..plan.channels).step_by(together) {
+            let channels = first..(first + together).min(plan.channels);
+            let grid = grid_spread::record(recorder, layout, echoes, &sorted, channels.clone());
+            let lines = grid_fft::record(recorder, layout, &grid);
+            let into = grid_lines::Into { cube: &cube, channels, copies: *set == Set::Still };
+            grid_lines::record(recorder, layout, plan.sampling, &lines, &steps, into);
+        }
+    }
+    Ok((cube, methods))
+}

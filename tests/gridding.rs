@@ -1,0 +1,471 @@
+//! Synthesis by gridding against the direct sum in f64.
+
+use catseye::adc::Cube;
+use catseye::adc::gridding::{
+    Bell, Costs, DEVICE_COSTS, ECHOES_KEPT, Echoes, Layout, Method, Methods, TAPS, record_with,
+};
+use catseye::adc::synthesis::{Plan, Set, point_echo};
+use catseye::cpu::adc::gridding::{COSTS, add, synthesise_with};
+use catseye::cpu::adc::synthesis::{Control, synthesise};
+use catseye::frames::{Pose, direction_from_angles};
+use catseye::gpu::compare::test_gpu;
+use catseye::scene::radar::*;
+use catseye::scene::radar_toml;
+use catseye::trace::Returns;
+use catseye::units::C0;
+use glam::DVec3;
+use num_complex::{Complex32, Complex64};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+fn antenna(x: f64, y: f64, z: f64) -> Antenna {
+    Antenna {
+        position_m: DVec3::new(x, y, z),
+        polarisation: Polarisation { v: Complex64::ONE, h: Complex64::ZERO },
+        gain_dbi: 10.0,
+        pattern: Pattern::CosinePower { azimuth_exponent: 2.0, elevation_exponent: 6.0 },
+    }
+}
+
+/// 77 GHz, 1 GHz in 40 µs, 2 TX in turn each 55 µs, 3 RX.
+fn radar(chirps: usize, samples: usize) -> Radar {
+    let half = 0.5 * C0 / 77e9;
+    Radar {
+        name: "test".into(),
+        carrier_hz: 77e9,
+        bandwidth_hz: 1e9,
+        ramp_time_s: 1.05 * samples as f64 / 12.8e6,
+        chirp_period_s: 1.3 * samples as f64 / 12.8e6,
+        adc_start_s: 0.5e-6,
+        sample_rate_hz: 12.8e6,
+        samples,
+        chirps,
+        sampling: Sampling::Iq,
+        tx: vec![antenna(0.0, 0.0, 0.0), antenna(0.0, 3.0 * half, half)],
+        rx: vec![antenna(0.0, 0.0, 0.0), antenna(0.0, half, 0.0), antenna(0.0, 2.0 * half, 0.0)],
+        tx_power_dbm: 12.0,
+        noise_figure_db: 12.0,
+        thermal_noise: true,
+        mounting: Pose::IDENTITY,
+        processing: Processing {
+            range_window: Window::Rectangle,
+            doppler_window: Window::Rectangle,
+            angle_window: Window::Rectangle,
+            range_fft: 512,
+            doppler_fft: 16,
+            azimuth_bins: 64,
+            azimuth_fov_rad: 1.0,
+            elevation_bins: 1,
+            elevation_fov_rad: 0.3,
+            cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
+            max_points: 100,
+        },
+    }
+}
+
+/// A repeatable spread of echoes of random phase and of powers over 40 dB.
+pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Returns {
+    let word = |i: usize, j: usize| {
+        catseye::rng::philox4x32_10([i as u32, j as u32, 0, 11], [1, 2])[0] as f64 / 4_294_967_296.0
+    };
+    let echo = |i: usize| {
+        let range = ranges[0] + (ranges[1] - ranges[0]) * word(i, 0);
+        let u = direction_from_angles(word(i, 1) - 0.5, 0.3 * (word(i, 2) - 0.5));
+        let mut r = point_echo(u * range, DVec3::ZERO, 1.0, 1);
+        r.arrival = direction_from_angles(word(i, 3) - 0.5, 0.3 * (word(i, 4) - 0.5));
+        r.last_range_m = range * (0.5 + word(i, 5));
+        r.path_rate_mps = 4.0 * speed * (word(i, 6) - 0.5);
+        let a = Complex64::from_polar(10f64.powf(-2.0 * word(i, 7)) / range, 6.3 * word(i, 8));
+        r.spread = [[a, Complex64::ZERO], [Complex64::ZERO, a]];
+        r
+    };
+    Returns { returns: (0..count).map(echo).collect(), rays: 0 }
+}
+
+/// Worst error over the peak, and relative L2.
+fn errors(got: &Cube<f32>, truth: &Cube<f64>) -> (f64, f64) {
+    assert_eq!(got.data.len(), truth.data.len());
+    let got = got.to_f64();
+    let peak = truth.data.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    let worst = got.data.iter().zip(&truth.data).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let l2 = got.data.iter().zip(&truth.data).map(|(a, b)| (a - b).norm_sqr()).sum::<f64>();
+    assert!(worst.is_finite());
+    (worst / peak, (l2 / truth.data.iter().map(|z| z.norm_sqr()).sum::<f64>()).sqrt())
+}
+
+/// A direct sum that is too dear: everything is gridded that can be.
+const NEVER_DIRECT: Costs = Costs { direct: 1e9, ..COSTS };
+
+fn gridded(radar: &Radar, list: &Returns) -> (Cube<f32>, Methods) {
+    synthesise_with(&Plan::new(radar, list).unwrap(), &NEVER_DIRECT, Control::default()).unwrap()
+}
+
+fn check(name: &str, radar: &Radar, list: &Returns) -> Methods {
+    check_within(2e-5, name, radar, list)
+}
+
+/// −80 dB of the peak: what holds however echoes conspire.
+const ALWAYS: f64 = 1e-4;
+
+fn check_within(most: f64, name: &str, radar: &Radar, list: &Returns) -> Methods {
+    let (got, methods) = gridded(radar, list);
+    let plan = Plan::new(radar, list).unwrap();
+    let truth = synthesise::<f64>(&plan, Control::default()).unwrap();
+    let (worst, l2) = errors(&got, &truth);
+    let direct = errors(&synthesise::<f32>(&plan, Control::default()).unwrap(), &truth);
+    println!("{name}: worst {worst:.1e}, L2 {l2:.1e} (direct f32 {:.1e}), {methods:?}", direct.0);
+    let claimed = [methods.still, methods.moving]
+        .iter()
+        .map(|m| if let Method::Gridded(g) = m { g.error } else { 0.0 })
+        .fold(0.0, f64::max);
+    assert!(claimed > 0.0, "{name} was not gridded");
+    assert!(worst < most, "{name}: {worst}");
+    assert!(l2 < claimed.max(0.2 * most), "{name}: {l2}, claimed {claimed}");
+    methods
+}
+
+#[test]
+fn agrees_with_the_direct_sum() {
+    for (samples, chirps) in [(512, 1), (300, 16), (64, 33), (17, 5), (250, 128)] {
+        for sampling in [Sampling::Iq, Sampling::Real] {
+            let radar = Radar { sampling, ..radar(chirps, samples) };
+            let ranges = if samples < 50 { [0.1, 0.6] } else { [2.0, 12.0] };
+            check(&format!("still, {samples} samples"), &radar, &many(150, ranges, 0.0));
+            check(&format!("moving, {samples} samples"), &radar, &many(150, ranges, 20.0));
+        }
+    }
+    // Both together, which meet in one cube.
+    let (radar, mut list) = (radar(32, 200), many(100, [2.0, 30.0], 15.0));
+    list.returns.extend(many(120, [2.0, 30.0], 0.0).returns);
+    let methods = check("both", &radar, &list);
+    assert!(matches!((methods.still, methods.moving), (Method::Gridded(_), Method::Gridded(_))));
+}
+
+/// Cells of range that echoes pass through during a frame, from a fraction to far more than the scenes of
+/// the issue; wide bands; fast targets.
+#[test]
+fn agrees_however_far_echoes_migrate() {
+    let base = radar(128, 256);
+    let frame = base.frame_time_s();
+    let cell = 0.5 * C0 / base.bandwidth_hz;
+    for cells in [0.01, 1.0, 3.0, 10.0] {
+        check(&format!("{cells} cells"), &base, &many(120, [5.0, 30.0], cells * cell / frame));
+    }
+    let wide = Radar { bandwidth_hz: 2.46e9, sample_rate_hz: 40e6, ramp_time_s: 10e-6, ..base.clone() };
+    check("2.46 GHz at 60 m/s", &wide, &many(120, [2.0, 20.0], 60.0));
+    let low = Radar { carrier_hz: 8.7e9, bandwidth_hz: 1.5e9, ..base.clone() };
+    check("1.5 GHz at 8.7 GHz", &low, &many(120, [2.0, 20.0], 30.0));
+    // All echoes recede: neither a1 nor b1 has mean zero.
+    let mut receding = many(120, [5.0, 30.0], 10.0);
+    receding.returns.iter_mut().for_each(|r| r.path_rate_mps += 60.0);
+    check("receding", &base, &receding);
+}
+
+#[test]
+fn agrees_in_the_near_field() {
+    let mut radar = radar(32, 128);
+    radar.bandwidth_hz = 4e9;
+    radar.rx = (0..5).map(|i| antenna(0.0, 0.075 * f64::from(i), 0.02 * f64::from(i % 2))).collect();
+    check("near field", &radar, &many(100, [0.8, 1.5], 5.0));
+    check("near field at rest", &radar, &many(100, [0.8, 1.5], 0.0));
+}
+
+#[test]
+fn few_and_equal_echoes() {
+    let radar = radar(24, 100);
+    for speed in [0.0, 10.0] {
+        check("one", &radar, &many(1, [3.0, 30.0], speed));
+        let one = many(1, [3.0, 30.0], speed).returns.remove(0);
+        check_within(ALWAYS, "equal", &radar, &Returns { returns: vec![one; 30_000], rays: 0 });
+        // Silent echoes beside one that is heard.
+        let mut silent = many(50, [3.0, 30.0], speed);
+        for r in &mut silent.returns[1..] {
+            r.spread = [[Complex64::ZERO; 2]; 2];
+        }
+        check("silent", &radar, &silent);
+    }
+    let (cube, methods) = gridded(&radar, &many(0, [3.0, 30.0], 0.0));
+    assert_eq!(methods, Methods::default());
+    assert!(cube.data.len() == 24 * 6 * 100 && cube.data.iter().all(|z| z.norm() == 0.0));
+}
+
+/// More echoes than coefficients are kept of at a time.
+#[test]
+fn portions_add_up() {
+    let radar = radar(3, 16);
+    let count = ECHOES_KEPT / 6 + 7000;
+    let mut list = many(4000, [2.0, 30.0], 20.0);
+    while list.returns.len() < count {
+        list.returns.extend_from_within(..4000.min(count - list.returns.len()));
+    }
+    check_within(ALWAYS, "portions", &radar, &list);
+}
+
+#[test]
+fn the_cheaper_way_is_taken() {
+    let radar = radar(64, 256);
+    let methods = |count, speed| {
+        let list = many(count, [2.0, 30.0], speed);
+        synthesise_with(&Plan::new(&radar, &list).unwrap(), &COSTS, Control::default()).unwrap().1
+    };
+    assert_eq!(methods(5, 0.0), Methods::default());
+    assert_eq!(methods(5, 10.0), Methods::default());
+    let (still, moving) = (methods(5000, 0.0), methods(5000, 10.0));
+    assert!(still.moving == Method::Direct && moving.still == Method::Direct);
+    let (Method::Gridded(s), Method::Gridded(m)) = (still.still, moving.moving) else {
+        panic!("{still:?} {moving:?}")
+    };
+    assert!((s.blocks, s.lines) == (1, 1) && m.blocks > 1 && m.lines > m.taps);
+    // Few moving echoes are summed directly beside many at rest.
+    let mut list = many(5000, [2.0, 30.0], 0.0);
+    list.returns.extend(many(3, [2.0, 30.0], 10.0).returns);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let (cube, mixed) = synthesise_with(&plan, &COSTS, Control::default()).unwrap();
+    assert!(mixed.moving == Method::Direct && mixed.still != Method::Direct);
+    assert!(errors(&cube, &synthesise::<f64>(&plan, Control::default()).unwrap()).0 < 2e-5);
+    // As text, for reports.
+    let text = serde_json::to_string(&mixed).unwrap();
+    assert!(text.contains(r#""moving":"direct""#) && text.contains(r#""gridded":{"blocks":1"#), "{text}");
+}
+
+#[test]
+fn the_same_bytes_with_any_number_of_threads() {
+    let radar = radar(40, 150);
+    let mut list = many(9000, [2.0, 30.0], 15.0);
+    list.returns.extend(many(9000, [2.0, 30.0], 0.0).returns);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| gridded(&radar, &list))
+    };
+    let (one, methods) = run(1);
+    assert!(methods.still != Method::Direct && methods.moving != Method::Direct);
+    for threads in [2, 5] {
+        let (cube, m) = run(threads);
+        assert!(m == methods);
+        assert!(bytemuck::cast_slice::<_, u32>(&cube.data) == bytemuck::cast_slice::<_, u32>(&one.data));
+    }
+}
+
+#[test]
+fn reports_progress_and_can_be_cancelled() {
+    let radar = radar(40, 100);
+    let list = many(2000, [2.0, 30.0], 15.0);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let (most, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
+    let progress = |done: u64, total: u64| {
+        assert_eq!(total, 40 * 6);
+        most.fetch_max(done, Ordering::Relaxed);
+    };
+    let control = Control { progress: Some(&progress), cancel: Some(&cancel) };
+    synthesise_with(&plan, &COSTS, control).unwrap();
+    assert_eq!(most.load(Ordering::Relaxed), 240);
+    cancel.store(true, Ordering::Relaxed);
+    assert!(synthesise_with(&plan, &COSTS, control).unwrap_err().to_string().contains("cancelled"));
+}
+
+/// Coefficients of no radar in particular, `law` giving b1, c and a2 from a1, against the polynomial itself.
+fn check_polynomial(chirps: usize, samples: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) {
+    const COUNT: usize = 40;
+    let word = |i: usize, j: u32| {
+        catseye::rng::philox4x32_10([i as u32, j, seed, 5], [3, 4])[0] as f64 / 4_294_967_296.0 - 0.5
+    };
+    let mut e = Echoes { count: COUNT, channels: 1, ..Default::default() };
+    for i in 0..COUNT {
+        let a1 = turns[1] * word(i, 1);
+        e.amplitude.push(Complex32::from_polar(1.0, 6.0 * word(i, 0) as f32));
+        e.a1.push(a1);
+        e.a0.push(word(i, 2));
+        e.b0.push(turns[0] * word(i, 3));
+        e.b1.push(law[0] + law[1] * a1 + off * word(i, 4));
+        e.c.push(law[2] + law[3] * a1);
+        e.a2.push(law[4] + law[5] * a1);
+    }
+    let layout = Layout::choose(chirps, samples, &e, &NEVER_DIRECT).expect("a layout");
+    let mut cube = Cube::zeros(chirps, 1, samples);
+    add(Sampling::Iq, &layout, &e, &mut cube);
+    let (mut worst, mut peak) = (0.0f64, 0.0f64);
+    for (i, z) in cube.data.iter().enumerate() {
+        let (m, n) =
+            ((i / samples) as f64 - (chirps / 2) as f64, (i % samples) as f64 - (samples / 2) as f64);
+        let truth: Complex64 = (0..COUNT)
+            .map(|k| {
+                let turns = e.a0[k] + m * (e.a1[k] + m * e.a2[k]) + n * (e.b0[k] + m * e.b1[k] + n * e.c[k]);
+                Complex64::new(e.amplitude[k].re.into(), e.amplitude[k].im.into())
+                    * Complex64::cis(TAU * (turns - turns.round()))
+            })
+            .sum();
+        worst = worst.max((Complex64::new(z.re.into(), z.im.into()) - truth).norm());
+        peak = peak.max(truth.norm());
+    }
+    assert!(worst < 3e-5 * peak, "{}: {:?}", worst / peak, layout.method());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    /// Aliases of any order, negative frequencies, any proportion between the terms.
+    #[test]
+    fn any_polynomial(
+        size in (1usize..40, 1usize..90),
+        seed: u32,
+        turns in (0.0..6.0f64, 0.0..6.0f64),
+        law in proptest::array::uniform6(-1.0..1.0f64),
+        off in 0.0..1e-9f64,
+    ) {
+        let law = [1e-3 * law[0], 1e-3 * law[1], 1e-4 * law[2], 1e-4 * law[3], 1e-9 * law[4], 1e-9 * law[5]];
+        check_polynomial(size.0, size.1, seed, [turns.0, turns.1], law, off);
+    }
+}
+
+/// Echoes whose terms follow no common law cannot be gridded well, and that is noticed.
+#[test]
+fn unrelated_terms_are_refused() {
+    let radar = radar(32, 128);
+    let list = many(50, [3.0, 30.0], 10.0);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let mut e = Echoes::new(&plan, plan.set(Set::Moving), 0..1);
+    assert!(Layout::choose(32, 128, &e, &NEVER_DIRECT).is_some());
+    // The drift within a chirp, which no number of blocks makes smaller.
+    e.c.iter_mut().enumerate().for_each(|(i, c)| *c += if i % 2 == 0 { 1e-7 } else { -1e-7 });
+    assert!(Layout::choose(32, 128, &e, &NEVER_DIRECT).is_none());
+}
+
+/// The bell's polynomial, its transform by quadrature, and images of a coarse grid.
+#[test]
+fn bells() {
+    for oversampling in [1.375, 1.5, 2.0, 2.75] {
+        let bell = Bell::new(oversampling);
+        let mut worst = 0.0f64;
+        for i in 0..=1000 {
+            let d = f64::from(i) / 1000.0;
+            let s = 1.0 - d * d;
+            let sum = bell.polynomial.iter().rev().fold(0.0, |sum, c| sum * s + f64::from(*c));
+            worst = worst.max((sum - bell.at(d)).abs());
+        }
+        assert!(worst < 5e-7, "{worst}");
+        for f in [0.0, 0.1, 0.36, 0.7, 1.3] {
+            let half = TAPS as f64 / 2.0;
+            let n = 20_000;
+            let step = 2.0 * half / n as f64;
+            let at = |i: usize| -half + (i as f64 + 0.5) * step;
+            let sum: f64 = (0..n).map(|i| bell.at(at(i) / half) * (TAU * f * at(i)).cos() * step).sum();
+            assert!((sum - bell.transform(f)).abs() < 1e-7, "{f}: {sum} {}", bell.transform(f));
+        }
+        let images = bell.aliasing(oversampling);
+        assert!(images < if oversampling < 1.4 { 1.5e-5 } else { 1.05e-5 }, "{oversampling}: {images}");
+    }
+}
+
+/// `cargo test --release --test gridding -- --ignored --nocapture speed`
+#[test]
+#[ignore = "a measurement"]
+fn speed() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 256;
+    println!(
+        "{} x {} x {}, loop {:.0} us, {:.2} GHz",
+        radar.chirps,
+        radar.channels(),
+        radar.samples,
+        1e6 * radar.loop_period_s(),
+        1e-9 * radar.bandwidth_hz
+    );
+    for (count, speed) in
+        [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5), (124_138, 12.5), (5172, 60.0)]
+    {
+        let list = many(count, [2.0, 60.0], speed);
+        let plan = Plan::new(&radar, &list).unwrap();
+        let (mut best, mut core, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
+        for _ in 0..5 {
+            let (t, c) = (std::time::Instant::now(), core_seconds());
+            methods = synthesise_with(&plan, &COSTS, Control::default()).unwrap().1;
+            (best, core) = (best.min(t.elapsed().as_secs_f64()), core.min(core_seconds() - c));
+        }
+        println!("{} echoes, {} moving: {:?}", plan.front_end.echoes, plan.front_end.moving, methods);
+        println!("  {:.1} ms, {:.1} core-ms", 1e3 * best, 1e3 * core);
+    }
+}
+
+/// The same for the direct sum, per echo and sample.
+#[test]
+#[ignore = "a measurement"]
+fn speed_direct() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 64;
+    let list = many(2048, [2.0, 60.0], 12.5);
+    let plan = Plan::new(&radar, &list).unwrap();
+    let mut core = f64::INFINITY;
+    for _ in 0..4 {
+        let c = core_seconds();
+        synthesise::<f32>(&plan, Control::default()).unwrap();
+        core = core.min(core_seconds() - c);
+    }
+    println!("direct {:.3} ns", 1e9 * core / (2048.0 * 64.0 * 12.0 * 512.0));
+}
+
+/// Time of all threads of this process, from Linux.
+fn core_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
+fn on_gpu(radar: &Radar, list: &Returns, costs: &Costs) -> (Cube<f32>, Methods, f64) {
+    let plan = Plan::new(radar, list).unwrap();
+    let mut recorder = test_gpu().recorder("gridding");
+    let (cube, methods) = record_with(&plan, test_gpu(), &mut recorder, costs).unwrap();
+    let pending = cube.read(&mut recorder);
+    let mut done = recorder.submit().unwrap();
+    let seconds = done.seconds();
+    (cube.take(&mut done, pending), methods, seconds)
+}
+
+#[test]
+fn gpu_agrees_with_the_direct_sum() {
+    let costs = Costs { direct: 1e9, ..DEVICE_COSTS };
+    for (samples, chirps) in [(512, 1), (300, 16), (64, 33), (17, 5), (1500, 7)] {
+        for speed in [0.0, 20.0] {
+            let radar = radar(chirps, samples);
+            let list = many(200, [2.0, 30.0], speed);
+            let (got, methods, _) = on_gpu(&radar, &list, &costs);
+            let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+            let (worst, l2) = errors(&got, &truth);
+            println!(
+                "{samples} samples, {chirps} chirps, {speed} m/s: worst {worst:.1e}, L2 {l2:.1e}, {methods:?}"
+            );
+            assert!(worst < 2e-5 && l2 < 2e-5);
+        }
+    }
+}
+
+#[test]
+fn kernels_are_what_their_rows_say() {
+    use catseye::adc::{grid_fft, grid_lines, grid_spread};
+    for kernel in [&grid_spread::KERNEL, &grid_fft::KERNEL, &grid_lines::KERNEL] {
+        catseye::gpu::layout::check_kernel(kernel).unwrap();
+    }
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn speed_gpu() {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    radar.chirps = 256;
+    println!("{}", catseye::gpu::compare::test_device_name());
+    let costs = match std::env::var("COSTS_LINES") {
+        Ok(l) => Costs { lines: l.parse().unwrap(), ..DEVICE_COSTS },
+        Err(_) => DEVICE_COSTS,
+    };
+    for (count, speed) in [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5)] {
+        let list = many(count, [2.0, 60.0], speed);
+        let (mut whole, mut device, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
+        for _ in 0..3 {
+            let t = std::time::Instant::now();
+            let (_, m, seconds) = on_gpu(&radar, &list, &costs);
+            methods = m;
+            (whole, device) = (whole.min(t.elapsed().as_secs_f64()), device.min(seconds));
+        }
+        println!("{count} echoes at {speed} m/s: {methods:?}");
+        println!("  {:.1} ms, on the device {:.1} ms", 1e3 * whole, 1e3 * device);
+    }
+}
