@@ -916,8 +916,7 @@ fn keystone_focuses_a_migrating_target() {
         let mut radar = radar(256, 128, sampling);
         radar.tx.truncate(1);
         radar.rx.truncate(2);
-        radar.ramp_time_s = 20e-6;
-        radar.bandwidth_hz = 4e9;
+        radar.waveform = Waveform::chirp(4e9, 20e-6, radar.chirp_period_s());
         radar.sample_rate_hz = 128.0 / 20e-6;
         radar.processing.doppler_window = Window::Hann;
         radar.processing.doppler_fft = 300;
@@ -928,7 +927,7 @@ fn keystone_focuses_a_migrating_target() {
         let mut v = 6.0 * cell / frame;
         if fold == 0 {
             // Below the ambiguity the frame has to be long for that.
-            radar.chirp_period_s = radar.wavelength_m() / 4.0 / (v * 1.3);
+            radar.waveform = Waveform::chirp(4e9, 20e-6, radar.wavelength_m() / 4.0 / (v * 1.3));
             v = 6.0 * cell / radar.frame_time_s();
             v = v.min(0.9 * radar.max_velocity_mps());
         } else {

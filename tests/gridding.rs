@@ -11,6 +11,7 @@ use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::test_gpu;
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
+use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::Returns;
 use catseye::units::C0;
 use glam::DVec3;
@@ -34,9 +35,8 @@ fn radar(chirps: usize, samples: usize) -> Radar {
     Radar {
         name: "test".into(),
         carrier_hz: 77e9,
-        bandwidth_hz: 1e9,
-        ramp_time_s: 1.05 * samples as f64 / 12.8e6,
-        chirp_period_s: 1.3 * samples as f64 / 12.8e6,
+        waveform: Waveform::chirp(1e9, 1.05 * samples as f64 / 12.8e6, 1.3 * samples as f64 / 12.8e6),
+        multiplex: Multiplex::Tdm,
         adc_start_s: 0.5e-6,
         sample_rate_hz: 12.8e6,
         samples,
@@ -47,6 +47,7 @@ fn radar(chirps: usize, samples: usize) -> Radar {
         tx_power_dbm: 12.0,
         noise_figure_db: 12.0,
         thermal_noise: true,
+        front_end: Default::default(),
         mounting: Pose::IDENTITY,
         processing: Processing {
             range_window: Window::Rectangle,
@@ -58,10 +59,16 @@ fn radar(chirps: usize, samples: usize) -> Radar {
             azimuth_fov_rad: 1.0,
             elevation_bins: 1,
             elevation_fov_rad: 0.3,
+            angle: AngleSettings::default(),
             cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
             max_points: 100,
         },
     }
+}
+
+/// The same ramp with another bandwidth.
+fn swept(radar: &Radar, bandwidth_hz: f64) -> Waveform {
+    Waveform::chirp(bandwidth_hz, radar.waveform.ramp().unwrap().time_s, radar.chirp_period_s())
 }
 
 /// A repeatable spread of echoes of random phase and of powers over 40 dB.
@@ -148,13 +155,17 @@ fn agrees_with_the_direct_sum() {
 fn agrees_however_far_echoes_migrate() {
     let base = radar(128, 256);
     let frame = base.frame_time_s();
-    let cell = 0.5 * C0 / base.bandwidth_hz;
+    let cell = 0.5 * C0 / base.bandwidth_hz();
     for cells in [0.01, 1.0, 3.0, 10.0] {
         check(&format!("{cells} cells"), &base, &many(120, [5.0, 30.0], cells * cell / frame));
     }
-    let wide = Radar { bandwidth_hz: 2.46e9, sample_rate_hz: 40e6, ramp_time_s: 10e-6, ..base.clone() };
+    let wide = Radar {
+        waveform: Waveform::chirp(2.46e9, 10e-6, base.chirp_period_s()),
+        sample_rate_hz: 40e6,
+        ..base.clone()
+    };
     check("2.46 GHz at 60 m/s", &wide, &many(120, [2.0, 20.0], 60.0));
-    let low = Radar { carrier_hz: 8.7e9, bandwidth_hz: 1.5e9, ..base.clone() };
+    let low = Radar { carrier_hz: 8.7e9, waveform: swept(&base, 1.5e9), ..base.clone() };
     check("1.5 GHz at 8.7 GHz", &low, &many(120, [2.0, 20.0], 30.0));
     // All echoes recede: neither a1 nor b1 has mean zero.
     let mut receding = many(120, [5.0, 30.0], 10.0);
@@ -165,7 +176,7 @@ fn agrees_however_far_echoes_migrate() {
 #[test]
 fn agrees_in_the_near_field() {
     let mut radar = radar(32, 128);
-    radar.bandwidth_hz = 4e9;
+    radar.waveform = swept(&radar, 4e9);
     radar.rx = (0..5).map(|i| antenna(0.0, 0.075 * f64::from(i), 0.02 * f64::from(i % 2))).collect();
     check("near field", &radar, &many(100, [0.8, 1.5], 5.0));
     check("near field at rest", &radar, &many(100, [0.8, 1.5], 0.0));
@@ -368,7 +379,7 @@ fn speed() {
         radar.channels(),
         radar.samples,
         1e6 * radar.loop_period_s(),
-        1e-9 * radar.bandwidth_hz
+        1e-9 * radar.bandwidth_hz()
     );
     for (count, speed) in
         [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5), (124_138, 12.5), (5172, 60.0)]

@@ -4,7 +4,6 @@ use catseye::adc::synthesis::FrontEnd;
 use catseye::cpu::adc::synthesis::Control;
 use catseye::detect::Point;
 use catseye::detect::{locate, points};
-use catseye::dsp::doa_beamform::Beamformer;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::geom::Geometry;
