@@ -110,9 +110,13 @@ pub fn simulate_with(
         engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, radar, index));
     stages.trace_s = clock.lap();
     let interference = arrivals(scenario, scene, which, time_s);
-    let (cube, front_end) = engine.cube(radar, &returns, &interference, seed, index, control)?;
-    stages.synthesis_s = clock.lap();
-    let (maps, points) = detect(engine, radar, &cube, &returns, &scene.objects, &mut stages)?;
+    let (cube, front_end, mut maps) =
+        engine.frame(radar, &returns, &interference, (seed, index), control, &mut |synthesis, processing| {
+            (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
+        })?;
+    clock.lap();
+    let points = located(engine, radar, &mut maps, &returns, &scene.objects)?;
+    stages.angles_s = clock.lap();
     Ok(Frame {
         index,
         radar: which,
@@ -181,14 +185,24 @@ pub fn detect(
     stages: &mut Stages,
 ) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
     let mut clock = Clock::start();
-    let mut maps = (0..radar.waveform.parts())
-        .map(|i| engine.range_doppler(&radar.part(i), cube))
-        .collect::<Result<Vec<_>>>()?;
+    let mut maps = engine.maps(radar, cube)?;
     stages.processing_s = clock.lap();
-    let mut cloud = locate::points(engine, radar, &mut maps)?;
-    points::label(radar, &mut cloud, returns, objects);
+    let cloud = located(engine, radar, &mut maps, returns, objects)?;
     stages.angles_s = clock.lap();
     Ok((maps, cloud))
+}
+
+/// Points of maps, with labels.
+pub fn located(
+    engine: &Engine,
+    radar: &Radar,
+    maps: &mut [RangeDoppler<f64>],
+    returns: &Returns,
+    objects: &[Object],
+) -> Result<Vec<Point>> {
+    let mut cloud = locate::points(engine, radar, maps)?;
+    points::label(radar, &mut cloud, returns, objects);
+    Ok(cloud)
 }
 
 /// How far an object's peak in the range-Doppler map moves when the coherent sums are made 16 times more

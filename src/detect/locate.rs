@@ -11,6 +11,7 @@ use crate::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, Sou
 use crate::dsp::doa_manifold::Manifold;
 use crate::dsp::doa_order::Criterion;
 use crate::dsp::multiplex::decode;
+use crate::dsp::peaks::group;
 use crate::dsp::{RangeDoppler, Snapshots, window};
 use crate::engine::Engine;
 use crate::error::Result;
@@ -108,6 +109,9 @@ pub fn options(a: &AngleSettings) -> Options {
 /// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as were
 /// taken (`Processing::max_points`). Errors: those of the array, its calibration and the method.
 pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -> Result<Vec<Detected>> {
+    if radar.processing.group != [0; 2] {
+        keep_heads(found, radar.processing.group);
+    }
     let (tops, rates) = peaks(radar, found);
     let channels = found.snapshots.channels;
     found.cells.truncate(tops.len());
@@ -180,6 +184,16 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
             ..make(i, s.azimuth_rad, s.elevation_rad, s.power_w)
         })
         .collect())
+}
+
+/// Leaves the strongest cell of each group.
+fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
+    let heads: Vec<usize> = group(&found.map, &found.cells, extent).iter().map(|g| g.members[0]).collect();
+    found.cells = heads.iter().map(|i| found.cells[*i]).collect();
+    found.noise = heads.iter().map(|i| found.noise[*i]).collect();
+    let channels = found.snapshots.channels;
+    found.snapshots =
+        Snapshots { channels, data: heads.iter().flat_map(|i| found.snapshots.of(*i).to_vec()).collect() };
 }
 
 /// The test of folds of transmitters in turn; None where there is nothing to test.

@@ -90,22 +90,30 @@ impl Transform {
         })
     }
 
-    /// For a cube of this radar. Errors: a cube whose shape is not the radar's.
+    /// For a cube of this radar's lines. Errors: a cube whose shape is not the radar's.
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
-        let (shape, want) = (
-            [cube.chirps, cube.channels, cube.samples],
-            [radar.chirps, radar.channels(), radar.lines().count],
-        );
-        if shape != want || cube.data.len() != want.iter().product::<usize>() {
-            return Err(BadInput::new("the cube does not have the radar's shape [chirp, channel, sample]")
+        let shape = [cube.chirps, cube.channels, cube.samples];
+        if cube.data.len() != shape.iter().product::<usize>() {
+            return Err(BadInput::new("the cube's size is not its shape's")
                 .key("cube")
                 .value(format!("{shape:?} ({} samples)", cube.data.len()))
+                .into());
+        }
+        Self::of_shape(shape, radar)
+    }
+
+    /// The same for the shape alone.
+    pub fn of_shape(shape: [usize; 3], radar: &Radar) -> Result<Self> {
+        let want = [radar.chirps, radar.channels(), radar.lines().count];
+        if shape != want {
+            return Err(BadInput::new("the cube does not have the radar's shape [chirp, channel, sample]")
+                .key("cube")
+                .value(format!("{shape:?}"))
                 .allowed(format!("{want:?}"))
                 .remedy("give the radar that the cube was taken with")
                 .into());
         }
-        let mut t =
-            Self::new(cube.chirps, cube.channels, cube.samples, radar.line_sampling(), &radar.processing)?;
+        let mut t = Self::new(shape[0], shape[1], shape[2], radar.line_sampling(), &radar.processing)?;
         if let Multiplex::Ddm { bands } = radar.multiplex {
             t.bands = bands;
         }

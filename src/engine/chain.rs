@@ -1,7 +1,7 @@
 //! From geometry to detected cells.
 
 use super::{AnyCube, Engine, Precision};
-use crate::adc::Cube;
+use crate::adc::{Cube, DeviceCube};
 use crate::adc::front_end::{Chain, channels};
 use crate::adc::gridding::{self, Methods};
 use crate::adc::interference::Arrival;
@@ -13,16 +13,19 @@ use crate::cpu::adc::front_end::Inputs;
 use crate::cpu::adc::synthesis::Control;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
+use crate::dsp::fft::Transform;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
+use crate::gpu::Recorder;
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::trace::windows::windows;
 use crate::trace::{Returns, TraceOptions};
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
+use std::time::Instant;
 
 /// What the samples can be made of.
 trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {
@@ -96,21 +99,12 @@ impl Engine {
         frame: u32,
         control: Control<'_>,
     ) -> Result<(AnyCube, FrontEnd)> {
-        let plain = radar.front_end == FrontEndSettings::default() && interference.is_empty();
-        if let (Engine::Gpu(gpu), true, 1) = (self, plain, radar.waveform.parts()) {
-            let plan = Plan::new(radar, returns)?;
-            // The usual radar's cube is complete on the device.
-            if Shaping::of(radar, 0.0).is_none() && plan.channels == radar.channels() {
-                let mut recorder = gpu.recorder("synthesis");
-                let (device, methods) = gridding::record(&plan, gpu, &mut recorder)?;
-                if let Some(n) = Noise::thermal(radar, seed, frame) {
-                    n.record(&mut recorder, &device);
-                }
-                let pending = device.read(&mut recorder);
-                let mut done = recorder.submit()?;
-                let seen = FrontEnd { synthesis: methods, ..plan.front_end };
-                return Ok((AnyCube::F32(device.take(&mut done, pending)), seen));
-            }
+        if let Some((mut recorder, device, seen)) =
+            self.on_device(radar, returns, interference, seed, frame)?
+        {
+            let pending = device.read(&mut recorder);
+            let mut done = recorder.submit()?;
+            return Ok((AnyCube::F32(device.take(&mut done, pending)), seen));
         }
         let with = Received { returns, interference, seed, frame };
         Ok(match self {
@@ -123,6 +117,70 @@ impl Engine {
                 (AnyCube::F32(cube), seen)
             }
         })
+    }
+
+    /// [`Engine::cube`] and [`Engine::maps`]. The usual radar's frame is one submission on the gpu engine, from echoes to
+    /// detected cells. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
+    pub fn frame(
+        &self,
+        radar: &Radar,
+        returns: &Returns,
+        interference: &[Arrival],
+        (seed, frame): (u64, u32),
+        control: Control<'_>,
+        seconds: &mut dyn FnMut(f64, f64),
+    ) -> Result<(AnyCube, FrontEnd, Vec<RangeDoppler<f64>>)> {
+        let start = Instant::now();
+        let p = &radar.processing;
+        if let (Engine::Gpu(gpu), false, false) = (self, p.keystone, p.remove_static)
+            && let Some((mut recorder, device, seen)) =
+                self.on_device(radar, returns, interference, seed, frame)?
+        {
+            let pending = device.read(&mut recorder);
+            let shape = [device.chirps, device.channels, device.samples];
+            let transform = Transform::of_shape(shape, radar)?;
+            let recorded = dsp::device::record(recorder, gpu, &device, &transform, &p.cfar)?;
+            let (_, found, mut done) = recorded.submit_with()?;
+            seconds(start.elapsed().as_secs_f64(), 0.0);
+            return Ok((AnyCube::F32(device.take(&mut done, pending)), seen, vec![found.widened()]));
+        }
+        let (cube, seen) = self.cube(radar, returns, interference, seed, frame, control)?;
+        let synthesis = start.elapsed().as_secs_f64();
+        let maps = self.maps(radar, &cube)?;
+        seconds(synthesis, start.elapsed().as_secs_f64() - synthesis);
+        Ok((cube, seen, maps))
+    }
+
+    /// [`Engine::range_doppler`] of each ramp.
+    pub fn maps(&self, radar: &Radar, cube: &AnyCube) -> Result<Vec<RangeDoppler<f64>>> {
+        (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
+    }
+
+    /// Records synthesis and noise of a cube that is complete on the device: one ramp, lines that are samples, channels that are
+    /// ways, and an ideal front end. None otherwise, and for the cpu engine.
+    fn on_device(
+        &self,
+        radar: &Radar,
+        returns: &Returns,
+        interference: &[Arrival],
+        seed: u64,
+        frame: u32,
+    ) -> Result<Option<(Recorder<'_>, DeviceCube, FrontEnd)>> {
+        let plain = radar.front_end == FrontEndSettings::default() && interference.is_empty();
+        let Engine::Gpu(gpu) = self else { return Ok(None) };
+        if !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
+            return Ok(None);
+        }
+        let plan = Plan::new(radar, returns)?;
+        if plan.channels != radar.channels() {
+            return Ok(None);
+        }
+        let mut recorder = gpu.recorder("frame");
+        let (device, synthesis) = gridding::record(&plan, gpu, &mut recorder)?;
+        if let Some(n) = Noise::thermal(radar, seed, frame) {
+            n.record(&mut recorder, &device);
+        }
+        Ok(Some((recorder, device, FrontEnd { synthesis, ..plan.front_end })))
     }
 
     /// Samples of all ramps. What the receiver hears at once is added up, lines of pulses and codes become samples, and
@@ -209,7 +267,7 @@ impl Engine {
     /// From samples to detected cells of one ramp (`radar` is [`Radar::part`] of it; a radar with one ramp as it is). The stages run
     /// in the precision of the engine; what they found is handed on in f64.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
-        use cpu::dsp::lines::lines;
+        use cpu::dsp::lines::prepared as lines;
         match (self, cube) {
             (Engine::Cpu(_), AnyCube::F64(cube)) => Ok(cpu::dsp::process(&*lines(cube, radar)?, radar)?.1),
             (Engine::Cpu(_), AnyCube::F32(cube)) => {

@@ -204,6 +204,12 @@ pub struct Processing {
     pub elevation_bins: usize,
     pub elevation_fov_rad: f64,
     pub angle: AngleSettings,
+    /// Take out what does not change from chirp to chirp.
+    pub remove_static: bool,
+    /// Keep targets in one range cell over the frame (keystone transform).
+    pub keystone: bool,
+    /// Peaks within so many [doppler, range] cells of a stronger one belong to it; zero for all peaks.
+    pub group: [usize; 2],
     pub cfar: Cfar,
     /// Keep at most this many points a frame, strongest first.
     pub max_points: usize,

@@ -214,10 +214,34 @@ pub struct ProcessingTable {
     /// Points of a frame that are kept, the strongest first; default 4096.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_points: Option<At<usize>>,
+    /// Subtract the mean over the chirps: what stands still is gone. Default false.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub remove_static: bool,
+    /// Default "none".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_migration: Option<At<MigrationName>>,
+    /// Peaks within so many cells of a stronger one belong to it; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group_range_cells: Option<At<usize>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group_doppler_cells: Option<At<usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<AngleTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfar: Option<CfarTable>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MigrationName {
+    /// Targets move through range cells during the frame.
+    None,
+    /// The keystone transform holds them where they are in the middle of the frame.
+    Keystone,
+}
+
+fn is_false(x: &bool) -> bool {
+    !x
 }
 
 /// How directions are found.
@@ -396,6 +420,9 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
             elevation_bins: 1,
             elevation_fov_rad: 0.0,
             angle: AngleSettings::default(),
+            remove_static: false,
+            keystone: false,
+            group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [0; 2], train: [0; 2], pfa: 1e-4 },
             max_points: 4096,
         },
@@ -521,6 +548,13 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
     if let Some(t) = &f.angle {
         p.angle = angle(doc, t)?;
     }
+    p.remove_static = f.remove_static;
+    p.keystone = f.range_migration.as_ref().is_some_and(|m| m.value == MigrationName::Keystone);
+    let cells = |t: &Option<At<usize>>| match t {
+        Some(t) => doc.in_range(t, 0..=4096, "cells to each side"),
+        None => Ok(0),
+    };
+    p.group = [cells(&f.group_doppler_cells)?, cells(&f.group_range_cells)?];
     let (doppler_bins, range_bins) = (radar.doppler_rows(), radar.range_bins());
     radar.processing.cfar = match &f.cfar {
         Some(c) => cfar(doc, c, doppler_bins, range_bins)?,
@@ -1046,6 +1080,10 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             elevation_bins: Some(p.elevation_bins.into()),
             elevation_max_deg: (p.elevation_bins > 1).then(|| p.elevation_fov_rad.to_degrees().into()),
             max_points: Some(p.max_points.into()),
+            remove_static: p.remove_static,
+            range_migration: p.keystone.then(|| MigrationName::Keystone.into()),
+            group_range_cells: (p.group[1] > 0).then(|| p.group[1].into()),
+            group_doppler_cells: (p.group[0] > 0).then(|| p.group[0].into()),
             angle: Some(angle_table(&p.angle)),
             cfar: Some(CfarTable {
                 kind: kind.into(),

@@ -1,6 +1,7 @@
 //! Samples of any waveform to lines (CONVENTIONS eq. 12c), on the host for both engines: what follows need not know what
 //! was sent, but that lines of falling frequency are read backwards (`Transform::reversed`).
 
+use super::zero_doppler;
 use crate::adc::Cube;
 use crate::adc::shaping;
 use crate::dsp::{Real, window};
@@ -12,6 +13,16 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 use std::borrow::Cow;
 use std::f64::consts::SQRT_2;
+
+/// [`lines`] without what stands still, if the radar's settings ask for that.
+pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cube<T>>> {
+    let mut lines = lines(cube, radar)?;
+    if radar.processing.remove_static {
+        let columns = lines.channels * lines.samples;
+        zero_doppler::remove(&mut lines.to_mut().data, columns);
+    }
+    Ok(lines)
+}
 
 /// The lines of one ramp (`radar` is `Radar::part` of it), `[chirp, channel, line]`, borrowed where they are the samples as they
 /// stand. Errors: a cube that is not this radar's.

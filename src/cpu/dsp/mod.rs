@@ -26,7 +26,10 @@ use crate::scene::radar::{Cfar, CfarKind, Radar};
 /// snapshots. Errors: a cube that is not this radar's, bad settings, samples that are not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let transform = Transform::of_cube(cube, radar)?;
-    let spectrum = fft::spectrum(cube, &transform);
+    let spectrum = match radar.processing.keystone {
+        true => keystone::spectrum(cube, &transform, &dsp::keystone::scale(radar), 0)?,
+        false => fft::spectrum(cube, &transform),
+    };
     let mut map = power::power(&spectrum);
     if transform.bands > 1 {
         // Empty bands hold noise alone: what a transmitter sends reads its power.
