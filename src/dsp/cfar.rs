@@ -231,7 +231,7 @@ pub(crate) fn check_window(cfar: &Cfar) -> Result<()> {
     };
     let [rows, width] = [0, 1].map(|i| 2 * (cfar.guard[i] + cfar.train[i]) + 1);
     // Each row costs its cells and a step of the outer loop; the mask's threads have three more cells in reach.
-    if passes * (rows * (width + 1) + 1) <= ITERATIONS && rows * (width + 4) + 1 <= ITERATIONS {
+    if passes * (rows * (width + 1) + 1) <= ITERATIONS && rows * (width + 4) < ITERATIONS {
         return Ok(());
     }
     Err(BadInput::new("the CFAR window is too large for the GPU")

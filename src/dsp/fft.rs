@@ -219,7 +219,8 @@ enum Axis {
 impl Axis {
     fn new(gpu: &Gpu, recorder: &mut Recorder<'_>, method: Method, length: usize, window: &[f64]) -> Axis {
         if method == Method::Passes {
-            return Axis::Passes(Passes::new(recorder, length, window));
+            let hardware = gpu.report().is_hardware;
+            return Axis::Passes(Passes::new(recorder, hardware, length, window));
         }
         let weights: Vec<f32> = window.iter().map(|w| *w as f32).collect();
         Axis::Workgroup {

@@ -34,6 +34,9 @@ pub(super) const TOLERANCE: Tolerance = Tolerance {
     reason: "c eps sqrt(log2 N + log2 M) for two transforms with c = 1, as in one workgroup",
 };
 
+/// Values of a block of lines where blocks have to fit a cache.
+const CACHE: usize = 1 << 18;
+
 /// Largest prime factor that a pass takes as a plain sum.
 const LARGEST_PRIME: usize = 31;
 
@@ -130,6 +133,8 @@ pub(super) struct Passes {
     twiddles: Buffer<Complex32>,
     weights: Buffer<Complex32>,
     radices: Vec<usize>,
+    /// Lines that go through the passes together.
+    block_lines: usize,
 }
 
 enum Plan {
@@ -139,8 +144,10 @@ enum Plan {
 
 impl Passes {
     /// For lines of `weights.len()` values, multiplied by these.
-    pub fn new(recorder: &mut Recorder<'_>, length: usize, weights: &[f64]) -> Passes {
+    pub fn new(recorder: &mut Recorder<'_>, hardware: bool, length: usize, weights: &[f64]) -> Passes {
         let work = work_length(length);
+        // A GPU wants many threads; with a CPU's driver what lies between passes stays in the cache.
+        let block_lines = if hardware { usize::MAX } else { (CACHE / work).max(64) };
         let chirp = (work != length).then(|| fft_chirp::chirp(length));
         let weights: Vec<Complex32> = match &chirp {
             None => weights.iter().map(|w| Complex32::new(*w as f32, 0.0)).collect(),
@@ -162,11 +169,32 @@ impl Passes {
             twiddles: recorder.upload("twiddles", &twiddles(work)),
             weights: recorder.upload("weights", &weights),
             radices: radices(work).unwrap_or_default(),
+            block_lines,
         }
     }
 
-    /// Values of scratch and of every buffer between for this many lines.
+    /// Records the transform of all lines, in blocks.
     pub fn record(
+        &self,
+        recorder: &mut Recorder<'_>,
+        scratch: &mut Scratch,
+        from: &dyn AnyBuffer,
+        to: &dyn AnyBuffer,
+        layout: Layout,
+    ) {
+        for first in (0..layout.lines).step_by(self.block_lines) {
+            let at = first as u32;
+            let block = Layout {
+                lines: self.block_lines.min(layout.lines - first),
+                in_base: layout.in_base.wrapping_add(at * layout.in_line),
+                out_base: layout.out_base + at * layout.out_line,
+                ..layout
+            };
+            self.record_block(recorder, scratch, from, to, block);
+        }
+    }
+
+    fn record_block(
         &self,
         recorder: &mut Recorder<'_>,
         scratch: &mut Scratch,
