@@ -8,7 +8,8 @@ use catseye::adc::synthesis::{Plan, Set, point_echo};
 use catseye::cpu::adc::gridding::{COSTS, add, synthesise_with};
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
-use catseye::gpu::compare::test_gpu;
+use catseye::gpu::compare::{test_device_name, test_gpu};
+use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
 use catseye::scene::waveform::{Multiplex, Waveform};
@@ -424,10 +425,10 @@ fn core_seconds() -> f64 {
     (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
 }
 
-fn on_gpu(radar: &Radar, list: &Returns, costs: &Costs) -> (Cube<f32>, Methods, f64) {
+fn on_gpu(gpu: &Gpu, radar: &Radar, list: &Returns, costs: &Costs) -> (Cube<f32>, Methods, f64) {
     let plan = Plan::new(radar, list).unwrap();
-    let mut recorder = test_gpu().recorder("gridding");
-    let (cube, methods) = record_with(&plan, test_gpu(), &mut recorder, costs).unwrap();
+    let mut recorder = gpu.recorder("gridding");
+    let (cube, methods) = record_with(&plan, gpu, &mut recorder, costs).unwrap();
     let pending = cube.read(&mut recorder);
     let mut done = recorder.submit().unwrap();
     let seconds = done.seconds();
@@ -441,7 +442,7 @@ fn gpu_agrees_with_the_direct_sum() {
         for speed in [0.0, 20.0] {
             let radar = radar(chirps, samples);
             let list = many(200, [2.0, 30.0], speed);
-            let (got, methods, _) = on_gpu(&radar, &list, &costs);
+            let (got, methods, _) = on_gpu(test_gpu(), &radar, &list, &costs);
             let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
             let (worst, l2) = errors(&got, &truth);
             println!(
@@ -450,6 +451,45 @@ fn gpu_agrees_with_the_direct_sum() {
             assert!(worst < 2e-5 && l2 < 2e-5);
         }
     }
+}
+
+/// Cut into pieces of chirps and groups of channels by a small binding, the cube is the same; and a run repeats to
+/// the bit.
+#[test]
+fn gpu_pieces_are_the_whole() {
+    let radar = radar(40, 100);
+    let mut list = many(800, [2.0, 20.0], 15.0);
+    list.returns.extend(many(700, [2.0, 20.0], 0.0).returns);
+    let costs = Costs { direct: 1e9, ..DEVICE_COSTS };
+    let (whole, methods, _) = on_gpu(test_gpu(), &radar, &list, &costs);
+    assert!(methods.still != Method::Direct && methods.moving != Method::Direct);
+    let bits = |cube: &Cube<f32>| bytemuck::cast_slice::<_, u32>(&cube.data).to_vec();
+    assert!(bits(&on_gpu(test_gpu(), &radar, &list, &costs).0) == bits(&whole));
+    let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+    assert!(errors(&whole, &truth).1 < 2e-5);
+    let Method::Gridded(g) = methods.moving else { panic!("{methods:?}") };
+    // Of one channel; the whole cube has 192,000 bytes.
+    let grid = g.blocks * g.lines * 256 * 8;
+    println!("{methods:?}: {grid} bytes");
+    for bytes in [(5 * grid / 2) as u64, 150_000.max(grid as u64 + 100)] {
+        let small = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let small = small.with_poisoned_buffers().with_binding_limit(bytes);
+        let (pieces, methods, _) = on_gpu(&small, &radar, &list, &costs);
+        assert!(methods.still != Method::Direct && methods.moving != Method::Direct, "{methods:?}");
+        assert!(errors(&pieces, &truth).1 < 2e-5);
+    }
+}
+
+/// Echoes that crowd into one cell would be added up in a row by one thread: they go the direct way.
+#[test]
+fn gpu_leaves_crowds_to_the_direct_sum() {
+    let radar = radar(4, 32);
+    let one = many(1, [1.0, 3.0], 5.0).returns.remove(0);
+    let list = Returns { returns: vec![one; 3000], rays: 0 };
+    let (cube, methods, _) = on_gpu(test_gpu(), &radar, &list, &Costs { direct: 1e9, ..DEVICE_COSTS });
+    assert_eq!(methods, Methods::default());
+    let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+    assert!(errors(&cube, &truth).0 < ALWAYS);
 }
 
 #[test]
@@ -465,17 +505,13 @@ fn kernels_are_what_their_rows_say() {
 fn speed_gpu() {
     let mut radar = radar_toml::preset("front77").unwrap();
     radar.chirps = 256;
-    println!("{}", catseye::gpu::compare::test_device_name());
-    let costs = match std::env::var("COSTS_LINES") {
-        Ok(l) => Costs { lines: l.parse().unwrap(), ..DEVICE_COSTS },
-        Err(_) => DEVICE_COSTS,
-    };
+    println!("{}", test_device_name());
     for (count, speed) in [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5)] {
         let list = many(count, [2.0, 60.0], speed);
         let (mut whole, mut device, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
         for _ in 0..3 {
             let t = std::time::Instant::now();
-            let (_, m, seconds) = on_gpu(&radar, &list, &costs);
+            let (_, m, seconds) = on_gpu(test_gpu(), &radar, &list, &DEVICE_COSTS);
             methods = m;
             (whole, device) = (whole.min(t.elapsed().as_secs_f64()), device.min(seconds));
         }

@@ -107,7 +107,7 @@ impl Sorted {
         if layout.lines == 1 {
             return Sorted {
                 order: (0..echoes.count as u32).collect(),
-                spans: Vec::from([0..echoes.count]),
+                spans: std::iter::once(0..echoes.count).collect(),
                 whole: true,
             };
         }
