@@ -2,6 +2,9 @@
 
 mod angles;
 mod bench;
+mod calibrate;
+mod convert;
+mod cube_args;
 mod demo;
 mod devices;
 mod frames;
@@ -100,6 +103,8 @@ enum Command {
     Study(study::RunStudy),
     Simulate(simulate::Simulate),
     Process(process::Process),
+    Convert(convert::Convert),
+    Calibrate(calibrate::Calibrate),
     Plot(plot::Plot),
     Validate(validate::Validate),
     Bench(bench::Bench),
@@ -122,6 +127,8 @@ pub fn run() -> ExitCode {
         Command::Study(c) => c.run(g),
         Command::Simulate(c) => c.run(g),
         Command::Process(c) => c.run(g),
+        Command::Convert(c) => c.run(g),
+        Command::Calibrate(c) => c.run(g),
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),

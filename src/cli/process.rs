@@ -1,60 +1,71 @@
 //! `catseye process`: a cube, from wherever, to range-Doppler map, detections and points.
 
+use super::cube_args::CubeArgs;
 use super::frames::draw_map;
 use super::{Global, print, print_json};
 use crate::adc::Cube;
 use crate::dataset::files::{write_maps, write_point_file};
-use crate::dataset::frame::{Stages, detect};
+use crate::dataset::frame::{Stages, detect, located};
 use crate::dataset::manifest::{Axes, Manifest, PerRadar};
 use crate::engine::{AnyCube, Engine, Precision};
-use crate::error::{BadInput, Result};
-use crate::formats::npy;
+use crate::error::Result;
+use crate::formats::cube::Source;
 use crate::formats::stage::StagedDir;
 use crate::scene::radar::Radar;
 use crate::scene::radar_toml;
 use crate::trace::Returns;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::time::Instant;
 
 /// Process a cube of samples: range-Doppler map, detections, points, pictures
 #[derive(Debug, Args)]
 pub struct Process {
-    /// complex64 (or complex128, or real) NumPy file, [chirp, rx_virtual, sample]
+    /// [chirp, rx_virtual, sample]: NumPy (.npy), TI DCA1000 recording (.bin with its .cfg), HDF5 (.h5)
     pub cube: PathBuf,
-    /// Preset (feng77, front77, demo77, fmcw76, uwb9) or radar TOML
+    /// Preset (feng77, front77, demo77, fmcw76, uwb9) or radar TOML; a recording may do without
     #[arg(long)]
-    pub radar: String,
+    pub radar: Option<String>,
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    #[command(flatten)]
+    pub input: CubeArgs,
 }
 
 #[derive(serde::Serialize)]
 struct Report {
     folder: PathBuf,
+    /// Whether levels are those at the receiver's input; counts of a converter have none.
+    calibrated: bool,
+    /// Read by blocks of channels, because the cube is large.
+    streamed: bool,
     cells_over_threshold: usize,
     points: usize,
     seconds: Stages,
 }
 
+/// Samples beyond which a cube is read by blocks of channels (256 MiB in complex64).
+const STREAMED: usize = 1 << 25;
+
 impl Process {
     pub fn run(&self, global: &Global) -> Result<()> {
-        let radar = radar_toml::load(&self.radar, Path::new("."))?;
+        let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
         let staged = StagedDir::new(&self.output, global.force)?;
         let engine = global.engine()?;
-        let cube = match engine {
-            Engine::Cpu(Precision::F64) => {
-                let a = npy::read_complex64(&self.cube)?;
-                npy::check_finite(&self.cube, &a, |z| z.re.is_finite() && z.im.is_finite())?;
-                AnyCube::F64(shaped(&self.cube, &radar, a.shape, a.data)?)
-            }
-            _ => {
-                let a = npy::read_complex32(&self.cube)?;
-                npy::check_finite(&self.cube, &a, |z| z.re.is_finite() && z.im.is_finite())?;
-                AnyCube::F32(shaped(&self.cube, &radar, a.shape, a.data)?)
+        let calibrated = source.is_calibrated();
+        if !calibrated {
+            global.say("the recording has no full scale: levels are relative (--full-scale-dbm gives one)");
+        }
+        let size: usize = source.shape().iter().product();
+        let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
+        let mut seconds = Stages::default();
+        let (maps, points) = match streamed {
+            true => self.by_blocks(&engine, &radar, &mut source, &mut seconds)?,
+            false => {
+                let cube = whole(&engine, &mut source, self.input.frame)?;
+                detect(&engine, &radar, &cube, &Returns::default(), &[], &mut seconds)?
             }
         };
-        let mut seconds = Stages::default();
-        let (maps, points) = detect(&engine, &radar, &cube, &Returns::default(), &[], &mut seconds)?;
         write_maps(staged.path(), &maps)?;
         write_point_file(staged.path(), &points)?;
         let title = self.cube.file_name().map_or("cube".into(), |n| n.to_string_lossy().into_owned());
@@ -73,6 +84,8 @@ impl Process {
         }
         .write(staged.path())?;
         let report = Report {
+            calibrated,
+            streamed,
             cells_over_threshold: maps.iter().map(|m| m.detection.mask.iter().filter(|m| **m).count()).sum(),
             points: points.len(),
             seconds,
@@ -89,24 +102,37 @@ impl Process {
             report.folder.display()
         ))
     }
+
+    /// Memory holds one block of channels at a time.
+    fn by_blocks(
+        &self,
+        engine: &Engine,
+        radar: &Radar,
+        source: &mut Source,
+        seconds: &mut Stages,
+    ) -> Result<(Vec<crate::dsp::RangeDoppler<f64>>, Vec<crate::detect::Point>)> {
+        let start = Instant::now();
+        let frame = self.input.frame;
+        let mut maps = vec![engine.range_doppler_streamed(radar, &mut |channels, out| {
+            out.copy_from_slice(&source.channels::<f32>(frame, channels)?);
+            Ok(())
+        })?];
+        seconds.processing_s = start.elapsed().as_secs_f64();
+        let points = located(engine, radar, &mut maps, &Returns::default(), &[])?;
+        seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
+        Ok((maps, points))
+    }
 }
 
-/// The array as a cube of this radar.
-fn shaped<T>(
-    file: &Path,
-    radar: &Radar,
-    shape: Vec<usize>,
-    data: Vec<num_complex::Complex<T>>,
-) -> Result<Cube<T>> {
-    let want = [radar.rows(), radar.channels(), radar.samples];
-    if shape != want {
-        return Err(BadInput::new("the array is not a cube of this radar")
-            .file(file)
-            .key("shape")
-            .value(format!("{shape:?}"))
-            .allowed(format!("{want:?}: [chirp, rx_virtual, sample]"))
-            .remedy("give the radar that recorded it with --radar")
-            .into());
-    }
-    Ok(Cube { chirps: want[0], channels: want[1], samples: want[2], data })
+fn is_f64(engine: &Engine) -> bool {
+    matches!(engine, Engine::Cpu(Precision::F64))
+}
+
+/// All samples of one frame in the engine's precision.
+pub(super) fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<AnyCube> {
+    let [chirps, channels, samples] = source.shape();
+    Ok(match is_f64(engine) {
+        true => AnyCube::F64(Cube { chirps, channels, samples, data: source.frame::<f64>(frame)? }),
+        false => AnyCube::F32(Cube { chirps, channels, samples, data: source.frame::<f32>(frame)? }),
+    })
 }

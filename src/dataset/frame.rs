@@ -110,10 +110,16 @@ pub fn simulate_with(
         engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, radar, index));
     stages.trace_s = clock.lap();
     let interference = arrivals(scenario, scene, which, time_s);
-    let (cube, front_end, mut maps) =
-        engine.frame(radar, &returns, &interference, (seed, index), control, &mut |synthesis, processing| {
+    let (cube, front_end, mut maps) = engine.frame(
+        radar,
+        &returns,
+        &interference,
+        (seed, index),
+        control,
+        &mut |synthesis, processing| {
             (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
-        })?;
+        },
+    )?;
     clock.lap();
     let points = located(engine, radar, &mut maps, &returns, &scene.objects)?;
     stages.angles_s = clock.lap();

@@ -2,8 +2,11 @@
 //! interrupted and resumed.
 
 pub mod files;
+pub mod follow;
 pub mod frame;
 pub mod manifest;
+pub mod recording;
 pub mod run;
+pub mod turntable;
 
 pub use frame::{Frame, Stages, simulate};

@@ -2,6 +2,7 @@
 //! run goes on where it stopped; the folder gets its own name at the very end.
 
 use super::files::{Truth, frame_name, write_frame};
+use super::follow;
 use super::frame::{Frame, convergence, simulate_with};
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar};
 use crate::cpu::adc::synthesis::Control;
@@ -109,6 +110,9 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     for index in 0..scenario.frames.count {
         let path = staged.path().join(frame_name(index)).join(RECORD);
         fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
+    }
+    if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
+        follow::write(staged.path(), scenario)?;
     }
     Manifest {
         catseye: env!("CARGO_PKG_VERSION"),

@@ -1,19 +1,20 @@
 //! From geometry to detected cells.
 
 use super::{AnyCube, Engine, Precision};
-use crate::adc::{Cube, DeviceCube};
 use crate::adc::front_end::{Chain, channels};
 use crate::adc::gridding::{self, Methods};
 use crate::adc::interference::Arrival;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
 use crate::adc::synthesis::{FrontEnd, Plan};
+use crate::adc::{Cube, DeviceCube};
 use crate::cpu;
 use crate::cpu::adc::front_end::Inputs;
 use crate::cpu::adc::synthesis::Control;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::fft::Transform;
+use crate::dsp::stream::Source;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Sensor, World};
@@ -21,6 +22,7 @@ use crate::geom::Geometry;
 use crate::gpu::Recorder;
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
+use crate::scene::waveform::Multiplex;
 use crate::trace::windows::windows;
 use crate::trace::{Returns, TraceOptions};
 use glam::DVec3;
@@ -45,6 +47,9 @@ impl Precise for f64 {
         Ok((cpu::adc::synthesis::synthesise(plan, control)?, Methods::default()))
     }
 }
+
+/// Samples and spectrum of one block of channels.
+const STREAM_BYTES: usize = 256 << 20;
 
 /// What comes to the receivers of one frame.
 struct Received<'a> {
@@ -280,6 +285,36 @@ impl Engine {
                 Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
             }
         }
+    }
+
+    /// Whether [`Engine::range_doppler_streamed`] knows this radar: its lines are its samples, and nothing is asked for that
+    /// needs all of the cube.
+    pub fn can_stream(radar: &Radar) -> bool {
+        let p = &radar.processing;
+        radar.waveform.parts() == 1
+            && Shaping::of(radar, 0.0).is_none()
+            && !matches!(radar.multiplex, Multiplex::Ddm { .. })
+            && !p.keystone
+            && !p.remove_static
+    }
+
+    /// [`Engine::range_doppler`] in f32 of a cube larger than memory should hold: `source` fills in blocks of channels, each up to
+    /// twice. Errors: a radar that [`Engine::can_stream`] does not know; those of the source.
+    pub fn range_doppler_streamed(
+        &self,
+        radar: &Radar,
+        source: &mut Source<'_, f32>,
+    ) -> Result<RangeDoppler<f64>> {
+        if !Engine::can_stream(radar) {
+            return Err(Error::Failed("this radar's cube cannot be processed in blocks".into()));
+        }
+        let shape = [radar.chirps, radar.channels(), radar.samples];
+        let transform = Transform::of_shape(shape, radar)?;
+        let cfar = &radar.processing.cfar;
+        Ok(match self {
+            Engine::Cpu(_) => cpu::dsp::stream::process(&transform, cfar, STREAM_BYTES, source)?.widened(),
+            Engine::Gpu(gpu) => dsp::stream::process(gpu, &transform, cfar, source)?.widened(),
+        })
     }
 
     /// Quadratic forms of cells over a grid of directions, `[cell, direction]` (CONVENTIONS eq. 94).

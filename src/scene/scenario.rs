@@ -261,6 +261,8 @@ pub struct Output {
     pub range_doppler: bool,
     /// points.csv.
     pub points: bool,
+    /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
+    pub tracks: bool,
     /// returns.csv, every echo.
     pub returns: bool,
     /// truth.json.
@@ -271,7 +273,15 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Output { adc: true, range_doppler: true, points: true, returns: true, truth: true, plots: true }
+        Output {
+            adc: true,
+            range_doppler: true,
+            points: true,
+            tracks: true,
+            returns: true,
+            truth: true,
+            plots: true,
+        }
     }
 }
 

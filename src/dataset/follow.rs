@@ -1,0 +1,184 @@
+//! What only a run of frames shows: the ego motion of each frame from its standing points, and tracks of what moves. Both are
+//! made from the files of the frames, so that a resumed run gives the same bytes.
+
+use super::files::frame_name;
+use super::frame::radar_pose;
+use crate::detect::accuracy::PointStd;
+use crate::detect::cluster::{Dbscan, Place};
+use crate::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
+use crate::detect::kalman::Station;
+use crate::detect::plot::{Plot, plots_of_clusters};
+use crate::detect::track_table::{TrackRow, write_tracks};
+use crate::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
+use crate::error::{Error, Result};
+use crate::formats::csv::{Table, Writer};
+use crate::scene::radar::Radar;
+use crate::scene::scenario::Scenario;
+use glam::{DVec2, DVec3};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+const EGO_COLUMNS: [&str; 9] =
+    ["frame", "time_s", "radar", "vx_mps", "vy_mps", "vx_std_mps", "vy_std_mps", "standing_points", "points"];
+
+/// A point of a file, as the tracker needs it.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    range_m: f64,
+    range_rate_mps: f64,
+    azimuth_rad: f64,
+    elevation_rad: f64,
+    std: PointStd,
+}
+
+fn read_points(path: &Path) -> Result<Vec<Seen>> {
+    let table = Table::read(path)?;
+    let column = |name: &str| table.numbers(name);
+    let (range, rate) = (column("range_m")?, column("range_rate_mps")?);
+    let (azimuth, elevation) = (column("azimuth_deg")?, column("elevation_deg")?);
+    let (range_std, rate_std) = (column("range_std_m")?, column("range_rate_std_mps")?);
+    let azimuth_std: Vec<Option<f64>> =
+        table.text("azimuth_std_deg")?.iter().map(|t| t.parse::<f64>().ok().map(f64::to_radians)).collect();
+    Ok((0..table.len())
+        .map(|i| Seen {
+            range_m: range[i],
+            range_rate_mps: rate[i],
+            azimuth_rad: azimuth[i].to_radians(),
+            elevation_rad: elevation[i].to_radians(),
+            std: PointStd {
+                range_m: range_std[i],
+                range_rate_mps: rate_std[i],
+                azimuth_rad: azimuth_std[i],
+                elevation_rad: None,
+            },
+        })
+        .collect())
+}
+
+/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's plane) into the run's
+/// folder. Points that stand, as far as the range rates tell, make no tracks; the tracker is told the ego vehicle's own motion.
+/// Errors: points that cannot be read.
+pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
+    let mut tracker = Tracker::new(TrackerSettings::default())?;
+    let mut rows: Vec<TrackRow> = Vec::new();
+    let path = dir.join("ego_motion.csv");
+    let out = File::create(&path).map_err(|e| Error::io(&path, e))?;
+    let wrong = |e| Error::io(&path, e);
+    let mut ego = Writer::new(BufWriter::new(out), &[], &EGO_COLUMNS).map_err(wrong)?;
+    for index in 0..scenario.frames.count {
+        let time_s = scenario.frames.time_s(index);
+        for radar in &scenario.radars {
+            let mut folder = dir.join(frame_name(index));
+            if scenario.radars.len() > 1 {
+                folder.push(&radar.name);
+            }
+            let points = read_points(&folder.join("points.csv"))?;
+            let (moving, fit) = without_standing(radar, &points, scenario.seed, index);
+            let empty = String::new();
+            let text = |x: Option<f64>| x.map_or_else(|| empty.clone(), |v| v.to_string());
+            let (count, known) = (points.len(), fit.as_ref());
+            let cells = [
+                text(known.map(|f| f.velocity[0])),
+                text(known.map(|f| f.velocity[1])),
+                text(known.map(|f| f.std[0])),
+                text(known.map(|f| f.std[1])),
+            ];
+            ego.row([
+                &index as &dyn Display,
+                &time_s,
+                &radar.name,
+                &cells[0],
+                &cells[1],
+                &cells[2],
+                &cells[3],
+                &known.map_or(0, |f| f.standing),
+                &count,
+            ])
+            .map_err(wrong)?;
+            let plots = clustered(&moving)?;
+            let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+            let ahead = pose.direction(DVec3::X);
+            let station = Station {
+                position_m: pose.translation_m.truncate(),
+                heading_rad: ahead.y.atan2(ahead.x),
+                velocity_mps: velocity_mps.truncate(),
+                ..Station::ORIGIN
+            };
+            let coverage = Some(Coverage {
+                max_range_m: radar.max_range_m(),
+                azimuth_rad: radar.processing.azimuth_fov_rad,
+            });
+            tracker.step(&Scan { time_s, station, coverage, plots: &plots })?;
+        }
+        rows.extend(TrackRow::of_frame(index, time_s, &tracker, false));
+    }
+    ego.finish().map_err(wrong)?;
+    let path = dir.join("tracks.csv");
+    let out = File::create(&path).map_err(|e| Error::io(&path, e))?;
+    write_tracks(BufWriter::new(out), &rows).map_err(|e| Error::io(&path, e))?;
+    Ok(())
+}
+
+/// The radar's own velocity as its points tell it.
+struct Fit {
+    velocity: DVec2,
+    std: DVec2,
+    standing: usize,
+}
+
+/// The points that do not stand, and the fit that says so; all points where there is none.
+fn without_standing(radar: &Radar, points: &[Seen], seed: u64, frame: u32) -> (Vec<Seen>, Option<Fit>) {
+    let radials: Vec<Radial> = points
+        .iter()
+        .map(|p| Radial {
+            azimuth_rad: p.azimuth_rad,
+            elevation_rad: p.elevation_rad,
+            range_rate_mps: p.range_rate_mps,
+            range_rate_std_mps: p.std.range_rate_mps.max(0.5 * radar.velocity_bin_mps()),
+            radar: 0,
+        })
+        .collect();
+    let folded = Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps(), max_speed_mps: 70.0 };
+    let settings = EgoSettings { seed, frame, folded: Some(folded), ..EgoSettings::default() };
+    let usable = radials.iter().all(|r| r.range_rate_std_mps.is_finite());
+    match ego_motion(&radials, &EgoModel::Sensor, &settings) {
+        Ok(motion) if usable => {
+            let fit = Fit {
+                velocity: DVec2::new(motion.value[0], motion.value[1]),
+                std: DVec2::new(motion.covariance[0][0].sqrt(), motion.covariance[1][1].sqrt()),
+                standing: motion.standing.iter().filter(|s| **s).count(),
+            };
+            let moving =
+                points.iter().zip(&motion.standing).filter(|(_, standing)| !**standing).map(|(p, _)| *p);
+            (moving.collect(), Some(fit))
+        }
+        // Too few points, or all in one direction: none is known to stand.
+        _ => (points.to_vec(), None),
+    }
+}
+
+fn clustered(points: &[Seen]) -> Result<Vec<Plot>> {
+    let plots: Vec<Plot> = points
+        .iter()
+        .filter_map(|p| {
+            let azimuth = p.std.azimuth_rad?;
+            let plot = Plot::of_point(
+                [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad],
+                [p.std.range_m, p.std.range_rate_mps, azimuth],
+            );
+            plot.check(0).is_ok().then_some(plot)
+        })
+        .collect();
+    let places: Vec<Place> = plots
+        .iter()
+        .map(|p| {
+            let at = p.position_m();
+            Place { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
+        })
+        .collect();
+    // A far car may be one point.
+    let labels = Dbscan { min_points: 1, ..Dbscan::default() }.labels(&places)?;
+    Ok(plots_of_clusters(&plots, &labels))
+}

@@ -1,0 +1,110 @@
+//! A turntable run in simulation: a corner reflector at a fixed distance, the radar turned from angle to angle, through
+//! synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
+
+use crate::cpu::adc::synthesis::Control;
+use crate::detect::points;
+use crate::dsp::doa_calibration::{Calibration, TurntableOptions};
+use crate::dsp::doa_manifold::Manifold;
+use crate::dsp::multiplex::decode;
+use crate::engine::Engine;
+use crate::error::{BadInput, Result};
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::{Geometry, curved};
+use crate::scene::Scene;
+use crate::scene::radar::Radar;
+use crate::trace::TraceOptions;
+use crate::units::wavenumber;
+use glam::DVec3;
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Where the reflector stands and which angles are taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turntable {
+    pub range_m: f64,
+    /// Of the reflector in the sensor's frame, ascending.
+    pub azimuth_deg: Vec<f64>,
+    pub elevation_deg: Vec<f64>,
+    pub seed: u64,
+    pub options: TurntableOptions,
+}
+
+/// Chirps of one position: nothing moves.
+const CHIRPS: usize = 16;
+
+/// The calibration of `radar` with its front end and noise as they are. `target` is turned so that its x axis points at the
+/// radar, its origin `range_m` away. `watch` is told after each angle.
+///
+/// Errors: a reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
+pub fn run(
+    engine: &Engine,
+    radar: &Radar,
+    target: &Scene,
+    table: &Turntable,
+    watch: &mut dyn FnMut(),
+) -> Result<Calibration> {
+    let longest = radar.tx.iter().chain(&radar.rx).map(|a| a.position_m.length()).fold(0.0, f64::max);
+    if !(table.range_m > 4.0 * longest && table.range_m < radar.max_range_m()) {
+        return Err(BadInput::new("the reflector cannot stand there")
+            .key("range_m")
+            .value(table.range_m)
+            .allowed(format!("above {:.3}, below {:.1}", 4.0 * longest, radar.max_range_m()))
+            .into());
+    }
+    let mut short = radar.part(0);
+    short.chirps = match radar.chirps % CHIRPS {
+        0 => CHIRPS,
+        _ => radar.chirps,
+    };
+    short.processing.doppler_fft = short.chirps;
+    short.processing.cfar.guard[0] = 0;
+    short.processing.cfar.train[0] = 0;
+    // The reflector at the origin of the world, looking along -x at a radar that stands there.
+    let mut scene = target.clone();
+    let turn: Pose<World, World> =
+        Pose::from_yaw_pitch_roll(DVec3::new(table.range_m, 0.0, 0.0), PI, 0.0, 0.0);
+    for o in &mut scene.objects {
+        o.pose = Pose::new(turn.rotation * o.pose.rotation, turn.point(o.pose.translation_m));
+    }
+    let sagitta_m = curved::sagitta_m(0.2, wavenumber(radar.carrier_hz));
+    let geometry = Geometry::build(&*curved::refined_scene(&scene, sagitta_m)?, 0.0, radar.carrier_hz)?;
+    let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() };
+    let reach = 2.0 + 0.01 * table.range_m;
+    let mut snapshots = Vec::with_capacity(table.azimuth_deg.len() * table.elevation_deg.len());
+    for e in &table.elevation_deg {
+        for a in &table.azimuth_deg {
+            // The radar turned so that +x of the world lies at (a, e) of its own frame.
+            let pose: Pose<Sensor, World> = Pose::new(
+                (glam::DQuat::from_rotation_z(a.to_radians())
+                    * glam::DQuat::from_rotation_y(-e.to_radians()))
+                .inverse(),
+                DVec3::ZERO,
+            );
+            let returns = engine.returns(&geometry, &short, &pose, DVec3::ZERO, &options);
+            let frame = snapshots.len() as u32;
+            let (cube, _) = engine.cube(&short, &returns, &[], table.seed, frame, Control::default())?;
+            let found = engine.range_doppler(&short, &cube)?;
+            let near = |i: &usize| {
+                let r = points::range_m(&short, found.cells[*i].range as f64, 0.0);
+                (r - table.range_m).abs() < reach
+            };
+            let Some(at) = (0..found.cells.len()).find(near) else {
+                return Err(BadInput::new("the reflector is not seen")
+                    .key(format!("azimuth {a} deg, elevation {e} deg"))
+                    .remedy("bring it nearer, take a larger one, or narrow the angles")
+                    .into());
+            };
+            let snapshot: Vec<Complex64> = found.snapshots.of(at).to_vec();
+            snapshots.push(decode(&short, &snapshot, 0.0).channels);
+            watch();
+        }
+    }
+    Calibration::from_turntable(
+        &Manifold::of_radar(radar)?,
+        table.azimuth_deg.clone(),
+        table.elevation_deg.clone(),
+        Some(table.range_m),
+        &snapshots,
+        &table.options,
+    )
+}
