@@ -761,7 +761,7 @@ fn white_noise_is_the_plain_one() {
     let got = apply(Cube::<f32>::zeros(9, 2, 512), 0, &off(&r), inputs).unwrap();
     let mut plain = Cube::<f32>::zeros(9, 2, 512);
     catseye::cpu::adc::noise::add(&mut plain, &noise);
-    assert_eq!(got, plain);
+    assert!(got == plain);
 }
 
 #[test]

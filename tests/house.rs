@@ -41,10 +41,14 @@ fn report(wrong: &[String]) {
 // ---- shaders ----
 
 /// Shaders that no cpu twin mirrors, and why.
-const WITHOUT_CPU_TWIN: [(&str, &str); 3] = [
+const WITHOUT_CPU_TWIN: [(&str, &str); 7] = [
     ("gpu/selftest", "it examines an adapter and is part of no engine; its host twin holds the truth"),
     ("trace/beam_clip", "a level of what src/cpu/trace/beams.rs does depth first"),
     ("trace/beam_ahead", "a level of what src/cpu/trace/beams.rs does depth first"),
+    ("dsp/fft_radix8", "a pass of what src/cpu/dsp/fft.rs leaves to rustfft"),
+    ("dsp/fft_radix16", "a pass of what src/cpu/dsp/fft.rs leaves to rustfft"),
+    ("dsp/fft_any", "a pass of what src/cpu/dsp/fft.rs leaves to rustfft"),
+    ("dsp/fft_chirp", "a pass of what src/cpu/dsp/fft.rs leaves to rustfft"),
 ];
 
 fn shader_stems() -> BTreeSet<String> {

@@ -200,7 +200,7 @@ fn mistakes_are_one_line_with_the_remedy() {
     let point = "[[point]]\nposition_m = [9, 0, 0]\nrcs_dbsm = 0\n";
     for (text, expect) in [
         (String::new(), "s.toml:1: name: is missing"),
-        ("name = \"x\"".into(), "radar: is missing"),
+        ("name = \"x\"".into(), "radar: the scenario has no radar"),
         (
             "name = \"x\"\nradar = \"front78\"".into(),
             "s.toml: radar = front78: is neither a preset nor a radar file",

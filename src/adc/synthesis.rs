@@ -209,8 +209,8 @@ impl<'a> Plan<'a> {
                 plan.still.push(i as u32);
             } else {
                 plan.moving.push(i as u32);
+                plan.front_end.moving += u64::from(r.path_rate_mps != 0.0);
             }
-            plan.front_end.moving += u64::from(r.path_rate_mps != 0.0);
         }
         // What a real filter passes it weakens.
         if !filters.is_off() {

@@ -30,7 +30,9 @@ use num_complex::{Complex32, Complex64};
 use std::time::Instant;
 
 /// What the samples can be made of.
-trait Precise: cpu::adc::synthesis::Precision + dsp::Real + std::ops::AddAssign {
+trait Precise:
+    cpu::adc::synthesis::Precision + cpu::adc::noise::Precision + dsp::Real + std::ops::AddAssign
+{
     /// Lines of a plan by the cpu engine, and how they were summed.
     fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<Self>, Methods)>;
 }
@@ -195,10 +197,7 @@ impl Engine {
         radar: &Radar,
         with: &Received<'_>,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, FrontEnd)>
-    where
-        num_complex::Complex<T>: std::ops::AddAssign,
-    {
+    ) -> Result<(Cube<T>, FrontEnd)> {
         let built = match &radar.front_end.channels {
             Some(errors) => channels::displaced(radar, errors),
             None => radar.clone(),

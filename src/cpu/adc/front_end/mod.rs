@@ -18,7 +18,6 @@ use num_complex::{Complex, Complex64};
 use oscillator::Oscillator;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
-use std::ops::AddAssign;
 
 /// What comes from outside the front end.
 #[derive(Debug, Clone, Copy, Default)]
@@ -32,15 +31,12 @@ pub struct Inputs<'a> {
 /// The samples that the converter delivers, from the cube of a whole frame without noise, whose rows are
 /// `margin` samples longer at both ends (`Chain::margin`; 0 for a cube that has none). Echoes must have been
 /// multiplied by `Chain::echo_gain` already. Errors: a cube that does not fit the chain.
-pub fn apply<T: Precision + Real + AddAssign>(
+pub fn apply<T: Precision + Real + noise::Precision>(
     cube: Cube<T>,
     margin: usize,
     chain: &Chain,
     with: Inputs,
-) -> Result<Cube<T>>
-where
-    Complex<T>: AddAssign,
-{
+) -> Result<Cube<T>> {
     Runner::new(chain, cube.samples, margin, with)?.block(cube, 0)
 }
 
@@ -61,14 +57,11 @@ impl<'a> Runner<'a> {
     }
 
     /// Loops `first_loop..first_loop + cube.chirps` of the frame: the same samples as in one piece.
-    pub fn block<T: Precision + Real + AddAssign>(
+    pub fn block<T: Precision + Real + noise::Precision>(
         &self,
         mut cube: Cube<T>,
         first_loop: usize,
-    ) -> Result<Cube<T>>
-    where
-        Complex<T>: AddAssign,
-    {
+    ) -> Result<Cube<T>> {
         let (chain, with) = (self.chain, &self.with);
         let loops = chain.timing.starts_s.len() / chain.timing.slots.max(1);
         if chain.timing.slots == 0
@@ -127,16 +120,12 @@ fn channels_differ(given: usize, cube: usize) -> Error {
 }
 
 /// Adds thermal noise as `cpu::adc::noise` does to a whole cube; this one begins at row `first_row` of it.
-fn add_white<T: Precision + Real + AddAssign>(cube: &mut Cube<T>, first_row: usize, noise: &Noise)
-where
-    Complex<T>: AddAssign,
-{
+fn add_white<T: noise::Precision>(cube: &mut Cube<T>, first_row: usize, noise: &Noise) {
     let n = cube.samples;
-    cube.data.par_chunks_mut(n).enumerate().for_each(|(number, data)| {
-        for (i, z) in data.iter_mut().enumerate() {
-            *z += narrow::<T>(noise::sample(noise, ((first_row + number) * n + i) as u64));
-        }
-    });
+    cube.data
+        .par_chunks_mut(n)
+        .enumerate()
+        .for_each(|(number, data)| T::add_from(noise, ((first_row + number) * n) as u64, data));
 }
 
 /// Adds thermal noise that went through the filters: the draws of eq. 13, multiplied in the transform of each
