@@ -20,8 +20,19 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-const EGO_COLUMNS: [&str; 9] =
-    ["frame", "time_s", "radar", "vx_mps", "vy_mps", "vx_std_mps", "vy_std_mps", "standing_points", "points"];
+/// `reason` says why there is no velocity.
+const EGO_COLUMNS: [&str; 10] = [
+    "frame",
+    "time_s",
+    "radar",
+    "vx_mps",
+    "vy_mps",
+    "vx_std_mps",
+    "vy_std_mps",
+    "standing_points",
+    "points",
+    "reason",
+];
 
 /// A point of a file, as the tracker needs it.
 #[derive(Debug, Clone, Copy)]
@@ -78,7 +89,8 @@ pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
             let (moving, fit) = without_standing(radar, &points, scenario.seed, index);
             let empty = String::new();
             let text = |x: Option<f64>| x.map_or_else(|| empty.clone(), |v| v.to_string());
-            let (count, known) = (points.len(), fit.as_ref());
+            let (count, known) = (points.len(), fit.as_ref().ok());
+            let reason = fit.as_ref().err().map_or_else(|| empty.clone(), |e| e.to_string());
             let cells = [
                 text(known.map(|f| f.velocity[0])),
                 text(known.map(|f| f.velocity[1])),
@@ -95,6 +107,7 @@ pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
                 &cells[3],
                 &known.map_or(0, |f| f.standing),
                 &count,
+                &reason,
             ])
             .map_err(wrong)?;
             let plots = clustered(&moving)?;
@@ -128,8 +141,13 @@ struct Fit {
     standing: usize,
 }
 
-/// The points that do not stand, and the fit that says so; all points where there is none.
-fn without_standing(radar: &Radar, points: &[Seen], seed: u64, frame: u32) -> (Vec<Seen>, Option<Fit>) {
+/// The points that do not stand, and the fit that says so; all points where there is none, and why.
+fn without_standing(
+    radar: &Radar,
+    points: &[Seen],
+    seed: u64,
+    frame: u32,
+) -> (Vec<Seen>, std::result::Result<Fit, Error>) {
     let radials: Vec<Radial> = points
         .iter()
         .map(|p| Radial {
@@ -142,9 +160,8 @@ fn without_standing(radar: &Radar, points: &[Seen], seed: u64, frame: u32) -> (V
         .collect();
     let folded = Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps(), max_speed_mps: 70.0 };
     let settings = EgoSettings { seed, frame, folded: Some(folded), ..EgoSettings::default() };
-    let usable = radials.iter().all(|r| r.range_rate_std_mps.is_finite());
     match ego_motion(&radials, &EgoModel::Sensor, &settings) {
-        Ok(motion) if usable => {
+        Ok(motion) => {
             let fit = Fit {
                 velocity: DVec2::new(motion.value[0], motion.value[1]),
                 std: DVec2::new(motion.covariance[0][0].sqrt(), motion.covariance[1][1].sqrt()),
@@ -152,10 +169,10 @@ fn without_standing(radar: &Radar, points: &[Seen], seed: u64, frame: u32) -> (V
             };
             let moving =
                 points.iter().zip(&motion.standing).filter(|(_, standing)| !**standing).map(|(p, _)| *p);
-            (moving.collect(), Some(fit))
+            (moving.collect(), Ok(fit))
         }
-        // Too few points, or all in one direction: none is known to stand.
-        _ => (points.to_vec(), None),
+        // None is known to stand.
+        Err(e) => (points.to_vec(), Err(e)),
     }
 }
 

@@ -1,0 +1,284 @@
+//! Radars at the command line: cubes in other formats, several radars and their interference, calibration, tracks, and what
+//! is refused.
+
+use catseye::formats::csv::Table;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn catseye(dir: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_catseye")).current_dir(dir).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn done(dir: &Path, args: &[&str]) -> serde_json::Value {
+    let mut all = args.to_vec();
+    all.extend(["--device", "cpu", "--json", "--quiet"]);
+    let out = catseye(dir, &all);
+    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+/// Exit code 2, one line with all of `parts`, and nothing under the name of the result.
+fn refused(dir: &Path, args: &[&str], parts: &[&str], result: &str) {
+    let out = catseye(dir, args);
+    let err = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(2), "{args:?}: {err}");
+    let lines: Vec<&str> = err.lines().filter(|l| l.starts_with("error:")).collect();
+    assert_eq!(lines.len(), 1, "{args:?}: {err}");
+    for p in parts {
+        assert!(lines[0].contains(p), "{args:?}: '{p}' is not in: {err}");
+    }
+    assert!(!dir.join(result).exists(), "{args:?} left {result}");
+}
+
+const POINTS: &str = r#"
+[[point]]
+position_m = [20, 3, 0.5]
+velocity_mps = [-5, 0, 0]
+rcs_dbsm = 10
+class = "car"
+[[point]]
+position_m = [30, -4, 0.5]
+rcs_dbsm = 10
+class = "post"
+"#;
+
+fn scenario(dir: &Path, radar: &str, more: &str) {
+    let text =
+        format!("name = \"s\"\nseed = 7\nradar = \"r.toml\"\n{POINTS}\n{more}\n[output]\nplots = false\n");
+    std::fs::write(dir.join("s.toml"), text).unwrap();
+    std::fs::write(dir.join("r.toml"), radar).unwrap();
+}
+
+fn demo() -> String {
+    include_str!("../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 32")
+}
+
+/// A cube that goes out as a recording or HDF5 and comes back gives the same points.
+#[test]
+fn cubes_go_round() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, &demo(), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    let first = done(d, &["process", cube, "--radar", "r.toml", "-o", "p0"]);
+    for name in ["c.bin", "c.h5"] {
+        let made = done(d, &["convert", cube, "--radar", "r.toml", "-o", name]);
+        assert_eq!(made["shape"], serde_json::json!([32, 12, 256]));
+        assert_eq!(made["clipped_words"], 0);
+        let back = done(d, &["process", name, "--radar", "r.toml", "-o", &format!("{name}.d")]);
+        assert_eq!(back["points"], first["points"], "{name}");
+        assert_eq!(back["calibrated"], true, "{name}");
+        let a = Table::read(d.join("p0/points.csv")).unwrap().numbers("power_dbm").unwrap();
+        let b = Table::read(d.join(format!("{name}.d/points.csv"))).unwrap().numbers("power_dbm").unwrap();
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 0.05, "{name}: {a} {b}");
+        }
+    }
+    // The recording's configuration is a radar of its own.
+    let own = done(d, &["process", "c.bin", "-o", "own"]);
+    assert!(own["points"].as_u64().unwrap() >= 2);
+    done(d, &["convert", "c.bin", "--radar", "r.toml", "-o", "again.npy"]);
+    // What contradicts is refused.
+    let bytes = std::fs::read(d.join("c.bin")).unwrap();
+    std::fs::write(d.join("cut.bin"), &bytes[..bytes.len() - 3]).unwrap();
+    std::fs::copy(d.join("c.cfg"), d.join("cut.cfg")).unwrap();
+    refused(d, &["process", "cut.bin", "-o", "no"], &["cut.bin"], "no");
+    refused(d, &["process", cube, "-o", "no"], &["--radar"], "no");
+    refused(d, &["process", cube, "--radar", "feng77", "-o", "no"], &["adc.npy", "shape"], "no");
+    refused(
+        d,
+        &["process", cube, "--radar", "r.toml", "--frame", "3", "-o", "no"],
+        &["--frame", "0..=0"],
+        "no",
+    );
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "x.wav"], &["x.wav"], "x.wav");
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "c.h5"], &["c.h5"], "no");
+    let slow = include_str!("../scenes/presets/fmcw76.toml");
+    std::fs::write(d.join("two.toml"), slow).unwrap();
+    scenario(d, slow, "");
+    done(d, &["simulate", "s.toml", "-o", "slopes"]);
+    let cube = "slopes/frame_000000/adc.npy";
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "t.bin"], &["one linear ramp"], "t.bin");
+}
+
+/// Slopes up and down: both bodies with range and speed from the pair of their peaks.
+#[test]
+fn slopes_give_range_and_speed() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, include_str!("../scenes/presets/fmcw76.toml"), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let frame = d.join("run/frame_000000");
+    assert!(frame.join("range_doppler_1.npy").exists());
+    let table = Table::read(frame.join("points.csv")).unwrap();
+    let (range, rate) = (table.numbers("range_m").unwrap(), table.numbers("range_rate_mps").unwrap());
+    let class = table.text("class").unwrap();
+    // The radar stands 3.6 m forward and 0.5 m up.
+    for (x, y, v, name) in [(16.4f64, 3.0f64, -5.0, "car"), (26.4, -4.0, 0.0, "post")] {
+        let (r, v) = (x.hypot(y), v * x / x.hypot(y));
+        let near = (0..range.len()).find(|i| (range[*i] - r).abs() < 0.15 && (rate[*i] - v).abs() < 0.25);
+        let i =
+            near.unwrap_or_else(|| panic!("{name} at {r:.2} m, {v:.2} m/s is not in {range:?}, {rate:?}"));
+        assert_eq!(class[i], name);
+    }
+}
+
+/// Three radars in one run, which hear each other and another car's; the same bytes again.
+#[test]
+fn radars_side_by_side() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    std::fs::write(d.join("r.toml"), demo()).unwrap();
+    let head = |more: &str| {
+        format!(
+            "name = \"s\"\n{more}\n[[radars]]\nname = \"front\"\nradar = \"r.toml\"\n[[radars]]\nname = \"left\"\n\
+             radar = \"r.toml\"\nmounting = {{ position_m = [3.5, 0.9, 0.5], yaw_deg = 40 }}\n{POINTS}\n\
+             [output]\nplots = false\n"
+        )
+    };
+    let other = "\n[[interferer]]\nname = \"oncoming\"\ncarrier_hz = 76.6e9\nbandwidth_hz = 0.2e9\nramp_time_s = 20e-6\n\
+                 chirp_period_s = 25e-6\npower_dbm = 12\nposition_m = [50, 2, 0.5]\nyaw_deg = 180\n";
+    std::fs::write(d.join("quiet.toml"), head("")).unwrap();
+    std::fs::write(d.join("loud.toml"), head("mutual_interference = true") + other).unwrap();
+    for (file, out) in [("quiet.toml", "quiet"), ("loud.toml", "loud"), ("loud.toml", "loud2")] {
+        done(d, &["simulate", file, "-o", out]);
+    }
+    let adc = |run: &str, radar: &str| {
+        std::fs::read(d.join(format!("{run}/frame_000000/{radar}/adc.npy"))).unwrap()
+    };
+    for radar in ["front", "left"] {
+        assert_eq!(adc("loud", radar), adc("loud2", radar));
+        assert_ne!(adc("loud", radar), adc("quiet", radar));
+    }
+    assert_ne!(adc("quiet", "front"), adc("quiet", "left"));
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(d.join("quiet/manifest.json")).unwrap()).unwrap();
+    assert!(manifest["axes"]["left"]["range_m"]["step"].is_number());
+    assert_eq!(manifest["frames"].as_array().unwrap().len(), 2);
+    // Both see the post of 10 dBsm, in places that agree in the vehicle's frame.
+    let place = |radar: &str, yaw: f64, at: [f64; 2]| {
+        let t = Table::read(d.join(format!("quiet/frame_000000/{radar}/points.csv"))).unwrap();
+        let i = t.text("class").unwrap().iter().position(|c| c == "post").unwrap();
+        let (x, y) = (t.numbers("x_m").unwrap()[i], t.numbers("y_m").unwrap()[i]);
+        let (s, c) = yaw.sin_cos();
+        [at[0] + c * x - s * y, at[1] + s * x + c * y]
+    };
+    let front = place("front", 0.0, [3.6, 0.0]);
+    assert!((front[0] - 30.0).abs() < 0.3 && (front[1] + 4.0).abs() < 0.4, "{front:?}");
+    for (text, parts) in [
+        (head("radar = \"r.toml\""), vec!["the radar is given twice"]),
+        (head("").replace("name = \"left\"", "name = \"front\""), vec!["names two radars"]),
+        (head("").replace("name = \"left\"", "name = \"a/b\""), vec!["cannot name a folder"]),
+        ("name = \"s\"\n".to_string(), vec!["has no radar"]),
+    ] {
+        std::fs::write(d.join("bad.toml"), text).unwrap();
+        refused(d, &["simulate", "bad.toml", "-o", "bad"], &parts, "bad");
+    }
+}
+
+/// A moving body is followed under one identity; the ego speed comes from the posts; a resumed run has the same files.
+#[test]
+fn runs_have_tracks() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let posts: String = (0..8)
+        .map(|i| {
+            let (x, y) = (14.0 + 5.0 * f64::from(i), if i % 2 == 0 { 7.0 } else { -7.0 });
+            format!("[[point]]\nposition_m = [{x}, {y}, 0.5]\nrcs_dbsm = 5\nclass = \"post\"\n")
+        })
+        .collect();
+    let more = format!("{posts}[ego]\nspeed_mps = 6\n[frames]\ncount = 6\ninterval_s = 0.1\n");
+    scenario(d, &demo(), &more);
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let ego = Table::read(d.join("run/ego_motion.csv")).unwrap();
+    for (v, std) in ego.numbers("vx_mps").unwrap().iter().zip(ego.numbers("vx_std_mps").unwrap()) {
+        assert!((v - 6.0).abs() < 0.3 + 3.0 * std, "{v} +- {std}");
+    }
+    let tracks = Table::read(d.join("run/tracks.csv")).unwrap();
+    let column = |name: &str| tracks.numbers(name).unwrap();
+    let (frame, id) = (column("frame"), column("track_id"));
+    let last: Vec<usize> = (0..tracks.len()).filter(|i| frame[*i] == 5.0).collect();
+    let (x, y, v) = (column("x_m"), column("y_m"), column("vx_mps"));
+    // At 20 m, 3 m to the left, approaching at 5 m/s for half a second.
+    let car = last.iter().find(|i| (x[**i] - 17.5).abs() < 0.5 && (y[**i] - 3.0).abs() < 0.6);
+    let car = *car.unwrap_or_else(|| panic!("no track at the car: {x:?} {y:?}"));
+    assert!((v[car] + 5.0).abs() < 1.0, "{}", v[car]);
+    assert!((0..tracks.len()).filter(|i| id[*i] == id[car]).count() >= 3, "it was not followed");
+}
+
+#[test]
+fn calibration_makes_a_spoilt_array_right() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let spoilt = demo() + "\n[front_end]\nchannels = { phase_rms_deg = 40, gain_rms_db = 1, seed = 3 }\n";
+    scenario(d, &spoilt, "");
+    let made = done(
+        d,
+        &["calibrate", "--radar", "r.toml", "--azimuth-deg=-50:50:2", "-o", "cal.csv", "--plot", "cal.png"],
+    );
+    assert_eq!((made["angles"].as_u64(), made["channels"].as_u64()), (Some(51), Some(12)));
+    assert!(d.join("cal.png").exists());
+    let azimuth = |out: &str| {
+        done(d, &["simulate", "s.toml", "-o", out]);
+        let t = Table::read(d.join(out).join("frame_000000/points.csv")).unwrap();
+        let i = t.text("class").unwrap().iter().position(|c| c == "post");
+        i.map(|i| t.numbers("azimuth_deg").unwrap()[i])
+    };
+    let truth = (-4.0f64).atan2(26.4).to_degrees();
+    let error = |a: Option<f64>| a.map_or(f64::INFINITY, |a| (a - truth).abs());
+    let without = error(azimuth("without"));
+    let with = spoilt.replace(
+        "azimuth_bins",
+        "angle = { method = \"ml\", sources = 1, calibration_file = \"cal.csv\" }\nazimuth_bins",
+    );
+    assert_ne!(with, spoilt, "the preset has no azimuth_bins");
+    let with = with.replace("azimuth_max_deg = 60", "azimuth_max_deg = 45");
+    std::fs::write(d.join("r.toml"), with).unwrap();
+    let calibrated = error(azimuth("with"));
+    println!("{without:.2} deg off without, {calibrated:.2} deg with calibration");
+    assert!(calibrated < 0.4 && without > 2.0 * calibrated, "{without} {calibrated}");
+    refused(
+        d,
+        &["calibrate", "--radar", "r.toml", "--range-m", "1e5", "-o", "no.csv"],
+        &["range_m", "below"],
+        "no.csv",
+    );
+}
+
+#[test]
+fn impossible_radars_are_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let base = demo();
+    let fmcw = "bandwidth_hz";
+    for (from, to, parts) in [
+        (fmcw, "kind = \"pulse\"\nbandwidth_hz", vec!["does not belong"]),
+        (fmcw, "step_hz = 1e6\nbandwidth_hz", vec!["step_hz", "does not belong"]),
+        (fmcw, "multiplex = \"xdm\"\nbandwidth_hz", vec!["multiplex"]),
+        (fmcw, "multiplex = \"ddm\"\nempty_bands = 2\nbandwidth_hz", vec!["multiple of 5"]),
+        (fmcw, "empty_bands = 1\nbandwidth_hz", vec!["only \"ddm\""]),
+        ("[receiver]", "[front_end]\nadc = { bits = 99, full_scale_dbm = -20 }\n[receiver]", vec!["bits"]),
+        ("[receiver]", "[front_end]\nadcs = 1\n[receiver]", vec!["unknown key"]),
+        ("azimuth_bins", "angle = { method = \"music\", sources = 50 }\nazimuth_bins", vec!["sources"]),
+        (
+            "azimuth_bins",
+            "angle = { method = \"ml\", calibration_file = \"x.csv\" }\nazimuth_bins",
+            vec!["x.csv"],
+        ),
+    ] {
+        assert!(base.contains(from), "{from}");
+        scenario(d, &base.replacen(from, to, 1), "");
+        refused(d, &["simulate", "s.toml", "-o", "no", "--device", "cpu"], &parts, "no");
+    }
+    // Keystone and Doppler bands are the cpu engine's.
+    if let Some(adapter) = catseye::gpu::adapters().first() {
+        scenario(d, &base.replacen("azimuth_bins", "range_migration = \"keystone\"\nazimuth_bins", 1), "");
+        let args = ["simulate", "s.toml", "-o", "no", "--device", adapter.name.as_str()];
+        refused(d, &args, &["keystone", "cpu"], "no");
+    }
+}
