@@ -874,10 +874,10 @@ fn the_mean_over_chirps_is_removed() {
     let mut random = Random(2);
     let rest: Vec<Complex64> = (0..columns).map(|_| random.normal() * 50.0).collect();
     for m in 0..chirps {
-        for i in 0..columns {
+        for (i, rest) in rest.iter().enumerate() {
             let z = Complex64::cis(TAU * (7 * m) as f64 / chirps as f64 + i as f64);
             moving.data[m * columns + i] = z;
-            cube.data[m * columns + i] = z + rest[i];
+            cube.data[m * columns + i] = z + rest;
         }
     }
     let cube = cube.to_f32();

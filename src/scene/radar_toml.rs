@@ -527,7 +527,7 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
     p.range_fft = fft(&f.range_fft, lines, "the lines of a chirp")?;
     p.doppler_fft = fft(&f.doppler_fft, radar.chirps, "chirps")?;
     if let Multiplex::Ddm { bands } = radar.multiplex
-        && p.doppler_fft % bands != 0
+        && !p.doppler_fft.is_multiple_of(bands)
     {
         p.doppler_fft = match &f.doppler_fft {
             None => radar.chirps,

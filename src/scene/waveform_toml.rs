@@ -480,7 +480,7 @@ fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Resu
                 None => 1,
             };
             let bands = transmitters + empty;
-            if w.chirps.value % bands != 0 {
+            if !w.chirps.value.is_multiple_of(bands) {
                 return Err(doc
                     .bad(&w.chirps.span, format!("the chirps do not divide into {bands} Doppler bands"))
                     .allowed(format!("a multiple of {bands}"))
