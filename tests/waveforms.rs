@@ -358,3 +358,58 @@ fn transmitters_are_told_apart() {
         }
     }
 }
+
+/// Both engines make the same cubes and maps of every waveform, with a converter in between and with what stands taken out.
+#[test]
+fn the_gpu_agrees_with_f64() {
+    use catseye::gpu::compare::test_device_name;
+    use catseye::scene::front_end::{Adc, QuantiserKind};
+    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let truth = Engine::Cpu(Precision::F64);
+    let list = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
+    let run = |engine: &Engine, radar: &Radar| {
+        let (cube, _, maps) =
+            engine.frame(radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
+        let cube = match cube {
+            AnyCube::F32(c) => c.to_f64(),
+            AnyCube::F64(c) => c,
+        };
+        (cube.data, maps)
+    };
+    let mut static_removed = stepped();
+    static_removed.processing.remove_static = true;
+    let mut converted = falling("iq");
+    // Fine steps, so that the few samples that fall to other sides of a threshold do not show.
+    converted.front_end.adc = Some(Adc { bits: 24, full_scale_dbm: -40.0, kind: QuantiserKind::MidTread });
+    for (name, radar) in [
+        ("stepped", stepped()),
+        ("static removed", static_removed),
+        ("falling iq", falling("iq")),
+        ("falling real", falling("real")),
+        ("converted", converted),
+        ("triangle", triangle()),
+        ("pulse iq", pulse("iq")),
+        ("pulse real", pulse("real")),
+        ("code", coded()),
+        ("tdm", mimo("", 64)),
+        ("bpm", mimo("multiplex = \"bpm\"", 64)),
+    ] {
+        let ((got, got_maps), (want, want_maps)) = (run(&gpu, &radar), run(&truth, &radar));
+        let error = (got.iter().zip(&want).map(|(a, b)| (a - b).norm_sqr()).sum::<f64>()
+            / want.iter().map(Complex64::norm_sqr).sum::<f64>())
+        .sqrt();
+        println!("{name}: {error:.1e}");
+        assert!(error < 1e-4, "{name}: {error}");
+        assert_eq!((got_maps.len(), want_maps.len()), (radar.waveform.parts(), radar.waveform.parts()));
+        for (a, b) in got_maps.iter().zip(&want_maps) {
+            let error = (a.map.data.iter().zip(&b.map.data).map(|(x, y)| (x - y).powi(2)).sum::<f64>()
+                / b.map.data.iter().map(|x| x * x).sum::<f64>())
+            .sqrt();
+            assert!(error < 1e-4, "{name}, map: {error}");
+        }
+    }
+    // Doppler bands are the cpu engine's.
+    let radar = mimo("multiplex = \"ddm\"", 64);
+    let e = gpu.frame(&radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap_err();
+    assert!(e.to_string().contains("Doppler bands"), "{e}");
+}

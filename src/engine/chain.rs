@@ -1,6 +1,7 @@
 //! From geometry to detected cells.
 
 use super::{AnyCube, Engine, Precision};
+use crate::adc::convert::Convert;
 use crate::adc::front_end::{Chain, channels};
 use crate::adc::gridding::{self, Methods};
 use crate::adc::interference::Arrival;
@@ -139,11 +140,14 @@ impl Engine {
     ) -> Result<(AnyCube, FrontEnd, Vec<RangeDoppler<f64>>)> {
         let start = Instant::now();
         let p = &radar.processing;
-        if let (Engine::Gpu(gpu), false, false) = (self, p.keystone, p.remove_static)
+        if let (Engine::Gpu(gpu), false) = (self, p.keystone)
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, returns, interference, seed, frame)?
         {
             let pending = device.read(&mut recorder);
+            if p.remove_static {
+                dsp::zero_doppler::record(&mut recorder, &device);
+            }
             let shape = [device.chirps, device.channels, device.samples];
             let transform = Transform::of_shape(shape, radar)?;
             let recorded = dsp::device::record(recorder, gpu, &device, &transform, &p.cfar)?;
@@ -163,8 +167,8 @@ impl Engine {
         (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
     }
 
-    /// Records synthesis and noise of a cube that is complete on the device: one ramp, lines that are samples, channels that are
-    /// ways, and an ideal front end. None otherwise, and for the cpu engine.
+    /// Records synthesis, noise and conversion of a cube that is complete on the device: one ramp, lines that are samples, channels
+    /// that are ways, and nothing in the front end but what acts on single samples. None otherwise, and for the cpu engine.
     fn on_device(
         &self,
         radar: &Radar,
@@ -173,9 +177,18 @@ impl Engine {
         seed: u64,
         frame: u32,
     ) -> Result<Option<(Recorder<'_>, DeviceCube, FrontEnd)>> {
-        let plain = radar.front_end == FrontEndSettings::default() && interference.is_empty();
+        // What acts on single samples has a kernel; the rest of the front end runs on the host.
+        let pointwise = |s: &FrontEndSettings| FrontEndSettings {
+            iq: None,
+            dc: None,
+            saturation: None,
+            adc: None,
+            ..s.clone()
+        };
+        let plain = pointwise(&radar.front_end) == FrontEndSettings::default() && interference.is_empty();
         let Engine::Gpu(gpu) = self else { return Ok(None) };
-        if !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
+        let bands = matches!(radar.multiplex, Multiplex::Ddm { .. });
+        if !plain || bands || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
             return Ok(None);
         }
         let plan = Plan::new(radar, returns)?;
@@ -186,6 +199,9 @@ impl Engine {
         let (device, synthesis) = gridding::record(&plan, gpu, &mut recorder)?;
         if let Some(n) = Noise::thermal(radar, seed, frame) {
             n.record(&mut recorder, &device);
+        }
+        if let Some(c) = Convert::new(&radar.front_end, radar.sampling) {
+            c.record(&mut recorder, &device);
         }
         Ok(Some((recorder, device, FrontEnd { synthesis, ..plan.front_end })))
     }
