@@ -130,7 +130,9 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
             let (rate, state) = match &folds {
                 Some(test) => {
                     let t = test.test(snapshot, *rate, *noise, MODEL_ERROR);
-                    (t.range_rate_mps, t.state)
+                    // In doubt the rate stays as it was measured.
+                    let sure = t.state == Ambiguity::Resolved;
+                    (if sure { t.range_rate_mps } else { *rate }, t.state)
                 }
                 None => (*rate, Ambiguity::Unresolved),
             };
