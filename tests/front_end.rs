@@ -74,7 +74,7 @@ fn with(radar: &Radar, change: impl FnOnce(&mut FrontEndSettings)) -> Chain {
 }
 
 fn quiet(seed: u64) -> Inputs<'static> {
-    Inputs { seed, ..Default::default() }
+    Inputs { seed, interference_seed: seed, ..Default::default() }
 }
 
 fn spectrum(x: &[Complex64]) -> Vec<Complex64> {
@@ -364,7 +364,8 @@ fn filters_shape_the_noise() {
             s.filters.low_pass = low.map(|corner_hz| Butterworth { order: 3, corner_hz });
         });
         let noise = Noise::thermal(&r, 3, 1).unwrap();
-        let inputs = Inputs { noise: Some(&noise), seed: 3, frame: 1, ..Default::default() };
+        let inputs =
+            Inputs { noise: Some(&noise), seed: 3, interference_seed: 3, frame: 1, ..Default::default() };
         let cube = apply(Cube::<f64>::zeros(512, 1, 512), 0, &chain, inputs).unwrap();
         let mut density = vec![0.0; 512];
         for m in 0..512 {
@@ -535,7 +536,7 @@ fn place(i: &Interferer) -> Place {
 
 fn add(chain: &Chain, chirps: usize, arrivals: &[Arrival]) -> Cube<f64> {
     let rx = arrivals[0].receivers.len();
-    let inputs = Inputs { interference: arrivals, seed: 5, ..Default::default() };
+    let inputs = Inputs { interference: arrivals, seed: 5, interference_seed: 5, ..Default::default() };
     apply(Cube::zeros(chirps, rx, 512), 0, chain, inputs).unwrap()
 }
 
@@ -544,7 +545,7 @@ fn add(chain: &Chain, chirps: usize, arrivals: &[Arrival]) -> Cube<f64> {
 fn an_interferer_has_the_power_of_one_way() {
     let r = radar(Sampling::Iq, 1, 2);
     let s = sender();
-    let a = interference::direct(&s, 0, place(&s), &r, here());
+    let a = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
     for (z, length) in &a.receivers {
         assert!((10.0 * z.norm_sqr().log10() + 30.0 - (22.0 - 105.741)).abs() < 1e-3);
         assert!((length - 60.0).abs() < 1e-4);
@@ -554,7 +555,7 @@ fn an_interferer_has_the_power_of_one_way() {
         let (mut s, mut r) = (sender(), radar(Sampling::Iq, 1, 1));
         s.antenna.polarisation = catseye::scene::radar::Polarisation::from_name(t).unwrap();
         r.rx[0].polarisation = catseye::scene::radar::Polarisation::from_name(x).unwrap();
-        let b = interference::direct(&s, 0, place(&s), &r, here());
+        let b = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
         b.receivers[0].0.norm_sqr() / a.receivers[0].0.norm_sqr()
     };
     for (t, x, share) in [
@@ -586,7 +587,7 @@ fn equal_slopes_make_a_ghost() {
     let chain = off(&r);
     // Ramps of the victim start at −16/2 · 55 µs + m 55 µs; one of the other 0.3 µs later.
     s.start_s = Some(0.3e-6);
-    let a = interference::direct(&s, 0, place(&s), &r, here());
+    let a = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
     assert_eq!(a.path_rate_mps, -10.0);
     let cube = add(&chain, 16, std::slice::from_ref(&a));
     let range = ghost_range_m(r.slope_hz_per_s(), 0.3e-6 + 60.0 / C0, 1e6);
@@ -614,7 +615,7 @@ fn crossing_slopes_make_bursts() {
         s.slope_hz_per_s = slope;
         s.start_hz = 77e9 - 20e-6 * slope;
         s.coherent = false;
-        let a = interference::direct(&s, 0, place(&s), &r, here());
+        let a = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
         let cube = add(&chain, 64, std::slice::from_ref(&a));
         let length = burst_s(12.8e6, r.slope_hz_per_s(), slope) * 12.8e6;
         let power = a.receivers[0].0.norm_sqr();
@@ -646,7 +647,7 @@ fn bursts_raise_the_floor() {
     s.start_hz = 77e9 - 20e-6 * s.slope_hz_per_s;
     s.coherent = false;
     s.start_s = Some(0.0);
-    let a = interference::direct(&s, 0, place(&s), &r, here());
+    let a = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
     let cube = add(&chain, 64, std::slice::from_ref(&a));
     let mut floor = 0.0;
     for m in 0..64 {
@@ -675,7 +676,7 @@ fn the_phase_of_a_burst_is_that_of_both_ramps() {
     s.start_hz = 76.58e9;
     s.start_s = Some(1.1e-6);
     s.velocity_mps = DVec3::new(-20.0, 0.0, 0.0);
-    let a = interference::direct(&s, 0, place(&s), &r, here());
+    let a = interference::direct(&s, 0, place(&s), &r, here()).unwrap();
     let cube = add(&chain, 4, std::slice::from_ref(&a));
     let (amplitude, length) = a.receivers[0];
     let mut compared = 0;
@@ -729,10 +730,11 @@ fn all_of_it_repeats() {
     let noise = |seed, frame| Noise::thermal(&r, seed, frame).unwrap();
     let mut s = sender();
     (s.start_s, s.coherent) = (None, false);
-    let arrivals = [interference::direct(&s, 0, place(&s), &r, here())];
+    let arrivals = [interference::direct(&s, 0, place(&s), &r, here()).unwrap()];
     let run = |threads: usize, seed: u64, frame: u32| {
         let n = noise(seed, frame);
-        let inputs = Inputs { noise: Some(&n), interference: &arrivals, seed, frame };
+        let inputs =
+            Inputs { noise: Some(&n), interference: &arrivals, seed, interference_seed: seed, frame };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| apply(Cube::<f32>::zeros(12, 3, 512 + 2 * margin), margin, &chain, inputs).unwrap())
     };
@@ -744,7 +746,7 @@ fn all_of_it_repeats() {
     assert_ne!(one, run(1, 6, 1));
     // In blocks of loops, and in any order, the same.
     let n = noise(6, 0);
-    let inputs = Inputs { noise: Some(&n), interference: &arrivals, seed: 6, frame: 0 };
+    let inputs = Inputs { noise: Some(&n), interference: &arrivals, seed: 6, interference_seed: 6, frame: 0 };
     let runner = Runner::new(&chain, 512 + 2 * margin, margin, inputs).unwrap();
     for (from, loops) in [(7, 5), (0, 7)] {
         let block = runner.block(Cube::<f32>::zeros(loops, 3, 512 + 2 * margin), from).unwrap();
@@ -757,7 +759,8 @@ fn all_of_it_repeats() {
 fn white_noise_is_the_plain_one() {
     let r = radar(Sampling::Iq, 9, 2);
     let noise = Noise::thermal(&r, 8, 2).unwrap();
-    let inputs = Inputs { noise: Some(&noise), seed: 8, frame: 2, ..Default::default() };
+    let inputs =
+        Inputs { noise: Some(&noise), seed: 8, interference_seed: 8, frame: 2, ..Default::default() };
     let got = apply(Cube::<f32>::zeros(9, 2, 512), 0, &off(&r), inputs).unwrap();
     let mut plain = Cube::<f32>::zeros(9, 2, 512);
     catseye::cpu::adc::noise::add(&mut plain, &noise);

@@ -170,6 +170,8 @@ fn radars_side_by_side() {
     };
     let front = place("front", 0.0, [3.6, 0.0]);
     assert!((front[0] - 30.0).abs() < 0.3 && (front[1] + 4.0).abs() < 0.4, "{front:?}");
+    let left = place("left", 40f64.to_radians(), [3.5, 0.9]);
+    assert!((left[0] - 30.0).abs() < 0.6 && (left[1] + 4.0).abs() < 0.9, "{left:?}");
     for (text, parts) in [
         (head("radar = \"r.toml\""), vec!["the radar is given twice"]),
         (head("").replace("name = \"left\"", "name = \"front\""), vec!["names two radars"]),
@@ -196,6 +198,7 @@ fn runs_have_tracks() {
     scenario(d, &demo(), &more);
     done(d, &["simulate", "s.toml", "-o", "run"]);
     let ego = Table::read(d.join("run/ego_motion.csv")).unwrap();
+    assert_eq!(ego.len(), 6);
     for (v, std) in ego.numbers("vx_mps").unwrap().iter().zip(ego.numbers("vx_std_mps").unwrap()) {
         assert!((v - 6.0).abs() < 0.3 + 3.0 * std, "{v} +- {std}");
     }

@@ -6,6 +6,7 @@
 //! spreads over all cells.
 
 use super::synthesis::power_gain;
+use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::{Antenna, Radar};
@@ -13,6 +14,9 @@ use crate::units::{C0, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;
+
+/// Antennas of two radars are at least so far apart.
+const NEAREST_M: f64 = 1e-3;
 
 /// One way from an interferer to the victim.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +43,22 @@ pub struct Place {
     pub velocity_mps: DVec3,
 }
 
-/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's.
-pub fn direct(sender: &Interferer, number: u32, place: Place, radar: &Radar, at: Place) -> Arrival {
+/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's. Errors: one that stands where
+/// a receiver does.
+pub fn direct(sender: &Interferer, number: u32, place: Place, radar: &Radar, at: Place) -> Result<Arrival> {
     let from = place.pose.translation_m;
+    let nearest = std::iter::once(at.pose.translation_m)
+        .chain(radar.rx.iter().map(|rx| at.pose.point(rx.position_m)))
+        .map(|p| p.distance(from))
+        .fold(f64::INFINITY, f64::min);
+    if nearest < NEAREST_M {
+        return Err(BadInput::new(format!("'{}' stands where '{}' receives", sender.name, radar.name))
+            .key("interferer")
+            .value(format!("{nearest:.2e} m apart"))
+            .allowed(format!("at least {NEAREST_M} m"))
+            .remedy("move one of the two (radars.mounting, interferer.position_m)")
+            .into());
+    }
     let scale = w_from_dbm(sender.power_dbm).sqrt() * radar.wavelength_m() / (4.0 * PI);
     let receivers = radar.rx.iter().map(|rx| {
         let way = at.pose.point(rx.position_m) - from;
@@ -52,7 +69,7 @@ pub fn direct(sender: &Interferer, number: u32, place: Place, radar: &Radar, at:
         (scale / length * sent.dot(&got), length)
     });
     let u = (at.pose.translation_m - from).normalize();
-    arrival(sender, number, receivers.collect(), (at.velocity_mps - place.velocity_mps).dot(u))
+    Ok(arrival(sender, number, receivers.collect(), (at.velocity_mps - place.velocity_mps).dot(u)))
 }
 
 /// By way of a body at `body_m` with the velocity `body_mps` that scatters σ into all directions and keeps V

@@ -9,7 +9,7 @@
 //! the transform. What does not move needs only the first.
 
 use super::synthesis::Plan;
-use crate::error::Result;
+use crate::error::{BadInput, Result};
 use crate::scene::radar::{Radar, Sampling};
 use crate::scene::waveform::{Lines, Waveform};
 use crate::trace::Returns;
@@ -19,6 +19,8 @@ use std::f64::consts::TAU;
 
 /// Relative size of the first term of the exponential series that is left out.
 const SERIES_END: f64 = 1e-9;
+/// Largest θ: terms grow to e^θ before they fall.
+const LARGEST_TURN: f64 = 5.0;
 
 /// How lines of one radar become samples.
 pub struct Shaping {
@@ -72,16 +74,25 @@ impl Shaping {
         })
     }
 
-    /// Terms of the exponential series that echoes up to this |path rate| need.
-    pub fn orders(&self, largest_path_rate_mps: f64) -> u32 {
+    /// Terms of the exponential series that echoes up to this |path rate| need. Errors: an echo whose phase turns so far
+    /// within one record that the series would cancel its own digits.
+    pub fn orders(&self, largest_path_rate_mps: f64) -> Result<u32> {
         let top_hz = self.lines.first_hz + self.lines.count as f64 * self.lines.step_hz;
         let theta = TAU * top_hz * largest_path_rate_mps / C0 * self.half_s;
+        if theta > LARGEST_TURN {
+            return Err(BadInput::new("an echo turns too far within one record")
+                .key("receiver.samples")
+                .value(format!("{theta:.1} rad for half of it"))
+                .allowed(format!("up to {LARGEST_TURN} rad"))
+                .remedy("take a shorter code or record, or slower bodies")
+                .into());
+        }
         let (mut term, mut orders) = (theta, 1);
-        while term > SERIES_END && orders < 60 {
+        while term > SERIES_END {
             orders += 1;
             term *= theta / f64::from(orders);
         }
-        orders
+        Ok(orders)
     }
 
     /// The echoes as set `order` of lines needs them. Errors when an echo is not finite.

@@ -461,10 +461,10 @@ pub fn beat_frequency_hz(radar: &Radar, r: &Return) -> f64 {
 }
 
 /// Whether the receiver hears an echo: an ideal anti-alias filter for what is mixed with the sweep; for pulses it is in time
-/// for the samples at some time of the frame; with codes it always is.
+/// for the samples at some time of the frame; with codes and single tones it always is.
 pub fn passes(radar: &Radar, r: &Return) -> bool {
     match &radar.waveform {
-        Waveform::Fmcw(_) | Waveform::Stepped { .. } => passes_filter(radar, beat_frequency_hz(radar, r)),
+        Waveform::Fmcw(_) => passes_filter(radar, beat_frequency_hz(radar, r)),
         Waveform::Pulse { shape, .. } => {
             let (before, after) = shape.extent_s();
             let delay = r.path_length_m / C0;
@@ -472,7 +472,8 @@ pub fn passes(radar: &Radar, r: &Return) -> bool {
             let end = radar.adc_start_s + radar.samples as f64 / radar.sample_rate_hz;
             (radar.adc_start_s - after - walk..=end + before + walk).contains(&delay)
         }
-        Waveform::Coded { .. } => true,
+        // A tone's echo is a constant, whatever its delay: delays fold at one over the step.
+        Waveform::Stepped { .. } | Waveform::Coded { .. } => true,
     }
 }
 

@@ -65,10 +65,10 @@ impl Calibrate {
             options: TurntableOptions { unit_modulus: !self.levels, smoothing_deg: self.smoothing_deg },
         };
         let angles = table.azimuth_deg.len() * table.elevation_deg.len();
-        if angles > 1 << 16 {
+        if angles > 4096 {
             return Err(BadInput::new(format!("{angles} positions of the turntable"))
                 .key("--azimuth-deg")
-                .allowed("up to 65536")
+                .allowed("up to 4096")
                 .into());
         }
         let staged = StagedFile::new(&self.output, global.force)?;
@@ -102,10 +102,13 @@ impl Calibrate {
             .draw()?
             .write(plot, global.force)?;
         }
-        let apart = angles.div_ceil(10);
+        let cols = table.azimuth_deg.len();
+        let far = |a: usize, b: usize, of: usize| a.abs_diff(b) > of.div_ceil(10);
         let largest_ambiguity = (0..angles)
             .flat_map(|i| (0..angles).map(move |j| (i, j)))
-            .filter(|(i, j)| i.abs_diff(*j) > apart)
+            .filter(|(i, j)| {
+                far(i % cols, j % cols, cols) || far(i / cols, j / cols, table.elevation_deg.len())
+            })
             .map(|(i, j)| matrix[i * angles + j])
             .fold(0.0, f64::max);
         let report =

@@ -155,14 +155,14 @@ struct DryRun {
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let scene = scenario.build(&Library)?;
     let mut d = DryRun { frames: scenario.frames.count, ..Default::default() };
-    for radar in &scenario.radars {
+    for (which, radar) in scenario.radars.iter().enumerate() {
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
-        let options = trace_options(scenario, radar, 0);
+        let options = trace_options(scenario, which, 0);
         let echoes =
             echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
         let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
-        let map = (radar.doppler_rows() * radar.range_bins()) as u64;
+        let map = (radar.waveform.parts() * radar.doppler_rows() * radar.range_bins()) as u64;
         let o = &scenario.output;
         d.triangles = geometry.triangles.len();
         d.echoes += echoes;

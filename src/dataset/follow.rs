@@ -14,11 +14,15 @@ use crate::error::{Error, Result};
 use crate::formats::csv::{Table, Writer};
 use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
+use crate::scene::waveform::Multiplex;
 use glam::{DVec2, DVec3};
 use std::fmt::Display;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
+
+/// No vehicle is taken to be faster.
+const FASTEST_MPS: f64 = 70.0;
 
 /// `reason` says why there is no velocity.
 const EGO_COLUMNS: [&str; 10] = [
@@ -42,6 +46,8 @@ struct Seen {
     azimuth_rad: f64,
     elevation_rad: f64,
     std: PointStd,
+    /// The fold of its range rate is known.
+    resolved: bool,
 }
 
 fn read_points(path: &Path) -> Result<Vec<Seen>> {
@@ -50,6 +56,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
     let (range, rate) = (column("range_m")?, column("range_rate_mps")?);
     let (azimuth, elevation) = (column("azimuth_deg")?, column("elevation_deg")?);
     let (range_std, rate_std) = (column("range_std_m")?, column("range_rate_std_mps")?);
+    let state = table.text("ambiguity")?;
     let azimuth_std: Vec<Option<f64>> =
         table.text("azimuth_std_deg")?.iter().map(|t| t.parse::<f64>().ok().map(f64::to_radians)).collect();
     Ok((0..table.len())
@@ -64,6 +71,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
                 azimuth_rad: azimuth_std[i],
                 elevation_rad: None,
             },
+            resolved: state[i] == "resolved" || state[i] == "unambiguous",
         })
         .collect())
 }
@@ -110,7 +118,7 @@ pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
                 &reason,
             ])
             .map_err(wrong)?;
-            let plots = clustered(&moving)?;
+            let plots = clustered(radar, &moving)?;
             let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
             let ahead = pose.direction(DVec3::X);
             let station = Station {
@@ -158,8 +166,14 @@ fn without_standing(
             radar: 0,
         })
         .collect();
-    let folded = Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps(), max_speed_mps: 70.0 };
-    let settings = EgoSettings { seed, frame, folded: Some(folded), ..EgoSettings::default() };
+    // Pairs of slopes and empty Doppler bands have unfolded their points already.
+    let bands = match radar.multiplex {
+        Multiplex::Ddm { bands } if bands > radar.tx.len() => bands as f64,
+        _ => 1.0,
+    };
+    let folded = (radar.waveform.parts() == 1)
+        .then(|| Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps() * bands, max_speed_mps: FASTEST_MPS });
+    let settings = EgoSettings { seed, frame, folded, ..EgoSettings::default() };
     match ego_motion(&radials, &EgoModel::Sensor, &settings) {
         Ok(motion) => {
             let fit = Fit {
@@ -167,23 +181,30 @@ fn without_standing(
                 std: DVec2::new(motion.covariance[0][0].sqrt(), motion.covariance[1][1].sqrt()),
                 standing: motion.standing.iter().filter(|s| **s).count(),
             };
-            let moving =
-                points.iter().zip(&motion.standing).filter(|(_, standing)| !**standing).map(|(p, _)| *p);
-            (moving.collect(), Ok(fit))
+            // A known rate far from that of what stands is a mover's, though it folds onto it.
+            let moves = |i: &usize| {
+                let over = EgoModel::Sensor.over_ground_mps(&radials[*i], &motion).abs();
+                !motion.standing[*i] || (points[*i].resolved && over > radar.max_velocity_mps())
+            };
+            let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
+            (moving, Ok(fit))
         }
         // None is known to stand.
         Err(e) => (points.to_vec(), Err(e)),
     }
 }
 
-fn clustered(points: &[Seen]) -> Result<Vec<Plot>> {
+fn clustered(radar: &Radar, points: &[Seen]) -> Result<Vec<Plot>> {
+    // A rate that may be folded says little of the speed.
+    let folds = radar.waveform.parts() == 1 && radar.max_velocity_mps() < FASTEST_MPS;
     let plots: Vec<Plot> = points
         .iter()
         .filter_map(|p| {
             let azimuth = p.std.azimuth_rad?;
+            let doubt = if folds && !p.resolved { FASTEST_MPS / 3.0 } else { 0.0 };
             let plot = Plot::of_point(
                 [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad],
-                [p.std.range_m, p.std.range_rate_mps, azimuth],
+                [p.std.range_m, p.std.range_rate_mps.hypot(doubt), azimuth],
             );
             plot.check(0).is_ok().then_some(plot)
         })

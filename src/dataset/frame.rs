@@ -61,8 +61,13 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
     (radar.mounting.then(&ego.pose(time_s)), ego.velocity_mps())
 }
 
+/// Each radar has noise and speckle of its own.
+fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
+    scenario.seed ^ ((which as u64) << 48)
+}
+
 /// Settings of a scenario's frame as the tracer takes them.
-pub fn trace_options(scenario: &Scenario, radar: &Radar, frame: u32) -> TraceOptions {
+pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> TraceOptions {
     let settings = &scenario.trace;
     TraceOptions {
         bounces: settings.bounces as usize,
@@ -71,9 +76,9 @@ pub fn trace_options(scenario: &Scenario, radar: &Radar, frame: u32) -> TraceOpt
             BounceConvention::Last => Convention::Last,
         },
         accuracy_db: settings.accuracy_db,
-        bandwidth_hz: radar.bandwidth_hz(),
+        bandwidth_hz: scenario.radars[which].bandwidth_hz(),
         rays: settings.rays,
-        seed: scenario.seed,
+        seed: radar_seed(scenario, which),
         frame,
         ..Default::default()
     }
@@ -95,8 +100,7 @@ pub fn simulate_with(
     control: Control<'_>,
 ) -> Result<Frame> {
     let radar = &scenario.radars[which];
-    // Each radar has noise of its own.
-    let seed = scenario.seed ^ ((which as u64) << 48);
+    let seed = radar_seed(scenario, which);
     let time_s = scenario.frames.time_s(index);
     let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
     let mut stages = Stages::default();
@@ -107,9 +111,9 @@ pub fn simulate_with(
     let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
     stages.geometry_s = clock.lap();
     let returns =
-        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, radar, index));
+        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index));
     stages.trace_s = clock.lap();
-    let interference = arrivals(scenario, scene, which, time_s);
+    let interference = arrivals(scenario, scene, which, time_s)?;
     let (cube, front_end, mut maps) = engine.frame(
         radar,
         &returns,
@@ -140,7 +144,7 @@ pub fn simulate_with(
 }
 
 /// What other radars send to radar number `which`: straight, and by way of the scene's point targets.
-fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Vec<Arrival> {
+fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Result<Vec<Arrival>> {
     let radar = &scenario.radars[which];
     let place = |r: &Radar| {
         let (pose, velocity_mps) = radar_pose(r, &scenario.ego, time_s);
@@ -166,7 +170,7 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Ve
     let at = place(radar);
     let mut list = Vec::new();
     for (number, (sender, from)) in senders.iter().enumerate() {
-        list.push(interference::direct(sender, number as u32, *from, radar, at));
+        list.push(interference::direct(sender, number as u32, *from, radar, at)?);
         for o in &scene.objects {
             if let Shape::Point { rcs_dbsm } = o.shape {
                 let body =
@@ -175,7 +179,7 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Ve
             }
         }
     }
-    list
+    Ok(list)
 }
 
 /// From a cube to maps, one for each ramp, and points. `returns` and `objects` label them; both may be empty.

@@ -107,12 +107,12 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         records.extend(record);
         (options.progress)(index + 1, resumed);
     }
+    if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
+        follow::write(staged.path(), scenario)?;
+    }
     for index in 0..scenario.frames.count {
         let path = staged.path().join(frame_name(index)).join(RECORD);
         fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
-    }
-    if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
-        follow::write(staged.path(), scenario)?;
     }
     Manifest {
         catseye: env!("CARGO_PKG_VERSION"),

@@ -11,7 +11,8 @@ use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Geometry, curved};
 use crate::scene::Scene;
-use crate::scene::radar::Radar;
+use crate::scene::radar::{Cfar, CfarKind, Radar};
+use crate::scene::waveform::Multiplex;
 use crate::trace::TraceOptions;
 use crate::units::wavenumber;
 use glam::DVec3;
@@ -43,6 +44,11 @@ pub fn run(
     table: &Turntable,
     watch: &mut dyn FnMut(),
 ) -> Result<Calibration> {
+    for (key, axis) in [("azimuth_deg", &table.azimuth_deg), ("elevation_deg", &table.elevation_deg)] {
+        if axis.is_empty() || !axis.windows(2).all(|w| w[0] < w[1]) {
+            return Err(BadInput::new("the angles of a turntable rise").key(key).remedy("sort them").into());
+        }
+    }
     let longest = radar.tx.iter().chain(&radar.rx).map(|a| a.position_m.length()).fold(0.0, f64::max);
     if !(table.range_m > 4.0 * longest && table.range_m < radar.max_range_m()) {
         return Err(BadInput::new("the reflector cannot stand there")
@@ -52,13 +58,20 @@ pub fn run(
             .into());
     }
     let mut short = radar.part(0);
-    short.chirps = match radar.chirps % CHIRPS {
-        0 => CHIRPS,
-        _ => radar.chirps,
+    let bands = match radar.multiplex {
+        Multiplex::Ddm { bands } => bands,
+        _ => 1,
     };
+    short.chirps = CHIRPS.next_multiple_of(bands);
     short.processing.doppler_fft = short.chirps;
-    short.processing.cfar.guard[0] = 0;
-    short.processing.cfar.train[0] = 0;
+    short.processing.remove_static = false;
+    short.processing.keystone = false;
+    // Whatever detector the radar has: the reflector stands out by far.
+    let bins = short.range_bins();
+    let guard = 2.min(bins.saturating_sub(1) / 4);
+    let train = 16.min((bins.saturating_sub(1) / 2).saturating_sub(guard)).max(1);
+    short.processing.cfar =
+        Cfar { kind: CfarKind::Ca, guard: [0, guard], train: [0, train], pfa: radar.processing.cfar.pfa };
     // The reflector at the origin of the world, looking along -x at a radar that stands there.
     let mut scene = target.clone();
     let turn: Pose<World, World> =

@@ -81,6 +81,11 @@ impl AxisAccuracy {
     }
 }
 
+/// What an unknown (infinite) deviation does through a factor: nothing through none.
+fn times(factor: f64, std: f64) -> f64 {
+    if factor == 0.0 { 0.0 } else { factor * std }
+}
+
 /// One channel of the array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
@@ -130,7 +135,7 @@ impl PointAccuracy {
         let [azimuth_rad, elevation_rad] = self.angle_std(snr, range_rate_mps, azimuth_rad, elevation_rad);
         PointStd {
             range_m: (self.range.std_cells(averaged) * self.range_bin_m)
-                .hypot(self.coupling_s * range_rate_mps),
+                .hypot(times(self.coupling_s, range_rate_mps)),
             range_rate_mps,
             azimuth_rad,
             elevation_rad,
@@ -159,7 +164,7 @@ impl PointAccuracy {
                 g[i] += e.weight * product;
                 n[i] += e.weight * e.weight * product;
             }
-            let phase = 2.0 * self.wavenumber * self.chirp_period_s * e.slot as f64 * rate_std;
+            let phase = times(2.0 * self.wavenumber * self.chirp_period_s * e.slot as f64, rate_std);
             turn += e.weight * d * phase;
         }
         // Rows of G⁻¹ for the angles that the array can tell: a thousandth of a turn over the array.

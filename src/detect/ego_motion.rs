@@ -311,7 +311,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
         return Err(failed(format!("{count} of {all} points agree; {least} or more have to stand still")));
     }
     if let Some((other, agree)) = rival.filter(|(m, _)| differ(m, &motion, n, settings))
-        && agree as f64 >= 0.9 * count as f64
+        && (agree + 2 > count || agree as f64 >= 0.9 * count as f64)
     {
         return Err(failed(format!(
             "range rates are folded, and {:.2} m/s explains {agree} points, {:.2} m/s {count}; points further \

@@ -120,7 +120,13 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
         return Ok(Vec::new());
     }
     found.noise.truncate(tops.len());
-    let noise = found.noise.clone();
+    // Of a decoded channel: BPM averages its slots, and the map of DDM is scaled by B/N_tx.
+    let share = match radar.multiplex {
+        Multiplex::Tdm => 1.0,
+        Multiplex::Bpm => 1.0 / radar.slots() as f64,
+        Multiplex::Ddm { bands } => radar.tx.len() as f64 / bands as f64,
+    };
+    let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
     let folds = fold_test(radar)?;
     let decoded: Vec<(Vec<Complex64>, f64, Ambiguity)> = rates
         .par_iter()
@@ -200,7 +206,8 @@ fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
 
 /// The test of folds of transmitters in turn; None where there is nothing to test.
 fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
-    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
+    // With several ramps a loop is longer than the transmitters' turns, which the test does not know.
+    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 || radar.waveform.parts() > 1 {
         return Ok(None);
     }
     let places: Vec<(DVec3, usize)> = radar

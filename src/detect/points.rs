@@ -67,8 +67,11 @@ pub struct Point {
 
 /// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
 pub fn range_rate_mps(radar: &Radar, doppler_row: f64) -> f64 {
-    let rows = radar.doppler_rows() as f64;
-    ((doppler_row).rem_euclid(rows) - 0.5 * rows) * radar.velocity_bin_mps()
+    let rows = radar.doppler_rows();
+    // Zero Doppler stands in row M/2, rounded down; a single row tells nothing.
+    let zero = (rows / 2) as f64;
+    let row = if rows < 2 { zero } else { doppler_row.rem_euclid(rows as f64) };
+    (row - zero) * radar.velocity_bin_mps()
 }
 
 /// Range of a bin, which may be fractional: the Doppler shift that the beat frequency holds is

@@ -429,7 +429,7 @@ impl Estimator {
         let factor = plain_factor(x, n);
         let angles = self.axes.iter().filter(|a| **a).count() as f64;
         let mut found: Vec<(f64, f64)> = Vec::new();
-        while found.len() < self.options.max_sources.min(n - 1) {
+        while found.len() < self.options.max_sources.min((n - 1).max(1)) {
             let k = found.len();
             let left = match k {
                 0 => total,

@@ -230,8 +230,13 @@ impl Engine {
             // Each ramp of a loop has draws of its own.
             let seed = with.seed ^ ((i as u64) << 40);
             let noise = Noise::thermal(&part, seed, with.frame);
-            let inputs =
-                Inputs { noise: noise.as_ref(), interference: with.interference, seed, frame: with.frame };
+            let inputs = Inputs {
+                noise: noise.as_ref(),
+                interference: with.interference,
+                seed,
+                frame: with.frame,
+                interference_seed: with.seed,
+            };
             made.push(cpu::adc::front_end::apply(clean, margin, &chain, inputs)?);
         }
         Ok((interleaved(made), front_end))
@@ -253,7 +258,7 @@ impl Engine {
         };
         let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
         let mut seen = FrontEnd::default();
-        for order in 0..shaping.orders(largest_rate) {
+        for order in 0..shaping.orders(largest_rate)? {
             let plan = shaping.plan(part, returns, order)?;
             let (lines, synthesis) = self.lines::<T>(&plan, control)?;
             if order == 0 {

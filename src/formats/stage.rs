@@ -264,7 +264,7 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward
+/// SHA-256 of every file under `dir` except its manifest and what does not stay, by path relative to `dir` with forward
 /// slashes, in order.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     fn walk(dir: &Path, prefix: &str, out: &mut BTreeMap<String, String>) -> Result<()> {
@@ -274,7 +274,7 @@ pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
             let kind = entry.file_type().map_err(|e| Error::io(entry.path(), e))?;
             if kind.is_dir() {
                 walk(&entry.path(), &format!("{name}/"), out)?;
-            } else if name != MANIFEST {
+            } else if name != MANIFEST && name != IDENTITY {
                 out.insert(name, sha256_of_file(entry.path())?);
             }
         }

@@ -635,7 +635,10 @@ fn angle_table(a: &AngleSettings) -> AngleTable {
         subarray: a.subarray.map(At::from),
         forward_backward: a.forward_backward,
         forgetting: (a.method == AngleMethod::BiSvd).then(|| a.forgetting.into()),
-        calibration_file: a.calibration.as_ref().map(|c| c.path.display().to_string().into()),
+        calibration_file: a
+            .calibration
+            .as_ref()
+            .and_then(|c| c.path.file_name().map(|n| n.to_string_lossy().into_owned().into())),
     }
 }
 

@@ -7,7 +7,7 @@ use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
-use super::waveform::Waveform;
+use super::waveform::{Multiplex, Waveform};
 use super::{Mesh, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, Vehicle, World};
@@ -657,6 +657,16 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
             .key("mutual_interference")
             .remedy("take it out, or change waveform.kind of the radars to \"fmcw\"")
             .into());
+    }
+    let plain = |r: &Radar| r.waveform.parts() == 1 && r.multiplex == Multiplex::Tdm;
+    if f.mutual_interference && !radars.iter().all(plain) {
+        return Err(BadInput::new(
+            "interference is modelled for radars with one ramp and transmitters in turn",
+        )
+        .file(file)
+        .key("mutual_interference")
+        .remedy("take it out, or give what the others send as [[interferer]]")
+        .into());
     }
     Ok(Scenario {
         name: f.name,

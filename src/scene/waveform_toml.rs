@@ -158,6 +158,15 @@ pub fn build(
         WaveformName::Pulse => {
             let shape = pulse(doc, w)?;
             let (rate, half) = (r.sample_rate_hz.value, shape.half_band_hz());
+            if half >= carrier_hz {
+                return Err(doc
+                    .bad(
+                        &w.carrier_hz.span,
+                        format!("the pulse's band of +-{half:.3e} Hz reaches zero frequency"),
+                    )
+                    .remedy("raise the carrier or take a narrower pulse")
+                    .into());
+            }
             let fits_rate = match r.sampling {
                 super::radar::Sampling::Iq => 2.0 * half <= rate * (1.0 + 1e-9),
                 super::radar::Sampling::Real => carrier_hz + half <= 0.5 * rate * (1.0 + 1e-9),
@@ -330,6 +339,10 @@ fn pulse(doc: &Document<'_>, w: &WaveformTable) -> Result<PulseShape> {
             .bad(&w.carrier_hz.span, "a pulse needs one shape")
             .allowed("bandwidth_hz, or pulse_file, or pulse_samples with pulse_rate_hz and pulse_zero")
             .into());
+    }
+    let stray = w.pulse_rate_hz.as_ref().map(|a| &a.span).or(w.pulse_zero.as_ref().map(|a| &a.span));
+    if let (None, Some(span)) = (&w.pulse_samples, stray) {
+        return Err(doc.bad(span, "belongs to pulse_samples").remedy("take it out").into());
     }
     if let Some(b) = &w.bandwidth_hz {
         let bandwidth_hz = doc.in_range(

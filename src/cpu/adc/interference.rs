@@ -104,7 +104,10 @@ impl<'a> Source<'a> {
             }
             let beat_hz =
                 t.start_hz + t.slope_hz_per_s * time - (a.start_hz + a.slope_hz_per_s * u) * (1.0 - beta);
-            if filters.stops(t.sampling, t.sample_rate_hz, beat_hz) {
+            // The ideal filter of a falling ramp passes negative beats (eq. 12).
+            let mirrored = filters.low_pass.is_none() && t.slope_hz_per_s < 0.0;
+            let at_hz = if mirrored { -beat_hz } else { beat_hz };
+            if filters.stops(t.sampling, t.sample_rate_hz, at_hz) {
                 continue;
             }
             let first = match known {

@@ -19,13 +19,21 @@ pub mod zero_doppler;
 use crate::adc::Cube;
 use crate::dsp::fft::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
-use crate::error::Result;
+use crate::error::{BadInput, Result};
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
 /// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks,
 /// snapshots. Errors: a cube that is not this radar's, bad settings, samples that are not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let transform = Transform::of_cube(cube, radar)?;
+    if transform.bands > 1 && (radar.processing.keystone || radar.processing.remove_static) {
+        return Err(BadInput::new(
+            "neither the keystone transform nor the removal of what stands knows Doppler bands",
+        )
+        .key("processing.range_migration, processing.remove_static")
+        .remedy("take them out, or set waveform.multiplex to \"tdm\" or \"bpm\"")
+        .into());
+    }
     let spectrum = match radar.processing.keystone {
         true => keystone::spectrum(cube, &transform, &dsp::keystone::scale(radar), 0)?,
         false => fft::spectrum(cube, &transform),

@@ -26,6 +26,8 @@ pub struct Inputs<'a> {
     pub interference: &'a [Arrival],
     pub seed: u64,
     pub frame: u32,
+    /// Of the starts and phases of other radars, which are the same for all ramps of a frame.
+    pub interference_seed: u64,
 }
 
 /// The samples that the converter delivers, from the cube of a whole frame without noise, whose rows are
@@ -77,7 +79,14 @@ impl<'a> Runner<'a> {
         }
         add_spills(&mut cube, self.margin, chain)?;
         let mut cube = self.oscillator.block(cube, first_loop)?;
-        interference::add(&mut cube, first_loop, with.interference, chain, with.seed, with.frame)?;
+        interference::add(
+            &mut cube,
+            first_loop,
+            with.interference,
+            chain,
+            with.interference_seed,
+            with.frame,
+        )?;
         if let Some(n) = with.noise {
             let first_row = first_loop * cube.channels;
             match chain.settings.filters.noise_shape(&chain.timing, cube.samples) {
