@@ -146,7 +146,7 @@ fn frames_points_and_signs() {
     for file in ["adc.npy", "range_doppler.npy", "points.csv", "returns.csv", "truth.json"] {
         assert!(d.join("out/frame_000001").join(file).is_file(), "{file}");
     }
-    assert!(!d.join("out/frame_000001/.record.json").exists() && !d.join("out/identity").exists());
+    assert!(!d.join(".out.unfinished").exists());
     let manifest: serde_json::Value =
         serde_json::from_slice(&std::fs::read(d.join("out/manifest.json")).unwrap()).unwrap();
     assert_eq!(manifest["frames"].as_array().unwrap().len(), 2);
@@ -204,7 +204,7 @@ fn an_interrupted_run_goes_on_and_gives_the_same_bytes() {
         .stdout(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    let partial = d.join(".part.unfinished/frame_000001");
+    let partial = d.join(".part.unfinished/result/frame_000001");
     while !partial.exists() && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }

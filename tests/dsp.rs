@@ -588,6 +588,23 @@ fn wrong_input_is_refused() {
 }
 
 #[test]
+fn an_axis_without_aperture_has_one_bin() {
+    let mut radar = radar(32, 32, Sampling::Iq);
+    (radar.processing.azimuth_bins, radar.processing.elevation_bins) = (64, 9);
+    // All of this array stands in one row.
+    let grid = Beamformer::new(&radar).unwrap().grid;
+    assert_eq!((grid.azimuth_rad.len(), grid.elevation_rad), (64, vec![0.0]));
+    radar.tx.truncate(1);
+    radar.rx.truncate(1);
+    assert_eq!(Beamformer::new(&radar).unwrap().grid.azimuth_rad, [0.0]);
+    // A transmitter above another: elevation alone.
+    radar.tx.push(radar.tx[0].clone());
+    radar.tx[1].position_m.z += 0.5 * radar.wavelength_m();
+    let grid = Beamformer::new(&radar).unwrap().grid;
+    assert_eq!((grid.azimuth_rad, grid.elevation_rad.len()), (vec![0.0], 9));
+}
+
+#[test]
 fn a_silent_cube_has_no_detections() {
     let radar = radar(32, 32, Sampling::Iq);
     let (_, found) = cpu::process(&Cube::<f64>::zeros(32, 12, 32), &radar).unwrap();

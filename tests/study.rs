@@ -207,7 +207,7 @@ fn an_interrupted_run_goes_on_and_leaves_the_same_bytes() {
     assert!(run_it(&broken).unwrap_err().to_string().contains("interrupted"));
     assert!(!broken.exists());
     // One part of the finished work is lost, the others are found again.
-    let cache = t.path().join(".broken.unfinished/cache");
+    let cache = t.path().join(".broken.unfinished/notes");
     let parts: Vec<_> = std::fs::read_dir(&cache).unwrap().map(|e| e.unwrap().path()).collect();
     assert!(parts.len() >= 3, "{}", parts.len());
     std::fs::write(&parts[0], b"cut off").unwrap();
@@ -218,7 +218,7 @@ fn an_interrupted_run_goes_on_and_leaves_the_same_bytes() {
         let bytes = |d: &Path| std::fs::read(d.join(name)).unwrap();
         assert!(bytes(&whole) == bytes(&broken), "{name}");
     }
-    assert!(!broken.join("cache").exists());
+    assert!(!t.path().join(".broken.unfinished").exists());
     // Without --force nothing is replaced.
     assert_eq!(run_it(&whole).unwrap_err().exit_code(), 2);
 }

@@ -54,7 +54,14 @@ impl Process {
         let engine = global.engine()?;
         let calibrated = source.is_calibrated();
         if !calibrated {
-            global.say("the recording has no full scale: levels are relative (--full-scale-dbm gives one)");
+            global.say(match source.ti_radar() {
+                Some(_) => {
+                    "the recording has no full scale: levels are relative (--full-scale-dbm gives one)"
+                }
+                None => {
+                    "the samples are integers: levels are relative (samples in sqrt(W) give absolute ones)"
+                }
+            });
         }
         let size: usize = source.shape().iter().product();
         let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);

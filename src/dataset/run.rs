@@ -16,9 +16,6 @@ use crate::scene::scenario::{Scenario, SceneSource};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// In a frame's folder while the run is not complete: its part of the manifest.
-const RECORD: &str = ".record.json";
-
 /// Draws the pictures of a frame into a folder.
 pub type Pictures<'a> = &'a dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()>;
 
@@ -59,7 +56,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         )
         .as_bytes(),
     );
-    let (staged, _) = StagedDir::resumable(out, options.force, &identity)?;
+    let (staged, notes) = StagedDir::resumable(out, options.force, &identity)?;
     let lanes = match &scenario.scene {
         SceneSource::Builtin(b) => lane_lines(*b),
         SceneSource::File { .. } => Vec::new(),
@@ -68,7 +65,9 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let mut resumed = 0;
     for index in 0..scenario.frames.count {
         let folder = staged.path().join(frame_name(index));
-        if let Some(record) = read_record(&folder) {
+        // Its part of the manifest; written first, so that a folder with its name is complete.
+        let note = notes.join(format!("{}.json", frame_name(index)));
+        if let Some(record) = folder.is_dir().then(|| read_record(&note)).flatten() {
             records.extend(record);
             resumed += 1;
             (options.progress)(index + 1, resumed);
@@ -101,18 +100,13 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             record.push(FrameRecord::of(&radar.name, &frame, moves));
         }
         let text = serde_json::to_string(&record).map_err(|e| Error::Failed(format!("record: {e}")))?;
-        let path = unfinished.join(RECORD);
-        fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
+        fs::write(&note, text).map_err(|e| Error::io(&note, e))?;
         fs::rename(&unfinished, &folder).map_err(|e| Error::io(&folder, e))?;
         records.extend(record);
         (options.progress)(index + 1, resumed);
     }
     if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
         follow::write(staged.path(), scenario)?;
-    }
-    for index in 0..scenario.frames.count {
-        let path = staged.path().join(frame_name(index)).join(RECORD);
-        fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
     }
     Manifest {
         catseye: env!("CARGO_PKG_VERSION"),
@@ -131,6 +125,6 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     Ok(RunReport { folder, resumed, frames: records })
 }
 
-fn read_record(folder: &Path) -> Option<Vec<FrameRecord>> {
-    serde_json::from_slice(&fs::read(folder.join(RECORD)).ok()?).ok()
+fn read_record(note: &Path) -> Option<Vec<FrameRecord>> {
+    serde_json::from_slice(&fs::read(note).ok()?).ok()
 }

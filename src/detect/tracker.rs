@@ -157,9 +157,9 @@ pub struct Scan<'a> {
 pub enum TrackState {
     /// Seen too seldom so far.
     Tentative,
-    /// Confirmed, and seen in the latest scan.
+    /// Confirmed, and seen at the instant of the latest scan.
     Confirmed,
-    /// Confirmed, and not seen in the latest scan: the estimate is a prediction.
+    /// Confirmed, and seen by no scan of the latest instant: the estimate is a prediction.
     Coasting,
 }
 
@@ -186,7 +186,7 @@ pub struct Track {
     pub seen_s: f64,
     /// Index among the latest scan's plots; None when it has none of them.
     pub plot: Option<usize>,
-    /// Points of the latest plot; 0 without.
+    /// Points of its latest plot of the latest instant; 0 without.
     pub points: usize,
     /// While tentative: plots and scans that count for confirmation.
     hits: u32,
@@ -246,7 +246,11 @@ impl Tracker {
         self.time_s = Some(scan.time_s);
         for t in &mut self.tracks {
             t.estimate = t.estimate.predicted(scan.time_s - last, s.acceleration_psd);
-            (t.plot, t.points) = (None, 0);
+            t.plot = None;
+            // What another radar saw at the same instant stays.
+            if scan.time_s > last {
+                t.points = 0;
+            }
         }
         let mut free: Vec<usize> = (0..scan.plots.len()).collect();
         for tentative in [false, true] {
@@ -322,9 +326,13 @@ impl Tracker {
     }
 }
 
-/// Counts the scan for or against a track and moves its state.
+/// Counts the scan for or against a track and moves its state. Silence counts only where no radar saw
+/// the track at this instant.
 fn count(t: &mut Track, scan: &Scan, s: &TrackerSettings) {
     let seen = t.plot.is_some();
+    if !seen && t.seen_s == scan.time_s {
+        return;
+    }
     let in_view = seen
         || scan.coverage.is_none_or(|c| {
             let at: DVec3 = t.estimate.expectation(&scan.station).value;
@@ -508,6 +516,32 @@ mod tests {
         assert_eq!(at(24), Some((1, TrackState::Confirmed)));
         assert_eq!(at(33), Some((1, TrackState::Coasting)));
         assert_eq!(at(34), None, "five misses end it");
+    }
+
+    /// Of two radars at one place and instant, one sees the body and the other is silent, in either order.
+    #[test]
+    fn one_of_several_radars_is_enough() {
+        for first in [true, false] {
+            let mut d = Draws::new(0, 45);
+            let mut tracker = Tracker::new(TrackerSettings::default()).unwrap();
+            let body = DVec4::new(30.0, 2.0, 0.0, 0.0);
+            for step in 0..12 {
+                let plots = [seen(&mut d, body, &Station::ORIGIN)];
+                for which in [first, !first] {
+                    let plots = if which { &plots[..] } else { &[] };
+                    let scan = Scan {
+                        time_s: 0.05 * f64::from(step),
+                        station: Station::ORIGIN,
+                        coverage: None,
+                        plots,
+                    };
+                    tracker.step(&scan).unwrap();
+                }
+                let tracks: Vec<_> = tracker.tracks().iter().map(|t| (t.id, t.points)).collect();
+                assert_eq!(tracks, [(1, plots[0].points)], "{first} {step}");
+            }
+            assert_eq!(tracker.tracks()[0].state, TrackState::Confirmed, "{first}");
+        }
     }
 
     #[test]

@@ -7,11 +7,14 @@ use crate::error::{BadInput, Result};
 use crate::frames::direction_from_angles;
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
-use crate::scene::radar::Radar;
+use crate::scene::radar::{Antenna, Radar};
 use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::{Complex, Complex32, Complex64};
 use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// An array shorter than this, in wavelengths, does not tell directions apart.
+const BLIND_APERTURE: f64 = 1e-3;
 
 /// Directions that are looked at. Both axes are uniform in the *sine* of the angle, from -sin(fov)
 /// to +sin(fov): a beam of a planar array is as wide in sines everywhere, so that no part of the
@@ -23,12 +26,24 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Errors: no bins, or a field of view outside 0..=90 degrees to each side.
+    /// An axis along which all channels of the radar stand at one place has one bin, at angle 0,
+    /// however many are asked for: there every angle looks the same. Errors: no bins, or a field of
+    /// view outside 0..=90 degrees to each side.
     pub fn new(radar: &Radar) -> Result<Self> {
         let p = &radar.processing;
+        let resolved = |bins: usize, along: fn(DVec3) -> f64| {
+            let extent = |antennas: &[Antenna]| {
+                let at = || antennas.iter().map(|a| along(a.position_m));
+                at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+            };
+            let blind = extent(&radar.tx) + extent(&radar.rx) < BLIND_APERTURE * radar.wavelength_m();
+            if blind { bins.min(1) } else { bins }
+        };
+        let azimuth_bins = resolved(p.azimuth_bins, |p| p.y);
+        let elevation_bins = resolved(p.elevation_bins, |p| p.z);
         Ok(Grid {
-            azimuth_rad: sine_axis("azimuth", p.azimuth_bins, p.azimuth_fov_rad)?,
-            elevation_rad: sine_axis("elevation", p.elevation_bins, p.elevation_fov_rad)?,
+            azimuth_rad: sine_axis("azimuth", azimuth_bins, p.azimuth_fov_rad)?,
+            elevation_rad: sine_axis("elevation", elevation_bins, p.elevation_fov_rad)?,
         })
     }
 

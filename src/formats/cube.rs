@@ -92,11 +92,14 @@ impl Source {
         }
     }
 
-    /// Whether samples are in √W: not those of a recording without a full scale, which are counts.
+    /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are
+    /// counts.
     pub fn is_calibrated(&self) -> bool {
         match &self.kind {
+            Kind::Npy { layout, .. } => !layout.is_counts(),
             Kind::Bin { reader, .. } => reader.full_scale_dbm().is_some(),
-            _ => true,
+            #[cfg(feature = "hdf5")]
+            Kind::Hdf5(r) => !r.is_counts(),
         }
     }
 
@@ -515,6 +518,7 @@ mod tests {
             ..Default::default()
         };
         let mut s = open_cube(&path, &options, Some([3, 1, 2])).unwrap();
+        assert!(!s.is_calibrated());
         let z: Vec<Complex32> = s.frame(0).unwrap();
         for (i, z) in z.iter().enumerate() {
             let told = (i / 2 * 10 + i % 2) as f32 - 50.0;
@@ -523,6 +527,7 @@ mod tests {
         // Real, then several frames.
         npy::write(&path, &[1, 2, 3], &[1.5f32; 6]).unwrap();
         let mut s = open_cube(&path, &CubeOptions::default(), None).unwrap();
+        assert!(s.is_calibrated());
         assert!(!s.is_complex() && s.frame::<f64>(0).unwrap()[5] == Complex64::new(1.5, 0.0));
         let data: Vec<Complex64> = (0..24).map(|i| Complex64::new(f64::from(i), 0.0)).collect();
         npy::write(&path, &[4, 1, 2, 3], &data).unwrap();

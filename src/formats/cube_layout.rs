@@ -251,6 +251,11 @@ impl Layout {
         self.part == 1 || self.dims.iter().any(|d| d.axis == Axis::Iq)
     }
 
+    /// Whether the numbers are integers as a converter gives them, with nothing said about their size.
+    pub fn is_counts(&self) -> bool {
+        !matches!(self.number, Number::F32 | Number::F64) && self.scale == 1.0
+    }
+
     fn step(&self, place: &mut Place, dim: &Dim, index: usize) {
         let Some(c) = dim.coordinate(index) else {
             place.unused = true;

@@ -128,6 +128,10 @@ impl Reader {
         self.parts.iter().any(|p| p.layout.is_complex())
     }
 
+    pub fn is_counts(&self) -> bool {
+        self.parts.iter().any(|p| p.layout.is_counts())
+    }
+
     /// One frame's channels, `[chirp, channel of the range, sample]`.
     pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
         let [chirps, _, samples] = self.shape();

@@ -13,18 +13,22 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// The file that marks a folder as a result of this program.
 pub const MANIFEST: &str = "manifest.json";
 
-/// A folder under construction. Dropped without [`commit`](StagedDir::commit), it leaves nothing.
+/// A folder under construction. Dropped without [`commit`](StagedDir::commit), it leaves nothing, unless
+/// it is [resumable](StagedDir::resumable).
 #[derive(Debug)]
 pub struct StagedDir {
     final_path: PathBuf,
     temporary: PathBuf,
     force: bool,
     done: bool,
-    keep: bool,
+    /// Of a resumable one: the hidden folder with all that a later start needs.
+    workshop: Option<PathBuf>,
 }
 
-/// In a resumable folder under construction: what it is a part of.
+/// In a workshop: what is made there; the folder under construction; notes on the way.
 const IDENTITY: &str = "identity";
+const RESULT: &str = "result";
+const NOTES: &str = "notes";
 
 impl StagedDir {
     /// Makes the temporary folder next to `final_path` (whose parents are made too).
@@ -39,29 +43,36 @@ impl StagedDir {
         let temporary = sibling(&final_path, "partial")?;
         make_parents(&final_path)?;
         fs::create_dir(&temporary).map_err(|e| Error::io(&temporary, e))?;
-        Ok(StagedDir { final_path, temporary, force, done: false, keep: false })
+        Ok(StagedDir { final_path, temporary, force, done: false, workshop: None })
     }
 
-    /// A folder that survives an interruption: a later call with the same `identity` goes on in it (and
-    /// returns true), one with another begins anew. Its contents have to show what is complete.
+    /// A folder that survives an interruption, and another one for notes and finished parts that a later
+    /// start needs: they are no part of the result, so that nothing has to be taken out of it before the
+    /// commit. A later call with the same `identity` finds both as they were, one with another finds
+    /// them empty.
     ///
     /// # Errors
     /// As [`StagedDir::new`].
-    pub fn resumable(final_path: impl AsRef<Path>, force: bool, identity: &str) -> Result<(Self, bool)> {
+    pub fn resumable(final_path: impl AsRef<Path>, force: bool, identity: &str) -> Result<(Self, PathBuf)> {
         let final_path = resolved(final_path.as_ref())?;
         check_dir(&final_path, force)?;
         make_parents(&final_path)?;
-        let temporary = hidden(&final_path, "unfinished")?;
-        let mark = temporary.join(IDENTITY);
-        let resumed = fs::read_to_string(&mark).is_ok_and(|found| found == identity);
+        let workshop = hidden(&final_path, "unfinished")?;
+        let temporary = workshop.join(RESULT);
+        let notes = workshop.join(NOTES);
+        let mark = workshop.join(IDENTITY);
+        // A workshop whose result has been taken out was left by a commit that could not tidy up.
+        let resumed = temporary.is_dir() && fs::read_to_string(&mark).is_ok_and(|found| found == identity);
         if !resumed {
-            if temporary.exists() {
-                fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?;
+            if workshop.exists() {
+                fs::remove_dir_all(&workshop).map_err(|e| Error::io(&workshop, e))?;
             }
-            fs::create_dir(&temporary).map_err(|e| Error::io(&temporary, e))?;
+            for folder in [&workshop, &temporary, &notes] {
+                fs::create_dir(folder).map_err(|e| Error::io(folder, e))?;
+            }
             fs::write(&mark, identity).map_err(|e| Error::io(&mark, e))?;
         }
-        Ok((StagedDir { final_path, temporary, force, done: false, keep: true }, resumed))
+        Ok((StagedDir { final_path, temporary, force, done: false, workshop: Some(workshop) }, notes))
     }
 
     /// The folder to write into.
@@ -79,10 +90,6 @@ impl StagedDir {
     pub fn commit(mut self) -> Result<PathBuf> {
         // Checked again: somebody may have written there meanwhile.
         check_dir(&self.final_path, self.force)?;
-        if self.keep {
-            let mark = self.temporary.join(IDENTITY);
-            fs::remove_file(&mark).map_err(|e| Error::io(&mark, e))?;
-        }
         let old = if self.final_path.exists() {
             let old = sibling(&self.final_path, "old")?;
             fs::rename(&self.final_path, &old).map_err(|e| Error::io(&self.final_path, e))?;
@@ -98,8 +105,8 @@ impl StagedDir {
             return Err(Error::io(&self.final_path, e));
         }
         self.done = true;
-        if let Some(old) = old {
-            fs::remove_dir_all(&old).map_err(|e| Error::io(&old, e))?;
+        for rest in old.iter().chain(&self.workshop) {
+            fs::remove_dir_all(rest).map_err(|e| Error::io(rest, e))?;
         }
         Ok(self.final_path.clone())
     }
@@ -107,7 +114,7 @@ impl StagedDir {
 
 impl Drop for StagedDir {
     fn drop(&mut self) {
-        if !self.done && !self.keep {
+        if !self.done && self.workshop.is_none() {
             let _ = fs::remove_dir_all(&self.temporary);
         }
     }
@@ -264,8 +271,8 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 of every file under `dir` except its manifest and what does not stay, by path relative to `dir` with forward
-/// slashes, in order.
+/// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes,
+/// in order.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     fn walk(dir: &Path, prefix: &str, out: &mut BTreeMap<String, String>) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
@@ -274,7 +281,7 @@ pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
             let kind = entry.file_type().map_err(|e| Error::io(entry.path(), e))?;
             if kind.is_dir() {
                 walk(&entry.path(), &format!("{name}/"), out)?;
-            } else if name != MANIFEST && name != IDENTITY {
+            } else if name != MANIFEST {
                 out.insert(name, sha256_of_file(entry.path())?);
             }
         }

@@ -121,15 +121,11 @@ pub fn run(
 ) -> Result<RunReport> {
     let single = studies.len() == 1;
     // Finished work is known by its content, so any earlier start in this folder may be gone on with.
-    let (staged, _) = StagedDir::resumable(out, options.force, "catseye studies 1")?;
-    let cache = staged.path().join("cache");
-    fs::create_dir_all(&cache).map_err(|e| Error::io(&cache, e))?;
+    let (staged, cache) = StagedDir::resumable(out, options.force, "catseye studies 1")?;
     for old in fs::read_dir(staged.path()).map_err(|e| Error::io(staged.path(), e))? {
         // Results of an earlier start; what stays is their cache.
         let p = old.map_err(|e| Error::io(staged.path(), e))?.path();
-        if p.extension().is_some_and(|e| ["csv", "png", "md", "json"].iter().any(|x| e == *x)) {
-            fs::remove_file(&p).map_err(|e| Error::io(&p, e))?;
-        }
+        fs::remove_file(&p).map_err(|e| Error::io(&p, e))?;
     }
     let mut reports = Vec::new();
     let mut text = String::new();
@@ -175,14 +171,12 @@ pub fn run(
         described(&engine.report())
     );
     write_file(staged.path().join("REPORT.md"), true, format!("{head}{text}").as_bytes())?;
-    fs::remove_dir_all(&cache).map_err(|e| Error::io(&cache, e))?;
-    let checksums = stage::checksums(staged.path())?.into_iter().filter(|(n, _)| n != "identity").collect();
     let manifest = Manifest {
         catseye: env!("CARGO_PKG_VERSION"),
         engine: engine.report(),
         studies: &reports,
         sources,
-        checksums,
+        checksums: stage::checksums(staged.path())?,
     };
     let json = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
     write_file(staged.path().join(MANIFEST), true, &json)?;
