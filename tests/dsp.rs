@@ -590,8 +590,10 @@ fn wrong_input_is_refused() {
 #[test]
 fn an_axis_without_aperture_has_one_bin() {
     let mut radar = radar(32, 32, Sampling::Iq);
-    (radar.processing.azimuth_bins, radar.processing.elevation_bins) = (64, 9);
-    // All of this array stands in one row.
+    (radar.processing.elevation_bins, radar.processing.elevation_fov_rad) = (9, 0.2);
+    assert_eq!(Beamformer::new(&radar).unwrap().grid.len(), 64 * 9);
+    // Without the third transmitter all stand in one row.
+    radar.tx.truncate(2);
     let grid = Beamformer::new(&radar).unwrap().grid;
     assert_eq!((grid.azimuth_rad.len(), grid.elevation_rad), (64, vec![0.0]));
     radar.tx.truncate(1);
