@@ -271,6 +271,9 @@ fn need<'t, T>(
     })
 }
 
+/// Narrower than any radar's: below it range cells become longer than numbers.
+const LEAST_BANDWIDTH_HZ: f64 = 1.0;
+
 fn ramp(
     doc: &Document<'_>,
     bandwidth: &At<f64>,
@@ -284,10 +287,12 @@ fn ramp(
         -carrier_hz..=carrier_hz,
         "give the swept bandwidth in hertz, as in 1e9; negative when the frequency falls",
     )?;
-    if band == 0.0 || band.abs() >= carrier_hz {
+    if band.abs() < LEAST_BANDWIDTH_HZ || band.abs() >= carrier_hz {
         return Err(doc
             .bad(&bandwidth.span, "is out of range")
-            .allowed(format!("above 0 and below {carrier_hz}, or the same with a minus"))
+            .allowed(format!(
+                "at least {LEAST_BANDWIDTH_HZ} and below {carrier_hz}, or the same with a minus"
+            ))
             .remedy("give the swept bandwidth in hertz, as in 1e9")
             .into());
     }
@@ -347,7 +352,7 @@ fn pulse(doc: &Document<'_>, w: &WaveformTable) -> Result<PulseShape> {
     if let Some(b) = &w.bandwidth_hz {
         let bandwidth_hz = doc.in_range(
             b,
-            Above { low: 0.0, high: w.carrier_hz.value },
+            LEAST_BANDWIDTH_HZ..=w.carrier_hz.value,
             "full width of the spectrum at -10 dB, as in 1.5e9",
         )?;
         return Ok(PulseShape::Gaussian { bandwidth_hz });
