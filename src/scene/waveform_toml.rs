@@ -145,10 +145,12 @@ pub fn build(
             let at = need(doc, w, &w.step_hz, "step_hz", "as in 2e6")?;
             let step_hz =
                 doc.in_range(at, -carrier_hz..=carrier_hz, "from one tone to the next, as in 2e6")?;
-            if step_hz == 0.0 || step_hz.abs() * r.samples.value as f64 >= carrier_hz {
+            let band = step_hz.abs() * r.samples.value as f64;
+            if band < LEAST_BANDWIDTH_HZ || band >= carrier_hz {
+                let each = |band: f64| band / r.samples.value as f64;
                 return Err(doc
                     .bad(&at.span, "steps of this size leave no band or reach zero frequency")
-                    .allowed(format!("0 < |step| < {:e}", carrier_hz / r.samples.value as f64))
+                    .allowed(format!("{:e} <= |step| < {:e}", each(LEAST_BANDWIDTH_HZ), each(carrier_hz)))
                     .into());
             }
             let period_s = period()?;
@@ -188,7 +190,7 @@ pub fn build(
         }
         WaveformName::Pmcw => {
             let at = need(doc, w, &w.chip_rate_hz, "chip_rate_hz", "as in 1e9")?;
-            let chip_rate_hz = doc.in_range(at, Above { low: 0.0, high: carrier_hz }, "chips a second")?;
+            let chip_rate_hz = doc.in_range(at, LEAST_BANDWIDTH_HZ..=carrier_hz, "chips a second")?;
             let code = code(doc, w)?;
             let rate = r.sample_rate_hz.value;
             let want = code.len() as f64 * rate / chip_rate_hz;
