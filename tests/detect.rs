@@ -168,6 +168,7 @@ fn labels_follow_range_rate_and_azimuth() {
             azimuth_rad: f64::to_radians(azimuth),
             elevation_rad: 0.0,
             power_w: 1e-12,
+            scalloping: 1.0,
             noise_w: 1e-15,
             unfolded_mps: 0.0,
             ambiguity: Ambiguity::Unresolved,

@@ -4,7 +4,7 @@ use super::{Outcome, Settings, Sheet, relative_l2};
 use crate::adc::Cube;
 use crate::adc::noise::Noise;
 use crate::cpu;
-use crate::detect::points;
+use crate::detect::{locate, points};
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::fft::Transform;
 use crate::dsp::{self, Snapshots};
@@ -72,7 +72,7 @@ pub(super) fn w4(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     };
     let found = sheet.stage("range_doppler", || engine.range_doppler(&radar, &any))?;
     drop(any);
-    let rates = points::peaks(&radar, &found).1;
+    let rates = points::peaks(&radar, &found, &locate::accuracy(&radar)?).1;
     let beam = Beamformer::new(&radar)?;
     let power = sheet.stage("beamforming", || engine.angular_power(&beam, &found.snapshots, &rates))?;
     sheet.count("detections", found.detection.mask.iter().filter(|m| **m).count());

@@ -1,10 +1,10 @@
 //! How sure a point is: standard deviations of range, range rate and angles from its SNR
 //! (CONVENTIONS eq. 115–117).
 //!
-//! Not only the bound but what the chain does: a windowed transform, a parabola through three cells,
-//! a beamformer. The bound of Cramér and Rao for one tone (Rife and Boorstyn, IEEE Trans. IT-20
+//! Not only the bound but what the chain does: a windowed transform, a peak between three cells, a beamformer. The bound of Cramér and Rao for one tone (Rife and Boorstyn, IEEE Trans. IT-20
 //! (1974) 591) is the limit for a rectangular window and an ideal search for the peak.
 
+use crate::dsp::peaks::{Interpolator, parabola};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -12,16 +12,18 @@ use std::f64::consts::TAU;
 /// Offsets from the middle of the cell over which an axis is averaged.
 const OFFSETS: usize = 32;
 
-/// A spectral axis of the map: what noise and the parabola of eq. 18 do to a peak's place.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A spectral axis of the map: what noise and the interpolation of eq. 18 do to a peak's place.
+#[derive(Debug, Clone, PartialEq)]
 pub struct AxisAccuracy {
     /// √(2 SNR) times the standard deviation, in cells, of the least-squares fit of a tone under this
     /// window; with a rectangle, the bound of Cramér and Rao (eq. 115).
     pub fit: f64,
-    /// The same for the parabola through three cells, root mean square over offsets (eq. 116).
-    pub parabola: f64,
-    /// What the parabola is off without noise, root mean square over offsets, in cells.
+    /// The same for the place between three cells, root mean square over offsets (eq. 116).
+    pub peak: f64,
+    /// What it is off without noise, root mean square over offsets, in cells.
     pub bias: f64,
+    /// The window's response, by which peaks are placed; None: by the parabola, as a main lobe narrower than three cells needs.
+    pub response: Option<Interpolator>,
 }
 
 impl AxisAccuracy {
@@ -36,8 +38,10 @@ impl AxisAccuracy {
         };
         let energy: f64 = window.iter().map(|w| w * w).sum();
         if bins < 2 || count < 2.0 || sum <= 0.0 {
-            return AxisAccuracy { fit: f64::INFINITY, parabola: f64::INFINITY, bias: f64::INFINITY };
+            let (fit, peak, bias) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+            return AxisAccuracy { fit, peak, bias, response: None };
         }
+        let response = Interpolator::new(window, bins).ok();
         let fit = bins as f64 / TAU * (moment(2) * sum * sum / energy).sqrt() / moment(1);
         let length = bins as f64;
         let transform = |taper: &dyn Fn(f64) -> f64, cells: f64| -> Complex64 {
@@ -54,11 +58,20 @@ impl AxisAccuracy {
             let offset = (i as f64 + 0.5) / OFFSETS as f64 - 0.5;
             let x = [-1.0, 0.0, 1.0].map(|cell| transform(&|w| w, offset - cell));
             let [before, at, after] = x.map(|z| z.norm_sqr());
-            let (a, c) = ((before / at).ln(), (after / at).ln());
-            squared += (0.5 * (a - c) / (a + c) - offset).powi(2);
+            let found = match &response {
+                Some(r) => r.peak(before, at, after).0,
+                None => parabola(before, at, after).0,
+            };
+            squared += (found - offset).powi(2);
             // d(offset)/d ln P of each cell; the logarithm of a cell moves by 2 Re(e/X).
-            let bend = (a + c) * (a + c);
-            let slope = [c / bend, (a - c) / bend, -a / bend];
+            let slope = match &response {
+                Some(r) => [-r.slope(offset), 0.0, r.slope(offset)],
+                None => {
+                    let (a, c) = ((before / at).ln(), (after / at).ln());
+                    let bend = (a + c) * (a + c);
+                    [c / bend, (a - c) / bend, -a / bend]
+                }
+            };
             let weight: [Complex64; 3] = [0, 1, 2].map(|k| 2.0 * slope[k] / x[k]);
             // With circular noise, var Re(Σ g e) = ½ Σ g g* E[e e*]; SNR is that of the middle cell.
             for k in 0..3usize {
@@ -70,14 +83,14 @@ impl AxisAccuracy {
             }
         }
         let n = OFFSETS as f64;
-        AxisAccuracy { fit, parabola: (variance / n).sqrt(), bias: (squared / n).sqrt() }
+        AxisAccuracy { fit, peak: (variance / n).sqrt(), bias: (squared / n).sqrt(), response }
     }
 
     /// Standard deviation of a peak's place in cells (eq. 116): noise and interpolation, taken as
     /// independent. `snr`: power ratio in the cell, times the number of channels whose power is
     /// averaged. To first order in the noise: from about 13 dB on.
     pub fn std_cells(&self, snr: f64) -> f64 {
-        (self.parabola / (2.0 * snr).sqrt()).hypot(self.bias)
+        (self.peak / (2.0 * snr).sqrt()).hypot(self.bias)
     }
 }
 
@@ -251,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parabola_is_never_better_than_the_fit_by_much() {
+    fn three_cells_are_never_better_than_the_fit_by_much() {
         for window in [
             Window::Rectangle,
             Window::Hann,
@@ -262,10 +275,12 @@ mod tests {
             let w = coefficients(window, 128).unwrap();
             for bins in [128, 256, 512] {
                 let a = AxisAccuracy::new(&w, bins);
-                println!("{window:?} {bins}: fit {:.4} parabola {:.4} bias {:.5}", a.fit, a.parabola, a.bias);
-                assert!(a.parabola.is_finite() && a.parabola > 0.9 * a.fit, "{a:?}");
-                // A rectangle without padding has zeros next to a tone on a cell.
-                assert!(a.bias < if window == Window::Rectangle { 0.13 } else { 0.06 }, "{a:?}");
+                println!("{window:?} {bins}: fit {:.4} peak {:.4} bias {:.1e}", a.fit, a.peak, a.bias);
+                assert!(a.peak.is_finite() && a.peak > 0.9 * a.fit, "{window:?} {bins}");
+                // A rectangle without padding has zeros next to a tone on a cell: there it is the parabola.
+                let by_parabola = window == Window::Rectangle && bins == 128;
+                assert_eq!(a.response.is_none(), by_parabola, "{window:?} {bins}");
+                assert!(a.bias < if by_parabola { 0.13 } else { 2e-4 }, "{window:?} {bins}: {}", a.bias);
             }
         }
         assert!(AxisAccuracy::new(&[1.0], 1).std_cells(100.0).is_infinite());
@@ -275,7 +290,7 @@ mod tests {
         let w = coefficients(Window::Hann, 64).unwrap();
         let axis = AxisAccuracy::new(&w, 64);
         PointAccuracy {
-            range: axis,
+            range: axis.clone(),
             doppler: axis,
             range_bin_m: 0.15,
             velocity_bin_mps: 0.1,

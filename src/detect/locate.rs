@@ -108,11 +108,16 @@ pub fn options(a: &AngleSettings) -> Options {
 
 /// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as were
 /// taken (`Processing::max_points`). Errors: those of the array, its calibration and the method.
-pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -> Result<Vec<Detected>> {
+pub fn detected(
+    engine: &Engine,
+    radar: &Radar,
+    found: &mut RangeDoppler<f64>,
+    accuracy: &PointAccuracy,
+) -> Result<Vec<Detected>> {
     if radar.processing.group != [0; 2] {
         keep_heads(found, radar.processing.group);
     }
-    let (tops, rates) = peaks(radar, found);
+    let (tops, rates) = peaks(radar, found, accuracy);
     let channels = found.snapshots.channels;
     found.cells.truncate(tops.len());
     found.snapshots.data.truncate(tops.len() * channels);
@@ -154,6 +159,14 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
         channels: radar.virtual_channels(),
         data: decoded.iter().flat_map(|d| d.0.iter().copied()).collect(),
     };
+    let scalloping: Vec<f64> = tops
+        .iter()
+        .zip(&found.cells)
+        .map(|(top, cell)| {
+            let at = found.map.at(cell.doppler as usize, cell.range as usize);
+            if at > 0.0 { top.power / at } else { 1.0 }
+        })
+        .collect();
     let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| Detected {
         range_bin: tops[i].range,
         doppler_row: tops[i].doppler,
@@ -161,6 +174,7 @@ pub fn detected(engine: &Engine, radar: &Radar, found: &mut RangeDoppler<f64>) -
         azimuth_rad,
         elevation_rad,
         power_w,
+        scalloping: scalloping[i],
         noise_w: noise[i],
         ambiguity: decoded[i].2,
         angle_std_rad: None,
@@ -230,7 +244,7 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
     let mut seen = Vec::with_capacity(maps.len());
     for (part, map) in parts.iter().zip(maps.iter_mut()) {
         let accuracy = accuracy(part)?;
-        let found = detected(engine, part, map)?;
+        let found = detected(engine, part, map, &accuracy)?;
         seen.push(found.into_iter().map(|d| (point(part, &d, &accuracy), d)).collect::<Vec<_>>());
     }
     let opposed = parts.len() > 1 && parts[0].slope_hz_per_s() != parts[1].slope_hz_per_s();

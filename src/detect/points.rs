@@ -4,7 +4,7 @@ use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
 use super::label::Labeller;
 use crate::adc::synthesis::power_gain;
-use crate::dsp::peaks::{Peak, interpolate};
+use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
 use crate::frames::direction_from_angles;
 use crate::scene::Object;
@@ -27,8 +27,10 @@ pub struct Detected {
     pub unfolded_mps: f64,
     pub azimuth_rad: f64,
     pub elevation_rad: f64,
-    /// |y|² of eq. 19 at its peak, W.
+    /// |y|² of eq. 19 at its peak, W: of the cell.
     pub power_w: f64,
+    /// What the peak between cells has over the cell, a power ratio.
+    pub scalloping: f64,
     /// Noise estimate of eq. 17 in the cell, W: the mean over channels, before beamforming.
     pub noise_w: f64,
     pub ambiguity: Ambiguity,
@@ -48,8 +50,9 @@ pub struct Point {
     /// Positive up.
     pub elevation_rad: f64,
     pub position_m: DVec3,
+    /// After beamforming, at the peak between cells.
     pub power_dbm: f64,
-    /// Power after beamforming over the noise of one channel's cell (eq. 20).
+    /// Power of the cell after beamforming over the noise of one channel's cell (eq. 20).
     pub snr_db: f64,
     /// Infinite where the antennas have no gain.
     pub rcs_dbsm: f64,
@@ -94,7 +97,8 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate);
     let gain = array_gain(radar, d.azimuth_rad, d.elevation_rad).powi(2);
-    let rcs = d.power_w * (4.0 * PI).powi(3) * range.powi(4)
+    let power_w = d.power_w * d.scalloping;
+    let rcs = power_w * (4.0 * PI).powi(3) * range.powi(4)
         / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
     let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
     let mut std = accuracy.std(snr, d.azimuth_rad, d.elevation_rad);
@@ -109,7 +113,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         azimuth_rad: d.azimuth_rad,
         elevation_rad: d.elevation_rad,
         position_m: direction_from_angles(d.azimuth_rad, d.elevation_rad) * range,
-        power_dbm: dbm_from_w(d.power_w),
+        power_dbm: dbm_from_w(power_w),
         snr_db: db_from_power(d.power_w / d.noise_w),
         rcs_dbsm: db_from_power(rcs),
         std,
@@ -122,13 +126,18 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
 
 /// The peaks of the map for the cells of `found` in their order, at most
 /// `Processing::max_points`, and their range rates, which the beamformer asks for.
-pub fn peaks<T: Real>(radar: &Radar, found: &RangeDoppler<T>) -> (Vec<Peak>, Vec<f64>) {
+pub fn peaks<T: Real>(
+    radar: &Radar,
+    found: &RangeDoppler<T>,
+    accuracy: &PointAccuracy,
+) -> (Vec<Peak>, Vec<f64>) {
+    let by = [accuracy.doppler.response.as_ref(), accuracy.range.response.as_ref()];
     found
         .cells
         .iter()
         .take(radar.processing.max_points)
         .map(|cell| {
-            let peak = interpolate(&found.map, *cell);
+            let peak = place(&found.map, *cell, by);
             (peak, range_rate_mps(radar, peak.doppler))
         })
         .unzip()

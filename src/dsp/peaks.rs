@@ -70,8 +70,8 @@ pub struct Peak {
     pub doppler: f64,
     /// Column of the map, with a fraction.
     pub range: f64,
-    /// Power at the top of the parabola in W. Between cells it overshoots, with a Hann window by up to
-    /// 0.33 dB an axis; eq. 20 takes its power from the beamformer instead.
+    /// Power at the top in W: that of a target alone by the windows' responses, while a parabola overshoots between cells, with a
+    /// Hann window by up to 0.33 dB an axis.
     pub power: f64,
 }
 
@@ -92,18 +92,27 @@ pub fn parabola(before: f64, at: f64, after: f64) -> (f64, f64) {
     (offset, at * (-0.25 * (a - c) * offset).exp())
 }
 
-/// The parabolas of eq. 18 on both axes; the Doppler axis wraps, and a peak in the first or last
-/// range column stays on it.
+/// The parabolas of eq. 18 on both axes: [`place`] without a window to go by.
 pub fn interpolate<T: Real>(map: &PowerMap<T>, cell: Cell) -> Peak {
+    place(map, cell, [None, None])
+}
+
+/// A peak between cells, by the responses of `[doppler, range]`, where there are any, else by parabolas (eq. 18). The Doppler axis
+/// wraps, and a peak in the first or last range column stays on it.
+pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>; 2]) -> Peak {
+    let top = |by: Option<&Interpolator>, before, at, after| match by {
+        Some(i) => i.peak(before, at, after),
+        None => parabola(before, at, after),
+    };
     let (d, r, rows) = (cell.doppler as usize, cell.range as usize, map.doppler_bins);
     let p = |d: usize, r: usize| map.at(d % rows, r).wide();
     let centre = p(d, r);
     let (doppler, by_doppler) =
-        if rows < 3 { (0.0, centre) } else { parabola(p(d + rows - 1, r), centre, p(d + 1, r)) };
+        if rows < 3 { (0.0, centre) } else { top(by[0], p(d + rows - 1, r), centre, p(d + 1, r)) };
     let (range, by_range) = if r == 0 || r + 1 >= map.range_bins {
         (0.0, centre)
     } else {
-        parabola(p(d, r - 1), centre, p(d, r + 1))
+        top(by[1], p(d, r - 1), centre, p(d, r + 1))
     };
     // A separable peak: the gains of the two axes multiply.
     let power = if centre > 0.0 { by_doppler * (by_range / centre) } else { centre };
@@ -126,13 +135,13 @@ impl Interpolator {
     /// transform; a window whose main lobe is narrower than three cells or not symmetric.
     pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
         let response = |cells: f64| {
-            let step = -TAU * cells / fft as f64;
-            weights
-                .iter()
-                .enumerate()
-                .map(|(n, w)| *w * Complex64::cis(step * n as f64))
-                .sum::<Complex64>()
-                .norm_sqr()
+            let step = Complex64::cis(-TAU * cells / fft as f64);
+            let (mut turned, mut sum) = (Complex64::ONE, Complex64::ZERO);
+            for w in weights {
+                sum += turned * w;
+                turned *= step;
+            }
+            sum.norm_sqr()
         };
         let top = response(0.0);
         let table: Vec<(f64, f64)> = (0..=OFFSETS)
@@ -166,6 +175,12 @@ impl Interpolator {
         let share = ((ratio - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
         let offset = ((i - 1) as f64 + share) / OFFSETS as f64 - 0.5;
         (offset, at / (a.1 + share * (b.1 - a.1)))
+    }
+
+    /// Change of the offset with ln of the power after over that before, at an offset within +-0.5.
+    pub fn slope(&self, offset: f64) -> f64 {
+        let i = (((offset + 0.5) * OFFSETS as f64) as usize).min(OFFSETS - 1);
+        1.0 / (OFFSETS as f64 * (self.table[i + 1].0 - self.table[i].0))
     }
 }
 
