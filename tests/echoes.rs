@@ -89,7 +89,14 @@ fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
         scene.objects.retain(|o| ground || o.class != "road");
         let all = Geometry::build(&scene, 0.0, 77e9).unwrap();
         for (bounces, accuracy_db) in [(1, 0.2), (1, 0.0125), (2, 0.2), (2, 0.0125), (3, 0.2), (3, 0.0125)] {
-            let options = TraceOptions { bounces, accuracy_db, amplitude_floor: 0.0, ..Default::default() };
+            let options = TraceOptions {
+                bounces,
+                accuracy_db,
+                amplitude_floor: 0.0,
+                // The sum of cells follows every beam.
+                images: false,
+                ..Default::default()
+            };
             let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
             assert!(found.returns.len() < 600, "{}", found.returns.len());
             for freq in [76.5e9, 77e9, 77.5e9] {
@@ -201,4 +208,111 @@ fn w3_has_converged() {
         assert!(of("objects_worst_db") <= 0.1, "{}: {:?}", outcome.workload, outcome.accuracy);
         assert!(of("map_relative_l2") < 0.01);
     }
+}
+
+/// A plane of a material under whatever stands on it, 80 m long.
+fn over(material: &str, spec: &str, pose: Pose<catseye::frames::Target, World>) -> Scene {
+    let mut scene = Scene::default();
+    let of_plane = scene.material_index(&material::by_name(material).unwrap());
+    let plane = ground(DVec2::new(-20.0, -20.0), DVec2::new(60.0, 20.0), 0.0, of_plane);
+    scene.add_mesh("ground", "road", plane, Pose::IDENTITY);
+    let body = Reflector::parse(spec).unwrap().to_scene(&material::by_name).unwrap();
+    for mut object in body.objects.clone() {
+        if let Shape::Mesh(m) = object.shape {
+            let mut mesh = body.meshes[m].clone();
+            for i in &mut mesh.material {
+                *i = scene.material_index(&body.materials[*i as usize]);
+            }
+            scene.meshes.push(mesh);
+            object.shape = Shape::Mesh(scene.meshes.len() - 1);
+        }
+        scene.add_object(&object.name, "target", object.shape, pose, DVec3::ZERO);
+    }
+    scene
+}
+
+fn seen_from(scene: &Scene, height_m: f64, options: &TraceOptions) -> Returns {
+    let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
+    let at = DVec3::new(0.0, 0.0, height_m);
+    let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
+    let mut found = echoes::returns(&geometry, &windows(at, DQuat::IDENTITY), &pose, DVec3::ZERO, options);
+    // Of the plane alone nothing.
+    found.returns.retain(|r| r.chain.iter().any(|id| *id > 1));
+    found
+}
+
+/// The field of a point over a plane is that of two points: (e^-jkr/r + R e^-jkr'/r')^2, for both polarisations, with the plane's
+/// own reflection at the angle; the nulls fall where TRUTH says.
+#[test]
+fn a_point_over_a_road_fades_as_the_two_ray_formula_says() {
+    let (radar_m, target_m) = (0.15, 0.35);
+    let k = wavenumber(77e9);
+    for name in ["pec", "asphalt"] {
+        let surface = catseye::geom::Surface::of(&material::by_name(name).unwrap(), 77e9).unwrap();
+        let mut lowest = [(f64::INFINITY, 0.0); 2];
+        for i in 0..=400 {
+            let d = 12.0 + 0.01 * i as f64;
+            let scene =
+                over(name, "point:rcs_dbsm=0", Pose::new(DQuat::IDENTITY, DVec3::new(d, 0.0, target_m)));
+            let found = seen_from(&scene, radar_m, &TraceOptions::default());
+            assert_eq!(found.returns.len(), 4);
+            let got = total(&found, k);
+            let (r, image) = (d.hypot(target_m - radar_m), d.hypot(target_m + radar_m));
+            let (perp, par) = surface.reflection(k, (target_m + radar_m) / image);
+            for (p, reflection) in [par, perp].into_iter().enumerate() {
+                let field = Complex64::cis(-k * r) / r + reflection * Complex64::cis(-k * image) / image;
+                let want = field * field / (4.0 * std::f64::consts::PI).sqrt();
+                // V of both ways is not quite the same vector.
+                let off = (got[p][p] - want).norm() * d * d;
+                assert!(off < 2e-3, "{name} {d} m, {p}: {} {want}", got[p][p]);
+                if got[p][p].norm() < lowest[p].0 {
+                    lowest[p] = (got[p][p].norm(), d);
+                }
+            }
+        }
+        println!("{name}: nulls at {lowest:?}");
+        if name == "pec" {
+            assert!((lowest[1].1 - 13.48).abs() < 0.07, "{lowest:?}");
+        }
+    }
+}
+
+/// Corner S over a conducting plane: what beams, reciprocals and images give together is what the mirrored corner gives.
+#[test]
+fn a_corner_over_a_plane_is_what_image_theory_says() {
+    use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
+    let tilt = 0.5f64.sqrt().atan();
+    let (radar_m, target_m) = (0.15, 0.35);
+    let spec = "trihedral:leg_m=0.1";
+    let engine = Engine::open("cpu", Precision::F64).unwrap();
+    let (mut worst, mut alone) = (0.0f64, 0.0f64);
+    for d in [3.0, 4.4, 5.9, 7.7, 9.1, 11.0, 13.0, 14.2, 17.5, 22.0, 30.0] {
+        let yaw = std::f64::consts::PI;
+        let pose = Pose::from_yaw_pitch_roll(DVec3::new(d, 0.0, target_m), yaw, tilt, 0.0);
+        let options = TraceOptions { bounces: 4, accuracy_db: 0.05, ..Default::default() };
+        let found = seen_from(&over("pec", spec, pose), radar_m, &options);
+        let got = total(&found, wavenumber(77e9));
+        let free = TraceOptions { bounces: 3, images: false, ..options };
+        let without = total(&seen_from(&over("pec", spec, pose), radar_m, &free), wavenumber(77e9));
+        let mut scene = Reflector::parse(spec).unwrap().to_scene(&material::by_name).unwrap();
+        scene.objects[0].pose = Pose::from_yaw_pitch_roll(DVec3::Z * target_m, 0.0, tilt, 0.0);
+        let aspect = Aspect { azimuth: 0.0, elevation: radar_m.atan2(d) };
+        let options = RcsOptions {
+            distance: Distance::At(d.hypot(radar_m)),
+            ground: Ground::Plane(Material::pec()),
+            accuracy_db: 0.05,
+            last: false,
+            ..Default::default()
+        };
+        let s = engine.rcs(&scene, &[77e9], &[Look::monostatic(aspect)], &options).unwrap()[0];
+        let r2 = d.hypot(radar_m).powi(2);
+        let db = |z: Complex64| 20.0 * z.norm().log10();
+        let (got, want) = (db(got[1][1] * r2), db(s.every[1][1]));
+        println!("{d} m: {got:.2} dB, images {want:.2} dB, beams alone {:.2}", db(without[1][1] * r2));
+        worst = worst.max((got - want).abs());
+        alone = alone.max((db(without[1][1] * r2) - want).abs());
+    }
+    println!("worst {worst:.2} dB, beams alone {alone:.2} dB");
+    assert!(worst < 1.0, "{worst}");
+    assert!(alone > 3.0, "{alone}");
 }

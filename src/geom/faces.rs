@@ -16,6 +16,11 @@ pub const MOST_CORNERS: usize = 8;
 /// rounding of positions that a file holds in f32.
 pub const FLAT: f64 = 1e-4;
 
+/// Least area of a plane that mirrors as an endless one does, m², and times what it mirrors. The first Fresnel zone of a road 30 m
+/// long is 0.3 m wide.
+const MIRROR_M2: f64 = 1.0;
+const MIRROR_RATIO: f64 = 100.0;
+
 /// A convex polygon in one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
@@ -65,6 +70,8 @@ pub struct Faces {
     /// The leaves in tree order when they are few: then their boxes are asked at once.
     few: Vec<u32>,
     pub cells: Vec<Cell>,
+    /// Area of each patch, m².
+    pub patch_area_m2: Vec<f64>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     pub centre_m: DVec3,
@@ -91,6 +98,8 @@ impl Faces {
             let lead = &geometry.triangles[patch[0] as usize];
             let plane = Plane::new(lead.v0, lead.normal);
             let one_sided = closed[patch[0] as usize];
+            let area = |t: &u32| geometry.triangles[*t as usize].area_m2();
+            faces.patch_area_m2.push(patch.iter().map(area).sum());
             for polygon in convex_polygons(&mesh, patch, &plane, flat_m) {
                 let first = faces.corners.len() as u32;
                 faces.corners.extend(polygon.iter().map(|&v| mesh.points[v as usize]));
@@ -111,6 +120,28 @@ impl Faces {
         }
         faces.plant_tree();
         faces
+    }
+
+    /// Whether a patch mirrors another as an endless plane does.
+    pub fn mirrors(&self, patch: u32, other: u32) -> bool {
+        let area = |p: u32| self.patch_area_m2[p as usize];
+        area(patch) >= MIRROR_M2.max(MIRROR_RATIO * area(other))
+    }
+
+    /// Whether it mirrors what has no extent.
+    pub fn mirrors_points(&self, patch: u32) -> bool {
+        self.patch_area_m2[patch as usize] >= MIRROR_M2
+    }
+
+    /// Whether a place in the plane of a patch is on one of its faces.
+    pub fn is_on_patch(&self, patch: u32, p: DVec3) -> bool {
+        self.faces.iter().filter(|f| f.patch == patch).any(|f| {
+            let c = self.corners(f);
+            (0..c.len()).all(|i| {
+                let (a, b) = (c[i], c[(i + 1) % c.len()]);
+                (b - a).cross(p - a).dot(f.normal) >= 0.0
+            })
+        })
     }
 
     pub fn corners(&self, face: &Face) -> &[DVec3] {

@@ -238,6 +238,14 @@ pub struct Geometry {
 }
 
 impl Geometry {
+    /// Whether nothing stands between two places, either of which may lie on a surface.
+    pub fn sees(&self, a: DVec3, b: DVec3) -> bool {
+        let d = b - a;
+        let r = d.length();
+        let reach = r - self.t_min_m;
+        reach <= self.t_min_m || !self.bvh.any_hit(&self.triangles, a, d / r, u32::MAX, reach)
+    }
+
     /// The scene at `time_s`, with materials at `freq_hz`.
     ///
     /// Errors: a material or a scattering table without a value at this frequency; positions that are not finite; a scene

@@ -20,12 +20,14 @@ pub struct BeamOptions {
     pub tau: f64,
     /// Also find where beams leave the target, for the convention "last".
     pub last: bool,
+    /// Also list what is lit by way of a plane beside which it is small, whether the receiver sees it or not.
+    pub images: bool,
 }
 
 impl BeamOptions {
     /// The error of the quadratic phase grows with its square.
     pub fn new(bounces: usize, accuracy_db: f64, last: bool) -> Self {
-        BeamOptions { bounces, tau: TAU_AT_FIFTH_DB * (accuracy_db / 0.2).sqrt(), last }
+        BeamOptions { bounces, tau: TAU_AT_FIFTH_DB * (accuracy_db / 0.2).sqrt(), last, images: false }
     }
 }
 

@@ -7,7 +7,6 @@ pub mod beam_clip;
 pub mod beams;
 pub mod closest;
 pub mod launch;
-pub mod points;
 pub mod scan;
 pub mod upload;
 pub mod windows;
@@ -95,6 +94,9 @@ pub struct TraceOptions {
     pub accuracy_db: f64,
     /// Echoes are good over this band around the carrier.
     pub bandwidth_hz: f64,
+    /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
+    /// beams there too (CONVENTIONS eq. 65).
+    pub images: bool,
     /// Samples of the diffuse echo of all rough surfaces, about.
     pub rays: u64,
     /// Of the diffuse echo's random phases.
@@ -110,6 +112,7 @@ impl Default for TraceOptions {
             amplitude_floor: 1e-8,
             accuracy_db: 0.2,
             bandwidth_hz: 1e9,
+            images: true,
             rays: 100_000,
             seed: 0,
             frame: 0,

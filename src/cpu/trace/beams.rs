@@ -336,6 +336,8 @@ pub struct Clipped {
     pub every: Vec<Piece>,
     /// Only where the beam leaves the target.
     pub last: Vec<Piece>,
+    /// What is lit by chains that begin with a mirror of their last face (`Faces::mirrors`), seen by the receiver or not.
+    pub imaged: Vec<Piece>,
 }
 
 /// Walls of a window: inside where positive, in coordinates along (u, v, k).
@@ -412,6 +414,7 @@ fn joined(parts: Vec<Clipped>) -> Clipped {
         let moved = |p: Piece| Piece { node: p.node + base, ..p };
         all.every.extend(part.every.into_iter().map(moved));
         all.last.extend(part.last.into_iter().map(moved));
+        all.imaged.extend(part.imaged.into_iter().map(moved));
     }
     all
 }
@@ -774,6 +777,12 @@ impl Clipper<'_> {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && monostatic;
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
+            if self.options.images
+                && node.bounce > 1
+                && self.faces.mirrors(face.patch, self.faces.faces[node.face as usize].patch)
+            {
+                self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
+            }
             let go_on = (node.bounce as usize) < self.options.bounces;
             if !go_on && !self.options.last {
                 continue;

@@ -8,13 +8,13 @@ use super::beams::{Clipped, Piece, Polygon, clip_windows};
 use super::boundary::{Plane, Wave, spread_for};
 use super::diffuse;
 use super::field::{Bounce, CVec};
+use super::points::point_returns;
 use crate::cpu::rcs::beam_sum::{Moments, phase_integral};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::Geometry;
 use crate::geom::faces::Face;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::points::point_returns;
 use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak};
 use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
@@ -38,6 +38,23 @@ fn is_finite(r: &Return) -> bool {
     r.spread.iter().flatten().all(|z| z.is_finite()) && r.path_rate_mps.is_finite()
 }
 
+/// The same way backwards.
+fn reversed(r: &Return) -> Return {
+    let n = r.bounces as usize;
+    let mut chain = r.chain;
+    chain[..n].reverse();
+    let [[vv, vh], [hv, hh]] = r.spread;
+    Return {
+        departure: r.arrival,
+        first_range_m: r.last_range_m,
+        arrival: r.departure,
+        last_range_m: r.first_range_m,
+        spread: [[vv, hv], [vh, hh]],
+        chain,
+        ..*r
+    }
+}
+
 /// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
 /// same order whatever the number of threads. Point targets and scattering tables included.
 pub fn returns(
@@ -48,7 +65,8 @@ pub fn returns(
     options: &TraceOptions,
 ) -> Returns {
     let last = options.convention == Convention::Last;
-    let beams = BeamOptions::new(options.bounces, options.accuracy_db, last);
+    let images = options.images && !last;
+    let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
     let clipped = clip_windows(geometry.faces(), windows, &beams);
     from_clipped(geometry, &clipped, pose, velocity_mps, options)
 }
@@ -63,15 +81,21 @@ pub fn from_clipped(
 ) -> Returns {
     let last = options.convention == Convention::Last;
     let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
-    let regions = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
+    let direct = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
+    let imaged = regions(geometry, clipped, &clipped.imaged);
     let radar =
         Station { geometry, clipped, pose, velocity_mps, tau, spread_m: spread_for(options.bandwidth_hz) };
-    let lists: Vec<Vec<Return>> = regions.par_iter().map(|r| radar.echoes(r)).collect();
+    let images = options.images && !last;
+    let all = direct.par_iter().map(|r| match images {
+        true => radar.with_reciprocals(r),
+        false => radar.echoes(r, false),
+    });
+    let lists: Vec<Vec<Return>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
     let mut all: Vec<Return> = lists.into_iter().flatten().collect();
     let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
-    all.extend(point_returns(geometry, pose.translation_m, velocity_mps, pose.rotation.inverse()));
+    all.extend(point_returns(geometry, pose, velocity_mps, options.images));
     drop_weak(&mut all, options.amplitude_floor);
     Returns { returns: all, rays }
 }
@@ -144,21 +168,54 @@ struct Station<'a> {
 }
 
 impl Station<'_> {
-    fn echoes(&self, region: &Region) -> Vec<Return> {
+    /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 125): where the chain
+    /// begins with a mirror of what follows, also those of the chain the other way round, which then give none of their own.
+    fn with_reciprocals(&self, region: &Region) -> Vec<Return> {
+        let faces = self.geometry.faces();
+        let patch = |i: &u32| faces.faces[self.clipped.nodes[*i as usize].face as usize].patch;
+        let chain: Vec<u32> = self.chain(region.node).iter().map(patch).collect();
+        let n = chain.len();
+        if n < 2 {
+            return self.echoes(region, false);
+        }
+        let begins = faces.mirrors(chain[0], chain[1]);
+        let ends = faces.mirrors(chain[n - 1], chain[n - 2]);
+        match (begins, ends) {
+            (true, true) if chain[0] == chain[n - 1] => Vec::new(),
+            (false, true) => Vec::new(),
+            (true, false) => {
+                let mut list = self.echoes(region, false);
+                let back: Vec<Return> = list.iter().map(reversed).collect();
+                list.extend(back);
+                list
+            }
+            _ => self.echoes(region, false),
+        }
+    }
+
+    /// `over`: the way back leads over the first plane of the chain.
+    fn echoes(&self, region: &Region, over: bool) -> Vec<Return> {
         let faces = self.geometry.faces();
         let node = &self.clipped.nodes[region.node as usize];
         let face = &faces.faces[node.face as usize];
         let corner = faces.corners[face.first as usize];
-        let radar = self.pose.translation_m;
-        let stations = [node.frame.origin, radar].map(|p| p - corner);
+        let chain = self.chain(region.node);
+        let receiver = match over {
+            false => self.pose.translation_m,
+            true => self.clipped.nodes[chain[1] as usize].frame.origin,
+        };
+        let stations = [node.frame.origin, receiver].map(|p| p - corner);
         let height = stations.map(|d| node.normal.dot(d));
         if height.iter().any(|h| *h <= 0.0) {
             return Vec::new();
         }
         let k = wavenumber(self.geometry.freq_hz);
         let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
-        let chain = self.chain(region.node);
-        let at = |p: DVec2| self.echo(&chain, corner + face.axis[0] * p.x + face.axis[1] * p.y);
+        let place = |p: DVec2| corner + face.axis[0] * p.x + face.axis[1] * p.y;
+        if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
+            return Vec::new();
+        }
+        let at = |p: DVec2| self.echo(&chain, place(p), over);
         let mut waves: Vec<Wave> = Vec::new();
         if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
             let mut whole = at(centre);
@@ -250,6 +307,10 @@ impl Station<'_> {
         Some((centre, cells))
     }
 
+    fn face(&self, node: u32) -> &Face {
+        &self.geometry.faces().faces[self.clipped.nodes[node as usize].face as usize]
+    }
+
     /// Nodes from the first bounce to this one.
     fn chain(&self, node: u32) -> Vec<u32> {
         let parent = |i: u32| Some(self.clipped.nodes[i as usize].parent).filter(|p| *p != u32::MAX);
@@ -258,8 +319,34 @@ impl Station<'_> {
         chain
     }
 
-    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi.
-    fn echo(&self, chain: &[u32], place: DVec3) -> Return {
+    /// Whether the middle of what a chain lights is seen from the radar over the chain's first plane. With two places on the chain
+    /// the way back is the way out.
+    fn is_seen_over(&self, chain: &[u32], pieces: &[Polygon], place: impl Fn(DVec2) -> DVec3) -> bool {
+        if chain.len() == 2 {
+            return true;
+        }
+        let (mut area, mut first) = (0.0, DVec2::ZERO);
+        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
+            area += m.area;
+            first += m.centroid * m.area;
+        }
+        let from = place(first / area);
+        let foot = self.foot(chain, from);
+        let radar = self.pose.translation_m;
+        self.geometry.faces().is_on_patch(self.face(chain[0]).patch, foot)
+            && [from, radar].iter().all(|p| self.geometry.sees(*p, foot))
+    }
+
+    /// Where the line from `place` to the radar's image crosses the chain's first plane.
+    fn foot(&self, chain: &[u32], place: DVec3) -> DVec3 {
+        let image = self.clipped.nodes[chain[1] as usize].frame.origin;
+        let (d, f) = (place - image, self.face(chain[0]));
+        image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
+    }
+
+    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi, `over` its first plane or
+    /// straight.
+    fn echo(&self, chain: &[u32], place: DVec3, over: bool) -> Return {
         let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
         let node = |i: u32| &self.clipped.nodes[i as usize];
         let face = |i: u32| &faces.faces[node(i).face as usize];
@@ -276,29 +363,45 @@ impl Station<'_> {
         let to_sensor = self.pose.rotation.inverse();
         let basis = |d_world: DVec3| {
             let (v, h) = polarisation_basis(to_sensor * d_world);
-            (self.pose.rotation * v, self.pose.rotation * h)
+            [v, h].map(|e| CVec::real(self.pose.rotation * e))
         };
-        let (out, back) = (points[0] - radar, radar - place);
+        // What the radar hears comes from here, and leaves the last plane of the chain for there.
+        let (last, receiver) = match over {
+            false => (place, radar),
+            true => (self.foot(chain, place), node(chain[1]).frame.origin),
+        };
+        let (out, back) = (points[0] - radar, last - radar);
         let (first_range_m, last_range_m) = (out.length(), back.length());
         let departure = out / first_range_m;
-        let to_radar = back / last_range_m;
+        let arrival = back / last_range_m;
+        let back_m = receiver.distance(place);
+        let leaves = (receiver - place) / back_m;
 
         let mut ids = [0; MAX_BOUNCES];
-        let mut rate = self.velocity_mps.dot(to_radar - departure);
-        let (v, h) = basis(departure);
-        let mut field = [CVec::real(v), CVec::real(h)];
+        let mut rate = -self.velocity_mps.dot(arrival + departure);
+        // Of V and H at the place that radiates back, by reciprocity.
+        let mut seen_by = basis(arrival);
+        let of = |i: u32| {
+            let body = &self.geometry.bodies[face(i).body as usize];
+            (body, &self.geometry.surfaces[face(i).surface as usize])
+        };
+        if over {
+            let (body, surface) = of(chain[0]);
+            seen_by = Bounce::new(seen_by, arrival, node(chain[0]).normal, surface, k).reflected;
+            rate += body.velocity_mps.dot(leaves + arrival);
+            ids[count] = body.id;
+        }
+        let mut field = basis(departure);
         let mut dir = departure;
         let mut radiated = [[Complex64::ZERO; 2]; 2];
         for (b, &i) in chain.iter().enumerate() {
-            let body = &self.geometry.bodies[face(i).body as usize];
+            let (body, surface) = of(i);
             ids[b] = body.id;
-            let surface = &self.geometry.surfaces[face(i).surface as usize];
             let bounce = Bounce::new(field, dir, node(i).normal, surface, k);
             // From the image: places of neighbours along the chain may coincide in a corner.
             let next = if b + 1 == count {
-                let (v, h) = basis(-to_radar);
-                radiated = bounce.radiated(to_radar, v, h);
-                to_radar
+                radiated = bounce.received(leaves, &seen_by);
+                leaves
             } else {
                 (points[b + 1] - node(chain[b + 1]).frame.origin).normalize()
             };
@@ -308,15 +411,15 @@ impl Station<'_> {
         }
         let unfolded = place.distance(node(chain[count - 1]).frame.origin);
         Return {
-            path_length_m: unfolded + last_range_m,
+            path_length_m: unfolded + back_m,
             path_rate_mps: rate,
             departure: to_sensor * departure,
             first_range_m,
-            arrival: to_sensor * -to_radar,
+            arrival: to_sensor * arrival,
             last_range_m,
-            spread: radiated.map(|row| row.map(|m| m / (unfolded * last_range_m))),
+            spread: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
             chain: ids,
-            bounces: count as u8,
+            bounces: (count + usize::from(over)) as u8,
         }
     }
 }

@@ -77,13 +77,20 @@ impl Bounce {
     /// -j k A / 4 pi it is the scattered amplitude of an area A.
     #[inline]
     pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> [[Complex64; 2]; 2] {
+        self.received(s, &[CVec::real(v), CVec::real(h)])
+    }
+
+    /// [`Bounce::radiated`] with receive vectors that are complex: by way of a mirror, reciprocity makes them the fields that V and
+    /// H would bring here.
+    #[inline]
+    pub fn received(&self, s: DVec3, by: &[CVec; 2]) -> [[Complex64; 2]; 2] {
         let of = |tx: usize| {
             let (e, r) = (self.field[tx], self.reflected[tx]);
             let h_total = e.crossed_from(self.dir_in).plus(r.crossed_from(self.dir_out));
             let j = h_total.crossed_from(self.normal);
             let m = e.plus(r).crossed_from(-self.normal);
             let f = j.plus(m.crossed_from(-s));
-            [f.dot(v), f.dot(h)]
+            [f.times(&by[0]), f.times(&by[1])]
         };
         let (from_v, from_h) = (of(0), of(1));
         [[from_v[0], from_h[0]], [from_v[1], from_h[1]]]

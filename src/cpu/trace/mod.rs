@@ -7,6 +7,7 @@ pub mod contribute;
 pub mod diffuse;
 pub mod echoes;
 pub mod field;
+pub mod points;
 pub mod rays;
 pub mod refract;
 pub mod scan;

@@ -1,0 +1,164 @@
+//! Echoes of point targets and of objects with a scattering table: no facets, so both engines take them from
+//! here.
+
+use super::field::{Bounce, CVec};
+use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::geom::faces::Face;
+use crate::geom::{Body, Geometry};
+use crate::trace::{MAX_BOUNCES, Return};
+use crate::units::wavenumber;
+use glam::DVec3;
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Echoes of the point targets (S = sqrt(sigma / 4 pi) on both polarisations, whatever the directions) and of the scattering
+/// tables, from their origins, straight and, with `images`, over the planes that mirror them, in all combinations of ways out and
+/// back (CONVENTIONS eq. 125). Ways that something blocks are left out; these targets themselves hide nothing. A table knows no
+/// scattering from one direction into another: there it is asked for the direction halfway.
+pub fn point_returns(
+    geometry: &Geometry,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    images: bool,
+) -> Vec<Return> {
+    let mirrors = if images { mirrors(geometry) } else { Vec::new() };
+    let radar = Radar { geometry, pose, velocity_mps, mirrors };
+    let points = geometry.points.iter().flat_map(|p| {
+        let s = (crate::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
+        radar.echoes(p.id, p.position_m, p.velocity_mps, &|tx, rx| {
+            [0, 1].map(|r| [0, 1].map(|t| rx.field[r].times(&tx.field[t]) * s))
+        })
+    });
+    let tables = geometry.tables.iter().flat_map(|t| {
+        radar.echoes(t.id, t.position_m, t.velocity_mps, &|tx, rx| {
+            let u = -(tx.dir + rx.dir).normalize_or(tx.dir);
+            let (v, h) = polarisation_basis(u);
+            let s = t.scattering(&t.band, u, (v, h));
+            let on = |way: &Way, i: usize| [v, h].map(|e| way.field[i].dot(e));
+            [0, 1].map(|r| {
+                [0, 1].map(|i| {
+                    let (seen, sent) = (on(rx, r), on(tx, i));
+                    (0..2).map(|a| seen[a] * (s[a][0] * sent[0] + s[a][1] * sent[1])).sum()
+                })
+            })
+        })
+    });
+    points.chain(tables).collect()
+}
+
+/// One face of each patch that mirrors what has no extent.
+fn mirrors(geometry: &Geometry) -> Vec<&Face> {
+    let faces = geometry.faces();
+    let mut first: Vec<Option<&Face>> = vec![None; faces.patch_area_m2.len()];
+    for face in faces.faces.iter().filter(|f| faces.mirrors_points(f.patch)) {
+        first[face.patch as usize].get_or_insert(face);
+    }
+    first.into_iter().flatten().collect()
+}
+
+/// From the radar to a target.
+struct Way<'a> {
+    /// From the radar, unit (world).
+    out: DVec3,
+    /// To the first place, and all of it.
+    first_range_m: f64,
+    length_m: f64,
+    /// Where it arrives.
+    dir: DVec3,
+    /// Of V and H, there.
+    field: [CVec; 2],
+    by: Option<&'a Body>,
+}
+
+struct Radar<'a> {
+    geometry: &'a Geometry,
+    pose: &'a Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    mirrors: Vec<&'a Face>,
+}
+
+impl Radar<'_> {
+    fn basis(&self, dir: DVec3) -> [CVec; 2] {
+        let (v, h) = polarisation_basis(self.pose.rotation.inverse() * dir);
+        [v, h].map(|e| CVec::real(self.pose.rotation * e))
+    }
+
+    fn straight(&self, target: DVec3) -> Option<Way<'_>> {
+        let d = target - self.pose.translation_m;
+        let r = d.length();
+        if r <= self.geometry.t_min_m || !self.geometry.sees(self.pose.translation_m, target) {
+            return None;
+        }
+        let dir = d / r;
+        Some(Way { out: dir, first_range_m: r, length_m: r, dir, field: self.basis(dir), by: None })
+    }
+
+    fn over(&self, face: &Face, target: DVec3) -> Option<Way<'_>> {
+        let radar = self.pose.translation_m;
+        let height = |p: DVec3| face.normal.dot(p) - face.offset_m;
+        let (from, to) = (height(radar), height(target));
+        let in_front = |h: f64| h > 0.0 || !face.one_sided;
+        if from * to <= 0.0 || !in_front(from) {
+            return None;
+        }
+        let image = radar - face.normal * (2.0 * from);
+        let d = target - image;
+        let length_m = d.length();
+        let foot = image + d * (from / (from + to));
+        let geometry = self.geometry;
+        if !geometry.faces().is_on_patch(face.patch, foot)
+            || !geometry.sees(radar, foot)
+            || !geometry.sees(target, foot)
+        {
+            return None;
+        }
+        let first_range_m = radar.distance(foot);
+        let out = (foot - radar) / first_range_m;
+        let normal = face.normal * from.signum();
+        let surface = &geometry.surfaces[face.surface as usize];
+        let bounce = Bounce::new(self.basis(out), out, normal, surface, wavenumber(geometry.freq_hz));
+        let by = Some(&geometry.bodies[face.body as usize]);
+        Some(Way { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
+    }
+
+    fn echoes(
+        &self,
+        id: u32,
+        target: DVec3,
+        target_mps: DVec3,
+        scattering: &dyn Fn(&Way, &Way) -> [[Complex64; 2]; 2],
+    ) -> Vec<Return> {
+        let over = self.mirrors.iter().filter_map(|m| self.over(m, target));
+        let ways: Vec<Way> = self.straight(target).into_iter().chain(over).collect();
+        let rate = |w: &Way| {
+            let mirror = w.by.map_or(DVec3::ZERO, |b| b.velocity_mps);
+            target_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
+        };
+        let to_sensor = self.pose.rotation.inverse();
+        let mut list = Vec::with_capacity(ways.len() * ways.len());
+        for back in &ways {
+            for out in &ways {
+                let mut chain = [0; MAX_BOUNCES];
+                let met = out.by.iter().map(|b| b.id).chain([id]).chain(back.by.iter().map(|b| b.id));
+                let mut bounces = 0;
+                for (place, id) in chain.iter_mut().zip(met) {
+                    *place = id;
+                    bounces += 1;
+                }
+                let lengths = out.length_m * back.length_m;
+                list.push(Return {
+                    path_length_m: out.length_m + back.length_m,
+                    path_rate_mps: rate(out) + rate(back),
+                    departure: to_sensor * out.out,
+                    first_range_m: out.first_range_m,
+                    arrival: to_sensor * back.out,
+                    last_range_m: back.first_range_m,
+                    spread: scattering(out, back).map(|row| row.map(|z| z / lengths)),
+                    chain,
+                    bounces,
+                });
+            }
+        }
+        list
+    }
+}
