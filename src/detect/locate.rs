@@ -206,8 +206,7 @@ fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
 
 /// The test of folds of transmitters in turn; None where there is nothing to test.
 fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
-    // With several ramps a loop is longer than the transmitters' turns, which the test does not know.
-    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 || radar.waveform.parts() > 1 {
+    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
         return Ok(None);
     }
     let places: Vec<(DVec3, usize)> = radar
@@ -220,7 +219,8 @@ fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
     let directions: Vec<(f64, f64)> =
         grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
-    TdmFolds::new(&places, radar.tx.len(), k, radar.chirp_period_s(), &directions).map(Some)
+    let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
+    TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
 }
 
 /// Points of one frame without labels, strongest first: those of the map, or where there are several slopes pairs of peaks of the

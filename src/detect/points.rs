@@ -41,7 +41,8 @@ pub struct Detected {
 pub struct Point {
     /// Negative values of some centimetres can occur next to the radar: eq. 15 subtracts the Doppler shift.
     pub range_m: f64,
-    /// Positive when receding; within ±`Radar::max_velocity_mps`.
+    /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
+    /// Doppler bands or another slope said which fold it is in (`ambiguity`).
     pub range_rate_mps: f64,
     /// Positive to the left.
     pub azimuth_rad: f64,
