@@ -142,7 +142,8 @@ fn the_array_finds_the_fold() {
     let directions: Vec<(f64, f64)> =
         grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
-    let folds = TdmFolds::new(&channels, radar.tx.len(), k, radar.chirp_period_s(), &directions).unwrap();
+    let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
+    let folds = TdmFolds::new(&channels, radar.tx.len(), k, periods_s, &directions).unwrap();
     let ambiguity = folds.ambiguity_mps();
     assert!((ambiguity - 2.0 * radar.max_velocity_mps()).abs() < 1e-9);
     println!("folds are {:.2} dB apart", folds.separation_db());

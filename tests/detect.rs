@@ -173,6 +173,7 @@ fn labels_follow_range_rate_and_azimuth() {
             unfolded_mps: 0.0,
             ambiguity: Ambiguity::Unresolved,
             angle_std_rad: None,
+            looks: 1,
         };
         labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap()))
     };

@@ -2,10 +2,13 @@
 
 use catseye::adc::synthesis::point_echo;
 use catseye::cpu::adc::synthesis::Control;
+use catseye::detect::ambiguity::Ambiguity;
+use catseye::detect::locate;
+use catseye::detect::points::range_rate_mps;
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::scene::radar::Radar;
+use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::radar_toml::parse;
-use catseye::scene::waveform::{PulseShape, Waveform};
+use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform};
 use catseye::trace::{Return, Returns};
 use catseye::units::C0;
 use glam::DVec3;
@@ -357,6 +360,179 @@ fn transmitters_are_told_apart() {
             assert!((got - want).norm() < 0.06, "{multiplex}, channel {c}: {got} for {want}");
         }
     }
+}
+
+/// Level and noise of a point in closed form: its cross section, and an SNR that goes with the energy that one transmitter sends
+/// in the frame, whatever the multiplex. Doppler bands of an odd number of rows, and an odd number of rows in all.
+#[test]
+fn levels_and_noise_of_points_of_every_multiplex() {
+    let sigma_m2 = 1000.0f64;
+    // The rate in cells of the frame's whole Doppler axis.
+    for (multiplex, chirps, rows, cells) in [
+        (Multiplex::Tdm, 64, 64, -9),
+        (Multiplex::Bpm, 48, 64, 11),
+        (Multiplex::Ddm { bands: 4 }, 192, 192, 17),
+        (Multiplex::Ddm { bands: 4 }, 132, 132, -14),
+        (Multiplex::Ddm { bands: 4 }, 132, 132, 37),
+        (Multiplex::Ddm { bands: 5 }, 135, 135, 16),
+        (Multiplex::Ddm { bands: 5 }, 135, 135, -41),
+    ] {
+        let mut radar = mimo("", chirps);
+        radar.multiplex = multiplex;
+        (radar.chirps, radar.processing.doppler_fft) = (chirps, rows);
+        radar.thermal_noise = true;
+        radar.processing.cfar = Cfar { kind: CfarKind::Ca, guard: [3, 3], train: [6, 12], pfa: 1e-6 };
+        let rate = f64::from(cells) * radar.velocity_bin_mps();
+        // In the middle of a cell, so that windows lose nothing.
+        let range = 84.0 * radar.range_bin_m() - rate * radar.range_per_rate_s();
+        let u = DVec3::new(0.95, 0.2, 0.0).normalize();
+        let list = Returns { returns: vec![point_echo(u * range, u * rate, sigma_m2, 1)], rays: 0 };
+        // Eq. 9 and 13; a Hann window over N samples lets through 1.5/N of white noise.
+        let echo_w = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0) * radar.wavelength_m().powi(2) * sigma_m2
+            / ((4.0 * PI).powi(3) * range.powi(4));
+        let noise_w = 1.380649e-23 * 290.0 * 10f64.powf(radar.noise_figure_db / 10.0) * radar.sample_rate_hz;
+        let sent = chirps * if multiplex == Multiplex::Bpm { 4 } else { 1 };
+        let want_db = 10.0 * (echo_w / (noise_w * 1.5 / 256.0 * 1.5 / sent as f64)).log10();
+        let engine = Engine::Cpu(Precision::F64);
+        const FRAMES: u64 = 6;
+        let (mut snr, mut rcs) = (0.0, 0.0);
+        for seed in 0..FRAMES {
+            let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
+            let mut maps = engine.maps(&radar, &cube).unwrap();
+            let p = locate::points(&engine, &radar, &mut maps).unwrap().swap_remove(0);
+            assert!((p.range_rate_mps - rate).abs() < 0.1 * radar.velocity_bin_mps(), "{multiplex:?}: {p:?}");
+            assert!((p.range_m - range).abs() < 0.03, "{multiplex:?}: {p:?}");
+            assert!((p.azimuth_rad - u.y.asin()).abs() < 0.01, "{multiplex:?}: {p:?}");
+            snr += p.snr_db / FRAMES as f64;
+            rcs += p.rcs_dbsm / FRAMES as f64;
+        }
+        println!("{multiplex:?} {rows} rows, {rate:.1} m/s: {snr:.2} dB for {want_db:.2}, {rcs:.2} dBsm");
+        assert!((rcs - 30.0).abs() < 0.2, "{multiplex:?}: {rcs} dBsm");
+        assert!((snr - want_db).abs() < 0.2, "{multiplex:?}: {snr} for {want_db}");
+    }
+}
+
+/// Ramps (bandwidth, period) of 20 us in turn, of a radar whose three transmitters take turns within each.
+fn ramps_in_turn(list: &[(f64, f64)]) -> Radar {
+    let mut radar = mimo("", 64);
+    let ramps = list.iter().map(|(b, period)| Ramp { bandwidth_hz: *b, time_s: 20e-6, period_s: *period });
+    radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0 });
+    radar
+}
+
+/// With several ramps a loop is longer than the turns of the transmitters: which fold a rate is in, and the phases that it makes
+/// between turns, go by the ramp's own period and by that of the loop.
+#[test]
+fn folds_are_found_with_several_ramps() {
+    let u = DVec3::new(0.9, 0.3, 0.0).normalize();
+    let azimuth = u.y.atan2(u.x);
+    let engine = Engine::Cpu(Precision::F64);
+    for (ramps, rate) in [
+        ([(0.5e9, 25e-6), (-0.5e9, 25e-6)], 12.0),
+        ([(0.5e9, 25e-6), (-0.5e9, 35e-6)], -17.0),
+        ([(0.5e9, 35e-6), (0.5e9, 25e-6)], 23.0),
+        ([(0.5e9, 25e-6), (0.5e9, 35e-6)], 2.0),
+    ] {
+        let radar = ramps_in_turn(&ramps);
+        // λ/2T_loop, three turns of each ramp.
+        let period = 3.0 * (ramps[0].1 + ramps[1].1);
+        let interval = C0 / radar.carrier_hz / (2.0 * period);
+        let list = Returns { returns: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], rays: 0 };
+        let cube = AnyCube::F64(cube(&radar, &list));
+        let mut maps = engine.maps(&radar, &cube).unwrap();
+        for (i, map) in maps.iter().enumerate() {
+            let part = radar.part(i);
+            assert!((2.0 * part.max_velocity_mps() - interval).abs() < 1e-9);
+            // With the true rate the decoded channels are a plane wave.
+            let decoded = catseye::dsp::multiplex::decode(&part, map.snapshots.of(0), rate).channels;
+            for (c, z) in decoded.iter().enumerate() {
+                let want = Complex64::cis(-PI * u.y * c as f64);
+                assert!(
+                    (z / decoded[0] - want).norm() < 0.06,
+                    "{ramps:?} {i}: {} for {want}",
+                    z / decoded[0]
+                );
+            }
+            let found = locate::detected(&engine, &part, &mut map.clone()).unwrap()[0];
+            let got = range_rate_mps(&part, found.doppler_row) + found.unfolded_mps;
+            println!("{ramps:?} {i}: {got:.2} m/s for {rate}, interval {interval:.2}, {:?}", found.ambiguity);
+            assert_eq!(found.ambiguity, Ambiguity::Resolved);
+            assert!((got - rate).abs() < 0.1, "{ramps:?} {i}: {got}");
+            assert!((found.azimuth_rad - azimuth).abs() < 0.01, "{ramps:?} {i}: {}", found.azimuth_rad);
+        }
+        if ramps[0].0 == ramps[1].0 {
+            let points = locate::points(&engine, &radar, &mut maps).unwrap();
+            let p = &points[0];
+            assert!((p.range_rate_mps - rate).abs() < 0.1 && (p.range_m - 25.0).abs() < 0.05, "{p:?}");
+            assert!((p.azimuth_rad - azimuth).abs() < 0.01 && p.ambiguity == Ambiguity::Resolved, "{p:?}");
+        }
+    }
+}
+
+/// FM-CW with two transmitters: bodies are many folds fast, slopes say how fast, and the folds that look alike
+/// leave the right angle.
+#[test]
+fn slow_ramps_have_the_right_angle() {
+    let mut radar = triangle();
+    let two = mimo("", 64);
+    (radar.tx, radar.rx) = (two.tx[..2].to_vec(), two.rx.clone());
+    for (range, rate) in [(60.0, -15.0), (45.0, 7.3), (80.0, 0.0)] {
+        let u = DVec3::new(0.95, -0.25, 0.0).normalize();
+        let list = Returns { returns: vec![point_echo(u * range, u * rate, 1.0, 1)], rays: 0 };
+        let engine = Engine::Cpu(Precision::F64);
+        let cube = AnyCube::F64(cube(&radar, &list));
+        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap()).unwrap();
+        let p = &points[0];
+        println!("{:.2} m, {:.2} m/s, {:.4} rad", p.range_m, p.range_rate_mps, p.azimuth_rad);
+        assert!((p.range_m - range).abs() < 0.1 && (p.range_rate_mps - rate).abs() < 0.3, "{p:?}");
+        assert!((p.azimuth_rad - u.y.atan2(u.x)).abs() < 0.01, "{}", p.azimuth_rad);
+    }
+}
+
+/// Ramps up, up and down: the two that are alike count as one slope, seen twice.
+#[test]
+fn equal_slopes_are_put_together() {
+    let engine = Engine::Cpu(Precision::F64);
+    let with = |bands: &[f64]| {
+        let mut radar = triangle();
+        let ramps = bands.iter().map(|b| Ramp { bandwidth_hz: *b, time_s: 1e-3, period_s: 1.1e-3 });
+        radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0 });
+        radar.thermal_noise = true;
+        radar
+    };
+    let range = 60.0;
+    let seen = |bands: &[f64], rate: f64, seed: u64| {
+        let radar = with(bands);
+        let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)], rays: 0 };
+        let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
+        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap()).unwrap();
+        points.into_iter().next().unwrap_or_else(|| panic!("{bands:?}: nothing seen"))
+    };
+    let (a, b) = (150e6, 100e6);
+    for bands in [&[a, a, -a][..], &[-a, a, a], &[a, -a, -a], &[a, a, -a, b]] {
+        for (rate, seed) in [(-15.0, 0), (-15.0, 1), (8.0, 2), (0.0, 3)] {
+            let p = seen(bands, rate, seed);
+            println!("{bands:?}: {:.3} +- {:.3} m, {:.2} m/s", p.range_m, p.std.range_m, p.range_rate_mps);
+            assert_eq!(p.ambiguity, Ambiguity::Resolved);
+            // What moves crosses half a cell in the frame, which costs up to a twentieth of one between rows.
+            assert!((p.range_m - range).abs() < 5.0 * p.std.range_m + 0.05, "{bands:?}: {p:?}");
+            assert!((p.range_rate_mps - rate).abs() < 5.0 * p.std.range_rate_mps + 0.1, "{bands:?}: {p:?}");
+        }
+    }
+    // Where two see it, the noise of 0.021 cells falls to 0.015, and the parabola's own 0.0115 stays: 0.78 of the deviation of
+    // one ramp, 0.90 of that of a pair. The noise is estimated in eight rows, so the mean of some frames counts.
+    let std = |bands: &[f64]| (0..16).map(|seed| seen(bands, 0.0, seed).std.range_m).sum::<f64>() / 16.0;
+    let [one, two, pair, three, four] =
+        [&[a][..], &[a, a], &[a, -a], &[a, a, -a], &[a, a, -a, b]].map(|bands| std(bands));
+    println!("range to {one:.4}, {two:.4}, {pair:.4}, {three:.4}, {four:.4} m");
+    assert!((two / one - 0.78).abs() < 0.04, "{two} {one}");
+    assert!((three / pair - 0.90).abs() < 0.04, "{three} {pair}");
+    assert!(four < three, "{four} {three}");
+    // One slope: the rate is the row's.
+    let p = seen(&[a, a], -15.0, 1);
+    let interval = 2.0 * with(&[a, a]).max_velocity_mps();
+    let off = (p.range_rate_mps + 15.0) / interval;
+    assert!((off - off.round()).abs() * interval < 0.1, "{p:?}");
 }
 
 /// Both engines make the same cubes and maps of every waveform, with a converter in between and with what stands taken out.

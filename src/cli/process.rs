@@ -6,13 +6,12 @@ use super::{Global, print, print_json};
 use crate::adc::Cube;
 use crate::dataset::files::{write_maps, write_point_file};
 use crate::dataset::frame::{Stages, detect, located};
-use crate::dataset::manifest::{Axes, Manifest, PerRadar};
+use crate::dataset::manifest::{Axes, Manifest, PerRadar, keep_radars};
 use crate::engine::{AnyCube, Engine, Precision};
 use crate::error::Result;
 use crate::formats::cube::Source;
 use crate::formats::stage::StagedDir;
 use crate::scene::radar::Radar;
-use crate::scene::radar_toml;
 use crate::trace::Returns;
 use clap::Args;
 use std::path::PathBuf;
@@ -83,7 +82,7 @@ impl Process {
             seed: 0,
             scenario: None,
             scenario_name: title,
-            radar: PerRadar::One(radar_toml::to_toml(&radar)?),
+            radar: keep_radars(staged.path(), std::slice::from_ref(&radar))?,
             axes: PerRadar::One(Axes::of(&radar)),
             import: None,
             frames: Vec::new(),

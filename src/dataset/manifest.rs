@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::formats::stage::{self, MANIFEST};
 use crate::scene::ImportReport;
 use crate::scene::radar::Radar;
+use crate::scene::radar_toml::to_toml;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -113,6 +114,25 @@ impl<T> PerRadar<T> {
     }
 }
 
+/// Radars in full, as TOML, with a copy of the calibration that each reads in `dir`: `calibration.csv`, with several radars
+/// `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar. Errors: a file that
+/// cannot be written.
+pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
+    PerRadar::of(radars, |radar| {
+        let mut kept = radar.clone();
+        if let Some(calibration) = &mut kept.processing.angle.calibration {
+            let name = match radars {
+                [_] => "calibration.csv".to_string(),
+                _ => format!("calibration_{}.csv", radar.name),
+            };
+            let path = dir.join(&name);
+            std::fs::write(&path, &calibration.text).map_err(|e| Error::io(&path, e))?;
+            calibration.path = name.into();
+        }
+        to_toml(&kept)
+    })
+}
+
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Manifest {
     pub catseye: &'static str,
@@ -122,7 +142,7 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
     pub scenario_name: String,
-    /// The radar in full, as TOML.
+    /// The radar in full, as TOML ([`keep_radars`]).
     pub radar: PerRadar<String>,
     /// Of its maps.
     pub axes: PerRadar<Axes>,

@@ -4,7 +4,7 @@
 use super::files::{Truth, frame_name, write_frame};
 use super::follow;
 use super::frame::{Frame, convergence, simulate_with};
-use super::manifest::{Axes, FrameRecord, Manifest, PerRadar};
+use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
@@ -45,7 +45,8 @@ pub struct RunReport {
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let scene = scenario.build(&Library)?;
     let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
-    // Everything that decides on the bytes: another one of these must not continue this folder.
+    // Everything that decides on the bytes, the text of a calibration too: another one of these must not continue this
+    // folder.
     let identity = sha256_of_bytes(
         format!(
             "{} {:?} {scenario:?} {radars:?} {} {:?}",
@@ -114,7 +115,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         seed: scenario.seed,
         scenario: options.source.clone(),
         scenario_name: scenario.name.clone(),
-        radar: PerRadar::of(&scenario.radars, to_toml)?,
+        radar: keep_radars(staged.path(), &scenario.radars)?,
         axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
         import: Some(scene.import.clone()),
         frames: records.clone(),
@@ -127,4 +128,105 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
 
 fn read_record(note: &Path) -> Option<Vec<FrameRecord>> {
     serde_json::from_slice(&fs::read(note).ok()?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Precision;
+    use crate::scene::radar_toml;
+    use crate::scene::scenario;
+
+    const SCENARIO: &str = "name = \"s\"\nseed = 7\n\
+        [[point]]\nposition_m = [20, 3, 0.5]\nrcs_dbsm = 10\nclass = \"car\"\n\
+        [frames]\ncount = 2\ninterval_s = 0.1\n[output]\nadc = false\nrange_doppler = false\n";
+
+    /// An ideal array's calibration over the field of view, and one that differs in a digit.
+    fn calibration(radar: &crate::scene::radar::Radar) -> String {
+        use crate::dsp::doa_calibration::{Calibration, TurntableOptions};
+        let manifold = crate::dsp::doa_manifold::Manifold::of_radar(radar).unwrap();
+        let azimuth_deg: Vec<f64> = (-14..=14).map(|i| 5.0 * f64::from(i)).collect();
+        let snapshots: Vec<Vec<num_complex::Complex64>> =
+            azimuth_deg.iter().map(|a| manifold.steering(a.to_radians(), 0.0)).collect();
+        let c = Calibration::from_turntable(
+            &manifold,
+            azimuth_deg,
+            vec![0.0],
+            None,
+            &snapshots,
+            &TurntableOptions::default(),
+        );
+        let mut bytes = Vec::new();
+        c.unwrap().write(&mut bytes, &[]).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    /// What a radar reads beside its file is in the run's folder, and an interrupted run goes on only with the same.
+    #[test]
+    fn calibrations_are_kept_and_compared() {
+        let t = tempfile::tempdir().unwrap();
+        let preset = include_str!("../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 16");
+        let text = calibration(&radar_toml::parse(Path::new("r.toml"), &preset).unwrap());
+        let with = preset.replace(
+            "azimuth_bins",
+            "angle = { method = \"ml\", sources = 1, calibration_file = \"deep/cal.csv\" }\nazimuth_bins",
+        );
+        fs::create_dir(t.path().join("deep")).unwrap();
+        let start = |names: &[&str], text: &str, stop: bool| {
+            fs::write(t.path().join("deep/cal.csv"), text).unwrap();
+            let mut radars = String::new();
+            for name in names {
+                let file = format!("{name}.toml");
+                fs::write(t.path().join(&file), &with).unwrap();
+                radars += &format!("[[radars]]\nname = \"{name}\"\nradar = \"{file}\"\n");
+            }
+            let scenario = match names {
+                [one] => format!("radar = \"{one}.toml\"\n{SCENARIO}"),
+                _ => format!("{SCENARIO}{radars}"),
+            };
+            let scenario = scenario::parse(&t.path().join("s.toml"), &scenario).unwrap();
+            let out = t.path().join(names.join("-"));
+            let options = RunOptions {
+                force: true,
+                convergence: false,
+                source: None,
+                pictures: &|_, _, frame, _, _| match (stop, frame.index) {
+                    (true, 1) => Err(Error::Failed("stopped".into())),
+                    _ => Ok(()),
+                },
+                progress: &|_, _| (),
+            };
+            run(&Engine::Cpu(Precision::F64), &scenario, &out, &options).map(|r| (r, scenario))
+        };
+        assert!(start(&["one"], &text, true).is_err());
+        // The same text goes on, another does not.
+        let other = format!("# measured again\n{text}");
+        let (report, scenario) = start(&["one"], &text, false).unwrap();
+        assert_eq!((report.resumed, report.frames.len()), (1, 2));
+        assert!(start(&["one"], &text, true).is_err());
+        let (report, _) = start(&["one"], &other, false).unwrap();
+        assert_eq!(report.resumed, 0);
+        assert_eq!(fs::read_to_string(report.folder.join("calibration.csv")).unwrap(), other);
+        // The manifest's radar is read beside the copy.
+        let manifest = |folder: &Path| -> serde_json::Value {
+            serde_json::from_slice(&fs::read(folder.join("manifest.json")).unwrap()).unwrap()
+        };
+        let kept = manifest(&report.folder);
+        assert!(kept["checksums"]["calibration.csv"].is_string());
+        let file = report.folder.join("radar.toml");
+        let mut back = radar_toml::parse(&file, kept["radar"].as_str().unwrap()).unwrap();
+        let read = back.processing.angle.calibration.take().unwrap();
+        assert_eq!((read.path, read.text), (report.folder.join("calibration.csv"), other));
+        let mut radar = scenario.radars[0].clone();
+        radar.processing.angle.calibration = None;
+        assert_eq!(to_toml(&back).unwrap(), to_toml(&radar).unwrap());
+        // Two radars have one each.
+        let (report, _) = start(&["left", "right"], &text, false).unwrap();
+        let kept = manifest(&report.folder);
+        for name in ["left", "right"] {
+            let copy = format!("calibration_{name}.csv");
+            assert_eq!(fs::read_to_string(report.folder.join(&copy)).unwrap(), text);
+            assert!(kept["radar"][name].as_str().unwrap().contains(&copy), "{kept}");
+        }
+    }
 }

@@ -153,15 +153,16 @@ fn agreement(folded: &[Folded], about: f64) -> (f64, f64) {
     (mean, folded.iter().map(|f| ((unfold(f, mean) - mean) / f.std_mps).powi(2)).sum())
 }
 
-/// The test of folds of a radar whose transmitters take turns. Between turns a body that is q
-/// ambiguities λ/(2N_tx T_c) faster has turned by q/N_tx more, so that only the right fold, taken out
-/// by eq. 19, leaves a plane wave on the array. N_tx folds can be told from each other; those N_tx
-/// ambiguities apart cannot.
+/// The test of folds of a radar whose transmitters take turns, T_c apart, in loops of T_loop (N_tx T_c with one ramp, more where
+/// other ramps follow). Between turns a body that is q ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
+/// only the right fold, taken out by eq. 19, leaves a plane wave on the array. Rates λ/(2T_c) apart look alike: the folds within
+/// ±λ/(4T_c) are tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TdmFolds {
     transmitters: usize,
     wavenumber: f64,
     chirp_period_s: f64,
+    loop_period_s: f64,
     channels: Vec<(DVec3, usize)>,
     directions: Vec<(f64, f64)>,
     /// e^{+jk u·p} by direction, `[direction, channel]`.
@@ -171,23 +172,24 @@ pub struct TdmFolds {
 /// What the test says of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldTest {
-    /// As measured, plus the likeliest number of ambiguities unless unresolved; of numbers N_tx apart,
-    /// which look alike, the one that makes the body slowest.
+    /// As measured, plus the likeliest number of ambiguities unless unresolved; of rates λ/(2T_c) apart,
+    /// which look alike, the slowest.
     pub range_rate_mps: f64,
     pub state: Ambiguity,
-    /// Numbers of ambiguities with the posterior probability of each, likeliest first.
+    /// Numbers of ambiguities that were tried, with the posterior probability of each, likeliest first.
     pub folds: Vec<(i32, f64)>,
 }
 
 impl TdmFolds {
-    /// `channels`: position p_tx + p_rx and transmitter's turn of each; `directions`: (azimuth,
+    /// `channels`: position p_tx + p_rx and transmitter's turn of each; `chirp_period_s`: from one turn to the next;
+    /// `loop_period_s`: from a transmitter's turn to its next one with the same ramp; `directions`: (azimuth,
     /// elevation) that bodies may stand in, two or more to a beamwidth. Errors: no channels, no
-    /// directions, a turn beyond `transmitters`.
+    /// directions, a turn beyond `transmitters`, a loop that the turns do not fit into.
     pub fn new(
         channels: &[(DVec3, usize)],
         transmitters: usize,
         wavenumber: f64,
-        chirp_period_s: f64,
+        [chirp_period_s, loop_period_s]: [f64; 2],
         directions: &[(f64, f64)],
     ) -> Result<TdmFolds> {
         let problem = if channels.is_empty() {
@@ -196,6 +198,11 @@ impl TdmFolds {
             Some("no directions")
         } else if channels.iter().any(|(_, slot)| *slot >= transmitters) {
             Some("a channel of a transmitter that has no turn")
+        } else if !(chirp_period_s > 0.0
+            && loop_period_s.is_finite()
+            && loop_period_s >= transmitters as f64 * chirp_period_s * (1.0 - 1e-9))
+        {
+            Some("a loop that is shorter than the transmitters' turns")
         } else {
             None
         };
@@ -213,27 +220,31 @@ impl TdmFolds {
             transmitters,
             wavenumber,
             chirp_period_s,
+            loop_period_s,
             channels: channels.to_vec(),
             directions: directions.to_vec(),
             steering,
         })
     }
 
-    /// λ/(2 N_tx T_c).
+    /// λ/(2T_loop).
     pub fn ambiguity_mps(&self) -> f64 {
-        TAU / self.wavenumber / (2.0 * self.transmitters as f64 * self.chirp_period_s)
+        TAU / self.wavenumber / (2.0 * self.loop_period_s)
     }
 
-    /// Folds that are told apart, as multiples of the ambiguity: N_tx of them about 0.
-    fn folds(&self) -> impl Iterator<Item = i32> + use<> {
-        let n = self.transmitters as i32;
-        -(n / 2)..(n - n / 2)
+    /// Folds of a measured rate within ±λ/(4T_c), as multiples of the ambiguity.
+    fn folds(&self, range_rate_mps: f64) -> std::ops::RangeInclusive<i32> {
+        let half = 0.5 * self.loop_period_s / self.chirp_period_s;
+        let at = range_rate_mps / self.ambiguity_mps();
+        // The two ends look alike: a little less than the one of them, a little more than the other.
+        let within = |edge: f64| edge - at - 1e-9;
+        within(-half).ceil() as i32..=within(half).floor() as i32
     }
 
     /// The phase that is taken out of a channel for fold q on top of the measured rate.
     fn turn(&self, channel: usize, range_rate_mps: f64, fold: i32) -> Complex64 {
         let rate = 2.0 * self.wavenumber * self.chirp_period_s * range_rate_mps;
-        let turns = f64::from(fold) / self.transmitters as f64;
+        let turns = f64::from(fold) * self.chirp_period_s / self.loop_period_s;
         Complex64::cis(-(rate + TAU * turns) * self.channels[channel].1 as f64)
     }
 
@@ -294,7 +305,7 @@ impl TdmFolds {
         let mut worst: f64 = 0.0;
         for wave in self.steering.chunks_exact(channels) {
             let right: Vec<Complex64> = wave.iter().map(|s| s.conj()).collect();
-            for fold in self.folds().filter(|q| *q != 0) {
+            for fold in self.folds(0.0).filter(|q| *q != 0) {
                 let x: Vec<Complex64> =
                     right.iter().enumerate().map(|(c, x)| x * self.turn(c, 0.0, fold)).collect();
                 worst = worst.max(self.sharpest(&x));
@@ -317,7 +328,7 @@ impl TdmFolds {
     ) -> FoldTest {
         let channels = self.channels.len() as f64;
         let mut beams: Vec<(i32, f64)> = self
-            .folds()
+            .folds(range_rate_mps)
             .map(|q| {
                 let x: Vec<Complex64> =
                     snapshot.iter().enumerate().map(|(c, x)| x * self.turn(c, range_rate_mps, q)).collect();
@@ -343,14 +354,10 @@ impl TdmFolds {
         } else {
             Ambiguity::Ambiguous
         };
-        let moved = |q: i32| range_rate_mps + f64::from(q) * self.ambiguity_mps();
-        let n = self.transmitters as i32;
-        // Of those that look alike the slowest.
-        let slowest = [best, best - n, best + n]
-            .map(moved)
-            .into_iter()
-            .fold(f64::INFINITY, |a, b| if b.abs() < a.abs() { b } else { a });
-        let rate = if state == Ambiguity::Unresolved { range_rate_mps } else { slowest };
+        let rate = match state {
+            Ambiguity::Unresolved => range_rate_mps,
+            _ => range_rate_mps + f64::from(best) * self.ambiguity_mps(),
+        };
         FoldTest { range_rate_mps: rate, state, folds }
     }
 }
@@ -482,7 +489,7 @@ mod tests {
     fn folds_are_found_and_doubts_are_marked() {
         let period = 50e-6;
         let array = array(3, 4, 4.0);
-        let folds = TdmFolds::new(&array, 3, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&array, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let ambiguity = folds.ambiguity_mps();
         assert!((ambiguity - 13.0).abs() < 1e-9);
         assert!(folds.separation_db() > 0.5, "{}", folds.separation_db());
@@ -509,7 +516,7 @@ mod tests {
     #[test]
     fn weak_bodies_are_seldom_resolved_wrong() {
         let (period, array) = (50e-6, array(2, 4, 4.0));
-        let folds = TdmFolds::new(&array, 2, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&array, 2, K, [period, 2.0 * period], &directions()).unwrap();
         let (mut right, mut wrong) = (0, 0);
         for trial in 0..1500 {
             let mut d = Draws::new(trial, 54);
@@ -538,7 +545,7 @@ mod tests {
     fn strong_bodies_fit_between_the_directions() {
         let (period, array) = (50e-6, array(3, 4, 4.0));
         let few: Vec<(f64, f64)> = (-10..=10).map(|i| ((0.08 * f64::from(i)).asin(), 0.0)).collect();
-        let folds = TdmFolds::new(&array, 3, K, period, &few).unwrap();
+        let folds = TdmFolds::new(&array, 3, K, [period, 3.0 * period], &few).unwrap();
         let mut passed = 0;
         for trial in 0..100 {
             let mut d = Draws::new(trial, 55);
@@ -558,17 +565,17 @@ mod tests {
         let mut d = Draws::new(0, 53);
         // One receiver: a fold looks like another direction.
         let lone = array(3, 1, 1.0);
-        let folds = TdmFolds::new(&lone, 3, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&lone, 3, K, [period, 3.0 * period], &directions()).unwrap();
         assert!(folds.separation_db() < 0.1, "{}", folds.separation_db());
         let x = snapshot(&mut d, &lone, (0.1, 2.0), 30.0, period);
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Ambiguous);
         // Transmitters that double one another's elements need no directions.
         let doubled = array(3, 4, 0.0);
-        let folds = TdmFolds::new(&doubled, 3, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&doubled, 3, K, [period, 3.0 * period], &directions()).unwrap();
         assert!(folds.separation_db() > 20.0, "{}", folds.separation_db());
         // Two bodies in a cell: no fold leaves a plane wave.
         let row = array(3, 4, 4.0);
-        let folds = TdmFolds::new(&row, 3, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let mut x = snapshot(&mut d, &row, (0.3, 2.0), 30.0, period);
         let other = snapshot(&mut d, &row, (-0.4, 2.0), 25.0, period);
         x.iter_mut().zip(&other).for_each(|(x, o)| *x += o);
@@ -576,11 +583,11 @@ mod tests {
         assert_eq!((t.state, t.range_rate_mps), (Ambiguity::Unresolved, 2.0));
         // One transmitter.
         let plain = array(1, 8, 0.0);
-        let folds = TdmFolds::new(&plain, 1, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&plain, 1, K, [period; 2], &directions()).unwrap();
         let x = snapshot(&mut d, &plain, (0.3, 2.0), 30.0, period);
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
         // An array that is known to a thousandth in power only.
-        let folds = TdmFolds::new(&row, 3, K, period, &directions()).unwrap();
+        let folds = TdmFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let x: Vec<Complex64> = snapshot(&mut d, &row, (0.3, 2.0), 1e3, period)
             .iter()
             .map(|x| x * Complex64::cis(0.02 * d.normal()))
@@ -588,8 +595,9 @@ mod tests {
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
         let t = folds.test(&x, 2.0, 1.0, 1e-3);
         assert_eq!((t.state, t.folds[0].0), (Ambiguity::Resolved, 0));
-        assert!(TdmFolds::new(&[], 1, K, period, &directions()).is_err());
-        assert!(TdmFolds::new(&row, 2, K, period, &directions()).is_err());
-        assert!(TdmFolds::new(&row, 3, K, period, &[]).is_err());
+        assert!(TdmFolds::new(&[], 1, K, [period; 2], &directions()).is_err());
+        assert!(TdmFolds::new(&row, 2, K, [period, 2.0 * period], &directions()).is_err());
+        assert!(TdmFolds::new(&row, 3, K, [period, 3.0 * period], &[]).is_err());
+        assert!(TdmFolds::new(&row, 3, K, [period, 2.9 * period], &directions()).is_err());
     }
 }

@@ -4,6 +4,7 @@
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{Ambiguity, TdmFolds};
 use super::points::{Detected, Point, peaks, point};
+use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
 use crate::dsp::doa_calibration::Calibration;
@@ -178,6 +179,7 @@ pub fn detected(
         noise_w: noise[i],
         ambiguity: decoded[i].2,
         angle_std_rad: None,
+        looks: 1,
     };
     let angle = &radar.processing.angle;
     if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
@@ -220,8 +222,7 @@ fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
 
 /// The test of folds of transmitters in turn; None where there is nothing to test.
 fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
-    // With several ramps a loop is longer than the transmitters' turns, which the test does not know.
-    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 || radar.waveform.parts() > 1 {
+    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
         return Ok(None);
     }
     let places: Vec<(DVec3, usize)> = radar
@@ -234,26 +235,34 @@ fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
     let directions: Vec<(f64, f64)> =
         grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
-    TdmFolds::new(&places, radar.tx.len(), k, radar.chirp_period_s(), &directions).map(Some)
+    let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
+    TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
 }
 
-/// Points of one frame without labels, strongest first: those of the map, or where there are several slopes pairs of peaks of the
-/// first two, confirmed by a third. `maps` has one map for each ramp. Errors: those of [`detected`].
+/// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see is put
+/// together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first two
+/// different slopes, confirmed by a third where there is one. Errors: those of [`detected`].
 pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) -> Result<Vec<Point>> {
     let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
-    let mut seen = Vec::with_capacity(maps.len());
-    for (part, map) in parts.iter().zip(maps.iter_mut()) {
-        let accuracy = accuracy(part)?;
-        let found = detected(engine, part, map, &accuracy)?;
-        seen.push(found.into_iter().map(|d| (point(part, &d, &accuracy), d)).collect::<Vec<_>>());
+    let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
+    let mut lists = Vec::with_capacity(maps.len());
+    for ((part, map), accuracy) in parts.iter().zip(maps.iter_mut()).zip(&accuracies) {
+        lists.push(detected(engine, part, map, accuracy)?);
     }
-    let opposed = parts.len() > 1 && parts[0].slope_hz_per_s() != parts[1].slope_hz_per_s();
-    if !opposed {
-        return Ok(seen.into_iter().next().unwrap_or_default().into_iter().map(|(p, _)| p).collect());
+    let rising: Vec<f64> = parts.iter().map(Radar::slope_hz_per_s).collect();
+    // The first ramp of each slope, and what all of that slope saw.
+    let mut seen: Vec<(&Radar, Vec<(Point, Detected)>)> = Vec::new();
+    for group in same_slope::groups(&rising) {
+        let (part, accuracy) = (&parts[group[0]], &accuracies[group[0]]);
+        let alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
+        let bodies = same_slope::together(part, accuracy, &alike);
+        seen.push((part, bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect()));
     }
-    let slopes: Vec<Slope> = parts
+    if seen.len() < 2 {
+        return Ok(seen.into_iter().flat_map(|(_, list)| list).map(|(p, _)| p).collect());
+    }
+    let slopes: Vec<Slope> = seen
         .iter()
-        .zip(&seen)
         .map(|(part, list)| {
             let bin_hz = part.sample_rate_hz / part.processing.range_fft as f64;
             let sign = part.slope_hz_per_s().signum();
@@ -282,7 +291,7 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
     let mut out: Vec<Point> = pairs
         .iter()
         .map(|pair| {
-            let (first, second) = (&seen[0][pair.first].0, &seen[1][pair.second].0);
+            let (first, second) = (&seen[0].1[pair.first].0, &seen[1].1[pair.second].0);
             let mut p = first.clone();
             p.range_m = pair.range_m;
             p.range_rate_mps = pair.range_rate_mps;

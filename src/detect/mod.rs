@@ -3,7 +3,7 @@
 //! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from;
 //!   [`accuracy`]: standard deviations from the SNR.
 //! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
-//!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down.
+//!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
 //! * [`ego_motion`]: the radar's own motion from standing points.
 //! * [`cluster`], [`plot`]: points of one body, and one plot for each; [`tracker`] with [`kalman`] and
 //!   [`assignment`]: tracks with identity; [`track_table`]: `tracks.csv`.
@@ -53,6 +53,7 @@ pub mod label;
 pub mod locate;
 pub mod plot;
 pub mod points;
+pub mod same_slope;
 pub mod slope_pairs;
 pub mod track_table;
 pub mod tracker;

@@ -36,6 +36,8 @@ pub struct Detected {
     pub ambiguity: Ambiguity,
     /// Of azimuth and elevation, where the method knows better than eq. 117.
     pub angle_std_rad: Option<[f64; 2]>,
+    /// Maps that place, power and noise are means of: 1 for one map.
+    pub looks: u32,
 }
 
 /// A point of the cloud, sensor frame.
@@ -43,7 +45,8 @@ pub struct Detected {
 pub struct Point {
     /// Negative values of some centimetres can occur next to the radar: eq. 15 subtracts the Doppler shift.
     pub range_m: f64,
-    /// Positive when receding; within ±`Radar::max_velocity_mps`.
+    /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
+    /// Doppler bands or another slope said which fold it is in (`ambiguity`).
     pub range_rate_mps: f64,
     /// Positive to the left.
     pub azimuth_rad: f64,
@@ -101,7 +104,8 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rcs = power_w * (4.0 * PI).powi(3) * range.powi(4)
         / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
     let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
-    let mut std = accuracy.std(snr, d.azimuth_rad, d.elevation_rad);
+    let averaged = snr * f64::from(d.looks);
+    let mut std = accuracy.std(averaged, d.azimuth_rad, d.elevation_rad);
     if let Some([azimuth, elevation]) = d.angle_std_rad {
         let known = |s: f64| s.is_finite() && s > 0.0;
         std.azimuth_rad = std.azimuth_rad.map(|s| if known(azimuth) { azimuth } else { s });
@@ -117,7 +121,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         snr_db: db_from_power(d.power_w / d.noise_w),
         rcs_dbsm: db_from_power(rcs),
         std,
-        beat_std_cells: accuracy.range.std_cells(snr * accuracy.elements.len() as f64),
+        beat_std_cells: accuracy.range.std_cells(averaged * accuracy.elements.len() as f64),
         ambiguity: d.ambiguity,
         object_id: 0,
         class: String::new(),
