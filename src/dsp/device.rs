@@ -120,14 +120,6 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
             .remedy("use --device cpu, or waveform.multiplex = \"tdm\" or \"bpm\"")
             .into());
     }
-    if radar.processing.keystone {
-        return Err(BadInput::new("the keystone transform runs on the cpu engine alone")
-            .key("device")
-            .value("gpu")
-            .allowed("cpu")
-            .remedy("use --device cpu, or take processing.range_migration out")
-            .into());
-    }
     let mut recorder = gpu.recorder("processing");
     let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
     Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()

@@ -140,7 +140,7 @@ impl Engine {
     ) -> Result<(AnyCube, FrontEnd, Vec<RangeDoppler<f64>>)> {
         let start = Instant::now();
         let p = &radar.processing;
-        if let (Engine::Gpu(gpu), false) = (self, p.keystone)
+        if let Engine::Gpu(gpu) = self
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, returns, interference, seed, frame)?
         {
