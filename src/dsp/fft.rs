@@ -491,7 +491,14 @@ impl<'a> Plan<'a> {
 }
 
 fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
-    DeviceSpectrum { chunks, doppler_bins: t.doppler_fft, channels: t.channels, range_bins: t.range_bins }
+    DeviceSpectrum {
+        chunks,
+        doppler_bins: t.doppler_rows(),
+        bands: t.bands,
+        map_scale: t.map_scale,
+        channels: t.channels * t.bands,
+        range_bins: t.range_bins,
+    }
 }
 
 /// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing
