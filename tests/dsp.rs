@@ -910,7 +910,8 @@ fn the_mean_over_chirps_is_removed() {
         })
         .collect();
     let on = DeviceCube { chirps, channels, samples, pieces };
-    zero_doppler::record(&mut on_device, &on);
+    let rest = zero_doppler::AtRest::turning(chirps, 1, 1);
+    zero_doppler::record(&mut on_device, &on, &rest);
     let pending = on.read(&mut on_device);
     let got = on.take(&mut on_device.submit().unwrap(), pending);
     let bound = zero_doppler::KERNEL.tolerance.relative_l2;
@@ -922,11 +923,11 @@ fn the_mean_over_chirps_is_removed() {
         norm(&d) / norm(&wide(&cube.data))
     };
     let mut on_cpu = cube.clone();
-    cpu::zero_doppler::remove(&mut on_cpu.data, columns);
+    cpu::zero_doppler::remove(&mut on_cpu.data, columns, &rest);
     println!("zero Doppler: gpu {:.2e}, cpu f32 {:.2e}", apart(&got.data), apart(&on_cpu.data));
     assert!(apart(&got.data) < bound && apart(&on_cpu.data) < bound && apart(&cube.data) > 0.9);
     let mut exact = cube.to_f64();
-    cpu::zero_doppler::remove(&mut exact.data, columns);
+    cpu::zero_doppler::remove(&mut exact.data, columns, &rest);
     assert!(relative_l2(&exact.data, &moving.data) < 5e-6);
 }
 

@@ -1,6 +1,6 @@
 // Power summed over the channels of one chunk of the spectrum, on top of what the chunks before it
-// left in the map; the last chunk turns the sum into the mean. Channels are added in their order, so
-// that chunking does not change a bit.
+// left in the map; the last chunk turns the sum into the mean. Channels are added in their order, each with
+// its Doppler bands, so that chunking does not change a bit.
 
 struct Params {
     doppler_bins: u32,
@@ -12,8 +12,9 @@ struct Params {
     range_bins: u32,
     // 1 for the first channels: the map holds nothing yet.
     start: u32,
-    // 1 / all channels with the last ones, else 1.
+    // 1 / all channels and bands with the last ones, else 1.
     scale: f32,
+    bands: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -37,10 +38,13 @@ fn main(
     if params.start == 0u {
         sum = map[at];
     }
-    var place = row * params.channels * params.ranges + range;
+    let band_size = params.doppler_bins * params.channels * params.ranges;
     for (var c = 0u; c < params.channels; c++) {
-        sum += norm_sqr(spectrum[place]);
-        place += params.ranges;
+        var place = (row * params.channels + c) * params.ranges + range;
+        for (var b = 0u; b < params.bands; b++) {
+            sum += norm_sqr(spectrum[place]);
+            place += band_size;
+        }
     }
     map[at] = sum * params.scale;
 }

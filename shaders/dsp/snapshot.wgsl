@@ -2,7 +2,7 @@
 
 struct Params {
     capacity: u32,
-    // of all the spectrum
+    // of all the cube
     channels: u32,
     range_bins: u32,
     // of this chunk
@@ -10,6 +10,9 @@ struct Params {
     chunk_channels: u32,
     first_range: u32,
     ranges: u32,
+    // Doppler bands: as channels in front of the others, in the spectrum the first, then from the last down.
+    bands: u32,
+    doppler_bins: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -25,7 +28,9 @@ fn main(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let id = linear_id(workgroup_id, num_workgroups, thread, 64u);
-    let slot = id / params.chunk_channels;
+    let channels = params.bands * params.chunk_channels;
+    let slot = id / channels;
+    let band = id % channels / params.chunk_channels;
     let c = id % params.chunk_channels;
     if slot >= min(params.capacity, cells[0]) {
         return;
@@ -34,7 +39,9 @@ fn main(
     // Wraps below first_range, and is then not less than ranges.
     let range = cells[1u + slot] % params.range_bins - params.first_range;
     if range < params.ranges {
-        snapshots[slot * params.channels + params.first_channel + c] =
-            spectrum[(row * params.chunk_channels + c) * params.ranges + range];
+        let stored = select(params.bands - band, 0u, band == 0u);
+        let line = (stored * params.doppler_bins + row) * params.chunk_channels + c;
+        snapshots[(slot * params.bands + band) * params.channels + params.first_channel + c] =
+            spectrum[line * params.ranges + range];
     }
 }

@@ -7,12 +7,13 @@ use super::{
     Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_noise, fft, power, snapshot,
 };
 use crate::adc::{Cube, DeviceCube};
-use crate::error::{BadInput, Error, Result};
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Done, Gpu, Pending, Recorder};
 use crate::scene::radar::{Cfar, Radar};
 use num_complex::Complex32;
 
-/// Some channels and range columns of the spectrum, `[doppler, channel, range]`.
+/// Some channels of the receiver and range columns of the spectrum, `[band, doppler, channel, range]`. Bands (eq. 19a) lie
+/// as the transform leaves them: the first, then from the last down.
 #[derive(Clone)]
 pub(crate) struct Chunk {
     pub spectrum: Buffer<Complex32>,
@@ -26,7 +27,13 @@ pub(crate) struct Chunk {
 #[derive(Clone)]
 pub struct DeviceSpectrum {
     pub(crate) chunks: Vec<Chunk>,
+    /// Rows of the map.
     pub doppler_bins: usize,
+    /// Doppler bands (DDM), else 1.
+    pub bands: usize,
+    /// Factor of the map ([`Transform::map_scale`]).
+    pub map_scale: f64,
+    /// Bands times the channels of the cube.
     pub channels: usize,
     pub range_bins: usize,
 }
@@ -46,8 +53,11 @@ impl DeviceSpectrum {
         for (chunk, pending) in self.chunks.iter().zip(pending) {
             let part = done.take(pending);
             for (line, from) in part.chunks_exact(chunk.ranges).enumerate() {
-                let (d, c) = (line / chunk.channels, line % chunk.channels);
-                let at = (d * self.channels + chunk.first_channel + c) * self.range_bins + chunk.first_range;
+                let (row, c) = (line / chunk.channels, line % chunk.channels);
+                let (stored, d) = (row / self.doppler_bins, row % self.doppler_bins);
+                let band = (self.bands - stored) % self.bands;
+                let c = band * (self.channels / self.bands) + chunk.first_channel + c;
+                let at = (d * self.channels + c) * self.range_bins + chunk.first_range;
                 data[at..at + chunk.ranges].copy_from_slice(from);
             }
         }
@@ -112,22 +122,6 @@ pub(super) const CELLS: usize = 4096;
 /// a cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let transform = Transform::of_cube(cube, radar)?;
-    if transform.bands > 1 {
-        return Err(BadInput::new("the Doppler bands of DDM are taken apart by the cpu engine alone")
-            .key("device")
-            .value("gpu")
-            .allowed("cpu")
-            .remedy("use --device cpu, or waveform.multiplex = \"tdm\" or \"bpm\"")
-            .into());
-    }
-    if radar.processing.keystone {
-        return Err(BadInput::new("the keystone transform runs on the cpu engine alone")
-            .key("device")
-            .value("gpu")
-            .allowed("cpu")
-            .remedy("use --device cpu, or take processing.range_migration out")
-            .into());
-    }
     let mut recorder = gpu.recorder("processing");
     let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
     Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()

@@ -3,6 +3,7 @@
 
 use super::device::{Chunk, DeviceSpectrum};
 use super::fft_pass::{Layout, Passes, Scratch, twiddles, work_length};
+use super::keystone::{self, Keystone, Warp};
 use super::window;
 use crate::adc::{Cube, DeviceCube};
 use crate::error::{BadInput, Result};
@@ -26,6 +27,10 @@ pub struct Transform {
     pub doppler_fft: usize,
     /// Doppler bands that become channels (DDM), else 1: spectrum `[doppler / bands, band, channel, range]`.
     pub bands: usize,
+    /// Factor of the power map: bands over transmitters (CONVENTIONS eq. 19a), since empty ones hold noise alone.
+    pub map_scale: f64,
+    /// In place of the Doppler transform.
+    pub keystone: Option<Keystone>,
     /// Samples are taken from the last to the first, as of a falling chirp.
     pub reversed: bool,
     /// One weight a sample, in the order in which they are taken.
@@ -84,6 +89,8 @@ impl Transform {
             range_bins,
             doppler_fft: processing.doppler_fft,
             bands: 1,
+            map_scale: 1.0,
+            keystone: None,
             reversed: false,
             range_window: scaled(window::coefficients(processing.range_window, samples)?, gain),
             doppler_window: scaled(window::coefficients(processing.doppler_window, chirps)?, 1.0),
@@ -116,6 +123,10 @@ impl Transform {
         let mut t = Self::new(shape[0], shape[1], shape[2], radar.line_sampling(), &radar.processing)?;
         if let Multiplex::Ddm { bands } = radar.multiplex {
             t.bands = bands;
+            t.map_scale = bands as f64 / radar.tx.len() as f64;
+        }
+        if radar.processing.keystone {
+            t.keystone = Some(Keystone { scale: keystone::scale(radar), fold: 0 });
         }
         t.reversed = radar.step_hz() < 0.0;
         Ok(t)
@@ -139,10 +150,15 @@ impl Transform {
         self.channels * self.range_bins
     }
 
+    /// Rows of the map.
+    pub fn doppler_rows(&self) -> usize {
+        self.doppler_fft / self.bands
+    }
+
     /// The row that transform bin `k` goes to: zero Doppler to row M/2. With B bands row and band as row · B + band: transmitter b is
     /// found b M/B rows before its range rate, and fills band b of the row at it.
     pub fn doppler_row(&self, k: usize) -> usize {
-        let rows = self.doppler_fft / self.bands;
+        let rows = self.doppler_rows();
         let band = (self.bands - (k + rows / 2) / rows % self.bands) % self.bands;
         (k + rows / 2) % rows * self.bands + band
     }
@@ -150,6 +166,10 @@ impl Transform {
 
 /// Longest transform that a workgroup's 32 KiB hold.
 pub const LONGEST_IN_WORKGROUP: usize = 4096;
+
+pub(super) fn fits_workgroup(length: usize) -> bool {
+    length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP
+}
 
 /// How the device takes a transform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,8 +184,7 @@ impl Method {
     /// The faster one for this length. On a CPU's driver workgroup memory is memory like any other, and
     /// each barrier costs a change of context.
     pub fn of(gpu: &Gpu, length: usize) -> Method {
-        let fits = length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP;
-        if fits && gpu.report().is_hardware { Method::Workgroup } else { Method::Passes }
+        if fits_workgroup(length) && gpu.report().is_hardware { Method::Workgroup } else { Method::Passes }
     }
 }
 
@@ -211,13 +230,19 @@ pub static KERNEL: Kernel = Kernel {
 const SHORTEST_TILE: usize = 1024;
 
 /// One axis of the transform on the device.
-enum Axis {
+pub(super) enum Axis {
     Workgroup { length: usize, weights: Buffer<f32>, twiddles: Buffer<Complex32>, hardware: bool },
     Passes(Passes),
 }
 
 impl Axis {
-    fn new(gpu: &Gpu, recorder: &mut Recorder<'_>, method: Method, length: usize, window: &[f64]) -> Axis {
+    pub fn new(
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        method: Method,
+        length: usize,
+        window: &[f64],
+    ) -> Axis {
         if method == Method::Passes {
             let hardware = gpu.report().is_hardware;
             return Axis::Passes(Passes::new(recorder, hardware, length, window));
@@ -231,7 +256,7 @@ impl Axis {
         }
     }
 
-    fn record(
+    pub fn record(
         &self,
         recorder: &mut Recorder<'_>,
         scratch: &mut Scratch,
@@ -279,16 +304,23 @@ struct Cut {
     ranges: usize,
     /// Chirps that are transformed together.
     chirps: usize,
+    /// The same of rows whose range transform comes last.
+    rows: usize,
 }
 
 impl Cut {
     fn new(t: &Transform, limit: u64) -> Result<Self> {
         let fits = (limit / size_of::<Complex32>() as u64) as usize;
         let (range, doppler) = (work_length(t.range_fft).max(t.samples), work_length(t.doppler_fft));
-        let channels = (fits / (doppler * t.range_bins)).clamp(1, t.channels);
+        let (doppler, columns) = match t.keystone {
+            Some(_) => (t.doppler_fft, t.range_bins.max(t.samples)),
+            None => (doppler, t.range_bins),
+        };
+        let channels = (fits / (doppler * columns)).clamp(1, t.channels);
         let ranges = (fits / (doppler * channels)).min(t.range_bins);
         let chirps = (fits / (channels * range)).min(t.chirps);
-        if ranges == 0 || chirps == 0 {
+        let rows = (fits / (channels * range)).min(t.doppler_fft);
+        if ranges == 0 || chirps == 0 || rows == 0 {
             return Err(BadInput::new(
                 "not one channel of one range bin or chirp fits into a buffer of this adapter",
             )
@@ -298,18 +330,25 @@ impl Cut {
             .remedy("choose the device cpu")
             .into());
         }
-        Ok(Cut { channels, ranges, chirps })
+        Ok(Cut { channels, ranges, chirps, rows })
     }
 }
 
 /// Samples on the device, `[chirp, channel, sample]` of some chirps.
-struct Piece<'a> {
-    first_chirp: usize,
-    chirps: usize,
+pub(super) struct Piece<'a> {
+    pub first_chirp: usize,
+    pub chirps: usize,
     /// That it holds, and the first of those that are wanted.
-    channels: usize,
-    first_channel: usize,
-    data: &'a dyn AnyBuffer,
+    pub channels: usize,
+    pub first_channel: usize,
+    pub data: &'a dyn AnyBuffer,
+}
+
+/// Chirps to rows.
+enum Slow {
+    Doppler(Axis),
+    /// Before the range transform.
+    Keystone(Warp),
 }
 
 /// What the transforms of one recorder share.
@@ -317,7 +356,7 @@ struct Plan<'a> {
     t: &'a Transform,
     cut: Cut,
     range: Axis,
-    doppler: Axis,
+    slow: Slow,
     scratch: Scratch,
 }
 
@@ -332,8 +371,7 @@ impl<'a> Plan<'a> {
         for (key, length) in
             [("processing.range_fft", t.range_fft), ("processing.doppler_fft", t.doppler_fft)]
         {
-            let fits = length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP;
-            if of(length) == Method::Workgroup && !fits {
+            if of(length) == Method::Workgroup && !fits_workgroup(length) {
                 return Err(BadInput::new("a workgroup has no FFT of this length")
                     .key(key)
                     .value(length)
@@ -342,13 +380,16 @@ impl<'a> Plan<'a> {
                     .into());
             }
         }
-        Ok(Plan {
-            t,
-            cut: Cut::new(t, gpu.max_binding_bytes())?,
-            range: Axis::new(gpu, recorder, of(t.range_fft), t.range_fft, &t.range_window),
-            doppler: Axis::new(gpu, recorder, of(t.doppler_fft), t.doppler_fft, &t.doppler_window),
-            scratch: Scratch::default(),
-        })
+        let cut = Cut::new(t, gpu.max_binding_bytes())?;
+        let range = Axis::new(gpu, recorder, of(t.range_fft), t.range_fft, &t.range_window);
+        let slow = match &t.keystone {
+            Some(keystone) => Slow::Keystone(Warp::new(recorder, gpu, t, keystone, method)?),
+            None => {
+                let length = t.doppler_fft;
+                Slow::Doppler(Axis::new(gpu, recorder, of(length), length, &t.doppler_window))
+            }
+        };
+        Ok(Plan { t, cut, range, slow, scratch: Scratch::default() })
     }
 
     /// The spectrum of `channels` channels from the `first_channel`-th on, whose samples are in `pieces`.
@@ -360,37 +401,60 @@ impl<'a> Plan<'a> {
         chunks: &mut Vec<Chunk>,
     ) {
         let t = self.t;
+        // What the keystone transform leaves in place of chirps: `[row, channel, sample]`, cut along rows.
+        let mut warped: Vec<(usize, Buffer<Complex32>)> = Vec::new();
+        if let Slow::Keystone(warp) = &self.slow {
+            for first in (0..t.doppler_fft).step_by(self.cut.rows) {
+                let rows = self.cut.rows.min(t.doppler_fft - first);
+                warped.push((first, recorder.buffer("warped rows", rows * channels * t.samples)));
+            }
+            warp.record(recorder, &mut self.scratch, t, pieces, channels, &warped);
+        }
         for first_range in (0..t.range_bins).step_by(self.cut.ranges) {
             let ranges = self.cut.ranges.min(t.range_bins - first_range);
             let columns = channels * ranges;
-            let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
-            for piece in pieces {
-                for first in (0..piece.chirps).step_by(self.cut.chirps) {
-                    let chirps = self.cut.chirps.min(piece.chirps - first);
-                    self.record_range(
-                        recorder,
-                        piece,
-                        (first, chirps),
-                        (first_range, ranges),
-                        channels,
-                        &between,
-                    );
-                }
-            }
             let spectrum = recorder.buffer::<Complex32>("spectrum", t.doppler_fft * columns);
-            let layout = Layout {
-                lines: columns,
-                in_line: 1,
-                in_step: columns as u32,
-                out_line: 1,
-                out_step: columns as u32,
-                shift: t.doppler_row(0) as u32,
-                kept: t.doppler_fft as u32,
-                side_by_side: columns > 1,
-                ..Default::default()
-            };
-            self.doppler.record(recorder, &mut self.scratch, &between, &spectrum, layout);
+            let range = (first_range, ranges);
+            for (first_chirp, data) in &warped {
+                let chirps = data.len() / (channels * t.samples);
+                let piece = Piece { first_chirp: *first_chirp, chirps, channels, first_channel: 0, data };
+                self.record_range(recorder, &piece, (0, chirps), range, channels, &spectrum);
+            }
+            if let Slow::Doppler(_) = self.slow {
+                let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
+                for piece in pieces {
+                    for first in (0..piece.chirps).step_by(self.cut.chirps) {
+                        let chirps = (first, self.cut.chirps.min(piece.chirps - first));
+                        self.record_range(recorder, piece, chirps, range, channels, &between);
+                    }
+                }
+                self.record_doppler(recorder, columns, &between, &spectrum);
+            }
             chunks.push(Chunk { spectrum, first_channel, channels, first_range, ranges });
+        }
+    }
+
+    fn record_doppler(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        columns: usize,
+        from: &Buffer<Complex32>,
+        to: &Buffer<Complex32>,
+    ) {
+        let t = self.t;
+        let layout = Layout {
+            lines: columns,
+            in_line: 1,
+            in_step: columns as u32,
+            out_line: 1,
+            out_step: columns as u32,
+            shift: (t.doppler_rows() / 2) as u32,
+            kept: t.doppler_fft as u32,
+            side_by_side: columns > 1,
+            ..Default::default()
+        };
+        if let Slow::Doppler(axis) = &self.slow {
+            axis.record(recorder, &mut self.scratch, from, to, layout);
         }
     }
 
@@ -427,7 +491,14 @@ impl<'a> Plan<'a> {
 }
 
 fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
-    DeviceSpectrum { chunks, doppler_bins: t.doppler_fft, channels: t.channels, range_bins: t.range_bins }
+    DeviceSpectrum {
+        chunks,
+        doppler_bins: t.doppler_rows(),
+        bands: t.bands,
+        map_scale: t.map_scale,
+        channels: t.channels * t.bands,
+        range_bins: t.range_bins,
+    }
 }
 
 /// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing

@@ -35,7 +35,7 @@ pub(super) const TOLERANCE: Tolerance = Tolerance {
 };
 
 /// Values of a block of lines where blocks have to fit a cache.
-const CACHE: usize = 1 << 18;
+pub(super) const CACHE: usize = 1 << 18;
 
 /// Largest prime factor that a pass takes as a plain sum.
 const LARGEST_PRIME: usize = 31;
@@ -336,7 +336,7 @@ impl Passes {
 }
 
 /// Threads of a pass: lines by work of a line, either along x; what y holds not goes on in z.
-fn grid(lines: u32, work: u32, lines_first: bool) -> Threads {
+pub(super) fn grid(lines: u32, work: u32, lines_first: bool) -> Threads {
     let (fast, slow) = if lines_first { (lines, work) } else { (work, lines) };
     Threads::Grid([fast, slow.min(1 << 15), slow.div_ceil(1 << 15)])
 }

@@ -14,6 +14,7 @@ gpu_struct! {
         pub range_bins: u32,
         pub start: u32,
         pub scale: f32,
+        pub bands: u32,
     }
 }
 
@@ -38,12 +39,12 @@ pub static KERNEL: Kernel = Kernel {
 /// The map of a spectrum, `[doppler, range]`, in W.
 pub fn record(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> Buffer<f32> {
     let map = recorder.buffer::<f32>("map", spectrum.doppler_bins * spectrum.range_bins);
-    add(recorder, spectrum, &map, (0, spectrum.channels));
+    add(recorder, spectrum, &map, (0, spectrum.channels / spectrum.bands));
     map
 }
 
-/// Adds the power of a spectrum to `map`: its channels are those from the `first`-th on of `all` channels, of
-/// which the first begin the map and the last turn the sum into the mean.
+/// Adds the power of a spectrum to `map`: its channels are those from the `first`-th on of `all` channels of the
+/// cube, of which the first begin the map and the last turn the sum into the mean.
 pub(crate) fn add(
     recorder: &mut Recorder<'_>,
     spectrum: &DeviceSpectrum,
@@ -60,7 +61,8 @@ pub(crate) fn add(
             first_range: chunk.first_range as u32,
             range_bins: spectrum.range_bins as u32,
             start: u32::from(first == 0),
-            scale: if last { (1.0 / all as f64) as f32 } else { 1.0 },
+            scale: if last { (spectrum.map_scale / (all * spectrum.bands) as f64) as f32 } else { 1.0 },
+            bands: spectrum.bands as u32,
         };
         let threads = Threads::Linear((spectrum.doppler_bins * chunk.ranges) as u64);
         recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, map], threads);

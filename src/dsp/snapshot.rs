@@ -15,6 +15,8 @@ gpu_struct! {
         pub chunk_channels: u32,
         pub first_range: u32,
         pub ranges: u32,
+        pub bands: u32,
+        pub doppler_bins: u32,
     }
 }
 
@@ -39,11 +41,11 @@ pub fn record(
     list: &Buffer<u32>,
 ) -> Buffer<Complex32> {
     let snapshots = recorder.buffer::<Complex32>("snapshots", (list.len() - 1) * spectrum.channels);
-    add(recorder, spectrum, list, &snapshots, (0, spectrum.channels));
+    add(recorder, spectrum, list, &snapshots, (0, spectrum.channels / spectrum.bands));
     snapshots
 }
 
-/// Those of a spectrum whose channels are the ones from the `first`-th on of `all`.
+/// Those of a spectrum whose channels are the ones from the `first`-th on of `all` of the cube.
 pub(crate) fn add(
     recorder: &mut Recorder<'_>,
     spectrum: &DeviceSpectrum,
@@ -61,8 +63,10 @@ pub(crate) fn add(
             chunk_channels: chunk.channels as u32,
             first_range: chunk.first_range as u32,
             ranges: chunk.ranges as u32,
+            bands: spectrum.bands as u32,
+            doppler_bins: spectrum.doppler_bins as u32,
         };
-        let threads = Threads::Linear((capacity * chunk.channels) as u64);
+        let threads = Threads::Linear((capacity * chunk.channels * spectrum.bands) as u64);
         recorder.dispatch(&KERNEL, &params, &[&chunk.spectrum, list, snapshots], threads);
     }
 }

@@ -4,7 +4,7 @@ use super::device::{CELLS, ListedCells, detection, too_many};
 use super::fft::{self, Transform};
 use super::{PowerMap, RangeDoppler, cfar, cfar_noise, peaks, power, snapshot};
 use crate::adc::Cube;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Gpu, Recorder};
 use crate::scene::radar::Cfar;
 use num_complex::{Complex, Complex32};
@@ -30,11 +30,19 @@ pub(crate) fn blocks(channels: usize, most: usize) -> Vec<Range<usize>> {
     (0..channels).step_by(most).map(|first| first..(first + most).min(channels)).collect()
 }
 
+/// Refuses Doppler bands (DDM), whose sums have another order over channels.
+pub(crate) fn check_bands(t: &Transform) -> Result<()> {
+    match t.bands {
+        1 => Ok(()),
+        _ => Err(Error::Failed("Doppler bands (DDM) cannot be processed in blocks of channels".into())),
+    }
+}
+
 /// As [`super::device::process`], to the bit, with one block of channels on the device at a time and a
 /// submission for each. `source` is asked for every block twice, the second time for the snapshots, once
 /// where one block is all or nothing was detected. Blocks are as large as one buffer of the adapter holds.
 ///
-/// Errors: of the source; as [`super::device::process`].
+/// Errors: of the source; as [`super::device::process`]; Doppler bands.
 pub fn process(
     gpu: &Gpu,
     transform: &Transform,
@@ -42,6 +50,7 @@ pub fn process(
     source: &mut Source<'_, f32>,
 ) -> Result<RangeDoppler<f32>> {
     let t = transform;
+    check_bands(t)?;
     let size = [t.doppler_fft, t.range_bins];
     let columns = cfar::columns(cfar, t.channels, size[0], size[1])?;
     let one = (t.chirps * t.samples.max(t.range_fft)).max(t.doppler_fft * t.range_bins);

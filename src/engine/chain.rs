@@ -16,6 +16,7 @@ use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::fft::Transform;
 use crate::dsp::stream::Source;
+use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Sensor, World};
@@ -140,13 +141,13 @@ impl Engine {
     ) -> Result<(AnyCube, FrontEnd, Vec<RangeDoppler<f64>>)> {
         let start = Instant::now();
         let p = &radar.processing;
-        if let (Engine::Gpu(gpu), false) = (self, p.keystone)
+        if let Engine::Gpu(gpu) = self
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, returns, interference, seed, frame)?
         {
             let pending = device.read(&mut recorder);
             if p.remove_static {
-                dsp::zero_doppler::record(&mut recorder, &device);
+                dsp::zero_doppler::record(&mut recorder, &device, &AtRest::of(radar));
             }
             let shape = [device.chirps, device.channels, device.samples];
             let transform = Transform::of_shape(shape, radar)?;
@@ -187,8 +188,7 @@ impl Engine {
         };
         let plain = pointwise(&radar.front_end) == FrontEndSettings::default() && interference.is_empty();
         let Engine::Gpu(gpu) = self else { return Ok(None) };
-        let bands = matches!(radar.multiplex, Multiplex::Ddm { .. });
-        if !plain || bands || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
+        if !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
             return Ok(None);
         }
         let plan = Plan::new(radar, returns)?;
@@ -314,7 +314,6 @@ impl Engine {
         radar.waveform.parts() == 1
             && Shaping::of(radar, 0.0).is_none()
             && !matches!(radar.multiplex, Multiplex::Ddm { .. })
-            && !p.keystone
             && !p.remove_static
     }
 

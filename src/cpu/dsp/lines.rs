@@ -4,6 +4,7 @@
 use super::zero_doppler;
 use crate::adc::Cube;
 use crate::adc::shaping;
+use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{Real, window};
 use crate::error::{BadInput, Result};
 use crate::scene::radar::{Radar, Sampling};
@@ -19,7 +20,7 @@ pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a,
     let mut lines = lines(cube, radar)?;
     if radar.processing.remove_static {
         let columns = lines.channels * lines.samples;
-        zero_doppler::remove(&mut lines.to_mut().data, columns);
+        zero_doppler::remove(&mut lines.to_mut().data, columns, &AtRest::of(radar));
     }
     Ok(lines)
 }

@@ -19,29 +19,17 @@ pub mod zero_doppler;
 use crate::adc::Cube;
 use crate::dsp::fft::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
 /// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks,
 /// snapshots. Errors: a cube that is not this radar's, bad settings, samples that are not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let transform = Transform::of_cube(cube, radar)?;
-    if transform.bands > 1 && (radar.processing.keystone || radar.processing.remove_static) {
-        return Err(BadInput::new(
-            "neither the keystone transform nor the removal of what stands knows Doppler bands",
-        )
-        .key("processing.range_migration, processing.remove_static")
-        .remedy("take them out, or set waveform.multiplex to \"tdm\" or \"bpm\"")
-        .into());
-    }
-    let spectrum = match radar.processing.keystone {
-        true => keystone::spectrum(cube, &transform, &dsp::keystone::scale(radar), 0)?,
-        false => fft::spectrum(cube, &transform),
-    };
+    let spectrum = spectrum(cube, &transform)?;
     let mut map = power::power(&spectrum);
     if transform.bands > 1 {
-        // Empty bands hold noise alone: what a transmitter sends reads its power.
-        let share = T::of(transform.bands as f64 / radar.tx.len() as f64);
+        let share = T::of(transform.map_scale);
         map.data.iter_mut().for_each(|p| *p = *p * share);
     }
     let cfar = &radar.processing.cfar;
@@ -50,6 +38,15 @@ pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, R
     let noise = noise(&map, cfar, spectrum.channels, &cells)?;
     let snapshots = snapshot::snapshots(&spectrum, &cells);
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
+}
+
+/// Both transforms of a cube whose shape is theirs, without range migration if they ask for that. Errors: as
+/// [`keystone::spectrum`].
+pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectrum<T>> {
+    match &transform.keystone {
+        Some(k) => keystone::spectrum(cube, transform, &k.scale, k.fold),
+        None => Ok(fft::spectrum(cube, transform)),
+    }
 }
 
 /// The detector that `cfar` names, on a map that is the mean over `channels` looks.

@@ -1,8 +1,9 @@
 //! Cubes larger than memory: the chain by blocks of channels (CONVENTIONS eq. 87).
 
-use super::{detect, fft, noise, peaks};
+use super::{detect, fft, keystone, noise, peaks};
+use crate::adc::Cube;
 use crate::dsp::fft::Transform;
-use crate::dsp::stream::{Source, blocks};
+use crate::dsp::stream::{Source, blocks, check_bands};
 use crate::dsp::{PowerMap, RangeDoppler, Real, Snapshots};
 use crate::error::Result;
 use crate::scene::radar::Cfar;
@@ -13,13 +14,14 @@ use rayon::prelude::*;
 /// block of channels once, and once more for the snapshots unless one block is all. Blocks are as large as
 /// `budget_bytes` allows for samples and spectrum, and one channel at least.
 ///
-/// Errors: of the source; as [`super::process`].
+/// Errors: of the source; as [`super::process`]; Doppler bands.
 pub fn process<T: Real>(
     transform: &Transform,
     cfar: &Cfar,
     budget_bytes: usize,
     source: &mut Source<'_, T>,
 ) -> Result<RangeDoppler<T>> {
+    check_bands(transform)?;
     let (channels, bins) = (transform.channels, transform.range_bins);
     let one = transform.chirps * transform.samples + transform.doppler_fft * bins;
     let blocks = blocks(channels, budget_bytes / (one * size_of::<Complex<T>>()));
@@ -71,6 +73,14 @@ impl<'a, T: Real> Block<'a, T> {
         self.samples.resize(t.chirps * self.channels * t.samples, Complex::default());
         self.spectrum.resize(t.doppler_fft * columns, Complex::default());
         source(range, &mut self.samples)?;
+        if let Some(k) = &t.keystone {
+            let data = std::mem::take(&mut self.samples);
+            let cube = Cube { chirps: t.chirps, channels: self.channels, samples: t.samples, data };
+            let part = Transform { channels: self.channels, ..t.clone() };
+            self.spectrum = keystone::spectrum(&cube, &part, &k.scale, k.fold)?.data;
+            self.samples = cube.data;
+            return Ok(());
+        }
         fft::range_of(&self.samples, t, &mut self.spectrum[..t.chirps * columns]);
         fft::doppler(t, &mut self.spectrum);
         Ok(())

@@ -1,32 +1,39 @@
 //! Removal of everything at rest (CONVENTIONS eq. 88).
 
 use crate::dsp::Real;
-use num_complex::Complex;
+use crate::dsp::zero_doppler::AtRest;
+use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 
-/// Subtracts from every column of `[chirp, column]` its mean over the chirps: echoes whose phase does not
-/// change from chirp to chirp, and leakage, are gone, whatever the window. Sums are f64.
-pub fn remove<T: Real>(data: &mut [Complex<T>], columns: usize) {
+/// Subtracts from every column of `[chirp, column]` what `rest` says of it, its mean over the chirps or the sum of
+/// what the transmitters' turns leave of it: echoes whose phase does not change from chirp to chirp, and leakage, are
+/// gone, whatever the window. Sums are f64.
+pub fn remove<T: Real>(data: &mut [Complex<T>], columns: usize, rest: &AtRest) {
     if columns == 0 || data.is_empty() {
         return;
     }
-    let chirps = data.len() / columns;
-    let mut mean = vec![Complex::<T>::default(); columns];
-    let share = 1.0 / chirps as f64;
-    mean.par_chunks_mut(512).enumerate().for_each(|(i, mean)| {
-        let mut sums = [Complex::<f64>::default(); 512];
-        for row in data.chunks_exact(columns) {
-            for (s, x) in sums.iter_mut().zip(&row[i * 512..i * 512 + mean.len()]) {
-                *s += Complex::new(x.re.wide(), x.im.wide());
+    let period = rest.period;
+    let mut sums = vec![Complex64::default(); period * columns];
+    sums.par_chunks_mut(columns).enumerate().for_each(|(first, sums)| {
+        sums.par_chunks_mut(512).enumerate().for_each(|(i, sums)| {
+            for row in data.chunks_exact(columns).skip(first).step_by(period) {
+                for (s, x) in sums.iter_mut().zip(&row[i * 512..]) {
+                    *s += Complex::new(x.re.wide(), x.im.wide());
+                }
             }
-        }
-        for (m, s) in mean.iter_mut().zip(&sums) {
-            *m = Complex::new(T::of(s.re * share), T::of(s.im * share));
+        });
+    });
+    let mut resting = vec![Complex::<T>::default(); period * columns];
+    resting.par_chunks_mut(columns).zip(rest.projection.par_chunks(period)).for_each(|(out, weights)| {
+        for (i, out) in out.iter_mut().enumerate() {
+            let x: Complex64 =
+                weights.iter().zip(sums.iter().skip(i).step_by(columns)).map(|(w, s)| w * s).sum();
+            *out = Complex::new(T::of(x.re), T::of(x.im));
         }
     });
-    data.par_chunks_mut(columns).for_each(|row| {
-        for (x, m) in row.iter_mut().zip(&mean) {
-            *x = *x - *m;
+    data.par_chunks_mut(columns).enumerate().for_each(|(m, row)| {
+        for (x, r) in row.iter_mut().zip(&resting[m % period * columns..]) {
+            *x = *x - *r;
         }
     });
 }
