@@ -1,21 +1,18 @@
 //! Corner S (trihedral, legs 0.10 m, 14.5 dBsm) 0.35 m over asphalt, driven up to from 40 m to 3 m by a radar 0.15 m high
 //! (Feng 2019, figure 3.1): received power at its cell against distance, with noise, with what the asphalt returns, and between the two
-//! envelopes of the two-ray field. The corner's echo is that of image theory (CONVENTIONS eq. 44-46), all four ways; asphalt, samples,
-//! noise and map come from the chain. Writes `corner_drive.png`, or the file that is named.
+//! envelopes of the two-ray field. Corner and asphalt are meshes of one scene, traced and processed as any. Writes `corner_drive.png`, or the file that is named.
 
-use catseye::adc::synthesis::point_echo;
 use catseye::cpu::adc::synthesis::Control;
 use catseye::em::fresnel::{rayleigh_factor, reflection};
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
-use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Radar, Window};
-use catseye::scene::{Material, Scene, material, radar_toml};
-use catseye::trace::{Return, Returns, TraceOptions};
+use catseye::scene::{Scene, Shape, material, radar_toml};
+use catseye::trace::{Returns, TraceOptions};
 use catseye::units::{db_from_power, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -23,28 +20,6 @@ use std::f64::consts::PI;
 const RADAR_M: f64 = 0.15;
 const TARGET_M: f64 = 0.35;
 const STEP_M: f64 = 0.05;
-
-/// The echo of the corner over endless asphalt. S is referred to the place on the ground under it.
-fn corner_echo(
-    engine: &Engine,
-    corner: &Scene,
-    asphalt: &Material,
-    freq_hz: f64,
-    d: f64,
-) -> catseye::Result<Return> {
-    let range = d.hypot(RADAR_M);
-    let look = Look::monostatic(Aspect { azimuth: 0.0, elevation: RADAR_M.atan2(d) });
-    let options = RcsOptions {
-        distance: Distance::At(range),
-        ground: Ground::Plane(asphalt.clone()),
-        last: false,
-        ..Default::default()
-    };
-    let s = engine.rcs(corner, &[freq_hz], &[look], &options)?[0].every;
-    let mut echo = point_echo(DVec3::new(d, 0.0, -RADAR_M), DVec3::ZERO, 1.0, 1);
-    echo.spread = s.map(|row| row.map(|z| z / (range * range)));
-    Ok(echo)
-}
 
 /// Largest power of the map within half a metre of `range_m`, and the median beyond 50 m, in W.
 fn level(
@@ -84,12 +59,17 @@ fn main() -> catseye::Result<()> {
     let m = road.material_index(&asphalt);
     let plane = ground(DVec2::new(-5.0, -10.0), DVec2::new(70.0, 10.0), 0.0, m);
     road.add_mesh("road", "road", plane, Pose::IDENTITY);
-    let geometry = Geometry::build(&road, 0.0, radar.carrier_hz)?;
+    let empty = Geometry::build(&road, 0.0, radar.carrier_hz)?;
     let pose: Pose<Sensor, World> = Pose::from_yaw_pitch_roll(DVec3::Z * RADAR_M, 0.0, 0.0, 0.0);
+    let corner = Reflector::parse("trihedral:leg_m=0.1")?.to_scene(&material::by_name)?;
+    let mut mesh = corner.meshes[0].clone();
+    let metal = road.material_index(&corner.materials[0]);
+    mesh.material.fill(metal);
+    road.meshes.push(mesh);
+    let shape = Shape::Mesh(road.meshes.len() - 1);
+    road.add_object("corner", "marker", shape, Pose::IDENTITY, DVec3::ZERO);
     // The corner's axis of symmetry is level and looks at the radar.
-    let mut corner = Reflector::parse("trihedral:leg_m=0.1")?.to_scene(&material::by_name)?;
     let tilt = 0.5f64.sqrt().atan();
-    corner.objects[0].pose = Pose::from_yaw_pitch_roll(DVec3::Z * TARGET_M, 0.0, tilt, 0.0);
 
     let k = wavenumber(radar.carrier_hz);
     let (mut seen, mut noise, mut clutter) = (Vec::new(), Vec::new(), Vec::new());
@@ -101,11 +81,13 @@ fn main() -> catseye::Result<()> {
         // The asphalt's echo differs from place to place.
         let options =
             TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, frame: i, ..Default::default() };
-        let mut returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &options);
         if i % 5 == 0 {
+            let returns = engine.returns(&empty, &radar, &pose, DVec3::ZERO, &options);
             clutter.push([d, dbm_from_w(level(&engine, &radar, &returns, range, i)?[0])]);
         }
-        returns.returns.push(corner_echo(&engine, &corner, &asphalt, radar.carrier_hz, d)?);
+        road.objects[1].pose = Pose::from_yaw_pitch_roll(DVec3::new(d, 0.0, TARGET_M), PI, tilt, 0.0);
+        let geometry = Geometry::build(&road, 0.0, radar.carrier_hz)?;
+        let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &options);
         let [top, floor] = level(&engine, &radar, &returns, range, i)?;
         seen.push([d, dbm_from_w(top)]);
         noise.push([d, dbm_from_w(floor)]);

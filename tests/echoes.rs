@@ -289,7 +289,7 @@ fn a_corner_over_a_plane_is_what_image_theory_says() {
     for d in [3.0, 4.4, 5.9, 7.7, 9.1, 11.0, 13.0, 14.2, 17.5, 22.0, 30.0] {
         let yaw = std::f64::consts::PI;
         let pose = Pose::from_yaw_pitch_roll(DVec3::new(d, 0.0, target_m), yaw, tilt, 0.0);
-        let options = TraceOptions { bounces: 4, accuracy_db: 0.05, ..Default::default() };
+        let options = TraceOptions { bounces: 3, accuracy_db: 0.05, ..Default::default() };
         let found = seen_from(&over("pec", spec, pose), radar_m, &options);
         let got = total(&found, wavenumber(77e9));
         let free = TraceOptions { bounces: 3, images: false, ..options };

@@ -5,6 +5,7 @@
 //! random directions.
 
 use crate::geom::faces::{Face, Faces, HalfSpace, MOST_CORNERS};
+use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -316,6 +317,8 @@ pub struct Node {
     pub parent: u32,
     pub face: u32,
     pub bounce: u8,
+    /// The chain begins with a mirror of its second face (`Faces::mirrors`).
+    pub imaged: bool,
     /// Of the wave that arrives.
     pub frame: Frame,
     /// Unit normal on the lit side.
@@ -744,6 +747,11 @@ impl Clipper<'_> {
         kept < end
     }
 
+    /// Bounces of a chain; the one on a mirror ahead of what it lights comes on top.
+    fn most(&self, imaged: bool) -> usize {
+        (self.options.bounces + usize::from(imaged)).min(MAX_BOUNCES)
+    }
+
     /// Follows what lights `first` through its bounces.
     #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
     fn follow(
@@ -767,6 +775,7 @@ impl Clipper<'_> {
             parent: u32::MAX,
             face: first,
             bounce: 1,
+            imaged: false,
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
         });
@@ -777,16 +786,15 @@ impl Clipper<'_> {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && monostatic;
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
-            if self.options.images
-                && node.bounce > 1
-                && self.faces.mirrors(face.patch, self.faces.faces[node.face as usize].patch)
-            {
+            if node.imaged && self.faces.mirrors(face.patch, self.faces.faces[node.face as usize].patch) {
                 self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
             }
-            let go_on = (node.bounce as usize) < self.options.bounces;
+            let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(face.patch);
+            let go_on = (node.bounce as usize) < self.most(node.imaged || begins);
             if !go_on && !self.options.last {
                 continue;
             }
+            let first_patch = face.patch;
             let face = &self.faces.faces[node.face as usize];
             let offset = node.normal.dot(face.normal) * face.offset_m;
             let frame = node.frame.mirrored(node.normal, offset);
@@ -831,6 +839,11 @@ impl Clipper<'_> {
             let mark = stack.len();
             for (f, facing, p) in targets.iter() {
                 let (f, facing) = (*f, *facing);
+                let patch = self.faces.faces[f as usize].patch;
+                let imaged = node.imaged || begins && self.faces.mirrors(first_patch, patch);
+                if node.bounce as usize >= self.most(imaged) {
+                    continue;
+                }
                 parts.clear();
                 self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
                 if parts.is_empty() {
@@ -841,6 +854,7 @@ impl Clipper<'_> {
                     parent: index,
                     face: f,
                     bounce: node.bounce + 1,
+                    imaged,
                     frame,
                     normal: Side::of(&self.faces.faces[f as usize], facing).normal,
                 });

@@ -168,7 +168,7 @@ struct Station<'a> {
 }
 
 impl Station<'_> {
-    /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 125): where the chain
+    /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 65): where the chain
     /// begins with a mirror of what follows, also those of the chain the other way round, which then give none of their own.
     fn with_reciprocals(&self, region: &Region) -> Vec<Return> {
         let faces = self.geometry.faces();

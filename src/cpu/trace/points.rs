@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 /// Echoes of the point targets (S = sqrt(sigma / 4 pi) on both polarisations, whatever the directions) and of the scattering
 /// tables, from their origins, straight and, with `images`, over the planes that mirror them, in all combinations of ways out and
-/// back (CONVENTIONS eq. 125). Ways that something blocks are left out; these targets themselves hide nothing. A table knows no
+/// back (CONVENTIONS eq. 65). Ways that something blocks are left out; these targets themselves hide nothing. A table knows no
 /// scattering from one direction into another: there it is asked for the direction halfway.
 pub fn point_returns(
     geometry: &Geometry,
