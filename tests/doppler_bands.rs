@@ -133,7 +133,8 @@ fn slow_keystone(cube: &Cube<f64>, t: &fft::Transform, k: &Keystone) -> Vec<Comp
                     let turns = |n: usize| r as f64 * n as f64 / t.range_fft as f64;
                     out.push(
                         (0..cube.samples)
-                            .map(|n| line[n] * t.range_window[n] * Complex64::cis(-TAU * turns(n)))
+                            .map(|n| (n, if t.reversed { cube.samples - 1 - n } else { n }))
+                            .map(|(n, i)| line[i] * t.range_window[n] * Complex64::cis(-TAU * turns(n)))
                             .sum(),
                     );
                 }
@@ -158,6 +159,8 @@ fn keystone_is_its_sum() {
         p.range_fft = if bands == 1 { samples.next_power_of_two() } else { samples + 3 };
         let mut t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
         t.bands = bands;
+        // As of a falling chirp.
+        t.reversed = fold > 0;
         let scale: Vec<f64> = (0..samples).map(|n| 0.97 + 0.08 * n as f64 / samples as f64).collect();
         let k = Keystone { scale, fold };
         let cube = Cube { chirps, channels: 2, samples, data: noise(3, chirps * 2 * samples) };

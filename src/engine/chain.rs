@@ -307,8 +307,8 @@ impl Engine {
         }
     }
 
-    /// Whether [`Engine::range_doppler_streamed`] knows this radar: its lines are its samples, and nothing is asked for that
-    /// needs all of the cube.
+    /// Whether [`Engine::range_doppler_streamed`] knows this radar: its lines are its samples, without Doppler
+    /// bands and without removal of what rests.
     pub fn can_stream(radar: &Radar) -> bool {
         let p = &radar.processing;
         radar.waveform.parts() == 1
