@@ -37,6 +37,7 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &adc::grid_lines::KERNEL,
         &adc::noise::KERNEL,
         &adc::convert::KERNEL,
+        &dsp::keystone::KERNEL,
         &dsp::zero_doppler::KERNEL,
         &dsp::fft::KERNEL,
         &dsp::fft_any::KERNEL,

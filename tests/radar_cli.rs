@@ -294,10 +294,4 @@ fn impossible_radars_are_one_line() {
         scenario(d, &base.replacen(from, to, 1), "");
         refused(d, &["simulate", "s.toml", "-o", "no", "--device", "cpu"], &parts, "no");
     }
-    // Keystone and Doppler bands are the cpu engine's.
-    if let Some(adapter) = catseye::gpu::adapters().first() {
-        scenario(d, &base.replacen("azimuth_bins", "range_migration = \"keystone\"\nazimuth_bins", 1), "");
-        let args = ["simulate", "s.toml", "-o", "no", "--device", adapter.name.as_str()];
-        refused(d, &args, &["keystone", "cpu"], "no");
-    }
 }
