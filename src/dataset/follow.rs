@@ -8,6 +8,7 @@ use crate::detect::cluster::{Dbscan, Place};
 use crate::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
 use crate::detect::kalman::Station;
 use crate::detect::plot::{Plot, plots_of_clusters};
+use crate::detect::same_slope;
 use crate::detect::track_table::{TrackRow, write_tracks};
 use crate::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
 use crate::error::{Error, Result};
@@ -171,7 +172,7 @@ fn without_standing(
         Multiplex::Ddm { bands } if bands > radar.tx.len() => bands as f64,
         _ => 1.0,
     };
-    let folded = (radar.waveform.parts() == 1)
+    let folded = one_slope(radar)
         .then(|| Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps() * bands, max_speed_mps: FASTEST_MPS });
     let settings = EgoSettings { seed, frame, folded, ..EgoSettings::default() };
     match ego_motion(&radials, &EgoModel::Sensor, &settings) {
@@ -194,9 +195,15 @@ fn without_standing(
     }
 }
 
+/// Slopes that differ unfold each other's rates.
+fn one_slope(radar: &Radar) -> bool {
+    let slopes: Vec<f64> = (0..radar.waveform.parts()).map(|i| radar.part(i).slope_hz_per_s()).collect();
+    same_slope::groups(&slopes).len() == 1
+}
+
 fn clustered(radar: &Radar, points: &[Seen]) -> Result<Vec<Plot>> {
     // A rate that may be folded says little of the speed.
-    let folds = radar.waveform.parts() == 1 && radar.max_velocity_mps() < FASTEST_MPS;
+    let folds = one_slope(radar) && radar.max_velocity_mps() < FASTEST_MPS;
     let plots: Vec<Plot> = points
         .iter()
         .filter_map(|p| {

@@ -3,7 +3,7 @@
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{Ambiguity, TdmFolds};
-use super::points::{Detected, Point, peaks, point};
+use super::points::{Detected, Point, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
@@ -254,7 +254,15 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
     let mut seen: Vec<(&Radar, Vec<(Point, Detected)>)> = Vec::new();
     for group in same_slope::groups(&rising) {
         let (part, accuracy) = (&parts[group[0]], &accuracies[group[0]]);
-        let alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
+        let mut alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
+        // All to the time of the first.
+        for (list, i) in alike.iter_mut().zip(&group) {
+            let later_s = parts[*i].middle_s() - part.middle_s();
+            for d in list {
+                let rate = range_rate_mps(part, d.doppler_row) + d.unfolded_mps;
+                d.range_bin -= rate * later_s / part.range_bin_m();
+            }
+        }
         let bodies = same_slope::together(part, accuracy, &alike);
         seen.push((part, bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect()));
     }
@@ -268,7 +276,8 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
             let sign = part.slope_hz_per_s().signum();
             Slope {
                 slope_hz_per_s: part.slope_hz_per_s(),
-                carrier_hz: part.carrier_hz,
+                // With the time of the ramp in it: eq. 15 and 119.
+                carrier_hz: part.slope_hz_per_s() * part.range_per_rate_s(),
                 peaks: list
                     .iter()
                     .map(|(p, d)| SlopePeak {

@@ -404,9 +404,19 @@ impl Radar {
     pub fn max_velocity_mps(&self) -> f64 {
         0.5 * self.velocity_bin_mps() * self.doppler_rows() as f64
     }
-    /// Range by which a target of 1 m/s seems farther than it is: its Doppler shift changes the beat (eq. 15).
+    /// Range by which a target of 1 m/s seems farther than it is in the middle of the frame: its Doppler shift changes the beat, and
+    /// the middle of its samples is not that of the frame (eq. 15).
     pub fn range_per_rate_s(&self) -> f64 {
         let lines = self.lines();
-        lines.step_s * self.carrier_hz / lines.step_hz
+        lines.step_s * self.carrier_hz / lines.step_hz + self.middle_s()
+    }
+    /// Middle of all samples of this ramp, from the middle of the frame.
+    pub fn middle_s(&self) -> f64 {
+        let lines = self.lines();
+        self.chirp_start_s(0, 0)
+            + 0.5 * (self.chirps as f64 - 1.0) * self.loop_period_s()
+            + 0.5 * (self.slots() as f64 - 1.0) * self.chirp_period_s()
+            + lines.start_s
+            + 0.5 * (lines.count as f64 - 1.0) * lines.step_s
     }
 }
