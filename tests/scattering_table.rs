@@ -2,6 +2,7 @@
 
 use catseye::cpu;
 use catseye::cpu::rcs::beam_sum::{Tone, between, sweep};
+use catseye::cpu::trace::points::point_returns;
 use catseye::frames::{Pose, Sensor, World, polarisation_basis};
 use catseye::geom::Geometry;
 use catseye::rcs::table::{RcsTable, Row};
@@ -11,7 +12,6 @@ use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::TraceOptions;
 use catseye::trace::beams::{BeamOptions, Port};
-use catseye::trace::points::point_returns;
 use catseye::trace::windows::around;
 use catseye::units::wavenumber;
 use glam::DVec3;
@@ -148,7 +148,8 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     }
     // Behind a wall there is nothing, and ahead of it the echo has the object's id.
     let [_, tables] = both(&scene, &table, pose(POSES[0], std::f64::consts::PI));
-    let echoes = point_returns(&tables, DVec3::X * -5.0, DVec3::X * 3.0, glam::DQuat::IDENTITY);
+    let radar = Pose::new(glam::DQuat::IDENTITY, DVec3::X * -5.0);
+    let echoes = point_returns(&tables, &radar, DVec3::X * 3.0, true);
     assert_eq!((echoes.len(), echoes[0].object_id()), (1, 1));
     assert!((echoes[0].range_rate_mps() + 3.0).abs() < 1e-12 && (echoes[0].range_m() - 5.0).abs() < 1e-12);
     let mut walled = Scene::default();
@@ -158,7 +159,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     let at = Pose::new(glam::DQuat::IDENTITY, DVec3::X * -1.0);
     wall.add_to(&mut walled, &material::by_name, ("wall", ""), at, DVec3::ZERO).unwrap();
     let g = Geometry::build(&walled, 0.0, F).unwrap();
-    assert!(point_returns(&g, DVec3::X * -5.0, DVec3::ZERO, glam::DQuat::IDENTITY).is_empty());
+    assert!(point_returns(&g, &radar, DVec3::ZERO, true).is_empty());
     let behind = Look::monostatic(Aspect { azimuth: std::f64::consts::PI, elevation: 0.0 });
     assert_eq!(point_sum(&g, behind, F, Distance::Infinite).unwrap(), Default::default());
 }

@@ -524,7 +524,7 @@ fn equal_slopes_are_put_together() {
     // estimated in eight rows, so the mean of some frames counts.
     let std = |bands: &[f64]| (0..16).map(|seed| seen(bands, 0.0, seed).std.range_m).sum::<f64>() / 16.0;
     let [one, two, pair, three, four] =
-        [&[a][..], &[a, a], &[a, -a], &[a, a, -a], &[a, a, -a, b]].map(|bands| std(bands));
+        [&[a][..], &[a, a], &[a, -a], &[a, a, -a], &[a, a, -a, b]].map(std);
     println!("range to {one:.4}, {two:.4}, {pair:.4}, {three:.4}, {four:.4} m");
     assert!((two / one - 0.707).abs() < 0.04, "{two} {one}");
     assert!((three / pair - 0.866).abs() < 0.04, "{three} {pair}");
