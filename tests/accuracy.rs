@@ -113,11 +113,11 @@ fn normalised_errors(radar: &Radar, dbsm: f64, trials: u64) -> ([f64; 4], f64, f
 /// between cells, which are up to 1.4 dB lower on each axis.
 #[test]
 fn points_err_as_much_as_they_say() {
-    // A rectangle only where its side lobes stay under the noise, of which the SNR speaks.
+    // Hamming and a rectangle only where their side lobes stay under the noise, of which the SNR speaks.
     let levels: &[f64] = &[8.0, 20.0, 50.0];
     for (window, sampling, levels) in [
         (Window::Hann, Sampling::Iq, levels),
-        (Window::Hamming, Sampling::Real, levels),
+        (Window::Hamming, Sampling::Real, &levels[..2]),
         (Window::Rectangle, Sampling::Iq, &levels[..1]),
     ] {
         let radar = radar(window, sampling);

@@ -523,8 +523,7 @@ fn equal_slopes_are_put_together() {
     // Where two see it, the noise falls by the root of two: 0.71 of the deviation of one ramp, √(3/4) of that of a pair. The noise is
     // estimated in eight rows, so the mean of some frames counts.
     let std = |bands: &[f64]| (0..16).map(|seed| seen(bands, 0.0, seed).std.range_m).sum::<f64>() / 16.0;
-    let [one, two, pair, three, four] =
-        [&[a][..], &[a, a], &[a, -a], &[a, a, -a], &[a, a, -a, b]].map(std);
+    let [one, two, pair, three, four] = [&[a][..], &[a, a], &[a, -a], &[a, a, -a], &[a, a, -a, b]].map(std);
     println!("range to {one:.4}, {two:.4}, {pair:.4}, {three:.4}, {four:.4} m");
     assert!((two / one - 0.707).abs() < 0.04, "{two} {one}");
     assert!((three / pair - 0.866).abs() < 0.04, "{three} {pair}");

@@ -119,11 +119,10 @@ pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>;
     Peak { doppler: d as f64 + doppler, range: r as f64 + range, power }
 }
 
-/// Peak positions that are exact for a single target and a given window, in place of the parabola.
+/// Peak positions that are exact for a single target and a given window: the parabola, and what it is off taken out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpolator {
-    /// Of offsets -0.5..=0.5: ln of the power after over that before, and the power in the middle cell over
-    /// that at the peak.
+    /// Of true offsets -0.5..=0.5: that of the parabola, and the power in the middle cell over that at the peak.
     table: Vec<(f64, f64)>,
 }
 
@@ -132,7 +131,7 @@ const OFFSETS: usize = 128;
 
 impl Interpolator {
     /// For data with these weights and a transform of length `fft`. Errors: no weights or a shorter
-    /// transform; a window whose main lobe is narrower than three cells or not symmetric.
+    /// transform; a window that is not symmetric, or whose offsets the parabola does not tell apart.
     pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
         let response = |cells: f64| {
             let step = Complex64::cis(-TAU * cells / fft as f64);
@@ -147,16 +146,20 @@ impl Interpolator {
         let table: Vec<(f64, f64)> = (0..=OFFSETS)
             .map(|i| {
                 let offset = i as f64 / OFFSETS as f64 - 0.5;
-                let (after, before) = (response(1.0 - offset), response(1.0 + offset));
-                ((after / before).ln(), response(offset) / top)
+                let at = response(offset);
+                // Rounding decides which of two equal cells at the ends is the larger.
+                let (before, after) = (response(1.0 + offset).min(at), response(1.0 - offset).min(at));
+                // Where cells beside a target are empty, as those of a rectangle.
+                let found = if offset == 0.0 { 0.0 } else { parabola(before, at, after).0 };
+                (found, at / top)
             })
             .collect();
         let rises = table.windows(2).all(|w| w[0].0 < w[1].0);
-        if weights.is_empty() || fft < weights.len() || !(rises && table.iter().all(|v| v.0.is_finite())) {
+        if weights.is_empty() || fft < weights.len() || !rises {
             return Err(BadInput::new("peaks cannot be placed by the response of this window")
                 .key("window")
                 .value(format!("{} weights on a transform of {fft}", weights.len()))
-                .allowed("a window whose main lobe is wider than three cells")
+                .allowed("a symmetric window and a transform that is not shorter")
                 .remedy("take the parabola, or a transform twice as long")
                 .into());
         }
@@ -169,15 +172,19 @@ impl Interpolator {
         if !(before > 0.0 && after > 0.0 && at >= before && at >= after) {
             return (0.0, at);
         }
-        let ratio = (after / before).ln();
-        let i = self.table.partition_point(|v| v.0 < ratio).clamp(1, OFFSETS);
-        let (a, b) = (self.table[i - 1], self.table[i]);
-        let share = ((ratio - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
-        let offset = ((i - 1) as f64 + share) / OFFSETS as f64 - 0.5;
-        (offset, at / (a.1 + share * (b.1 - a.1)))
+        let (offset, gain) = self.at(parabola(before, at, after).0);
+        (offset, at / gain)
     }
 
-    /// Change of the offset with ln of the power after over that before, at an offset within +-0.5.
+    /// (true offset, power in the middle cell over that at the peak) where the parabola says `found`.
+    fn at(&self, found: f64) -> (f64, f64) {
+        let i = self.table.partition_point(|v| v.0 < found).clamp(1, OFFSETS);
+        let (a, b) = (self.table[i - 1], self.table[i]);
+        let share = ((found - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
+        (((i - 1) as f64 + share) / OFFSETS as f64 - 0.5, a.1 + share * (b.1 - a.1))
+    }
+
+    /// Change of the offset with that of the parabola, at a true offset within +-0.5.
     pub fn slope(&self, offset: f64) -> f64 {
         let i = (((offset + 0.5) * OFFSETS as f64) as usize).min(OFFSETS - 1);
         1.0 / (OFFSETS as f64 * (self.table[i + 1].0 - self.table[i].0))
