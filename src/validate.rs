@@ -6,6 +6,7 @@
 
 use crate::adc::synthesis::{Plan, channel_path_m, point_echo};
 use crate::cpu::adc::synthesis::{Control, synthesise};
+use crate::cpu::trace::points::point_returns;
 use crate::detect::locate;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{Snapshots, cfar_ca, cfar_os, window};
@@ -17,15 +18,16 @@ use crate::rcs::closed_form::{
     go_dihedral_m2, go_square_trihedral_m2, go_trihedral_m2, mie_sphere, po_cylinder, po_plate, rcs_m2,
 };
 use crate::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
+use crate::road::objects::ground;
 use crate::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use crate::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use crate::scene::waveform::Waveform;
 use crate::scene::{Scene, Shape, material, radar_toml};
 use crate::trace::{Return, Returns, TraceOptions};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use num_complex::Complex64;
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// What a measurement must keep.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -421,34 +423,24 @@ fn mean_power(z: &[Complex64]) -> f64 {
     z.iter().map(|z| z.norm_sqr()).sum::<f64>() / z.len().max(1) as f64
 }
 
-/// A point of 0 dBsm over a plane that reflects with -1 (H on a perfect conductor), out and back each
-/// directly or by the image.
-fn over_plane(distance: f64, radar_height: f64, target_height: f64) -> Returns {
-    let legs =
-        [target_height - radar_height, -target_height - radar_height].map(|dz| DVec3::new(distance, 0.0, dz));
-    let mut returns = Vec::new();
-    for (i, out) in legs.iter().enumerate() {
-        for (j, back) in legs.iter().enumerate() {
-            let mut r = point_echo(legs[0], DVec3::ZERO, 1.0, 1);
-            (r.departure, r.first_range_m) = (out.normalize(), out.length());
-            (r.arrival, r.last_range_m) = (back.normalize(), back.length());
-            r.path_length_m = out.length() + back.length();
-            let sign = if i == j { 1.0 } else { -1.0 };
-            let s = Complex64::from(sign / ((4.0 * PI).sqrt() * out.length() * back.length()));
-            r.spread = [[s, Complex64::ZERO], [Complex64::ZERO, s]];
-            returns.push(r);
-        }
-    }
-    Returns { returns, rays: 0 }
-}
-
 fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = one_channel()?;
     // Narrow, so that one wavelength holds.
     radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
     (radar.chirps, radar.samples) = (1, 16);
+    // H turns round on a conductor at every angle.
+    (radar.tx[0].polarisation, radar.rx[0].polarisation) = (Polarisation::H, Polarisation::H);
+    let mut scene = Scene::default();
+    let metal = scene.material_index(&material::by_name("pec")?);
+    let plane = ground(DVec2::new(-1.0, -1.0), DVec2::new(60.0, 1.0), 0.0, metal);
+    scene.add_mesh("plane", "road", plane, Pose::IDENTITY);
+    scene.add_object("point", "", Shape::Point { rcs_dbsm: 0.0 }, Pose::IDENTITY, DVec3::ZERO);
+    let pose = Pose::from_yaw_pitch_roll(DVec3::Z * 0.15, 0.0, 0.0, 0.0);
     let power = |d: f64| -> Result<f64> {
-        let returns = over_plane(d, 0.15, 0.35);
+        let mut scene = scene.clone();
+        scene.objects[1].pose.translation_m = DVec3::new(d, 0.0, 0.35);
+        let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+        let returns = Returns { returns: point_returns(&geometry, &pose, DVec3::ZERO, true), rays: 0 };
         let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))
