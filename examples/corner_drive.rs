@@ -11,7 +11,7 @@ use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Radar, Window};
-use catseye::scene::{Scene, Shape, material, radar_toml};
+use catseye::scene::{Scene, material, radar_toml};
 use catseye::trace::{Returns, TraceOptions};
 use catseye::units::{db_from_power, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use glam::{DVec2, DVec3};
@@ -61,13 +61,8 @@ fn main() -> catseye::Result<()> {
     road.add_mesh("road", "road", plane, Pose::IDENTITY);
     let empty = Geometry::build(&road, 0.0, radar.carrier_hz)?;
     let pose: Pose<Sensor, World> = Pose::from_yaw_pitch_roll(DVec3::Z * RADAR_M, 0.0, 0.0, 0.0);
-    let corner = Reflector::parse("trihedral:leg_m=0.1")?.to_scene(&material::by_name)?;
-    let mut mesh = corner.meshes[0].clone();
-    let metal = road.material_index(&corner.materials[0]);
-    mesh.material.fill(metal);
-    road.meshes.push(mesh);
-    let shape = Shape::Mesh(road.meshes.len() - 1);
-    road.add_object("corner", "marker", shape, Pose::IDENTITY, DVec3::ZERO);
+    let corner = Reflector::parse("trihedral:leg_m=0.1")?;
+    corner.add_to(&mut road, &material::by_name, ("corner", "marker"), Pose::IDENTITY, DVec3::ZERO)?;
     // The corner's axis of symmetry is level and looks at the radar.
     let tilt = 0.5f64.sqrt().atan();
 

@@ -109,8 +109,8 @@ fn normalised_errors(radar: &Radar, dbsm: f64, trials: u64) -> ([f64; 4], f64, f
     (sums.map(|s| (s / n).sqrt()), snr / n, (level / n).sqrt())
 }
 
-/// Root-mean-square errors over those predicted, within a fifth, from 20 dB to 60 dB; and at 60 dB the RCS of a target anywhere
-/// between cells, which are up to 1.4 dB lower on each axis.
+/// Root-mean-square errors over those predicted, within a fifth, from 20 dB to 60 dB; and the RCS of a target anywhere between cells,
+/// which are up to 1.4 dB lower on each axis, as good as noise allows.
 #[test]
 fn points_err_as_much_as_they_say() {
     // Hamming and a rectangle only where their side lobes stay under the noise, of which the SNR speaks.
@@ -124,7 +124,11 @@ fn points_err_as_much_as_they_say() {
         for &dbsm in levels {
             let (ratio, snr, level) = normalised_errors(&radar, dbsm, 250);
             println!("{window:?} {sampling:?} at {snr:.1} dB: {ratio:.3?}, RCS {level:.3} dB");
-            assert!(level < if snr > 40.0 { 0.1 } else { 0.5 }, "{window:?} at {snr} dB: {level}");
+            // A tone's level errs by 8.69/sqrt(2 SNR K) dB; the place between cells adds to that, most beside empty cells.
+            let channels = locate::accuracy(&radar).unwrap().elements.len() as f64;
+            let noise_db = 8.69 / (2.0 * power_from_db(snr) * channels).sqrt();
+            let share = if window == Window::Rectangle { 2.0 } else { 1.3 };
+            assert!(level < share * noise_db, "{window:?} at {snr} dB: {level} for {noise_db}");
             for r in ratio {
                 assert!(r > 0.8 && r < 1.2, "{window:?} at {snr} dB: {ratio:?}");
             }

@@ -1,27 +1,10 @@
 //! The command line as a user meets it: exit codes, one-line errors, files, resuming.
 
+mod common;
+
+use common::{catseye, refused, text};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn catseye(dir: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_catseye")).current_dir(dir).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Exit code 2, and one line that says all of `parts`.
-fn refused(dir: &Path, args: &[&str], parts: &[&str]) {
-    let out = catseye(dir, args);
-    let err = text(&out.stderr);
-    assert_eq!(out.status.code(), Some(2), "{args:?}: {err}");
-    let lines: Vec<&str> = err.lines().filter(|l| l.starts_with("error:")).collect();
-    assert_eq!(lines.len(), 1, "{args:?}: {err}");
-    for p in parts {
-        assert!(lines[0].contains(p), "{args:?}: '{p}' is not in: {err}");
-    }
-}
+use std::process::Command;
 
 fn done(dir: &Path, args: &[&str]) -> String {
     let out = catseye(dir, args);

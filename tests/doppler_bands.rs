@@ -392,7 +392,7 @@ fn what_rests_is_removed_from_all_bands() {
 
 fn strongest(found: &RangeDoppler<f64>) -> (Cell, f64) {
     let cell = found.cells[0];
-    (cell, peaks::interpolate(&found.map, cell).doppler)
+    (cell, peaks::place(&found.map, cell, [None, None]).doppler)
 }
 
 /// A target that walks over six cells, beside a strong one at rest that is taken out: in its cell of mid-frame, at

@@ -251,7 +251,7 @@ fn targets_are_where_they_are_put() {
         let beam = Beamformer::new(&radar).unwrap();
         assert!(found.cells.len() >= 2);
         for (i, ((range, row), azimuth, elevation, power)) in targets.into_iter().enumerate() {
-            let peak = peaks::interpolate(&found.map, found.cells[i]);
+            let peak = peaks::place(&found.map, found.cells[i], [None, None]);
             assert!((peak.range - range).abs() < 0.03 && (peak.doppler - row).abs() < 0.03, "{peak:?}");
             // The parabola overshoots between cells: by the closed form of Hann at most 0.33 dB an axis.
             let off_db = 10.0 * (peak.power / power).log10();

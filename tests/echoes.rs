@@ -216,18 +216,8 @@ fn over(material: &str, spec: &str, pose: Pose<catseye::frames::Target, World>) 
     let of_plane = scene.material_index(&material::by_name(material).unwrap());
     let plane = ground(DVec2::new(-20.0, -20.0), DVec2::new(60.0, 20.0), 0.0, of_plane);
     scene.add_mesh("ground", "road", plane, Pose::IDENTITY);
-    let body = Reflector::parse(spec).unwrap().to_scene(&material::by_name).unwrap();
-    for mut object in body.objects.clone() {
-        if let Shape::Mesh(m) = object.shape {
-            let mut mesh = body.meshes[m].clone();
-            for i in &mut mesh.material {
-                *i = scene.material_index(&body.materials[*i as usize]);
-            }
-            scene.meshes.push(mesh);
-            object.shape = Shape::Mesh(scene.meshes.len() - 1);
-        }
-        scene.add_object(&object.name, "target", object.shape, pose, DVec3::ZERO);
-    }
+    let body = Reflector::parse(spec).unwrap();
+    body.add_to(&mut scene, &material::by_name, ("target", ""), pose, DVec3::ZERO).unwrap();
     scene
 }
 
@@ -313,6 +303,7 @@ fn a_corner_over_a_plane_is_what_image_theory_says() {
         alone = alone.max((db(without[1][1] * r2) - want).abs());
     }
     println!("worst {worst:.2} dB, beams alone {alone:.2} dB");
-    assert!(worst < 1.0, "{worst}");
+    // A plane of 80 m is not endless, and beams end at the first order of the change across a facet: 0.28 dB seen.
+    assert!(worst < 0.5, "{worst}");
     assert!(alone > 3.0, "{alone}");
 }

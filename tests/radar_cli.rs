@@ -1,18 +1,12 @@
 //! Radars at the command line: cubes in other formats, several radars and their interference, calibration, tracks, and what
 //! is refused.
 
+mod common;
+
 use catseye::formats::csv::Table;
 use catseye::scene::radar_toml::parse;
+use common::{catseye, text};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn catseye(dir: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_catseye")).current_dir(dir).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 fn done(dir: &Path, args: &[&str]) -> serde_json::Value {
     let mut all = args.to_vec();
@@ -22,16 +16,9 @@ fn done(dir: &Path, args: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&out.stdout).unwrap()
 }
 
-/// Exit code 2, one line with all of `parts`, and nothing under the name of the result.
+/// One line with all of `parts`, and nothing under the name of the result.
 fn refused(dir: &Path, args: &[&str], parts: &[&str], result: &str) {
-    let out = catseye(dir, args);
-    let err = text(&out.stderr);
-    assert_eq!(out.status.code(), Some(2), "{args:?}: {err}");
-    let lines: Vec<&str> = err.lines().filter(|l| l.starts_with("error:")).collect();
-    assert_eq!(lines.len(), 1, "{args:?}: {err}");
-    for p in parts {
-        assert!(lines[0].contains(p), "{args:?}: '{p}' is not in: {err}");
-    }
+    common::refused(dir, args, parts);
     assert!(!dir.join(result).exists(), "{args:?} left {result}");
 }
 

@@ -274,7 +274,7 @@ fn targets_stand_where_they_are() {
             doppler: (at / found.map.range_bins) as u32,
             range: (at % found.map.range_bins) as u32,
         };
-        let peak = catseye::dsp::peaks::interpolate(&found.map, cell);
+        let peak = catseye::dsp::peaks::place(&found.map, cell, [None, None]);
         let v = catseye::detect::points::range_rate_mps(&radar, peak.doppler);
         let r = catseye::detect::points::range_m(&radar, peak.range, v);
         let level = 10.0 * (found.map.data[at] / amplitude(&radar, &list.returns[0]).norm_sqr()).log10();
@@ -305,7 +305,7 @@ fn slopes_shift_a_moving_target_to_opposite_sides() {
             doppler: (at / found.map.range_bins) as u32,
             range: (at % found.map.range_bins) as u32,
         };
-        seen.push(catseye::dsp::peaks::interpolate(&found.map, cell).range * part.range_bin_m());
+        seen.push(catseye::dsp::peaks::place(&found.map, cell, [None, None]).range * part.range_bin_m());
         assert!((part.range_per_rate_s() - part.middle_s() - [0.51, -0.51][i]).abs() < 1e-9);
     }
     let middle = 0.5 * (seen[0] + seen[1]);
@@ -346,7 +346,7 @@ fn transmitters_are_told_apart() {
         let cube = AnyCube::F64(cube(&radar, &list));
         let found = engine.range_doppler(&radar, &cube).unwrap();
         let cell = found.cells[0];
-        let row = catseye::dsp::peaks::interpolate(&found.map, cell).doppler;
+        let row = catseye::dsp::peaks::place(&found.map, cell, [None, None]).doppler;
         let folded = catseye::detect::points::range_rate_mps(&radar, row);
         let decoded = catseye::dsp::multiplex::decode(&radar, found.snapshots.of(0), folded);
         println!("{multiplex}: {folded:.2} -> {:.2} m/s for {rate}", decoded.range_rate_mps);
@@ -484,7 +484,7 @@ fn slow_ramps_have_the_right_angle() {
         let cube = AnyCube::F64(cube(&radar, &list));
         let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap()).unwrap();
         let p = &points[0];
-        println!("{:.2} m, {:.2} m/s, {:.4} rad", p.range_m, p.range_rate_mps, p.azimuth_rad);
+        println!("{:.4} m, {:.2} m/s, {:.4} rad", p.range_m, p.range_rate_mps, p.azimuth_rad);
         assert!((p.range_m - range).abs() < 0.05 && (p.range_rate_mps - rate).abs() < 0.3, "{p:?}");
         assert!((p.azimuth_rad - u.y.atan2(u.x)).abs() < 0.01, "{}", p.azimuth_rad);
     }

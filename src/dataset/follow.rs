@@ -197,8 +197,7 @@ fn without_standing(
 
 /// Slopes that differ unfold each other's rates.
 fn one_slope(radar: &Radar) -> bool {
-    let slopes: Vec<f64> = (0..radar.waveform.parts()).map(|i| radar.part(i).slope_hz_per_s()).collect();
-    same_slope::groups(&slopes).len() == 1
+    same_slope::ramps(radar).len() == 1
 }
 
 fn clustered(radar: &Radar, points: &[Seen]) -> Result<Vec<Plot>> {

@@ -249,10 +249,9 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
     for ((part, map), accuracy) in parts.iter().zip(maps.iter_mut()).zip(&accuracies) {
         lists.push(detected(engine, part, map, accuracy)?);
     }
-    let rising: Vec<f64> = parts.iter().map(Radar::slope_hz_per_s).collect();
     // The first ramp of each slope, and what all of that slope saw.
     let mut seen: Vec<(&Radar, Vec<(Point, Detected)>)> = Vec::new();
-    for group in same_slope::groups(&rising) {
+    for group in same_slope::ramps(radar) {
         let (part, accuracy) = (&parts[group[0]], &accuracies[group[0]]);
         let mut alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
         // All to the time of the first.

@@ -12,8 +12,14 @@ const EQUAL: f64 = 1e-6;
 /// Directions are one where a beam on one of them has at least half its power on the other.
 const HALF: f64 = 0.5;
 
-/// Ramps of each slope: indices into `slopes_hz_per_s`, slopes in the order in which they come.
-pub fn groups(slopes_hz_per_s: &[f64]) -> Vec<Vec<usize>> {
+/// Ramps of each slope of a radar: their numbers, slopes in the order in which they come.
+pub fn ramps(radar: &Radar) -> Vec<Vec<usize>> {
+    let slopes: Vec<f64> = (0..radar.waveform.parts()).map(|i| radar.part(i).slope_hz_per_s()).collect();
+    groups(&slopes)
+}
+
+/// The same of a list: indices into `slopes_hz_per_s`, in the order in which they come.
+fn groups(slopes_hz_per_s: &[f64]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, s) in slopes_hz_per_s.iter().enumerate() {
         match groups.iter_mut().find(|g| (slopes_hz_per_s[g[0]] - s).abs() <= EQUAL * s.abs()) {

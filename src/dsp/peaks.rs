@@ -92,11 +92,6 @@ pub fn parabola(before: f64, at: f64, after: f64) -> (f64, f64) {
     (offset, at * (-0.25 * (a - c) * offset).exp())
 }
 
-/// The parabolas of eq. 18 on both axes: [`place`] without a window to go by.
-pub fn interpolate<T: Real>(map: &PowerMap<T>, cell: Cell) -> Peak {
-    place(map, cell, [None, None])
-}
-
 /// A peak between cells, by the responses of `[doppler, range]`, where there are any, else by parabolas (eq. 18). The Doppler axis
 /// wraps, and a peak in the first or last range column stays on it.
 pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>; 2]) -> Peak {
@@ -252,7 +247,7 @@ mod tests {
                 map.data[d * 10 + r] = 3e-12 * (-0.7 * x * x - 1.1 * y * y).exp();
             }
         }
-        let peak = interpolate(&map, Cell { doppler: 7, range: 5 });
+        let peak = place(&map, Cell { doppler: 7, range: 5 }, [None, None]);
         assert!((peak.doppler - d0).abs() < 1e-12 && (peak.range - r0).abs() < 1e-12);
         assert!((peak.power / 3e-12 - 1.0).abs() < 1e-12);
     }
@@ -260,7 +255,7 @@ mod tests {
     #[test]
     fn edges_and_zeros_stay_on_the_cell() {
         let map = PowerMap { doppler_bins: 3, range_bins: 2, data: vec![0.0, 0.0, 1.0, 0.5, 0.2, 0.1f64] };
-        let peak = interpolate(&map, Cell { doppler: 1, range: 0 });
+        let peak = place(&map, Cell { doppler: 1, range: 0 }, [None, None]);
         assert_eq!((peak.doppler, peak.range, peak.power), (1.0, 0.0, 1.0));
         assert_eq!(parabola(2.0, 1.0, 0.5), (0.0, 1.0));
         assert_eq!(parabola(1.0, 1.0, 1.0), (0.0, 1.0));
@@ -321,7 +316,7 @@ mod tests {
     #[test]
     fn doppler_wraps() {
         let map = PowerMap { doppler_bins: 4, range_bins: 1, data: vec![1.0, 0.5, 0.1, 0.8f64] };
-        let peak = interpolate(&map, Cell { doppler: 0, range: 0 });
+        let peak = place(&map, Cell { doppler: 0, range: 0 }, [None, None]);
         assert!(peak.doppler < 0.0 && peak.doppler > -0.5);
     }
 

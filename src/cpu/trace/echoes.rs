@@ -7,10 +7,10 @@
 use super::beams::{Clipped, Piece, Polygon, clip_windows};
 use super::boundary::{Plane, Wave, spread_for};
 use super::diffuse;
-use super::field::{Bounce, CVec};
+use super::field::{Bounce, sent};
 use super::points::point_returns;
 use crate::cpu::rcs::beam_sum::{Moments, phase_integral};
-use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::geom::faces::Face;
 use crate::geom::outline::outline;
@@ -361,10 +361,6 @@ impl Station<'_> {
         }
         let k = wavenumber(self.geometry.freq_hz);
         let to_sensor = self.pose.rotation.inverse();
-        let basis = |d_world: DVec3| {
-            let (v, h) = polarisation_basis(to_sensor * d_world);
-            [v, h].map(|e| CVec::real(self.pose.rotation * e))
-        };
         // What the radar hears comes from here, and leaves the last plane of the chain for there.
         let (last, receiver) = match over {
             false => (place, radar),
@@ -380,7 +376,7 @@ impl Station<'_> {
         let mut ids = [0; MAX_BOUNCES];
         let mut rate = -self.velocity_mps.dot(arrival + departure);
         // Of V and H at the place that radiates back, by reciprocity.
-        let mut seen_by = basis(arrival);
+        let mut seen_by = sent(self.pose, arrival);
         let of = |i: u32| {
             let body = &self.geometry.bodies[face(i).body as usize];
             (body, &self.geometry.surfaces[face(i).surface as usize])
@@ -391,7 +387,7 @@ impl Station<'_> {
             rate += body.velocity_mps.dot(leaves + arrival);
             ids[count] = body.id;
         }
-        let mut field = basis(departure);
+        let mut field = sent(self.pose, departure);
         let mut dir = departure;
         let mut radiated = [[Complex64::ZERO; 2]; 2];
         for (b, &i) in chain.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Fields along a chain of facets (CONVENTIONS eq. 4, 5).
 
+use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::Surface;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -42,6 +43,12 @@ impl CVec {
     pub fn crossed_from(self, v: DVec3) -> Self {
         CVec { re: v.cross(self.re), im: v.cross(self.im) }
     }
+}
+
+/// The fields V and H that a radar sends into `dir` (world), of amplitude one; by them it receives, too.
+pub fn sent(pose: &Pose<Sensor, World>, dir: DVec3) -> [CVec; 2] {
+    let (v, h) = polarisation_basis(pose.rotation.inverse() * dir);
+    [v, h].map(|e| CVec::real(pose.rotation * e))
 }
 
 /// A wave that a facet reflects, for two transmit polarisations.

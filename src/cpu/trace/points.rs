@@ -1,7 +1,7 @@
 //! Echoes of point targets and of objects with a scattering table: no facets, so both engines take them from
 //! here.
 
-use super::field::{Bounce, CVec};
+use super::field::{Bounce, CVec, sent};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::faces::Face;
 use crate::geom::{Body, Geometry};
@@ -68,11 +68,6 @@ struct Radar<'a> {
 }
 
 impl Radar<'_> {
-    fn basis(&self, dir: DVec3) -> [CVec; 2] {
-        let (v, h) = polarisation_basis(self.pose.rotation.inverse() * dir);
-        [v, h].map(|e| CVec::real(self.pose.rotation * e))
-    }
-
     fn straight(&self, target: DVec3) -> Option<Way<'_>> {
         let d = target - self.pose.translation_m;
         let r = d.length();
@@ -80,7 +75,7 @@ impl Radar<'_> {
             return None;
         }
         let dir = d / r;
-        Some(Way { out: dir, first_range_m: r, length_m: r, dir, field: self.basis(dir), by: None })
+        Some(Way { out: dir, first_range_m: r, length_m: r, dir, field: sent(self.pose, dir), by: None })
     }
 
     fn over(&self, face: &Face, target: DVec3) -> Option<Way<'_>> {
@@ -106,7 +101,7 @@ impl Radar<'_> {
         let out = (foot - radar) / first_range_m;
         let normal = face.normal * from.signum();
         let surface = &geometry.surfaces[face.surface as usize];
-        let bounce = Bounce::new(self.basis(out), out, normal, surface, wavenumber(geometry.freq_hz));
+        let bounce = Bounce::new(sent(self.pose, out), out, normal, surface, wavenumber(geometry.freq_hz));
         let by = Some(&geometry.bodies[face.body as usize]);
         Some(Way { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
     }
