@@ -68,7 +68,8 @@ impl Calibrate {
         if angles > 4096 {
             return Err(BadInput::new(format!("{angles} positions of the turntable"))
                 .key("--azimuth-deg")
-                .allowed("up to 4096")
+                .allowed("up to 4096, azimuths times elevations")
+                .remedy("take larger steps")
                 .into());
         }
         let staged = StagedFile::new(&self.output, global.force)?;

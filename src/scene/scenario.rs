@@ -233,7 +233,7 @@ pub enum BounceConvention {
 pub struct TraceTable {
     /// Samples of the diffuse echo of all rough surfaces in a frame, about.
     pub rays: At<u64>,
-    /// Reflections that are followed.
+    /// Reflections that are followed; one on a large plane ahead of what it lights comes on top.
     pub bounces: At<u32>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: At<f64>,
@@ -655,6 +655,8 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         return Err(BadInput::new("interference is modelled for radars with linear ramps")
             .file(file)
             .key("mutual_interference")
+            .value(true)
+            .allowed("false, unless all radars have one ramp and multiplex \"tdm\"")
             .remedy("take it out, or change waveform.kind of the radars to \"fmcw\"")
             .into());
     }
@@ -665,6 +667,8 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         )
         .file(file)
         .key("mutual_interference")
+        .value(true)
+        .allowed("false, unless all radars have one ramp and multiplex \"tdm\"")
         .remedy("take it out, or give what the others send as [[interferer]]")
         .into());
     }

@@ -166,6 +166,7 @@ pub fn build(
                         &w.carrier_hz.span,
                         format!("the pulse's band of +-{half:.3e} Hz reaches zero frequency"),
                     )
+                    .allowed(format!("half bands below {carrier_hz:e} Hz"))
                     .remedy("raise the carrier or take a narrower pulse")
                     .into());
             }
