@@ -276,7 +276,7 @@ fn targets_stand_where_they_are() {
         };
         let peak = catseye::dsp::peaks::place(&found.map, cell, [None, None]);
         let v = catseye::detect::points::range_rate_mps(&radar, peak.doppler);
-        let r = catseye::detect::points::range_m(&radar, peak.range, v);
+        let r = catseye::detect::points::range_m(&radar, peak.range, v, radar.range_per_rate_s());
         let level = 10.0 * (found.map.data[at] / amplitude(&radar, &list.returns[0]).norm_sqr()).log10();
         println!("{name}: {r:.3} m for {range}, {v:.3} m/s for {rate}, {level:.2} dB");
         assert!((r - range).abs() < tolerance, "{name}: {r}");
@@ -584,5 +584,44 @@ fn the_gpu_agrees_with_f64() {
             .sqrt();
             assert!(error < 1e-4, "{name}, map: {error}");
         }
+    }
+}
+
+/// A range belongs to the middle of the frame, not to that of its ramp: in a frame too short for a walk through cells, both ramps
+/// of a triangle say the same, though one comes 1.1 ms after the other, in which the body moves by 16 mm.
+#[test]
+fn ranges_belong_to_the_middle_of_the_frame() {
+    let mut radar = triangle();
+    (radar.chirps, radar.processing.doppler_fft) = (4, 4);
+    (radar.processing.cfar.guard[0], radar.processing.cfar.train[0]) = (0, 0);
+    for (range, rate) in [(60.0, -15.0), (45.3, 15.0), (70.6, -9.0)] {
+        let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1.0, 1)], rays: 0 };
+        let cube = cube(&radar, &list);
+        let seen: Vec<f64> = (0..2)
+            .map(|i| {
+                let part = radar.part(i);
+                let map = catseye::cpu::dsp::process(
+                    &*catseye::cpu::dsp::lines::prepared(&cube, &part).unwrap(),
+                    &part,
+                )
+                .unwrap()
+                .1
+                .map;
+                let at = (0..map.data.len()).max_by(|a, b| map.data[*a].total_cmp(&map.data[*b])).unwrap();
+                let cell = catseye::dsp::Cell {
+                    doppler: (at / map.range_bins) as u32,
+                    range: (at % map.range_bins) as u32,
+                };
+                let accuracy = locate::accuracy(&part).unwrap();
+                let peak = catseye::dsp::peaks::place(&map, cell, [None, accuracy.range.response.as_ref()]);
+                catseye::detect::points::range_m(&part, peak.range, rate, accuracy.coupling_s)
+            })
+            .collect();
+        println!(
+            "{range} m, {rate} m/s: {:.1} and {:.1} mm off",
+            1e3 * (seen[0] - range),
+            1e3 * (seen[1] - range)
+        );
+        assert!(seen.iter().all(|r| (r - range).abs() < 5e-3), "{seen:?} for {range}");
     }
 }

@@ -98,7 +98,7 @@ pub fn run(
             let (cube, _) = engine.cube(&short, &returns, &[], table.seed, frame, Control::default())?;
             let found = engine.range_doppler(&short, &cube)?;
             let near = |i: &usize| {
-                let r = points::range_m(&short, found.cells[*i].range as f64, 0.0);
+                let r = points::range_m(&short, found.cells[*i].range as f64, 0.0, 0.0);
                 (r - table.range_m).abs() < reach
             };
             let Some(at) = (0..found.cells.len()).find(near) else {

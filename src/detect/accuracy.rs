@@ -24,6 +24,8 @@ pub struct AxisAccuracy {
     pub bias: f64,
     /// What the parabola is off under this window, which is taken out; None where that cannot be.
     pub response: Option<Interpolator>,
+    /// From the middle of the data to the window's centroid, in values: half a value under a periodic window.
+    pub late: f64,
 }
 
 impl AxisAccuracy {
@@ -39,7 +41,7 @@ impl AxisAccuracy {
         let energy: f64 = window.iter().map(|w| w * w).sum();
         if bins < 2 || count < 2.0 || sum <= 0.0 {
             let (fit, peak, bias) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
-            return AxisAccuracy { fit, peak, bias, response: None };
+            return AxisAccuracy { fit, peak, bias, response: None, late: 0.0 };
         }
         let fit = bins as f64 / TAU * (moment(2) * sum * sum / energy).sqrt() / moment(1);
         let length = bins as f64;
@@ -91,7 +93,13 @@ impl AxisAccuracy {
             },
             Err(_) => (plain, None),
         };
-        AxisAccuracy { fit, peak: variance.sqrt(), bias: squared.sqrt(), response }
+        AxisAccuracy {
+            fit,
+            peak: variance.sqrt(),
+            bias: squared.sqrt(),
+            response,
+            late: centre - 0.5 * (count - 1.0),
+        }
     }
 
     /// Standard deviation of a peak's place in cells (eq. 116): noise and interpolation, taken as
@@ -125,7 +133,7 @@ pub struct PointAccuracy {
     pub doppler: AxisAccuracy,
     pub range_bin_m: f64,
     pub velocity_bin_mps: f64,
-    /// f_c/S, s: what range takes from an error of range rate (eq. 15).
+    /// f_c/S + t̄, s: what range takes from range rate (eq. 15).
     pub coupling_s: f64,
     pub elements: Vec<Element>,
     /// 2π/λ.

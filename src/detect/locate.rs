@@ -58,12 +58,14 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
     let grid = Grid::new(radar)?;
     let step = |axis: &[f64]| if axis.len() > 1 { axis[1].sin() - axis[0].sin() } else { 0.0 };
     let sine_step = [step(&grid.azimuth_rad), step(&grid.elevation_rad)];
+    let doppler = axis(p.doppler_window, radar.chirps, p.doppler_fft)?;
     Ok(PointAccuracy {
         range: axis(p.range_window, radar.lines().count, p.range_fft)?,
-        doppler: axis(p.doppler_window, radar.chirps, p.doppler_fft)?,
+        // Of a moving body's places the window's centroid counts.
+        coupling_s: radar.range_per_rate_s() + doppler.late * radar.loop_period_s(),
+        doppler,
         range_bin_m: radar.range_bin_m(),
         velocity_bin_mps: radar.velocity_bin_mps(),
-        coupling_s: radar.range_per_rate_s(),
         sine_step,
         sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
         elements,
@@ -239,6 +241,13 @@ fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
     TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
 }
 
+/// What the ramps of one slope saw, and the first of them.
+struct OfSlope<'a> {
+    part: &'a Radar,
+    accuracy: &'a PointAccuracy,
+    list: Vec<(Point, Detected)>,
+}
+
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see is put
 /// together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first two
 /// different slopes, confirmed by a third where there is one. Errors: those of [`detected`].
@@ -250,7 +259,7 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
         lists.push(detected(engine, part, map, accuracy)?);
     }
     // The first ramp of each slope, and what all of that slope saw.
-    let mut seen: Vec<(&Radar, Vec<(Point, Detected)>)> = Vec::new();
+    let mut seen: Vec<OfSlope> = Vec::new();
     for group in same_slope::ramps(radar) {
         let (part, accuracy) = (&parts[group[0]], &accuracies[group[0]]);
         let mut alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
@@ -263,20 +272,21 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
             }
         }
         let bodies = same_slope::together(part, accuracy, &alike);
-        seen.push((part, bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect()));
+        let list = bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect();
+        seen.push(OfSlope { part, accuracy, list });
     }
     if seen.len() < 2 {
-        return Ok(seen.into_iter().flat_map(|(_, list)| list).map(|(p, _)| p).collect());
+        return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).collect());
     }
     let slopes: Vec<Slope> = seen
         .iter()
-        .map(|(part, list)| {
+        .map(|OfSlope { part, accuracy, list }| {
             let bin_hz = part.sample_rate_hz / part.processing.range_fft as f64;
             let sign = part.slope_hz_per_s().signum();
             Slope {
                 slope_hz_per_s: part.slope_hz_per_s(),
                 // With the time of the ramp in it: eq. 15 and 119.
-                carrier_hz: part.slope_hz_per_s() * part.range_per_rate_s(),
+                carrier_hz: part.slope_hz_per_s() * accuracy.coupling_s,
                 peaks: list
                     .iter()
                     .map(|(p, d)| SlopePeak {
@@ -299,7 +309,7 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
     let mut out: Vec<Point> = pairs
         .iter()
         .map(|pair| {
-            let (first, second) = (&seen[0].1[pair.first].0, &seen[1].1[pair.second].0);
+            let (first, second) = (&seen[0].list[pair.first].0, &seen[1].list[pair.second].0);
             let mut p = first.clone();
             p.range_m = pair.range_m;
             p.range_rate_mps = pair.range_rate_mps;

@@ -80,10 +80,10 @@ pub fn range_rate_mps(radar: &Radar, doppler_row: f64) -> f64 {
     (row - zero) * radar.velocity_bin_mps()
 }
 
-/// Range of a bin, which may be fractional: the Doppler shift that the beat frequency holds is
-/// taken out (eq. 15).
-pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64) -> f64 {
-    radar.first_range_m() + range_bin * radar.range_bin_m() - range_rate_mps * radar.range_per_rate_s()
+/// Range of a bin, which may be fractional, in the middle of the frame: what the range rate adds to it (`PointAccuracy::coupling_s`)
+/// is taken out (eq. 15).
+pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64, coupling_s: f64) -> f64 {
+    radar.first_range_m() + range_bin * radar.range_bin_m() - range_rate_mps * coupling_s
 }
 
 /// √(G_t G_r) of the array towards (azimuth, elevation), mean over channels.
@@ -98,7 +98,7 @@ fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
 /// One point without a label (eq. 15, 16, 20). The RCS is that seen by the antennas' polarisation.
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
-    let range = range_m(radar, d.range_bin, rate);
+    let range = range_m(radar, d.range_bin, rate, accuracy.coupling_s);
     let gain = array_gain(radar, d.azimuth_rad, d.elevation_rad).powi(2);
     let power_w = d.power_w * d.scalloping;
     let rcs = power_w * (4.0 * PI).powi(3) * range.powi(4)
