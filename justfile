@@ -13,12 +13,12 @@ test *options:
 
 # Format
 fmt:
-    cargo fmt
+    cargo fmt --all
 
 # Lints, as in CI
 lint:
-    cargo fmt --check
-    cargo clippy --release --locked --all-features --all-targets -- -D warnings
+    cargo fmt --all --check
+    cargo clippy --workspace --release --locked --all-features --all-targets -- -D warnings
 
 # Everything that CI checks
 ci:

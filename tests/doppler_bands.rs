@@ -1,6 +1,8 @@
 //! Doppler bands (DDM), range migration and the removal of what rests, one by one and together, on both engines.
 
+use catseye::adc::synthesis::point_echo;
 use catseye::adc::{Cube, CubePiece, DeviceCube};
+use catseye::cpu::adc::synthesis::Control;
 use catseye::cpu::dsp as cpu;
 use catseye::detect::points::range_rate_mps;
 use catseye::dsp::keystone::{self, Keystone};
@@ -11,7 +13,9 @@ use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
+use catseye::trace::Returns;
 use catseye::units::C0;
+use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -142,7 +146,7 @@ fn slow_keystone(cube: &Cube<f64>, t: &fft::Transform, k: &Keystone) -> Vec<Comp
 #[test]
 fn keystone_is_its_sum() {
     for (chirps, doppler_fft, samples, bands, fold) in [
-        (16, 16, 16, 1, 0),
+        (16, 16, 16_usize, 1, 0),
         (13, 21, 11, 1, 2),
         (12, 12, 8, 3, 0),
         (14, 18, 9, 3, 1),
@@ -151,7 +155,7 @@ fn keystone_is_its_sum() {
     ] {
         let mut p = radar(DDM, "iq", 12, "").processing;
         p.doppler_fft = doppler_fft;
-        p.range_fft = samples + 3;
+        p.range_fft = if bands == 1 { samples.next_power_of_two() } else { samples + 3 };
         let mut t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
         t.bands = bands;
         let scale: Vec<f64> = (0..samples).map(|n| 0.97 + 0.08 * n as f64 / samples as f64).collect();
@@ -166,8 +170,7 @@ fn keystone_is_its_sum() {
         println!("{bands} bands, fold {fold}: cpu {error:.1e}");
         assert!(error < 1e-13, "{bands} {fold}");
         for method in [fft::Method::Passes, fft::Method::Workgroup] {
-            let works = method == fft::Method::Passes || (samples + 3).is_power_of_two();
-            if !works {
+            if method == fft::Method::Workgroup && !t.range_fft.is_power_of_two() {
                 continue;
             }
             let got = on_gpu(test_gpu(), &cube, &t, Some(method));
@@ -337,7 +340,8 @@ fn what_rests_is_removed_from_all_bands() {
     let mean = zero_doppler::AtRest::turning(40, 1, 1);
     assert!(mean.period == 1 && (mean.projection[0] - 1.0 / 40.0).norm() < 1e-15);
     for chirps in [120, 121, 122, 5, 2] {
-        let radar = radar(DDM, "iq", chirps, "");
+        let mut radar = radar(DDM, "iq", 120, "");
+        radar.chirps = chirps;
         let cell = radar.range_bin_m();
         let still = cube_of(&radar, &[(20.3 * cell, 0.0, 3.0), (50.0 * cell, 0.0, 1.0)], 0.0);
         let rest = zero_doppler::AtRest::of(&radar);
@@ -453,5 +457,44 @@ fn the_empty_band_unfolds_on_the_gpu() {
                 assert!((got - Complex64::cis(-0.7 * c as f64)).norm() < 0.05, "{c}: {got}");
             }
         }
+    }
+}
+
+/// Whole frames, of which those of transmitters in turn, and of a single one in bands, are one submission.
+#[test]
+fn frames_agree_with_f64() {
+    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let truth = Engine::Cpu(Precision::F64);
+    let echo = |i: f64, range: f64, rate: f64| {
+        let u = DVec3::new(1.0, 0.2 * i - 0.2, 0.0).normalize();
+        point_echo(u * range, u * rate, 1.0, i as u32 + 1)
+    };
+    let list =
+        Returns { returns: vec![echo(0.0, 1.1, 6.0), echo(1.0, 1.9, 0.0), echo(2.0, 2.6, -9.0)], rays: 0 };
+    for (multiplex, transmitters, processing) in [
+        ("", 2, "range_migration = \"keystone\""),
+        ("", 2, "range_migration = \"keystone\"\nremove_static = true"),
+        (DDM, 2, ""),
+        (DDM, 2, "range_migration = \"keystone\"\nremove_static = true"),
+        (DDM, 1, "range_migration = \"keystone\"\nremove_static = true"),
+    ] {
+        let mut radar = radar(multiplex, "iq", 240, processing);
+        radar.tx.truncate(transmitters);
+        let run = |engine: &Engine| {
+            let frame = engine.frame(&radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
+            frame.2[0].clone()
+        };
+        let (got, want) = (run(&gpu), run(&truth));
+        let d: f64 = got.map.data.iter().zip(&want.map.data).map(|(a, b)| (a - b).powi(2)).sum();
+        let error = (d / want.map.data.iter().map(|b| b * b).sum::<f64>()).sqrt();
+        println!("{multiplex} {transmitters} {processing}: {error:.1e}, {} cells", want.cells.len());
+        // As of every frame on the device: rounding of the synthesis.
+        assert!(error < 1e-4, "{error}");
+        let moving = if radar.processing.remove_static { 2 } else { 3 };
+        assert_eq!(got.cells[..moving], want.cells[..moving]);
+        let channels = got.snapshots.channels;
+        assert_eq!(channels, want.snapshots.channels);
+        let n = moving * channels;
+        assert!(apart(&got.snapshots.data[..n], &want.snapshots.data[..n]) < 1e-4);
     }
 }

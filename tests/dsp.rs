@@ -1014,6 +1014,15 @@ fn keystone_focuses_a_migrating_target() {
         let single = cpu::keystone::spectrum(&moving.to_f32(), &t, &scale, turns).unwrap();
         assert!(relative_l2(&wide(&single.data), &focused.data) < 2e-6);
         assert!(cpu::keystone::spectrum(&moving, &t, &scale[1..], 0).is_err());
+        let t = fft::Transform { keystone: Some(keystone::Keystone { scale, fold: turns }), ..t };
+        let mut recorder = test_gpu().recorder("keystone");
+        let on_device = fft::record(&mut recorder, test_gpu(), &moving.to_f32(), &t).unwrap();
+        recorder.submit().unwrap();
+        let got = on_device.read(test_gpu()).unwrap();
+        let single = cpu::keystone::spectrum(&moving.to_f32().to_f64(), &t, &keystone::scale(&radar), turns);
+        let bound = keystone::KERNEL.tolerance.relative_l2;
+        let d = check_close(parts(&got.data), parts_f64(&single.unwrap().data), bound).unwrap();
+        println!("gpu {:.2e}", d.relative_l2);
     }
 }
 

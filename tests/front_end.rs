@@ -15,7 +15,6 @@ use catseye::scene::radar_toml;
 use catseye::units::{BOLTZMANN, C0, T0_K, power_from_db, w_from_dbm};
 use glam::DVec3;
 use num_complex::{Complex, Complex64};
-use rustfft::FftPlanner;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// 1 GHz in 40 µs, 512 samples at 12.8 MHz, one transmitter and `rx` receivers.
@@ -79,7 +78,7 @@ fn quiet(seed: u64) -> Inputs<'static> {
 
 fn spectrum(x: &[Complex64]) -> Vec<Complex64> {
     let mut y = x.to_vec();
-    FftPlanner::new().plan_fft_forward(x.len()).process(&mut y);
+    catseye_fft::forward(x.len()).process(&mut y);
     y
 }
 

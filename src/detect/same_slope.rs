@@ -26,7 +26,8 @@ pub fn groups(slopes_hz_per_s: &[f64]) -> Vec<Vec<usize>> {
 
 /// What the maps of ramps of one slope show, strongest first. Detections of different ramps within one resolution cell in range,
 /// range rate and direction are one body: its places are means weighted with the SNR, its power and noise plain means over
-/// the ramps that saw it (`Detected::looks`). What one ramp alone saw stays; so false alarms of all ramps add up.
+/// the ramps that saw it (`Detected::looks`). What one ramp alone saw stays, so false alarms of all ramps add up; of the
+/// bodies of several lists `Processing::max_points` are kept.
 /// `radar` and `accuracy` are those of one of the ramps.
 pub fn together(radar: &Radar, accuracy: &PointAccuracy, lists: &[Vec<Detected>]) -> Vec<Detected> {
     let Some((first, more)) = lists.split_first() else { return Vec::new() };
@@ -62,6 +63,7 @@ pub fn together(radar: &Radar, accuracy: &PointAccuracy, lists: &[Vec<Detected>]
     }
     let mut out: Vec<Detected> = bodies.iter().map(|b| mean(radar, b)).collect();
     out.sort_by(|a, b| b.power_w.total_cmp(&a.power_w).then(a.range_bin.total_cmp(&b.range_bin)));
+    out.truncate(p.max_points);
     out
 }
 
@@ -197,6 +199,9 @@ mod tests {
         // The rate belongs to one side of the edge, whichever the mean row is on.
         let rate = range_rate_mps(&radar, got[3].doppler_row) + got[3].unfolded_mps;
         assert!((rate - range_rate_mps(&radar, 0.0)).abs() < 0.2 * radar.velocity_bin_mps(), "{rate}");
+        let mut few = radar.clone();
+        few.processing.max_points = 2;
+        assert_eq!(together(&few, &accuracy, &[a.to_vec(), b.to_vec()]), got[..2]);
         // One list stays as it is.
         assert_eq!(together(&radar, &accuracy, &[a.to_vec()]), a);
         assert!(together(&radar, &accuracy, &[]).is_empty());

@@ -396,7 +396,7 @@ pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: 
 pub struct Times {
     pub snapshots: usize,
     pub tracking_s: f64,
-    /// Covariance and faer's Hermitian eigendecomposition for each snapshot.
+    /// Covariance and the library's Hermitian eigendecomposition for each snapshot.
     pub decomposition_s: f64,
 }
 
@@ -506,7 +506,8 @@ mod tests {
         let new = tracker.basis();
         let v = Matrix::from_fn(5, 1, |i, _| last[i]);
         let across = &v - &old * (old.adjoint() * &v);
-        let across = faer::Scale(Complex64::from(1.0 / across.norm_l2())) * across;
+        let length = across.norm_l2();
+        let across = across * (1.0 / length);
         let turn = old.adjoint() * &new;
         let f = new.adjoint() * &across;
         let rebuilt = &old * turn + &across * f.adjoint();

@@ -3,7 +3,6 @@
 
 use super::doa_manifold::{Lattice, Matrix};
 use crate::error::{BadInput, Error, Result};
-use faer::Side;
 use num_complex::Complex64;
 
 /// R = mean of x x^H over snapshots `[snapshot, channel]`.
@@ -20,8 +19,8 @@ pub fn covariance(snapshots: &[Complex64], channels: usize) -> Matrix {
 pub fn add_outer(r: &mut Matrix, x: &[Complex64], weight: f64) {
     for (j, b) in x.iter().enumerate() {
         let b = b.conj() * weight;
-        for (i, a) in x.iter().enumerate() {
-            r[(i, j)] += a * b;
+        for (r, a) in r.column_mut(j).iter_mut().zip(x) {
+            *r += a * b;
         }
     }
 }
@@ -43,7 +42,7 @@ impl Forgetting {
     }
 
     pub fn push(&mut self, snapshot: &[Complex64]) {
-        self.sum *= faer::Scale(Complex64::from(self.alpha));
+        self.sum *= self.alpha;
         add_outer(&mut self.sum, snapshot, 1.0 - self.alpha);
         self.weight = self.alpha * self.weight + (1.0 - self.alpha);
     }
@@ -51,7 +50,7 @@ impl Forgetting {
     /// All zeros before the first snapshot.
     pub fn covariance(&self) -> Matrix {
         let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
-        faer::Scale(Complex64::from(scale)) * &self.sum
+        self.sum.clone() * scale
     }
 
     /// Number of equally weighted snapshots whose mean is as noisy: (1 + alpha)/(1 - alpha) in the end.
@@ -143,29 +142,23 @@ pub struct Eigen {
 ///
 /// Errors: values that are not finite.
 pub fn eigen(r: &Matrix) -> Result<Eigen> {
-    let n = r.nrows();
-    if !(0..n).all(|j| (0..n).all(|i| r[(i, j)].is_finite())) {
+    if !r.is_finite() {
         return Err(BadInput::new("snapshots hold values that are not finite").into());
     }
-    let e = r
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|e| Error::Failed(format!("eigendecomposition of a covariance: {e:?}")))?;
-    let (s, u) = (e.S(), e.U());
-    Ok(Eigen {
-        values: (0..n).map(|i| s[n - 1 - i].re).collect(),
-        vectors: Matrix::from_fn(n, n, |i, j| u[(i, n - 1 - j)]),
-    })
+    let (values, vectors) =
+        r.hermitian_eigen().map_err(|e| Error::Failed(format!("eigendecomposition of a covariance: {e}")))?;
+    Ok(Eigen { values, vectors })
 }
 
 impl Eigen {
     /// Eigenvectors of the `count` largest eigenvalues.
     pub fn signal(&self, count: usize) -> Matrix {
-        self.vectors.subcols(0, count).to_owned()
+        self.vectors.columns(0, count)
     }
 
     /// The others.
     pub fn noise(&self, count: usize) -> Matrix {
-        self.vectors.subcols(count, self.vectors.ncols() - count).to_owned()
+        self.vectors.columns(count, self.vectors.ncols() - count)
     }
 }
 
@@ -173,7 +166,7 @@ impl Eigen {
 pub fn principal_angle(a: &Matrix, b: &Matrix) -> Result<f64> {
     // From the sine, which keeps small angles: the largest singular value of (I - A A^H) B.
     let outside = b - a * (a.adjoint() * b);
-    let s = outside.singular_values().map_err(|e| Error::Failed(format!("singular values: {e:?}")))?;
+    let s = outside.singular_values().map_err(|e| Error::Failed(format!("singular values: {e}")))?;
     Ok(s.first().map_or(0.0, |s| s.min(1.0).asin()))
 }
 
@@ -223,7 +216,7 @@ mod tests {
             sum += weight(t as i32);
             squares += weight(t as i32).powi(2);
         }
-        assert!((f.covariance() - faer::Scale(Complex64::from(1.0 / sum)) * &want).norm_l2() < 1e-12);
+        assert!((f.covariance() - want * (1.0 / sum)).norm_l2() < 1e-12);
         assert!((f.looks() - sum * sum / squares).abs() < 1e-12);
         assert!(Forgetting::new(2, 1.0).unwrap_err().to_string().contains("0 < alpha < 1"));
     }

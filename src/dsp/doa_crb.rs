@@ -2,7 +2,6 @@
 //! (CONVENTIONS eq. 97).
 
 use super::doa_manifold::{Manifold, Matrix};
-use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex64;
 
 /// Least-squares fit of sources in given directions to a covariance.
@@ -23,7 +22,7 @@ pub fn fit(a: &Matrix, r: &Matrix) -> Fit {
     for i in 0..m {
         gram[(i, i)] += 1e-10 * n as f64;
     }
-    let plus = gram.partial_piv_lu().inverse() * a.adjoint();
+    let plus = gram.inverse() * a.adjoint();
     let sources = &plus * r * plus.adjoint();
     let explained = a * (&plus * r);
     let left: f64 = (0..n).map(|i| (r[(i, i)] - explained[(i, i)]).re).sum();
@@ -60,21 +59,21 @@ pub fn standard_deviations(
         })
         .collect();
     let d = Matrix::from_fn(a.nrows(), size, |c, p| columns[p][c]);
-    let q = a.qr().compute_thin_Q();
+    let q = a.thin_q();
     let free = &d - &q * (q.adjoint() * &d);
     let h = d.adjoint() * free;
     let source = |p: usize| p / asked.len();
-    let information = faer::Mat::<f64>::from_fn(size, size, |i, j| {
-        2.0 * snapshots as f64 * (h[(i, j)] * sources[(source(j), source(i))]).re
-    });
+    let information =
+        |i: usize, j: usize| 2.0 * snapshots as f64 * (h[(i, j)] * sources[(source(j), source(i))]).re;
     // Scaled to a unit diagonal, so that sources of any powers and axes of any sharpness invert alike.
-    let scale: Vec<f64> = (0..size).map(|i| information[(i, i)].sqrt()).collect();
-    let even = faer::Mat::<f64>::from_fn(size, size, |i, j| information[(i, j)] / (scale[i] * scale[j]));
-    let inverse = even.partial_piv_lu().inverse();
+    let scale: Vec<f64> = (0..size).map(|i| information(i, i).sqrt()).collect();
+    let even = Matrix::from_fn(size, size, |i, j| Complex64::from(information(i, j) / (scale[i] * scale[j])));
+    let inverse = even.inverse();
     for p in 0..size {
-        let variance = noise_w * inverse[(p, p)] / (scale[p] * scale[p]);
+        let gain = inverse[(p, p)].re;
+        let variance = noise_w * gain / (scale[p] * scale[p]);
         // What is singular but for rounding says nothing.
-        let known = scale[p] > 0.0 && inverse[(p, p)] > 0.0 && inverse[(p, p)] < 1e12;
+        let known = scale[p] > 0.0 && gain > 0.0 && gain < 1e12;
         out[source(p)][asked[p % asked.len()]] = if known { variance.sqrt() } else { f64::INFINITY };
     }
     out

@@ -1,7 +1,7 @@
 //! From the channels of detected cells to sources: one entry for all estimators of angle.
 //!
 //! [`Estimator::new`] checks what array and method allow; [`Estimator::estimate_cells`] runs in three
-//! steps: small decompositions on the host (faer, both engines), quadratic forms over the grid on the
+//! steps: small decompositions on the host (both engines), quadratic forms over the grid on the
 //! engine that the caller hands in, then peaks between the points of the grid, powers and standard
 //! deviations on the host.
 

@@ -11,12 +11,11 @@ use num_complex::Complex64;
 /// Errors: columns that are not finite.
 pub fn complement(signal: &Matrix) -> Result<Matrix> {
     let (n, l) = (signal.nrows(), signal.ncols());
-    if !(0..l).all(|j| (0..n).all(|i| signal[(i, j)].is_finite())) {
+    if !signal.is_finite() {
         return Err(Error::Failed("the signal subspace is not finite".into()));
     }
     // Columns past the rank of Householder's Q are orthogonal to the first.
-    let q = signal.qr().compute_Q();
-    Ok(q.subcols(l, n - l).to_owned())
+    Ok(signal.full_q().columns(l, n - l))
 }
 
 /// Phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times
@@ -86,7 +85,7 @@ pub fn polynomial_roots(coefficients: &[Complex64]) -> Result<Vec<Complex64>> {
             Complex64::ZERO
         }
     });
-    companion.eigenvalues().map_err(|e| Error::Failed(format!("roots of a polynomial: {e:?}")))
+    companion.eigenvalues().map_err(|e| Error::Failed(format!("roots of a polynomial: {e}")))
 }
 
 /// Phase in (-pi, pi].
@@ -126,7 +125,7 @@ mod tests {
         fn noise_free_phases_come_back(a in -3.0..3.0f64, gap in 0.25..3.0f64, n in 4usize..9) {
             let phases = [a, wrapped(a + gap)];
             let v = Matrix::from_fn(n, 2, |i, j| Complex64::cis(phases[j] * i as f64));
-            let signal = v.qr().compute_thin_Q();
+            let signal = v.thin_q();
             let got = root_music(&complement(&signal).unwrap(), 2).unwrap();
             for p in phases {
                 // A double root is known to the square root of the rounding errors.

@@ -46,7 +46,11 @@ impl Forms {
         let mut data = Vec::with_capacity(factors.len() * rank * channels);
         for f in factors {
             for j in 0..rank {
-                data.extend((0..channels).map(|c| if j < f.ncols() { f[(c, j)] } else { Complex64::ZERO }));
+                if j < f.ncols() {
+                    data.extend_from_slice(&f.column(j)[..channels]);
+                } else {
+                    data.extend(std::iter::repeat_n(Complex64::ZERO, channels));
+                }
             }
         }
         Forms { cells: factors.len(), rank, channels, data }
@@ -56,7 +60,7 @@ impl Forms {
 /// One form in one direction.
 pub(super) fn form(factor: &Matrix, a: &[Complex64]) -> f64 {
     (0..factor.ncols())
-        .map(|j| a.iter().enumerate().map(|(c, a)| factor[(c, j)].conj() * a).sum::<Complex64>().norm_sqr())
+        .map(|j| factor.column(j).iter().zip(a).map(|(f, a)| f.conj() * a).sum::<Complex64>().norm_sqr())
         .sum()
 }
 

@@ -368,9 +368,9 @@ impl<'a> Plan<'a> {
         method: Option<Method>,
     ) -> Result<Plan<'a>> {
         let of = |length: usize| method.unwrap_or_else(|| Method::of(gpu, length));
-        for (key, length) in
-            [("processing.range_fft", t.range_fft), ("processing.doppler_fft", t.doppler_fft)]
-        {
+        // The keystone transform has lengths of its own.
+        let doppler = t.keystone.is_none().then_some(("processing.doppler_fft", t.doppler_fft));
+        for (key, length) in [("processing.range_fft", t.range_fft)].into_iter().chain(doppler) {
             if of(length) == Method::Workgroup && !fits_workgroup(length) {
                 return Err(BadInput::new("a workgroup has no FFT of this length")
                     .key(key)

@@ -53,6 +53,6 @@ pub fn kernel(n: usize, m: usize) -> Vec<Complex64> {
         b[i] = c.conj() / m as f64;
         b[(m - i) % m] = b[i];
     }
-    rustfft::FftPlanner::new().plan_fft_forward(m).process(&mut b);
+    catseye_fft::forward(m).process(&mut b);
     b
 }

@@ -45,7 +45,7 @@ pub mod window;
 pub mod zero_doppler;
 
 /// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.
-pub trait Real: rustfft::FftNum + rustfft::num_traits::Float + Default + std::iter::Sum {
+pub trait Real: catseye_fft::Plan + catseye_fft::num_traits::Float + Default + std::iter::Sum {
     /// Rounds to this type.
     fn of(x: f64) -> Self;
     /// The same value in f64.

@@ -2,8 +2,8 @@
 
 use super::grid_spread::PAD;
 use crate::adc::gridding::Layout;
+use catseye_fft::Fft;
 use num_complex::Complex32;
-use rustfft::Fft;
 use std::sync::Arc;
 
 /// Samples whose lines are added up together.

@@ -14,7 +14,6 @@ use crate::error::{Error, Result};
 use crate::scene::radar::Sampling;
 use num_complex::Complex32;
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Measured with AVX2, ns of one core.
@@ -159,7 +158,7 @@ fn still_rows(
         return None;
     }
     let table = Table::new(&layout);
-    let fft = FftPlanner::new().plan_fft_inverse(layout.cells);
+    let fft = catseye_fft::inverse(layout.cells);
     let mut rows = vec![Complex32::ZERO; channels * samples];
     rows.par_chunks_mut(samples).zip(grids.par_chunks_mut(width)).for_each(|(row, grid)| {
         let mut scratch = Scratch::new(&layout, &fft);
@@ -187,7 +186,7 @@ fn add_moving(
 ) {
     let (channels, samples) = (cube.channels, cube.samples);
     let table = Table::new(layout);
-    let fft = FftPlanner::new().plan_fft_inverse(layout.cells);
+    let fft = catseye_fft::inverse(layout.cells);
     let mut tasks: Vec<Vec<&mut [Complex32]>> =
         (0..layout.blocks() * channels).map(|_| Vec::with_capacity(layout.block)).collect();
     for (i, row) in cube.data.chunks_mut(samples).enumerate() {

@@ -6,12 +6,11 @@ use crate::dsp::Real;
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 use std::f64::consts::SQRT_2;
 
 /// Adds set `order` of lines, `[chirp, channel, line]`, to the samples.
 pub fn add<T: Real>(shaping: &Shaping, lines: &Cube<T>, order: u32, samples: &mut Cube<T>) {
-    let fft = FftPlanner::<T>::new().plan_fft_forward(shaping.period);
+    let fft = catseye_fft::forward::<T>(shaping.period);
     let narrow = |z: Complex64| Complex::new(T::of(z.re), T::of(z.im));
     let weights: Vec<Complex<T>> = shaping.weights(order).into_iter().map(narrow).collect();
     let times: Vec<T> = shaping.times(order).into_iter().map(T::of).collect();

@@ -5,7 +5,6 @@ use crate::dsp::fft::Transform;
 use crate::dsp::{Real, Spectrum};
 use num_complex::Complex;
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 
 /// Columns of one block of the Doppler transform, of which each row fills whole cache lines.
 const BLOCK: usize = 64;
@@ -57,13 +56,13 @@ pub fn range_of<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mu
 struct Line<'a, T: Real> {
     transform: &'a Transform,
     window: &'a [T],
-    fft: &'a dyn rustfft::Fft<T>,
+    fft: &'a dyn catseye_fft::Fft<T>,
     values: Vec<Complex<T>>,
     scratch: Vec<Complex<T>>,
 }
 
 impl<'a, T: Real> Line<'a, T> {
-    fn new(transform: &'a Transform, window: &'a [T], fft: &'a dyn rustfft::Fft<T>) -> Self {
+    fn new(transform: &'a Transform, window: &'a [T], fft: &'a dyn catseye_fft::Fft<T>) -> Self {
         let values = vec![Complex::default(); transform.range_fft];
         Line {
             transform,
@@ -90,7 +89,7 @@ impl<'a, T: Real> Line<'a, T> {
 
 pub(super) fn complex_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut [Complex<T>]) {
     let (bins, count) = (transform.range_bins, transform.samples);
-    let fft = FftPlanner::<T>::new().plan_fft_forward(transform.range_fft);
+    let fft = catseye_fft::forward::<T>(transform.range_fft);
     let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
     out.par_chunks_mut(bins).zip(samples.par_chunks(count)).with_min_len(16).for_each_init(
         || Line::new(transform, &window, &*fft),
@@ -108,7 +107,7 @@ pub(super) fn complex_lines<T: Real>(samples: &[Complex<T>], transform: &Transfo
 fn real_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut [Complex<T>]) {
     let (n, bins, count) = (transform.range_fft, transform.range_bins, transform.samples);
     let channels = samples.len() / (transform.chirps * count);
-    let fft = FftPlanner::<T>::new().plan_fft_forward(n);
+    let fft = catseye_fft::forward::<T>(n);
     let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
     let half = T::of(0.5);
     out.par_chunks_mut(2 * channels * bins).zip(samples.par_chunks(2 * channels * count)).for_each_init(
@@ -145,7 +144,7 @@ fn real_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut 
 pub fn doppler<T: Real>(transform: &Transform, data: &mut [Complex<T>]) {
     let (rows, chirps) = (transform.doppler_fft, transform.chirps);
     let columns = data.len() / rows;
-    let fft = FftPlanner::<T>::new().plan_fft_forward(rows);
+    let fft = catseye_fft::forward::<T>(rows);
     let window: Vec<T> = transform.doppler_window.iter().map(|w| T::of(*w)).collect();
     // A block of neighbouring columns is gathered, so that each cache line is used whole.
     let mut blocks: Vec<Vec<&mut [Complex<T>]>> =

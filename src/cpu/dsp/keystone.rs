@@ -8,7 +8,6 @@ use crate::dsp::{Real, Spectrum};
 use crate::error::Result;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 use std::f64::consts::TAU;
 
 /// Samples that share a pass over the cube.
@@ -36,9 +35,9 @@ pub fn spectrum<T: Real>(
     let (rows, bands, chirps, channels, samples) =
         (t.doppler_rows(), t.bands, t.chirps, t.channels, t.samples);
     let length = (rows + chirps - 1).next_power_of_two();
-    let mut planner = FftPlanner::<T>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let wide = FftPlanner::<f64>::new().plan_fft_forward(length);
+
+    let (forward, inverse) = (catseye_fft::forward(length), catseye_fft::inverse(length));
+    let wide = catseye_fft::forward::<f64>(length);
     // [doppler, band, channel, sample], in blocks of samples that one thread owns.
     let mut between = vec![Complex::<T>::default(); rows * bands * channels * samples];
     let mut blocks: Vec<Vec<&mut [Complex<T>]>> =
@@ -100,7 +99,7 @@ struct Tables {
 }
 
 impl Tables {
-    fn new(t: &Transform, s: f64, fold: i32, length: usize, fft: &dyn rustfft::Fft<f64>) -> Tables {
+    fn new(t: &Transform, s: f64, fold: i32, length: usize, fft: &dyn catseye_fft::Fft<f64>) -> Tables {
         let (rows, chirps) = (t.doppler_fft as f64, t.chirps);
         let centre = 0.5 * (chirps as f64 - 1.0);
         let a = s / rows;

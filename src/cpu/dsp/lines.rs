@@ -11,7 +11,6 @@ use crate::scene::radar::{Radar, Sampling};
 use crate::scene::waveform::Waveform;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 use std::borrow::Cow;
 use std::f64::consts::SQRT_2;
 
@@ -69,7 +68,7 @@ fn compressed<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<Cube<T>> {
     let narrow = |z: Complex64| Complex::new(T::of(z.re), T::of(z.im));
     let filter: Vec<Complex<T>> = spectrum.iter().map(|s| narrow(s * scale)).collect();
     let first = shaping::index(radar, &lines, n);
-    let fft = FftPlanner::<T>::new().plan_fft_inverse(n);
+    let fft = catseye_fft::inverse::<T>(n);
     let buffers = || (vec![Complex::default(); n], vec![Complex::default(); fft.get_inplace_scratch_len()]);
     let mut out = Cube::zeros(cube.chirps, cube.channels, lines.count);
     out.data.par_chunks_mut(lines.count).zip(cube.data.par_chunks(n)).for_each_init(

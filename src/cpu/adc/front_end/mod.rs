@@ -17,7 +17,6 @@ use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex64};
 use oscillator::Oscillator;
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 
 /// What comes from outside the front end.
 #[derive(Debug, Clone, Copy, Default)]
@@ -141,8 +140,7 @@ fn add_white<T: noise::Precision>(cube: &mut Cube<T>, first_row: usize, noise: &
 /// record by `shape` (`Filters::noise_shape`), so that the noise is stationary on the record's circle.
 fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, first_row: usize, noise: &Noise, shape: &[f64]) {
     let n = cube.samples;
-    let mut planner = FftPlanner::new();
-    let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, inverse) = (catseye_fft::forward(n), catseye_fft::inverse(n));
     let scratch = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
     cube.data.par_chunks_mut(n).enumerate().for_each_init(
         || (vec![Complex64::ZERO; n], vec![Complex64::ZERO; scratch]),

@@ -18,9 +18,9 @@ use crate::dsp::Real;
 use crate::error::{Error, Result};
 use crate::scene::front_end::PhaseNoise;
 use crate::scene::radar::Sampling;
+use catseye_fft::Fft;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
-use rustfft::{Fft, FftPlanner};
 use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::{Arc, OnceLock};
@@ -131,7 +131,7 @@ fn draw(
             *z = line(p, spacing_hz, k, seed, frame, number);
         }
     }
-    FftPlanner::new().plan_fft_inverse(m).process(&mut lines);
+    catseye_fft::inverse(m).process(&mut lines);
     lines.into_iter().map(|z| z.re).collect()
 }
 
@@ -192,7 +192,6 @@ impl Grid {
             (bin, bin.rem_euclid(2 * bins) as usize, factor)
         });
         let gather = |i| disperse(signed(i, low - bins / 2, 2 * bins)).conj() / (2 * bins) as f64;
-        let mut planner = FftPlanner::new();
         Grid {
             n,
             samples,
@@ -204,9 +203,9 @@ impl Grid {
             disperse_noise: (0..2 * bins).map(|i| disperse(signed(i, -bins, 2 * bins))).collect(),
             gather: (0..2 * bins).map(gather).collect(),
             bin_hz,
-            short: planner.plan_fft_forward(n),
-            forward: planner.plan_fft_forward(2 * n),
-            inverse: planner.plan_fft_inverse(2 * n),
+            short: catseye_fft::forward(n),
+            forward: catseye_fft::forward(2 * n),
+            inverse: catseye_fft::inverse(2 * n),
         }
     }
 
