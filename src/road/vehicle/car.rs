@@ -92,7 +92,7 @@ const SEDAN: Shape = Shape {
 
 const HATCHBACK: Shape = Shape {
     levels: &[
-        [0.17, 2.02, -2.00, 0.810, 2.0, 2.2, 17.0, 0.36, 0.32],
+        [0.17, 2.02, -2.06, 0.810, 2.0, 2.2, 17.0, 0.36, 0.28],
         [0.34, 2.11, -2.10, 0.865, 2.1, 2.3, 17.0, 0.37, 0.32],
         [0.52, 2.14, -2.14, 0.893, 2.2, 2.4, 17.0, 0.38, 0.32],
         [0.66, 2.12, -2.14, 0.893, 2.2, 2.4, 17.0, 0.38, 0.30],
@@ -128,8 +128,8 @@ const SUV: Shape = Shape {
         [0.42, 2.22, -2.22, 0.890, 2.3, 2.4, 18.0, 0.36, 0.32],
         [0.62, 2.25, -2.25, 0.922, 2.4, 2.5, 18.0, 0.36, 0.32],
         [0.79, 2.23, -2.25, 0.922, 2.4, 2.5, 18.0, 0.36, 0.30],
-        [0.92, 2.14, -2.23, 0.905, 2.4, 2.5, 18.0, 0.36, 0.28],
-        [0.99, 1.88, -2.22, 0.885, 2.4, 2.5, 18.0, 0.33, 0.27],
+        [0.92, 2.20, -2.23, 0.905, 2.4, 2.5, 18.0, 0.36, 0.28],
+        [0.99, 1.94, -2.22, 0.885, 2.4, 2.5, 18.0, 0.33, 0.27],
         [1.06, 1.44, -2.20, 0.855, 2.4, 2.5, 18.0, 0.29, 0.26],
         [1.11, 1.08, -2.18, 0.820, 2.4, 2.5, 18.0, 0.24, 0.25],
         [1.15, 0.98, -2.16, 0.800, 2.1, 2.4, 18.0, 0.20, 0.24],
@@ -273,8 +273,22 @@ pub(super) fn parts(kind: Kind) -> Vec<Part> {
         bar(&mut body, DVec3::new(x, -inner, floor - 0.04), DVec3::new(x, inner, floor - 0.04), 0.03, 12, 0);
     }
     let tail = shape.levels[0][2];
-    bar(&mut body, DVec3::new(tail + 0.75, 0.30, floor - 0.06), DVec3::new(tail + 0.30, 0.30, floor - 0.06), 0.055, 12, 0);
-    bar(&mut body, DVec3::new(tail + 0.29, 0.30, floor - 0.03), DVec3::new(tail - 0.04, 0.30, floor - 0.03), 0.025, 12, 0);
+    bar(
+        &mut body,
+        DVec3::new(tail + 0.75, 0.30, floor - 0.06),
+        DVec3::new(tail + 0.30, 0.30, floor - 0.06),
+        0.055,
+        12,
+        0,
+    );
+    bar(
+        &mut body,
+        DVec3::new(tail + 0.29, 0.30, floor - 0.03),
+        DVec3::new(tail - 0.04, 0.30, floor - 0.03),
+        0.025,
+        12,
+        0,
+    );
     let mut parts = vec![still("body", "", weld(body))];
     parts.extend(wheels(wheel, &shape.axles, shape.track_out_m));
     parts
@@ -283,7 +297,8 @@ pub(super) fn parts(kind: Kind) -> Vec<Part> {
 /// Two wheels on each axle, named from the front.
 pub(super) fn wheels(wheel: &Wheel, axles: &[f64], track_out_m: f64) -> Vec<Part> {
     let left = weld(wheel.mesh());
-    let right = weld(moved(left.clone(), &Pose::<Target, Target>::from_yaw_pitch_roll(DVec3::ZERO, PI, 0.0, 0.0)));
+    let right =
+        weld(moved(left.clone(), &Pose::<Target, Target>::from_yaw_pitch_roll(DVec3::ZERO, PI, 0.0, 0.0)));
     let mut parts = Vec::new();
     for (i, x) in axles.iter().enumerate() {
         for (side, mesh) in [("left", &left), ("right", &right)] {
@@ -321,7 +336,14 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
     let out = DQuat::from_rotation_x(-side * FRAC_PI_2);
     append(mesh, &housing, &Pose::<Target, Target>::new(out, centre));
     // The stalk ends inside the door and inside the housing's shell.
-    bar(mesh, root + DVec3::new(0.0, -side * 0.02, -0.02), centre - DVec3::Z * 0.02, 0.012, 8, Paint::Steel as u32);
+    bar(
+        mesh,
+        root + DVec3::new(0.0, -side * 0.02, -0.02),
+        centre - DVec3::Z * 0.02,
+        0.012,
+        8,
+        Paint::Steel as u32,
+    );
     let glass = centre - DVec3::X * 0.066;
     let size = DVec3::new(0.002, 0.075, 0.75 * height);
     block(mesh, glass - size, glass + size, Paint::Aluminium as u32);
@@ -330,7 +352,12 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
 /// 520 x 110 mm, looking along +x turned about y by `pitch_deg`, upwards.
 fn plate(mesh: &mut Mesh, at: DVec3, pitch_deg: f64) {
     let mut part = Mesh::default();
-    block(&mut part, DVec3::new(-0.001, -0.26, -0.055), DVec3::new(0.001, 0.26, 0.055), Paint::Aluminium as u32);
+    block(
+        &mut part,
+        DVec3::new(-0.001, -0.26, -0.055),
+        DVec3::new(0.001, 0.26, 0.055),
+        Paint::Aluminium as u32,
+    );
     let turn = DQuat::from_rotation_y(-pitch_deg.to_radians());
     append(mesh, &part, &Pose::<Target, Target>::new(turn, at));
 }

@@ -36,7 +36,8 @@ fn wheel() -> Mesh {
     let mut mesh = Mesh::default();
     let section = |points: &[(f64, f64)]| points.iter().map(|&(r, y)| DVec2::new(r, y)).collect::<Vec<_>>();
     // Tyre and rim, each a closed ring.
-    let tyre = [(0.305, -0.012), (0.325, -0.018), (0.340, 0.0), (0.325, 0.018), (0.305, 0.012), (0.305, -0.012)];
+    let tyre =
+        [(0.305, -0.012), (0.325, -0.018), (0.340, 0.0), (0.325, 0.018), (0.305, 0.012), (0.305, -0.012)];
     turned(&mut mesh, &section(&tyre), 40, Paint::Tyre as u32);
     let rim = [(0.286, 0.0), (0.292, -0.010), (0.303, -0.012), (0.303, 0.012), (0.292, 0.010), (0.286, 0.0)];
     turned(&mut mesh, &section(&rim), 40, METAL);

@@ -192,7 +192,8 @@ impl Body {
                 "" => self.kind.class().to_string(),
                 suffix => format!("{}.{suffix}", self.kind.class()),
             };
-            let name = if part.suffix.is_empty() { name.to_string() } else { format!("{name} {}", part.name) };
+            let name =
+                if part.suffix.is_empty() { name.to_string() } else { format!("{name} {}", part.name) };
             ids.push(scene.add_object(&name, &class, crate::scene::Shape::Mesh(mesh), at, velocity));
         }
         scene.import.triangles = scene.triangle_count();

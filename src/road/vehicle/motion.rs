@@ -34,7 +34,15 @@ pub enum Turn {
     Shoulder { leg_m: f64, phase: f64 },
     /// A cyclist's thigh and, with `knee`, the shank against it, about +y. The sole's joint follows the
     /// crank about `crank_m`, seen from the hip.
-    Pedal { crank_m: DVec3, arm_m: f64, thigh_m: f64, shank_m: f64, development_m: f64, half: bool, knee: bool },
+    Pedal {
+        crank_m: DVec3,
+        arm_m: f64,
+        thigh_m: f64,
+        shank_m: f64,
+        development_m: f64,
+        half: bool,
+        knee: bool,
+    },
 }
 
 /// Cycle of a walk, s: cycle length = 1.346 sqrt(speed x hip height) (Boulic, Thalmann and Thalmann 1990,
@@ -240,7 +248,9 @@ mod tests {
         let m = follow(&Pose::IDENTITY, &[hip, knee], speed, 0.5 * cycle);
         assert!(m.pose.point(sole).z > -0.8 * leg_m);
         let fastest = (0..200)
-            .map(|i| follow(&Pose::IDENTITY, &[hip, knee], speed, cycle * f64::from(i) / 200.0).velocity_at(sole).x)
+            .map(|i| {
+                follow(&Pose::IDENTITY, &[hip, knee], speed, cycle * f64::from(i) / 200.0).velocity_at(sole).x
+            })
             .fold(0.0, f64::max);
         assert!((2.3..3.3).contains(&((fastest + speed) / speed)), "{fastest}");
         // The same place one cycle later; hips swing as far as people's do, 15 to 25 degrees.

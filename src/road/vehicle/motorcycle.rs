@@ -96,7 +96,11 @@ pub(super) fn parts() -> Vec<Part> {
             suffix: "wheel",
             mesh: weld(wheel(RADII_M[i], width_m)),
             pose: Pose::new(DQuat::IDENTITY, DVec3::new(AXLES[i], 0.0, RADII_M[i])),
-            joints: vec![Joint { at_m: DVec3::ZERO, axis: DVec3::Y, turn: Turn::Roll { radius_m: RADII_M[i] } }],
+            joints: vec![Joint {
+                at_m: DVec3::ZERO,
+                axis: DVec3::Y,
+                turn: Turn::Roll { radius_m: RADII_M[i] },
+            }],
         });
     }
     parts

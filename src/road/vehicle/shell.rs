@@ -79,8 +79,14 @@ const CORNER: usize = 5;
 const DOORS: usize = 4;
 const ARCH: usize = 10;
 
-/// Outline of a half section (y >= 0): point of the arcs at `t` (see [`Zone`]).
-fn outline(knot: &[f64; 9], t: f64) -> DVec3 {
+/// x of the ends of the side's arc, front and rear.
+fn side_ends(knot: &[f64; 9]) -> (f64, f64) {
+    (outline(knot, 2.0, 0.0).x, outline(knot, 3.0, 1.0).x)
+}
+
+/// Outline of a half section (y >= 0): point of the arcs at `t` (see [`Zone`]); on the side it is the one
+/// that lies the share `along` of the way from its front end.
+fn outline(knot: &[f64; 9], t: f64, along: f64) -> DVec3 {
     let [z, front, rear, w, rf, rr, rs, cf, cr] = *knot;
     // Everything about the middle, in which the side's arc has its centre.
     let mid = 0.5 * (front + rear);
@@ -115,7 +121,7 @@ fn outline(knot: &[f64; 9], t: f64) -> DVec3 {
         DVec2::new(-p.x, p.y)
     } else {
         let (a, b) = (quarter(half, rf, cf, 2.0).x, -quarter(half, rr, cr, 2.0).x);
-        let x = a + (b - a) * (t - 2.0);
+        let x = a + (b - a) * along;
         DVec2::new(x, side.y + (rs * rs - x * x).sqrt())
     };
     let y = if t == 0.0 || t == 5.0 { 0.0 } else { p.y };
@@ -128,15 +134,10 @@ impl Shell<'_> {
     /// None where the levels' arcs do not meet, or an arch does not fit on the side.
     pub fn mesh(&self) -> Option<Mesh> {
         let mut mesh = Mesh::default();
-        let place = |band: &Band| {
-            let knots: Vec<[f64; 9]> =
-                self.levels[band.from..=band.to].iter().map(Level::knot).collect();
-            move |t: f64, s: f64| outline(&spline(&knots, s), t)
-        };
         let columns = self.columns()?;
         for (b, band) in self.bands.iter().enumerate() {
             let top = (band.to - band.from) as f64;
-            let skin = place(band);
+            let skin = self.skin(b);
             let rows = steps(0.0, top, band.rows);
             let foot = |t: f64| if b == 0 { self.arch_at(&skin, t, top) } else { 0.0 };
             // Rows over a wheel house begin on its arch.
@@ -175,10 +176,42 @@ impl Shell<'_> {
         mesh.positions_m.iter().all(|p| p.is_finite()).then_some(mesh)
     }
 
-    fn first(&self) -> impl Fn(f64, f64) -> DVec3 {
-        let band = self.bands[0];
-        let knots: Vec<[f64; 9]> = self.levels[band.from..=band.to].iter().map(Level::knot).collect();
-        move |t: f64, s: f64| outline(&spline(&knots, s), t)
+    /// The surface of a band.
+    fn skin(&self, band: usize) -> impl Fn(f64, f64) -> DVec3 + use<> {
+        let knots_of =
+            |b: &Band| -> Vec<[f64; 9]> { self.levels[b.from..=b.to].iter().map(Level::knot).collect() };
+        let knots = knots_of(&self.bands[band]);
+        let first = knots_of(&self.bands[0]);
+        let (foot, head) = (first[0], first[first.len() - 1]);
+        let (front, rear) = side_ends(&foot);
+        // Places along the side between which the columns stand upright in the first band: the wheel houses.
+        let outer = |sign: f64| {
+            let ends = self.arches.iter().map(|a| a.x_m + sign * a.half_m);
+            ends.reduce(|p, q| if sign * p > sign * q { p } else { q }).unwrap_or(0.5 * (front + rear))
+        };
+        let (upright, until) = (outer(1.0), outer(-1.0));
+        let along = move |t: f64, knot: &[f64; 9]| {
+            let (a, b) = side_ends(knot);
+            let x = front + (rear - front) * (t - 2.0);
+            let x = if x > upright {
+                x + (a - front) * (x - upright) / (front - upright)
+            } else if x < until {
+                x + (b - rear) * (until - x) / (until - rear)
+            } else {
+                x
+            };
+            (x - a) / (b - a)
+        };
+        move |t: f64, s: f64| {
+            let knot = spline(&knots, s);
+            let on_side = t > 2.0 && t < 3.0;
+            let share = if on_side { along(t, if band == 0 { &knot } else { &head }) } else { t - 2.0 };
+            outline(&knot, t, share)
+        }
+    }
+
+    fn first(&self) -> impl Fn(f64, f64) -> DVec3 + use<> {
+        self.skin(0)
     }
 
     /// Places of the columns along the half outline, among them the ends of each arch.
@@ -277,8 +310,7 @@ impl Shell<'_> {
     fn edge(&self, arch: &Arch, columns: &[f64]) -> Option<Vec<DVec3>> {
         let skin = self.first();
         let top = (self.bands[0].to - self.bands[0].from) as f64;
-        let inner: Vec<usize> =
-            (0..columns.len()).filter(|&i| self.over(columns[i]) == Some(arch)).collect();
+        let inner: Vec<usize> = (0..columns.len()).filter(|&i| self.over(columns[i]) == Some(arch)).collect();
         let (from, to) = (inner.first()?.checked_sub(1)?, inner.last()? + 1);
         Some(
             (from..=to)
@@ -298,7 +330,8 @@ impl Shell<'_> {
         let foot: Vec<DVec3> = edge.iter().map(|p| DVec3::new(p.x, arch.inner_y_m, floor_z)).collect();
         let height = arch.top_m - floor_z;
         let inwards = |p: DVec3| {
-            DVec3::new((arch.x_m - p.x) / arch.half_m.powi(2), 0.0, (floor_z - p.z) / height.powi(2)).normalize()
+            DVec3::new((arch.x_m - p.x) / arch.half_m.powi(2), 0.0, (floor_z - p.z) / height.powi(2))
+                .normalize()
         };
         for i in 0..edge.len() - 1 {
             let (p, q) = (edge[i], edge[i + 1]);
@@ -366,11 +399,11 @@ impl Shell<'_> {
             let (a, b) = (side(front, 0), side(rear, 1));
             strip(mesh, &a, &b, self.floor);
         }
-        let band = &self.bands[self.bands.len() - 1];
-        let roof = self.levels[band.to].knot();
-        let points: Vec<DVec3> = columns.iter().map(|&t| outline(&roof, t) + DVec3::ZERO).collect();
         let last = self.bands.len() - 1;
-        let material = (self.zone)(last, 2.5, roof[0]);
+        let band = &self.bands[last];
+        let (top_skin, height) = (self.skin(last), (band.to - band.from) as f64);
+        let points: Vec<DVec3> = columns.iter().map(|&t| top_skin(t, height) + DVec3::ZERO).collect();
+        let material = (self.zone)(last, 2.5, self.levels[band.to].z);
         for (p, q) in points.iter().zip(&points[1..]) {
             let pair = |p: &DVec3| if p.y == 0.0 { vec![*p] } else { vec![DVec3::new(p.x, -p.y, p.z), *p] };
             // Looking up: the strip the other way round.

@@ -46,7 +46,9 @@ pub fn grid(
             (0..nv).map(|j| if closed { at(j) } else { on_seam(places[i][j], at(j)) }).collect()
         })
         .collect();
-    for (j, inner) in [(0, vs[0] + 1e-4 * (vs[1] - vs[0])), (nv - 1, vs[nv - 1] - 1e-4 * (vs[nv - 1] - vs[nv - 2]))] {
+    for (j, inner) in
+        [(0, vs[0] + 1e-4 * (vs[1] - vs[0])), (nv - 1, vs[nv - 1] - 1e-4 * (vs[nv - 1] - vs[nv - 2]))]
+    {
         if (1..nu).all(|i| places[i][j] == places[0][j]) {
             let n: DVec3 = (0..nu - 1).map(|i| normal(f, (us[i], inner), wrap, rv)).sum();
             (0..nu).for_each(|i| normals[i][j] = n.normalize_or_zero());

@@ -9,8 +9,8 @@ use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, tube};
 use super::wheel::Wheel;
 use super::{Paint, Part, still};
-use crate::road::shape::{append, weld};
 use crate::frames::{Pose, Target};
+use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
 use glam::DVec3;
 
@@ -81,8 +81,11 @@ impl Cab {
             };
             paint as u32
         };
-        let bands =
-            [Band { from: 0, to: 4, rows: 10 }, Band { from: 4, to: 6, rows: 6 }, Band { from: 6, to: 8, rows: 4 }];
+        let bands = [
+            Band { from: 0, to: 4, rows: 10 },
+            Band { from: 4, to: 6, rows: 6 },
+            Band { from: 6, to: 8, rows: 4 },
+        ];
         let shell = Shell {
             levels: &levels,
             bands: &bands,
@@ -102,7 +105,14 @@ impl Cab {
             let back = at - DVec3::X * 0.056;
             block(&mut mesh, back - glass, back + glass, METAL);
             for z in [1.72, 2.18] {
-                bar(&mut mesh, DVec3::new(f - 0.14, side * 1.20, z), DVec3::new(f - 0.12, side * 1.30, z), 0.015, 8, STEEL);
+                bar(
+                    &mut mesh,
+                    DVec3::new(f - 0.14, side * 1.20, z),
+                    DVec3::new(f - 0.12, side * 1.30, z),
+                    0.015,
+                    8,
+                    STEEL,
+                );
             }
             // Steps below the door, before the wheel.
             block(
@@ -169,10 +179,22 @@ fn box_body(mesh: &mut Mesh, x: (f64, f64), z: (f64, f64), half_width: f64) {
         // Lock bars of the doors, and their hinges' bosses.
         for bar_y in [0.25, 0.85] {
             let y = side * bar_y;
-            bar(mesh, DVec3::new(x.0 - 0.03, y, z.0 + 0.05), DVec3::new(x.0 - 0.03, y, z.1 - 0.05), 0.014, 12, STEEL);
+            bar(
+                mesh,
+                DVec3::new(x.0 - 0.03, y, z.0 + 0.05),
+                DVec3::new(x.0 - 0.03, y, z.1 - 0.05),
+                0.014,
+                12,
+                STEEL,
+            );
         }
     }
-    block(mesh, DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.14), DVec3::new(x.0 + 0.05, half_width, z.0 - 0.001), STEEL);
+    block(
+        mesh,
+        DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.14),
+        DVec3::new(x.0 + 0.05, half_width, z.0 - 0.001),
+        STEEL,
+    );
 }
 
 /// Two wheels side by side that turn as one.

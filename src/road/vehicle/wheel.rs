@@ -1,9 +1,9 @@
 //! Wheels: tyre, rim and brake disc, turning about the y axis, with their outer side towards +y.
 
 use super::surface::{bar, turned};
+use crate::frames::{Pose, Target};
 use crate::road::shape::{append, polygon};
 use crate::scene::Mesh;
-use crate::frames::{Pose, Target};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::TAU;
 
