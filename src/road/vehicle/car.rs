@@ -228,7 +228,7 @@ impl Shape {
                 0 if at_end && z < bumper_top => Paint::Bumper,
                 2 if t < 1.25 => Paint::Glass,
                 2 if self.panel_sides && !(2.05..2.3).contains(&t) => Paint::Steel,
-                2 if (2.05..2.95).contains(&t) && (t - 2.5).abs() > 0.04 => Paint::Glass,
+                2 if (2.05..2.95).contains(&t) && (t - 2.5).abs() > 0.07 => Paint::Glass,
                 2 if t > 3.75 => Paint::Glass,
                 _ => Paint::Steel,
             };

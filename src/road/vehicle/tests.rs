@@ -1,5 +1,4 @@
 use super::*;
-use crate::geom::validate::check_scene;
 use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
 use crate::scene::material;
 
@@ -100,19 +99,6 @@ fn left_is_the_mirror_image_of_right() {
     assert!(is_mirror_image(&walker.parts[0].mesh, 0.0));
 }
 
-#[test]
-fn the_engine_finds_nothing_wrong_with_them() {
-    for kind in Kind::ALL {
-        let mut scene = Scene::default();
-        let ids = body(kind).add_to(&mut scene, "x", Pose::IDENTITY, 0.0, 0.0);
-        assert_eq!(ids.len(), scene.objects.len());
-        for (name, report) in check_scene(&scene, 77e9).unwrap() {
-            assert!(report.error().is_none() && report.degenerate == 0, "{kind:?} {name}: {report:?}");
-            assert_eq!((report.open_edges, report.non_manifold_edges), (0, 0), "{kind:?} {name}");
-        }
-    }
-}
-
 /// Wheels roll on the road: in the world the lowest point of each tyre stands still, and the objects of a
 /// scene have their origins' velocities.
 #[test]
@@ -131,7 +117,7 @@ fn wheels_roll_and_objects_move() {
         let yaw = Pose::from_yaw_pitch_roll(DVec3::new(20.0, 3.0, 0.0), 1.2, 0.0, 0.0);
         b.add_to(&mut scene, "x", yaw, speed, 0.37);
         for (o, p) in scene.objects.iter().zip(&b.parts) {
-            assert_eq!(o.class.starts_with(kind.class()), true);
+            assert!(o.class.starts_with(kind.class()));
             if p.suffix == "wheel" || !p.moves() {
                 assert!((o.velocity_mps - yaw.direction(DVec3::X * speed)).length() < 1e-9);
             }

@@ -128,7 +128,8 @@ impl Cab {
     }
 }
 
-/// Frame rails from `x.0` to `x.1`, and cross members between them.
+/// Frame rails from `x.0` to `x.1`, and round cross members between them. Flat ones would make right angles of
+/// a wavelength's precision, which riveted channels with their gussets do not.
 fn frame(mesh: &mut Mesh, x: (f64, f64), z: (f64, f64)) {
     for side in [1.0, -1.0] {
         let (a, b) = (side * 0.43 - 0.035, side * 0.43 + 0.035);
@@ -136,8 +137,8 @@ fn frame(mesh: &mut Mesh, x: (f64, f64), z: (f64, f64)) {
     }
     let count = ((x.1 - x.0) / 1.2).floor() as usize;
     for k in 0..count {
-        let at = x.0 + 0.3 + 1.2 * k as f64;
-        block(mesh, DVec3::new(at, -0.39, z.0 + 0.05), DVec3::new(at + 0.08, 0.39, z.1 - 0.05), STEEL);
+        let (at, z) = (x.0 + 0.3 + 1.2 * k as f64, 0.5 * (z.0 + z.1));
+        bar(mesh, DVec3::new(at, -0.39, z), DVec3::new(at, 0.39, z), 0.06, 16, STEEL);
     }
 }
 
