@@ -196,7 +196,8 @@ impl Shape {
         }
     }
 
-    fn skin(&self) -> Mesh {
+    /// None where the tables above do not fit together.
+    fn skin(&self) -> Option<Mesh> {
         let levels: Vec<Level> = self.levels.iter().map(level).collect();
         let width_in = self.wheel.width_m + 0.07;
         let arches = self.axles.map(|x_m| Arch {
@@ -243,8 +244,7 @@ impl Shape {
             floor: Paint::Steel as u32,
             wheel_house: Paint::Steel as u32,
         };
-        // The tables above fit; the tests see to it.
-        shell.mesh().unwrap_or_default()
+        shell.mesh()
     }
 }
 
@@ -254,9 +254,9 @@ pub(super) fn level(row: &Row) -> Level {
 }
 
 /// Body and four wheels.
-pub(super) fn parts(kind: Kind) -> Vec<Part> {
+pub(super) fn parts(kind: Kind) -> Option<Vec<Part>> {
     let shape = Shape::of(kind);
-    let mut body = shape.skin();
+    let mut body = shape.skin()?;
     let wheel = &shape.wheel;
     for side in [1.0, -1.0] {
         let at = DVec3::new(shape.mirror.x, side * shape.mirror.y, shape.mirror.z);
@@ -291,7 +291,7 @@ pub(super) fn parts(kind: Kind) -> Vec<Part> {
     );
     let mut parts = vec![still("body", "", weld(body))];
     parts.extend(wheels(wheel, &shape.axles, shape.track_out_m));
-    parts
+    Some(parts)
 }
 
 /// Two wheels on each axle, named from the front.

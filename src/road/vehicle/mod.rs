@@ -203,19 +203,20 @@ impl Body {
 
 /// The body of a kind with materials found by their names (table in `scene/material.rs`).
 ///
-/// Errors: those of the lookup.
+/// Errors: those of the lookup. (The shapes are fixed; that their sections fit together is tested.)
 pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     let paints = Paints::new(materials)?;
     let parts = match kind {
         Kind::Sedan | Kind::Hatchback | Kind::Suv | Kind::Van => car::parts(kind),
         Kind::Truck => truck::rigid(),
         Kind::SemiTrailer => truck::semi_trailer(),
-        Kind::Motorcycle => motorcycle::parts(),
-        Kind::Cyclist => cyclist::parts(),
-        Kind::Pedestrian => pedestrian::parts(1.75),
-        Kind::Child => pedestrian::parts(1.22),
+        Kind::Motorcycle => Some(motorcycle::parts()),
+        Kind::Cyclist => Some(cyclist::parts()),
+        Kind::Pedestrian => Some(pedestrian::parts(1.75)),
+        Kind::Child => Some(pedestrian::parts(1.22)),
     };
-    Ok(paints.body(kind, parts))
+    let unfit = || BadInput::new("the sections of its skin do not fit together").key(kind.name());
+    Ok(paints.body(kind, parts.ok_or_else(unfit)?))
 }
 
 /// What the builders paint with, before unused ones are dropped.

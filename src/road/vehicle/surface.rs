@@ -204,8 +204,7 @@ pub fn block(mesh: &mut Mesh, lo: DVec3, hi: DVec3, material: u32) {
 /// left, seen with y to the right and the radius up. Facets are round; an outline that ends on the axis
 /// closes there.
 pub fn turned(mesh: &mut Mesh, outline: &[DVec2], segments: usize, material: u32) {
-    let flipped: Vec<DVec2> = outline.iter().map(|p| DVec2::new(p.x, p.y)).collect();
-    let part = crate::road::shape::revolve_z(&flipped, segments, 0.0, true, material);
+    let part = crate::road::shape::revolve_z(outline, segments, 0.0, true, material);
     // z to y, x to z, y to x: a turn, no mirror.
     let pose = Pose::<Target, Target>::new(
         DQuat::from_mat3(&glam::DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y)),

@@ -6,13 +6,13 @@
 
 use super::car::{level, wheels};
 use super::shell::{Arch, Band, Level, Recess, Shell};
-use super::surface::{bar, block, tube};
+use super::surface::{bar, block, limb, tube};
 use super::wheel::Wheel;
 use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 const STEEL: u32 = Paint::Steel as u32;
 const METAL: u32 = Paint::Aluminium as u32;
@@ -40,7 +40,7 @@ const fn wheel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
 }
 
 impl Cab {
-    fn mesh(&self) -> Mesh {
+    fn mesh(&self) -> Option<Mesh> {
         let (f, r, h) = (self.front_x, self.front_x - self.length_m, self.height_m);
         let row = |z, back, w, corner| [z, f - back, r, w, 5.0, 20.0, 40.0, corner, 0.10];
         let rows = [
@@ -95,7 +95,7 @@ impl Cab {
             floor: STEEL,
             wheel_house: STEEL,
         };
-        let mut mesh = shell.mesh().unwrap_or_default();
+        let mut mesh = shell.mesh()?;
         for side in [1.0, -1.0] {
             // Mirrors on their bracket: housing, glass of metal at its back.
             let at = DVec3::new(f - 0.12, side * 1.36, 1.95);
@@ -124,7 +124,7 @@ impl Cab {
         }
         // Plate on the bumper, leaning back by what the bumper does.
         block(&mut mesh, DVec3::new(f + 0.012, -0.26, 0.50), DVec3::new(f + 0.014, 0.26, 0.61), METAL);
-        mesh
+        Some(mesh)
     }
 }
 
@@ -151,10 +151,20 @@ fn axle(mesh: &mut Mesh, x: f64, z: f64, half_m: f64) {
 fn rear_guard(mesh: &mut Mesh, x: f64, frame_z: f64) {
     block(mesh, DVec3::new(x, -1.15, 0.45), DVec3::new(x + 0.06, 1.15, 0.57), STEEL);
     for y in [-0.43, 0.43] {
-        block(mesh, DVec3::new(x + 0.065, y - 0.03, 0.48), DVec3::new(x + 0.125, y + 0.03, frame_z), STEEL);
+        bar(mesh, DVec3::new(x + 0.095, y, 0.48), DVec3::new(x + 0.095, y, frame_z), 0.03, 12, STEEL);
     }
     // Plate, hanging from it.
     block(mesh, DVec3::new(x - 0.012, 0.30, 0.455), DVec3::new(x - 0.010, 0.82, 0.565), METAL);
+}
+
+/// A tank that lies along x, with dished ends.
+fn tank(mesh: &mut Mesh, middle: DVec3, half_length: f64, radius_m: f64) {
+    let (h, r) = (half_length, radius_m);
+    let rings = [[-h, 0.0, 0.0, 0.0], [-h + 0.10, r, r, 0.0], [h - 0.10, r, r, 0.0], [h, 0.0, 0.0, 0.0]];
+    let mut part = Mesh::default();
+    limb(&mut part, &rings, 24, 3, METAL);
+    let lie = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    append(mesh, &part, &Pose::<Target, Target>::new(lie, middle));
 }
 
 /// A guard along a side: two boards of 100 mm.
@@ -165,8 +175,8 @@ fn side_guard(mesh: &mut Mesh, x: (f64, f64)) {
             block(mesh, DVec3::new(x.0, y - 0.0125, z), DVec3::new(x.1, y + 0.0125, z + 0.10), METAL);
         }
         for at in [x.0 + 0.3, x.1 - 0.3] {
-            let y = side * 1.165;
-            block(mesh, DVec3::new(at - 0.03, y - 0.02, 0.48), DVec3::new(at + 0.03, y + 0.02, 1.0), STEEL);
+            let foot = DVec3::new(at, side * 1.16, 0.48);
+            bar(mesh, foot, foot + DVec3::Z * 0.5, 0.02, 12, STEEL);
         }
     }
 }
@@ -192,7 +202,7 @@ fn box_body(mesh: &mut Mesh, x: (f64, f64), z: (f64, f64), half_width: f64) {
     }
     block(
         mesh,
-        DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.14),
+        DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.035),
         DVec3::new(x.0 + 0.05, half_width, z.0 - 0.001),
         STEEL,
     );
@@ -205,7 +215,7 @@ fn twins(one: &Wheel, axles: &[f64], first: usize) -> Vec<Part> {
         let inwards = if part.pose.translation_m.y > 0.0 { -1.0 } else { 1.0 };
         let single = part.mesh.clone();
         let beside = DVec3::Y * inwards * (one.width_m + 0.03);
-        append(&mut part.mesh, &single, &Pose::<Target, Target>::new(glam::DQuat::IDENTITY, beside));
+        append(&mut part.mesh, &single, &Pose::<Target, Target>::new(DQuat::IDENTITY, beside));
     }
     numbered(parts, first)
 }
@@ -220,27 +230,27 @@ fn numbered(mut parts: Vec<Part>, first: usize) -> Vec<Part> {
 }
 
 /// A lorry of 12 t: 8.5 m long, 3.6 m high, wheelbase 4.6 m.
-pub(super) fn rigid() -> Vec<Part> {
+pub(super) fn rigid() -> Option<Vec<Part>> {
     let tyre = wheel(0.430, 0.265, 0.262);
     let cab = Cab { front_x: 4.25, length_m: 2.05, axle_x: 2.95, height_m: 2.75, wheel: tyre };
-    let mut body = cab.mesh();
+    let mut body = cab.mesh()?;
     frame(&mut body, (-4.0, 2.1), (0.72, 0.96));
     box_body(&mut body, (-4.21, 2.02), (1.02, 3.60), 1.25);
     axle(&mut body, -1.65, 0.43, 0.60);
     rear_guard(&mut body, -4.20, 0.72);
     side_guard(&mut body, (-1.0, 1.4));
-    tube(&mut body, (DVec3::new(0.5, 0.78, 0.70), 0.27), (DVec3::new(1.4, 0.78, 0.70), 0.27), 24, METAL);
+    tank(&mut body, DVec3::new(0.95, 0.78, 0.70), 0.45, 0.27);
     let mut parts = vec![still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[2.95], 1.22));
     parts.extend(twins(&tyre, &[-1.65], 2));
-    parts
+    Some(parts)
 }
 
 /// Tractor with two axles and a box semi-trailer with three: 16.5 m long, 4.0 m high.
-pub(super) fn semi_trailer() -> Vec<Part> {
+pub(super) fn semi_trailer() -> Option<Vec<Part>> {
     let tyre = wheel(0.500, 0.315, 0.300);
     let cab = Cab { front_x: 8.22, length_m: 2.25, axle_x: 6.83, height_m: 3.55, wheel: tyre };
-    let mut body = cab.mesh();
+    let mut body = cab.mesh()?;
     frame(&mut body, (2.2, 6.0), (0.75, 1.00));
     frame(&mut body, (-8.0, 4.9), (1.01, 1.16));
     box_body(&mut body, (-8.20, 5.37), (1.20, 4.00), 1.275);
@@ -253,12 +263,11 @@ pub(super) fn semi_trailer() -> Vec<Part> {
         // Landing legs of the trailer, fuel tank and air tanks of the tractor.
         let (y, z) = (side * 0.65, 1.01);
         block(&mut body, DVec3::new(2.05, y - 0.06, 0.45), DVec3::new(2.17, y + 0.06, z), STEEL);
-        let at = |x| DVec3::new(x, side * 0.80, 0.72);
-        tube(&mut body, (at(4.2), 0.30), (at(5.6), 0.30), 24, METAL);
+        tank(&mut body, DVec3::new(4.9, side * 0.80, 0.72), 0.70, 0.30);
     }
     let mut parts = vec![still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[6.83], 1.22));
     parts.extend(twins(&tyre, &[3.13], 2));
     parts.extend(numbered(wheels(&tyre, &[-3.55, -4.86, -6.17], 1.26), 3));
-    parts
+    Some(parts)
 }
