@@ -8,6 +8,7 @@ pub mod reflector;
 pub mod shape;
 pub mod terrain;
 pub mod truth;
+pub mod vehicle;
 pub mod w3;
 
 use crate::error::Result;
