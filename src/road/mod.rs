@@ -2,8 +2,10 @@
 //! scenes. Everything is f64, metres, ISO 8855 axes; normals point outwards, or to the lit side of a
 //! sheet. Materials come from the caller by name, so that a table or an override decides on them.
 
+pub mod axis;
 pub mod demo;
 pub mod objects;
+pub mod profile;
 pub mod reflector;
 pub mod shape;
 pub mod terrain;
