@@ -3,10 +3,15 @@
 //! sheet. Materials come from the caller by name, so that a table or an override decides on them.
 
 pub mod axis;
+pub mod build;
 pub mod demo;
+pub mod glb;
+pub mod labels;
+pub mod layout;
 pub mod objects;
 pub mod profile;
 pub mod reflector;
+pub mod scene_toml;
 pub mod shape;
 pub mod terrain;
 pub mod truth;
