@@ -319,8 +319,9 @@ impl Builder<'_> {
         let back = pose.inverse();
         let mut mesh = weld(mesh);
         for p in &mut mesh.positions_m {
-            *p = back.point(*p).as_vec3().as_dvec3();
+            *p = back.point(*p);
         }
+        in_single_precision(&mut mesh);
         // Slivers that rounding has closed.
         let keep: Vec<bool> =
             (0..mesh.triangles.len()).map(|t| area_vector_m2(&mesh, t).length() > 1e-10).collect();
@@ -329,6 +330,13 @@ impl Builder<'_> {
         let mut kept = keep.iter();
         mesh.triangles.retain(|_| *kept.next().unwrap_or(&true));
         (!mesh.triangles.is_empty()).then(|| self.scene.add_mesh(name, class, weld(mesh), pose))
+    }
+
+    /// A mesh for several objects.
+    fn shared(&mut self, mut mesh: Mesh) -> Shape {
+        in_single_precision(&mut mesh);
+        self.scene.meshes.push(mesh);
+        Shape::Mesh(self.scene.meshes.len() - 1)
     }
 
     /// The sheets of the lanes, one object for each run of lanes of one material.
@@ -350,15 +358,19 @@ impl Builder<'_> {
                     if whole { vec![first..end] } else { (first..end).map(|i| i..i + 1).collect() };
                 let mut mesh = Mesh::default();
                 for column in columns {
-                    let corner = |i: usize, left: bool| {
+                    let corner = |i: usize, left: bool, ends: bool| {
                         let s_m = stations[i];
                         let (side, k, _) = if left { lanes[column.start] } else { lanes[column.end - 1] };
-                        let (l, r) = road.lane_edges_t_m(side, k, s_m);
-                        road.axis.world(RoadPoint { s_m, t_m: if left { l } else { r }, h_m: 0.0 })
+                        let t = |s: f64| {
+                            let (l, r) = road.lane_edges_t_m(side, k, s);
+                            if left { l } else { r }
+                        };
+                        let t_m = if ends { before(&t, s_m) } else { t(s_m) };
+                        road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 })
                     };
                     for (i, cell) in cells.iter_mut().enumerate() {
-                        let [a, b] = [corner(i, false), corner(i + 1, false)];
-                        let [c, d] = [corner(i + 1, true), corner(i, true)];
+                        let [a, b] = [corner(i, false, false), corner(i + 1, false, true)];
+                        let [c, d] = [corner(i + 1, true, true), corner(i, true, false)];
                         for t in [[a, b, c], [a, c, d]] {
                             if (t[1] - t[0]).cross(t[2] - t[0]).length() > 1e-9 {
                                 polygon(&mut mesh, &t, material);
@@ -452,9 +464,10 @@ impl Builder<'_> {
             }
         }
         let offsets: &[f64] = if line.kind == LineKind::Double { &[-1.0, 1.0] } else { &[0.0] };
-        let at = |s: f64, shift: f64| {
-            deck.ground(s, road.t_m(&line.lateral, s) + shift).0 + paint.thickness_m * DVec3::Z
-        };
+        let t = |s: f64| road.t_m(&line.lateral, s);
+        let lifted = |s: f64, t: f64| deck.ground(s, t).0 + paint.thickness_m * DVec3::Z;
+        let at = |s: f64, shift: f64| lifted(s, t(s) + shift);
+        let end = |s: f64, shift: f64| lifted(s, before(&t, s) + shift);
         let mut mesh = Mesh::default();
         for run in &runs {
             let (from, to) = (run[0], run[run.len() - 1]);
@@ -469,11 +482,17 @@ impl Builder<'_> {
             for (a, b) in dashes.into_iter().filter(|(a, b)| b - a > 1e-3) {
                 let mut marks = vec![a, b];
                 add_marks(&mut marks, run.iter().copied());
-                for w in marks.windows(2) {
-                    for middle in offsets {
-                        let (r, l) = ((middle - 0.5) * paint.width_m, (middle + 0.5) * paint.width_m);
-                        let quad = [at(w[0], r), at(w[1], r), at(w[1], l), at(w[0], l)];
-                        polygon(&mut mesh, &quad, material);
+                for middle in offsets {
+                    let (r, l) = ((middle - 0.5) * paint.width_m, (middle + 0.5) * paint.width_m);
+                    for w in marks.windows(2) {
+                        let quad = |a: f64, b: f64| {
+                            let last = b == w[1];
+                            let ahead = |shift| if last { end(b, shift) } else { at(b, shift) };
+                            [at(a, r), ahead(r), ahead(l), at(a, l)]
+                        };
+                        for (a, b) in on_facets(deck, (w[0], w[1]), 0.1 * paint.thickness_m, &quad) {
+                            polygon(&mut mesh, &quad(a, b), material);
+                        }
                     }
                 }
             }
@@ -486,7 +505,7 @@ impl Builder<'_> {
                 name: name.into(),
                 kind: line.kind,
                 width_m: paint.width_m,
-                points_m: run.iter().map(|s| at(*s, 0.0).to_array()).collect(),
+                points_m: run.iter().map(|s| rounded(at(*s, 0.0))).collect(),
             });
         }
         Ok(())
@@ -562,8 +581,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let material = self.material(&r.material)?;
-        self.scene.meshes.push(u_post(0.10, 0.06, r.height_m, material));
-        let shape = Shape::Mesh(self.scene.meshes.len() - 1);
+        let shape = self.shared(u_post(0.10, 0.06, r.height_m, material));
         for (i, s) in steps(&r.span_m, r.post_spacing_m)?.into_iter().enumerate() {
             // Behind the beam, open to the traffic that comes on along the road.
             let t = road.t_m(&r.lateral, s) - 0.06 * r.faces.sign();
@@ -587,8 +605,7 @@ impl Builder<'_> {
         self.swept(road, &name, "fence", &f.lateral, &f.span_m, &sections, &f.material)?;
         let material = self.material(&f.material)?;
         let size = DVec3::new(f.post_m, f.post_m, f.height_m + SUNK_M);
-        self.scene.meshes.push(standing_box(size, material));
-        let shape = Shape::Mesh(self.scene.meshes.len() - 1);
+        let shape = self.shared(standing_box(size, material));
         for (i, s) in steps(&f.span_m, f.post_spacing_m)?.into_iter().enumerate() {
             let pose = deck.pose(s, road.t_m(&f.lateral, s), -SUNK_M, 0.0, false);
             self.scene.add_object(&format!("{name} post {}", i + 1), "fence", shape, pose, DVec3::ZERO);
@@ -629,7 +646,7 @@ impl Builder<'_> {
             let pose = Pose::new(pose.rotation * turn, pose.translation_m);
             let name = format!("{}/{} {}", road.name, r.name, i + 1);
             let id = self.thing(&source, &name, &r.class, &pose, DVec3::ZERO)?;
-            markers.push(MarkerLabel { id, s_m, position_m: pose.translation_m.to_array(), bit });
+            markers.push(MarkerLabel { id, s_m: micro(s_m), position_m: rounded(pose.translation_m), bit });
         }
         if r.class == "marker" {
             let word = match &r.spacing {
@@ -674,9 +691,7 @@ impl Builder<'_> {
                     Source::Vehicle(kind) => vehicle(kind, self.materials)?,
                     Source::File(scene) => scene.clone(),
                 };
-                for p in built.meshes.iter_mut().flat_map(|m| &mut m.positions_m) {
-                    *p = p.as_vec3().as_dvec3();
-                }
+                built.meshes.iter_mut().for_each(in_single_precision);
                 let first = self.scene.add_meshes(&built);
                 self.known.push((key, built, first));
                 self.known.len() - 1
@@ -699,6 +714,12 @@ impl Builder<'_> {
             id.get_or_insert(new);
         }
         id.ok_or_else(|| BadInput::new("has no parts").key(name).into())
+    }
+}
+
+fn in_single_precision(mesh: &mut Mesh) {
+    for p in &mut mesh.positions_m {
+        *p = p.as_vec3().as_dvec3();
     }
 }
 
@@ -744,6 +765,53 @@ fn sweep(
         polygon(mesh, &rings[rings.len() - 1], material);
         polygon(mesh, &rings[0].iter().rev().copied().collect::<Vec<_>>(), material);
     }
+}
+
+/// Halves a stretch until its quadrangle is as far over the facets everywhere as at its corners, within
+/// `within_m`: paint crosses the diagonals of warped facets.
+fn on_facets(
+    deck: &Deck,
+    stretch: (f64, f64),
+    within_m: f64,
+    quad: &dyn Fn(f64, f64) -> [DVec3; 4],
+) -> Vec<(f64, f64)> {
+    let (mut todo, mut done) = (vec![(stretch, 0)], Vec::new());
+    while let Some(((a, b), depth)) = todo.pop() {
+        let [p, q, u, v] = quad(a, b);
+        let over = |x: f64, near: DVec3, far: DVec3| {
+            let c = near.lerp(far, x);
+            deck.facet(a + x * (b - a), c.truncate()).map(|f| c.z - f.0)
+        };
+        let off = [0.25, 0.5, 0.75].into_iter().flat_map(|x| [(x, p, q), (x, v, u)]).any(|(x, near, far)| {
+            match (over(x, near, far), over(0.0, near, far), over(1.0, near, far)) {
+                (Some(here), Some(first), Some(last)) => (here - (1.0 - x) * first - x * last).abs() > within_m,
+                _ => false,
+            }
+        });
+        if off && depth < 8 {
+            let mid = 0.5 * (a + b);
+            todo.push(((mid, b), depth + 1));
+            todo.push(((a, mid), depth + 1));
+        } else {
+            done.push((a, b));
+        }
+    }
+    done
+}
+
+/// To a micrometre, as labels are kept: so many digits survive text exactly.
+fn rounded(p: DVec3) -> [f64; 3] {
+    p.to_array().map(micro)
+}
+
+fn micro(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6 + 0.0
+}
+
+/// The value before a step at `s_m`, where there is one.
+fn before(value: &dyn Fn(f64) -> f64, s_m: f64) -> f64 {
+    let (left, right) = (value(s_m - 1e-9), value(s_m));
+    if (left - right).abs() > 1e-6 { left } else { right }
 }
 
 /// From the beginning of a span to its end in equal steps.
@@ -809,7 +877,7 @@ fn places(r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
 }
 
 fn label(road: &Road, stations: &[f64], lines: Vec<LineLabel>) -> RoadLabel {
-    let at = |s_m: f64, t_m: f64| road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 }).to_array();
+    let at = |s_m: f64, t_m: f64| rounded(road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 }));
     let along = |t: &dyn Fn(f64) -> f64| -> Polyline { stations.iter().map(|s| at(*s, t(*s))).collect() };
     let edge = |side| {
         let lateral = Lateral { base: Base::Edge(side), offset: Profile::constant(0.0) };
@@ -832,7 +900,7 @@ fn label(road: &Road, stations: &[f64], lines: Vec<LineLabel>) -> RoadLabel {
         number: l.number,
         kind: l.kind,
         driven: l.driven,
-        width_m: stations.iter().map(|s| l.width.value(*s).max(0.0)).collect(),
+        width_m: stations.iter().map(|s| micro(l.width.value(*s).max(0.0))).collect(),
         left_m: along(&|s| road.lane_edges_t_m(*side, *i, s).0),
         centre_m: along(&|s| {
             let (a, b) = road.lane_edges_t_m(*side, *i, s);
@@ -842,10 +910,10 @@ fn label(road: &Road, stations: &[f64], lines: Vec<LineLabel>) -> RoadLabel {
     };
     RoadLabel {
         name: road.name.clone(),
-        length_m: road.axis.length_m(),
-        s_m: stations.to_vec(),
+        length_m: micro(road.axis.length_m()),
+        s_m: stations.iter().map(|s| micro(*s)).collect(),
         axis_m: along(&|_| 0.0),
-        curvature_per_m: stations.iter().map(|s| road.axis.at(*s).curvature_per_m).collect(),
+        curvature_per_m: stations.iter().map(|s| (1e12 * road.axis.at(*s).curvature_per_m).round() / 1e12).collect(),
         left_edge_m: edge(Side::Left),
         right_edge_m: edge(Side::Right),
         lanes: all.iter().map(lane).collect(),

@@ -1,5 +1,5 @@
 //! What is known of a built road: lanes, lines, edges, free space, markers. Everything in world coordinates,
-//! metres, at time zero.
+//! metres, at time zero, to a micrometre.
 
 use crate::road::layout::{Driven, LaneKind, LineKind};
 use serde::{Deserialize, Serialize};

@@ -283,24 +283,31 @@ impl<'a> Deck<'a> {
         Deck { road, stations, cells }
     }
 
-    /// The point of the facets at (s, t) and their normal there; off the facets those of the exact surface.
-    pub fn ground(&self, s_m: f64, t_m: f64) -> (DVec3, DVec3) {
-        let axis = &self.road.axis;
-        let exact = axis.world(RoadPoint { s_m, t_m, h_m: 0.0 });
+    /// Height of the facets near `s_m` at a place in plan, and their normal there; None off the facets.
+    pub fn facet(&self, s_m: f64, at_m: DVec2) -> Option<(f64, DVec3)> {
         let i = self.stations.partition_point(|s| *s <= s_m).saturating_sub(1);
         for k in [i, i.wrapping_sub(1), i + 1] {
             for [a, b, c] in self.cells.get(k).into_iter().flatten() {
                 let flat = |p: &DVec3| p.truncate();
-                let (u, v, p) = (flat(b) - flat(a), flat(c) - flat(a), exact.truncate() - flat(a));
+                let (u, v, p) = (flat(b) - flat(a), flat(c) - flat(a), at_m - flat(a));
                 let det = u.perp_dot(v);
                 let (x, y) = (p.perp_dot(v) / det, u.perp_dot(p) / det);
                 if x >= -1e-9 && y >= -1e-9 && x + y <= 1.0 + 1e-9 {
                     let z = a.z + x * (b.z - a.z) + y * (c.z - a.z);
-                    return (exact.truncate().extend(z), (*b - *a).cross(*c - *a).normalize_or(DVec3::Z));
+                    return Some((z, (*b - *a).cross(*c - *a).normalize_or(DVec3::Z)));
                 }
             }
         }
-        (exact, axis.normal(s_m, t_m))
+        None
+    }
+
+    /// The point of the facets at (s, t) and their normal there; off the facets those of the exact surface.
+    pub fn ground(&self, s_m: f64, t_m: f64) -> (DVec3, DVec3) {
+        let exact = self.road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 });
+        match self.facet(s_m, exact.truncate()) {
+            Some((z, normal)) => (exact.truncate().extend(z), normal),
+            None => (exact, self.road.axis.normal(s_m, t_m)),
+        }
     }
 
     /// The pose of what lies at (s, t), `lift_m` over the facets, with x turned by `yaw_rad` from the axis;
@@ -316,11 +323,6 @@ impl<'a> Deck<'a> {
         let (at, normal) = self.ground(s_m, t_m);
         let up = if lying { normal } else { DVec3::Z };
         pose_on(at + lift_m * up, up, self.road.axis.at(s_m).heading_rad + yaw_rad)
-    }
-
-    /// The unit vector along the road in plan.
-    pub fn ahead(&self, s_m: f64) -> DVec2 {
-        DVec2::from_angle(self.road.axis.at(s_m).heading_rad)
     }
 }
 

@@ -9,6 +9,7 @@ pub mod glb;
 pub mod labels;
 pub mod layout;
 pub mod objects;
+pub mod opendrive;
 pub mod profile;
 pub mod reflector;
 pub mod scene_toml;
