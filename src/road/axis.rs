@@ -356,9 +356,10 @@ impl RoadAxis {
     }
 
     /// Places between `from_m` and `to_m`, both included, such that chords between neighbours stay within
-    /// `sagitta_m` of every line of the surface no farther than `reach_m` from the axis. Joints of elements, of
-    /// grades and of the cross slope are among them.
-    pub fn stations_m(&self, from_m: f64, to_m: f64, sagitta_m: f64, reach_m: f64) -> Vec<f64> {
+    /// `sagitta_m` of every line of the surface no farther than `reach_m` from the axis, and facets of sheets of
+    /// the width `sheet_m` within it of a warped surface. Joints of elements, of grades and of the cross slope are
+    /// among them.
+    pub fn stations_m(&self, from_m: f64, to_m: f64, sagitta_m: f64, reach_m: f64, sheet_m: f64) -> Vec<f64> {
         let mut marks: Vec<f64> = (self.elements.iter().map(|e| e.s0_m))
             .chain(self.height.breaks_m())
             .chain(self.cross_slope.breaks_m())
@@ -368,15 +369,14 @@ impl RoadAxis {
             .collect();
         marks.sort_by(f64::total_cmp);
         marks.dedup_by(|b, a| *b - *a < 1e-9);
-        // A quadrangle whose ends are not parallel is cut into two triangles, by up to a quarter of its warp off.
         let mut out = vec![from_m];
         for w in marks.windows(2) {
-            self.divide(w[0], w[1], sagitta_m, reach_m, &mut out);
+            self.divide((w[0], w[1]), sagitta_m, (reach_m, sheet_m), &mut out);
         }
         out
     }
 
-    fn divide(&self, a: f64, b: f64, sagitta_m: f64, reach_m: f64, out: &mut Vec<f64>) {
+    fn divide(&self, (a, b): (f64, f64), sagitta_m: f64, (reach_m, sheet_m): (f64, f64), out: &mut Vec<f64>) {
         let mid = 0.5 * (a + b);
         let inside = (0.0..=self.length_m).contains(&mid);
         let i = self.elements.partition_point(|e| e.s0_m <= mid).saturating_sub(1);
@@ -388,16 +388,17 @@ impl RoadAxis {
         let upwards = bend / 8.0;
         let twist =
             if inside { (self.cross_slope.value(b - 1e-9) - self.cross_slope.value(a)).abs() } else { 0.0 };
-        let n =
-            ((b - a) * (sideways.hypot(upwards) / sagitta_m).sqrt()).max(0.5 * twist * reach_m / sagitta_m);
+        let chords = (b - a) * (sideways.hypot(upwards) / sagitta_m).sqrt();
+        // Two triangles are off a quadrangle with turned ends by up to a quarter of its warp.
+        let n = chords.max(0.25 * twist * sheet_m / sagitta_m);
         if n <= 1.0 + 1e-12 {
             out.push(b);
         } else if matches!(e.course, Course::Straight { .. } | Course::Arc { .. }) || !inside {
             let n = (n - 1e-12).ceil();
             out.extend((1..=n as usize).map(|j| a + (b - a) * j as f64 / n));
         } else {
-            self.divide(a, mid, sagitta_m, reach_m, out);
-            self.divide(mid, b, sagitta_m, reach_m, out);
+            self.divide((a, mid), sagitta_m, (reach_m, sheet_m), out);
+            self.divide((mid, b), sagitta_m, (reach_m, sheet_m), out);
         }
     }
 }
@@ -747,7 +748,7 @@ mod tests {
         #[test]
         fn chords_stay_within_the_bound(axis in any_axis(), sagitta in 0.001f64..0.1) {
             let reach = 15.0;
-            let stations = axis.stations_m(0.0, axis.length_m(), sagitta, reach);
+            let stations = axis.stations_m(0.0, axis.length_m(), sagitta, reach, 0.0);
             for w in stations.windows(2) {
                 prop_assert!(w[1] > w[0]);
                 for t_m in [-reach, 0.0, reach] {
@@ -767,10 +768,10 @@ mod tests {
     #[test]
     fn few_stations_where_the_road_is_straight() {
         let a = axis(&[straight(500.0), arc(100.0, 200.0), straight(500.0)]);
-        let s = a.stations_m(0.0, a.length_m(), 0.005, 10.0);
+        let s = a.stations_m(0.0, a.length_m(), 0.005, 10.0, 20.0);
         // Chords of an arc: sqrt(8 R sagitta / (1 + t/R)) = 2.76 m.
         assert!((38..=42).contains(&s.len()), "{}", s.len());
-        assert_eq!(a.stations_m(10.0, 400.0, 0.005, 10.0), [10.0, 400.0]);
+        assert_eq!(a.stations_m(10.0, 400.0, 0.005, 10.0, 20.0), [10.0, 400.0]);
     }
 
     #[test]

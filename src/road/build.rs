@@ -11,198 +11,23 @@ use crate::road::axis::RoadPoint;
 use crate::road::labels::{
     LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, Polyline, RoadLabel, RoadTruth,
 };
-use crate::road::layout::{Base, Deck, InLane, Lane, Lateral, LineKind, Paint, Road, Side, add_marks};
-use crate::road::objects::{CarMaterials, passenger_car, standing_box, u_post, w_beam};
+use crate::road::layout::{Base, Deck, InLane, Lane, Lateral, LineKind, Road, Side, add_marks};
+use crate::road::objects::{W_BEAM_HALF_HEIGHT_M, standing_box, u_post, w_beam};
+use crate::road::plan::{
+    FencePlan, GantryPlan, LinePlan, RailPlan, RoadPlan, RowPlan, ScenePlan, Source, Spacing, VergePlan,
+};
 use crate::road::profile::Profile;
-use crate::road::reflector::Reflector;
 use crate::road::shape::{Profile as Outline, append, area_vector_m2, cuboid, polygon, weld};
+use crate::road::traffic::vehicle;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Default bound on how far a chord lies from the curve that it stands for.
-pub const DEFAULT_SAGITTA_M: f64 = 0.005;
 /// Bodies that stand on the ground reach this far into it, so that no face lies in the road's plane.
 const SUNK_M: f64 = 0.05;
 /// Most objects of one row.
 pub const MAX_ROW: usize = 100_000;
-
-/// A scene of roads.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScenePlan {
-    pub name: String,
-    pub sagitta_m: f64,
-    pub roads: Vec<RoadPlan>,
-}
-
-/// A road and what stands on it and beside it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RoadPlan {
-    pub road: Road,
-    pub lines: Vec<LinePlan>,
-    pub verges: Vec<VergePlan>,
-    pub rails: Vec<RailPlan>,
-    pub walls: Vec<WallPlan>,
-    pub fences: Vec<FencePlan>,
-    pub gantries: Vec<GantryPlan>,
-    pub rows: Vec<RowPlan>,
-    pub things: Vec<ThingPlan>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct LinePlan {
-    pub lateral: Lateral,
-    pub kind: LineKind,
-    pub paint: Paint,
-    /// Material of the road under it.
-    pub under: String,
-    pub span_m: Range<f64>,
-}
-
-/// A sheet of ground beside the outermost lane that falls over its first metre and goes on level.
-#[derive(Debug, Clone, PartialEq)]
-pub struct VergePlan {
-    pub side: Side,
-    pub width_m: f64,
-    pub drop_m: f64,
-    pub material: String,
-    pub span_m: Range<f64>,
-}
-
-/// A W-beam as a sheet, with U-shaped posts behind it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RailPlan {
-    /// Of the back of the beam.
-    pub lateral: Lateral,
-    /// Where the traffic is.
-    pub faces: Side,
-    pub span_m: Range<f64>,
-    /// Of the beam's upper edge.
-    pub height_m: f64,
-    /// 0 is without posts.
-    pub post_spacing_m: f64,
-    pub material: String,
-}
-
-/// A wall or kerb of rectangular section.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WallPlan {
-    pub class: &'static str,
-    /// Of its middle.
-    pub lateral: Lateral,
-    pub span_m: Range<f64>,
-    pub height_m: f64,
-    pub thickness_m: f64,
-    pub material: String,
-}
-
-/// Square posts with level bars.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FencePlan {
-    pub lateral: Lateral,
-    pub span_m: Range<f64>,
-    pub height_m: f64,
-    pub post_spacing_m: f64,
-    pub post_m: f64,
-    pub bars: u32,
-    pub bar_m: f64,
-    pub material: String,
-}
-
-/// A beam over the road on two legs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GantryPlan {
-    pub s_m: f64,
-    pub from: Lateral,
-    pub to: Lateral,
-    pub clearance_m: f64,
-    pub beam_m: f64,
-    pub material: String,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Spacing {
-    Even {
-        spacing_m: f64,
-        count: Option<usize>,
-    },
-    /// Each gap once.
-    Gaps(Vec<f64>),
-    /// A gap for each bit; after a word the gap `sync_m`, where there is one; over and over.
-    Code {
-        word: Vec<bool>,
-        zero_m: f64,
-        one_m: f64,
-        sync_m: Option<f64>,
-    },
-}
-
-/// A row of reflectors that share a mesh.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RowPlan {
-    pub name: String,
-    pub class: String,
-    pub reflector: Reflector,
-    pub lateral: Lateral,
-    pub span_m: Range<f64>,
-    pub spacing: Spacing,
-    /// Of x against the direction of the road; turned on by `turn_rad` from one to the next.
-    pub yaw_rad: f64,
-    pub turn_rad: f64,
-    pub pitch_rad: f64,
-    pub roll_rad: f64,
-    pub lift_m: f64,
-    /// Follows the slope of the road; otherwise upright.
-    pub lying: bool,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Source {
-    Reflector(Reflector),
-    Vehicle(String),
-    File(Scene),
-}
-
-/// One object at a place of the road.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ThingPlan {
-    pub name: String,
-    /// "" leaves the classes of its parts.
-    pub class: String,
-    pub source: Source,
-    pub s_m: f64,
-    pub lateral: Lateral,
-    pub yaw_rad: f64,
-    pub pitch_rad: f64,
-    pub roll_rad: f64,
-    pub lift_m: f64,
-    /// Along its own x.
-    pub speed_mps: f64,
-    pub lying: bool,
-}
-
-/// Kinds of vehicle that [`vehicle`] builds.
-pub const VEHICLES: [&str; 1] = ["passenger-car"];
-
-/// The parts of a vehicle, heading +x, the origin on the road below its middle; one object for each part.
-///
-/// Errors: a kind that is not in [`VEHICLES`], an unknown material.
-pub fn vehicle(kind: &str, materials: MaterialLookup) -> Result<Scene> {
-    if kind != VEHICLES[0] {
-        let e = BadInput::new("is not a kind of vehicle").value(kind).allowed(VEHICLES.join(", "));
-        return Err(match crate::error::nearest(kind, VEHICLES) {
-            Some(n) => e.remedy(format!("did you mean '{n}'?")),
-            None => e,
-        }
-        .into());
-    }
-    let mut scene = Scene::default();
-    let mut index = |name: &str| materials(name).map(|m| scene.material_index(&m));
-    let m = CarMaterials { body: index("steel")?, glass: index("glass")?, tyre: index("rubber")? };
-    scene.add_mesh("car", "car", passenger_car(m), Pose::IDENTITY);
-    Ok(scene)
-}
 
 /// Builds the scene and its labels. Errors: unknown materials, a road with a surface that reaches into another's,
 /// a row of more than [`MAX_ROW`].
@@ -558,7 +383,7 @@ impl Builder<'_> {
     fn marks(&self, road: &Road, lateral: &Lateral, span_m: &Range<f64>) -> Vec<f64> {
         let coarse = [0.0, 0.25, 0.5, 0.75, 1.0].map(|x| span_m.start + x * (span_m.end - span_m.start));
         let reach = coarse.into_iter().map(|s| road.t_m(lateral, s).abs()).fold(0.0, f64::max) + 1.0;
-        let mut marks = road.axis.stations_m(span_m.start, span_m.end, self.plan.sagitta_m, reach);
+        let mut marks = road.axis.stations_m(span_m.start, span_m.end, self.plan.sagitta_m, reach, 0.0);
         add_marks(&mut marks, lateral.offset.breaks_m());
         if !matches!(lateral.base, Base::Axis) {
             add_marks(&mut marks, road.breaks_m());
@@ -567,7 +392,7 @@ impl Builder<'_> {
     }
 
     fn rail(&mut self, road: &Road, deck: &Deck, r: &RailPlan, number: usize) -> Result<()> {
-        let middle = r.height_m - crate::road::objects::W_BEAM_HALF_HEIGHT_M;
+        let middle = r.height_m - W_BEAM_HALF_HEIGHT_M;
         // An outline that rises looks to the left.
         let mut outline: Vec<DVec2> =
             beam_outline().iter().map(|p| DVec2::new(r.faces.sign() * p.x, p.y + middle)).collect();
@@ -784,7 +609,9 @@ fn on_facets(
         };
         let off = [0.25, 0.5, 0.75].into_iter().flat_map(|x| [(x, p, q), (x, v, u)]).any(|(x, near, far)| {
             match (over(x, near, far), over(0.0, near, far), over(1.0, near, far)) {
-                (Some(here), Some(first), Some(last)) => (here - (1.0 - x) * first - x * last).abs() > within_m,
+                (Some(here), Some(first), Some(last)) => {
+                    (here - (1.0 - x) * first - x * last).abs() > within_m
+                }
                 _ => false,
             }
         });
@@ -913,7 +740,10 @@ fn label(road: &Road, stations: &[f64], lines: Vec<LineLabel>) -> RoadLabel {
         length_m: micro(road.axis.length_m()),
         s_m: stations.iter().map(|s| micro(*s)).collect(),
         axis_m: along(&|_| 0.0),
-        curvature_per_m: stations.iter().map(|s| (1e12 * road.axis.at(*s).curvature_per_m).round() / 1e12).collect(),
+        curvature_per_m: stations
+            .iter()
+            .map(|s| (1e12 * road.axis.at(*s).curvature_per_m).round() / 1e12)
+            .collect(),
         left_edge_m: edge(Side::Left),
         right_edge_m: edge(Side::Right),
         lanes: all.iter().map(lane).collect(),

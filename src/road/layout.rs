@@ -248,7 +248,11 @@ impl Road {
 
     /// Stations between which every edge of a lane is straight to within `sagitta_m`.
     pub fn stations_m(&self, from_m: f64, to_m: f64, sagitta_m: f64) -> Vec<f64> {
-        let mut marks = self.axis.stations_m(from_m, to_m, sagitta_m, self.reach_m());
+        let end = self.axis.length_m();
+        let width =
+            |l: &Lane| l.width.breaks_m().map(|s| l.width.value(s.clamp(0.0, end))).fold(0.0, f64::max);
+        let widest = self.lanes().map(|(_, _, l)| width(l)).fold(0.0, f64::max);
+        let mut marks = self.axis.stations_m(from_m, to_m, sagitta_m, self.reach_m(), widest);
         add_marks(&mut marks, self.breaks_m());
         let mut out = vec![marks[0]];
         for w in marks.windows(2) {
@@ -270,6 +274,9 @@ pub fn add_marks(stations: &mut Vec<f64>, marks: impl IntoIterator<Item = f64>) 
     stations.dedup_by(|b, a| *b - *a < 1e-6);
 }
 
+/// Just beside the facets their planes go on this far.
+const MARGIN_M: f64 = 0.2;
+
 /// The facets of a road's surface, for what lies on it.
 pub struct Deck<'a> {
     road: &'a Road,
@@ -283,22 +290,28 @@ impl<'a> Deck<'a> {
         Deck { road, stations, cells }
     }
 
-    /// Height of the facets near `s_m` at a place in plan, and their normal there; None off the facets.
+    /// Height of the facets near `s_m` at a place in plan, and their normal there; within [`MARGIN_M`] of the facets
+    /// those of the nearest, in its plane, and None farther off.
     pub fn facet(&self, s_m: f64, at_m: DVec2) -> Option<(f64, DVec3)> {
         let i = self.stations.partition_point(|s| *s <= s_m).saturating_sub(1);
+        let mut nearest: Option<(f64, f64, DVec3)> = None;
         for k in [i, i.wrapping_sub(1), i + 1] {
             for [a, b, c] in self.cells.get(k).into_iter().flatten() {
                 let flat = |p: &DVec3| p.truncate();
                 let (u, v, p) = (flat(b) - flat(a), flat(c) - flat(a), at_m - flat(a));
                 let det = u.perp_dot(v);
                 let (x, y) = (p.perp_dot(v) / det, u.perp_dot(p) / det);
-                if x >= -1e-9 && y >= -1e-9 && x + y <= 1.0 + 1e-9 {
+                // Distances from the three sides, positive outside.
+                let off = (-x * det / v.length())
+                    .max(-y * det / u.length())
+                    .max((x + y - 1.0) * det / (v - u).length());
+                if off <= MARGIN_M && nearest.is_none_or(|n| off.max(1e-9) < n.0) {
                     let z = a.z + x * (b.z - a.z) + y * (c.z - a.z);
-                    return Some((z, (*b - *a).cross(*c - *a).normalize_or(DVec3::Z)));
+                    nearest = Some((off.max(1e-9), z, (*b - *a).cross(*c - *a).normalize_or(DVec3::Z)));
                 }
             }
         }
-        None
+        nearest.map(|(_, z, normal)| (z, normal))
     }
 
     /// The point of the facets at (s, t) and their normal there; off the facets those of the exact surface.

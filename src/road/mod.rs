@@ -10,11 +10,16 @@ pub mod labels;
 pub mod layout;
 pub mod objects;
 pub mod opendrive;
+pub mod plan;
 pub mod profile;
 pub mod reflector;
+mod scene_read;
+#[cfg(test)]
+mod scene_tests;
 pub mod scene_toml;
 pub mod shape;
 pub mod terrain;
+pub mod traffic;
 pub mod truth;
 pub mod w3;
 

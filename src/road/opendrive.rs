@@ -260,7 +260,9 @@ fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
         if let Some(before) = ahead {
             let gap = (before.at(before.length_m()).position_m - alone.at(0.0).position_m).length();
             if gap > JOINT_M {
-                let e = xml.bad(g, "does not begin where the one before it ends").value(format!("{gap:.3} m off"));
+                let e = xml
+                    .bad(g, "does not begin where the one before it ends")
+                    .value(format!("{gap:.3} m off"));
                 return Err(e.allowed(format!("up to {JOINT_M} m")).into());
             }
         }
@@ -336,7 +338,10 @@ mod tests {
     fn axis_and_lanes_are_the_files() {
         let roads = parse(Path::new("a.xodr"), FILE).unwrap();
         let r = &roads[0];
-        assert_eq!((r.name.as_str(), r.left.len(), r.right.len(), r.centre_line), ("7", 1, 2, LineKind::Dashed));
+        assert_eq!(
+            (r.name.as_str(), r.left.len(), r.right.len(), r.centre_line),
+            ("7", 1, 2, LineKind::Dashed)
+        );
         assert_eq!(r.axis.length_m(), 160.0);
         assert!((r.axis.at(80.0).position_m - DVec3::new(90.0, -5.0, 2.8)).length() < 1e-12);
         let z = 2.8 + 0.01 * 80.0 - 0.0002 * 6400.0 + 1e-6 * 512_000.0;
@@ -346,7 +351,10 @@ mod tests {
         assert_eq!(r.lane_edges_t_m(Side::Left, 0, 20.0), (4.0, 0.5));
         assert_eq!(r.right[0].width.value(20.0), 3.45);
         assert_eq!(r.right[1].width.value(49.0), 0.0);
-        assert!((r.right[1].width.value(70.0) - 0.003 * 400.0).abs() < 1e-12 && r.right[1].width.value(100.0) == 2.7);
+        assert!(
+            (r.right[1].width.value(70.0) - 0.003 * 400.0).abs() < 1e-12
+                && r.right[1].width.value(100.0) == 2.7
+        );
         assert_eq!((r.right[1].kind, r.right[1].number), (LaneKind::Ramp, -2));
         assert_eq!((r.left[0].line, r.left[0].driven), (LineKind::Solid, Driven::Backward));
         let p = r.axis.world(RoadPoint { s_m: 20.0, t_m: 4.0, h_m: 0.0 });
@@ -393,9 +401,17 @@ mod tests {
         };
         assert!(complaint("</road>", "</raod>").contains("is not XML"));
         assert!(complaint("OpenDRIVE>", "OpenDriv>").contains("is not OpenDRIVE"));
-        assert!(complaint("hdg=\"0\" length=\"100\"", "hdg=\"x\" length=\"100\"").contains("a.xodr:6: geometry = x: hdg is not a finite number"));
-        assert!(complaint("x=\"110\"", "x=\"111\"").contains("a.xodr:7: geometry = 1.000 m off: does not begin where"));
-        assert!(complaint("length=\"100\"><line", "length=\"-1\"><line").contains("its length is not positive"));
+        assert!(
+            complaint("hdg=\"0\" length=\"100\"", "hdg=\"x\" length=\"100\"")
+                .contains("a.xodr:6: geometry = x: hdg is not a finite number")
+        );
+        assert!(
+            complaint("x=\"110\"", "x=\"111\"")
+                .contains("a.xodr:7: geometry = 1.000 m off: does not begin where")
+        );
+        assert!(
+            complaint("length=\"100\"><line", "length=\"-1\"><line").contains("its length is not positive")
+        );
         assert!(complaint("<line/>", "<wave/>").contains("a shape 'wave'"));
         assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is no number of a lane on the right"));
         assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is no width of a lane"));
