@@ -572,23 +572,30 @@ fn sweep(
     kind: Outline,
     material: u32,
 ) {
-    let ring = |s_m: f64| -> Vec<DVec3> {
-        let t = t_m(s_m);
+    let ring = |s_m: f64, t: f64| -> Vec<DVec3> {
         let at = |p: &DVec2| road.axis.world(RoadPoint { s_m, t_m: t + p.x, h_m: p.y });
         outline.iter().map(at).collect()
     };
-    let rings: Vec<Vec<DVec3>> = stations.iter().map(|s| ring(*s)).collect();
     let n = outline.len();
     let sides = if kind == Outline::Closed { n } else { n - 1 };
-    for w in rings.windows(2) {
+    let mut last: Option<Vec<DVec3>> = None;
+    for w in stations.windows(2) {
+        let (near, far) = (ring(w[0], t_m(w[0])), ring(w[1], before(t_m, w[1])));
         for i in 0..sides {
             let j = (i + 1) % n;
-            polygon(mesh, &[w[0][i], w[0][j], w[1][j], w[1][i]], material);
+            polygon(mesh, &[near[i], near[j], far[j], far[i]], material);
         }
+        // A body ends where the place steps, and begins again.
+        if kind == Outline::Closed && last.as_ref() != Some(&near) {
+            if let Some(last) = &last {
+                polygon(mesh, last, material);
+            }
+            polygon(mesh, &near.iter().rev().copied().collect::<Vec<_>>(), material);
+        }
+        last = Some(far);
     }
-    if kind == Outline::Closed {
-        polygon(mesh, &rings[rings.len() - 1], material);
-        polygon(mesh, &rings[0].iter().rev().copied().collect::<Vec<_>>(), material);
+    if let (Outline::Closed, Some(last)) = (kind, last) {
+        polygon(mesh, &last, material);
     }
 }
 

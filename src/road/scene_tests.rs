@@ -293,6 +293,37 @@ fn rails_and_walls_look_at_the_road() {
 }
 
 #[test]
+fn a_lane_that_ends_at_once_leaves_no_taper() {
+    let text = "name = \"x\"
+[[road]]
+name = \"r\"
+plan = [{ kind = \"straight\", length_m = 100 }]
+right = [{ width_m = 3 }, { kind = \"ramp\", width_m = [[0, 3], [60, 3], [60, 0]], line = \"solid\" }]
+verge = [{ side = \"right\", width_m = 5, drop_m = 0 }]
+wall = [{ lateral = { edge = \"right\", offset_m = -1 } }]
+";
+    let (_, scene, truth) = made(text);
+    let area = |class: &str| -> f64 {
+        let list = scene.objects.iter().filter(|o| o.class == class);
+        list.map(|o| match o.shape {
+            Shape::Mesh(m) => (0..scene.meshes[m].triangles.len())
+                .map(|t| area_vector_m2(&scene.meshes[m], t).z)
+                .sum::<f64>(),
+            _ => 0.0,
+        })
+        .sum()
+    };
+    assert!((area("road") - (300.0 + 180.0)).abs() < 1e-3, "{}", area("road"));
+    assert!((area("verge") - 500.0).abs() < 1e-3, "{}", area("verge"));
+    assert!((area("lane_line") - 60.0 * 0.12).abs() < 1e-4, "{}", area("lane_line"));
+    let wall = scene.objects.iter().find(|o| o.class == "wall").unwrap();
+    let Shape::Mesh(m) = wall.shape else { panic!() };
+    assert!(crate::road::shape::is_watertight(&scene.meshes[m]), "two walls, each closed");
+    assert!((crate::road::shape::volume_m3(&scene.meshes[m]) - 100.0 * 0.2 * 3.05).abs() < 1e-3);
+    assert_eq!(truth.roads[0].lines.len(), 1);
+}
+
+#[test]
 fn plates_lie_every_eight_metres() {
     let (_, scene, truth) = file("metal_plates");
     let row = &truth.marker_rows[0];
