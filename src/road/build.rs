@@ -179,8 +179,11 @@ impl Builder<'_> {
             let end = first + lanes[first..].iter().take_while(|(_, _, l)| group(l)).count();
             if let Some(surface) = &lane.surface {
                 let material = self.material(surface)?;
-                let columns: Vec<Range<usize>> =
-                    if whole { vec![first..end] } else { (first..end).map(|i| i..i + 1).collect() };
+                let columns: Vec<Range<usize>> = if whole {
+                    std::iter::once(first..end).collect()
+                } else {
+                    (first..end).map(|i| i..i + 1).collect()
+                };
                 let mut mesh = Mesh::default();
                 for column in columns {
                     let corner = |i: usize, left: bool, ends: bool| {
