@@ -355,6 +355,7 @@ impl Builder<'_> {
             |s: f64| if n == 0 { road.lane_offset.value(s) } else { road.edge_t_m(v.side, n - 1, true, s) };
         let mut marks = vec![v.span_m.start, v.span_m.end];
         add_marks(&mut marks, stations.iter().copied());
+        road.check_turns("verge", &|s| edge(s) + sign * v.width_m, &marks)?;
         let mut mesh = Mesh::default();
         sweep(&mut mesh, road, &marks, &edge, &outline, Outline::Open, material);
         self.add(&format!("{}/verge {}", road.name, number + 1), "verge", mesh, origin(road, v.span_m.start));
@@ -374,6 +375,9 @@ impl Builder<'_> {
     ) -> Result<()> {
         let material = self.material(material)?;
         let marks = self.marks(road, lateral, span_m);
+        for x in sections.iter().flat_map(|(o, _)| o.iter()).map(|p| p.x) {
+            road.check_turns(class, &|s| road.t_m(lateral, s) + x, &marks)?;
+        }
         let mut mesh = Mesh::default();
         for (outline, kind) in sections {
             sweep(&mut mesh, road, &marks, &|s| road.t_m(lateral, s), outline, *kind, material);

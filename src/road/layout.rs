@@ -169,6 +169,32 @@ impl Road {
                 }
             }
         }
+        let end = self.axis.length_m();
+        let places = self.stations_m(0.0, end, (1e-4 * end).max(0.05));
+        for (side, i, lane) in self.lanes() {
+            let edge = |s: f64| self.edge_t_m(side, i, true, s);
+            self.check_turns(&format!("lane {}", lane.number), &edge, &places)?;
+        }
+        Ok(())
+    }
+
+    /// Errors when the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of the
+    /// places: what runs along it would fold over itself.
+    pub fn check_turns(&self, what: &str, t_m: &dyn Fn(f64) -> f64, places_m: &[f64]) -> Result<()> {
+        for s in places_m {
+            // Elements meet with a step of curvature: both sides count.
+            for curvature in [s - 1e-6, s + 1e-6].map(|s| self.axis.at(s).curvature_per_m) {
+                let t = t_m(*s);
+                if curvature * t > 0.98 {
+                    return Err(BadInput::new("reaches beyond the centre of the curve")
+                        .key(format!("{what} of road '{}' at s = {s:.3} m", self.name))
+                        .value(format!("{:.3} m from the axis", t.abs()))
+                        .allowed(format!("less than {:.3} m", 0.98 / curvature.abs()))
+                        .remedy("give a larger radius or a narrower road")
+                        .into());
+                }
+            }
+        }
         Ok(())
     }
 
@@ -406,6 +432,24 @@ mod tests {
         let mut r = road();
         r.right[1].width = Profile::linear(&[[0.0, 1.0], [50.0, -1.0]]).unwrap();
         assert!(r.check().unwrap_err().to_string().contains("is no width of a lane"));
+    }
+
+    #[test]
+    fn lanes_do_not_fold() {
+        let mut r = road();
+        let arc = |curvature_per_m| Course::Arc { length_m: 10.0, curvature_per_m };
+        let axis =
+            |k| RoadAxis::new(DVec3::ZERO, 0.0, &[Course::Straight { length_m: 90.0 }, arc(k)]).unwrap();
+        r.axis = axis(0.2);
+        r.check().unwrap();
+        r.axis = axis(-0.2);
+        let e = r.check().unwrap_err().to_string();
+        assert!(
+            e.contains("lane 3 of road 'r'")
+                && e.contains("beyond the centre")
+                && e.contains("less than 4.900 m"),
+            "{e}"
+        );
     }
 
     #[test]

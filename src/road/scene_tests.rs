@@ -438,6 +438,19 @@ fn bad_files_are_refused_in_one_line() {
             with("[[road]]\nname = \"q\"\nstart = { road = \"s\" }\nplan = []"),
             "no road before this one has that name; allowed: r",
         ),
+        (
+            changed("kind = \"straight\", length_m = 100", "kind = \"arc\", radius_m = -3, angle_deg = 90"),
+            "lane 1 of road 'r' at s",
+        ),
+        (
+            complaint(
+                &(base.replace(
+                    "kind = \"straight\", length_m = 100",
+                    "kind = \"arc\", radius_m = -5, angle_deg = 90",
+                ) + "wall = [{ lateral = { t_m = -6 } }]"),
+            ),
+            "wall of road 'r' at s",
+        ),
         (complaint("name = \"x\"\nroad = []"), "the scene has no road"),
     ] {
         assert!(got.contains(expect), "got {got}\nexpected {expect}");
