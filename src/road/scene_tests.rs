@@ -10,6 +10,7 @@ use crate::road::shape::area_vector_m2;
 use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::{Scene, Shape, material};
 use glam::DVec3;
+use proptest::prelude::*;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -468,4 +469,80 @@ fn the_committed_schema_is_that_of_the_code() {
     let committed = std::fs::read_to_string(&path).unwrap();
     assert!(committed == text, "{name} is out of date: run this test with CATSEYE_WRITE_SCHEMA=1");
     assert!(text.contains("cross_slope_percent") && text.contains("from_radius_m"));
+}
+
+/// A file with a bent, graded, banked road of lanes whose widths change.
+fn any_file() -> impl Strategy<Value = String> {
+    let element = prop_oneof![
+        (5.0f64..80.0).prop_map(|l| format!("{{ kind = \"straight\", length_m = {l} }}")),
+        (5.0f64..80.0, 25.0f64..500.0, any::<bool>()).prop_map(|(l, r, left)| {
+            format!("{{ kind = \"arc\", length_m = {l}, radius_m = {} }}", if left { r } else { -r })
+        }),
+        (5.0f64..80.0, 25.0f64..500.0, any::<bool>()).prop_map(|(l, r, left)| {
+            format!("{{ kind = \"clothoid\", length_m = {l}, to_radius_m = {} }}", if left { r } else { -r })
+        }),
+    ];
+    let lane =
+        (0.0f64..4.0, 0.5f64..4.0, 0.0f64..30.0, 1.0f64..30.0, 0usize..3).prop_map(|(a, b, from, over, line)| {
+            let line = ["none", "solid", "dashed"][line];
+            format!("{{ width_m = [[{from}, {a}], [{}, {b}]], line = \"{line}\" }}", from + over)
+        });
+    let lanes = || prop::collection::vec(lane.clone(), 0..3);
+    let plan = prop::collection::vec(element, 1..4);
+    (plan, lanes(), lanes(), -5.0f64..5.0, -6.0f64..6.0, 0.002f64..0.02).prop_map(
+        |(plan, left, right, grade, slope, sagitta)| {
+            format!(
+                "name = \"x\"\nsagitta_m = {sagitta}\n[[road]]\nname = \"r\"\nplan = [{}]\nleft = [{}]\nright = [{}]
+grade_percent = {grade}\ncross_slope_percent = [[0, 0], [30, {slope}]]
+rail = [{{ lateral = {{ edge = \"right\", offset_m = -0.5 }} }}]
+markers = [{{ reflector = \"type1:width_m=0.16,height_m=0.004\", lateral = {{ edge = \"left\" }}, spacing_m = 4 }}]\n",
+                plan.join(", "),
+                left.join(", "),
+                right.join(", ")
+            )
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn any_road_has_the_area_of_its_lanes_and_paint_above_it(text in any_file()) {
+        let (plan, scene, truth) = made(&text);
+        let road = &plan.roads[0].road;
+        let mut paved = 0.0;
+        for o in scene.objects.iter().filter(|o| o.class == "road" || o.class == "lane_line") {
+            let Shape::Mesh(m) = o.shape else { continue };
+            let mesh = &scene.meshes[m];
+            for t in 0..mesh.triangles.len() {
+                let up = area_vector_m2(mesh, t);
+                prop_assert!(up.z > 0.9 * up.length(), "{} triangle {t} looks {up}", o.name);
+                if o.class == "road" {
+                    paved += up.z;
+                }
+                if o.class == "lane_line" {
+                    let p = mesh.triangles[t].map(|i| o.pose.point(mesh.positions_m[i as usize]));
+                    let p = p.iter().sum::<DVec3>() / 3.0;
+                    let road = below(&scene, p.x, p.y).iter().filter(|h| h.1 == "road").map(|h| h.0).fold(f64::MIN, f64::max);
+                    prop_assert!(road < p.z - 1e-3 || road == f64::MIN, "{} is {} under the road", o.name, road - p.z);
+                }
+            }
+        }
+        // The area of a strip from t to u along ds is (u - t)(1 - k (t + u) / 2) ds.
+        let n = 4000;
+        let step = road.axis.length_m() / f64::from(n);
+        let mut expected = 0.0;
+        for i in 0..n {
+            let s = step * (f64::from(i) + 0.5);
+            let k = road.axis.at(s).curvature_per_m;
+            for (side, j, _) in road.lanes() {
+                let (l, r) = road.lane_edges_t_m(side, j, s);
+                expected += (l - r) * (1.0 - 0.5 * k * (l + r)) * step;
+            }
+        }
+        prop_assert!((paved - expected).abs() < 0.005 * expected + 1e-3, "{paved} {expected}");
+        for row in &truth.marker_rows {
+            prop_assert!(row.markers.len() == (road.axis.length_m() / 4.0 + 1e-6) as usize + 1);
+        }
+    }
 }
