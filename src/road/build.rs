@@ -221,7 +221,7 @@ impl Builder<'_> {
         let all = 0.0..road.axis.length_m();
         let offset = Profile::constant(0.0);
         // (line, name, the lane without whose width there is no line).
-        let mut lines: Vec<(LinePlan, String, Option<&Lane>)> = Vec::new();
+        let mut lines: Vec<(LinePlan, String, Option<(Side, usize)>)> = Vec::new();
         let under = |l: &Lane| l.surface.clone();
         let inner = [Side::Left, Side::Right].into_iter().find_map(|s| road.side(s).first().and_then(under));
         if let (true, Some(under)) = (road.centre_line != LineKind::None, inner) {
@@ -232,17 +232,11 @@ impl Builder<'_> {
         }
         for (side, i, lane) in road.lanes() {
             let Some(under) = under(lane).filter(|_| lane.line != LineKind::None) else { continue };
-            // Edge lines lie on the pavement.
-            let outermost = i + 1 == road.side(side).len();
             let place = if side == Side::Left { InLane::Left } else { InLane::Right };
-            let inwards = if outermost { -0.5 * side.sign() * road.paint.width_m } else { 0.0 };
-            let lateral = Lateral {
-                base: Base::Lane(side, i, place),
-                offset: if outermost { Profile::constant(inwards) } else { offset.clone() },
-            };
+            let lateral = Lateral { base: Base::Lane(side, i, place), offset: offset.clone() };
             let paint = road.paint.clone();
             let line = LinePlan { lateral, kind: lane.line, paint, under, span_m: all.clone() };
-            lines.push((line, format!("line of lane {}", lane.number), Some(lane)));
+            lines.push((line, format!("line of lane {}", lane.number), Some((side, i))));
         }
         for (i, l) in p.lines.iter().enumerate() {
             lines.push((l.clone(), format!("line {}", i + 1), None));
@@ -263,7 +257,7 @@ impl Builder<'_> {
         stations: &[f64],
         line: &LinePlan,
         name: &str,
-        lane: Option<&Lane>,
+        lane: Option<(Side, usize)>,
         labels: &mut Vec<LineLabel>,
     ) -> Result<()> {
         let paint = &line.paint;
@@ -271,7 +265,8 @@ impl Builder<'_> {
         let mut marks = vec![line.span_m.start, line.span_m.end];
         add_marks(&mut marks, stations.iter().copied());
         add_marks(&mut marks, line.lateral.offset.breaks_m());
-        let there = |s: f64| lane.is_none_or(|l| l.width.value(s) >= 2.0 * paint.width_m);
+        let width = |(side, i): (Side, usize), s: f64| road.side(side)[i].width.value(s);
+        let there = |s: f64| lane.is_none_or(|l| width(l, s) >= 2.0 * paint.width_m);
         // Where a lane has just become wide enough for its line.
         let turns: Vec<f64> = (marks.windows(2).filter(|w| there(w[0] + 1e-9) != there(w[1] - 1e-9)))
             .map(|w| {
@@ -292,7 +287,13 @@ impl Builder<'_> {
             }
         }
         let offsets: &[f64] = if line.kind == LineKind::Double { &[-1.0, 1.0] } else { &[0.0] };
-        let t = |s: f64| road.t_m(&line.lateral, s);
+        // The line of an edge lies on the pavement.
+        let half = if line.kind == LineKind::Double { 1.5 } else { 0.5 } * paint.width_m;
+        let inwards = |s: f64| match lane {
+            Some((side, i)) => side.sign() * (half - road.paved_beyond_m(side, i, s)).max(0.0),
+            None => 0.0,
+        };
+        let t = |s: f64| road.t_m(&line.lateral, s) - inwards(s);
         let lifted = |s: f64, t: f64| deck.ground(s, t).0 + paint.thickness_m * DVec3::Z;
         let at = |s: f64, shift: f64| lifted(s, t(s) + shift);
         let end = |s: f64, shift: f64| lifted(s, before(&t, s) + shift);

@@ -227,6 +227,13 @@ impl Road {
         }
     }
 
+    /// Width of the drivable lanes with a surface that follow outwards on a lane without a gap.
+    pub fn paved_beyond_m(&self, side: Side, index: usize, s_m: f64) -> f64 {
+        let beyond = &self.side(side)[index + 1..];
+        let paved = beyond.iter().take_while(|l| l.kind.is_drivable() && l.surface.is_some());
+        paved.map(|l| l.width.value(s_m).max(0.0)).sum()
+    }
+
     /// Number of lanes of a side up to the outermost drivable one.
     pub fn drivable(&self, side: Side) -> usize {
         self.side(side).iter().rposition(|l| l.kind.is_drivable()).map_or(0, |i| i + 1)
@@ -320,8 +327,9 @@ impl<'a> Deck<'a> {
     /// those of the nearest, in its plane, and None farther off.
     pub fn facet(&self, s_m: f64, at_m: DVec2) -> Option<(f64, DVec3)> {
         let i = self.stations.partition_point(|s| *s <= s_m).saturating_sub(1);
-        let mut nearest: Option<(f64, f64, DVec3)> = None;
-        for k in [i, i.wrapping_sub(1), i + 1] {
+        // (distance, height, normal)
+        let nearest = |k: usize, within_m: f64| {
+            let mut nearest: Option<(f64, f64, DVec3)> = None;
             for [a, b, c] in self.cells.get(k).into_iter().flatten() {
                 let flat = |p: &DVec3| p.truncate();
                 let (u, v, p) = (flat(b) - flat(a), flat(c) - flat(a), at_m - flat(a));
@@ -330,14 +338,18 @@ impl<'a> Deck<'a> {
                 // Distances from the three sides, positive outside.
                 let off = (-x * det / v.length())
                     .max(-y * det / u.length())
-                    .max((x + y - 1.0) * det / (v - u).length());
-                if off <= MARGIN_M && nearest.is_none_or(|n| off.max(1e-9) < n.0) {
+                    .max((x + y - 1.0) * det / (v - u).length())
+                    .max(0.0);
+                if off <= within_m && nearest.is_none_or(|n| off < n.0) {
                     let z = a.z + x * (b.z - a.z) + y * (c.z - a.z);
-                    nearest = Some((off.max(1e-9), z, (*b - *a).cross(*c - *a).normalize_or(DVec3::Z)));
+                    nearest = Some((off, z, (*b - *a).cross(*c - *a).normalize_or(DVec3::Z)));
                 }
             }
-        }
-        nearest.map(|(_, z, normal)| (z, normal))
+            nearest
+        };
+        // Beside the facets only those of the same stretch count: sides of slivers point at all that is ahead.
+        let inside = [i, i.wrapping_sub(1), i + 1].into_iter().find_map(|k| nearest(k, 1e-9));
+        inside.or_else(|| nearest(i, MARGIN_M)).map(|(_, z, normal)| (z, normal))
     }
 
     /// The point of the facets at (s, t) and their normal there; off the facets those of the exact surface.
