@@ -77,6 +77,9 @@ fn apart(a: &Road, b: &Road) -> Result<()> {
     Ok(())
 }
 
+/// A side and an index into its lanes.
+type LaneAt = (Side, usize);
+
 struct Builder<'a> {
     plan: &'a ScenePlan,
     materials: MaterialLookup<'a>,
@@ -221,7 +224,7 @@ impl Builder<'_> {
         let all = 0.0..road.axis.length_m();
         let offset = Profile::constant(0.0);
         // (line, name, the lane without whose width there is no line).
-        let mut lines: Vec<(LinePlan, String, Option<(Side, usize)>)> = Vec::new();
+        let mut lines: Vec<(LinePlan, String, Option<LaneAt>)> = Vec::new();
         let under = |l: &Lane| l.surface.clone();
         let inner = [Side::Left, Side::Right].into_iter().find_map(|s| road.side(s).first().and_then(under));
         if let (true, Some(under)) = (road.centre_line != LineKind::None, inner) {
@@ -257,7 +260,7 @@ impl Builder<'_> {
         stations: &[f64],
         line: &LinePlan,
         name: &str,
-        lane: Option<(Side, usize)>,
+        lane: Option<LaneAt>,
         labels: &mut Vec<LineLabel>,
     ) -> Result<()> {
         let paint = &line.paint;
@@ -265,7 +268,7 @@ impl Builder<'_> {
         let mut marks = vec![line.span_m.start, line.span_m.end];
         add_marks(&mut marks, stations.iter().copied());
         add_marks(&mut marks, line.lateral.offset.breaks_m());
-        let width = |(side, i): (Side, usize), s: f64| road.side(side)[i].width.value(s);
+        let width = |(side, i): LaneAt, s: f64| road.side(side)[i].width.value(s);
         let there = |s: f64| lane.is_none_or(|l| width(l, s) >= 2.0 * paint.width_m);
         // Where a lane has just become wide enough for its line.
         let turns: Vec<f64> = (marks.windows(2).filter(|w| there(w[0] + 1e-9) != there(w[1] - 1e-9)))

@@ -482,11 +482,12 @@ fn any_file() -> impl Strategy<Value = String> {
             format!("{{ kind = \"clothoid\", length_m = {l}, to_radius_m = {} }}", if left { r } else { -r })
         }),
     ];
-    let lane =
-        (0.0f64..4.0, 0.5f64..4.0, 0.0f64..30.0, 1.0f64..30.0, 0usize..3).prop_map(|(a, b, from, over, line)| {
+    let lane = (0.0f64..4.0, 0.5f64..4.0, 0.0f64..30.0, 1.0f64..30.0, 0usize..3).prop_map(
+        |(a, b, from, over, line)| {
             let line = ["none", "solid", "dashed"][line];
             format!("{{ width_m = [[{from}, {a}], [{}, {b}]], line = \"{line}\" }}", from + over)
-        });
+        },
+    );
     let lanes = || prop::collection::vec(lane.clone(), 0..3);
     let plan = prop::collection::vec(element, 1..4);
     (plan, lanes(), lanes(), -5.0f64..5.0, -6.0f64..6.0, 0.002f64..0.02).prop_map(
