@@ -41,7 +41,6 @@ impl AxisAccuracy {
             let (fit, peak, bias) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
             return AxisAccuracy { fit, peak, bias, response: None };
         }
-        let response = Interpolator::new(window, bins).ok();
         let fit = bins as f64 / TAU * (moment(2) * sum * sum / energy).sqrt() / moment(1);
         let length = bins as f64;
         let transform = |taper: &dyn Fn(f64) -> f64, cells: f64| -> Complex64 {
@@ -53,33 +52,46 @@ impl AxisAccuracy {
         };
         // Covariance of the noise of two cells, over that of one.
         let noise = [0.0, 1.0, 2.0].map(|cells| transform(&|w| w * w, cells) / energy);
-        let (mut variance, mut squared) = (0.0, 0.0);
-        for i in 0..OFFSETS {
-            let offset = (i as f64 + 0.5) / OFFSETS as f64 - 0.5;
-            let x = [-1.0, 0.0, 1.0].map(|cell| transform(&|w| w, offset - cell));
-            let [before, at, after] = x.map(|z| z.norm_sqr());
-            let found = match &response {
-                Some(r) => r.peak(before, at, after).0,
-                None => parabola(before, at, after).0,
-            };
-            squared += (found - offset).powi(2);
-            // d(offset)/d ln P of each cell; the logarithm of a cell moves by 2 Re(e/X).
-            let turn = response.as_ref().map_or(1.0, |r| r.slope(offset));
-            let (a, c) = ((before / at).ln(), (after / at).ln());
-            let bend = (a + c) * (a + c) / turn;
-            let slope = [c / bend, (a - c) / bend, -a / bend];
-            let weight: [Complex64; 3] = [0, 1, 2].map(|k| 2.0 * slope[k] / x[k]);
-            // With circular noise, var Re(Σ g e) = ½ Σ g g* E[e e*]; SNR is that of the middle cell.
-            for k in 0..3usize {
-                for l in 0..3 {
-                    let e = noise[k.abs_diff(l)];
-                    let e = if k > l { e.conj() } else { e };
-                    variance += (weight[k] * weight[l].conj() * e).re * at;
+        let cells: Vec<(f64, [Complex64; 3])> = (0..OFFSETS)
+            .map(|i| (i as f64 + 0.5) / OFFSETS as f64 - 0.5)
+            .map(|offset| (offset, [-1.0, 0.0, 1.0].map(|cell| transform(&|w| w, offset - cell))))
+            .collect();
+        // Variance times 2 SNR, and the square of the offset's own error.
+        let placed = |response: Option<&Interpolator>| -> (f64, f64) {
+            let (mut variance, mut squared) = (0.0, 0.0);
+            for (offset, x) in &cells {
+                let offset = *offset;
+                let [before, at, after] = x.map(|z| z.norm_sqr());
+                let found =
+                    response.map_or_else(|| parabola(before, at, after).0, |r| r.peak(before, at, after).0);
+                squared += (found - offset).powi(2);
+                // d(offset)/d ln P of each cell; the logarithm of a cell moves by 2 Re(e/X).
+                let turn = response.map_or(1.0, |r| r.slope(offset));
+                let (a, c) = ((before / at).ln(), (after / at).ln());
+                let bend = (a + c) * (a + c) / turn;
+                let slope = [c / bend, (a - c) / bend, -a / bend];
+                let weight: [Complex64; 3] = [0, 1, 2].map(|k| 2.0 * slope[k] / x[k]);
+                // With circular noise, var Re(Σ g e) = ½ Σ g g* E[e e*]; SNR is that of the middle cell.
+                for k in 0..3usize {
+                    for l in 0..3 {
+                        let e = noise[k.abs_diff(l)];
+                        let e = if k > l { e.conj() } else { e };
+                        variance += (weight[k] * weight[l].conj() * e).re * at;
+                    }
                 }
             }
-        }
-        let n = OFFSETS as f64;
-        AxisAccuracy { fit, peak: (variance / n).sqrt(), bias: (squared / n).sqrt(), response }
+            (variance / OFFSETS as f64, squared / OFFSETS as f64)
+        };
+        let plain = placed(None);
+        // Cells beside a tone may be empty, as those of a rectangle without padding: noise there moves the place much.
+        let ((variance, squared), response) = match Interpolator::new(window, bins) {
+            Ok(r) => match placed(Some(&r)) {
+                by if by.0 <= 4.0 * plain.0 => (by, Some(r)),
+                _ => (plain, Some(r.of_heights())),
+            },
+            Err(_) => (plain, None),
+        };
+        AxisAccuracy { fit, peak: variance.sqrt(), bias: squared.sqrt(), response }
     }
 
     /// Standard deviation of a peak's place in cells (eq. 116): noise and interpolation, taken as
@@ -273,7 +285,8 @@ mod tests {
                 let a = AxisAccuracy::new(&w, bins);
                 println!("{window:?} {bins}: fit {:.4} peak {:.4} bias {:.1e}", a.fit, a.peak, a.bias);
                 assert!(a.peak.is_finite() && a.peak > 0.9 * a.fit, "{window:?} {bins}");
-                assert!(a.response.is_some() && a.bias < 1e-3, "{window:?} {bins}: {}", a.bias);
+                let by_parabola = window == Window::Rectangle && bins == 128;
+                assert!(a.bias < if by_parabola { 0.13 } else { 1e-3 }, "{window:?} {bins}: {}", a.bias);
             }
         }
         assert!(AxisAccuracy::new(&[1.0], 1).std_cells(100.0).is_infinite());

@@ -65,6 +65,10 @@ const AGREEMENT: f64 = 0.999;
 /// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
 const MARGIN: f64 = 14.0;
 
+/// Probability from which a fold is taken: the one that was measured, another one.
+const SURE: f64 = 0.999;
+const SURE_OF_ANOTHER: f64 = 0.999_99;
+
 /// The range rate within ±`max_mps` that agrees best with all folded ones (eq. 118): each fold of the
 /// first is tried, the others take the fold nearest to it, and what counts is the weighted sum of
 /// squares about the mean. Resolved when that sum passes a chi-square test (99.9 %) and no other answer is
@@ -317,7 +321,8 @@ impl TdmFolds {
     /// Tests the folds of a measured rate on the snapshot of its cell, before eq. 19 takes any phase
     /// out. With one body and noise of `noise_w` per channel (plus `model_error` of the body's power, for
     /// arrays that are not perfectly known) the likelihood of a fold goes with exp(K|y|²/noise).
-    /// Resolved from a probability of 99.9 %; Ambiguous below; Unresolved when no fold leaves
+    /// Resolved from a probability of 99.9 %, and of 99.999 % for another fold than the one that was measured: cells that hold more
+    /// than one body, or side lobes of others, look like any fold now and then. Ambiguous below; Unresolved when no fold leaves
     /// a plane wave (several bodies in the cell) and with one transmitter.
     pub fn test(
         &self,
@@ -349,7 +354,7 @@ impl TdmFolds {
             .is_ok_and(|chi| left <= chi.inverse_cdf(AGREEMENT));
         let state = if self.transmitters < 2 || !plane {
             Ambiguity::Unresolved
-        } else if folds[0].1 >= 0.999 {
+        } else if folds[0].1 >= if best == 0 { SURE } else { SURE_OF_ANOTHER } {
             Ambiguity::Resolved
         } else {
             Ambiguity::Ambiguous

@@ -124,6 +124,8 @@ pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>;
 pub struct Interpolator {
     /// Of true offsets -0.5..=0.5: that of the parabola, and the power in the middle cell over that at the peak.
     table: Vec<(f64, f64)>,
+    /// False: only heights are put right.
+    places: bool,
 }
 
 /// Intervals of the table.
@@ -163,7 +165,7 @@ impl Interpolator {
                 .remedy("take the parabola, or a transform twice as long")
                 .into());
         }
-        Ok(Interpolator { table })
+        Ok(Interpolator { table, places: true })
     }
 
     /// Offset in cells, within +-0.5, and height of the peak through three powers of which the middle is the
@@ -172,8 +174,14 @@ impl Interpolator {
         if !(before > 0.0 && after > 0.0 && at >= before && at >= after) {
             return (0.0, at);
         }
-        let (offset, gain) = self.at(parabola(before, at, after).0);
-        (offset, at / gain)
+        let found = parabola(before, at, after).0;
+        let (offset, gain) = self.at(found);
+        (if self.places { offset } else { found }, at / gain)
+    }
+
+    /// The same with the parabola's places: for windows under which noise moves the true ones much.
+    pub fn of_heights(self) -> Interpolator {
+        Interpolator { places: false, ..self }
     }
 
     /// (true offset, power in the middle cell over that at the peak) where the parabola says `found`.

@@ -8,6 +8,7 @@ use crate::units::wavelength_m;
 use glam::{DVec2, DVec3};
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 pub const MOST_CORNERS: usize = 8;
@@ -72,6 +73,8 @@ pub struct Faces {
     pub cells: Vec<Cell>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
+    /// Faces of each patch that mirrors points.
+    mirrors: BTreeMap<u32, Vec<u32>>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     pub centre_m: DVec3,
@@ -119,6 +122,11 @@ impl Faces {
             }
         }
         faces.plant_tree();
+        for (i, face) in faces.faces.iter().enumerate() {
+            if faces.mirrors_points(face.patch) {
+                faces.mirrors.entry(face.patch).or_default().push(i as u32);
+            }
+        }
         faces
     }
 
@@ -133,13 +141,19 @@ impl Faces {
         self.patch_area_m2[patch as usize] >= MIRROR_M2
     }
 
-    /// Whether a place in the plane of a patch is on one of its faces.
-    pub fn is_on_patch(&self, patch: u32, p: DVec3) -> bool {
-        self.faces.iter().filter(|f| f.patch == patch).any(|f| {
-            let c = self.corners(f);
+    /// One face of each patch that mirrors points.
+    pub fn point_mirrors(&self) -> impl Iterator<Item = &Face> {
+        self.mirrors.values().map(|list| &self.faces[list[0] as usize])
+    }
+
+    /// Whether a place in the plane of a patch that mirrors points is on one of its faces.
+    pub fn is_on_mirror(&self, patch: u32, p: DVec3) -> bool {
+        self.mirrors.get(&patch).into_iter().flatten().any(|i| {
+            let face = &self.faces[*i as usize];
+            let c = self.corners(face);
             (0..c.len()).all(|i| {
                 let (a, b) = (c[i], c[(i + 1) % c.len()]);
-                (b - a).cross(p - a).dot(f.normal) >= 0.0
+                (b - a).cross(p - a).dot(face.normal) >= 0.0
             })
         })
     }

@@ -333,7 +333,7 @@ impl Station<'_> {
         let from = place(first / area);
         let foot = self.foot(chain, from);
         let radar = self.pose.translation_m;
-        self.geometry.faces().is_on_patch(self.face(chain[0]).patch, foot)
+        self.geometry.faces().is_on_mirror(self.face(chain[0]).patch, foot)
             && [from, radar].iter().all(|p| self.geometry.sees(*p, foot))
     }
 

@@ -21,7 +21,7 @@ pub fn point_returns(
     velocity_mps: DVec3,
     images: bool,
 ) -> Vec<Return> {
-    let mirrors = if images { mirrors(geometry) } else { Vec::new() };
+    let mirrors = if images { geometry.faces().point_mirrors().collect() } else { Vec::new() };
     let radar = Radar { geometry, pose, velocity_mps, mirrors };
     let points = geometry.points.iter().flat_map(|p| {
         let s = (crate::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
@@ -44,16 +44,6 @@ pub fn point_returns(
         })
     });
     points.chain(tables).collect()
-}
-
-/// One face of each patch that mirrors what has no extent.
-fn mirrors(geometry: &Geometry) -> Vec<&Face> {
-    let faces = geometry.faces();
-    let mut first: Vec<Option<&Face>> = vec![None; faces.patch_area_m2.len()];
-    for face in faces.faces.iter().filter(|f| faces.mirrors_points(f.patch)) {
-        first[face.patch as usize].get_or_insert(face);
-    }
-    first.into_iter().flatten().collect()
 }
 
 /// From the radar to a target.
@@ -107,7 +97,7 @@ impl Radar<'_> {
         let length_m = d.length();
         let foot = image + d * (from / (from + to));
         let geometry = self.geometry;
-        if !geometry.faces().is_on_patch(face.patch, foot)
+        if !geometry.faces().is_on_mirror(face.patch, foot)
             || !geometry.sees(radar, foot)
             || !geometry.sees(target, foot)
         {
