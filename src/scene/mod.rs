@@ -11,6 +11,7 @@ pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
+pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;
 

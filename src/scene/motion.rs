@@ -1,5 +1,6 @@
 //! How bodies move: a chain of joints from the body to the world, each a rigid motion whose rates are exact (CONVENTIONS eq. 140).
 
+use super::turn::Turn;
 use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target, World};
 use glam::{DQuat, DVec3};
@@ -100,7 +101,11 @@ impl<T: Copy> Channel<T> {
         let wanted = if interpolation == Interpolation::Cubic { values.len() } else { 0 };
         if tangents.len() != wanted {
             let count = tangents.len().to_string();
-            return Err(bad("wrong number of tangents", count, "a pair for each value of a cubic, else none"));
+            return Err(bad(
+                "wrong number of tangents",
+                count,
+                "a pair for each value of a cubic, else none",
+            ));
         }
         Ok(Channel { times_s, values, tangents, interpolation })
     }
@@ -222,6 +227,14 @@ pub enum Joint {
         rate_rad_per_s: f64,
         phase_rad: f64,
     },
+    /// About an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by `clock_s`.
+    Hinge {
+        at_m: DVec3,
+        axis: DVec3,
+        turn: Turn,
+        speed_mps: f64,
+        clock_s: f64,
+    },
     /// About an axis by the distance that was travelled over the radius: a wheel.
     Roll {
         axis: DVec3,
@@ -252,6 +265,10 @@ impl Joint {
             Joint::Swing { axis, amplitude_rad, rate_rad_per_s, phase_rad } => {
                 let (s, c) = (rate_rad_per_s * time_s + phase_rad).sin_cos();
                 turned(*axis, amplitude_rad * s, amplitude_rad * rate_rad_per_s * c)
+            }
+            Joint::Hinge { at_m, axis, turn, speed_mps, clock_s } => {
+                let (angle, rate) = turn.at(*speed_mps, time_s + clock_s);
+                Moving { translation_m: *at_m, ..turned(*axis, angle, rate) }
             }
             Joint::Roll { axis, radius_m, distance_m } => {
                 let (s, rate) = distance_m.at(time_s);
@@ -324,7 +341,10 @@ mod tests {
             vec![],
             Interpolation::Linear,
         );
-        Joint::Track { position_m: Some(Arc::new(position.unwrap())), rotation: Some(Arc::new(rotation.unwrap())) }
+        Joint::Track {
+            position_m: Some(Arc::new(position.unwrap())),
+            rotation: Some(Arc::new(rotation.unwrap())),
+        }
     }
 
     fn distance() -> Arc<Channel<f64>> {
@@ -381,7 +401,8 @@ mod tests {
 
     #[test]
     fn a_wheel_does_not_slip() {
-        let forward = Channel::new(vec![0.0, 2.0], vec![DVec3::ZERO, DVec3::X * 30.0], vec![], Interpolation::Linear);
+        let forward =
+            Channel::new(vec![0.0, 2.0], vec![DVec3::ZERO, DVec3::X * 30.0], vec![], Interpolation::Linear);
         let distance = Channel::new(vec![0.0, 2.0], vec![0.0, 30.0], vec![], Interpolation::Linear).unwrap();
         let wheel = Motion {
             joints: vec![

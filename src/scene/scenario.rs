@@ -3,12 +3,12 @@
 
 use super::gltf::{self, ImportOptions};
 use super::interferer::{self, Interferer, InterfererTable};
+use super::motion::{Joint, Motion};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
 use super::waveform::{Multiplex, Waveform};
-use super::motion::{Joint, Motion};
 use super::{Mesh, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, Vehicle, World};

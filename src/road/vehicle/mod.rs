@@ -16,7 +16,7 @@ pub mod wheel;
 use crate::error::{BadInput, Result, nearest};
 use crate::frames::{Pose, Target, World};
 use crate::road::MaterialLookup;
-use crate::scene::{Material, Mesh, Scene, material::Layer};
+use crate::scene::{Material, Mesh, Scene, material::Layer, motion as scene_motion};
 use glam::DVec3;
 use motion::{Joint, PartMotion};
 use std::str::FromStr;
@@ -159,9 +159,8 @@ impl Body {
         bounds
     }
 
-    /// Adds the body as one object for each part, named `name` and `name PART`, as it stands at `time_s` of
-    /// its own clock at `speed_mps` along its own x. An object of a scene keeps the velocity that its origin
-    /// has; what it turns by within a frame is [`Part::pose_at`]'s.
+    /// Adds the body as one object for each part, named `name` and `name PART`, at `pose` at time zero and going at `speed_mps` along
+    /// its own x, its limbs' clock `time_s` ahead. Wheels and limbs turn as the scene's time goes on.
     ///
     /// Returns the ids, in the order of the parts.
     pub fn add_to(
@@ -194,7 +193,23 @@ impl Body {
             };
             let name =
                 if part.suffix.is_empty() { name.to_string() } else { format!("{name} {}", part.name) };
-            ids.push(scene.add_object(&name, &class, crate::scene::Shape::Mesh(mesh), at, velocity));
+            let id = scene.add_object(&name, &class, crate::scene::Shape::Mesh(mesh), at, velocity);
+            if part.moves() {
+                let hinge = |j: &Joint| scene_motion::Joint::Hinge {
+                    at_m: j.at_m,
+                    axis: j.axis,
+                    turn: j.turn,
+                    speed_mps,
+                    clock_s: time_s,
+                };
+                let fixed = |rotation, place| scene_motion::Joint::Fixed(rotation, place);
+                let mut joints: Vec<_> = part.joints.iter().rev().map(hinge).collect();
+                joints.push(fixed(part.pose.rotation, part.pose.translation_m));
+                joints.push(fixed(pose.rotation, pose.translation_m));
+                joints.push(scene_motion::Joint::Line(pose.direction(DVec3::X * speed_mps)));
+                scene.move_by(id, scene_motion::Motion { joints });
+            }
+            ids.push(id);
         }
         scene.import.triangles = scene.triangle_count();
         ids
