@@ -76,6 +76,7 @@ fn object(id: u32, class: &str) -> Object {
         shape: Shape::Point { rcs_dbsm: 0.0 },
         pose: Pose::IDENTITY,
         velocity_mps: DVec3::ZERO,
+        motion: None,
     }
 }
 

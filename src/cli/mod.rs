@@ -13,6 +13,7 @@ mod plot;
 mod process;
 mod rcs;
 mod reflector;
+mod scene;
 mod simulate;
 mod study;
 mod target;
@@ -99,6 +100,7 @@ enum Command {
     Devices(devices::Devices),
     Init(init::Init),
     Reflector(reflector::MakeReflector),
+    Scene(scene::MakeScene),
     Rcs(rcs::Rcs),
     Study(study::RunStudy),
     Simulate(simulate::Simulate),
@@ -123,6 +125,7 @@ pub fn run() -> ExitCode {
         Command::Devices(c) => c.run(g),
         Command::Init(c) => c.run(g),
         Command::Reflector(c) => c.run(g),
+        Command::Scene(c) => c.run(g),
         Command::Rcs(c) => c.run(g),
         Command::Study(c) => c.run(g),
         Command::Simulate(c) => c.run(g),

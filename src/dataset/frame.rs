@@ -173,8 +173,8 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
         list.push(interference::direct(sender, number as u32, *from, radar, at)?);
         for o in &scene.objects {
             if let Shape::Point { rcs_dbsm } = o.shape {
-                let body =
-                    (o.pose.translation_m + o.velocity_mps * time_s, o.velocity_mps, power_from_db(rcs_dbsm));
+                let now = o.at(time_s);
+                let body = (now.translation_m, now.velocity_mps, power_from_db(rcs_dbsm));
                 list.push(interference::scattered(sender, number as u32, *from, radar, at, body));
             }
         }

@@ -105,7 +105,18 @@ impl Triangle {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
     pub id: u32,
+    /// Of its origin, which stands at `origin_m`.
     pub velocity_mps: DVec3,
+    pub origin_m: DVec3,
+    pub spin_rad_per_s: DVec3,
+}
+
+impl Body {
+    /// Of the particle at a place.
+    #[inline]
+    pub fn velocity_at(&self, place_m: DVec3) -> DVec3 {
+        self.velocity_mps + self.spin_rad_per_s.cross(place_m - self.origin_m)
+    }
 }
 
 /// A material at one frequency: a conductor, a half-space, or layers on one of these or on air.
@@ -258,12 +269,12 @@ impl Geometry {
         let (mut points, mut tables) = (Vec::new(), Vec::new());
         let (mut patch_base, mut dropped) = (0, 0);
         for object in &scene.objects {
-            let shift = object.velocity_mps * time_s;
+            let now = object.at(time_s);
             match object.shape {
                 Shape::Point { rcs_dbsm } => points.push(PointTarget {
                     id: object.id,
-                    position_m: object.pose.translation_m + shift,
-                    velocity_mps: object.velocity_mps,
+                    position_m: now.translation_m,
+                    velocity_mps: now.velocity_mps,
                     rcs_dbsm,
                 }),
                 Shape::Table(t) => {
@@ -272,9 +283,9 @@ impl Geometry {
                     })?;
                     tables.push(TableTarget {
                         id: object.id,
-                        rotation: object.pose.rotation,
-                        position_m: object.pose.translation_m + shift,
-                        velocity_mps: object.velocity_mps,
+                        rotation: now.rotation,
+                        position_m: now.translation_m,
+                        velocity_mps: now.velocity_mps,
                         band: table.band(freq_hz)?,
                         table: table.clone(),
                     });
@@ -282,10 +293,15 @@ impl Geometry {
                 Shape::Mesh(m) => {
                     let mesh = &scene.meshes[m];
                     let body = bodies.len() as u32;
-                    bodies.push(Body { id: object.id, velocity_mps: object.velocity_mps });
+                    bodies.push(Body {
+                        id: object.id,
+                        velocity_mps: now.velocity_mps,
+                        origin_m: now.translation_m,
+                        spin_rad_per_s: now.spin_rad_per_s,
+                    });
                     let (patch, count) = &mesh_patches[m];
-                    let world: Vec<DVec3> =
-                        mesh.positions_m.iter().map(|p| object.pose.point(*p) + shift).collect();
+                    let pose = now.pose();
+                    let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| pose.point(*p)).collect();
                     if let Some(bad) = world.iter().position(|p| !p.is_finite()) {
                         return Err(BadInput::new("position is not a finite number")
                             .key(format!("object '{}' vertex {bad}", object.name))

@@ -2,12 +2,26 @@
 //! scenes. Everything is f64, metres, ISO 8855 axes; normals point outwards, or to the lit side of a
 //! sheet. Materials come from the caller by name, so that a table or an override decides on them.
 
+pub mod axis;
+pub mod build;
 pub mod demo;
+pub mod glb;
+pub mod labels;
+pub mod layout;
 pub mod objects;
+pub mod opendrive;
+pub mod plan;
+pub mod profile;
 pub mod reflector;
+mod scene_read;
+#[cfg(test)]
+mod scene_tests;
+pub mod scene_toml;
 pub mod shape;
 pub mod terrain;
+pub mod traffic;
 pub mod truth;
+pub mod vehicle;
 pub mod w3;
 
 use crate::error::Result;

@@ -17,7 +17,10 @@ pub struct TruthBox {
     pub rotation_xyzw: [f64; 4],
     /// Heading of the object's x axis in the ground plane, radians, positive left.
     pub yaw_rad: f64,
+    /// Of the centre, in the world.
     pub velocity_mps: [f64; 3],
+    /// In the world, right-handed about its direction.
+    pub spin_rad_per_s: [f64; 3],
 }
 
 /// One box per object of the scene at `time_s`, in the order of the objects.
@@ -39,16 +42,20 @@ pub fn truth_boxes(scene: &Scene, time_s: f64) -> Vec<TruthBox> {
                 Shape::Mesh(m) => mesh_bounds[m],
                 Shape::Point { .. } | Shape::Table(_) => (DVec3::ZERO, DVec3::ZERO),
             };
-            let ahead = o.pose.direction(DVec3::X);
+            let now = o.at(time_s);
+            let pose = now.pose();
+            let ahead = pose.direction(DVec3::X);
+            let centre = pose.point(0.5 * (lo + hi));
             TruthBox {
                 id: o.id,
                 name: o.name.clone(),
                 class: o.class.clone(),
-                centre_m: (o.pose.point(0.5 * (lo + hi)) + o.velocity_mps * time_s).to_array(),
+                centre_m: centre.to_array(),
                 size_m: (hi - lo).to_array(),
-                rotation_xyzw: o.pose.rotation.to_array(),
+                rotation_xyzw: now.rotation.to_array(),
                 yaw_rad: ahead.y.atan2(ahead.x),
-                velocity_mps: o.velocity_mps.to_array(),
+                velocity_mps: now.velocity_at(centre).to_array(),
+                spin_rad_per_s: now.spin_rad_per_s.to_array(),
             }
         })
         .collect()

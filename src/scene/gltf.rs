@@ -515,7 +515,15 @@ impl<'a> Importer<'a> {
                     .into());
             }
             given.push(id);
-            me.scene.objects.push(Object { id: 0, name, class: class.clone(), shape, pose, velocity_mps });
+            me.scene.objects.push(Object {
+                id: 0,
+                name,
+                class: class.clone(),
+                shape,
+                pose,
+                velocity_mps,
+                motion: None,
+            });
             Ok(())
         };
         if let Some(rcs_dbsm) = rcs_dbsm {

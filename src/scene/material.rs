@@ -364,6 +364,19 @@ fn rows() -> Vec<Material> {
             "fresh leaves with 25 % dry matter: Maetzler, 'Microwave (1-100 GHz) dielectric model of leaves', IEEE Trans. \
              Geosci. Remote Sens. 32(4) (1994) 947; the tissue, not a pile with its air",
         ),
+        row(
+            "skin",
+            // The first of its Cole-Cole terms is a Debye term; of the second, in its tail, the real part goes into
+            // the constant and the loss, which falls as f^-0.8, into a conductivity that is right at 77 GHz.
+            MaterialKind::Debye {
+                eps_inf: 4.1496,
+                terms: [(32.0, 22.0131 * GHZ), (0.0, 1000.0 * GHZ)],
+                conductivity_s_per_m: 1.9693,
+            },
+            (60.0, 90.0),
+            "dry skin: Gabriel, Lau and Gabriel, 'The dielectric properties of biological tissues: III', Phys. Med. Biol. \
+             41 (1996) 2271, their four-term model (6.57 - j8.92 at 77 GHz); clothes are left out",
+        ),
         dielectric(
             "gravel",
             3.06,
@@ -462,6 +475,22 @@ mod tests {
             assert!((ours.re - model.re).abs() < 1e-4, "{f}: {ours} against {model}");
             assert!((ours.im / model.im - 1.0).abs() < 0.012, "{f}: {ours} against {model}");
         }
+    }
+
+    /// The published four-term Cole-Cole model itself; its third and fourth terms are zero.
+    #[test]
+    fn skin_follows_its_model() {
+        let ours = by_name("skin").unwrap();
+        for f in [60.0, 70.0, 77.0, 81.0, 90.0] {
+            let jw = Complex64::new(0.0, std::f64::consts::TAU * f * GHZ);
+            let slow = 1100.0 / (1.0 + (jw * 32.48e-9).powf(0.8));
+            let static_loss = 0.0002 / (jw * EPS0);
+            let model = 4.0 + 32.0 / (1.0 + jw * 7.23e-12) + slow + static_loss;
+            let eps = ours.eps_r(f * GHZ).unwrap().unwrap();
+            assert!((eps - model).norm() < 0.005 * model.norm(), "{f} GHz: {eps} against {model}");
+        }
+        let eps = ours.eps_r(77e9).unwrap().unwrap();
+        assert!((eps - Complex64::new(6.5673, -8.9168)).norm() < 1e-3, "{eps}");
     }
 
     #[test]

@@ -5,17 +5,20 @@ pub mod front_end;
 pub mod gltf;
 pub mod interferer;
 pub mod material;
+pub mod motion;
 pub mod radar;
 pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
+pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;
 
 use crate::frames::{Pose, Target, World};
 use glam::DVec3;
 pub use material::{Material, MaterialKind};
+use motion::{Joint, Motion, Moving};
 use scatterer::ScatteringTable;
 use std::sync::Arc;
 
@@ -59,8 +62,46 @@ pub struct Object {
     pub shape: Shape,
     /// Pose at time zero.
     pub pose: Pose<Target, World>,
-    /// Non-uniform scale and mirrored nodes are baked into the mesh at import, so this is rigid.
+    /// Non-uniform scale and mirrored nodes are baked into the mesh at import, so this is rigid. At time zero.
     pub velocity_mps: DVec3,
+    /// How it moves when not straight on at that velocity.
+    pub motion: Option<Arc<Motion>>,
+}
+
+impl Object {
+    /// Where it is and how it moves at a time.
+    pub fn at(&self, time_s: f64) -> Moving {
+        match &self.motion {
+            Some(motion) => motion.at(time_s),
+            None => Moving {
+                rotation: self.pose.rotation,
+                translation_m: self.pose.translation_m + self.velocity_mps * time_s,
+                velocity_mps: self.velocity_mps,
+                spin_rad_per_s: DVec3::ZERO,
+            },
+        }
+    }
+
+    /// Gives it a motion; its pose and velocity become those at time zero.
+    pub fn set_motion(&mut self, motion: Motion) {
+        let now = motion.at(0.0);
+        (self.pose, self.velocity_mps) = (now.pose(), now.velocity_mps);
+        self.motion = Some(Arc::new(motion));
+    }
+
+    /// As joints from the object's own frame.
+    pub fn joints(&self) -> Vec<Joint> {
+        match &self.motion {
+            Some(motion) => motion.joints.clone(),
+            None => {
+                let mut joints = vec![Joint::Fixed(self.pose.rotation, self.pose.translation_m)];
+                if self.velocity_mps != DVec3::ZERO {
+                    joints.push(Joint::Line(self.velocity_mps));
+                }
+                joints
+            }
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,8 +115,7 @@ pub enum Shape {
     Table(usize),
 }
 
-/// Everything that can return an echo. Time zero is the start of frame 0; object `o` stands at
-/// `pose.translation_m + velocity_mps * t`.
+/// Everything that can return an echo. Time zero is the middle of frame 0; [`Object::at`] says where an object is.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
     pub meshes: Vec<Mesh>,
@@ -120,8 +160,16 @@ impl Scene {
         velocity_mps: DVec3,
     ) -> u32 {
         let id = self.objects.iter().map(|o| o.id).max().unwrap_or(0) + 1;
-        self.objects.push(Object { id, name: name.into(), class: class.into(), shape, pose, velocity_mps });
+        let (name, class) = (name.into(), class.into());
+        self.objects.push(Object { id, name, class, shape, pose, velocity_mps, motion: None });
         id
+    }
+
+    /// Gives the object with this id a motion.
+    pub fn move_by(&mut self, id: u32, motion: Motion) {
+        if let Some(object) = self.objects.iter_mut().find(|o| o.id == id) {
+            object.set_motion(motion);
+        }
     }
 
     /// Index of a material in this scene, added when absent.
@@ -153,14 +201,10 @@ impl Scene {
             b = Some(b.map_or((p, p), |(lo, hi)| (lo.min(p), hi.max(p))));
         };
         for o in &self.objects {
-            let shift = o.velocity_mps * time_s;
+            let pose = o.at(time_s).pose();
             match o.shape {
-                Shape::Mesh(m) => {
-                    for p in &self.meshes[m].positions_m {
-                        grow(o.pose.point(*p) + shift);
-                    }
-                }
-                Shape::Point { .. } | Shape::Table(_) => grow(o.pose.translation_m + shift),
+                Shape::Mesh(m) => self.meshes[m].positions_m.iter().for_each(|p| grow(pose.point(*p))),
+                Shape::Point { .. } | Shape::Table(_) => grow(pose.translation_m),
             }
         }
         b

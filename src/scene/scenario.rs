@@ -3,6 +3,7 @@
 
 use super::gltf::{self, ImportOptions};
 use super::interferer::{self, Interferer, InterfererTable};
+use super::motion::{Joint, Motion};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
@@ -458,7 +459,13 @@ impl Scenario {
                 let pose =
                     Pose::new(o.pose.rotation * part.pose.rotation, o.pose.point(part.pose.translation_m));
                 let velocity = o.velocity_mps + o.pose.direction(part.velocity_mps);
-                scene.add_object(&name, class, shape, pose, velocity);
+                let id = scene.add_object(&name, class, shape, pose, velocity);
+                if part.motion.is_some() {
+                    let mut joints = part.joints();
+                    joints.push(Joint::Fixed(o.pose.rotation, o.pose.translation_m));
+                    joints.push(Joint::Line(o.velocity_mps));
+                    scene.move_by(id, Motion { joints });
+                }
             }
         }
         if scene.objects.is_empty() {

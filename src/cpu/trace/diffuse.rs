@@ -162,7 +162,7 @@ impl Scatterer<'_> {
         chain[0] = body.id;
         Some(Return {
             path_length_m: 2.0 * r,
-            path_rate_mps: 2.0 * dir.dot(body.velocity_mps - self.velocity_mps),
+            path_rate_mps: 2.0 * dir.dot(body.velocity_at(place) - self.velocity_mps),
             departure: seen,
             first_range_m: r,
             arrival: seen,

@@ -384,7 +384,7 @@ impl Station<'_> {
         if over {
             let (body, surface) = of(chain[0]);
             seen_by = Bounce::new(seen_by, arrival, node(chain[0]).normal, surface, k).reflected;
-            rate += body.velocity_mps.dot(leaves + arrival);
+            rate += body.velocity_at(last).dot(leaves + arrival);
             ids[count] = body.id;
         }
         let mut field = sent(self.pose, departure);
@@ -401,7 +401,7 @@ impl Station<'_> {
             } else {
                 (points[b + 1] - node(chain[b + 1]).frame.origin).normalize()
             };
-            rate += body.velocity_mps.dot(dir - next);
+            rate += body.velocity_at(points[b]).dot(dir - next);
             field = bounce.reflected;
             dir = next;
         }

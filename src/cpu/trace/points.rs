@@ -57,7 +57,8 @@ struct Way<'a> {
     dir: DVec3,
     /// Of V and H, there.
     field: [CVec; 2],
-    by: Option<&'a Body>,
+    /// The mirror and where it is met.
+    by: Option<(&'a Body, DVec3)>,
 }
 
 struct Radar<'a> {
@@ -102,7 +103,7 @@ impl Radar<'_> {
         let normal = face.normal * from.signum();
         let surface = &geometry.surfaces[face.surface as usize];
         let bounce = Bounce::new(sent(self.pose, out), out, normal, surface, wavenumber(geometry.freq_hz));
-        let by = Some(&geometry.bodies[face.body as usize]);
+        let by = Some((&geometry.bodies[face.body as usize], foot));
         Some(Way { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
     }
 
@@ -116,7 +117,7 @@ impl Radar<'_> {
         let over = self.mirrors.iter().filter_map(|m| self.over(m, target));
         let ways: Vec<Way> = self.straight(target).into_iter().chain(over).collect();
         let rate = |w: &Way| {
-            let mirror = w.by.map_or(DVec3::ZERO, |b| b.velocity_mps);
+            let mirror = w.by.map_or(DVec3::ZERO, |(b, foot)| b.velocity_at(foot));
             target_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
         };
         let to_sensor = self.pose.rotation.inverse();
@@ -124,7 +125,7 @@ impl Radar<'_> {
         for back in &ways {
             for out in &ways {
                 let mut chain = [0; MAX_BOUNCES];
-                let met = out.by.iter().map(|b| b.id).chain([id]).chain(back.by.iter().map(|b| b.id));
+                let met = out.by.iter().map(|b| b.0.id).chain([id]).chain(back.by.iter().map(|b| b.0.id));
                 let mut bounces = 0;
                 for (place, id) in chain.iter_mut().zip(met) {
                     *place = id;

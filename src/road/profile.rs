@@ -1,0 +1,127 @@
+//! A quantity along a road as a chain of cubics: heights, cross slopes, widths of lanes, lateral offsets.
+
+use crate::error::{BadInput, Result};
+
+/// value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins at or before s; the
+/// first piece serves before its beginning only with its first value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    pieces: Vec<Piece>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    pub s0_m: f64,
+    pub coefficients: [f64; 4],
+}
+
+impl Profile {
+    pub fn constant(value: f64) -> Profile {
+        Profile { pieces: vec![Piece { s0_m: 0.0, coefficients: [value, 0.0, 0.0, 0.0] }] }
+    }
+
+    /// Straight between the points (s, value), constant before the first and after the last. Two points at
+    /// one s are a step. Errors: no point, s that falls, numbers that are not finite.
+    pub fn linear(points: &[[f64; 2]]) -> Result<Profile> {
+        if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(BadInput::new("needs at least one pair of finite numbers [s, value]").into());
+        }
+        let mut pieces = Vec::with_capacity(points.len());
+        for (i, p) in points.iter().enumerate() {
+            let slope = match points.get(i + 1) {
+                Some(q) if q[0] > p[0] => (q[1] - p[1]) / (q[0] - p[0]),
+                Some(q) if q[0] < p[0] => {
+                    return Err(BadInput::new("runs backwards")
+                        .value(format!("[{}, {}] after [{}, {}]", q[0], q[1], p[0], p[1]))
+                        .remedy("list the pairs [s, value] with s growing")
+                        .into());
+                }
+                _ => 0.0,
+            };
+            pieces.push(Piece { s0_m: p[0], coefficients: [p[1], slope, 0.0, 0.0] });
+        }
+        Ok(Profile { pieces })
+    }
+
+    /// A chain of cubics in the order of their beginnings. Errors: none at all, beginnings that fall, numbers
+    /// that are not finite.
+    pub fn cubics(pieces: Vec<Piece>) -> Result<Profile> {
+        let finite = |p: &Piece| p.s0_m.is_finite() && p.coefficients.iter().all(|c| c.is_finite());
+        if pieces.is_empty() || !pieces.iter().all(finite) {
+            return Err(BadInput::new("a chain of cubics needs finite numbers").into());
+        }
+        if let Some(w) = pieces.windows(2).find(|w| w[1].s0_m < w[0].s0_m) {
+            return Err(BadInput::new("a chain of cubics runs backwards").value(w[1].s0_m).into());
+        }
+        Ok(Profile { pieces })
+    }
+
+    fn piece(&self, s_m: f64) -> (&Piece, f64) {
+        let i = self.pieces.partition_point(|p| p.s0_m <= s_m);
+        let piece = &self.pieces[i.saturating_sub(1)];
+        (piece, (s_m - piece.s0_m).max(0.0))
+    }
+
+    pub fn value(&self, s_m: f64) -> f64 {
+        let (p, u) = self.piece(s_m);
+        let [a, b, c, d] = p.coefficients;
+        a + u * (b + u * (c + u * d))
+    }
+
+    /// First derivative, to the right of a break.
+    pub fn slope(&self, s_m: f64) -> f64 {
+        let (p, u) = self.piece(s_m);
+        let [_, b, c, d] = p.coefficients;
+        if s_m < self.pieces[0].s0_m { 0.0 } else { b + u * (2.0 * c + 3.0 * u * d) }
+    }
+
+    /// The greatest amount of the second derivative between two places of one piece.
+    pub fn bend(&self, from_m: f64, to_m: f64) -> f64 {
+        let (p, u) = self.piece(0.5 * (from_m + to_m));
+        let half = 0.5 * (to_m - from_m);
+        let [_, _, c, d] = p.coefficients;
+        let at = |u: f64| (2.0 * c + 6.0 * d * u).abs();
+        at(u - half).max(at(u + half))
+    }
+
+    /// The places where pieces begin.
+    pub fn breaks_m(&self) -> impl Iterator<Item = f64> + '_ {
+        self.pieces.iter().map(|p| p.s0_m)
+    }
+
+    /// Whether the value is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        self.pieces
+            .iter()
+            .all(|p| p.coefficients[1..] == [0.0; 3] && p.coefficients[0] == self.pieces[0].coefficients[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_between_points_and_constant_beyond() {
+        let p = Profile::linear(&[[10.0, 0.0], [20.0, 3.5], [50.0, 3.5], [50.0, 1.0]]).unwrap();
+        let got: Vec<f64> = [0.0, 10.0, 15.0, 20.0, 49.0, 50.0, 90.0].map(|s| p.value(s)).to_vec();
+        assert_eq!(got, [0.0, 0.0, 1.75, 3.5, 3.5, 1.0, 1.0]);
+        assert_eq!((p.slope(0.0), p.slope(12.0), p.slope(60.0)), (0.0, 0.35, 0.0));
+        assert!(Profile::linear(&[]).is_err() && Profile::linear(&[[1.0, f64::NAN]]).is_err());
+        let e = Profile::linear(&[[5.0, 0.0], [4.0, 0.0]]).unwrap_err().to_string();
+        assert!(e.contains("runs backwards"), "{e}");
+    }
+
+    #[test]
+    fn cubics_are_their_polynomials() {
+        let piece = |s0_m, coefficients| Piece { s0_m, coefficients };
+        let p = Profile::cubics(vec![piece(0.0, [1.0, 0.5, 0.25, 0.125]), piece(2.0, [7.0, 0.0, 0.0, 0.0])])
+            .unwrap();
+        assert_eq!(p.value(1.0), 1.875);
+        assert_eq!(p.slope(1.0), 0.5 + 0.5 + 0.375);
+        assert_eq!(p.value(2.0), 7.0);
+        // The second derivative 0.5 + 0.75 u.
+        assert!((p.bend(0.5, 1.5) - 1.625).abs() < 1e-15);
+        assert!(!p.is_constant() && Profile::constant(3.0).is_constant());
+    }
+}

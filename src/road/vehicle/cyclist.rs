@@ -1,0 +1,182 @@
+//! A cyclist: bicycle with spoked wheels and cranks, and a rider whose legs follow the pedals.
+//!
+//! Wheels 622 mm (ISO 5775) with 37 mm tyres, wheelbase 1.06 m, cranks 170 mm; 5.6 m of road for a turn of
+//! the cranks (40 teeth to 15). The tyre is taken as the metal of its rim under rubber.
+
+use super::motion::{HIP_HEIGHT, Joint, Turn};
+use super::pedestrian::{HIP_Y, KNEE, SHOULDER, shank, thigh, trunk};
+use super::surface::{bar, block, ovoid, tube, turned};
+use super::{Paint, Part, still};
+use crate::frames::{Pose, Target};
+use crate::road::shape::{append, weld};
+use crate::scene::Mesh;
+use glam::{DQuat, DVec2, DVec3};
+use std::f64::consts::TAU;
+
+const STATURE_M: f64 = 1.75;
+const WHEEL_RADIUS_M: f64 = 0.340;
+const AXLE_X_M: f64 = 0.53;
+const CRANK_M: f64 = 0.17;
+const DEVELOPMENT_M: f64 = 5.6;
+const SPOKES: usize = 28;
+/// Bottom bracket, saddle, hips, head tube's ends, grips (left).
+const BRACKET: DVec3 = DVec3::new(-0.11, 0.0, 0.285);
+const SADDLE: DVec3 = DVec3::new(-0.29, 0.0, 0.90);
+const HIP: DVec3 = DVec3::new(-0.27, 0.0, 0.975);
+const HEAD: [DVec3; 2] = [DVec3::new(0.335, 0.0, 0.86), DVec3::new(0.375, 0.0, 0.70)];
+const GRIP: DVec3 = DVec3::new(0.33, 0.27, 1.03);
+/// Of the trunk from upright.
+const LEAN_RAD: f64 = 0.55;
+
+const METAL: u32 = Paint::Aluminium as u32;
+const SKIN: u32 = Paint::Skin as u32;
+
+/// Spoked wheel about the y axis.
+fn wheel() -> Mesh {
+    let mut mesh = Mesh::default();
+    let section = |points: &[(f64, f64)]| points.iter().map(|&(r, y)| DVec2::new(r, y)).collect::<Vec<_>>();
+    // Tyre and rim, each a closed ring.
+    let tyre =
+        [(0.305, -0.012), (0.325, -0.018), (0.340, 0.0), (0.325, 0.018), (0.305, 0.012), (0.305, -0.012)];
+    turned(&mut mesh, &section(&tyre), 40, Paint::Tyre as u32);
+    let rim = [(0.286, 0.0), (0.292, -0.010), (0.303, -0.012), (0.303, 0.012), (0.292, 0.010), (0.286, 0.0)];
+    turned(&mut mesh, &section(&rim), 40, METAL);
+    for k in 0..SPOKES {
+        let (sin, cos) = (TAU * k as f64 / SPOKES as f64).sin_cos();
+        let side = if k % 2 == 0 { 0.03 } else { -0.03 };
+        let out = |r: f64, y: f64| DVec3::new(r * cos, y, r * sin);
+        bar(&mut mesh, out(0.022, side), out(0.2855, 0.0), 0.001, 6, Paint::Steel as u32);
+    }
+    bar(&mut mesh, DVec3::Y * -0.045, DVec3::Y * 0.045, 0.02, 12, METAL);
+    mesh
+}
+
+fn frame() -> Mesh {
+    let mut mesh = Mesh::default();
+    let mut pipe = |a: DVec3, b: DVec3, r: f64| bar(&mut mesh, a, b, r, 12, METAL);
+    let top_of_seat = BRACKET + 0.78 * (SADDLE - BRACKET);
+    let rear = DVec3::new(-AXLE_X_M, 0.0, WHEEL_RADIUS_M);
+    let front = DVec3::new(AXLE_X_M, 0.0, WHEEL_RADIUS_M);
+    pipe(BRACKET, top_of_seat, 0.016);
+    pipe(top_of_seat, SADDLE, 0.014);
+    pipe(HEAD[0], HEAD[1], 0.018);
+    pipe(top_of_seat, 0.9 * HEAD[0] + 0.1 * HEAD[1], 0.015);
+    pipe(BRACKET, 0.1 * HEAD[0] + 0.9 * HEAD[1], 0.018);
+    pipe(BRACKET - DVec3::Y * 0.035, BRACKET + DVec3::Y * 0.035, 0.021);
+    for side in [1.0, -1.0] {
+        let y = DVec3::Y * side;
+        pipe(BRACKET + 0.03 * y, rear + 0.06 * y, 0.009);
+        pipe(top_of_seat + 0.02 * y, rear + 0.06 * y, 0.008);
+        pipe(HEAD[1] + 0.05 * y - DVec3::Z * 0.02, front + 0.055 * y, 0.011);
+        // The ends of the handlebar, back to the grips.
+        let bend = DVec3::new(0.40, side * 0.20, 1.03);
+        pipe(bend, DVec3::new(GRIP.x, side * GRIP.y, GRIP.z), 0.012);
+    }
+    pipe(DVec3::new(0.40, -0.20, 1.03), DVec3::new(0.40, 0.20, 1.03), 0.012);
+    pipe(HEAD[1] - 0.06 * DVec3::Y - DVec3::Z * 0.02, HEAD[1] + 0.06 * DVec3::Y - DVec3::Z * 0.02, 0.012);
+    pipe(HEAD[0], DVec3::new(0.40, 0.0, 1.03), 0.014);
+    ovoid(&mut mesh, SADDLE, DVec3::new(0.13, 0.075, 0.03), 16, 4, METAL);
+    mesh
+}
+
+/// Trunk, head and arms of a rider from the hips at `hip`, leaning forwards, with the hands at `grip`.
+pub(super) fn rider(hip: DVec3, lean_rad: f64, grip: DVec3, stature_m: f64) -> Mesh {
+    let mut mesh = Mesh::default();
+    let lean = DQuat::from_rotation_y(lean_rad);
+    append(&mut mesh, &trunk(stature_m, false), &Pose::<Target, Target>::new(lean, hip));
+    let neck = hip + lean * DVec3::Z * 0.285 * stature_m;
+    let head = neck + DVec3::new(0.05, 0.0, 0.085) * stature_m;
+    tube(&mut mesh, (neck, 0.036 * stature_m), (head, 0.032 * stature_m), 16, SKIN);
+    ovoid(&mut mesh, head + DVec3::Z * 0.03, DVec3::new(0.0555, 0.044, 0.0665) * stature_m, 24, 8, SKIN);
+    for side in [1.0, -1.0] {
+        let shoulder = hip + lean * DVec3::new(0.0, side * 0.115, SHOULDER - HIP_HEIGHT) * stature_m;
+        let hand = DVec3::new(grip.x, side * grip.y, grip.z);
+        // The elbow, a little outwards and down from the line between.
+        let elbow = 0.5 * (shoulder + hand) + DVec3::new(-0.03, side * 0.07, -0.05);
+        tube(&mut mesh, (shoulder, 0.029 * stature_m), (elbow, 0.022 * stature_m), 16, SKIN);
+        ovoid(&mut mesh, shoulder, DVec3::splat(0.0305 * stature_m), 16, 4, SKIN);
+        ovoid(&mut mesh, elbow, DVec3::splat(0.0235 * stature_m), 16, 4, SKIN);
+        tube(&mut mesh, (elbow, 0.022 * stature_m), (hand, 0.016 * stature_m), 16, SKIN);
+        ovoid(&mut mesh, hand, DVec3::new(0.05, 0.045, 0.035), 16, 4, SKIN);
+    }
+    mesh
+}
+
+pub(super) fn parts() -> Vec<Part> {
+    let turn = |at_m: DVec3, turn: Turn| Joint { at_m, axis: DVec3::Y, turn };
+    let place = |p: DVec3| Pose::<Target, Target>::new(DQuat::IDENTITY, p);
+    let mut parts = vec![
+        still("bicycle", "", weld(frame())),
+        still("rider", "rider", weld(rider(HIP, LEAN_RAD, GRIP, STATURE_M))),
+    ];
+    for (name, x) in [("wheel front", AXLE_X_M), ("wheel rear", -AXLE_X_M)] {
+        parts.push(Part {
+            name: name.into(),
+            suffix: "wheel",
+            mesh: weld(wheel()),
+            pose: place(DVec3::new(x, 0.0, WHEEL_RADIUS_M)),
+            joints: vec![turn(DVec3::ZERO, Turn::Roll { radius_m: WHEEL_RADIUS_M })],
+        });
+    }
+    let crank = turn(DVec3::ZERO, Turn::Crank { development_m: DEVELOPMENT_M });
+    let mut arms = Mesh::default();
+    bar(&mut arms, DVec3::Y * -0.06, DVec3::Y * 0.06, 0.01, 12, METAL);
+    bar(&mut arms, DVec3::Y * -0.045, DVec3::Y * -0.041, 0.08, 32, METAL);
+    for side in [1.0, -1.0] {
+        let (a, b) = (DVec3::Y * side * 0.06, DVec3::new(side * CRANK_M, side * 0.07, 0.0));
+        bar(&mut arms, a, b, 0.011, 12, METAL);
+    }
+    parts.push(Part {
+        name: "cranks".into(),
+        suffix: "crank",
+        mesh: weld(arms),
+        pose: place(BRACKET),
+        joints: vec![crank],
+    });
+    let thigh_m = (HIP_HEIGHT - KNEE) * STATURE_M;
+    // From the knee to the pedal's axle.
+    let shank_m = 0.272 * STATURE_M;
+    for (name, side) in [("left", 1.0), ("right", -1.0)] {
+        let mut pedal = Mesh::default();
+        block(&mut pedal, DVec3::new(-0.045, -0.045, -0.012), DVec3::new(0.045, 0.045, 0.012), METAL);
+        parts.push(Part {
+            name: format!("pedal {name}"),
+            suffix: "crank",
+            mesh: pedal,
+            pose: place(BRACKET),
+            joints: vec![
+                crank,
+                turn(
+                    DVec3::new(side * CRANK_M, side * 0.12, 0.0),
+                    Turn::Level { development_m: DEVELOPMENT_M },
+                ),
+            ],
+        });
+        let hip = HIP + DVec3::Y * side * HIP_Y * STATURE_M;
+        let law = |knee: bool| Turn::Pedal {
+            crank_m: BRACKET - HIP,
+            arm_m: CRANK_M,
+            thigh_m,
+            shank_m,
+            development_m: DEVELOPMENT_M,
+            half: side < 0.0,
+            knee,
+        };
+        let at_hip = turn(DVec3::ZERO, law(false));
+        parts.push(Part {
+            name: format!("thigh {name}"),
+            suffix: "leg",
+            mesh: weld(thigh(STATURE_M)),
+            pose: place(hip),
+            joints: vec![at_hip],
+        });
+        parts.push(Part {
+            name: format!("shank {name}"),
+            suffix: "leg",
+            mesh: weld(shank(STATURE_M, KNEE - 0.032)),
+            pose: place(hip),
+            joints: vec![at_hip, turn(DVec3::Z * -thigh_m, law(true))],
+        });
+    }
+    parts
+}
