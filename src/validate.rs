@@ -440,7 +440,10 @@ fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
         let mut scene = scene.clone();
         scene.objects[1].pose.translation_m = DVec3::new(d, 0.0, 0.35);
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
-        let returns = Returns { returns: point_returns(&geometry, &pose, DVec3::ZERO, true), rays: 0 };
+        let returns = Returns {
+            returns: point_returns(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()),
+            rays: 0,
+        };
         let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))

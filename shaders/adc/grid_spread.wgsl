@@ -37,6 +37,9 @@ struct Echo {
     // Place among the lines: a whole number and what goes beyond it.
     line: i32,
     beyond: f32,
+    // Of a bent path.
+    a3: f32,
+    b2: f32,
 }
 
 // First and last but one of the echoes of a line.
@@ -91,15 +94,16 @@ fn main(
         let e = echoes[channel * params.echoes + i];
         var weight = 1.0;
         if params.whole == 0u {
-            let d = f32(i32(line) - e.line) - e.beyond - 2.0 * m * e.a2 * params.per_step;
+            let d = f32(i32(line) - e.line) - e.beyond
+                - m * (2.0 * e.a2 + 3.0 * m * e.a3) * params.per_step;
             if abs(d) > 4.0 {
                 continue;
             }
             weight = line_bell(d);
         }
-        let turns = e.a0 + bitcast<u32>(middle) * e.a1 + turns_from_f32(m * m * e.a2);
+        let turns = e.a0 + bitcast<u32>(middle) * e.a1 + turns_from_f32(m * m * (e.a2 + m * e.a3));
         let x = cmul(weight * e.amplitude, cis_turns(turns));
-        let place = e.b0 + turns_from_f32(m * e.b1);
+        let place = e.b0 + turns_from_f32(m * (e.b1 + m * e.b2));
         let beyond = f32(place << params.log2_cells) * 2.3283064e-10;
         let first = (place >> (32u - params.log2_cells)) + last - 2u; // three cells before, wrapping
         let near = cell_bell(vec4<f32>(-3.0, -2.0, -1.0, 0.0) - beyond);

@@ -17,7 +17,7 @@ struct Params {
     is_real: u32,
 }
 
-// Phase in turns: a0 + a1 m + a2 m² + n (2 half_step + b1 m) + c n². The u32 wrap at one turn.
+// Phase in turns: a0 + a1 m + a2 m² + a3 m³ + n (2 half_step + b1 m + b2 m²) + c n². The u32 wrap at one turn.
 struct Echo {
     amplitude: vec2<f32>,
     a0: u32,
@@ -26,6 +26,8 @@ struct Echo {
     b1: f32,
     a2: f32,
     c: f32,
+    a3: f32,
+    b2: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -72,9 +74,9 @@ fn main(
     let first = channel * params.echoes;
     for (var i = first; i < first + params.echoes; i++) {
         let e = echoes[i];
-        let bend = m * e.b1;
+        let bend = m * (e.b1 + m * e.b2);
         let turns = e.a0 + bitcast<u32>(dm) * e.a1 + bitcast<u32>(twice) * e.half_step
-            + turns_from_f32(m * m * e.a2 + n * (bend + n * e.c));
+            + turns_from_f32(m * m * (e.a2 + m * e.a3) + n * (bend + n * e.c));
         let middle = cmul(e.amplitude, cis_turns(turns));
         let z0 = cis_turns(e.half_step + turns_from_f32(0.5 * bend + n * e.c));
         let w = cmul(z0, z0);

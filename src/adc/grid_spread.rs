@@ -42,6 +42,8 @@ gpu_struct! {
         pub a2: f32,
         pub line: i32,
         pub beyond: f32,
+        pub a3: f32,
+        pub b2: f32,
         pub pad: u32,
     }
 }
@@ -117,7 +119,8 @@ impl Sorted {
         order.sort_by(|i, j| echoes.a1[*i as usize].total_cmp(&echoes.a1[*j as usize]));
         // The order is that of the first channel in the middle of the frame; others are a little off.
         let furthest = layout.middle(0).abs().max(layout.middle(layout.blocks() - 1).abs());
-        let off = |i: usize| (echoes.a1[i] - echoes.a1[i % n]).abs() + 2.0 * furthest * echoes.a2[i].abs();
+        let bent = |i: usize| furthest * (2.0 * echoes.a2[i].abs() + 3.0 * furthest * echoes.a3[i].abs());
+        let off = |i: usize| (echoes.a1[i] - echoes.a1[i % n]).abs() + bent(i);
         let slack = (0..echoes.a1.len()).map(off).fold(0.0, f64::max) / layout.line_step;
         let reach = 0.5 * TAPS as f64 + slack + 1e-3;
         let places: Vec<f64> = order.iter().map(|i| place(echoes.a1[*i as usize])).collect();
@@ -162,6 +165,8 @@ pub fn record(
                 a2: echoes.a2[i] as f32,
                 line: place.floor() as i32,
                 beyond: (place - place.floor()) as f32,
+                a3: echoes.a3[i] as f32,
+                b2: echoes.b2[i] as f32,
                 pad: 0,
             }
         }));

@@ -58,6 +58,9 @@ const LINE_OVERSAMPLING: f64 = 1.4;
 /// worst, and in the mean over echoes by power.
 const WORST_RESIDUAL: f64 = 7e-5;
 const MEAN_RESIDUAL: f64 = 2e-5;
+/// Bounds of what bent paths leave over at the ends of a block, rad: of the worst echo, and as a share of the cube (-60 dB).
+const WORST_BEND: f64 = 0.3;
+const MEAN_BEND: f64 = 1e-3;
 /// Rounding in f32: transforms of some hundred values and as many terms of a polynomial.
 const ROUNDING: f64 = 1.5e-6;
 /// Most echoes whose sum in one cell is left to f32 alone: equal ones lose 3e-5 of the peak.
@@ -170,9 +173,13 @@ pub struct Echoes {
     pub a0: Vec<f64>,
     pub a1: Vec<f64>,
     pub a2: Vec<f64>,
+    pub a3: Vec<f64>,
     pub b0: Vec<f64>,
     pub b1: Vec<f64>,
+    pub b2: Vec<f64>,
     pub c: Vec<f64>,
+    /// Σ|A|² of all echoes that the cube is a sum of, in all these channels: errors are shares of it.
+    pub power: f64,
 }
 
 /// Chirp and sample that coefficients are taken about.
@@ -192,9 +199,12 @@ impl Echoes {
             a0: column(),
             a1: column(),
             a2: column(),
+            a3: column(),
             b0: column(),
             b1: column(),
+            b2: column(),
             c: column(),
+            power: channels.clone().map(|c| plan.power(c)).sum(),
         };
         if total == 0 {
             return e;
@@ -205,10 +215,11 @@ impl Echoes {
         let parts = |v| <[f64]>::chunks_mut(v, count).flat_map(|c| c.chunks_mut(PART)).collect::<Vec<_>>();
         let (a0, a1, a2) = (parts(&mut e.a0), parts(&mut e.a1), parts(&mut e.a2));
         let (b0, b1, c) = (parts(&mut e.b0), parts(&mut e.b1), parts(&mut e.c));
+        let (a3, b2) = (parts(&mut e.a3), parts(&mut e.b2));
         let amplitude: Vec<_> = e.amplitude.chunks_mut(count).flat_map(|c| c.chunks_mut(PART)).collect();
         let in_channel = count.div_ceil(PART);
-        (amplitude, a0, a1, a2, b0, b1, c).into_par_iter().enumerate().for_each(
-            |(part, (amplitude, a0, a1, a2, b0, b1, c))| {
+        (amplitude, a0, a1, a2, a3, b0, b1, b2, c).into_par_iter().enumerate().for_each(
+            |(part, (amplitude, a0, a1, a2, a3, b0, b1, b2, c))| {
                 let (channel, first) = (channels.start + part / in_channel, part % in_channel * PART);
                 let of_channel = plan.channel(channel);
                 for (i, index) in indices[first..first + a0.len()].iter().enumerate() {
@@ -216,6 +227,7 @@ impl Echoes {
                     amplitude[i] = Complex32::new(k.amplitude.re as f32, k.amplitude.im as f32);
                     (a0[i], a1[i], a2[i]) = (k.a0 - k.a0.round(), k.a1, k.a2);
                     (b0[i], b1[i], c[i]) = (k.b0, k.b1, k.c);
+                    (a3[i], b2[i]) = (k.a3, k.b2);
                 }
             },
         );
@@ -312,11 +324,63 @@ impl Warp {
         self.b1.offset * m * n + self.c.offset * n * n + self.a2.offset * m * m
     }
 
-    /// Phase left over at the corners of a block of 2 `m` chirps by 2 `n` samples, rad: (worst, mean).
-    fn residual(&self, m: f64, n: f64) -> (f64, f64) {
+    /// Phase left over at the corners of a block of 2 `m` chirps by 2 `n` samples, rad: (worst, mean). With `bent` paths what
+    /// a2 leaves over is not among it.
+    fn residual(&self, m: f64, n: f64, bent: bool) -> (f64, f64) {
+        let along = if bent { 0.0 } else { m * m };
         let sum =
-            |f: fn(&Line) -> f64| TAU * (f(&self.b1) * m * n + f(&self.c) * n * n + f(&self.a2) * m * m);
+            |f: fn(&Line) -> f64| TAU * (f(&self.b1) * m * n + f(&self.c) * n * n + f(&self.a2) * along);
         (sum(|l| l.worst), sum(|l| l.mean))
+    }
+}
+
+/// What bent paths leave over within a block: a2 that the warp does not hold, and its change over the frame.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bends {
+    any: bool,
+    /// Turns a chirp², the worst and the root mean square by share of the cube's power.
+    a2: [f64; 2],
+    /// The same of the change of b1, turns a chirp and sample.
+    b1: [f64; 2],
+}
+
+/// Phases left over, rad: see [`Bends`].
+struct Bent {
+    worst: f64,
+    mean: f64,
+}
+
+impl Bent {
+    fn is_small(&self) -> bool {
+        self.worst <= WORST_BEND && self.mean <= MEAN_BEND
+    }
+}
+
+impl Bends {
+    fn of(echoes: &Echoes, warp: &Warp, all_m: f64) -> Bends {
+        let any = echoes.a3.iter().chain(&echoes.b2).any(|x| *x != 0.0);
+        if !any {
+            return Bends::default();
+        }
+        let (mut worst, mut squares) = ([0.0f64; 2], [0.0; 2]);
+        for (i, a) in echoes.amplitude.iter().enumerate() {
+            let p = f64::from(a.norm_sqr());
+            let a2 = (echoes.a2[i] - warp.a2.slope * echoes.a1[i] - warp.a2.offset).abs()
+                + 3.0 * all_m * echoes.a3[i].abs();
+            let b1 = 2.0 * all_m * echoes.b2[i].abs();
+            for (k, d) in [a2, b1].into_iter().enumerate() {
+                worst[k] = worst[k].max(d);
+                squares[k] += p * d * d;
+            }
+        }
+        let share = |s: f64| if echoes.power > 0.0 { (s / echoes.power).sqrt() } else { 0.0 };
+        let [a2, b1] = [0, 1].map(|k| [worst[k], share(squares[k])]);
+        Bends { any, a2, b1 }
+    }
+
+    fn residual(&self, m: f64, n: f64) -> Bent {
+        let at = |k: usize| TAU * (self.a2[k] * m * m + self.b1[k] * m * n);
+        Bent { worst: at(0), mean: at(1) }
     }
 }
 
@@ -452,10 +516,11 @@ impl Layout {
         }
         let [b1, c, a2] = fit(echoes);
         let warp = Warp { b1, c, a2 };
-        // From block to block a1 moves by 2 m a2.
+        let bends = Bends::of(echoes, &warp, all_m);
+        // From block to block a1 moves by 2 m a2 + 3 m² a3.
         let (mut low, mut high, mut bend) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
-        for (a1, a2) in echoes.a1.iter().zip(&echoes.a2) {
-            let moved = 2.0 * all_m * a2.abs();
+        for ((a1, a2), a3) in echoes.a1.iter().zip(&echoes.a2).zip(&echoes.a3) {
+            let moved = all_m * (2.0 * a2.abs() + 3.0 * all_m * a3.abs());
             (low, high, bend) = (low.min(a1 - moved), high.max(a1 + moved), bend.max(moved));
         }
         let oversampling = cells as f64 / samples as f64;
@@ -469,7 +534,7 @@ impl Layout {
             let longest =
                 [(-m, -n), (m, -n), (-m, n), (m, n), (0.0, -n), (0.0, n)].map(|(m, n)| warp.time(m, n).abs());
             let longest = longest.into_iter().fold(0.0, f64::max);
-            let (mut worst, mut mean) = warp.residual(m, n);
+            let (mut worst, mut mean) = warp.residual(m, n, bends.any);
             let kept = TAU * bend * (warp.b1.slope.abs() * m * n + warp.c.slope.abs() * n * n);
             (worst, mean) = (worst + kept, mean + kept);
             let across = TAU * 0.5 * (high - low) * longest;
@@ -486,7 +551,8 @@ impl Layout {
                 + channels * count * lines as f64 * transform_ns(cells, costs)
                 + channels * (chirps * samples) as f64 * (costs.line * lines as f64 + costs.sample)
                 + (block * samples) as f64 * costs.table;
-            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL;
+            let bent = bends.residual(m, n);
+            let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL && bent.is_small();
             let fits = lines <= costs.lines
                 && (lines * cells).saturating_mul(chirps.div_ceil(block)) <= costs.largest_grid;
             if accurate && fits && cost < best.as_ref().map_or(direct, |b| b.cost) {
@@ -503,7 +569,7 @@ impl Layout {
                     warp,
                     portion: usize::MAX,
                     cost,
-                    error: aliasing.hypot(mean).hypot(ROUNDING),
+                    error: aliasing.hypot(mean).hypot(ROUNDING).hypot(bent.mean),
                 });
             }
             if block == 1 {
@@ -593,9 +659,11 @@ impl Finish<'_> {
     }
 }
 
-/// Indices of a set in portions of which `limit` echoes times channels are kept at a time.
-pub fn portions<'p>(plan: &'p Plan, set: Set, limit: usize) -> std::slice::Chunks<'p, u32> {
-    plan.set(set).chunks((limit / plan.channels.max(1)).max(1))
+/// Indices of the echoes that move, apart by how much their paths bend, in portions of which `limit` echoes times channels are kept
+/// at a time.
+pub fn moving_portions<'p>(plan: &'p Plan, limit: usize) -> Vec<&'p [u32]> {
+    let most = (limit / plan.channels.max(1)).max(1);
+    plan.moving_classes().flat_map(|class| class.chunks(most)).collect()
 }
 
 /// Measured on llvmpipe, ns of two cores; ratios count.
@@ -633,37 +701,37 @@ pub fn record_with(
     // One channel's grid has to fit a binding.
     let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
     let mut methods = Methods::default();
-    let mut jobs = Vec::new();
-    for set in [Set::Still, Set::Moving] {
-        let mut of_set = Vec::new();
-        for portion in portions(plan, set, kept) {
-            let echoes = Echoes::new(plan, portion, 0..plan.channels);
-            let layout = match set {
-                Set::Still => Layout::choose_still(plan.samples, &echoes, costs),
-                Set::Moving => Layout::choose(plan.chirps, plan.samples, &echoes, costs),
-            };
-            // A thread adds up all echoes of its line in a row, so they must not crowd.
-            let fits = |l: &Layout| {
-                l.block * l.samples * size_of::<[f32; 4]>() <= limit
-                    && (set == Set::Still || l.portion == usize::MAX)
-            };
-            let Some(layout) = layout.filter(fits) else {
-                of_set.clear();
-                break;
-            };
-            of_set.push((set, layout, echoes));
-        }
-        if let Some((_, worst, _)) = of_set.iter().max_by(|a, b| a.1.error.total_cmp(&b.1.error)) {
-            match set {
-                Set::Still => methods.still = worst.method(),
-                Set::Moving => methods.moving = worst.method(),
-            }
-        }
-        jobs.append(&mut of_set);
+    // A thread adds up all echoes of its line in a row, so they must not crowd.
+    let fits = |l: &Layout, set| {
+        l.block * l.samples * size_of::<[f32; 4]>() <= limit && (set == Set::Still || l.portion == usize::MAX)
+    };
+    let (mut still, mut moving) = (Vec::new(), Vec::new());
+    for portion in plan.set(Set::Still).chunks((kept / plan.channels.max(1)).max(1)) {
+        let echoes = Echoes::new(plan, portion, 0..plan.channels);
+        let Some(layout) = Layout::choose_still(plan.samples, &echoes, costs).filter(|l| fits(l, Set::Still))
+        else {
+            still.clear();
+            break;
+        };
+        still.push((Set::Still, layout, echoes));
     }
-    let gridded = |set| jobs.iter().any(|(s, ..)| *s == set);
-    let direct: Vec<Set> = [Set::Still, Set::Moving].into_iter().filter(|s| !gridded(*s)).collect();
-    let cube = plan.record_sets(gpu, recorder, &direct)?;
+    let still_directly = if still.is_empty() { plan.set(Set::Still) } else { &[] };
+    let mut directly = Vec::new();
+    for portion in moving_portions(plan, kept) {
+        let echoes = Echoes::new(plan, portion, 0..plan.channels);
+        let layout = Layout::choose(plan.chirps, plan.samples, &echoes, costs);
+        match layout.filter(|l| fits(l, Set::Moving)) {
+            Some(layout) => moving.push((Set::Moving, layout, echoes)),
+            None => directly.extend_from_slice(portion),
+        }
+    }
+    let worst = |jobs: &[(Set, Layout, Echoes)]| {
+        let layouts = jobs.iter().map(|(_, l, _)| l);
+        layouts.max_by(|a, b| a.error.total_cmp(&b.error)).map_or(Method::Direct, Layout::method)
+    };
+    (methods.still, methods.moving) = (worst(&still), worst(&moving));
+    let cube = plan.record_some(gpu, recorder, still_directly, &directly)?;
+    let jobs: Vec<_> = still.into_iter().chain(moving).collect();
     for (set, layout, echoes) in &jobs {
         let sorted = match set {
             Set::Still => {

@@ -22,20 +22,23 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// One echo in one channel. In √W and turns, with loop m and sample n counted from zero:
-/// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + n (b0 + b1 m) + c n²)).
+/// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + a3 m³ + n (b0 + b1 m + b2 m²) + c n²)).
 ///
-/// This is eq. 12 with eq. 11 put in, without approximation: the delay is linear in m and in n.
-/// Real sampling takes √2 Re of it.
+/// This is eq. 12 with eq. 11 put in, without approximation where the delay is linear in m and in n. A bent path adds a3, b2
+/// and its part of the others (eq. 142). Real sampling takes √2 Re of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coefficients {
     pub amplitude: Complex64,
     pub a0: f64,
     pub a1: f64,
     pub a2: f64,
+    pub a3: f64,
     pub b0: f64,
     pub b1: f64,
+    pub b2: f64,
     pub c: f64,
 }
 
@@ -43,7 +46,9 @@ impl Coefficients {
     /// Phase in turns, not wrapped.
     pub fn turns(&self, chirp: f64, sample: f64) -> f64 {
         let (m, n) = (chirp, sample);
-        self.a0 + m * (self.a1 + m * self.a2) + n * (self.b0 + m * self.b1 + n * self.c)
+        self.a0
+            + m * (self.a1 + m * (self.a2 + m * self.a3))
+            + n * (self.b0 + m * (self.b1 + m * self.b2) + n * self.c)
     }
 
     /// The same polynomial about (chirp, sample) as origin.
@@ -52,10 +57,12 @@ impl Coefficients {
         Coefficients {
             amplitude: self.amplitude,
             a0: self.turns(m, n),
-            a1: self.a1 + 2.0 * m * self.a2 + n * self.b1,
-            a2: self.a2,
-            b0: self.b0 + m * self.b1 + 2.0 * n * self.c,
-            b1: self.b1,
+            a1: self.a1 + m * (2.0 * self.a2 + 3.0 * m * self.a3) + n * (self.b1 + 2.0 * m * self.b2),
+            a2: self.a2 + 3.0 * m * self.a3 + n * self.b2,
+            a3: self.a3,
+            b0: self.b0 + m * (self.b1 + m * self.b2) + 2.0 * n * self.c,
+            b1: self.b1 + 2.0 * m * self.b2,
+            b2: self.b2,
             c: self.c,
         }
     }
@@ -87,6 +94,9 @@ impl FrontEnd {
         }
     }
 }
+
+/// Phase by which the bend of a path may change over half a frame without being looked at apart, rad.
+const STRAIGHT_RAD: f64 = 0.01;
 
 /// Which echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -155,11 +165,16 @@ pub struct Plan<'a> {
     lines: Lines,
     returns: &'a [Return],
     still: Vec<u32>,
+    /// In order of how much their paths bend.
     moving: Vec<u32>,
+    /// Of `moving`, those that bend about equally much.
+    classes: Vec<Range<usize>>,
     ways: Vec<Way>,
     /// conj(a0) of eq. 12, `[return, kind]`.
     amplitudes: Vec<Complex64>,
     kinds: usize,
+    /// Σ|A|² over all echoes that are heard, for each kind.
+    power: Vec<f64>,
 }
 
 impl<'a> Plan<'a> {
@@ -196,27 +211,58 @@ impl<'a> Plan<'a> {
             returns,
             still: Vec::new(),
             moving: Vec::new(),
+            classes: Vec::new(),
             ways,
             amplitudes,
             kinds,
+            power: Vec::new(),
         };
         for (i, r) in returns.iter().enumerate() {
             if !passes(radar, r) {
                 plan.front_end.dropped += 1;
                 plan.front_end.dropped_power_w +=
                     plan.ways.first().map_or(0.0, |w| plan.amplitudes[i * kinds + w.kind].norm_sqr());
-            } else if r.path_rate_mps == 0.0 && !coded {
+            } else if r.is_still() && !coded {
                 plan.still.push(i as u32);
             } else {
                 plan.moving.push(i as u32);
-                plan.front_end.moving += u64::from(r.path_rate_mps != 0.0);
+                plan.front_end.moving += u64::from(!r.is_still());
             }
         }
+        plan.sort_by_bend();
         // What a real filter passes it weakens.
         if !filters.is_off() {
             plan = plan.weighted(|r| filters.gain(beat_frequency_hz(radar, r)));
         }
+        plan.add_powers();
         Ok(plan)
+    }
+
+    /// Orders what moves by the phase that the bend of its path makes over half a frame: straight ones, up to [`STRAIGHT_RAD`],
+    /// then in steps of 16, in each of which blocks of chirps may be as long as for its worst.
+    fn sort_by_bend(&mut self) {
+        let half_s = 0.5 * self.radar.frame_time_s();
+        let k = crate::units::wavenumber(self.radar.carrier_hz);
+        let class = |i: &u32| {
+            let [second, third] = self.returns[*i as usize].path_bend;
+            let phase = k * half_s * half_s * (0.5 * second.abs() + half_s * third.abs() / 6.0);
+            if phase <= STRAIGHT_RAD { 0 } else { 1 + (phase / STRAIGHT_RAD).log(16.0) as u32 }
+        };
+        let mut keyed: Vec<(u32, u32)> = self.moving.iter().map(|i| (class(i), *i)).collect();
+        keyed.sort_by_key(|(c, _)| *c);
+        self.classes = keyed
+            .chunk_by(|a, b| a.0 == b.0)
+            .scan(0, |from, some| {
+                *from += some.len();
+                Some(*from - some.len()..*from)
+            })
+            .collect();
+        self.moving = keyed.into_iter().map(|(_, i)| i).collect();
+    }
+
+    /// What moves, in parts whose paths bend about equally much.
+    pub fn moving_classes(&self) -> impl Iterator<Item = &[u32]> {
+        self.classes.iter().map(|c| &self.moving[c.clone()])
     }
 
     /// The same echoes with each amplitude multiplied by `factor` of its return.
@@ -226,10 +272,25 @@ impl<'a> Plan<'a> {
             let f = factor(r);
             a.iter_mut().for_each(|a| *a *= f);
         });
+        self.add_powers();
         self
     }
 
-    /// Indices into the frame's returns, ascending.
+    fn add_powers(&mut self) {
+        self.power = vec![0.0; self.kinds];
+        for i in self.still.iter().chain(&self.moving) {
+            let of = &self.amplitudes[*i as usize * self.kinds..][..self.kinds];
+            self.power.iter_mut().zip(of).for_each(|(p, a)| *p += a.norm_sqr());
+        }
+    }
+
+    /// Σ|A|² of all echoes that are heard in a channel, W.
+    pub fn power(&self, channel: usize) -> f64 {
+        let way = &self.ways[channel];
+        self.power[way.kind] * way.factor.norm_sqr()
+    }
+
+    /// Indices into the frame's returns.
     pub fn set(&self, set: Set) -> &[u32] {
         match set {
             Set::Still => &self.still,
@@ -256,9 +317,9 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Largest |c| in turns per sample²: how fast the beat frequency drifts during a ramp.
-    pub fn largest_drift(&self) -> f64 {
-        self.moving.iter().map(|i| self.coefficients(*i, 0).c.abs()).fold(0.0, f64::max)
+    /// Largest |c| in turns per sample² of some echoes: how fast the beat frequency drifts during a ramp.
+    fn largest_drift(&self, moving: &[u32]) -> f64 {
+        moving.iter().map(|i| self.coefficients(*i, 0).c.abs()).fold(0.0, f64::max)
     }
 
     /// Adds up the ways that the receiver hears at once: `[chirp, way, line]` to `[chirp, channel, line]`.
@@ -289,6 +350,7 @@ impl<'a> Plan<'a> {
 fn is_finite(r: &Return) -> bool {
     r.path_length_m.is_finite()
         && r.path_rate_mps.is_finite()
+        && r.path_bend.iter().all(|b| b.is_finite())
         && r.departure.is_finite()
         && r.arrival.is_finite()
         && r.first_range_m.is_finite()
@@ -397,6 +459,9 @@ impl Channel<'_> {
             + excess_m(r.arrival, r.last_range_m, self.rx_m);
         let amplitude = self.way.factor * self.amplitudes[index as usize * self.kinds + self.way.kind];
         let mut c = self.polynomial.coefficients(path_m, r.path_rate_mps, amplitude);
+        if r.path_bend != [0.0; 2] {
+            self.polynomial.bend(&mut c, path_m, r.path_bend);
+        }
         c.a1 += self.way.code_turns;
         c
     }
@@ -444,7 +509,31 @@ impl Polynomial {
             b0: f * d + step * a - slope * a * d,
             b1: step * b - slope * b * d,
             c: step * d - 0.5 * slope * d * d,
+            ..Coefficients::default()
         }
+    }
+
+    /// Adds what a bent path does (eq. 142): to first order in the bend, which is a few millimetres, and in the place in the ramp.
+    #[inline]
+    fn bend(&self, c: &mut Coefficients, path_m: f64, [second, third]: [f64; 2]) {
+        let Polynomial { slope, step, line, loop_: l, start: s, f } = *self;
+        let turns = (f - slope * path_m / C0) / C0;
+        let step = step / C0;
+        // Length, and its rate, as polynomials in the loop's number.
+        let length = [
+            s * s * (0.5 * second + s * third / 6.0),
+            l * s * (second + 0.5 * s * third),
+            l * l * 0.5 * (second + s * third),
+            l * l * l * third / 6.0,
+        ];
+        let rate = [s * (second + 0.5 * s * third), l * (second + s * third), 0.5 * l * l * third];
+        c.a0 += turns * length[0];
+        c.a1 += turns * length[1];
+        c.a2 += turns * length[2];
+        c.a3 += turns * length[3];
+        c.b0 += turns * line * rate[0] + step * length[0];
+        c.b1 += turns * line * rate[1] + step * length[1];
+        c.b2 += turns * line * rate[2] + step * length[2];
     }
 }
 
@@ -502,6 +591,7 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
     Return {
         path_length_m: 2.0 * range,
         path_rate_mps: 2.0 * velocity_mps.dot(u),
+        path_bend: [0.0; 2],
         departure: u,
         first_range_m: range,
         arrival: u,
@@ -537,6 +627,8 @@ gpu_struct! {
         pub b1: f32,
         pub a2: f32,
         pub c: f32,
+        pub a3: f32,
+        pub b2: f32,
     }
 }
 
@@ -590,6 +682,8 @@ impl Plan<'_> {
             b1: k.b1 as f32,
             a2: k.a2 as f32,
             c: k.c as f32,
+            a3: k.a3 as f32,
+            b2: k.b2 as f32,
         }
     }
 
@@ -633,13 +727,18 @@ impl Plan<'_> {
     /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
     /// too long, or when one chirp exceeds a binding.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
-        self.record_sets(gpu, recorder, &[Set::Still, Set::Moving])
+        self.record_some(gpu, recorder, &self.still, &self.moving)
     }
 
-    /// The same of some of the sets of echoes.
-    pub fn record_sets(&self, gpu: &Gpu, recorder: &mut Recorder, sets: &[Set]) -> Result<DeviceCube> {
-        let set = |set| if sets.contains(&set) { self.set(set) } else { &[] };
-        let drift = if sets.contains(&Set::Moving) { self.largest_drift() * 7.5 * 7.5 } else { 0.0 };
+    /// The same of some of the echoes at rest and of those that move.
+    pub fn record_some(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        still: &[u32],
+        moving: &[u32],
+    ) -> Result<DeviceCube> {
+        let drift = self.largest_drift(moving) * 7.5 * 7.5;
         if drift > LARGEST_DRIFT {
             return Err(Error::Failed(format!(
                 "the beat frequency drifts by {drift:.1e} turns within 8 samples, the shader allows {LARGEST_DRIFT:.0e}; \
@@ -667,12 +766,11 @@ impl Plan<'_> {
             .collect();
         let cube = DeviceCube { chirps: self.chirps, channels: self.channels, samples: self.samples, pieces };
         // The first dispatch writes every sample, also when there is nothing at rest.
-        let still = set(Set::Still);
         self.dispatch(recorder, &cube, Set::Still, &still[..per_upload.min(still.len())], true);
         for echoes in still[per_upload.min(still.len())..].chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Still, echoes, false);
         }
-        for echoes in set(Set::Moving).chunks(per_upload) {
+        for echoes in moving.chunks(per_upload) {
             self.dispatch(recorder, &cube, Set::Moving, echoes, false);
         }
         Ok(cube)

@@ -7,7 +7,7 @@ use crate::dataset::frame::{radar_pose, trace_options};
 use crate::dataset::run::{RunOptions, RunReport, run};
 use crate::error::{BadInput, Result};
 use crate::geom::Geometry;
-use crate::road::Library;
+use crate::road::site::Site;
 use crate::scene::scenario::Scenario;
 use crate::trace::windows::windows;
 use clap::Args;
@@ -153,10 +153,11 @@ struct DryRun {
 }
 
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
-    let scene = scenario.build(&Library)?;
+    let site = Site::new(scenario)?;
+    let (scenario, scene) = (&site.scenario, &site.scene);
     let mut d = DryRun { frames: scenario.frames.count, ..Default::default() };
     for (which, radar) in scenario.radars.iter().enumerate() {
-        let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+        let geometry = Geometry::build(scene, 0.0, radar.carrier_hz)?;
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
         let options = trace_options(scenario, which, 0);
         let echoes =

@@ -58,7 +58,9 @@ pub struct Frame {
 
 /// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
 pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
-    (radar.mounting.then(&ego.pose(time_s)), ego.velocity_mps())
+    let now = ego.at(time_s);
+    let pose = radar.mounting.then(&ego.pose(time_s));
+    (pose, now.velocity_at(pose.translation_m))
 }
 
 /// Each radar has noise and speckle of its own.
@@ -108,10 +110,18 @@ pub fn simulate_with(
 
     let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
     let refined = curved::refined_scene(scene, sagitta_m)?;
-    let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
+    let reach_s = 0.5 * radar.frame_time_s();
+    let geometry = Geometry::of_frame(&refined, time_s, radar.carrier_hz, reach_s)?;
     stages.geometry_s = clock.lap();
-    let returns =
-        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index));
+    let sway = |dt: f64| {
+        let (then, _) = radar_pose(radar, &scenario.ego, time_s + dt);
+        then.translation_m - (pose.translation_m + velocity_mps * dt)
+    };
+    let options = TraceOptions {
+        radar_sway_m: [sway(-reach_s), sway(reach_s)],
+        ..trace_options(scenario, which, index)
+    };
+    let returns = engine.returns(&geometry, radar, &pose, velocity_mps, &options);
     stages.trace_s = clock.lap();
     let interference = arrivals(scenario, scene, which, time_s)?;
     let (cube, front_end, mut maps) = engine.frame(

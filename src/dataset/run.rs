@@ -9,7 +9,8 @@ use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::formats::stage::{StagedDir, sha256_of_bytes};
-use crate::road::{Library, lane_lines};
+use crate::road::lane_lines;
+use crate::road::site::Site;
 use crate::scene::Scene;
 use crate::scene::radar_toml::to_toml;
 use crate::scene::scenario::{Scenario, SceneSource};
@@ -43,7 +44,8 @@ pub struct RunReport {
 
 /// Runs all frames of the scenario on `engine` into `out`.
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
-    let scene = scenario.build(&Library)?;
+    let site = Site::new(scenario)?;
+    let (scenario, scene) = (&site.scenario, &site.scene);
     let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
     // Everything that decides on the bytes, the text of a calibration too: another one of these must not continue this
     // folder.
@@ -60,7 +62,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let (staged, notes) = StagedDir::resumable(out, options.force, &identity)?;
     let lanes = match &scenario.scene {
         SceneSource::Builtin(b) => lane_lines(*b),
-        SceneSource::File { .. } => Vec::new(),
+        SceneSource::File { .. } | SceneSource::Road { .. } => Vec::new(),
     };
     let mut records = Vec::new();
     let mut resumed = 0;
@@ -83,8 +85,8 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
         let mut record = Vec::with_capacity(scenario.radars.len());
         for (which, radar) in scenario.radars.iter().enumerate() {
-            let frame = simulate_with(engine, scenario, &scene, which, index, Control::default())?;
-            let truth = Truth::new(scenario, &scene, &frame, &lanes);
+            let frame = simulate_with(engine, scenario, scene, which, index, Control::default())?;
+            let truth = Truth::new(scenario, scene, &frame, &lanes);
             let dir = match scenario.radars.len() {
                 1 => unfinished.clone(),
                 _ => unfinished.join(&radar.name),
@@ -92,10 +94,10 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
             write_frame(&dir, &scenario.output, radar, &frame, &truth)?;
             if scenario.output.plots {
-                (options.pictures)(scenario, &scene, &frame, &truth, &dir)?;
+                (options.pictures)(scenario, scene, &frame, &truth, &dir)?;
             }
             let moves = match options.convergence {
-                true => convergence(engine, scenario, &scene, which, index)?,
+                true => convergence(engine, scenario, scene, which, index)?,
                 false => Vec::new(),
             };
             record.push(FrameRecord::of(&radar.name, &frame, moves));

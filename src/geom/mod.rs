@@ -17,6 +17,7 @@ use crate::em::layers::{Backing, Layer, Stack};
 use crate::em::roughness::Shares;
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{angles_from_direction, polarisation_basis};
+use crate::scene::motion::Moving;
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
 use crate::scene::{Material, MaterialKind, Scene, Shape};
 use bvh::Bvh;
@@ -109,6 +110,46 @@ pub struct Body {
     pub velocity_mps: DVec3,
     pub origin_m: DVec3,
     pub spin_rad_per_s: DVec3,
+    /// From where it is to where it is `Geometry::reach_s` before and after.
+    pub shifts: [Shift; 2],
+}
+
+/// A rigid displacement in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shift {
+    rotation: DQuat,
+    from_m: DVec3,
+    to_m: DVec3,
+}
+
+impl Shift {
+    pub const NONE: Shift = Shift { rotation: DQuat::IDENTITY, from_m: DVec3::ZERO, to_m: DVec3::ZERO };
+
+    /// Of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without rounding.
+    pub fn between(from: &Moving, to: &Moving) -> Shift {
+        if from.rotation == to.rotation && from.translation_m == to.translation_m {
+            return Shift::NONE;
+        }
+        let rotation = match from.rotation == to.rotation {
+            true => DQuat::IDENTITY,
+            false => to.rotation * from.rotation.inverse(),
+        };
+        Shift { rotation, from_m: from.translation_m, to_m: to.translation_m }
+    }
+
+    pub fn is_none(&self) -> bool {
+        *self == Shift::NONE
+    }
+
+    #[inline]
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        self.to_m + self.rotation * (p - self.from_m)
+    }
+
+    #[inline]
+    pub fn direction(&self, d: DVec3) -> DVec3 {
+        self.rotation * d
+    }
 }
 
 impl Body {
@@ -195,6 +236,8 @@ pub struct PointTarget {
     pub position_m: DVec3,
     pub velocity_mps: DVec3,
     pub rcs_dbsm: f64,
+    /// As [`Body::shifts`].
+    pub shifts: [Shift; 2],
 }
 
 fn of_materials(materials: &[Material], freq_hz: f64) -> Result<Vec<Surface>> {
@@ -209,6 +252,8 @@ pub struct TableTarget {
     pub rotation: DQuat,
     pub position_m: DVec3,
     pub velocity_mps: DVec3,
+    /// As [`Body::shifts`].
+    pub shifts: [Shift; 2],
     pub table: Arc<ScatteringTable>,
     /// Place of the geometry's frequency in the table.
     pub band: Stencil,
@@ -245,6 +290,8 @@ pub struct Geometry {
     /// Hits nearer than this along a ray are its own start; set from the size of the scene.
     pub t_min_m: f64,
     pub bounds_m: (DVec3, DVec3),
+    /// To the frame's start and end, for which bodies have their shifts; 0 where only the instant counts.
+    pub reach_s: f64,
     faces: OnceLock<Faces>,
 }
 
@@ -262,6 +309,11 @@ impl Geometry {
     /// Errors: a material or a scattering table without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
+        Geometry::of_frame(scene, time_s, freq_hz, 0.0)
+    }
+
+    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
         let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
 
@@ -270,12 +322,17 @@ impl Geometry {
         let (mut patch_base, mut dropped) = (0, 0);
         for object in &scene.objects {
             let now = object.at(time_s);
+            let shifts = match reach_s > 0.0 {
+                true => [-reach_s, reach_s].map(|dt| Shift::between(&now, &object.at(time_s + dt))),
+                false => [Shift::NONE; 2],
+            };
             match object.shape {
                 Shape::Point { rcs_dbsm } => points.push(PointTarget {
                     id: object.id,
                     position_m: now.translation_m,
                     velocity_mps: now.velocity_mps,
                     rcs_dbsm,
+                    shifts,
                 }),
                 Shape::Table(t) => {
                     let table = scene.tables.get(t).ok_or_else(|| {
@@ -286,6 +343,7 @@ impl Geometry {
                         rotation: now.rotation,
                         position_m: now.translation_m,
                         velocity_mps: now.velocity_mps,
+                        shifts,
                         band: table.band(freq_hz)?,
                         table: table.clone(),
                     });
@@ -298,6 +356,7 @@ impl Geometry {
                         velocity_mps: now.velocity_mps,
                         origin_m: now.translation_m,
                         spin_rad_per_s: now.spin_rad_per_s,
+                        shifts,
                     });
                     let (patch, count) = &mesh_patches[m];
                     let pose = now.pose();
@@ -348,6 +407,7 @@ impl Geometry {
             freq_hz,
             t_min_m,
             bounds_m: (lo, hi),
+            reach_s,
             faces: OnceLock::new(),
         })
     }

@@ -5,6 +5,7 @@
 pub mod axis;
 pub mod build;
 pub mod demo;
+pub mod drive;
 pub mod glb;
 pub mod labels;
 pub mod layout;
@@ -18,6 +19,7 @@ mod scene_read;
 mod scene_tests;
 pub mod scene_toml;
 pub mod shape;
+pub mod site;
 pub mod terrain;
 pub mod traffic;
 pub mod truth;
@@ -28,6 +30,8 @@ use crate::error::Result;
 use crate::scene::scenario::{self, Builtin};
 use crate::scene::{Material, Scene, material};
 use glam::DVec3;
+use plan::ScenePlan;
+use std::path::Path;
 
 pub use truth::{TruthBox, truth_boxes};
 
@@ -45,6 +49,11 @@ impl scenario::Builder for Library {
             Builtin::W3 => w3::w3(false, &material::by_name),
             Builtin::W3Moving => w3::w3(true, &material::by_name),
         }
+    }
+
+    fn road(&self, path: &Path, duration_s: f64) -> Result<Scene> {
+        let plan = ScenePlan { duration_s, ..scene_toml::load(path)? };
+        Ok(build::build(&plan, &material::parse_spec)?.0)
     }
 
     fn reflector(&self, spec: &str) -> Result<Scene> {

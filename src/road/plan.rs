@@ -8,11 +8,16 @@ use std::ops::Range;
 
 /// Default bound on how far a chord lies from the curve that it stands for.
 pub const DEFAULT_SAGITTA_M: f64 = 0.005;
+/// Default of how long vehicles are under way.
+pub const DEFAULT_DURATION_S: f64 = 30.0;
+
 /// A scene of roads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenePlan {
     pub name: String,
     pub sagitta_m: f64,
+    /// How long what moves is under way; then it stands still, unless it goes straight on.
+    pub duration_s: f64,
     pub roads: Vec<RoadPlan>,
 }
 

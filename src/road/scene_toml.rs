@@ -4,7 +4,7 @@ use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target, World};
 use crate::road::axis::RoadPoint;
 use crate::road::layout::{Driven, InLane, LaneKind, LineKind, Side};
-use crate::road::plan::{DEFAULT_SAGITTA_M, RoadPlan, ScenePlan};
+use crate::road::plan::{DEFAULT_DURATION_S, DEFAULT_SAGITTA_M, RoadPlan, ScenePlan};
 use crate::road::scene_read::Reader;
 use crate::scene::toml_file::{At, Document, read_text};
 use schemars::JsonSchema;
@@ -21,6 +21,8 @@ pub struct SceneFile {
     pub name: String,
     /// Greatest distance of a facet from the curve that it stands for; default 0.005.
     pub sagitta_m: Option<At<f64>>,
+    /// How long vehicles are under way; default 30. A scenario takes as long as its frames last.
+    pub duration_s: Option<At<f64>>,
     pub road: Vec<RoadTable>,
 }
 
@@ -448,7 +450,11 @@ pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
         let plan = Reader { doc: &doc, t, roads: &roads }.road()?;
         roads.push(plan);
     }
-    Ok(ScenePlan { name: f.name, sagitta_m, roads })
+    let duration_s = match &f.duration_s {
+        Some(d) => doc.in_range(d, 0.0..=3600.0, "give seconds, as in 30")?,
+        None => DEFAULT_DURATION_S,
+    };
+    Ok(ScenePlan { name: f.name, sagitta_m, duration_s, roads })
 }
 
 /// JSON schema of the file: (file name in `schema/`, text).

@@ -1,6 +1,7 @@
 //! What stands on the road: meshes with radar materials, moving objects, point targets; and the
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
+pub mod drive;
 pub mod front_end;
 pub mod gltf;
 pub mod interferer;

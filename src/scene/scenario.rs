@@ -1,9 +1,10 @@
 //! The scenario TOML: what stands in the scene, who drives, which radar looks, for how many frames.
 //! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
 
+use super::drive::{Drive, DriveTable};
 use super::gltf::{self, ImportOptions};
 use super::interferer::{self, Interferer, InterfererTable};
-use super::motion::{Joint, Motion};
+use super::motion::{Joint, Motion, Moving};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
@@ -120,11 +121,13 @@ pub enum Builtin {
     W3Moving,
 }
 
-/// A built-in scene or a glTF file; with neither, the scene is empty.
+/// A built-in scene, a road scene or a glTF file; with none of them, the scene is empty.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneTable {
     pub builtin: Option<At<Builtin>>,
+    /// A road scene (TOML, as `catseye scene` takes it), relative to this file.
+    pub road: Option<At<String>>,
     /// A .glb or .gltf file, relative to this file.
     pub file: Option<At<String>>,
     /// Unit of the glTF file: m (default), cm, mm, in or ft.
@@ -204,6 +207,28 @@ pub struct EgoTable {
     /// Along the heading.
     #[serde(default)]
     pub speed_mps: At<f64>,
+    /// In place of the position and yaw: it follows a road of `scene.road`, at the speed above or as `drive` says.
+    pub on_road: Option<OnRoadTable>,
+    /// How it goes along that road.
+    pub drive: Option<DriveTable>,
+}
+
+/// A place on a road of the scene.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OnRoadTable {
+    /// Its name; default the first.
+    pub road: Option<At<String>>,
+    /// Number of the lane in whose middle it drives; default on the axis.
+    pub lane: Option<At<i32>>,
+    /// Along the road at time zero.
+    #[serde(default)]
+    pub s_m: At<f64>,
+    /// To the left of the lane's middle as it goes.
+    #[serde(default)]
+    pub offset_m: At<f64>,
+    /// Goes against the direction of the road; default as the lane is driven.
+    pub against: Option<bool>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -310,6 +335,7 @@ pub struct Scenario {
 #[derive(Debug, Clone, PartialEq)]
 pub enum SceneSource {
     Builtin(Builtin),
+    Road { path: PathBuf },
     File { path: PathBuf, options: ImportOptions },
 }
 
@@ -357,21 +383,46 @@ pub struct Placed {
     pub velocity_mps: DVec3,
 }
 
-/// The vehicle that carries the radar moves straight on at constant speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The vehicle that carries the radar: straight on at constant speed, or as its motion says.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Ego {
     pub position_m: DVec3,
     pub yaw_rad: f64,
     pub speed_mps: f64,
+    /// The road that it follows; `road::site` makes its motion.
+    pub on_road: Option<OnRoad>,
+    /// How it moves when not straight on at that speed.
+    pub motion: Option<Arc<Motion>>,
+}
+
+/// A place on a road of the scene, by names, and how the vehicle goes on from there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OnRoad {
+    pub road: Option<String>,
+    pub lane: Option<i32>,
+    pub s_m: f64,
+    pub offset_m: f64,
+    pub against: Option<bool>,
+    pub drive: Drive,
+    /// For complaints.
+    pub at: BadInput,
 }
 
 impl Ego {
-    pub fn velocity_mps(&self) -> DVec3 {
-        DVec3::new(self.yaw_rad.cos(), self.yaw_rad.sin(), 0.0) * self.speed_mps
+    /// Where it is and how it moves at a time counted from the middle of frame 0.
+    pub fn at(&self, time_s: f64) -> Moving {
+        if let Some(motion) = &self.motion {
+            return motion.at(time_s);
+        }
+        let velocity_mps = DVec3::new(self.yaw_rad.cos(), self.yaw_rad.sin(), 0.0) * self.speed_mps;
+        let at = self.position_m + velocity_mps * time_s;
+        let rotation = Pose::<Vehicle, World>::from_yaw_pitch_roll(at, self.yaw_rad, 0.0, 0.0).rotation;
+        Moving { rotation, translation_m: at, velocity_mps, spin_rad_per_s: DVec3::ZERO }
     }
-    /// Pose at a time counted from the middle of frame 0.
+
     pub fn pose(&self, time_s: f64) -> Pose<Vehicle, World> {
-        Pose::from_yaw_pitch_roll(self.position_m + self.velocity_mps() * time_s, self.yaw_rad, 0.0, 0.0)
+        let now = self.at(time_s);
+        Pose::new(now.rotation, now.translation_m)
     }
 }
 
@@ -401,6 +452,8 @@ pub struct TraceSettings {
 pub trait Builder {
     /// The built-in scene of that name.
     fn builtin(&self, name: Builtin) -> Result<Scene>;
+    /// The scene of a road file, its vehicles under way for `duration_s`.
+    fn road(&self, path: &Path, duration_s: f64) -> Result<Scene>;
     /// The objects of a reflector's spec string, in its target frame.
     fn reflector(&self, spec: &str) -> Result<Scene>;
 }
@@ -413,11 +466,22 @@ impl Scenario {
 
     /// The scene with all points and objects in it.
     pub fn build(&self, builder: &dyn Builder) -> Result<Scene> {
-        let mut scene = match &self.scene {
+        let scene = match &self.scene {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
             SceneSource::Builtin(b) => builder.builtin(*b)?,
+            SceneSource::Road { path } => builder.road(path, self.duration_s())?,
             SceneSource::File { path, options } => gltf::import(path, options)?,
         };
+        self.furnish(scene, builder)
+    }
+
+    /// To the middle of the last frame, and a second more.
+    pub fn duration_s(&self) -> f64 {
+        self.frames.time_s(self.frames.count.saturating_sub(1)) + 1.0
+    }
+
+    /// Adds the points and objects of the scenario to a scene.
+    pub fn furnish(&self, mut scene: Scene, builder: &dyn Builder) -> Result<Scene> {
         for p in &self.points {
             let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);
             let shape = Shape::Point { rcs_dbsm: p.rcs_dbsm };
@@ -573,15 +637,20 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let radars = radars(&doc, &f, folder)?;
     let options = |o: ImportTable<'_>| import_options(&doc, &o);
-    let scene = match (&f.scene.builtin, &f.scene.file) {
-        (Some(b), Some(_)) => {
-            return Err(doc.bad(&b.span, "the scene is given twice").remedy("keep builtin or file").into());
-        }
+    let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
+    let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
+    if let Some(span) = given.clone().nth(1) {
+        return Err(doc
+            .bad(span, "the scene is given twice")
+            .remedy("keep one of builtin, road and file")
+            .into());
+    }
+    let scene = match (&f.scene.road, &f.scene.file) {
         (None, Some(path)) => SceneSource::File {
             path: folder.join(&path.value),
             options: options(ImportTable::from(&f.scene))?,
         },
-        (builtin, None) => {
+        (road, _) => {
             let import = ImportTable::from(&f.scene);
             if let Some(span) = import.first_span() {
                 return Err(doc
@@ -589,7 +658,10 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
                     .remedy("give file, or take it out")
                     .into());
             }
-            SceneSource::Builtin(builtin.as_ref().map_or(Builtin::Empty, |b| b.value))
+            match road {
+                Some(path) => SceneSource::Road { path: folder.join(&path.value) },
+                None => SceneSource::Builtin(f.scene.builtin.as_ref().map_or(Builtin::Empty, |b| b.value)),
+            }
         }
     };
     let angle = |a: &At<f64>| {
@@ -679,6 +751,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         .remedy("take it out, or give what the others send as [[interferer]]")
         .into());
     }
+    let on_road = on_road(&doc, &f)?;
     Ok(Scenario {
         name: f.name,
         seed: f.seed,
@@ -692,6 +765,8 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
             position_m: doc.vector(&f.ego.position_m)?,
             yaw_rad: angle(&f.ego.yaw_deg)?,
             speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
+            on_road,
+            motion: None,
         },
         frames: Frames {
             count: doc.in_range(&f.frames.count, 1..=10_000_000, "frames to simulate")?,
@@ -713,6 +788,50 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         },
         output: f.output,
     })
+}
+
+/// The road that the ego vehicle follows. Errors: no road in the scene, a position beside it, a speed given twice.
+fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
+    let ego = &f.ego;
+    let Some(t) = &ego.on_road else {
+        return match &ego.drive {
+            Some(d) => Err(doc
+                .bad(&d.speed_mps.span, "belongs to a vehicle on a road")
+                .key("ego.drive")
+                .remedy("add [ego.on_road]")
+                .into()),
+            None => Ok(None),
+        };
+    };
+    let s_span = &t.s_m.span;
+    if f.scene.road.is_none() {
+        let e = doc.bad(s_span, "there is no road to follow").key("ego.on_road");
+        return Err(e.remedy("give scene.road = \"FILE.toml\"").into());
+    }
+    if ego.position_m.value != [0.0; 3] || ego.yaw_deg.value != 0.0 {
+        let e = doc.bad(&ego.position_m.span, "the place is given twice").key("ego.position_m");
+        return Err(e.remedy("keep position_m and yaw_deg, or on_road").into());
+    }
+    let drive = match &ego.drive {
+        None => Drive::steady(doc.in_range(&ego.speed_mps, -150.0..=150.0, "give metres per second")?),
+        Some(d) if ego.speed_mps.value != 0.0 => {
+            let e = doc.bad(&ego.speed_mps.span, "the speed is given twice");
+            return Err(e
+                .remedy(format!("keep it in [ego.drive], where it is {}", d.speed_mps.value))
+                .into());
+        }
+        Some(d) => super::drive::build(doc, d)?,
+    };
+    let metres = "give metres";
+    Ok(Some(OnRoad {
+        road: t.road.as_ref().map(|r| r.value.clone()),
+        lane: t.lane.as_ref().map(|l| l.value),
+        s_m: doc.in_range(&t.s_m, -1e6..=1e6, metres)?,
+        offset_m: doc.in_range(&t.offset_m, -100.0..=100.0, metres)?,
+        against: t.against,
+        drive,
+        at: doc.bad(t.lane.as_ref().map_or(s_span, |l| &l.span), ""),
+    }))
 }
 
 fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {

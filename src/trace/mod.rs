@@ -36,6 +36,9 @@ pub struct Return {
     pub path_length_m: f64,
     /// Its time derivative; range rate is half of it, positive receding.
     pub path_rate_mps: f64,
+    /// Its second and third derivatives, m/s² and m/s³, such that the path is right in the middle, at the start and at the end of
+    /// the frame (CONVENTIONS eq. 141).
+    pub path_bend: [f64; 2],
     /// Unit vector to the first scatterer, sensor frame; and the distance to it.
     pub departure: DVec3,
     pub first_range_m: f64,
@@ -56,6 +59,10 @@ impl Return {
     }
     pub fn range_rate_mps(&self) -> f64 {
         0.5 * self.path_rate_mps
+    }
+    /// Whether the path's length stays as it is.
+    pub fn is_still(&self) -> bool {
+        self.path_rate_mps == 0.0 && self.path_bend == [0.0; 2]
     }
     /// The object that scattered last.
     pub fn object_id(&self) -> u32 {
@@ -102,6 +109,8 @@ pub struct TraceOptions {
     /// Of the diffuse echo's random phases.
     pub seed: u64,
     pub frame: u32,
+    /// How far the radar is off the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
+    pub radar_sway_m: [DVec3; 2],
 }
 
 impl Default for TraceOptions {
@@ -116,6 +125,7 @@ impl Default for TraceOptions {
             rays: 100_000,
             seed: 0,
             frame: 0,
+            radar_sway_m: [DVec3::ZERO; 2],
         }
     }
 }

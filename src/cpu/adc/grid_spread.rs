@@ -94,9 +94,10 @@ impl Vectorised for Spread<'_> {
             let at = start..start + count;
             let (a0, a1, a2) = (&e.a0[at.clone()], &e.a1[at.clone()], &e.a2[at.clone()]);
             let (b0, b1) = (&e.b0[at.clone()], &e.b1[at.clone()]);
+            let (a3, b2) = (&e.a3[at.clone()], &e.b2[at.clone()]);
             for i in 0..count {
-                phase[i] = fixed(a0[i] + m * (a1[i] + m * a2[i]));
-                let b = b0[i] + m * b1[i];
+                phase[i] = fixed(a0[i] + m * (a1[i] + m * (a2[i] + m * a3[i])));
+                let b = b0[i] + m * (b1[i] + m * b2[i]);
                 let place = (b - b.floor()) * cells;
                 let first = (place - half).ceil();
                 cell[i] = integer(first + half);
@@ -105,7 +106,8 @@ impl Vectorised for Spread<'_> {
             weigh::<FMA>(&layout.cell_bell.polynomial, &first_cell, &mut w);
             if many {
                 for i in 0..count {
-                    let place = (a1[i] + 2.0 * m * a2[i] - layout.first_line) * per_step;
+                    let at = a1[i] + m * (2.0 * a2[i] + 3.0 * m * a3[i]);
+                    let place = (at - layout.first_line) * per_step;
                     let first = (place - half).ceil();
                     line[i] = integer(first);
                     first_line[i] = (first - place) as f32;

@@ -5,9 +5,9 @@
 use super::grid_fft::{Scratch, transform};
 use super::grid_lines::{Lines, Out, Table};
 use super::grid_spread::{PAD, spread};
-use super::synthesis::{Control, synthesise_sets};
+use super::synthesis::{Control, synthesise_some};
 use crate::adc::Cube;
-use crate::adc::gridding::{Costs, ECHOES_KEPT, Echoes, Layout, Methods, portions};
+use crate::adc::gridding::{Costs, ECHOES_KEPT, Echoes, Layout, Methods, moving_portions};
 use crate::adc::synthesis::{Plan, Set};
 use crate::cpu::simd::vectorised;
 use crate::error::{Error, Result};
@@ -48,44 +48,41 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
     if let Some((_, layout)) = &still {
         methods.still = layout.method();
     }
-    // Layouts first: one portion that is summed directly means that all are.
-    let mut moving = Vec::new();
-    let portions: Vec<&[u32]> = portions(plan, Set::Moving, ECHOES_KEPT).collect();
-    for portion in &portions {
+    // Layouts first, so that what is summed directly is known.
+    let (mut moving, mut directly) = (Vec::new(), Vec::new());
+    let portions = moving_portions(plan, ECHOES_KEPT);
+    let all = plan.set(Set::Moving).len();
+    for portion in portions {
         let echoes = Echoes::new(plan, portion, 0..plan.channels);
-        let Some(layout) = Layout::choose(plan.chirps, plan.samples, &echoes, costs) else {
-            moving.clear();
-            break;
-        };
-        // Coefficients are kept where there is one portion, and made again where there are more.
-        moving.push((layout, (portions.len() == 1).then_some(echoes)));
+        match Layout::choose(plan.chirps, plan.samples, &echoes, costs) {
+            // Coefficients are kept where there are few in all, and made again where there are more.
+            Some(layout) => {
+                moving.push((layout, portion, (all * plan.channels <= ECHOES_KEPT).then_some(echoes)));
+            }
+            None => directly.extend_from_slice(portion),
+        }
     }
-    let worst = moving.iter().map(|(l, _)| l).max_by(|a, b| a.error.total_cmp(&b.error));
+    let worst = moving.iter().map(|(l, ..)| l).max_by(|a, b| a.error.total_cmp(&b.error));
     if let Some(layout) = worst {
         methods.moving = layout.method();
     }
-    let mut directly = Vec::new();
-    if still.is_none() && !plan.set(Set::Still).is_empty() {
-        directly.push(Set::Still);
-    }
-    if moving.is_empty() && !portions.is_empty() {
-        directly.push(Set::Moving);
-    }
+    let still_directly = if still.is_none() { plan.set(Set::Still) } else { &[] };
+    let nothing = directly.is_empty() && still_directly.is_empty();
     let (chirps, channels, samples) = (plan.chirps, plan.channels, plan.samples);
     let total = (chirps * channels) as u64;
-    let mut cube = if directly.is_empty() {
+    let mut cube = if nothing {
         Cube::zeros(chirps, channels, samples)
     } else {
         let quiet = Control { progress: if moving.is_empty() { control.progress } else { None }, ..control };
-        synthesise_sets::<f32>(plan, &directly, quiet)?
+        synthesise_some::<f32>(plan, still_directly, &directly, quiet)?
     };
     let done = AtomicU64::new(0);
-    for (i, (layout, echoes)) in moving.iter().enumerate() {
+    for (i, (layout, portion, echoes)) in moving.iter().enumerate() {
         let made;
         let echoes = match echoes {
             Some(echoes) => echoes,
             None => {
-                made = Echoes::new(plan, portions[i], 0..channels);
+                made = Echoes::new(plan, portion, 0..channels);
                 &made
             }
         };
@@ -99,7 +96,7 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
         add_moving(plan.sampling, layout, echoes, base, &mut cube, &cancelled, &rows_done);
     }
     if let (true, Some((rows, _))) = (moving.is_empty(), &still) {
-        let add = !directly.is_empty();
+        let add = !nothing;
         cube.data.par_chunks_mut((channels * samples).max(1)).for_each(|chirp| {
             if !add {
                 chirp.copy_from_slice(rows);

@@ -67,33 +67,33 @@ impl Precision for f32 {
 
 /// The cube of one frame without noise, √W. Errors only when cancelled.
 pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>> {
-    synthesise_sets(plan, &[Set::Still, Set::Moving], control)
+    synthesise_some(plan, plan.set(Set::Still), plan.set(Set::Moving), control)
 }
 
-/// The same of some of the sets of echoes.
-pub fn synthesise_sets<T: Precision>(plan: &Plan, sets: &[Set], control: Control) -> Result<Cube<T>> {
+/// The same of some of the echoes at rest and of those that move.
+pub fn synthesise_some<T: Precision>(
+    plan: &Plan,
+    still: &[u32],
+    moving: &[u32],
+    control: Control,
+) -> Result<Cube<T>> {
     let (chirps, channels, samples) = (plan.chirps, plan.channels, plan.samples);
     let mut cube = Cube::<T>::zeros(chirps, channels, samples);
     let total = (chirps * channels) as u64;
     let done = AtomicU64::new(0);
     let cancelled = || control.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
     for channel in 0..channels {
-        let still = match sets.contains(&Set::Still) {
-            true => still_row::<T>(plan, channel, &cancelled),
-            false => vec![Complex64::ZERO; samples],
-        };
-        let tiles = match sets.contains(&Set::Moving) {
-            true => tiles(plan, Set::Moving, channel),
-            false => Vec::new(),
-        };
+        let row = still_row::<T>(plan, still, channel, &cancelled);
+        let tiles: Vec<Tile> =
+            moving.par_chunks(TILE).map(|indices| Tile::new(plan, indices, channel)).collect();
         cube.data.par_chunks_mut(channels * samples).enumerate().for_each(|(chirp, loop_)| {
-            let row = &mut loop_[channel * samples..][..samples];
-            row.par_chunks_mut(SEGMENT).enumerate().for_each(|(i, out)| {
+            let out = &mut loop_[channel * samples..][..samples];
+            out.par_chunks_mut(SEGMENT).enumerate().for_each(|(i, out)| {
                 if cancelled() {
                     return;
                 }
                 let at = i * SEGMENT..i * SEGMENT + out.len();
-                let mut sum = still[at.clone()].to_vec();
+                let mut sum = row[at.clone()].to_vec();
                 for tile in &tiles {
                     T::add(tile, chirp, at.clone(), &mut sum);
                 }
@@ -123,12 +123,13 @@ fn sampled(sampling: Sampling, z: Complex64) -> Complex64 {
 /// The echoes that are the same in every loop, summed tile by tile so that threads share the work.
 fn still_row<T: Precision>(
     plan: &Plan,
+    still: &[u32],
     channel: usize,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Complex64> {
     let mut row = vec![Complex64::ZERO; plan.samples];
     // A bounded number of partial rows at a time.
-    for some in plan.set(Set::Still).chunks(64 * TILE) {
+    for some in still.chunks(64 * TILE) {
         let parts: Vec<Vec<Complex64>> = some
             .par_chunks(TILE)
             .map(|indices| {
@@ -150,10 +151,6 @@ fn still_row<T: Precision>(
     row
 }
 
-fn tiles(plan: &Plan, set: Set, channel: usize) -> Vec<Tile> {
-    plan.set(set).par_chunks(TILE).map(|indices| Tile::new(plan, indices, channel)).collect()
-}
-
 /// Coefficients of up to `TILE` echoes in one channel, one array each, padded with silent echoes
 /// to whole vectors.
 #[doc(hidden)]
@@ -163,8 +160,10 @@ pub struct Tile {
     a0: Vec<f64>,
     a1: Vec<f64>,
     a2: Vec<f64>,
+    a3: Vec<f64>,
     b0: Vec<f64>,
     b1: Vec<f64>,
+    b2: Vec<f64>,
     c: Vec<f64>,
     largest_drift: f64,
 }
@@ -178,8 +177,10 @@ impl Tile {
             a0: vec![0.0; n],
             a1: vec![0.0; n],
             a2: vec![0.0; n],
+            a3: vec![0.0; n],
             b0: vec![0.0; n],
             b1: vec![0.0; n],
+            b2: vec![0.0; n],
             c: vec![0.0; n],
             largest_drift: 0.0,
         };
@@ -188,6 +189,7 @@ impl Tile {
             (t.re[i], t.im[i]) = (k.amplitude.re, k.amplitude.im);
             (t.a0[i], t.a1[i], t.a2[i]) = (k.a0, k.a1, k.a2);
             (t.b0[i], t.b1[i], t.c[i]) = (k.b0, k.b1, k.c);
+            (t.a3[i], t.b2[i]) = (k.a3, k.b2);
             t.largest_drift = t.largest_drift.max(k.c.abs());
         }
         t
@@ -200,8 +202,9 @@ impl Tile {
     /// Phase at sample n of loop m, and its slope there, in turns.
     #[inline(always)]
     fn phase<const FMA: bool>(&self, i: usize, m: f64, n: f64) -> (f64, f64) {
-        let b = madd64::<FMA>(m, self.b1[i], self.b0[i]);
-        let a = madd64::<FMA>(m, madd64::<FMA>(m, self.a2[i], self.a1[i]), self.a0[i]);
+        let b = madd64::<FMA>(m, madd64::<FMA>(m, self.b2[i], self.b1[i]), self.b0[i]);
+        let a2 = madd64::<FMA>(m, self.a3[i], self.a2[i]);
+        let a = madd64::<FMA>(m, madd64::<FMA>(m, a2, self.a1[i]), self.a0[i]);
         let slope = madd64::<FMA>(2.0 * n, self.c[i], b);
         (madd64::<FMA>(n, madd64::<FMA>(n, self.c[i], b), a), slope)
     }

@@ -16,6 +16,19 @@ pub struct Wave {
     pub value: Complex64,
     /// The same part of the integral of exp(-j k L) times the gradient of L.
     pub flux: [Complex64; 2],
+    pub holds: Holds,
+}
+
+/// What of the region a wave comes from, and goes with when the stations move.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Holds {
+    /// A corner, or a side so short that it is one.
+    #[default]
+    Corner,
+    /// A part of a side about its nearest place: unit vector along it.
+    Side(DVec2),
+    /// The place of mirror reflection.
+    Mirror,
 }
 
 /// A plane between a source and a receiver, both in front of it.
@@ -134,6 +147,7 @@ impl Plane {
                 length_m: self.path(self.mirror).length,
                 value: Complex64::new(0.0, -turned / self.measure()),
                 flux: [Complex64::ZERO; 2],
+                holds: Holds::Mirror,
             });
         }
     }
@@ -159,11 +173,12 @@ impl Plane {
                 }
                 Stretch::Whole(angle, wave) => {
                     turned += angle;
+                    let holds = |inside: bool| if inside { Holds::Side(along) } else { Holds::Corner };
                     if let Some(from) = steep_from.take() {
-                        emit(side.end(from, -1.0));
-                        emit(side.end(p, 1.0));
+                        emit(Wave { holds: holds(from != a), ..side.end(from, -1.0) });
+                        emit(Wave { holds: holds(true), ..side.end(p, 1.0) });
                     }
-                    emit(wave);
+                    emit(Wave { holds: holds(p != a && q != b), ..wave });
                 }
                 Stretch::Halve => {
                     let m = 0.5 * (p + q);
@@ -173,7 +188,8 @@ impl Plane {
             }
         }
         if let Some(from) = steep_from {
-            emit(side.end(from, -1.0));
+            let holds = if from == a { Holds::Corner } else { Holds::Side(along) };
+            emit(Wave { holds, ..side.end(from, -1.0) });
             emit(side.end(b, 1.0));
         }
         turned
@@ -246,7 +262,8 @@ impl Side<'_> {
         if plane.k * off <= 0.02 * plane.tau || depth >= DEPTH {
             let value = Complex64::new(0.0, angle * self.shape(&self.at(foot), foot) / plane.measure());
             let flux = self.flux(Complex64::new(0.0, 2.0 * half / plane.k));
-            return Stretch::Whole(angle, Wave { place: foot, length_m: at_foot, value, flux });
+            let holds = Holds::Corner;
+            return Stretch::Whole(angle, Wave { place: foot, length_m: at_foot, value, flux, holds });
         }
         let gentle = 0.1 * plane.tau.sqrt();
         let steep =
@@ -275,7 +292,13 @@ impl Side<'_> {
             }
         }
         let over_k = Complex64::new(0.0, half / k);
-        Wave { place: middle, length_m, value: value * over_k * self.offset, flux: self.flux(sum * over_k) }
+        Wave {
+            place: middle,
+            length_m,
+            value: value * over_k * self.offset,
+            flux: self.flux(sum * over_k),
+            holds: Holds::Corner,
+        }
     }
 
     /// Along the outward normal.
@@ -295,6 +318,7 @@ impl Side<'_> {
             length_m: x.path.length,
             value: second(x.radial_slope / x.radial + bend) * (first * self.offset / x.radial),
             flux: self.flux(second(bend) * first),
+            holds: Holds::Corner,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! phase (CONVENTIONS eq. 27, 64). A surface that scatters diffusely has no phase to integrate.
 
 use super::beams::{Clipped, Polygon};
+use super::bend::{Bends, End, Keeps};
 use crate::cpu::rcs::beam_sum::Moments;
 use crate::em::roughness::Lobe;
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
@@ -55,7 +56,8 @@ pub fn returns(
         return Vec::new();
     }
     let share = total / options.rays as f64;
-    let scatterer = Scatterer { geometry, pose, velocity_mps, options };
+    let bends = Bends::new(geometry, radar, velocity_mps, options);
+    let scatterer = Scatterer { geometry, pose, velocity_mps, bends, options };
     let lists: Vec<Vec<Return>> = parts
         .par_iter()
         .enumerate()
@@ -125,6 +127,7 @@ struct Scatterer<'a> {
     geometry: &'a Geometry,
     pose: &'a Pose<Sensor, World>,
     velocity_mps: DVec3,
+    bends: Bends,
     options: &'a TraceOptions,
 }
 
@@ -160,9 +163,13 @@ impl Scatterer<'_> {
         };
         let mut chain = [0; MAX_BOUNCES];
         chain[0] = body.id;
+        let rate = 2.0 * dir.dot(body.velocity_at(place) - self.velocity_mps);
+        let end = End { shifts: &body.shifts, place_m: place, keeps: Keeps::Place };
+        let (path_rate_mps, path_bend) = self.bends.of(&[], &[], end, 2.0 * r, rate);
         Some(Return {
             path_length_m: 2.0 * r,
-            path_rate_mps: 2.0 * dir.dot(body.velocity_at(place) - self.velocity_mps),
+            path_rate_mps,
+            path_bend,
             departure: seen,
             first_range_m: r,
             arrival: seen,

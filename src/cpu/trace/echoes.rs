@@ -5,7 +5,8 @@
 //! has corners and places of stationary phase.
 
 use super::beams::{Clipped, Piece, Polygon, clip_windows};
-use super::boundary::{Plane, Wave, spread_for};
+use super::bend::{Bends, End, Keeps, Mirror};
+use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::diffuse;
 use super::field::{Bounce, sent};
 use super::points::point_returns;
@@ -35,7 +36,9 @@ const STEP: f64 = 1e-3;
 type Matrix = [[Complex64; 2]; 2];
 
 fn is_finite(r: &Return) -> bool {
-    r.spread.iter().flatten().all(|z| z.is_finite()) && r.path_rate_mps.is_finite()
+    r.spread.iter().flatten().all(|z| z.is_finite())
+        && r.path_rate_mps.is_finite()
+        && r.path_bend.iter().all(|b| b.is_finite())
 }
 
 /// The same way backwards.
@@ -83,8 +86,9 @@ pub fn from_clipped(
     let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
     let direct = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
     let imaged = regions(geometry, clipped, &clipped.imaged);
-    let radar =
-        Station { geometry, clipped, pose, velocity_mps, tau, spread_m: spread_for(options.bandwidth_hz) };
+    let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
+    let spread_m = spread_for(options.bandwidth_hz);
+    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m };
     let images = options.images && !last;
     let all = direct.par_iter().map(|r| match images {
         true => radar.with_reciprocals(r),
@@ -95,7 +99,7 @@ pub fn from_clipped(
     let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
-    all.extend(point_returns(geometry, pose, velocity_mps, options.images));
+    all.extend(point_returns(geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
     Returns { returns: all, rays }
 }
@@ -163,6 +167,7 @@ struct Station<'a> {
     clipped: &'a Clipped,
     pose: &'a Pose<Sensor, World>,
     velocity_mps: DVec3,
+    bends: Bends,
     tau: f64,
     spread_m: f64,
 }
@@ -226,6 +231,7 @@ impl Station<'_> {
                     *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
                 }
             }
+            self.bend(&chain, place(centre), Keeps::Place, over, &mut whole);
             return is_finite(&whole).then_some(whole).into_iter().collect();
         } else {
             let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
@@ -260,6 +266,12 @@ impl Station<'_> {
                     }
                 }
                 echo.path_length_m = w.length_m;
+                let keeps = match w.holds {
+                    Holds::Corner => Keeps::Place,
+                    Holds::Side(d) => Keeps::Side(face.axis[0] * d.x + face.axis[1] * d.y),
+                    Holds::Mirror => Keeps::Plane(node.normal),
+                };
+                self.bend(&chain, place(w.place), keeps, over, &mut echo);
                 is_finite(&echo).then_some(echo)
             })
             .collect()
@@ -302,7 +314,8 @@ impl Station<'_> {
             let [xx, yy, xy] = at.bend;
             let length = at.length - path.length + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
             let value = phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
-            cells.push(Wave { place: m.centroid, length_m: path.length, value, flux: Default::default() });
+            let (flux, holds) = Default::default();
+            cells.push(Wave { place: m.centroid, length_m: path.length, value, flux, holds });
         }
         Some((centre, cells))
     }
@@ -342,6 +355,28 @@ impl Station<'_> {
         let image = self.clipped.nodes[chain[1] as usize].frame.origin;
         let (d, f) = (place - image, self.face(chain[0]));
         image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
+    }
+
+    /// How the path of an echo changes over the frame.
+    fn bend(&self, chain: &[u32], place_m: DVec3, keeps: Keeps, over: bool, echo: &mut Return) {
+        let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
+        let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
+        let mut mirrors: [Mirror; MAX_BOUNCES] =
+            [Mirror { body: body(last), place_m, normal: DVec3::Z }; MAX_BOUNCES];
+        let faces = self.geometry.faces();
+        for (mirror, &i) in mirrors.iter_mut().zip(before) {
+            let face = self.face(i);
+            *mirror = Mirror {
+                body: body(i),
+                place_m: faces.corners[face.first as usize],
+                normal: self.clipped.nodes[i as usize].normal,
+            };
+        }
+        let mirrors = &mirrors[..before.len()];
+        let back = if over { &mirrors[..1] } else { &[] };
+        let end = End { shifts: &body(last).shifts, place_m, keeps };
+        let (rate, bend) = self.bends.of(mirrors, back, end, echo.path_length_m, echo.path_rate_mps);
+        (echo.path_rate_mps, echo.path_bend) = (rate, bend);
     }
 
     /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi, `over` its first plane or
@@ -409,6 +444,7 @@ impl Station<'_> {
         Return {
             path_length_m: unfolded + back_m,
             path_rate_mps: rate,
+            path_bend: [0.0; 2],
             departure: to_sensor * departure,
             first_range_m,
             arrival: to_sensor * arrival,

@@ -1,6 +1,7 @@
 //! Rays and their fields in f64.
 
 pub mod beams;
+pub mod bend;
 pub mod boundary;
 pub mod closest;
 pub mod contribute;

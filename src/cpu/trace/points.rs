@@ -1,36 +1,40 @@
 //! Echoes of point targets and of objects with a scattering table: no facets, so both engines take them from
 //! here.
 
+use super::bend::{Bends, End, Keeps, Mirror};
 use super::field::{Bounce, CVec, sent};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::faces::Face;
-use crate::geom::{Body, Geometry};
-use crate::trace::{MAX_BOUNCES, Return};
+use crate::geom::{Geometry, Shift};
+use crate::trace::{MAX_BOUNCES, Return, TraceOptions};
 use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Echoes of the point targets (S = sqrt(sigma / 4 pi) on both polarisations, whatever the directions) and of the scattering
-/// tables, from their origins, straight and, with `images`, over the planes that mirror them, in all combinations of ways out and
+/// tables, from their origins, straight and, with `options.images`, over the planes that mirror them, in all combinations of ways out and
 /// back (CONVENTIONS eq. 65). Ways that something blocks are left out; these targets themselves hide nothing. A table knows no
 /// scattering from one direction into another: there it is asked for the direction halfway.
 pub fn point_returns(
     geometry: &Geometry,
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
-    images: bool,
+    options: &TraceOptions,
 ) -> Vec<Return> {
-    let mirrors = if images { geometry.faces().point_mirrors().collect() } else { Vec::new() };
-    let radar = Radar { geometry, pose, velocity_mps, mirrors };
+    let mirrors = if options.images { geometry.faces().point_mirrors().collect() } else { Vec::new() };
+    let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
+    let radar = Radar { geometry, pose, velocity_mps, bends, mirrors };
     let points = geometry.points.iter().flat_map(|p| {
         let s = (crate::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
-        radar.echoes(p.id, p.position_m, p.velocity_mps, &|tx, rx| {
-            [0, 1].map(|r| [0, 1].map(|t| rx.field[r].times(&tx.field[t]) * s))
-        })
+        let target =
+            Target { id: p.id, place_m: p.position_m, velocity_mps: p.velocity_mps, shifts: &p.shifts };
+        radar.echoes(target, &|tx, rx| [0, 1].map(|r| [0, 1].map(|t| rx.field[r].times(&tx.field[t]) * s)))
     });
     let tables = geometry.tables.iter().flat_map(|t| {
-        radar.echoes(t.id, t.position_m, t.velocity_mps, &|tx, rx| {
+        let target =
+            Target { id: t.id, place_m: t.position_m, velocity_mps: t.velocity_mps, shifts: &t.shifts };
+        radar.echoes(target, &|tx, rx| {
             let u = -(tx.dir + rx.dir).normalize_or(tx.dir);
             let (v, h) = polarisation_basis(u);
             let s = t.scattering(&t.band, u, (v, h));
@@ -58,14 +62,23 @@ struct Way<'a> {
     /// Of V and H, there.
     field: [CVec; 2],
     /// The mirror and where it is met.
-    by: Option<(&'a Body, DVec3)>,
+    by: Option<Mirror<'a>>,
 }
 
 struct Radar<'a> {
     geometry: &'a Geometry,
     pose: &'a Pose<Sensor, World>,
     velocity_mps: DVec3,
+    bends: Bends,
     mirrors: Vec<&'a Face>,
+}
+
+#[derive(Clone, Copy)]
+struct Target<'a> {
+    id: u32,
+    place_m: DVec3,
+    velocity_mps: DVec3,
+    shifts: &'a [Shift; 2],
 }
 
 impl Radar<'_> {
@@ -103,38 +116,43 @@ impl Radar<'_> {
         let normal = face.normal * from.signum();
         let surface = &geometry.surfaces[face.surface as usize];
         let bounce = Bounce::new(sent(self.pose, out), out, normal, surface, wavenumber(geometry.freq_hz));
-        let by = Some((&geometry.bodies[face.body as usize], foot));
+        let by = Some(Mirror { body: &geometry.bodies[face.body as usize], place_m: foot, normal });
         Some(Way { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
     }
 
-    fn echoes(
-        &self,
-        id: u32,
-        target: DVec3,
-        target_mps: DVec3,
-        scattering: &dyn Fn(&Way, &Way) -> [[Complex64; 2]; 2],
-    ) -> Vec<Return> {
-        let over = self.mirrors.iter().filter_map(|m| self.over(m, target));
-        let ways: Vec<Way> = self.straight(target).into_iter().chain(over).collect();
+    fn echoes(&self, target: Target, scattering: &dyn Fn(&Way, &Way) -> [[Complex64; 2]; 2]) -> Vec<Return> {
+        let over = self.mirrors.iter().filter_map(|m| self.over(m, target.place_m));
+        let ways: Vec<Way> = self.straight(target.place_m).into_iter().chain(over).collect();
         let rate = |w: &Way| {
-            let mirror = w.by.map_or(DVec3::ZERO, |(b, foot)| b.velocity_at(foot));
-            target_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
+            let mirror = w.by.map_or(DVec3::ZERO, |m| m.body.velocity_at(m.place_m));
+            target.velocity_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
         };
         let to_sensor = self.pose.rotation.inverse();
         let mut list = Vec::with_capacity(ways.len() * ways.len());
         for back in &ways {
             for out in &ways {
                 let mut chain = [0; MAX_BOUNCES];
-                let met = out.by.iter().map(|b| b.0.id).chain([id]).chain(back.by.iter().map(|b| b.0.id));
+                let met = out.by.iter().map(|m| m.body.id);
+                let met = met.chain([target.id]).chain(back.by.iter().map(|m| m.body.id));
                 let mut bounces = 0;
                 for (place, id) in chain.iter_mut().zip(met) {
                     *place = id;
                     bounces += 1;
                 }
                 let lengths = out.length_m * back.length_m;
+                let length_m = out.length_m + back.length_m;
+                let end = End { shifts: target.shifts, place_m: target.place_m, keeps: Keeps::Place };
+                let (path_rate_mps, path_bend) = self.bends.of(
+                    out.by.as_slice(),
+                    back.by.as_slice(),
+                    end,
+                    length_m,
+                    rate(out) + rate(back),
+                );
                 list.push(Return {
-                    path_length_m: out.length_m + back.length_m,
-                    path_rate_mps: rate(out) + rate(back),
+                    path_length_m: length_m,
+                    path_rate_mps,
+                    path_bend,
                     departure: to_sensor * out.out,
                     first_range_m: out.first_range_m,
                     arrival: to_sensor * back.out,

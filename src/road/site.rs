@@ -1,0 +1,106 @@
+//! A scenario on its road: the scene, what is known of the road, and the ego vehicle's motion along it.
+
+use super::labels::RoadTruth;
+use super::layout::{Base, Driven, InLane, Lateral, Road};
+use super::plan::ScenePlan;
+use super::profile::Profile;
+use super::{Library, build, drive, glb, scene_toml};
+use crate::error::{BadInput, Error, Result};
+use crate::scene::scenario::{OnRoad, Scenario, SceneSource};
+use crate::scene::{Scene, material};
+use std::sync::Arc;
+
+/// All that frames are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// With the ego vehicle's motion.
+    pub scenario: Scenario,
+    pub scene: Scene,
+    /// Lanes, lines, free space and markers, where they are known.
+    pub road: Option<RoadTruth>,
+}
+
+impl Site {
+    /// Builds the scene that a scenario names. Errors: those of its files; a road or lane that is not there.
+    pub fn new(scenario: &Scenario) -> Result<Site> {
+        match &scenario.scene {
+            SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),
+            SceneSource::File { path, .. } => {
+                let scene = scenario.build(&Library)?;
+                let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+                Ok(Site { scenario: scenario.clone(), scene, road: glb::truth_of(&bytes)? })
+            }
+            SceneSource::Builtin(_) => {
+                Ok(Site { scenario: scenario.clone(), scene: scenario.build(&Library)?, road: None })
+            }
+        }
+    }
+
+    /// The scenario on these roads, whatever scene it names.
+    pub fn on(scenario: &Scenario, plan: ScenePlan) -> Result<Site> {
+        let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
+        let (scene, truth) = build::build(&plan, &material::parse_spec)?;
+        let scene = scenario.furnish(scene, &Library)?;
+        let mut scenario = scenario.clone();
+        if let Some(on) = &scenario.ego.on_road {
+            let end = plan.duration_s;
+            scenario.ego.motion = Some(Arc::new(follower(on, &plan)?.motion(-1.0..end)?));
+        }
+        Ok(Site { scenario, scene, road: Some(truth) })
+    }
+}
+
+/// A place and a way on a road, with the names found.
+struct Follower<'a> {
+    road: &'a Road,
+    lateral: Lateral,
+    against: bool,
+    on: &'a OnRoad,
+}
+
+impl Follower<'_> {
+    fn motion(&self, window_s: std::ops::Range<f64>) -> Result<crate::scene::motion::Motion> {
+        drive::OnRoad {
+            road: self.road,
+            s_m: self.on.s_m,
+            lateral: &self.lateral,
+            against: self.against,
+            drive: &self.on.drive,
+        }
+        .motion(window_s)
+    }
+}
+
+fn follower<'a>(on: &'a OnRoad, plan: &'a ScenePlan) -> Result<Follower<'a>> {
+    let bad = |key: &str, value: String, problem: &str, allowed: String| -> Error {
+        let mut b = BadInput::new(problem).key(key).value(value).allowed(allowed);
+        (b.file, b.line) = (on.at.file.clone(), on.at.line);
+        b.into()
+    };
+    let names = || plan.roads.iter().map(|r| r.road.name.as_str()).collect::<Vec<_>>().join(", ");
+    let road = match &on.road {
+        None => plan.roads.first(),
+        Some(name) => plan.roads.iter().find(|r| r.road.name == *name),
+    };
+    let Some(road) = road.map(|r| &r.road) else {
+        let name = on.road.clone().unwrap_or_default();
+        return Err(bad("ego.on_road.road", name, "is not a road of the scene", names()));
+    };
+    if !(0.0..=road.axis.length_m()).contains(&on.s_m) {
+        let allowed = format!("0..={} m", road.axis.length_m());
+        return Err(bad("ego.on_road.s_m", on.s_m.to_string(), "is not on the road", allowed));
+    }
+    let (base, driven) = match on.lane {
+        None => (Base::Axis, Driven::Both),
+        Some(number) => {
+            let Some((side, i, lane)) = road.lanes().find(|(_, _, l)| l.number == number) else {
+                let all = road.lanes().map(|(_, _, l)| l.number.to_string()).collect::<Vec<_>>().join(", ");
+                return Err(bad("ego.on_road.lane", number.to_string(), "is not a lane of the road", all));
+            };
+            (Base::Lane(side, i, InLane::Centre), lane.driven)
+        }
+    };
+    let against = on.against.unwrap_or(driven == Driven::Backward);
+    let offset = if against { -on.offset_m } else { on.offset_m };
+    Ok(Follower { road, lateral: Lateral { base, offset: Profile::constant(offset) }, against, on })
+}

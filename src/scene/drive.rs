@@ -1,0 +1,179 @@
+//! How a vehicle goes along a road, without the road: speed, lane changes and sway over time. `road` turns it into a motion.
+
+use super::toml_file::{Above, At, Document};
+use crate::error::Result;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::f64::consts::TAU;
+
+/// Speed and lateral motion of a vehicle on a road.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriveTable {
+    /// Along the lane.
+    pub speed_mps: At<f64>,
+    /// In its place [time in s, speed in m/s], straight between times, constant before the first and after the last.
+    pub speed_profile: At<Vec<[f64; 2]>>,
+    pub lane_change: Vec<LaneChangeTable>,
+    pub sway: Option<SwayTable>,
+    /// Of the vehicle against the way that it goes, positive to the left.
+    pub heading_error_deg: At<f64>,
+}
+
+/// A move to the side along a smooth curve (fifth degree: no step of acceleration).
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LaneChangeTable {
+    /// Its beginning.
+    pub at_s: At<f64>,
+    /// Positive to the left as the vehicle goes.
+    pub by_m: At<f64>,
+    pub over_s: At<f64>,
+}
+
+/// To and fro about the middle, as a sine.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SwayTable {
+    pub amplitude_m: At<f64>,
+    pub period_s: At<f64>,
+    /// Share of a period that has passed at time zero.
+    #[serde(default)]
+    pub phase: At<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneChange {
+    pub at_s: f64,
+    pub by_m: f64,
+    pub over_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sway {
+    pub amplitude_m: f64,
+    pub period_s: f64,
+    pub phase: f64,
+}
+
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Drive {
+    /// (time, speed), times rising; one or more.
+    pub speed: Vec<[f64; 2]>,
+    pub lane_changes: Vec<LaneChange>,
+    pub sway: Option<Sway>,
+    pub heading_error_rad: f64,
+}
+
+impl Drive {
+    pub fn steady(speed_mps: f64) -> Drive {
+        Drive { speed: vec![[0.0, speed_mps]], ..Drive::default() }
+    }
+
+    /// Whether speed and lateral place stay as they are.
+    pub fn is_steady(&self) -> bool {
+        self.speed.len() == 1 && self.lane_changes.is_empty() && self.sway.is_none()
+    }
+
+    pub fn is_at_rest(&self) -> bool {
+        self.is_steady() && self.speed[0][1] == 0.0
+    }
+
+    pub fn speed_mps(&self, time_s: f64) -> f64 {
+        let after = self.speed.partition_point(|p| p[0] <= time_s);
+        match (after.checked_sub(1).map(|i| self.speed[i]), self.speed.get(after)) {
+            (Some([t, v]), Some([u, w])) => v + (w - v) * (time_s - t) / (u - t),
+            (Some([_, v]), None) => v,
+            (None, Some([_, v])) => *v,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Way since time zero: the integral of the speed, exactly.
+    pub fn distance_m(&self, time_s: f64) -> f64 {
+        let (from, to) = if time_s >= 0.0 { (0.0, time_s) } else { (time_s, 0.0) };
+        let inner = self.speed.iter().map(|p| p[0]).filter(|t| (from..to).contains(t) && *t > from);
+        let mut way = 0.0;
+        let mut last = from;
+        for t in inner.chain([to]) {
+            way += (t - last) * 0.5 * (self.speed_mps(last) + self.speed_mps(t));
+            last = t;
+        }
+        if time_s >= 0.0 { way } else { -way }
+    }
+
+    /// To the left of its lateral place.
+    pub fn shift_m(&self, time_s: f64) -> f64 {
+        let changes = self.lane_changes.iter().map(|c| {
+            let u = ((time_s - c.at_s) / c.over_s).clamp(0.0, 1.0);
+            c.by_m * u * u * u * (10.0 + u * (6.0 * u - 15.0))
+        });
+        let sway = self.sway.map_or(0.0, |s| s.amplitude_m * (TAU * (time_s / s.period_s + s.phase)).sin());
+        changes.sum::<f64>() + sway
+    }
+}
+
+/// Reads and checks a table. Errors: both ways of giving the speed, times that do not rise, lengths of time that are not positive.
+pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
+    let speed = |v: f64| (-150.0..=150.0).contains(&v);
+    let profile = &t.speed_profile;
+    let speed = match profile.value.is_empty() {
+        true => vec![[0.0, doc.in_range(&t.speed_mps, -150.0..=150.0, "give metres per second")?]],
+        false => {
+            if t.speed_mps.value != 0.0 {
+                let e = doc.bad(&t.speed_mps.span, "the speed is given twice");
+                return Err(e.remedy("keep speed_mps or speed_profile").into());
+            }
+            let rising = profile.value.windows(2).all(|w| w[0][0] < w[1][0]);
+            if !rising || !profile.value.iter().all(|p| p[0].is_finite() && speed(p[1])) {
+                return Err(doc
+                    .bad(&profile.span, "is no speed over time")
+                    .allowed("[time in s, speed in -150..=150 m/s], times rising")
+                    .remedy("as in [[0, 20], [4, 12]]")
+                    .into());
+            }
+            profile.value.clone()
+        }
+    };
+    let time = || Above { low: 0.0, high: 1e6 };
+    let lane_changes = t.lane_change.iter().map(|c| {
+        Ok(LaneChange {
+            at_s: doc.in_range(&c.at_s, -1e6..=1e6, "give seconds")?,
+            by_m: doc.in_range(&c.by_m, -100.0..=100.0, "give metres, positive to the left")?,
+            over_s: doc.in_range(&c.over_s, time(), "give seconds, as in 4")?,
+        })
+    });
+    let lane_changes = lane_changes.collect::<Result<_>>()?;
+    let sway = match &t.sway {
+        None => None,
+        Some(s) => Some(Sway {
+            amplitude_m: doc.in_range(&s.amplitude_m, 0.0..=10.0, "give metres")?,
+            period_s: doc.in_range(&s.period_s, time(), "give seconds, as in 6")?,
+            phase: doc.in_range(&s.phase, -1.0..=1.0, "give a share of a period")?,
+        }),
+    };
+    let error = doc.in_range(&t.heading_error_deg, -180.0..=180.0, "give degrees")?;
+    Ok(Drive { speed, lane_changes, sway, heading_error_rad: error.to_radians() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn way_is_the_integral_of_speed() {
+        let d = Drive { speed: vec![[-1.0, 10.0], [1.0, 20.0], [3.0, 0.0]], ..Drive::default() };
+        assert_eq!(
+            (d.speed_mps(-5.0), d.speed_mps(0.0), d.speed_mps(2.0), d.speed_mps(9.0)),
+            (10.0, 15.0, 10.0, 0.0)
+        );
+        for t in [-4.0, -0.7, 0.4, 1.0, 2.5, 8.0] {
+            let n = 200_000;
+            let sum: f64 = (0..n).map(|i| d.speed_mps(t * (f64::from(i) + 0.5) / f64::from(n))).sum();
+            assert!((d.distance_m(t) - sum * t / f64::from(n)).abs() < 1e-6, "{t}");
+        }
+        let change = LaneChange { at_s: 1.0, by_m: -3.5, over_s: 4.0 };
+        let d = Drive { lane_changes: vec![change], ..Drive::steady(10.0) };
+        assert_eq!((d.shift_m(0.9), d.shift_m(3.0), d.shift_m(7.0)), (0.0, -1.75, -3.5));
+    }
+}
