@@ -56,7 +56,11 @@ impl PointGrid {
     /// Input "C4": count, amplitude, range, azimuth, `[4, row, column]`. Its second plane is input "A", its first two are
     /// input "C2".
     pub fn planes(&self) -> Vec<f32> {
-        [&self.count, &self.amplitude, &self.range_m, &self.azimuth_rad].into_iter().flatten().copied().collect()
+        [&self.count, &self.amplitude, &self.range_m, &self.azimuth_rad]
+            .into_iter()
+            .flatten()
+            .copied()
+            .collect()
     }
 }
 

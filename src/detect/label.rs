@@ -89,7 +89,9 @@ impl Place {
     /// Whether the box lies outside the point's ellipsoid, whose half axes along range, azimuth and elevation are three
     /// standard deviations and at least `least_m`.
     fn is_off(&self, point: &Point, least_m: f64) -> bool {
-        let half = |std: Option<f64>| std.map_or(FRAC_PI_2 * point.range_m, |s| 3.0 * s * point.range_m).max(least_m);
+        let half = |std: Option<f64>| {
+            std.map_or(FRAC_PI_2 * point.range_m, |s| 3.0 * s * point.range_m).max(least_m)
+        };
         let (mut azimuth, mut elevation) = (point.azimuth_rad, point.elevation_rad);
         if point.std.elevation_rad.is_none() {
             // What was measured is u_y, whatever the height.
@@ -305,16 +307,21 @@ mod tests {
         let (lower, upper) = (DVec3::new(-2.0, -1.0, 0.0), DVec3::new(2.0, 1.0, 1.5));
         let turn = DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(0.3);
         let a = DMat3::from_diagonal(DVec3::new(9.0, 1.5, 0.4)) * turn;
-        for (i, p) in [[0.5, 0.5, 0.5], [4.0, 0.0, 1.0], [3.0, 3.0, -2.0], [-2.5, 0.2, 4.0], [-9.0, -8.0, 0.0]]
-            .into_iter()
-            .enumerate()
+        for (i, p) in
+            [[0.5, 0.5, 0.5], [4.0, 0.0, 1.0], [3.0, 3.0, -2.0], [-2.5, 0.2, 4.0], [-9.0, -8.0, 0.0]]
+                .into_iter()
+                .enumerate()
         {
             let b = a * DVec3::from_array(p);
             let got = least_over_box(&a, b, lower, upper);
             let n = 60;
             let mut want = f64::INFINITY;
             for k in 0..(n + 1) * (n + 1) * (n + 1) {
-                let at = DVec3::new((k % (n + 1)) as f64, (k / (n + 1) % (n + 1)) as f64, (k / (n + 1) / (n + 1)) as f64);
+                let at = DVec3::new(
+                    (k % (n + 1)) as f64,
+                    (k / (n + 1) % (n + 1)) as f64,
+                    (k / (n + 1) / (n + 1)) as f64,
+                );
                 want = want.min((a * (lower + at / n as f64 * (upper - lower)) - b).length());
             }
             assert!(got <= want + 1e-9, "{got} {want}");

@@ -9,8 +9,7 @@ use std::collections::HashMap;
 pub const GROUND: [&str; 5] = ["road", "verge", "ground", "terrain", "lane_line"];
 
 /// Classes of what moves on the road.
-pub const VEHICLES: [&str; 8] =
-    ["car", "van", "truck", "bus", "motorcycle", "cyclist", "bicycle", "vehicle"];
+pub const VEHICLES: [&str; 8] = ["car", "van", "truck", "bus", "motorcycle", "cyclist", "bicycle", "vehicle"];
 
 /// A class without the suffix of a part: `car` of `car.wheel`.
 pub fn base_class(class: &str) -> &str {
@@ -175,8 +174,12 @@ mod tests {
         let want: [&[usize]; 8] = [&[0], &[1], &[2, 3], &[4, 5], &[6, 7], &[8, 9], &[10], &[11]];
         assert_eq!(actors(&objects), want);
         // A class given to all parts, as scenarios do, and surfaces of one road.
-        let objects =
-            named(&[("t/cab", "truck"), ("t/box", "truck"), ("r/surface 1", "road"), ("r/surface 2", "road")]);
+        let objects = named(&[
+            ("t/cab", "truck"),
+            ("t/box", "truck"),
+            ("r/surface 1", "road"),
+            ("r/surface 2", "road"),
+        ]);
         assert_eq!(actors(&objects), [vec![0, 1], vec![2], vec![3]]);
     }
 

@@ -180,12 +180,7 @@ mod tests {
             right_edge_m: Vec::new(),
             lanes: Vec::new(),
             lines: Vec::new(),
-            free_space_m: vec![vec![
-                [x.0, y.0, 0.0],
-                [x.1, y.0, 0.0],
-                [x.1, y.1, 0.0],
-                [x.0, y.1, 0.0],
-            ]],
+            free_space_m: vec![vec![[x.0, y.0, 0.0], [x.1, y.0, 0.0], [x.1, y.1, 0.0], [x.0, y.1, 0.0]]],
         }
     }
 

@@ -89,13 +89,8 @@ pub enum CellClass {
 }
 
 impl CellClass {
-    pub const ALL: [CellClass; 5] = [
-        CellClass::Undefined,
-        CellClass::Lane,
-        CellClass::Vehicle,
-        CellClass::GuardRail,
-        CellClass::Marker,
-    ];
+    pub const ALL: [CellClass; 5] =
+        [CellClass::Undefined, CellClass::Lane, CellClass::Vehicle, CellClass::GuardRail, CellClass::Marker];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -135,9 +130,8 @@ pub fn mask(
     let place = |p: DVec3| grid.place(level.from_world(p));
     let mut cells = vec![CellClass::Undefined as u8; grid.cells()];
     for lane in lanes.iter().filter(|l| l.kind.is_drivable()) {
-        let side = |line: &[[f64; 3]]| -> Vec<DVec2> {
-            line.iter().map(|p| place(DVec3::from_array(*p))).collect()
-        };
+        let side =
+            |line: &[[f64; 3]]| -> Vec<DVec2> { line.iter().map(|p| place(DVec3::from_array(*p))).collect() };
         let (left, right) = (side(&lane.left_m), side(&lane.right_m));
         for (l, r) in left.windows(2).zip(right.windows(2)) {
             for t in [[l[0], r[0], r[1]], [l[0], r[1], l[1]]] {
@@ -312,12 +306,16 @@ mod tests {
                 let (r, c) = ((i / 9) as f64, (i % 9) as f64);
                 assert_eq!(by_middle[i] == 1, inside(DVec2::new(r + 0.5, c + 0.5)));
                 let sampled = (0..400).any(|k| {
-                    inside(DVec2::new(r + (f64::from(k / 20) + 0.5) / 20.0, c + (f64::from(k % 20) + 0.5) / 20.0))
+                    inside(DVec2::new(
+                        r + (f64::from(k / 20) + 0.5) / 20.0,
+                        c + (f64::from(k % 20) + 0.5) / 20.0,
+                    ))
                 });
                 assert!(by_touch[i] == 1 || !sampled, "missed {i}");
                 // What is marked without a sample inside is a corner that is grazed.
                 if by_touch[i] == 1 && !sampled {
-                    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(a, b)| DVec2::new(r + a, c + b));
+                    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+                        .map(|(a, b)| DVec2::new(r + a, c + b));
                     let crosses = (0..3).any(|k| {
                         let (a, d) = (t[k], t[(k + 1) % 3] - t[k]);
                         let sides = corners.map(|q| d.perp_dot(q - a) > 0.0);

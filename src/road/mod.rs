@@ -2,12 +2,16 @@
 //! scenes. Everything is f64, metres, ISO 8855 axes; normals point outwards, or to the lit side of a
 //! sheet. Materials come from the caller by name, so that a table or an override decides on them.
 
+pub mod actors;
 pub mod axis;
 pub mod build;
 pub mod demo;
+pub mod free_space;
 pub mod glb;
 pub mod labels;
 pub mod layout;
+pub mod mask;
+pub mod near;
 pub mod objects;
 pub mod opendrive;
 pub mod plan;
@@ -24,12 +28,12 @@ pub mod truth;
 pub mod vehicle;
 pub mod w3;
 
-use crate::error::Result;
-use crate::scene::scenario::{self, Builtin};
+use crate::error::{Error, Result};
+use crate::scene::scenario::{self, Builtin, SceneSource};
 use crate::scene::{Material, Scene, material};
-use glam::DVec3;
+use labels::RoadTruth;
 
-pub use truth::{TruthBox, truth_boxes};
+pub use truth::{TruthBox, actor_truth, truth_boxes};
 
 /// Finds a radar material by its name.
 pub type MaterialLookup<'a> = &'a dyn Fn(&str) -> Result<Material>;
@@ -52,25 +56,22 @@ impl scenario::Builder for Library {
     }
 }
 
-/// A lane line of a built-in road.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct LaneLine {
-    pub name: String,
-    /// Along the line in the world, metres.
-    pub points_m: Vec<[f64; 3]>,
+/// The labels of a built-in scene, where it has any.
+pub fn builtin_truth(builtin: Builtin, scene: &Scene) -> Option<RoadTruth> {
+    match builtin {
+        Builtin::MarkedRoad => Some(demo::truth(scene)),
+        Builtin::Empty | Builtin::W3 | Builtin::W3Moving => None,
+    }
 }
 
-/// The lane lines that a built-in scene is known to have.
-pub fn lane_lines(builtin: Builtin) -> Vec<LaneLine> {
-    match builtin {
-        Builtin::MarkedRoad => ["left", "middle", "right"]
-            .iter()
-            .zip(demo::LANE_LINES_Y_M)
-            .map(|(name, y)| LaneLine {
-                name: name.to_string(),
-                points_m: [0.0, demo::ROAD_LENGTH_M].map(|x| DVec3::new(x, y, 0.0).to_array()).to_vec(),
-            })
-            .collect(),
-        Builtin::Empty | Builtin::W3 | Builtin::W3Moving => Vec::new(),
+/// The labels of a scenario's scene: of a built-in road, or those that `catseye scene` left in a binary glTF file. `scene` is
+/// what the scenario built. Errors: a file that cannot be read, labels of another shape.
+pub fn scene_truth(source: &SceneSource, scene: &Scene) -> Result<Option<RoadTruth>> {
+    match source {
+        SceneSource::Builtin(b) => Ok(builtin_truth(*b, scene)),
+        SceneSource::File { path, .. } if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) => {
+            glb::truth_of(&std::fs::read(path).map_err(|e| Error::io(path, e))?)
+        }
+        SceneSource::File { .. } => Ok(None),
     }
 }

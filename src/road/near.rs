@@ -205,8 +205,10 @@ pub fn lane_at(truth: &RoadTruth, position_m: DVec3, heading_rad: f64) -> Option
             if best.as_ref().is_none_or(|(r, _)| rank < *r) {
                 let offset_m = if back { -left } else { left };
                 let (road, number, kind) = (road.name.clone(), lane.number, lane.kind);
-                best =
-                    Some((rank, LanePlace { road, number, kind, s_m, width_m, offset_m, heading_rad: heading }));
+                best = Some((
+                    rank,
+                    LanePlace { road, number, kind, s_m, width_m, offset_m, heading_rad: heading },
+                ));
             }
         }
     }
