@@ -7,13 +7,13 @@ use catseye::cpu;
 use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
-use catseye::detect::{Detected, Labeller, Point, files, label, locate, points};
+use catseye::detect::{Bodies, Detected, Labeller, Point, files, label, locate, points};
 use catseye::engine::{Engine, Precision};
 use catseye::formats::csv::Table;
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
-use catseye::scene::{Object, Shape};
+use catseye::scene::{Object, Scene, Shape};
 use catseye::trace::{Return, Returns};
 use catseye::units::{C0, power_from_db};
 use glam::DVec3;
@@ -80,6 +80,11 @@ fn object(id: u32, class: &str) -> Object {
     }
 }
 
+/// Seen from the world's origin.
+fn bodies(objects: &[Object]) -> Bodies {
+    Bodies::new(&Scene { objects: objects.to_vec(), ..Default::default() }, 0.0, &Pose::IDENTITY)
+}
+
 fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, id: u32) -> Return {
     let u = direction_from_angles(azimuth_deg.to_radians(), elevation_deg.to_radians());
     point_echo(u * range, u * rate, power_from_db(dbsm), id)
@@ -91,7 +96,7 @@ fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
     cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = cpu::dsp::process(&cube, radar).unwrap();
     let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found]).unwrap();
-    points::label(radar, &mut cloud, &returns, objects);
+    points::label(radar, &mut cloud, &returns, &bodies(objects));
     cloud
 }
 
@@ -161,7 +166,8 @@ fn labels_follow_range_rate_and_azimuth() {
         echo(25.0, 0.0, 0.0, 0.0, 0.0, 4),
     ];
     let returns = Returns { returns: list, rays: 0 };
-    let labeller = Labeller::new(&radar, &returns, &objects);
+    let bodies = bodies(&objects);
+    let labeller = Labeller::new(&radar, &returns, &bodies);
     let at = |range: f64, azimuth: f64, rate: f64| {
         let d = Detected {
             range_bin: (range + rate * radar.carrier_hz / radar.slope_hz_per_s()) / radar.range_bin_m(),
@@ -176,7 +182,7 @@ fn labels_follow_range_rate_and_azimuth() {
             angle_std_rad: None,
             looks: 1,
         };
-        labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap()))
+        labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap())).object_id
     };
     assert_eq!(at(20.0, 0.0, 0.0), 1);
     assert_eq!(at(20.0, 0.0, 3.0), 2);
@@ -185,9 +191,9 @@ fn labels_follow_range_rate_and_azimuth() {
     assert_eq!(at(22.0, 0.0, 0.0), 0);
     // An alias: 3 m/s seen one ambiguity away.
     let p = Point { range_rate_mps: 3.0 - 2.0 * radar.max_velocity_mps(), ..sample_point() };
-    assert_eq!(labeller.label(&Point { range_m: 20.0, azimuth_rad: 0.0, ..p }), 2);
-    assert_eq!(labeller.class(3), "post");
-    assert_eq!(labeller.class(0), "");
+    assert_eq!(labeller.label(&Point { range_m: 20.0, azimuth_rad: 0.0, ..p }).object_id, 2);
+    assert_eq!(bodies.class(3), "post");
+    assert_eq!(bodies.class(0), "");
 }
 
 #[test]
@@ -202,8 +208,10 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     assert_eq!(label::object_of(&echo(20.0, 0.0, 0.0, 0.0, 12.0, 1), class), 1);
     let p =
         Point { range_m: 20.0, range_rate_mps: 0.0, azimuth_rad: 0.0, elevation_rad: 0.0, ..sample_point() };
-    let best =
-        |list: Vec<Return>| Labeller::new(&radar, &Returns { returns: list, rays: 0 }, &objects).label(&p);
+    let bodies = bodies(&objects);
+    let of =
+        |list: Vec<Return>| Labeller::new(&radar, &Returns { returns: list, rays: 0 }, &bodies).label(&p);
+    let best = |list: Vec<Return>| of(list).object_id;
     assert_eq!(best(vec![by_ground.clone(), echo(20.0, 0.0, 0.0, 0.0, 11.0, 3)]), 2);
     assert_eq!(best(vec![by_ground, echo(20.0, 0.0, 0.0, 0.0, 13.0, 3)]), 3);
     // Two echoes of the road in opposite phase carry nothing.
@@ -211,6 +219,13 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     let road = vec![echo(20.0, 0.0, 0.0, 0.0, 20.0, 1), echo(20.0 + quarter, 0.0, 0.0, 0.0, 20.0, 1)];
     assert_eq!(best([road, vec![echo(20.0, 0.0, 0.0, 0.0, 0.0, 3)]].concat()), 3);
     assert_eq!(best(Vec::new()), 0);
+    // 10 dB and 7 dB: a share of 1/(1 + 10^-0.3); the second has two bounces.
+    let mut double = echo(20.0, 0.0, 0.0, 0.0, 7.0, 3);
+    double.bounces = 2;
+    let got = of(vec![echo(20.0, 0.0, 0.0, 0.0, 10.0, 2), double.clone()]);
+    assert_eq!((got.object_id, got.bounces, got.ghost), (2, 1, false));
+    assert!((got.share - 1.0 / (1.0 + 10f64.powf(-0.3))).abs() < 1e-9, "{got:?}");
+    assert_eq!(of(vec![double]).bounces, 2);
 }
 
 fn sample_point() -> Point {
@@ -225,6 +240,9 @@ fn sample_point() -> Point {
         rcs_dbsm: f64::INFINITY,
         object_id: 7,
         class: "car, small".into(),
+        bounces: 2,
+        ghost: true,
+        share: 0.75,
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
         beat_std_cells: 0.1,
         ambiguity: Ambiguity::Resolved,
@@ -238,7 +256,7 @@ fn tables_hold_what_the_contract_says() {
     assert_eq!(
         table.header.join(","),
         "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
-         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity"
+         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share"
     );
     let p = sample_point();
     for (column, value) in [
@@ -253,6 +271,9 @@ fn tables_hold_what_the_contract_says() {
         ("snr_db", p.snr_db),
         ("rcs_dbsm", p.rcs_dbsm),
         ("object_id", 7.0),
+        ("bounces", 2.0),
+        ("ghost", 1.0),
+        ("share", 0.75),
     ] {
         assert_eq!(table.numbers(column).unwrap(), [value], "{column}");
     }

@@ -4,7 +4,7 @@ use super::{Outcome, Settings, Sheet, median, relative_l2};
 use crate::adc::noise::Noise;
 use crate::adc::synthesis::{Levels, beat_frequency_hz};
 use crate::cpu::adc::synthesis::Control;
-use crate::detect::{locate, points};
+use crate::detect::{Bodies, locate, points};
 use crate::dsp::PowerMap;
 use crate::engine::Engine;
 use crate::error::Result;
@@ -83,7 +83,8 @@ pub(super) fn w3(
     sheet.count("cells", found[0].cells.len());
     let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found))?;
     sheet.stage("labels", || {
-        points::label(&frame.radar, &mut cloud, &returns, &frame.scene.objects);
+        let bodies = Bodies::new(&frame.scene, 0.0, &frame.pose);
+        points::label(&frame.radar, &mut cloud, &returns, &bodies);
         Ok(())
     })?;
     sheet.count("points", cloud.len());

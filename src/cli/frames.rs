@@ -1,25 +1,24 @@
 //! What `simulate`, `process` and `demo` share: the pictures of a frame.
 
 use crate::cpu;
-use crate::dataset::files::Truth;
 use crate::dataset::frame::Frame;
 use crate::dataset::manifest::Axes;
+use crate::dataset::truth::{Truth, thermal_floor_w};
 use crate::detect::Point;
 use crate::dsp::{Cell, RangeDoppler as Map};
 use crate::error::Result;
 use crate::plot::{
-    BirdsEye, BirdsEyePoint, FieldOfView, Outline, RangeDoppler, RangeProfile, birds_eye, range_doppler,
-    range_profile,
+    BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,
+    RangeProfile, RoadLine, birds_eye, labels, mask_picture, range_doppler, range_profile,
 };
+use crate::road::actors::{actor_boxes, is_ground};
+use crate::road::mask::{self, CellClass, Grid, Level};
 use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
 use crate::scene::{Scene, Shape};
 use crate::units::dbm_from_w;
 use glam::DVec3;
 use std::path::Path;
-
-/// Classes of ground, drawn first.
-const GROUND: [&str; 4] = ["road", "verge", "ground", "terrain"];
 
 /// Range-Doppler map and range profile.
 pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], dir: &Path) -> Result<()> {
@@ -67,24 +66,6 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
     Ok(())
 }
 
-/// Mean thermal noise in a cell of the map: windows widen the noise bandwidth.
-fn thermal_floor_w(radar: &Radar) -> Option<f64> {
-    let noise = crate::adc::noise::Noise::thermal(radar, 0, 0)?;
-    let spread = |w, n: usize| -> Option<f64> {
-        let c = crate::dsp::window::coefficients(w, n).ok()?;
-        let sum: f64 = c.iter().sum();
-        Some(c.iter().map(|x| x * x).sum::<f64>() / (sum * sum))
-    };
-    let p = &radar.processing;
-    // A real sample has half the variance of a complex one, and its spectrum is doubled.
-    Some(
-        2.0 * noise.sigma
-            * noise.sigma
-            * spread(p.range_window, radar.samples)?
-            * spread(p.doppler_window, radar.chirps)?,
-    )
-}
-
 /// All pictures of a simulated frame.
 pub fn draw_frame(
     scenario: &Scenario,
@@ -104,7 +85,7 @@ pub fn draw_frame(
 
     let mut objects: Vec<Outline> = Vec::new();
     let mut order: Vec<usize> = (0..scene.objects.len()).collect();
-    order.sort_by_key(|&i| !GROUND.contains(&scene.objects[i].class.as_str()));
+    order.sort_by_key(|&i| !is_ground(&scene.objects[i].class));
     for i in order {
         let (o, b) = (&scene.objects[i], &truth.boxes[i]);
         let centre = DVec3::from_array(b.centre_m);
@@ -148,6 +129,79 @@ pub fn draw_frame(
         colour_label: None,
     })?
     .write(dir.join("birds_eye.png"), true)?;
+    draw_labels(&title, scenario, scene, frame, truth, dir)
+}
+
+/// The truth of a frame with its labelled points, and the masks where they are asked for.
+fn draw_labels(
+    title: &str,
+    scenario: &Scenario,
+    scene: &Scene,
+    frame: &Frame,
+    truth: &Truth,
+    dir: &Path,
+) -> Result<()> {
+    let at = frame.pose.translation_m;
+    let boxes = actor_boxes(scene, frame.time_s);
+    let objects: Vec<Outline> = boxes
+        .iter()
+        .map(|b| (b, &scene.objects[b.parts[0]]))
+        .filter(|(_, o)| !is_ground(&o.class))
+        .map(|(b, o)| Outline {
+            class: o.class.clone(),
+            polygon: match b.size_m() == DVec3::ZERO {
+                true => vec![b.outline_m()[0]],
+                false => b.outline_m().to_vec(),
+            },
+        })
+        .collect();
+    let flat = |line: &[[f64; 3]]| line.iter().map(|p| [p[0], p[1]]).collect();
+    let edges = truth.lanes.iter().flat_map(|l| [&l.left_m, &l.right_m]);
+    let lines: Vec<RoadLine> = edges
+        .map(|l| RoadLine { points_m: flat(l), edge: true })
+        .chain(truth.lane_lines.iter().map(|l| RoadLine { points_m: flat(&l.points_m), edge: false }))
+        .collect();
+    let labelled = |place: &dyn Fn(DVec3) -> [f64; 2]| -> Vec<LabelledPoint> {
+        let of = |p: &Point| LabelledPoint {
+            at_m: place(frame.pose.point(p.position_m)),
+            class: p.class.clone(),
+            ghost: p.ghost,
+        };
+        frame.points.iter().map(of).collect()
+    };
+    labels(&Labels {
+        scene: BirdsEye {
+            title: &format!("{title}: labels"),
+            objects: &objects,
+            radars: &[FieldOfView { x_m: at.x, y_m: at.y, ..Default::default() }],
+            limits_m: limits(scene, truth, at, scenario.radars[frame.radar].max_range_m()),
+            ..Default::default()
+        },
+        lines: &lines,
+        free_space_m: truth.free_space.as_ref().map_or(&[], |f| f.polygon_m.as_slice()),
+        points: &labelled(&|p| [p.x, p.y]),
+    })?
+    .write(dir.join("labels.png"), true)?;
+    if !scenario.output.masks {
+        return Ok(());
+    }
+    let level = Level::of(&frame.pose);
+    let names = CellClass::ALL.map(CellClass::name);
+    for (name, grid, classes) in
+        [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
+    {
+        mask_picture(&MaskPicture {
+            title: &format!("{title}: mask_{name}.npy and points"),
+            cells: &mask::mask(&grid, scene, frame.time_s, &frame.pose, &truth.lanes, classes),
+            rows: grid.rows,
+            columns: grid.columns,
+            ahead_m: grid.ahead_m,
+            across_m: grid.across_m,
+            names: &names,
+            points: &labelled(&|p| level.from_world(p).to_array()),
+        })?
+        .write(dir.join(format!("mask_{name}.png")), true)?;
+    }
     Ok(())
 }
 
@@ -156,7 +210,7 @@ fn limits(scene: &Scene, truth: &Truth, radar: DVec3, range_m: f64) -> Option<[[
     let mut lo = [radar.x, radar.y];
     let mut hi = lo;
     for (o, b) in scene.objects.iter().zip(&truth.boxes) {
-        if GROUND.contains(&o.class.as_str()) {
+        if is_ground(&o.class) {
             continue;
         }
         let half = 0.5 * DVec3::from_array(b.size_m);

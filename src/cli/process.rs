@@ -7,6 +7,7 @@ use crate::adc::Cube;
 use crate::dataset::files::{write_maps, write_point_file};
 use crate::dataset::frame::{Stages, detect, located};
 use crate::dataset::manifest::{Axes, Manifest, PerRadar, keep_radars};
+use crate::detect::Bodies;
 use crate::engine::{AnyCube, Engine, Precision};
 use crate::error::Result;
 use crate::formats::cube::Source;
@@ -69,7 +70,7 @@ impl Process {
             true => self.by_blocks(&engine, &radar, &mut source, &mut seconds)?,
             false => {
                 let cube = whole(&engine, &mut source, self.input.frame)?;
-                detect(&engine, &radar, &cube, &Returns::default(), &[], &mut seconds)?
+                detect(&engine, &radar, &cube, &Returns::default(), &Bodies::default(), &mut seconds)?
             }
         };
         write_maps(staged.path(), &maps)?;
@@ -124,7 +125,7 @@ impl Process {
             Ok(())
         })?];
         seconds.processing_s = start.elapsed().as_secs_f64();
-        let points = located(engine, radar, &mut maps, &Returns::default(), &[])?;
+        let points = located(engine, radar, &mut maps, &Returns::default(), &Bodies::default())?;
         seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
         Ok((maps, points))
     }

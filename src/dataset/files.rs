@@ -1,16 +1,18 @@
 //! The files of one frame (their names, shapes and columns are what users rely on).
 
 use super::frame::Frame;
+pub use super::truth::{PoseRecord, Truth};
 use crate::detect::files::{write_points, write_returns};
+use crate::detect::grid::PointGrid;
 use crate::detect::points::Point;
 use crate::dsp::{PowerMap, RangeDoppler};
 use crate::engine::AnyCube;
 use crate::error::{Error, Result};
 use crate::formats::npy;
-use crate::road::{LaneLine, TruthBox, truth_boxes};
+use crate::road::mask::{self, Grid};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
-use crate::scene::scenario::{Output, Scenario};
+use crate::scene::scenario::Output;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -59,56 +61,22 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     Ok(())
 }
 
-/// Position and rotation of a frame of reference in the world.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct PoseRecord {
-    pub position_m: [f64; 3],
-    /// Quaternion x, y, z, w: rotates from the frame to the world.
-    pub rotation_xyzw: [f64; 4],
-    pub velocity_mps: [f64; 3],
-}
-
-/// `truth.json`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Truth {
-    pub frame: u32,
-    /// Middle of the frame, from the middle of frame 0.
-    pub time_s: f64,
-    pub ego: PoseRecord,
-    pub radar: PoseRecord,
-    /// Boxes of all objects, in the world.
-    pub boxes: Vec<TruthBox>,
-    /// Known for built-in roads.
-    pub lanes: Vec<LaneLine>,
-    /// Ids of the objects of class `marker`.
-    pub markers: Vec<u32>,
-}
-
-impl Truth {
-    pub fn new(scenario: &Scenario, scene: &Scene, frame: &Frame, lanes: &[LaneLine]) -> Truth {
-        let ego = scenario.ego.pose(frame.time_s);
-        let velocity_mps = frame.velocity_mps.to_array();
-        Truth {
-            frame: frame.index,
-            time_s: frame.time_s,
-            ego: PoseRecord {
-                position_m: ego.translation_m.to_array(),
-                rotation_xyzw: ego.rotation.to_array(),
-                velocity_mps,
-            },
-            radar: PoseRecord {
-                position_m: frame.pose.translation_m.to_array(),
-                rotation_xyzw: frame.pose.rotation.to_array(),
-                velocity_mps,
-            },
-            boxes: truth_boxes(scene, frame.time_s),
-            lanes: lanes.to_vec(),
-            markers: scene.objects.iter().filter(|o| o.class == "marker").map(|o| o.id).collect(),
-        }
+/// `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes;
+/// `grid_road.npy` and `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids as
+/// [`PointGrid::planes`] orders them.
+pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> Result<()> {
+    for (name, grid, classes) in
+        [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
+    {
+        let cells = mask::mask(&grid, scene, frame.time_s, &frame.pose, &truth.lanes, classes);
+        npy::write(dir.join(format!("mask_{name}.npy")), &[grid.rows, grid.columns], &cells)?;
+        let planes = PointGrid::new(grid, &frame.points, &frame.pose).planes();
+        npy::write(dir.join(format!("grid_{name}.npy")), &[4, grid.rows, grid.columns], &planes)?;
     }
+    Ok(())
 }
 
-/// Writes the files that `output` asks for, but the pictures.
+/// Writes the files that `output` asks for, but the pictures and what [`write_masks`] writes.
 pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, truth: &Truth) -> Result<()> {
     if output.adc {
         write_cube(dir, &frame.cube)?;

@@ -3,8 +3,8 @@
 use crate::adc::interference::{self, Arrival, Place};
 use crate::adc::synthesis::FrontEnd;
 use crate::cpu::adc::synthesis::Control;
-use crate::detect::locate;
 use crate::detect::points::{self, Point};
+use crate::detect::{Bodies, locate};
 use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
@@ -13,7 +13,7 @@ use crate::geom::{Geometry, curved};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
-use crate::scene::{Object, Scene, Shape};
+use crate::scene::{Scene, Shape};
 use crate::trace::{Convention, Returns, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
@@ -135,7 +135,8 @@ pub fn simulate_with(
         },
     )?;
     clock.lap();
-    let points = located(engine, radar, &mut maps, &returns, &scene.objects)?;
+    let bodies = Bodies::new(scene, time_s, &pose);
+    let points = located(engine, radar, &mut maps, &returns, &bodies)?;
     stages.angles_s = clock.lap();
     Ok(Frame {
         index,
@@ -192,7 +193,7 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
     Ok(list)
 }
 
-/// From a cube to maps, one for each ramp, and points. `returns` and `objects` label them; both may be empty.
+/// From a cube to maps, one for each ramp, and points. `returns` and `bodies` label them; both may be empty.
 ///
 /// Errors: a cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
 /// allow.
@@ -201,13 +202,13 @@ pub fn detect(
     radar: &Radar,
     cube: &AnyCube,
     returns: &Returns,
-    objects: &[Object],
+    bodies: &Bodies,
     stages: &mut Stages,
 ) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
     let mut clock = Clock::start();
     let mut maps = engine.maps(radar, cube)?;
     stages.processing_s = clock.lap();
-    let cloud = located(engine, radar, &mut maps, returns, objects)?;
+    let cloud = located(engine, radar, &mut maps, returns, bodies)?;
     stages.angles_s = clock.lap();
     Ok((maps, cloud))
 }
@@ -218,10 +219,10 @@ pub fn located(
     radar: &Radar,
     maps: &mut [RangeDoppler<f64>],
     returns: &Returns,
-    objects: &[Object],
+    bodies: &Bodies,
 ) -> Result<Vec<Point>> {
     let mut cloud = locate::points(engine, radar, maps)?;
-    points::label(radar, &mut cloud, returns, objects);
+    points::label(radar, &mut cloud, returns, bodies);
     Ok(cloud)
 }
 

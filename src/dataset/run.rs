@@ -1,7 +1,7 @@
 //! Many frames into one folder. Each frame appears under its name when it is complete; an interrupted
 //! run goes on where it stopped; the folder gets its own name at the very end.
 
-use super::files::{Truth, frame_name, write_frame};
+use super::files::{Truth, frame_name, write_frame, write_masks};
 use super::follow;
 use super::frame::{Frame, convergence, simulate_with};
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
@@ -9,11 +9,10 @@ use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::formats::stage::{StagedDir, sha256_of_bytes};
-use crate::road::lane_lines;
 use crate::road::site::Site;
 use crate::scene::Scene;
 use crate::scene::radar_toml::to_toml;
-use crate::scene::scenario::{Scenario, SceneSource};
+use crate::scene::scenario::Scenario;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -60,10 +59,6 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         .as_bytes(),
     );
     let (staged, notes) = StagedDir::resumable(out, options.force, &identity)?;
-    let lanes = match &scenario.scene {
-        SceneSource::Builtin(b) => lane_lines(*b),
-        SceneSource::File { .. } | SceneSource::Road { .. } => Vec::new(),
-    };
     let mut records = Vec::new();
     let mut resumed = 0;
     for index in 0..scenario.frames.count {
@@ -86,13 +81,16 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         let mut record = Vec::with_capacity(scenario.radars.len());
         for (which, radar) in scenario.radars.iter().enumerate() {
             let frame = simulate_with(engine, scenario, scene, which, index, Control::default())?;
-            let truth = Truth::new(scenario, scene, &frame, &lanes);
+            let truth = Truth::new(scenario, scene, &frame, site.road.as_ref());
             let dir = match scenario.radars.len() {
                 1 => unfinished.clone(),
                 _ => unfinished.join(&radar.name),
             };
             fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
             write_frame(&dir, &scenario.output, radar, &frame, &truth)?;
+            if scenario.output.masks {
+                write_masks(&dir, scene, &frame, &truth)?;
+            }
             if scenario.output.plots {
                 (options.pictures)(scenario, scene, &frame, &truth, &dir)?;
             }

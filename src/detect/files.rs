@@ -9,8 +9,9 @@ use crate::trace::Returns;
 use crate::units::dbm_from_w;
 use std::io::Write;
 
-/// Standard deviations are empty where the array cannot tell the angle.
-pub const POINT_COLUMNS: [&str; 17] = [
+/// Standard deviations are empty where the array cannot tell the angle. `ghost` is 0 or 1; `share` is a share of power (CONVENTIONS
+/// eq. 160).
+pub const POINT_COLUMNS: [&str; 20] = [
     "range_m",
     "range_rate_mps",
     "azimuth_deg",
@@ -28,6 +29,9 @@ pub const POINT_COLUMNS: [&str; 17] = [
     "azimuth_std_deg",
     "elevation_std_deg",
     "ambiguity",
+    "bounces",
+    "ghost",
+    "share",
 ];
 
 /// `chain` is the ids of the objects met, in order, with blanks between. Angles are those of arrival;
@@ -57,6 +61,9 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
             &degrees(p.std.azimuth_rad),
             &degrees(p.std.elevation_rad),
             &p.ambiguity.name(),
+            &p.bounces,
+            &u8::from(p.ghost),
+            &p.share,
         ])?;
     }
     table.finish()

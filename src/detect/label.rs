@@ -1,25 +1,162 @@
-//! Which object a point came from, by the echoes that fall into its cell.
+//! Which object a point came from, by the echoes that fall into its cell, and whether it stands where that object is
+//! (CONVENTIONS eq. 160).
 
 use super::points::Point;
 use crate::adc::synthesis::{Levels, passes};
-use crate::frames::direction_from_angles;
-use crate::scene::Object;
+use crate::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
+use crate::road::actors::{actor_boxes, is_ground};
+use crate::scene::Scene;
 use crate::scene::radar::Radar;
-use crate::trace::{Return, Returns};
+use crate::trace::{MAX_BOUNCES, Return, Returns};
 use crate::units::{C0, wavenumber};
+use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Classes that a path may touch on its way to what it is an echo of.
-pub const SURFACES: [&str; 4] = ["road", "verge", "ground", "terrain"];
+/// Classes of what stands along the road and mirrors the traffic.
+pub const MIRRORS: [&str; 5] = ["guard_rail", "post", "wall", "kerb", "fence"];
 
-/// The object that a chain of bounces is an echo of: the first in it that is not a road surface,
-/// else the first; 0 for an empty chain.
+/// The object that a chain of bounces is an echo of: the first in it that is neither ground nor a [mirror](MIRRORS) along the
+/// road, else the first that is not ground, else the first; 0 for an empty chain. A path and the same path backwards
+/// thus belong to the same object when one of the two that it touches is a mirror.
 pub fn object_of<'a>(r: &Return, class: impl Fn(u32) -> &'a str) -> u32 {
     let chain = || r.chain.iter().copied().take_while(|id| *id != 0);
-    chain().find(|id| !SURFACES.contains(&class(*id))).or_else(|| chain().next()).unwrap_or(0)
+    let stands = |id: &u32| !is_ground(class(*id));
+    chain()
+        .find(|id| stands(id) && !MIRRORS.contains(&class(*id)))
+        .or_else(|| chain().find(stands))
+        .or_else(|| chain().next())
+        .unwrap_or(0)
+}
+
+/// What labels need to know of a scene: classes, which objects are parts of one actor, and where actors stand.
+#[derive(Debug, Clone, Default)]
+pub struct Bodies {
+    objects: HashMap<u32, Body>,
+    boxes: Vec<Place>,
+}
+
+#[derive(Debug, Clone)]
+struct Body {
+    class: String,
+    /// Index into the boxes.
+    actor: usize,
+}
+
+/// A box in the sensor's frame.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    pose: Pose<Target, Sensor>,
+    lower_m: DVec3,
+    upper_m: DVec3,
+}
+
+impl Bodies {
+    /// The scene at `time_s`, seen from a radar.
+    pub fn new(scene: &Scene, time_s: f64, radar: &Pose<Sensor, World>) -> Bodies {
+        let to_sensor = radar.inverse();
+        let mut objects = HashMap::with_capacity(scene.objects.len());
+        let boxes = actor_boxes(scene, time_s).into_iter().enumerate().map(|(actor, b)| {
+            for part in b.parts.iter().map(|i| &scene.objects[*i]) {
+                objects.insert(part.id, Body { class: part.class.clone(), actor });
+            }
+            Place { pose: b.pose.then(&to_sensor), lower_m: b.lower_m, upper_m: b.upper_m }
+        });
+        Bodies { boxes: boxes.collect(), objects }
+    }
+
+    /// The object's class; "" when it has none.
+    pub fn class(&self, object: u32) -> &str {
+        self.objects.get(&object).map_or("", |b| b.class.as_str())
+    }
+
+    /// Whether a point stands off every actor of a chain that names more than one, ground among them. Ground itself is
+    /// no place to stand: it is everywhere.
+    fn is_ghost(&self, point: &Point, chain: &[u32], least_m: f64) -> bool {
+        let known = || chain.iter().take_while(|id| **id != 0).filter_map(|id| self.objects.get(id));
+        let Some(first) = known().next() else { return false };
+        if known().all(|b| b.actor == first.actor) {
+            return false;
+        }
+        let mut standing = known().filter(|b| !is_ground(&b.class)).peekable();
+        standing.peek().is_some() && standing.all(|b| self.boxes[b.actor].is_off(point, least_m))
+    }
+}
+
+impl Place {
+    /// Whether the box lies outside the point's ellipsoid, whose half axes along range, azimuth and elevation are three
+    /// standard deviations and at least `least_m`.
+    fn is_off(&self, point: &Point, least_m: f64) -> bool {
+        let half = |std: Option<f64>| {
+            std.map_or(FRAC_PI_2 * point.range_m, |s| 3.0 * s * point.range_m).max(least_m)
+        };
+        let (mut azimuth, mut elevation) = (point.azimuth_rad, point.elevation_rad);
+        if point.std.elevation_rad.is_none() {
+            // What was measured is u_y, whatever the height.
+            let sine = direction_from_angles(azimuth, elevation).y;
+            elevation = angles_from_direction(self.pose.point(0.5 * (self.lower_m + self.upper_m))).1;
+            azimuth = (sine / elevation.cos()).clamp(-1.0, 1.0).asin();
+            if point.azimuth_rad.abs() > FRAC_PI_2 {
+                azimuth = PI.copysign(point.azimuth_rad) - azimuth;
+            }
+        }
+        let (sin, cos) = (azimuth.sin(), azimuth.cos());
+        let along = direction_from_angles(azimuth, elevation);
+        let left = DVec3::new(-sin, cos, 0.0);
+        let axes = [
+            along / (3.0 * point.std.range_m).max(least_m),
+            left / half(point.std.azimuth_rad),
+            along.cross(left) / half(point.std.elevation_rad),
+        ];
+        // To the box's frame: |A q - b|² over the box.
+        let turn = DMat3::from_quat(self.pose.rotation);
+        let a = DMat3::from_cols(axes[0], axes[1], axes[2]).transpose() * turn;
+        let b = a * self.pose.inverse().point(along * point.range_m);
+        least_over_box(&a, b, self.lower_m, self.upper_m) > 1.0
+    }
+}
+
+/// min |A q − b| over lower ≤ q ≤ upper: one of the 27 ways for each coordinate to be free or at a bound is the
+/// minimum's, and every other way gives a point of the box that is no nearer.
+fn least_over_box(a: &DMat3, b: DVec3, lower: DVec3, upper: DVec3) -> f64 {
+    let mut least = f64::INFINITY;
+    for way in 0..27usize {
+        let state = [way % 3, way / 3 % 3, way / 9];
+        let mut q = DVec3::ZERO;
+        let mut rest = b;
+        // Bound coordinates stand in the system as q_i = bound.
+        let mut columns = [DVec3::ZERO; 3];
+        for i in 0..3 {
+            match state[i] {
+                0 => columns[i] = a.col(i),
+                s => {
+                    q[i] = if s == 1 { lower[i] } else { upper[i] };
+                    rest -= q[i] * a.col(i);
+                }
+            }
+        }
+        let free: Vec<usize> = (0..3).filter(|i| state[*i] == 0).collect();
+        let mut normal = DMat3::IDENTITY;
+        let mut right = DVec3::ZERO;
+        for &i in &free {
+            right[i] = columns[i].dot(rest);
+            for &j in &free {
+                normal.col_mut(j)[i] = columns[i].dot(columns[j]);
+            }
+        }
+        let solved = normal.inverse() * right;
+        for &i in &free {
+            q[i] = solved[i];
+        }
+        let q = q.clamp(lower, upper);
+        let distance = (*a * q - b).length();
+        if distance < least {
+            least = distance;
+        }
+    }
+    least
 }
 
 /// One echo, reduced to what labelling needs.
@@ -30,16 +167,31 @@ struct Echo {
     sine: f64,
     object: u32,
     amplitude: Complex64,
+    chain: [u32; MAX_BOUNCES],
+    bounces: u8,
 }
 
-/// Labels the points of one frame. An object's share of a point is the power of the coherent sum of
+/// What is known of a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Label {
+    /// The object that the point came from, 0 when no echo is near.
+    pub object_id: u32,
+    /// Reflections of that object's echo that contributes most.
+    pub bounces: u8,
+    /// Whether that echo touched several actors and the point stands off all of them (eq. 160).
+    pub ghost: bool,
+    /// The object's share of the point's power, 0 to 1 (eq. 160).
+    pub share: f64,
+}
+
+/// Labels the points of one frame. An object's part in a point is the power of the coherent sum of
 /// its echoes within one resolution of the point in range, range rate (modulo the ambiguity) and
 /// azimuth, each weighted by cos² of its distance on each axis, much as a Hann window's cell
 /// does. A flat road that sums to little there thus does not outweigh a car.
-pub struct Labeller {
+pub struct Labeller<'a> {
     /// By range.
     echoes: Vec<Echo>,
-    classes: HashMap<u32, String>,
+    bodies: &'a Bodies,
     range_m: f64,
     range_rate_mps: f64,
     ambiguity_mps: f64,
@@ -47,10 +199,17 @@ pub struct Labeller {
     sine: f64,
 }
 
-impl Labeller {
-    pub fn new(radar: &Radar, returns: &Returns, objects: &[Object]) -> Labeller {
-        let classes: HashMap<u32, String> = objects.iter().map(|o| (o.id, o.class.clone())).collect();
-        let class = |id: u32| classes.get(&id).map_or("", String::as_str);
+/// An object's echoes in one point.
+#[derive(Default)]
+struct Part<'e> {
+    sum: Complex64,
+    /// The strongest.
+    most: f64,
+    echo: Option<&'e Echo>,
+}
+
+impl<'a> Labeller<'a> {
+    pub fn new(radar: &Radar, returns: &Returns, bodies: &'a Bodies) -> Labeller<'a> {
         let k = wavenumber(radar.carrier_hz);
         let levels = Levels::new(radar);
         let mut echoes: Vec<Echo> = returns
@@ -61,8 +220,10 @@ impl Labeller {
                 range_m: r.range_m(),
                 range_rate_mps: r.range_rate_mps(),
                 sine: 0.5 * (r.departure.y + r.arrival.y),
-                object: object_of(r, class),
+                object: object_of(r, |id| bodies.class(id)),
                 amplitude: levels.amplitude(r) * Complex64::cis(-k * r.path_length_m),
+                chain: r.chain,
+                bounces: r.bounces,
             })
             .filter(|e| e.object != 0)
             .collect();
@@ -72,46 +233,54 @@ impl Labeller {
         let sampled_hz = lines.step_hz.abs() * lines.count as f64;
         Labeller {
             echoes,
+            bodies,
             range_m: C0 / (2.0 * sampled_hz),
             range_rate_mps: radar.wavelength_m() / (2.0 * radar.frame_time_s()),
             ambiguity_mps: 2.0 * radar.max_velocity_mps(),
             sine: sine_resolution(radar),
-            classes,
         }
     }
 
-    /// The object's class; "" when it has none.
-    pub fn class(&self, object: u32) -> &str {
-        self.classes.get(&object).map_or("", String::as_str)
-    }
-
-    /// The object that the point came from, 0 when no echo is near.
-    pub fn label(&self, point: &Point) -> u32 {
+    /// What the echoes of this frame say of a point.
+    pub fn label(&self, point: &Point) -> Label {
         let sine = direction_from_angles(point.azimuth_rad, point.elevation_rad).y;
         let first = self.echoes.partition_point(|e| e.range_m <= point.range_m - self.range_m);
-        let mut sums = BTreeMap::<u32, Complex64>::new();
+        let mut parts = BTreeMap::<u32, Part>::new();
         for e in self.echoes[first..].iter().take_while(|e| e.range_m < point.range_m + self.range_m) {
             let rate = e.range_rate_mps - point.range_rate_mps;
             let rate = rate - self.ambiguity_mps * (rate / self.ambiguity_mps).round();
-            let weight = share((e.range_m - point.range_m) / self.range_m)
-                * share(rate / self.range_rate_mps)
-                * share((e.sine - sine) / self.sine);
+            let weight = near((e.range_m - point.range_m) / self.range_m)
+                * near(rate / self.range_rate_mps)
+                * near((e.sine - sine) / self.sine);
             if weight > 0.0 {
-                *sums.entry(e.object).or_default() += weight * e.amplitude;
+                let part = parts.entry(e.object).or_default();
+                let amplitude = weight * e.amplitude;
+                part.sum += amplitude;
+                if amplitude.norm_sqr() > part.most {
+                    (part.most, part.echo) = (amplitude.norm_sqr(), Some(e));
+                }
             }
         }
-        let mut best = (0, 0.0);
-        for (object, sum) in sums {
-            if sum.norm_sqr() > best.1 {
-                best = (object, sum.norm_sqr());
+        let total: f64 = parts.values().map(|p| p.sum.norm_sqr()).sum();
+        let mut best: Option<(u32, &Part)> = None;
+        for (id, part) in &parts {
+            if part.sum.norm_sqr() > best.map_or(0.0, |b| b.1.sum.norm_sqr()) {
+                best = Some((*id, part));
             }
         }
-        best.0
+        let Some((object_id, part)) = best else { return Label::default() };
+        let Some(echo) = part.echo else { return Label::default() };
+        Label {
+            object_id,
+            bounces: echo.bounces,
+            ghost: self.bodies.is_ghost(point, &echo.chain, 0.5 * self.range_m),
+            share: part.sum.norm_sqr() / total,
+        }
     }
 }
 
 /// cos² from 1 in the middle to 0 at ±1.
-fn share(x: f64) -> f64 {
+fn near(x: f64) -> f64 {
     if x.abs() < 1.0 { (FRAC_PI_2 * x).cos().powi(2) } else { 0.0 }
 }
 
@@ -126,4 +295,39 @@ fn sine_resolution(radar: &Radar) -> f64 {
         return f64::INFINITY;
     }
     radar.wavelength_m() / ((y[y.len() - 1] - y[0]) * n / (n - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a search over a fine grid of the box.
+    #[test]
+    fn the_nearest_place_of_a_box() {
+        let (lower, upper) = (DVec3::new(-2.0, -1.0, 0.0), DVec3::new(2.0, 1.0, 1.5));
+        let turn = DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(0.3);
+        let a = DMat3::from_diagonal(DVec3::new(9.0, 1.5, 0.4)) * turn;
+        for (i, p) in
+            [[0.5, 0.5, 0.5], [4.0, 0.0, 1.0], [3.0, 3.0, -2.0], [-2.5, 0.2, 4.0], [-9.0, -8.0, 0.0]]
+                .into_iter()
+                .enumerate()
+        {
+            let b = a * DVec3::from_array(p);
+            let got = least_over_box(&a, b, lower, upper);
+            let n = 60;
+            let mut want = f64::INFINITY;
+            for k in 0..(n + 1) * (n + 1) * (n + 1) {
+                let at = DVec3::new(
+                    (k % (n + 1)) as f64,
+                    (k / (n + 1) % (n + 1)) as f64,
+                    (k / (n + 1) / (n + 1)) as f64,
+                );
+                want = want.min((a * (lower + at / n as f64 * (upper - lower)) - b).length());
+            }
+            assert!(got <= want + 1e-9, "{got} {want}");
+            assert!(i > 0 || got < 1e-12, "a place inside");
+            // One step of the grid is at most |A| times its diagonal.
+            assert!(want - got < 9.0 * (upper - lower).length() / n as f64, "{got} {want}");
+        }
+    }
 }

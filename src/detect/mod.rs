@@ -1,7 +1,7 @@
 //! From detected cells to points in SI units, and from points to what moves on the road.
 //!
-//! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from;
-//!   [`accuracy`]: standard deviations from the SNR.
+//! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from, and whether it is
+//!   there; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
 //! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
 //!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
 //! * [`ego_motion`]: the radar's own motion from standing points.
@@ -48,6 +48,7 @@ pub mod cluster;
 mod draws;
 pub mod ego_motion;
 pub mod files;
+pub mod grid;
 pub mod kalman;
 pub mod label;
 pub mod locate;
@@ -58,5 +59,5 @@ pub mod slope_pairs;
 pub mod track_table;
 pub mod tracker;
 
-pub use label::Labeller;
+pub use label::{Bodies, Labeller};
 pub use points::{Detected, Point};

@@ -2,12 +2,11 @@
 
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
-use super::label::Labeller;
+use super::label::{Bodies, Labeller};
 use crate::adc::synthesis::power_gain;
 use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
 use crate::frames::direction_from_angles;
-use crate::scene::Object;
 use crate::scene::radar::Radar;
 use crate::trace::Returns;
 use crate::units::{db_from_power, dbm_from_w, w_from_dbm};
@@ -69,6 +68,12 @@ pub struct Point {
     pub object_id: u32,
     /// That object's class; "" for none.
     pub class: String,
+    /// Reflections of the echo that contributes most; 0 for none.
+    pub bounces: u8,
+    /// Whether it stands where nothing is (eq. 160).
+    pub ghost: bool,
+    /// Of the power that echoes bring to the point, what the object's bring (eq. 160), 0 to 1.
+    pub share: f64,
 }
 
 /// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
@@ -125,6 +130,9 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         ambiguity: d.ambiguity,
         object_id: 0,
         class: String::new(),
+        bounces: 0,
+        ghost: false,
+        share: 0.0,
     }
 }
 
@@ -147,12 +155,14 @@ pub fn peaks<T: Real>(
         .unzip()
 }
 
-/// Labels points: `objects` gives the classes; `returns` are the echoes of this frame (none for a cube from elsewhere: all labels
-/// are 0).
-pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, objects: &[Object]) {
-    let labeller = Labeller::new(radar, returns, objects);
+/// Labels points: `bodies` gives classes and places; `returns` are the echoes of this frame (none for a cube from elsewhere:
+/// all labels are 0).
+pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, bodies: &Bodies) {
+    let labeller = Labeller::new(radar, returns, bodies);
     for p in points {
-        p.object_id = labeller.label(p);
-        p.class = labeller.class(p.object_id).to_string();
+        let label = labeller.label(p);
+        p.object_id = label.object_id;
+        p.class = bodies.class(label.object_id).to_string();
+        (p.bounces, p.ghost, p.share) = (label.bounces, label.ghost, label.share);
     }
 }

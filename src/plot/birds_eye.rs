@@ -53,6 +53,11 @@ pub fn birds_eye(input: &BirdsEye) -> Result<Picture> {
 }
 
 pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
+    birds_eye_turned(input).0
+}
+
+/// The chart, and where a place (x forward, y left) stands in it.
+pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) -> [f64; 2] + use<>) {
     let [[x0, y0], [x1, y1]] = input.limits_m.unwrap_or_else(|| bounds(input));
     let x = Axis::new("x forward (m)", x0, x1);
     let y = Axis::new("y left (m)", y0, y1);
@@ -62,7 +67,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
     } else {
         Chart::new(input.title, y.reversed(), x).equal_scale(560.0, 640.0)
     };
-    let turned = |p: [f64; 2]| if lying { p } else { [p[1], p[0]] };
+    let turned = move |p: [f64; 2]| if lying { p } else { [p[1], p[0]] };
 
     // Large areas first, so that a road does not hide what stands on it.
     let mut objects: Vec<&Outline> = input.objects.iter().filter(|o| shown(o, [x0, y0], [x1, y1])).collect();
@@ -118,7 +123,7 @@ pub(super) fn birds_eye_chart(input: &BirdsEye) -> Chart {
         chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(RADAR) });
         chart.key("radar", Symbol::Mark(mark, RADAR));
     }
-    chart
+    (chart, turned)
 }
 
 const RADAR: Rgb = [230, 159, 0];

@@ -85,6 +85,15 @@ pub enum Layer {
         columns: usize,
         values: Vec<f64>,
     },
+    /// Like `Cells`, each value the number of its colour; white where there is none.
+    Classes {
+        x: (f64, f64),
+        y: (f64, f64),
+        rows: usize,
+        columns: usize,
+        values: Vec<f64>,
+        colours: Vec<Rgb>,
+    },
     /// Breaks where a coordinate is not finite.
     Line {
         points: Vec<[f64; 2]>,
@@ -245,6 +254,12 @@ impl Chart {
                 let down = spans(&self.y, frame.h, *y, *rows, true);
                 let boxes = cell_boxes(frame, &across, &down, *columns, values, &colour);
                 c.boxes(boxes);
+            }
+            Layer::Classes { x, y, rows, columns, values, colours } => {
+                let across = spans(&self.x, frame.w, *x, *columns, false);
+                let down = spans(&self.y, frame.h, *y, *rows, true);
+                let of = |value: f64| colours.get(value as usize).copied();
+                c.boxes(cell_boxes(frame, &across, &down, *columns, values, &of));
             }
             Layer::Line { points, pen } => {
                 let inside = frame.grown(8.0);

@@ -6,6 +6,7 @@ mod birds_eye;
 mod canvas;
 mod chart;
 mod file;
+mod labels;
 mod polar;
 mod profile;
 mod range_doppler;
@@ -21,6 +22,7 @@ pub use chart::{
     lines, scatter,
 };
 pub use file::{PlotOptions, plot_file};
+pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_picture};
 pub use polar::polar;
 pub use profile::{RangeProfile, range_profile};
 pub use range_doppler::{RangeDoppler, range_doppler};

@@ -247,6 +247,58 @@ fn one_bright_cell_survives_a_map_finer_than_the_picture() {
 }
 
 #[test]
+fn labels_of_a_road() {
+    let r = road();
+    let named = |p: &BirdsEyePoint, class: &str| LabelledPoint {
+        at_m: [p.x_m, p.y_m],
+        class: class.into(),
+        ghost: class.is_empty(),
+    };
+    let points: Vec<LabelledPoint> =
+        r.points.iter().enumerate().map(|(i, p)| named(p, ["car", "", "marker"][i % 3])).collect();
+    let picture = |points: &[LabelledPoint], lines: &[RoadLine], free: &[[f64; 2]]| {
+        let scene = BirdsEye { title: "Labels", objects: &r.objects, ..Default::default() };
+        labels(&Labels { scene, lines, free_space_m: free, points }).unwrap()
+    };
+    let lines = [true, false].map(|edge| RoadLine { points_m: vec![[0.0, 1.75], [60.0, 1.75]], edge });
+    let all = picture(&points, &lines, &[[0.0, 0.0], [40.0, -3.0], [40.0, 3.0]]);
+    keep("labels.png", &all);
+    // Ghosts are ringed in red, and only they.
+    let red = |p: &Picture| p.pixels().pixels().filter(|c| c.0 == [220, 30, 30]).count();
+    assert!(red(&all) > 50);
+    let real: Vec<LabelledPoint> = points.iter().filter(|p| !p.ghost).cloned().collect();
+    assert_eq!(red(&picture(&real, &[], &[])), 0);
+}
+
+#[test]
+fn mask_with_left_on_the_left() {
+    let (rows, columns) = (30, 20);
+    // A vehicle in the far left corner.
+    let cells: Vec<u8> =
+        (0..rows * columns).map(|i| if i / columns >= 20 && i % columns < 5 { 2 } else { 1 }).collect();
+    let input = MaskPicture {
+        title: "Mask",
+        cells: &cells,
+        rows,
+        columns,
+        ahead_m: 60.0,
+        across_m: 40.0,
+        names: &["undefined", "lane", "vehicle"],
+        points: &[],
+    };
+    let p = mask_picture(&input).unwrap();
+    keep("mask.png", &p);
+    let (w, h) = (f64::from(p.pixels().width()), f64::from(p.pixels().height()));
+    let vehicle =
+        p.pixels().enumerate_pixels().filter(|(_, y, c)| c.0 == [92, 140, 190] && f64::from(*y) > 0.1 * h);
+    let (n, x, y) = vehicle
+        .fold((0.0, 0.0, 0.0), |(n, sx, sy), (x, y, _)| (n + 1.0, sx + f64::from(x), sy + f64::from(y)));
+    assert!(n > 1000.0 && x / n < 0.4 * w && y / n < 0.5 * h, "{n} {} {}", x / n / w, y / n / h);
+    assert!(mask_picture(&MaskPicture { names: &["undefined", "lane"], ..input.clone() }).is_err());
+    assert!(mask_picture(&MaskPicture { rows: 29, ..input }).is_err());
+}
+
+#[test]
 fn birds_eye_of_a_road() {
     let r = road();
     let radars = [FieldOfView { half_angle_rad: 1.0, range_m: 62.0, ..Default::default() }];

@@ -7,6 +7,8 @@
 use crate::error::Result;
 use crate::frames::Pose;
 use crate::road::MaterialLookup;
+use crate::road::labels::{LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, RoadLabel, RoadTruth};
+use crate::road::layout::{Driven, LaneKind, LineKind};
 use crate::road::objects::{CarMaterials, ground, passenger_car, u_post, verge, w_beam};
 use crate::road::reflector::Reflector;
 use crate::scene::{Scene, Shape};
@@ -107,6 +109,66 @@ pub fn marked_road(materials: MaterialLookup) -> Result<Scene> {
     Ok(scene)
 }
 
+/// The labels of [`marked_road`]; `scene` is that, or begins with it. Its lane lines are rows of markers, without paint.
+pub fn truth(scene: &Scene) -> RoadTruth {
+    const AXIS: &str = "marked road";
+    let line = |y: f64| vec![[0.0, y, 0.0], [ROAD_LENGTH_M, y, 0.0]];
+    let lane = |number: i32, kind, left: f64, right: f64| LaneLabel {
+        number,
+        kind,
+        driven: Driven::Forward,
+        width_m: vec![left - right; 2],
+        left_m: line(left),
+        centre_m: line(0.5 * (left + right)),
+        right_m: line(right),
+    };
+    let [left, middle, right] = LANE_LINES_Y_M;
+    let half = PAVED_HALF_WIDTH_M;
+    let names = ["left", "middle", "right"];
+    let painted = |(name, y): (&str, f64)| LineLabel {
+        id: 0,
+        name: name.into(),
+        kind: LineKind::None,
+        width_m: 0.0,
+        points_m: line(y),
+    };
+    let outline = [(0.0, -half), (ROAD_LENGTH_M, -half), (ROAD_LENGTH_M, half), (0.0, half)];
+    let road = RoadLabel {
+        name: AXIS.into(),
+        length_m: ROAD_LENGTH_M,
+        s_m: vec![0.0, ROAD_LENGTH_M],
+        axis_m: line(0.0),
+        curvature_per_m: vec![0.0; 2],
+        left_edge_m: line(half),
+        right_edge_m: line(-half),
+        lanes: vec![
+            lane(1, LaneKind::Shoulder, half, left),
+            lane(2, LaneKind::Driving, left, middle),
+            lane(3, LaneKind::Driving, middle, right),
+            lane(4, LaneKind::Shoulder, right, -half),
+        ],
+        lines: names.into_iter().zip(LANE_LINES_Y_M).map(painted).collect(),
+        free_space_m: vec![outline.map(|(x, y)| [x, y, 0.0]).to_vec()],
+    };
+    let row = |name: &str| {
+        let mine = scene.objects.iter().filter(|o| o.name.starts_with(&format!("marker {name} ")));
+        let marker = |o: &crate::scene::Object| MarkerLabel {
+            id: o.id,
+            s_m: o.pose.translation_m.x,
+            position_m: o.pose.translation_m.to_array(),
+            bit: None,
+        };
+        MarkerRowLabel {
+            name: name.into(),
+            road: AXIS.into(),
+            reflector: MARKER.into(),
+            word: None,
+            markers: mine.map(marker).collect(),
+        }
+    };
+    RoadTruth { name: AXIS.into(), roads: vec![road], marker_rows: names.map(row).to_vec() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,6 +211,26 @@ mod tests {
         assert!((1_000..20_000).contains(&s.triangle_count()), "{}", s.triangle_count());
         let used = |i: u32| s.meshes.iter().any(|m| m.material.contains(&i));
         assert!((0..s.materials.len() as u32).all(used) && s.materials.len() == MATERIALS.len());
+    }
+
+    #[test]
+    fn labels_are_those_of_the_scene() {
+        let s = marked_road(&any_material).unwrap();
+        let t = truth(&s);
+        assert_eq!(t.marker_rows.iter().map(|r| r.markers.len()).collect::<Vec<_>>(), [20; 3]);
+        for (row, y) in t.marker_rows.iter().zip(LANE_LINES_Y_M) {
+            for (i, m) in row.markers.iter().enumerate() {
+                let o = s.object_by_id(m.id).unwrap();
+                assert_eq!((o.class.as_str(), o.pose.translation_m.to_array()), ("marker", m.position_m));
+                assert_eq!((m.position_m[1], m.s_m), (y, MARKER_SPACING_M * (i + 1) as f64));
+            }
+        }
+        // The cars drive in the middle of lanes.
+        for (name, number) in [("car overtaking", 2), ("car standing", 3)] {
+            let o = s.objects.iter().find(|o| o.name == name).unwrap();
+            let lane = crate::road::near::lane_at(&t, o.pose.translation_m, 0.0).unwrap();
+            assert_eq!((lane.number, lane.offset_m, lane.heading_rad), (number, 0.0, 0.0));
+        }
     }
 
     #[test]

@@ -2,13 +2,17 @@
 //! scenes. Everything is f64, metres, ISO 8855 axes; normals point outwards, or to the lit side of a
 //! sheet. Materials come from the caller by name, so that a table or an override decides on them.
 
+pub mod actors;
 pub mod axis;
 pub mod build;
 pub mod demo;
 pub mod drive;
+pub mod free_space;
 pub mod glb;
 pub mod labels;
 pub mod layout;
+pub mod mask;
+pub mod near;
 pub mod objects;
 pub mod opendrive;
 pub mod plan;
@@ -29,11 +33,11 @@ pub mod w3;
 use crate::error::Result;
 use crate::scene::scenario::{self, Builtin};
 use crate::scene::{Material, Scene, material};
-use glam::DVec3;
+use labels::RoadTruth;
 use plan::ScenePlan;
 use std::path::Path;
 
-pub use truth::{TruthBox, truth_boxes};
+pub use truth::{TruthBox, actor_truth, truth_boxes};
 
 /// Finds a radar material by its name.
 pub type MaterialLookup<'a> = &'a dyn Fn(&str) -> Result<Material>;
@@ -61,25 +65,10 @@ impl scenario::Builder for Library {
     }
 }
 
-/// A lane line of a built-in road.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct LaneLine {
-    pub name: String,
-    /// Along the line in the world, metres.
-    pub points_m: Vec<[f64; 3]>,
-}
-
-/// The lane lines that a built-in scene is known to have.
-pub fn lane_lines(builtin: Builtin) -> Vec<LaneLine> {
+/// The labels of a built-in scene, where it has any.
+pub fn builtin_truth(builtin: Builtin, scene: &Scene) -> Option<RoadTruth> {
     match builtin {
-        Builtin::MarkedRoad => ["left", "middle", "right"]
-            .iter()
-            .zip(demo::LANE_LINES_Y_M)
-            .map(|(name, y)| LaneLine {
-                name: name.to_string(),
-                points_m: [0.0, demo::ROAD_LENGTH_M].map(|x| DVec3::new(x, y, 0.0).to_array()).to_vec(),
-            })
-            .collect(),
-        Builtin::Empty | Builtin::W3 | Builtin::W3Moving => Vec::new(),
+        Builtin::MarkedRoad => Some(demo::truth(scene)),
+        Builtin::Empty | Builtin::W3 | Builtin::W3Moving => None,
     }
 }

@@ -4,10 +4,11 @@ use super::labels::RoadTruth;
 use super::layout::{Base, Driven, InLane, Lateral, Road};
 use super::plan::ScenePlan;
 use super::profile::Profile;
-use super::{Library, build, drive, glb, scene_toml};
+use super::{Library, build, builtin_truth, drive, glb, scene_toml};
 use crate::error::{BadInput, Error, Result};
 use crate::scene::scenario::{OnRoad, Scenario, SceneSource};
 use crate::scene::{Scene, material};
+use std::path::Path;
 use std::sync::Arc;
 
 /// All that frames are made from.
@@ -25,13 +26,17 @@ impl Site {
     pub fn new(scenario: &Scenario) -> Result<Site> {
         match &scenario.scene {
             SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),
-            SceneSource::File { path, .. } => {
+            source => {
                 let scene = scenario.build(&Library)?;
-                let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-                Ok(Site { scenario: scenario.clone(), scene, road: glb::truth_of(&bytes)? })
-            }
-            SceneSource::Builtin(_) => {
-                Ok(Site { scenario: scenario.clone(), scene: scenario.build(&Library)?, road: None })
+                let road = match source {
+                    SceneSource::Builtin(b) => builtin_truth(*b, &scene),
+                    // What `catseye scene` left in a binary glTF file.
+                    SceneSource::File { path, .. } if is_glb(path) => {
+                        glb::truth_of(&std::fs::read(path).map_err(|e| Error::io(path, e))?)?
+                    }
+                    _ => None,
+                };
+                Ok(Site { scenario: scenario.clone(), scene, road })
             }
         }
     }
@@ -48,6 +53,10 @@ impl Site {
         }
         Ok(Site { scenario, scene, road: Some(truth) })
     }
+}
+
+fn is_glb(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"))
 }
 
 /// A place and a way on a road, with the names found.

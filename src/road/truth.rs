@@ -1,10 +1,11 @@
 //! Ground truth: the box around each object.
 
-use crate::scene::{Scene, Shape};
+use crate::road::actors::{ActorBox, actor_boxes, mesh_bounds_m};
+use crate::scene::{Object, Scene, Shape};
 use glam::DVec3;
 
 /// The smallest box along an object's own axes.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TruthBox {
     pub id: u32,
     pub name: String,
@@ -23,42 +24,45 @@ pub struct TruthBox {
     pub spin_rad_per_s: [f64; 3],
 }
 
+fn boxed(o: &Object, time_s: f64, lower_m: DVec3, upper_m: DVec3) -> TruthBox {
+    let now = o.at(time_s);
+    let pose = now.pose();
+    let ahead = pose.direction(DVec3::X);
+    let centre = pose.point(0.5 * (lower_m + upper_m));
+    TruthBox {
+        id: o.id,
+        name: o.name.clone(),
+        class: o.class.clone(),
+        centre_m: centre.to_array(),
+        size_m: (upper_m - lower_m).to_array(),
+        rotation_xyzw: now.rotation.to_array(),
+        yaw_rad: ahead.y.atan2(ahead.x),
+        velocity_mps: now.velocity_at(centre).to_array(),
+        spin_rad_per_s: now.spin_rad_per_s.to_array(),
+    }
+}
+
 /// One box per object of the scene at `time_s`, in the order of the objects.
 pub fn truth_boxes(scene: &Scene, time_s: f64) -> Vec<TruthBox> {
-    let mesh_bounds: Vec<(DVec3, DVec3)> = scene
-        .meshes
-        .iter()
-        .map(|m| {
-            let mut points = m.positions_m.iter();
-            let first = points.next().copied().unwrap_or(DVec3::ZERO);
-            points.fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)))
-        })
-        .collect();
-    scene
-        .objects
-        .iter()
-        .map(|o| {
-            let (lo, hi) = match o.shape {
-                Shape::Mesh(m) => mesh_bounds[m],
-                Shape::Point { .. } | Shape::Table(_) => (DVec3::ZERO, DVec3::ZERO),
-            };
-            let now = o.at(time_s);
-            let pose = now.pose();
-            let ahead = pose.direction(DVec3::X);
-            let centre = pose.point(0.5 * (lo + hi));
-            TruthBox {
-                id: o.id,
-                name: o.name.clone(),
-                class: o.class.clone(),
-                centre_m: centre.to_array(),
-                size_m: (hi - lo).to_array(),
-                rotation_xyzw: now.rotation.to_array(),
-                yaw_rad: ahead.y.atan2(ahead.x),
-                velocity_mps: now.velocity_at(centre).to_array(),
-                spin_rad_per_s: now.spin_rad_per_s.to_array(),
-            }
-        })
-        .collect()
+    let bounds = mesh_bounds_m(scene);
+    let of = |o: &Object| {
+        let (lo, hi) = match o.shape {
+            Shape::Mesh(m) => bounds[m],
+            Shape::Point { .. } | Shape::Table(_) => (DVec3::ZERO, DVec3::ZERO),
+        };
+        boxed(o, time_s, lo, hi)
+    };
+    scene.objects.iter().map(of).collect()
+}
+
+/// The box around each actor at `time_s`, with the id, name, class, axes and motion of its first part; and what it
+/// was made from.
+pub fn actor_truth(scene: &Scene, time_s: f64) -> Vec<(ActorBox, TruthBox)> {
+    let of = |b: ActorBox| {
+        let truth = boxed(&scene.objects[b.parts[0]], time_s, b.lower_m, b.upper_m);
+        (b, truth)
+    };
+    actor_boxes(scene, time_s).into_iter().map(of).collect()
 }
 
 #[cfg(test)]

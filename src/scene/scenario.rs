@@ -293,6 +293,8 @@ pub struct Output {
     pub returns: bool,
     /// truth.json.
     pub truth: bool,
+    /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
+    pub masks: bool,
     /// The PNGs.
     pub plots: bool,
 }
@@ -306,6 +308,7 @@ impl Default for Output {
             tracks: true,
             returns: true,
             truth: true,
+            masks: false,
             plots: true,
         }
     }
