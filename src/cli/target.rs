@@ -23,6 +23,9 @@ pub struct ImportArgs {
     /// The file's up axis: y or z
     #[arg(long, default_value = "y")]
     pub up: String,
+    /// Which of the file's animations move it: all that do not contradict each other, none, or one by its name
+    #[arg(long, value_name = "NAME", default_value = "all")]
+    pub animation: String,
 }
 
 impl ImportArgs {
@@ -46,6 +49,7 @@ impl ImportArgs {
             up: gltf::up(&self.up)?,
             default_material: self.default_material.clone(),
             material_map,
+            animations: gltf::Animations::from_name(&self.animation),
         })
     }
 }

@@ -18,7 +18,8 @@ use crate::road::plan::{
 };
 use crate::road::profile::Profile;
 use crate::road::shape::{Profile as Outline, append, area_vector_m2, cuboid, polygon, weld};
-use crate::road::traffic::vehicle;
+use crate::road::traffic::{driven, vehicle};
+use crate::scene::motion::{Joint, Motion};
 use crate::scene::{Mesh, Scene, Shape};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::PI;
@@ -28,6 +29,8 @@ use std::ops::Range;
 const SUNK_M: f64 = 0.05;
 /// Most objects of one row.
 pub const MAX_ROW: usize = 100_000;
+/// By so much is the clock of each thing under way ahead of the one before, that walkers are not in step.
+const STAGGER_S: f64 = 0.618;
 
 /// Builds the scene and its labels. Errors: unknown materials, a road with a surface that reaches into another's,
 /// a row of more than [`MAX_ROW`].
@@ -38,6 +41,7 @@ pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, Road
         scene: Scene::default(),
         truth: RoadTruth { name: plan.name.clone(), ..Default::default() },
         known: Vec::new(),
+        moving: 0,
     };
     for (i, r) in plan.roads.iter().enumerate() {
         for other in &plan.roads[..i] {
@@ -87,6 +91,17 @@ struct Builder<'a> {
     truth: RoadTruth,
     /// Parts that were built before, and the index of their first mesh.
     known: Vec<(String, Scene, usize)>,
+    /// Things so far that are under way.
+    moving: usize,
+}
+
+/// How a thing goes.
+#[derive(Clone, Copy, Default)]
+struct Going {
+    /// Along its own x.
+    speed_mps: f64,
+    /// In the world.
+    velocity_mps: DVec3,
 }
 
 impl Builder<'_> {
@@ -136,7 +151,8 @@ impl Builder<'_> {
             let turn = DQuat::from_rotation_y(t.pitch_rad) * DQuat::from_rotation_x(t.roll_rad);
             let velocity = t.speed_mps * pose.direction(DVec3::X);
             let pose = Pose::new(pose.rotation * turn, pose.translation_m);
-            self.thing(&t.source, &format!("{}/{}", road.name, t.name), &t.class, &pose, velocity)?;
+            let going = Going { speed_mps: t.speed_mps, velocity_mps: velocity };
+            self.thing(&t.source, &format!("{}/{}", road.name, t.name), &t.class, &pose, going)?;
         }
         self.truth.roads.push(label(road, &stations, lines));
         Ok(())
@@ -481,7 +497,7 @@ impl Builder<'_> {
             let turn = DQuat::from_rotation_y(r.pitch_rad) * DQuat::from_rotation_x(r.roll_rad);
             let pose = Pose::new(pose.rotation * turn, pose.translation_m);
             let name = format!("{}/{} {}", road.name, r.name, i + 1);
-            let id = self.thing(&source, &name, &r.class, &pose, DVec3::ZERO)?;
+            let id = self.thing(&source, &name, &r.class, &pose, Going::default())?;
             markers.push(MarkerLabel { id, s_m: micro(s_m), position_m: rounded(pose.translation_m), bit });
         }
         if r.class == "marker" {
@@ -507,7 +523,7 @@ impl Builder<'_> {
         name: &str,
         class: &str,
         pose: &Pose<Target, World>,
-        velocity_mps: DVec3,
+        going: Going,
     ) -> Result<u32> {
         let key = match source {
             Source::Reflector(r) => format!("reflector {}", r.spec()),
@@ -534,6 +550,8 @@ impl Builder<'_> {
             }
         };
         let (_, built, first) = &self.known[k];
+        let clock_s = STAGGER_S * self.moving as f64;
+        self.moving += usize::from(going.speed_mps != 0.0);
         let mut id = None;
         for part in &built.objects {
             let shape = match part.shape {
@@ -545,8 +563,20 @@ impl Builder<'_> {
                 if built.objects.len() == 1 { name.to_string() } else { format!("{name}/{}", part.name) };
             let class = if class.is_empty() { &part.class } else { class };
             let place = Pose::new(pose.rotation * part.pose.rotation, pose.point(part.pose.translation_m));
-            let velocity = velocity_mps + pose.direction(part.velocity_mps);
+            let velocity = going.velocity_mps + pose.direction(part.velocity_mps);
             let new = self.scene.add_object(&name, class, shape, place, velocity);
+            let parked = matches!(source, Source::Vehicle(_)) && going.speed_mps == 0.0;
+            if part.motion.is_some() && !parked {
+                let mut joints = match source {
+                    Source::Vehicle(_) => driven(part.joints(), going.speed_mps, clock_s),
+                    _ => part.joints(),
+                };
+                joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
+                if going.velocity_mps != DVec3::ZERO {
+                    joints.push(Joint::Line(going.velocity_mps));
+                }
+                self.scene.move_by(new, Motion { joints });
+            }
             id.get_or_insert(new);
         }
         id.ok_or_else(|| BadInput::new("has no parts").key(name).into())

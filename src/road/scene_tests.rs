@@ -547,3 +547,52 @@ proptest! {
         }
     }
 }
+
+/// Wheels roll, legs swing and walkers are not in step; the file brings it all back.
+#[test]
+fn vehicles_move_with_their_wheels_and_limbs() {
+    let text = r#"
+name = "moving"
+[[road]]
+name = "a"
+plan = [{ kind = "straight", length_m = 200 }]
+left = [{ number = 11, width_m = 3.75 }]
+right = [{ number = 1, width_m = 3.75 }]
+vehicle = [
+    { kind = "sedan", s_m = 40, lateral = { lane = 1 }, speed_mps = 20 },
+    { kind = "pedestrian", name = "one", s_m = 60, lateral = { lane = 1 }, speed_mps = 1.4 },
+    { kind = "pedestrian", name = "two", s_m = 70, lateral = { lane = 1 }, speed_mps = 1.4 },
+    { kind = "hatchback", s_m = 90, lateral = { lane = 11 } },
+]
+"#;
+    let (_, scene, truth) = made(text);
+    let wheels: Vec<_> =
+        scene.objects.iter().filter(|o| o.class == "car.wheel" && o.motion.is_some()).collect();
+    assert_eq!(wheels.len(), 4, "those of the car that drives");
+    for t in [0.0, 0.31, 2.0] {
+        for w in &wheels {
+            let now = w.at(t);
+            let touches = DVec3::new(now.translation_m.x, now.translation_m.y, 0.0);
+            assert!(now.velocity_at(touches).length() < 1e-9, "{} {t}", w.name);
+            assert!((now.velocity_mps.length() - 20.0).abs() < 1e-9);
+        }
+    }
+    let legs: Vec<_> = scene.objects.iter().filter(|o| o.name.contains("thigh left")).collect();
+    assert_eq!(legs.len(), 2);
+    let turn = legs[0].at(0.0).rotation.angle_between(legs[1].at(0.0).rotation);
+    assert!(turn > 0.05, "in step: {turn}");
+    let parked: Vec<_> = scene.objects.iter().filter(|o| o.name.contains("hatchback")).collect();
+    assert!(parked.len() > 4 && parked.iter().all(|o| o.motion.is_none()));
+    let bytes = glb::to_glb(&scene, &truth).unwrap();
+    let back = gltf::import_bytes(&bytes, Path::new("x.glb"), None, &ImportOptions::default()).unwrap();
+    for (a, b) in scene.objects.iter().zip(&back.objects) {
+        assert_eq!(a.motion.is_some(), b.motion.is_some(), "{}", a.name);
+        for t in [-0.4, 0.0, 0.77, 5.0] {
+            let (p, q) = (a.at(t), b.at(t));
+            assert!((p.translation_m - q.translation_m).length() < 1e-9, "{} {t}", a.name);
+            assert!((p.velocity_mps - q.velocity_mps).length() < 1e-9, "{} {t}", a.name);
+            assert!((p.spin_rad_per_s - q.spin_rad_per_s).length() < 1e-9, "{} {t}", a.name);
+            assert!((p.rotation.dot(q.rotation).abs() - 1.0).abs() < 1e-12, "{} {t}", a.name);
+        }
+    }
+}

@@ -62,7 +62,8 @@ pub enum Interpolation {
     Cubic,
 }
 
-/// Values over time; before the first and after the last they stand still.
+/// Values over time; before the first and after the last they stand still. One that repeats is at any time what it is at
+/// that time modulo its period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel<T> {
     times_s: Vec<f64>,
@@ -70,6 +71,7 @@ pub struct Channel<T> {
     /// (into, out of) each value, per second; for [`Interpolation::Cubic`] only.
     tangents: Vec<(T, T)>,
     interpolation: Interpolation,
+    repeat_s: Option<f64>,
 }
 
 /// Where a time lies: the interval's first value, the share of it that has passed, and its length.
@@ -107,14 +109,45 @@ impl<T: Copy> Channel<T> {
                 "a pair for each value of a cubic, else none",
             ));
         }
-        Ok(Channel { times_s, values, tangents, interpolation })
+        Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None })
+    }
+
+    /// The same over and over. Errors: a period that is not above zero and finite.
+    pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
+        if !(period_s.is_finite() && period_s > 0.0) {
+            return Err(BadInput::new("is no period of a motion")
+                .key("repeat_s")
+                .value(period_s)
+                .allowed("above 0 s")
+                .into());
+        }
+        Ok(Channel { repeat_s: Some(period_s), ..self })
     }
 
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
 
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// (into, out of) each value, per second; empty unless [`Interpolation::Cubic`].
+    pub fn tangents(&self) -> &[(T, T)] {
+        &self.tangents
+    }
+
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Its period, if it repeats.
+    pub fn repeat_s(&self) -> Option<f64> {
+        self.repeat_s
+    }
+
     fn place(&self, time_s: f64) -> Place {
+        let time_s = self.repeat_s.map_or(time_s, |period| time_s.rem_euclid(period));
         let after = self.times_s.partition_point(|t| *t <= time_s);
         if after == 0 {
             return Place::At(0);
@@ -309,7 +342,8 @@ impl Motion {
         self.joints.iter().fold(Moving::REST, |inner, joint| inner.then(&joint.at(time_s)))
     }
 
-    /// First and last time at which any of its keyed motions has a key; None without any.
+    /// First and last time at which any of its keyed motions has a key (of the first round, where it repeats); None
+    /// without any.
     pub fn span_s(&self) -> Option<(f64, f64)> {
         let times: Vec<f64> = self.joints.iter().flat_map(Joint::times_s).collect();
         let first = times.iter().copied().min_by(f64::total_cmp)?;
@@ -419,6 +453,24 @@ mod tests {
         }
         assert_eq!(wheel.span_s(), Some((0.0, 2.0)));
         assert_eq!(wheel.at(5.0).velocity_mps, DVec3::ZERO);
+    }
+
+    #[test]
+    fn what_repeats_starts_again() {
+        let there = vec![DVec3::ZERO, DVec3::X * 3.0];
+        let once = Channel::new(vec![0.5, 2.0], there, vec![], Interpolation::Linear).unwrap();
+        let again = once.clone().repeated(2.0).unwrap();
+        assert_eq!(again.repeat_s(), Some(2.0));
+        for t in [0.0, 0.3, 0.6, 1.25, 1.75] {
+            for round in [-4.0, -2.0, 0.0, 2.0, 200.0] {
+                let ((a, da), (b, db)) = (again.at(t + round), once.at(t));
+                assert!((a - b).length() < 1e-12 && da == db, "{t} {round}");
+            }
+        }
+        assert_eq!(once.at(2.5), (DVec3::X * 3.0, DVec3::ZERO));
+        for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(once.clone().repeated(period).is_err());
+        }
     }
 
     #[test]

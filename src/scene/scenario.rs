@@ -134,6 +134,8 @@ pub struct SceneTable {
     pub unit: Option<At<String>>,
     /// Axis of the glTF file that points up: y (default) or z.
     pub up: Option<At<String>>,
+    /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
+    pub animation: Option<At<String>>,
     /// For surfaces of the glTF file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Material of the glTF file = material of the table.
@@ -188,6 +190,7 @@ pub struct ObjectTable {
     pub velocity_mps: At<[f64; 3]>,
     pub unit: Option<At<String>>,
     pub up: Option<At<String>>,
+    pub animation: Option<At<String>>,
     pub default_material: Option<At<String>>,
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
@@ -849,6 +852,7 @@ fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {
 struct ImportTable<'a> {
     unit: &'a Option<At<String>>,
     up: &'a Option<At<String>>,
+    animation: &'a Option<At<String>>,
     default_material: &'a Option<At<String>>,
     materials: &'a BTreeMap<String, At<String>>,
 }
@@ -858,6 +862,7 @@ impl<'a> From<&'a SceneTable> for ImportTable<'a> {
         ImportTable {
             unit: &t.unit,
             up: &t.up,
+            animation: &t.animation,
             default_material: &t.default_material,
             materials: &t.materials,
         }
@@ -869,6 +874,7 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
         ImportTable {
             unit: &t.unit,
             up: &t.up,
+            animation: &t.animation,
             default_material: &t.default_material,
             materials: &t.materials,
         }
@@ -877,7 +883,7 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
 
 impl ImportTable<'_> {
     fn first_span(&self) -> Option<&std::ops::Range<usize>> {
-        let given = [self.unit, self.up, self.default_material];
+        let given = [self.unit, self.up, self.animation, self.default_material];
         given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
     }
 }
@@ -902,6 +908,9 @@ fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptio
     }
     if let Some(u) = t.up {
         o.up = gltf::up(&u.value).map_err(here(u))?;
+    }
+    if let Some(a) = t.animation {
+        o.animations = gltf::Animations::from_name(&a.value);
     }
     for m in t.materials.values().chain(t.default_material) {
         super::material::parse_spec(&m.value).map_err(here(m))?;

@@ -1,0 +1,226 @@
+//! Meshes, with what a pose cannot say baked into their vertices.
+
+use super::read::Importer;
+use super::{MAX_TRIANGLES, MAX_VERTICES};
+use crate::error::Result;
+use crate::scene::Mesh;
+use crate::scene::toml_file::clip;
+use glam::{DMat3, DVec3};
+use gltf::json;
+use json::mesh::{Mode, Semantic};
+use json::validation::Checked;
+use std::collections::HashMap;
+
+impl Importer<'_> {
+    /// Scene mesh of glTF mesh `m` with its vertices multiplied by `bake`.
+    pub(super) fn mesh(&mut self, m: usize, bake: DMat3) -> Result<Option<usize>> {
+        let key = (m, bake.to_cols_array().map(|x| (x + 0.0).to_bits()));
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(*known);
+        }
+        let built = self.build_mesh(m, bake)?;
+        let index = (!built.triangles.is_empty()).then(|| {
+            self.scene.meshes.push(built);
+            self.scene.meshes.len() - 1
+        });
+        self.meshes.insert(key, index);
+        Ok(index)
+    }
+
+    pub(super) fn build_mesh(&mut self, m: usize, bake: DMat3) -> Result<Mesh> {
+        let to_iso = bake * self.axes * self.options.unit_m;
+        let mirrored = bake.determinant() < 0.0;
+        let mut all = Mesh::default();
+        // Primitives that share their positions share the vertices here too.
+        let mut bases: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+        let turn_normals = to_iso.inverse().transpose();
+        let stored: usize = self.scene.meshes.iter().map(|m| m.triangles.len()).sum();
+        for p in 0..self.root.meshes[m].primitives.len() {
+            let Some(primitive) = self.primitive(m, p)? else { continue };
+            let Primitive { key, positions: accessor, normals, material, .. } = primitive.clone();
+            let base = match bases.get(&(accessor, normals)) {
+                Some(b) => *b,
+                None => {
+                    let base = all.positions_m.len();
+                    let what = format!("{key}.attributes.POSITION");
+                    let points = self.elements::<3>(accessor, &what)?;
+                    if self.vertices + base + points.len() > MAX_VERTICES {
+                        return Err(self
+                            .bad(what, "too many vertices")
+                            .allowed(format!("up to {MAX_VERTICES} in all"))
+                            .remedy("split the scene")
+                            .into());
+                    }
+                    for (k, p) in points.iter().enumerate() {
+                        let p = to_iso * DVec3::from(*p);
+                        if !(p.is_finite() && p.length() < 1e9) {
+                            return Err(self
+                                .bad(&what, format!("vertex {k} is not a finite position"))
+                                .value(clip(&format!("{:?}", points[k])))
+                                .remedy("clean the mesh and export it again")
+                                .into());
+                        }
+                        all.positions_m.push(p);
+                    }
+                    // A primitive without normals is flat; a file that has none costs no memory here.
+                    if let Some(normals) = normals {
+                        let what = format!("{key}.attributes.NORMAL");
+                        let rows = self.elements::<3>(normals, &what)?;
+                        if rows.len() != points.len() {
+                            return Err(self
+                                .bad(what, format!("{} normals for {} vertices", rows.len(), points.len()))
+                                .remedy("the mesh is damaged; export it again")
+                                .into());
+                        }
+                        all.normals.resize(base, DVec3::ZERO);
+                        // What is not finite or has no length says nothing about the surface.
+                        all.normals.extend(
+                            rows.iter().map(|n| (turn_normals * DVec3::from(*n)).normalize_or_zero()),
+                        );
+                    } else if !all.normals.is_empty() {
+                        all.normals.resize(all.positions_m.len(), DVec3::ZERO);
+                    }
+                    bases.insert((accessor, normals), base);
+                    base
+                }
+            };
+            let count = self.count(accessor) as u32;
+            for corners in self.triangles(&primitive, count, stored + all.triangles.len())? {
+                let mut abc = corners.map(|c| c + base as u32);
+                if mirrored {
+                    abc.swap(1, 2);
+                }
+                if !has_area(abc.map(|c| all.positions_m[c as usize])) {
+                    self.scene.import.degenerate_triangles_dropped += 1;
+                    continue;
+                }
+                all.triangles.push(abc);
+                all.material.push(material);
+            }
+        }
+        drop_flat_normals(&mut all);
+        drop_unused_vertices(&mut all);
+        self.vertices += all.positions_m.len();
+        Ok(all)
+    }
+
+    /// What a primitive is made of; None, with a note, where it has no surface.
+    pub(super) fn primitive(&mut self, m: usize, p: usize) -> Result<Option<Primitive>> {
+        let key = format!("meshes[{m}].primitives[{p}]");
+        let primitive = &self.root.meshes[m].primitives[p];
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(self
+                .bad(format!("{key}.mode"), "is not a primitive mode")
+                .allowed("0..=6")
+                .remedy("export the file again")
+                .into());
+        };
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(|a| a.value());
+        let indices = primitive.indices.map(|a| a.value());
+        let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals)).map(|a| a.value());
+        let (material, morphs) = (primitive.material.map(|m| m.value()), primitive.targets.is_some());
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.note(format!("{key} holds points or lines, which have no area, and is left out"));
+            return Ok(None);
+        }
+        let Some(positions) = positions else {
+            self.note(format!("{key} has no positions and is left out"));
+            return Ok(None);
+        };
+        if morphs {
+            self.note(format!("{key} has morph targets, which are left out"));
+        }
+        let slot = material.unwrap_or(self.root.materials.len());
+        let Some(Some(material)) = self.materials.get(slot).copied() else {
+            return Err(self.out_of_range(format!("{key}.material"), slot, self.root.materials.len()).into());
+        };
+        Ok(Some(Primitive { key, mode, positions, normals, indices, material }))
+    }
+
+    /// Corners of the triangles of a primitive with `count` vertices, when there are `stored` triangles already.
+    pub(super) fn triangles(
+        &mut self,
+        primitive: &Primitive,
+        count: u32,
+        stored: usize,
+    ) -> Result<Vec<[u32; 3]>> {
+        let (key, mode) = (&primitive.key, primitive.mode);
+        let corners: Vec<u32> = match primitive.indices {
+            Some(a) => self.indices(a, count, &format!("{key}.indices"))?,
+            None => (0..count).collect(),
+        };
+        let n = corners.len();
+        let triangles = if mode == Mode::Triangles { n / 3 } else { n.saturating_sub(2) };
+        if mode == Mode::Triangles && !n.is_multiple_of(3) {
+            self.note(format!("{key} has {} corners more than whole triangles", n % 3));
+        }
+        if stored + triangles > MAX_TRIANGLES {
+            return Err(self
+                .bad(key, "too many triangles")
+                .allowed(format!("up to {MAX_TRIANGLES} in all"))
+                .remedy("split the scene")
+                .into());
+        }
+        // Strips and fans as in section 3.7.2.1 of the glTF 2.0 specification.
+        let abc = |t: usize| match mode {
+            Mode::Triangles => [3 * t, 3 * t + 1, 3 * t + 2],
+            Mode::TriangleStrip => [t, t + 1 + t % 2, t + 2 - t % 2],
+            _ => [t + 1, t + 2, 0],
+        };
+        Ok((0..triangles).map(|t| abc(t).map(|c| corners[c])).collect())
+    }
+}
+
+/// Triangles of one material, with the accessors of their vertices.
+#[derive(Clone)]
+pub(super) struct Primitive {
+    pub(super) key: String,
+    mode: Mode,
+    pub(super) positions: usize,
+    pub(super) normals: Option<usize>,
+    indices: Option<usize>,
+    pub(super) material: u32,
+}
+
+pub(super) fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let (u, v) = (b - a, c - a);
+    let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
+    u.cross(v).length() > 1e-12 * longest
+}
+
+/// Forgets the normals of a mesh whose facets are all flat: most files have normals, and most of them
+/// say only what the facets say.
+pub(super) fn drop_flat_normals(mesh: &mut Mesh) {
+    /// Cosine of the angle between a facet and the normal at its corner that still counts as flat: the
+    /// rounding of single precision, on facets a hundred times longer than wide.
+    const FLAT: f64 = 1.0 - 1e-8;
+    let flat = |t: usize| {
+        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions_m[i as usize]);
+        let facet = (b - a).cross(c - a).normalize_or_zero();
+        mesh.corner_normals(t).is_none_or(|n| n.iter().all(|n| n.dot(facet) > FLAT))
+    };
+    if !mesh.normals.is_empty() && (0..mesh.triangles.len()).all(flat) {
+        mesh.normals.clear();
+    }
+}
+
+pub(super) fn drop_unused_vertices(mesh: &mut Mesh) {
+    let mut new: Vec<u32> = vec![u32::MAX; mesh.positions_m.len()];
+    for c in mesh.triangles.iter().flatten() {
+        new[*c as usize] = 0;
+    }
+    let mut kept = 0;
+    for (old, n) in new.iter_mut().enumerate() {
+        if *n == 0 {
+            mesh.positions_m[kept] = mesh.positions_m[old];
+            if !mesh.normals.is_empty() {
+                mesh.normals[kept] = mesh.normals[old];
+            }
+            *n = kept as u32;
+            kept += 1;
+        }
+    }
+    mesh.positions_m.truncate(kept);
+    mesh.normals.truncate(kept);
+    mesh.triangles.iter_mut().flatten().for_each(|c| *c = new[*c as usize]);
+}
