@@ -262,16 +262,27 @@ fn every_frame_is_described() {
     let dir = place();
     make(dir.path(), "d", &[]);
     let d = dir.path().join("d");
-    let json = |name: &str| -> serde_json::Value { serde_json::from_slice(&fs::read(d.join(name)).unwrap()).unwrap() };
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(d.join(name)).unwrap()).unwrap()
+    };
     let statistics = json("statistics.json");
     assert_eq!((&statistics["frames"], &statistics["scenes"]), (&36.into(), &12.into()));
     // Counted again from the files.
     let rows = |name: &str| -> usize {
-        (0..36).map(|f| fs::read_to_string(d.join(format!("frame_{f:06}/{name}.csv"))).unwrap().lines().count() - 1).sum()
+        (0..36)
+            .map(|f| {
+                fs::read_to_string(d.join(format!("frame_{f:06}/{name}.csv"))).unwrap().lines().count() - 1
+            })
+            .sum()
     };
     assert_eq!(statistics["points"].as_u64(), Some(rows("points") as u64));
     assert!(rows("points") > 36);
-    let binned: u64 = statistics["points_by_range_m"]["counts"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
+    let binned: u64 = statistics["points_by_range_m"]["counts"]
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|n| n.as_u64().unwrap())
+        .sum();
     assert_eq!(binned, rows("points") as u64);
     assert_eq!(rows("frames"), 36);
     let schema = json("schema.json");
@@ -284,7 +295,15 @@ fn every_frame_is_described() {
         assert_eq!(columns, known, "{table}");
     }
     let readme = fs::read_to_string(d.join("README.md")).unwrap();
-    for says in ["# tiny", "36 frames", "| train | 6 | 18 |", "| test | 6 | 18 |", "| car |", "Not stated", "previews/frame_000000/"] {
+    for says in [
+        "# tiny",
+        "36 frames",
+        "| train | 6 | 18 |",
+        "| test | 6 | 18 |",
+        "| car |",
+        "Not stated",
+        "previews/frame_000000/",
+    ] {
         assert!(readme.contains(says), "{says}: {readme}");
     }
     for picture in ["range_doppler.png", "birds_eye.png"] {

@@ -45,7 +45,11 @@ impl Dataset {
             return write_scene(&recipe, scene, &self.output, global);
         }
         if self.jobs == Some(0) {
-            return Err(BadInput::new("nobody would work").key("--jobs").value(0).allowed("1 or more").into());
+            return Err(BadInput::new("nobody would work")
+                .key("--jobs")
+                .value(0)
+                .allowed("1 or more")
+                .into());
         }
         let shards = self.shards.as_deref().map(shard_range).transpose()?;
         let engine = global.engine()?;

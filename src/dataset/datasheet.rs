@@ -188,7 +188,9 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
         }
         match fs::rename(&temporary, &folder) {
             // Another run was quicker; its pictures are the same.
-            Err(_) if folder.is_dir() => fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?,
+            Err(_) if folder.is_dir() => {
+                fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?
+            }
             Err(e) => return Err(Error::io(&folder, e)),
             Ok(()) => {}
         }
@@ -239,7 +241,10 @@ fn schema(layout: &Layout) -> serde_json::Value {
         .iter()
         .map(|t| {
             let mut columns = serde_json::Map::new();
-            columns.insert("frame".into(), serde_json::json!({ "type": "int64", "about": "number of the frame" }));
+            columns.insert(
+                "frame".into(),
+                serde_json::json!({ "type": "int64", "about": "number of the frame" }),
+            );
             for c in &t.columns {
                 columns.insert(c.name.clone(), serde_json::json!({ "type": c.kind, "about": c.about }));
             }
@@ -276,7 +281,11 @@ fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
         if f.frames_per_scene == 1 { "" } else { "s" }
     )?;
     writeln!(s, "## How it was made\n")?;
-    writeln!(s, "catseye {}, seed {}, recipe {}. The recipe is `recipe_text` of `{DATASET}`:\n", f.catseye, f.seed, f.recipe)?;
+    writeln!(
+        s,
+        "catseye {}, seed {}, recipe {}. The recipe is `recipe_text` of `{DATASET}`:\n",
+        f.catseye, f.seed, f.recipe
+    )?;
     writeln!(s, "```\ncatseye dataset recipe.toml -o DIR --seed {}\n```\n", f.seed)?;
     writeln!(
         s,
@@ -285,11 +294,16 @@ fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
     let devices: BTreeSet<String> = made
         .markers
         .iter()
-        .map(|m| format!("{} {} {}", m.device.adapter, m.device.driver, m.device.precision).replace("  ", " "))
+        .map(|m| {
+            format!("{} {} {}", m.device.adapter, m.device.driver, m.device.precision).replace("  ", " ")
+        })
         .collect();
     writeln!(s, "Made on: {}.\n", devices.into_iter().collect::<Vec<_>>().join("; "))?;
     writeln!(s, "## Parts\n")?;
-    writeln!(s, "All frames of a scene are in one part (column `split` of table `frames`).\n\n| part | scenes | frames |\n|---|---|---|")?;
+    writeln!(
+        s,
+        "All frames of a scene are in one part (column `split` of table `frames`).\n\n| part | scenes | frames |\n|---|---|---|"
+    )?;
     for (name, scenes) in SPLITS.iter().zip(made.recipe.split_counts()) {
         writeln!(s, "| {name} | {scenes} | {} |", t.splits.get(*name).copied().unwrap_or(0))?;
     }
@@ -305,7 +319,15 @@ fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
     if !l.arrays.is_empty() {
         writeln!(s, "| array | axes | shape of a frame | type | unit |\n|---|---|---|---|---|")?;
         for a in &l.arrays {
-            writeln!(s, "| `{}` | {} | {:?} | {} | {} |", a.name, a.dims.join(", "), a.shape, a.kind.name(), a.unit)?;
+            writeln!(
+                s,
+                "| `{}` | {} | {:?} | {} | {} |",
+                a.name,
+                a.dims.join(", "),
+                a.shape,
+                a.kind.name(),
+                a.unit
+            )?;
         }
         writeln!(s)?;
     }
@@ -331,15 +353,26 @@ fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
         let name = if class.is_empty() { "(none)" } else { class };
         writeln!(s, "| {name} | {} | {} |", n.objects, n.points)?;
     }
-    writeln!(s, "\n## Licence of the data\n\n{}\n", f.licence.as_deref().unwrap_or("Not stated by its maker."))?;
+    writeln!(
+        s,
+        "\n## Licence of the data\n\n{}\n",
+        f.licence.as_deref().unwrap_or("Not stated by its maker.")
+    )?;
     writeln!(s, "## Limits\n")?;
-    writeln!(s, "* Simulated echoes: what the simulator leaves out, the data leave out (README of catseye).")?;
+    writeln!(
+        s,
+        "* Simulated echoes: what the simulator leaves out, the data leave out (README of catseye)."
+    )?;
     writeln!(s, "* Labels of points name the object whose echoes made them; points of noise have none.")?;
     if t.dropped > 0 {
         writeln!(s, "* {} vehicles were left out because no draw gave them room.", t.dropped)?;
     }
     if t.redrawn > 0 {
-        writeln!(s, "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.", t.redrawn)?;
+        writeln!(
+            s,
+            "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.",
+            t.redrawn
+        )?;
     }
     writeln!(s, "\n## Pictures\n")?;
     for frame in pictured {

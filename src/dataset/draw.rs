@@ -60,7 +60,9 @@ impl Distribution {
     /// Its two numbers, and the limits.
     fn pairs(&self) -> (Option<&[Node; 2]>, Option<&[Node; 2]>) {
         match self {
-            Distribution::Uniform(p) | Distribution::LogUniform(p) | Distribution::Integer(p) => (Some(p), None),
+            Distribution::Uniform(p) | Distribution::LogUniform(p) | Distribution::Integer(p) => {
+                (Some(p), None)
+            }
             Distribution::Normal { of, limits } => (Some(of), limits.as_ref()),
             Distribution::Choice { .. } | Distribution::Named { .. } => (None, None),
         }
@@ -251,9 +253,7 @@ impl Reader<'_> {
                 Some(d) => Value::Drawn(Box::new(d)),
                 None => self.table(t)?,
             },
-            DeValue::Array(a) => {
-                Value::Array(a.iter().map(|v| self.node(v)).collect::<Result<Vec<Node>>>()?)
-            }
+            DeValue::Array(a) => Value::Array(a.iter().map(|v| self.node(v)).collect::<Result<Vec<Node>>>()?),
             DeValue::String(s) => Value::Plain(toml::Value::String(s.to_string())),
             DeValue::Boolean(b) => Value::Plain(toml::Value::Boolean(*b)),
             DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
@@ -394,7 +394,10 @@ impl Reader<'_> {
 
     fn weights(&self, node: Node, values: usize) -> Result<Vec<f64>> {
         let bad = |problem: String| -> Error {
-            self.doc.bad(&node.span, problem).remedy("give one weight for each value, at least one over 0").into()
+            self.doc
+                .bad(&node.span, problem)
+                .remedy("give one weight for each value, at least one over 0")
+                .into()
         };
         let Value::Array(list) = &node.value else { return Err(bad("is no list".into())) };
         if list.len() != values {
@@ -446,10 +449,12 @@ fn check(
             Err(doc.bad(span, format!("log_uniform begins at {a}")).allowed("more than 0").into())
         }
         Distribution::LogUniform(_) => ordered(a, b, "log_uniform"),
-        Distribution::Integer(_) => match [a, b].into_iter().find(|x| x.fract() != 0.0 || x.abs() > MAX_INTEGER) {
-            Some(x) => Err(doc.bad(span, format!("{x} is no integer")).remedy("or take uniform").into()),
-            None => ordered(a, b, "integer"),
-        },
+        Distribution::Integer(_) => {
+            match [a, b].into_iter().find(|x| x.fract() != 0.0 || x.abs() > MAX_INTEGER) {
+                Some(x) => Err(doc.bad(span, format!("{x} is no integer")).remedy("or take uniform").into()),
+                None => ordered(a, b, "integer"),
+            }
+        }
         Distribution::Normal { .. } if b < 0.0 => {
             Err(doc.bad(span, format!("{b} is no standard deviation")).allowed("0 and more").into())
         }
@@ -550,19 +555,38 @@ impl<'a> Draws<'a> {
     }
 
     fn entry(&mut self, node: &Node, id: &str, out: &str, drawn: bool) -> Result<Option<toml::Value>> {
-        if let Value::Table(t) = &node.value {
-            if let Some(r) = &t.repeat {
-                return Err(self
-                    .doc
-                    .bad(&r.span, "stands outside an array")
-                    .remedy("repeat belongs to a table of an array, as in [[road.road.vehicle]]")
-                    .into());
-            }
-            if !self.present(t, id)? {
-                return Ok(None);
-            }
+        self.once(node)?;
+        if let Value::Table(t) = &node.value
+            && !self.present(t, id)?
+        {
+            return Ok(None);
         }
         self.value(node, id, out, drawn).map(Some)
+    }
+
+    /// Refuses `repeat` where there is no array.
+    fn once(&self, node: &Node) -> Result<()> {
+        match &node.value {
+            Value::Table(Table { repeat: Some(r), .. }) => Err(self
+                .doc
+                .bad(&r.span, "stands outside an array")
+                .remedy("repeat belongs to a table of an array, as in [[road.road.vehicle]]")
+                .into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses `repeat` and `chance` of a value that stands for one of several places.
+    fn always(&self, node: &Node) -> Result<()> {
+        self.once(node)?;
+        match &node.value {
+            Value::Table(Table { chance: Some(c), .. }) => Err(self
+                .doc
+                .bad(&c.span, "stands in a choice or a draw")
+                .remedy("give the chance to the table that holds the choice or draw")
+                .into()),
+            _ => Ok(()),
+        }
     }
 
     fn present(&mut self, t: &Table, id: &str) -> Result<bool> {
@@ -580,7 +604,10 @@ impl<'a> Draws<'a> {
         let n = self.number(repeat, &format!("{id}.{COPIES}"))?;
         if n.fract() != 0.0 || !(0.0..=MAX_REPEAT as f64).contains(&n) {
             let b = self.doc.bad(&repeat.span, format!("{n} is no number of copies"));
-            return Err(b.allowed(format!("0..={MAX_REPEAT}")).remedy("as in repeat = { integer = [0, 6] }").into());
+            return Err(b
+                .allowed(format!("0..={MAX_REPEAT}"))
+                .remedy("as in repeat = { integer = [0, 6] }")
+                .into());
         }
         Ok(Some(n as u32))
     }
@@ -667,6 +694,7 @@ impl<'a> Draws<'a> {
         Ok(match (d, main) {
             (Distribution::Choice { values, weights }, _) => {
                 let i = chosen(values.len(), weights.as_deref(), u);
+                self.always(&values[i])?;
                 self.value(&values[i], &format!("{id}<{i}>"), out, true)?
             }
             (Distribution::Named { name, times, plus }, _) => self.shared(name, times, plus, node, id)?,
@@ -700,6 +728,7 @@ impl<'a> Draws<'a> {
         let value = match (self.shared.get(name), tree.named.get(name)) {
             (Some(v), _) => v.clone(),
             (None, Some(shared)) => {
+                self.always(shared)?;
                 // The same for all who ask, also for those who are drawn again.
                 let before = std::mem::take(&mut self.attempt);
                 let v = self.value(shared, &format!("draw.{name}"), "", true);
@@ -721,7 +750,11 @@ impl<'a> Draws<'a> {
         };
         let y = x * k + c;
         let whole = matches!(value, toml::Value::Integer(_)) && k.fract() == 0.0 && c.fract() == 0.0;
-        Ok(if whole && y.abs() < MAX_INTEGER { toml::Value::Integer(y as i64) } else { toml::Value::Float(y) })
+        Ok(if whole && y.abs() < MAX_INTEGER {
+            toml::Value::Integer(y as i64)
+        } else {
+            toml::Value::Float(y)
+        })
     }
 }
 
@@ -903,7 +936,9 @@ mod tests {
 
     #[test]
     fn elements_are_drawn_again_and_left_out_by_themselves() {
-        let tree = tree("[road]\n[[road.v]]\nrepeat = 3\nx = { uniform = [0, 1] }\n[[road.v]]\nx = { uniform = [0, 1] }\n");
+        let tree = tree(
+            "[road]\n[[road.v]]\nrepeat = 3\nx = { uniform = [0, 1] }\n[[road.v]]\nx = { uniform = [0, 1] }\n",
+        );
         let before = plain(&tree, 5);
         let mut changes = Changes::default();
         changes.again.insert("road.v[0]#1".into(), 2);
@@ -929,7 +964,10 @@ mod tests {
             ("[road]\nx = { uniform = [2] }", "is not [least, greatest]; as in uniform = [0, 1]"),
             ("[road]\nx = { uniform = [1, nan] }", "is not a finite number"),
             ("[road]\nx = { uniform = [1, \"b\"] }", "is not a finite number"),
-            ("[road]\nx = { uniform = [1, 2], limit = [0, 1] }", "limit: is no key of the distribution uniform"),
+            (
+                "[road]\nx = { uniform = [1, 2], limit = [0, 1] }",
+                "limit: is no key of the distribution uniform",
+            ),
             ("[road]\nx = { normal = [1, 2], limit = [0, 1] }", "did you mean 'limits'?"),
             ("[road]\nx = { normal = [1, -2] }", "-2 is no standard deviation"),
             ("[road]\nx = { normal = [0, 1], limits = [3, 2] }", "limits runs from 3 down to 2"),
@@ -942,9 +980,15 @@ mod tests {
             ("[road]\nx = { choice = [] }", "has nothing to choose from"),
             ("[road]\nx = { choice = 3 }", "is no list"),
             ("[road]\nx = { choice = [1], uniform = [0, 1] }", "is two distributions: uniform and choice"),
-            ("[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }", "r.toml:4: road.x: there is no draw 'widht'"),
+            (
+                "[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }",
+                "r.toml:4: road.x: there is no draw 'widht'",
+            ),
             ("[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }", "did you mean 'width'?"),
-            ("[draw]\na = { draw = \"b\" }\nb = { draw = \"a\", plus = 1 }\n", "the draw needs itself: a -> b -> a"),
+            (
+                "[draw]\na = { draw = \"b\" }\nb = { draw = \"a\", plus = 1 }\n",
+                "the draw needs itself: a -> b -> a",
+            ),
             ("[draw]\na = { uniform = [{ draw = \"a\" }, 2] }\n", "the draw needs itself: a -> a"),
             ("[[road.v]]\nchance = 1.5\n", "r.toml:2: road.v[0].chance = 1.5: is no probability"),
             ("x = 2020-01-01\n", "is a date"),
@@ -956,9 +1000,17 @@ mod tests {
         // What only a scene decides.
         for (text, says) in [
             ("[road]\nx = { uniform = [{ uniform = [1, 2] }, 0.5] }", "down to 0.5"),
-            ("[draw]\nk = { choice = [\"a\"] }\n[road]\nx = { draw = \"k\", times = 2 }", "the draw 'k' is no number"),
+            (
+                "[draw]\nk = { choice = [\"a\"] }\n[road]\nx = { draw = \"k\", times = 2 }",
+                "the draw 'k' is no number",
+            ),
             ("[road]\nx = { choice = [{ repeat = 2, y = 1 }] }", "stands outside an array"),
             ("[road.t]\nrepeat = 2\n", "stands outside an array"),
+            ("[road]\nx = { choice = [{ chance = 0.5, y = 1 }] }", "stands in a choice or a draw"),
+            (
+                "[draw]\nt = { chance = 0.5, y = 1 }\n[road]\nx = { draw = \"t\" }",
+                "stands in a choice or a draw",
+            ),
             ("[[road.v]]\nrepeat = { uniform = [0.1, 0.9] }\n", "is no number of copies"),
             ("[[road.v]]\nrepeat = -1\n", "-1 is no number of copies; allowed: 0..=10000"),
             ("[[road.v]]\nchance = { uniform = [2, 3] }\n", "allowed: 0..=1"),

@@ -77,7 +77,9 @@ impl DatasetFile {
         let path = dir.join(DATASET);
         let bytes = match fs::read(&path) {
             Ok(b) => b,
-            Err(e) if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) => {
+            Err(e)
+                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
+            {
                 return Err(BadInput::new("is no dataset: it has no dataset.json")
                     .file(dir)
                     .remedy("name the folder that `catseye dataset` wrote")
@@ -86,7 +88,10 @@ impl DatasetFile {
             Err(e) => return Err(Error::io(path, e)),
         };
         serde_json::from_slice(&bytes).map_err(|e| {
-            BadInput::new(format!("damaged: {e}")).file(&path).remedy("bring back the file that was written").into()
+            BadInput::new(format!("damaged: {e}"))
+                .file(&path)
+                .remedy("bring back the file that was written")
+                .into()
         })
     }
 }
@@ -120,7 +125,8 @@ impl Marker {
     /// Whether it stands for this shard, with all files there and of their length.
     fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
         let frames = layout.frames_of(shard);
-        let there = |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
+        let there =
+            |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
         self.shard == shard
             && self.recipe == recipe
             && self.first_frame == frames.start
@@ -297,7 +303,9 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> 
         }
         Err(e) if out.is_file() => {
             let _ = e;
-            return Err(bad("is a file, and a folder is to be written".into()).remedy("give another name").into());
+            return Err(bad("is a file, and a folder is to be written".into())
+                .remedy("give another name")
+                .into());
         }
         Err(e) => return Err(Error::io(out, e)),
     };
@@ -308,9 +316,11 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> 
         if names.iter().all(|n| n.starts_with(&format!(".{DATASET}."))) {
             return Ok(false);
         }
-        return Err(bad("is a folder that holds something else (no dataset.json), so nothing is written there".into())
-            .remedy("give another name for the output")
-            .into());
+        return Err(bad(
+            "is a folder that holds something else (no dataset.json), so nothing is written there".into(),
+        )
+        .remedy("give another name for the output")
+        .into());
     }
     let found = DatasetFile::read(out)?;
     let anew = || {

@@ -181,13 +181,19 @@ impl Recipe {
         let tree = Tree::parse(path, text)?;
         let scenes = doc.in_range(&file.scenes, 1..=MOST_SCENES, "scenes to draw")?;
         let frames_per_scene = doc.in_range(&file.frames_per_scene, 1..=1_000_000, "frames of each scene")?;
-        let whole_scenes = FRAMES_PER_SHARD.div_ceil(u64::from(frames_per_scene)) * u64::from(frames_per_scene);
+        let whole_scenes =
+            FRAMES_PER_SHARD.div_ceil(u64::from(frames_per_scene)) * u64::from(frames_per_scene);
         let frames_per_shard = match &file.store.frames_per_shard {
             Some(n) => u64::from(doc.in_range(n, 1..=1_000_000, "frames of one shard")?),
             None => whole_scenes,
         };
         let (format, compression) = stored(&doc, &file.store)?;
-        if !(file.keep.adc || file.keep.range_doppler || file.keep.points || file.keep.returns || file.keep.truth) {
+        if !(file.keep.adc
+            || file.keep.range_doppler
+            || file.keep.points
+            || file.keep.returns
+            || file.keep.truth)
+        {
             return Err(BadInput::new("nothing is kept")
                 .file(path)
                 .key("keep")
@@ -356,7 +362,12 @@ impl Recipe {
                 let span = origin(second).map_or(0..0, |o| o.span.clone());
                 let other = if first.is_none() { "that of the radar" } else { "another" };
                 return Err(doc
-                    .bad(&span, format!("scene {scene}: the vehicle stands in {other} and nothing of either is drawn"))
+                    .bad(
+                        &span,
+                        format!(
+                            "scene {scene}: the vehicle stands in {other} and nothing of either is drawn"
+                        ),
+                    )
                     .remedy("move one of them")
                     .into());
             };
@@ -606,7 +617,9 @@ fn split(doc: &Document<'_>, table: &At<SplitTable>, scenes: u32, seed: u64) -> 
             for s in range {
                 let at = &mut of[s as usize];
                 if *at != u8::MAX {
-                    return Err(doc.bad(&share.span, format!("scene {s} is in two parts, or twice in one")).into());
+                    return Err(doc
+                        .bad(&share.span, format!("scene {s} is in two parts, or twice in one"))
+                        .into());
                 }
                 *at = k as u8;
             }
@@ -682,10 +695,11 @@ mod tests {
     #[test]
     fn shares_hold_to_a_scene_and_lists_as_they_are() {
         let with = |split: &str, scenes: u32| {
-            parse(&TINY.replace("scenes = 4", &format!("scenes = {scenes}")).replace(
-                "train = [0, 2]\nvalidation = [1]\ntest = [3]",
-                split,
-            ))
+            parse(
+                &TINY
+                    .replace("scenes = 4", &format!("scenes = {scenes}"))
+                    .replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", split),
+            )
         };
         let r = with("train = 0.64\nvalidation = 0.16\ntest = 0.2", 1000).unwrap();
         assert_eq!(r.split_counts(), [640, 160, 200]);
@@ -725,7 +739,10 @@ mod tests {
             (more("format = \"frames\"", "compression = \"lzma\""), "is no compression"),
             (TINY.replace("\"frames\"", "\"tar\""), "is not one of the choices"),
             (
-                TINY.replace("adc = true\nreturns = true", "range_doppler = false\npoints = false\ntruth = false"),
+                TINY.replace(
+                    "adc = true\nreturns = true",
+                    "range_doppler = false\npoints = false\ntruth = false",
+                ),
                 "nothing is kept",
             ),
         ] {
@@ -752,7 +769,8 @@ mod tests {
 
     #[test]
     fn vehicles_stand_apart_or_are_left_out() {
-        let text = TINY.replace("repeat = { integer = [0, 2] }", "repeat = 12").replace("scenes = 4", "scenes = 20");
+        let text =
+            TINY.replace("repeat = { integer = [0, 2] }", "repeat = 12").replace("scenes = 4", "scenes = 20");
         let text = text.replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", "train = 1");
         let recipe = parse(&text).unwrap();
         let (mut dropped, mut redrawn, mut kept) = (0, 0, 0);
@@ -783,7 +801,8 @@ mod tests {
         assert_ne!(of(TINY, Some(4)), first);
         assert_ne!(of(&TINY.replace("0.3]", "0.4]"), None), first);
         let radar = std::fs::read_to_string(dir.path().join("tiny_radar.toml")).unwrap();
-        std::fs::write(dir.path().join("tiny_radar.toml"), radar.replace("power_dbm = 12", "power_dbm = 11")).unwrap();
+        std::fs::write(dir.path().join("tiny_radar.toml"), radar.replace("power_dbm = 12", "power_dbm = 11"))
+            .unwrap();
         assert_ne!(of(TINY, None), first);
     }
 

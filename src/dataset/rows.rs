@@ -66,7 +66,12 @@ fn arrays_of(keep: Keep, site: &Site, f: &mut Frame, arrays: &mut Vec<Array>) {
         }
     }
     if keep.adc {
-        let empty = crate::engine::AnyCube::F32(crate::adc::Cube { chirps: 0, channels: 0, samples: 0, data: vec![] });
+        let empty = crate::engine::AnyCube::F32(crate::adc::Cube {
+            chirps: 0,
+            channels: 0,
+            samples: 0,
+            data: vec![],
+        });
         let cube = std::mem::replace(&mut f.cube, empty).into_f32();
         arrays.push(Array {
             name: array_name("adc", site, radar),
@@ -389,7 +394,9 @@ pub fn table_spec(table: &Table) -> TableSpec {
 pub fn array_spec(array: &Array) -> ArraySpec {
     let mut spec = array.spec();
     spec.about = match spec.name.as_bytes().first() {
-        Some(b'a') => "samples as the receiver's converter delivers them; chirps count loops of all transmitters".into(),
+        Some(b'a') => {
+            "samples as the receiver's converter delivers them; chirps count loops of all transmitters".into()
+        }
         _ => "power, mean over channels; zero range rate in the middle row; axes in table radars".into(),
     };
     spec

@@ -38,7 +38,8 @@ impl Footprint {
 
     /// Whether the two overlap at a time (separating axes; heights by their extent).
     fn meets(&self, other: &Footprint, time_s: f64) -> bool {
-        let apart = (other.centre_m + other.velocity_mps * time_s) - (self.centre_m + self.velocity_mps * time_s);
+        let apart =
+            (other.centre_m + other.velocity_mps * time_s) - (self.centre_m + self.velocity_mps * time_s);
         if apart.z.abs() > self.half_m.z + other.half_m.z {
             return false;
         }
@@ -100,9 +101,9 @@ pub fn first_clash(
             let pose = r.road.axis.pose(place, t.yaw_rad, t.lying);
             let new = Footprint::new(&pose, sizes.of(kind)?, t.speed_mps * pose.direction(DVec3::X));
             let frames = 0..scenario.frames.count;
-            let clash = known.iter().find(|(_, old)| {
-                frames.clone().any(|k| old.meets(&new, scenario.frames.time_s(k)))
-            });
+            let clash = known
+                .iter()
+                .find(|(_, old)| frames.clone().any(|k| old.meets(&new, scenario.frames.time_s(k))));
             if let Some((other, _)) = clash {
                 return Ok(Some((*other, (i, j))));
             }
@@ -134,7 +135,8 @@ mod tests {
         let (mut met, mut cases) = (0, 0);
         for i in 0..20 {
             for j in 0..20 {
-                let b = boxed(-5.0 + 0.5 * f64::from(i), -4.0 + 0.4 * f64::from(j), 0.37 * f64::from(i + j), 0.0);
+                let b =
+                    boxed(-5.0 + 0.5 * f64::from(i), -4.0 + 0.4 * f64::from(j), 0.37 * f64::from(i + j), 0.0);
                 let sampled = (0..=40).any(|u| {
                     (0..=20).any(|v| {
                         let at = |f: &Footprint| {

@@ -72,7 +72,11 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     for shard in 0..shards {
         let name = Marker::name(shard);
         if !present.contains(&name) {
-            note("missing shards", format!("{shard}"), "the same `catseye dataset` command goes on with them");
+            note(
+                "missing shards",
+                format!("{shard}"),
+                "the same `catseye dataset` command goes on with them",
+            );
             continue;
         }
         let Some(marker) = Marker::read(dir, shard) else {
@@ -84,7 +88,9 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
             note("shards of another recipe", name, DELETE);
             continue;
         }
-        if (marker.shard, marker.first_frame, marker.frames) != (shard, frames.start, frames.end - frames.start) {
+        if (marker.shard, marker.first_frame, marker.frames)
+            != (shard, frames.start, frames.end - frames.start)
+        {
             note("shards that overlap others", name, DELETE);
             continue;
         }
@@ -154,7 +160,15 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
         } else if name.starts_with(SHARDS) && !is_own(name, shards) {
             note("foreign shards", name.clone(), "take them out");
         } else if !vouched.contains_key(name) && !is_own(name, shards) {
-            note("foreign files", name.clone(), "take them out");
+            match complete == shards {
+                true => note("foreign files", name.clone(), "take them out"),
+                // An interrupted run leaves files before their marker.
+                false => note(
+                    "files of no complete shard",
+                    name.clone(),
+                    "the shards are made again, or take them out",
+                ),
+            }
         }
     }
     let problems = problems
