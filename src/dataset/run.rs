@@ -3,7 +3,7 @@
 
 use super::files::{Truth, frame_name, write_frame, write_masks};
 use super::follow;
-use super::frame::{Frame, convergence, simulate_with};
+use super::frame::{Frame, Prepared, convergence};
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
@@ -59,6 +59,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         .as_bytes(),
     );
     let (staged, notes) = StagedDir::resumable(out, options.force, &identity)?;
+    let prepared = Prepared::new(scenario, scene)?;
     let mut records = Vec::new();
     let mut resumed = 0;
     for index in 0..scenario.frames.count {
@@ -80,7 +81,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
         let mut record = Vec::with_capacity(scenario.radars.len());
         for (which, radar) in scenario.radars.iter().enumerate() {
-            let frame = simulate_with(engine, scenario, scene, which, index, Control::default())?;
+            let frame = prepared.frame(engine, which, index, Control::default())?;
             let truth = Truth::new(scenario, scene, &frame, site.road.as_ref());
             let dir = match scenario.radars.len() {
                 1 => unfinished.clone(),

@@ -8,6 +8,7 @@ use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target, World};
 use crate::road::MaterialLookup;
 use crate::road::axis::RoadPoint;
+use crate::road::drive::OnRoad;
 use crate::road::labels::{
     LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, Polyline, RoadLabel, RoadTruth,
 };
@@ -19,11 +20,12 @@ use crate::road::plan::{
 use crate::road::profile::Profile;
 use crate::road::shape::{Profile as Outline, append, area_vector_m2, cuboid, polygon, weld};
 use crate::road::traffic::{driven, vehicle};
-use crate::scene::motion::{Joint, Motion};
+use crate::scene::motion::{Channel, Joint, Motion};
 use crate::scene::{Mesh, Scene, Shape};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Bodies that stand on the ground reach this far into it, so that no face lies in the road's plane.
 const SUNK_M: f64 = 0.05;
@@ -42,6 +44,7 @@ pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, Road
         truth: RoadTruth { name: plan.name.clone(), ..Default::default() },
         known: Vec::new(),
         moving: 0,
+        duration_s: plan.duration_s,
     };
     for (i, r) in plan.roads.iter().enumerate() {
         for other in &plan.roads[..i] {
@@ -93,15 +96,21 @@ struct Builder<'a> {
     known: Vec<(String, Scene, usize)>,
     /// Things so far that are under way.
     moving: usize,
+    /// How long they are.
+    duration_s: f64,
 }
 
 /// How a thing goes.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Going {
-    /// Along its own x.
+    /// Along its own x, at time zero.
     speed_mps: f64,
-    /// In the world.
+    /// Its way over time, where the speed changes.
+    way_m: Option<Arc<Channel<f64>>>,
+    /// In the world, straight on.
     velocity_mps: DVec3,
+    /// From its own frame to the world, in place of a pose and that velocity.
+    joints: Option<Vec<Joint>>,
 }
 
 impl Builder<'_> {
@@ -149,9 +158,21 @@ impl Builder<'_> {
             let t_m = road.t_m(&t.lateral, t.s_m);
             let pose = deck.pose(t.s_m, t_m, t.lift_m, t.yaw_rad, t.lying);
             let turn = DQuat::from_rotation_y(t.pitch_rad) * DQuat::from_rotation_x(t.roll_rad);
-            let velocity = t.speed_mps * pose.direction(DVec3::X);
+            let velocity_mps = t.speed_mps * pose.direction(DVec3::X);
             let pose = Pose::new(pose.rotation * turn, pose.translation_m);
-            let going = Going { speed_mps: t.speed_mps, velocity_mps: velocity };
+            let going = match t.drive.as_ref().filter(|d| !d.is_at_rest()) {
+                None => Going { speed_mps: t.speed_mps, velocity_mps, ..Going::default() },
+                Some(drive) => {
+                    let (s_m, lateral, against) = (t.s_m, &t.lateral, t.against);
+                    let on = OnRoad { road, s_m, lateral, against, drive };
+                    Going {
+                        speed_mps: t.first_speed_mps(),
+                        way_m: on.way_m(-1.0..self.duration_s)?.map(Arc::new),
+                        joints: Some(on.motion(-1.0..self.duration_s)?.joints),
+                        ..Going::default()
+                    }
+                }
+            };
             self.thing(&t.source, &format!("{}/{}", road.name, t.name), &t.class, &pose, going)?;
         }
         self.truth.roads.push(label(road, &stations, lines));
@@ -566,14 +587,19 @@ impl Builder<'_> {
             let velocity = going.velocity_mps + pose.direction(part.velocity_mps);
             let new = self.scene.add_object(&name, class, shape, place, velocity);
             let parked = matches!(source, Source::Vehicle(_)) && going.speed_mps == 0.0;
-            if part.motion.is_some() && !parked {
+            if going.joints.is_some() || part.motion.is_some() && !parked {
                 let mut joints = match source {
-                    Source::Vehicle(_) => driven(part.joints(), going.speed_mps, clock_s),
+                    Source::Vehicle(_) => driven(part.joints(), going.speed_mps, &going.way_m, clock_s),
                     _ => part.joints(),
                 };
-                joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
-                if going.velocity_mps != DVec3::ZERO {
-                    joints.push(Joint::Line(going.velocity_mps));
+                match &going.joints {
+                    Some(outer) => joints.extend(outer.iter().cloned()),
+                    None => {
+                        joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
+                        if going.velocity_mps != DVec3::ZERO {
+                            joints.push(Joint::Line(going.velocity_mps));
+                        }
+                    }
                 }
                 self.scene.move_by(new, Motion { joints });
             }

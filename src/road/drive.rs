@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::road::axis::RoadPoint;
 use crate::road::layout::{Lateral, Road};
 use crate::scene::drive::Drive;
-use crate::scene::motion::{Channel, Interpolation, Joint, Motion, Moving};
+use crate::scene::motion::{Channel, Interpolation, Joint, Motion};
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,6 +25,11 @@ pub struct OnRoad<'a> {
     /// Goes against the direction of the road.
     pub against: bool,
     pub drive: &'a Drive,
+}
+
+fn keys(window_s: Range<f64>) -> Vec<f64> {
+    let count = ((window_s.end - window_s.start) / KEY_S).ceil().max(1.0) as usize;
+    (0..=count).map(|i| window_s.start + KEY_S * i as f64).collect()
 }
 
 impl OnRoad<'_> {
@@ -55,8 +60,7 @@ impl OnRoad<'_> {
     /// Its motion over a stretch of time, before and after which it stands still in it; as joints without keys where it goes straight on
     /// at a steady speed.
     pub fn motion(&self, window_s: Range<f64>) -> Result<Motion> {
-        let count = ((window_s.end - window_s.start) / KEY_S).ceil().max(1.0) as usize;
-        let times: Vec<f64> = (0..=count).map(|i| window_s.start + KEY_S * i as f64).collect();
+        let times = keys(window_s);
         let (place, turn) = self.at(0.0);
         let velocity = (self.place(STEP_S).1 - self.place(-STEP_S).1) / (2.0 * STEP_S);
         let places: Vec<(DVec3, DQuat)> = times.iter().map(|t| self.at(*t)).collect();
@@ -95,9 +99,15 @@ impl OnRoad<'_> {
         Ok(Motion { joints: vec![joint] })
     }
 
-    pub fn start(&self) -> Moving {
-        let (translation_m, rotation) = self.at(0.0);
-        Moving { rotation, translation_m, ..Moving::REST }
+    /// Way since time zero over that stretch of time; None at a steady speed.
+    pub fn way_m(&self, window_s: Range<f64>) -> Result<Option<Channel<f64>>> {
+        if self.drive.speed.len() == 1 {
+            return Ok(None);
+        }
+        let times = keys(window_s);
+        let way = times.iter().map(|t| self.drive.distance_m(*t)).collect();
+        let speeds = times.iter().map(|t| [self.drive.speed_mps(*t); 2].into()).collect();
+        Channel::new(times, way, speeds, Interpolation::Cubic).map(Some)
     }
 }
 

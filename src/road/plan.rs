@@ -4,6 +4,7 @@
 use crate::road::layout::{Lateral, LineKind, Paint, Road, Side};
 use crate::road::reflector::Reflector;
 use crate::scene::Scene;
+use crate::scene::drive::Drive;
 use std::ops::Range;
 
 /// Default bound on how far a chord lies from the curve that it stands for.
@@ -164,5 +165,16 @@ pub struct ThingPlan {
     pub lift_m: f64,
     /// Along its own x.
     pub speed_mps: f64,
+    /// Goes along the road; in place of that speed.
+    pub drive: Option<Drive>,
+    /// Against the direction of the road.
+    pub against: bool,
     pub lying: bool,
+}
+
+impl ThingPlan {
+    /// At time zero, along its own x.
+    pub fn first_speed_mps(&self) -> f64 {
+        self.drive.as_ref().map_or(self.speed_mps, |d| d.speed_mps(0.0))
+    }
 }

@@ -15,6 +15,7 @@ use crate::road::scene_toml::{
     VehicleTable,
 };
 use crate::road::traffic::VEHICLES;
+use crate::scene::drive::{self, Drive};
 use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::material;
 use crate::scene::toml_file::{Above, At, Document, read_text};
@@ -595,6 +596,8 @@ impl Reader<'_> {
             roll_rad: self.angle(&o.roll_deg)?,
             lift_m: self.doc.in_range(&o.lift_m, -100.0..=1000.0, "give metres")?,
             speed_mps: self.speed(&o.speed_mps)?,
+            drive: None,
+            against: false,
             lying: !o.upright,
         })
     }
@@ -613,17 +616,35 @@ impl Reader<'_> {
             Base::Lane(side, i, _) => road.side(side)[i].driven == Driven::Backward,
             _ => false,
         };
+        let (heading, speed) = (self.angle(&v.heading_deg)?, self.speed(&v.speed_mps)?);
+        let drive = match &v.drive {
+            Some(d) if speed != 0.0 || heading != 0.0 => {
+                let (span, key) = match speed != 0.0 {
+                    true => (&v.speed_mps.span, "the speed"),
+                    false => (&v.heading_deg.span, "the heading"),
+                };
+                let e = self.doc.bad(span, format!("{key} is given twice"));
+                let there = format!("drive has speed_mps = {} and heading_error_deg", d.speed_mps.value);
+                return Err(e.remedy(format!("keep it in drive: {there}")).into());
+            }
+            Some(d) => Some(drive::build(self.doc, d)?),
+            // What is turned goes its own way.
+            None if speed != 0.0 && heading == 0.0 => Some(Drive::steady(speed)),
+            None => None,
+        };
         Ok(ThingPlan {
             name: v.name.clone().unwrap_or_else(|| format!("{} {}", v.kind.value, i + 1)),
             class: String::new(),
             source: Source::Vehicle(v.kind.value.clone()),
             s_m: self.place(road, &v.s_m)?,
             lateral,
-            yaw_rad: self.angle(&v.heading_deg)? + if back { std::f64::consts::PI } else { 0.0 },
+            yaw_rad: heading + if back { std::f64::consts::PI } else { 0.0 },
             pitch_rad: 0.0,
             roll_rad: 0.0,
             lift_m: 0.0,
-            speed_mps: self.speed(&v.speed_mps)?,
+            speed_mps: if drive.is_some() { 0.0 } else { speed },
+            drive,
+            against: back,
             lying: true,
         })
     }

@@ -6,6 +6,7 @@ use crate::road::axis::RoadPoint;
 use crate::road::layout::{Driven, InLane, LaneKind, LineKind, Side};
 use crate::road::plan::{DEFAULT_DURATION_S, DEFAULT_SAGITTA_M, RoadPlan, ScenePlan};
 use crate::road::scene_read::Reader;
+use crate::scene::drive::DriveTable;
 use crate::scene::toml_file::{At, Document, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
@@ -364,8 +365,11 @@ pub struct VehicleTable {
     /// Against the direction in which its lane is driven (of the road outside lanes), positive to the left.
     #[serde(default)]
     pub heading_deg: At<f64>,
+    /// It follows the road; with a heading it goes straight on in that.
     #[serde(default)]
     pub speed_mps: At<f64>,
+    /// How it goes along the road, in place of a steady speed.
+    pub drive: Option<DriveTable>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

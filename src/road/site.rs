@@ -6,7 +6,7 @@ use super::plan::ScenePlan;
 use super::profile::Profile;
 use super::{Library, build, builtin_truth, drive, glb, scene_toml};
 use crate::error::{BadInput, Error, Result};
-use crate::scene::scenario::{OnRoad, Scenario, SceneSource};
+use crate::scene::scenario::{Ego, OnRoad, Scenario, SceneSource};
 use crate::scene::{Scene, material};
 use std::path::Path;
 use std::sync::Arc;
@@ -46,13 +46,18 @@ impl Site {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
         let scene = scenario.furnish(scene, &Library)?;
-        let mut scenario = scenario.clone();
-        if let Some(on) = &scenario.ego.on_road {
-            let end = plan.duration_s;
-            scenario.ego.motion = Some(Arc::new(follower(on, &plan)?.motion(-1.0..end)?));
-        }
+        let scenario = Scenario { ego: ego_on(scenario, &plan)?, ..scenario.clone() };
         Ok(Site { scenario, scene, road: Some(truth) })
     }
+}
+
+/// The ego vehicle with its motion along these roads. Errors: a road or lane that is not there.
+pub fn ego_on(scenario: &Scenario, plan: &ScenePlan) -> Result<Ego> {
+    let mut ego = scenario.ego.clone();
+    if let Some(on) = &scenario.ego.on_road {
+        ego.motion = Some(Arc::new(follower(on, plan)?.motion(-1.0..scenario.duration_s())?));
+    }
+    Ok(ego)
 }
 
 fn is_glb(path: &Path) -> bool {

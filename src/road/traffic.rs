@@ -5,8 +5,10 @@ use crate::frames::Pose;
 use crate::road::MaterialLookup;
 use crate::road::objects::{CarMaterials, passenger_car};
 use crate::scene::Scene;
-use crate::scene::motion::Joint;
+use crate::scene::motion::{Channel, Joint};
+use crate::scene::turn::Turn;
 use glam::{DQuat, DVec3};
+use std::sync::Arc;
 
 /// Kinds of vehicle that [`vehicle`] builds.
 pub const VEHICLES: [&str; 11] = [
@@ -24,16 +26,30 @@ pub const VEHICLES: [&str; 11] = [
 ];
 
 /// The joints of a part of a vehicle that goes at `speed_mps`, its limbs' clock ahead by `clock_s`: wheels and limbs turn
-/// accordingly.
-pub fn driven(mut joints: Vec<Joint>, speed_mps: f64, clock_s: f64) -> Vec<Joint> {
-    // A vehicle that was built at rest stands at its origin.
-    joints.retain(|j| *j != Joint::Line(DVec3::ZERO) && *j != Joint::Fixed(DQuat::IDENTITY, DVec3::ZERO));
-    for joint in &mut joints {
-        if let Joint::Hinge { speed_mps: speed, clock_s: clock, .. } = joint {
-            (*speed, *clock) = (speed_mps, clock_s);
+/// accordingly. Where the speed changes, `way_m` is what it has gone over time: wheels keep to it, limbs to the speed.
+pub fn driven(
+    joints: Vec<Joint>,
+    speed_mps: f64,
+    way_m: &Option<Arc<Channel<f64>>>,
+    clock_s: f64,
+) -> Vec<Joint> {
+    let mut out = Vec::with_capacity(joints.len());
+    for joint in joints {
+        match (joint, way_m) {
+            // A vehicle that was built at rest stands at its origin.
+            (Joint::Line(v), _) if v == DVec3::ZERO => {}
+            (Joint::Fixed(q, p), _) if q == DQuat::IDENTITY && p == DVec3::ZERO => {}
+            (Joint::Hinge { at_m, axis, turn: Turn::Roll { radius_m }, .. }, Some(way)) => {
+                out.push(Joint::Roll { axis, radius_m, distance_m: way.clone() });
+                out.push(Joint::Fixed(DQuat::IDENTITY, at_m));
+            }
+            (Joint::Hinge { at_m, axis, turn, .. }, _) => {
+                out.push(Joint::Hinge { at_m, axis, turn, speed_mps, clock_s });
+            }
+            (other, _) => out.push(other),
         }
     }
-    joints
+    out
 }
 
 /// The parts of a vehicle at rest, heading +x, the origin on the road below its middle; one object for each part.
