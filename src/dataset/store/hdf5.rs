@@ -190,7 +190,7 @@ impl ShardWriter for Writer<'_> {
                 .create_dataset(&spec.name)
                 .with_raw_data(number_type(spec.kind)?, bytes, shape.iter().product())
                 .with_shape(&shape)
-                .set_attr("units", AttrValue::String(spec.unit.clone()))
+                .set_attr("units", AttrValue::VarLenString(spec.unit.clone()))
                 .set_attr("axes", AttrValue::StringArray(dims.clone()))
                 .set_attr("DIMENSION_LABELS", AttrValue::VarLenStringArray(dims));
             if !spec.about.is_empty() {
@@ -236,9 +236,13 @@ impl Shard {
     fn open(layout: &Layout, dir: &Path, frame: u64) -> Result<Shard> {
         let shard = layout.shard_of(frame);
         let path = dir.join(shard_name(shard));
-        open(&path)?;
+        let size = open(&path)?.metadata().map_err(|e| Error::io(&path, e))?.len();
         let file = File::open_streaming(&path)
             .map_err(|e| broken(&path, format!("is not the HDF5 file that was written ({e})")))?;
+        let end = file.superblock().eof_address;
+        if size != end {
+            return Err(broken(&path, format!("truncated: {size} bytes where {end} were written")));
+        }
         let frames = layout.frames_of(shard);
         let attributes = file.root().attrs().map_err(|e| broken(&path, e.to_string()))?;
         match attributes.get("first_frame") {
