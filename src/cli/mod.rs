@@ -7,6 +7,7 @@ mod convert;
 mod cube_args;
 mod demo;
 mod devices;
+mod export;
 mod frames;
 mod init;
 mod plot;
@@ -106,6 +107,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Process(process::Process),
     Convert(convert::Convert),
+    Export(export::Export),
     Calibrate(calibrate::Calibrate),
     Plot(plot::Plot),
     Validate(validate::Validate),
@@ -131,6 +133,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Convert(c) => c.run(g),
+        Command::Export(c) => c.run(g),
         Command::Calibrate(c) => c.run(g),
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),

@@ -7,6 +7,7 @@ pub mod frame;
 pub mod manifest;
 pub mod recording;
 pub mod run;
+pub mod sweeps;
 pub mod turntable;
 
 pub use frame::{Frame, Stages, simulate};
