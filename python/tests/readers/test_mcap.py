@@ -1,11 +1,13 @@
 """MCAP recordings, read by `mcap` and `mcap-protobuf-support` with the descriptors in the file."""
 
+import importlib
 import io
 from collections import defaultdict
 
+import cv2
 import numpy as np
 import pytest
-from conftest import Pose, column, sensor_to_vehicle, vehicle_to_world
+from sweep_truth import Pose, column, sensor_to_vehicle, vehicle_to_world
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
 from mcap.reader import make_reader
@@ -43,9 +45,6 @@ def test_topics(recording, expected):
 
 def test_descriptors_are_those_of_the_published_package(recording):
     _, summary, _ = recording
-    published = pytest.importorskip("foxglove_schemas_protobuf")
-    import importlib
-
     compared = set()
     for schema in summary.schemas.values():
         assert schema.encoding == "protobuf"
@@ -56,7 +55,7 @@ def test_descriptors_are_those_of_the_published_package(recording):
             if file.package != "foxglove":
                 continue
             name = file.message_type[0].name
-            theirs = getattr(importlib.import_module(f"{published.__name__}.{name}_pb2"), name).DESCRIPTOR
+            theirs = getattr(importlib.import_module(f"foxglove_schemas_protobuf.{name}_pb2"), name).DESCRIPTOR
             ours = pool.FindMessageTypeByName(f"foxglove.{name}")
 
             def fields(d):
@@ -146,14 +145,13 @@ def test_truth(recording, expected):
 
 
 def test_pictures(recording, expected):
-    image = pytest.importorskip("cv2")
     topics, _, metadata = recording
     about = metadata["range_doppler"]
     white, step = float(about["white_dbm"]), float(about["db_per_grey_level"])
     assert set(about) == {"front", "left", "white_dbm", "db_per_grey_level"}
     for (_, _, message), sweep in zip(topics["/front/range_doppler"], expected[::2], strict=True):
         assert message.format == "png" and message.frame_id == "front"
-        grey = image.imdecode(np.frombuffer(message.data, np.uint8), image.IMREAD_UNCHANGED)
+        grey = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)
         assert grey.dtype == np.uint8
         map_ = sweep["range_doppler"]
         power = np.array(map_["power_w"]).reshape(map_["rows"], map_["columns"])

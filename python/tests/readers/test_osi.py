@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from conftest import column, sensor_to_vehicle, vehicle_to_world
+from sweep_truth import column, sensor_to_vehicle, vehicle_to_world
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 betterosi = pytest.importorskip("betterosi")

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import column, rate_over_ground, rotation, sensor_to_vehicle, vehicle_to_world
+from sweep_truth import column, rate_over_ground, rotation, sensor_to_vehicle, vehicle_to_world
 from nuscenes.utils.data_classes import RadarPointCloud
 
 FIELDS = (

@@ -5,7 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
-from conftest import column, rate_over_ground, sensor_to_vehicle, vehicle_to_world
+from sweep_truth import column, rate_over_ground, sensor_to_vehicle, vehicle_to_world
 
 RADAR = "timestamp sensor_id range_sc azimuth_sc rcs vr vr_compensated x_cc y_cc x_seq y_seq uuid track_id label_id".split()
 ODOMETRY = "timestamp x_seq y_seq yaw_seq vx yaw_rate".split()

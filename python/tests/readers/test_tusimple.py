@@ -2,6 +2,7 @@
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
@@ -26,7 +27,6 @@ def test_shape(frames):
 
 
 def test_columns(frames, expected):
-    cv2 = pytest.importorskip("cv2")
     # OpenCV's camera: x right, y down, z ahead.
     turn, _ = cv2.Rodrigues(np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]))
     shift = -np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]) @ CAMERA

@@ -243,17 +243,17 @@ mod tests {
 
     #[test]
     fn pitch_moves_the_horizon() {
-        // Far away on level ground: the row of the horizon, f tan(pitch) above the middle when the camera looks down.
-        let far = lane(&[[1e4, 0.0, 0.0], [1e6, 0.0, 0.0]]);
+        // Level ground far away: the horizon, f tan(pitch) above the middle when the camera looks down.
         let mut camera = Camera::new(1280, 720, 1000.0, DVec3::new(0.0, 0.0, 1.5), 0.1);
-        let horizon = (360.0 - 1000.0 * 0.1f64.tan()).round() as u32;
         camera.rows = (0..720).collect();
-        let columns = camera.columns(&far);
-        let shown: Vec<usize> = (0..720).filter(|i| columns[*i] != ABSENT).collect();
-        assert!(
-            shown.iter().all(|r| r.abs_diff(horizon as usize) <= 1) && !shown.is_empty(),
-            "{shown:?} {horizon}"
-        );
+        let columns = camera.columns(&lane(&[[20.0, 0.0, 0.0], [1e6, 0.0, 0.0]]));
+        let shown: Vec<u32> =
+            camera.rows.iter().copied().filter(|r| columns[*r as usize] != ABSENT).collect();
+        let horizon = 360.0 - 1000.0 * 0.1f64.tan();
+        assert_eq!(shown[0], horizon.ceil() as u32);
+        // 20 m away: the angle below the horizon is that of the camera's height.
+        let nearest = 360.0 - 1000.0 * (0.1 - (1.5f64 / 20.0).atan()).tan();
+        assert_eq!(*shown.last().unwrap(), nearest as u32);
     }
 
     #[test]
