@@ -8,6 +8,7 @@ mod cube_args;
 mod dataset;
 mod demo;
 mod devices;
+mod export;
 mod frames;
 mod init;
 mod plot;
@@ -110,6 +111,7 @@ enum Command {
     Verify(verify::Verify),
     Process(process::Process),
     Convert(convert::Convert),
+    Export(export::Export),
     Calibrate(calibrate::Calibrate),
     Plot(plot::Plot),
     Validate(validate::Validate),
@@ -137,6 +139,7 @@ pub fn run() -> ExitCode {
         Command::Verify(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Convert(c) => c.run(g),
+        Command::Export(c) => c.run(g),
         Command::Calibrate(c) => c.run(g),
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),

@@ -14,6 +14,7 @@ pub mod rows;
 pub mod run;
 pub mod site;
 pub mod store;
+pub mod sweeps;
 pub mod tally;
 pub mod traffic;
 pub mod truth;

@@ -1,11 +1,12 @@
 //! Files: NumPy arrays, CSV tables, cubes of samples from elsewhere (NumPy, HDF5, TI's recordings with their
-//! configuration), and results that appear under their name only when complete.
+//! configuration), runs in the formats of other tools, and results that appear under their name only when complete.
 
 pub mod csv;
 pub mod cube;
 pub mod cube_layout;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
+pub mod interop;
 pub mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet_table;
