@@ -18,6 +18,7 @@ mod scene_read;
 mod scene_tests;
 pub mod scene_toml;
 pub mod shape;
+pub mod target;
 pub mod terrain;
 pub mod traffic;
 pub mod truth;
