@@ -124,7 +124,8 @@ impl Store {
     fn splits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let read = || -> catseye::Result<[Vec<i64>; 3]> {
             let file = DatasetFile::read(&self.folder)?;
-            let recipe = Recipe::parse(&self.folder.join(produce::DATASET), &file.recipe_text, Some(file.seed))?;
+            let recipe =
+                Recipe::parse(&self.folder.join(produce::DATASET), &file.recipe_text, Some(file.seed))?;
             let mut frames: [Vec<i64>; 3] = Default::default();
             for scene in 0..recipe.scenes {
                 let which = SPLITS.iter().position(|s| *s == recipe.split(scene)).unwrap_or(0);

@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 mod arrays;
+mod dataset;
 mod engine;
 mod errors;
 mod process;
@@ -28,6 +29,10 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<simulate::Frames>()?;
     m.add_class::<simulate::Frame>()?;
     m.add_class::<process::Detections>()?;
+    m.add_class::<dataset::Store>()?;
+    m.add_function(wrap_pyfunction!(dataset::dataset, m)?)?;
+    m.add_function(wrap_pyfunction!(dataset::recipe_facts, m)?)?;
+    m.add_function(wrap_pyfunction!(dataset::verify, m)?)?;
     m.add_function(wrap_pyfunction!(engine::devices, m)?)?;
     m.add_function(wrap_pyfunction!(scene::reflector, m)?)?;
     m.add_function(wrap_pyfunction!(scene::reflector_kinds, m)?)?;

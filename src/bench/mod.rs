@@ -1,12 +1,13 @@
 //! The standard workloads: timed on any engine, counted, and checked against a better computation.
 //!
 //! W1, W2: cross sections. W3: one frame of a road, at rest and moving. W4: processing of one cube,
-//! W4s: of one that is larger than buffers are. W6: closest hits on a million triangles.
+//! W4s: of one that is larger than buffers are. W5: many frames in a row. W6: closest hits on a million triangles.
 
 pub mod cross_section;
 pub mod frame;
 pub mod processing;
 pub mod ray_cast;
+pub mod sequence;
 pub mod stream;
 
 use crate::engine::{Engine, EngineReport};
@@ -16,13 +17,14 @@ use serde_json::{Map, Value};
 use std::time::Instant;
 
 /// Name and content of each workload.
-pub const WORKLOADS: [(&str, &str); 7] = [
+pub const WORKLOADS: [(&str, &str); 8] = [
     ("W1", "trihedral 0.1 m, 77 GHz, azimuth -45..0 deg in 0.1 deg at elevation 35.2644 deg"),
     ("W2", "type 1 reflector 160 x 4 mm, elevation 0..5 deg in 0.1 deg x azimuth -40..40 deg in 0.5 deg"),
     ("W3-static", "one frame of the road with rails, posts, markers and cars, all at rest"),
     ("W3-moving", "the same with the ego at 10 m/s and cars at 10, 5 and 15 m/s"),
     ("W4", "cube of 12 x 512 x 1024: FFT, power, OS-CFAR, 64 beams for 2,000 cells"),
     ("W4s", "cube of 16 x 2048 x 2048 by blocks of channels: FFT, power, OS-CFAR, snapshots"),
+    ("W5", "100 frames of W3-moving in a row, the ego 0.1 m farther in each, samples and points written"),
     ("W6", "closest hits on a terrain of a million triangles, 1080p coherent and as many random rays"),
 ];
 
@@ -197,6 +199,7 @@ pub fn run(
                 "W3-moving" => frame::w3(true, engine, settings, sheet),
                 "W4" => processing::w4(engine, settings, sheet),
                 "W4s" => stream::w4s(engine, settings, sheet),
+                "W5" => sequence::w5(engine, settings, sheet),
                 _ => ray_cast::w6(engine, settings, sheet),
             }
         })

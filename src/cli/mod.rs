@@ -5,6 +5,7 @@ mod bench;
 mod calibrate;
 mod convert;
 mod cube_args;
+mod dataset;
 mod demo;
 mod devices;
 mod frames;
@@ -18,6 +19,9 @@ mod simulate;
 mod study;
 mod target;
 mod validate;
+mod verify;
+
+pub use frames::draw_frame;
 
 use crate::engine::{Engine, Precision};
 use crate::error::{Error, Result};
@@ -104,6 +108,8 @@ enum Command {
     Rcs(rcs::Rcs),
     Study(study::RunStudy),
     Simulate(simulate::Simulate),
+    Dataset(dataset::Dataset),
+    Verify(verify::Verify),
     Process(process::Process),
     Convert(convert::Convert),
     Calibrate(calibrate::Calibrate),
@@ -129,6 +135,8 @@ pub fn run() -> ExitCode {
         Command::Rcs(c) => c.run(g),
         Command::Study(c) => c.run(g),
         Command::Simulate(c) => c.run(g),
+        Command::Dataset(c) => c.run(g),
+        Command::Verify(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Convert(c) => c.run(g),
         Command::Calibrate(c) => c.run(g),

@@ -17,6 +17,9 @@ use crate::scene::{Object, Scene, Shape};
 use crate::trace::{Convention, Returns, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// Seconds of each stage of a frame, on the host's clock.
@@ -99,48 +102,103 @@ pub fn simulate_with(
     index: u32,
     control: Control<'_>,
 ) -> Result<Frame> {
-    let radar = &scenario.radars[which];
-    let seed = radar_seed(scenario, which);
-    let time_s = scenario.frames.time_s(index);
-    let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
-    let mut stages = Stages::default();
-    let mut clock = Clock::start();
+    Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
+}
 
-    let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
-    let refined = curved::refined_scene(scene, sagitta_m)?;
-    let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
-    stages.geometry_s = clock.lap();
-    let returns =
-        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index));
-    stages.trace_s = clock.lap();
-    let interference = arrivals(scenario, scene, which, time_s)?;
-    let (cube, front_end, mut maps) = engine.frame(
-        radar,
-        &returns,
-        &interference,
-        (seed, index),
-        control,
-        &mut |synthesis, processing| {
-            (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
-        },
-    )?;
-    clock.lap();
-    let points = located(engine, radar, &mut maps, &returns, &scene.objects)?;
-    stages.angles_s = clock.lap();
-    Ok(Frame {
-        index,
-        radar: which,
-        time_s,
-        pose,
-        velocity_mps,
-        triangles: geometry.triangles.len(),
-        returns,
-        front_end,
-        cube,
-        maps,
-        points,
-        stages,
-    })
+/// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, and the
+/// geometry where nothing moves.
+pub struct Prepared<'a> {
+    scenario: &'a Scenario,
+    scene: &'a Scene,
+    first: usize,
+    radars: Vec<Seen<'a>>,
+}
+
+/// What one radar needs of the scene.
+struct Seen<'a> {
+    refined: Cow<'a, Scene>,
+    still: OnceLock<Geometry>,
+}
+
+impl<'a> Prepared<'a> {
+    /// For all radars. Errors: surfaces that cannot be cut.
+    pub fn new(scenario: &'a Scenario, scene: &'a Scene) -> Result<Prepared<'a>> {
+        Prepared::of(scenario, scene, 0..scenario.radars.len())
+    }
+
+    fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
+        let seen = |radar: &Radar| {
+            let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
+            Ok(Seen { refined: curved::refined_scene(scene, sagitta_m)?, still: OnceLock::new() })
+        };
+        let first = radars.start;
+        Ok(Prepared {
+            scenario,
+            scene,
+            first,
+            radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
+        })
+    }
+
+    /// Frame `index` of radar number `which`.
+    pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
+        let (scenario, scene) = (self.scenario, self.scene);
+        let radar = &scenario.radars[which];
+        let seed = radar_seed(scenario, which);
+        let time_s = scenario.frames.time_s(index);
+        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+        let mut stages = Stages::default();
+        let mut clock = Clock::start();
+
+        let seen = &self.radars[which - self.first];
+        let moving;
+        let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+        let geometry = match scene.objects.iter().all(still) {
+            false => {
+                moving = Geometry::build(&seen.refined, time_s, radar.carrier_hz)?;
+                &moving
+            }
+            true => match seen.still.get() {
+                Some(known) => known,
+                None => {
+                    let new = Geometry::build(&seen.refined, 0.0, radar.carrier_hz)?;
+                    seen.still.get_or_init(|| new)
+                }
+            },
+        };
+        stages.geometry_s = clock.lap();
+        let returns =
+            engine.returns(geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index));
+        stages.trace_s = clock.lap();
+        let interference = arrivals(scenario, scene, which, time_s)?;
+        let (cube, front_end, mut maps) = engine.frame(
+            radar,
+            &returns,
+            &interference,
+            (seed, index),
+            control,
+            &mut |synthesis, processing| {
+                (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
+            },
+        )?;
+        clock.lap();
+        let points = located(engine, radar, &mut maps, &returns, &scene.objects)?;
+        stages.angles_s = clock.lap();
+        Ok(Frame {
+            index,
+            radar: which,
+            time_s,
+            pose,
+            velocity_mps,
+            triangles: geometry.triangles.len(),
+            returns,
+            front_end,
+            cube,
+            maps,
+            points,
+            stages,
+        })
+    }
 }
 
 /// What other radars send to radar number `which`: straight, and by way of the scene's point targets.

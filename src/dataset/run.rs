@@ -3,7 +3,7 @@
 
 use super::files::{Truth, frame_name, write_frame};
 use super::follow;
-use super::frame::{Frame, convergence, simulate_with};
+use super::frame::{Frame, Prepared, convergence};
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
@@ -62,6 +62,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         SceneSource::Builtin(b) => lane_lines(*b),
         SceneSource::File { .. } => Vec::new(),
     };
+    let prepared = Prepared::new(scenario, &scene)?;
     let mut records = Vec::new();
     let mut resumed = 0;
     for index in 0..scenario.frames.count {
@@ -83,7 +84,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
         let mut record = Vec::with_capacity(scenario.radars.len());
         for (which, radar) in scenario.radars.iter().enumerate() {
-            let frame = simulate_with(engine, scenario, &scene, which, index, Control::default())?;
+            let frame = prepared.frame(engine, which, index, Control::default())?;
             let truth = Truth::new(scenario, &scene, &frame, &lanes);
             let dir = match scenario.radars.len() {
                 1 => unfinished.clone(),

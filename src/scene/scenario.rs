@@ -820,11 +820,7 @@ pub fn template(kind: &str) -> Result<&'static str> {
         "scenario" => Ok(include_str!("../../scenes/presets/template_scenario.toml")),
         "radar" => Ok(include_str!("../../scenes/presets/template_radar.toml")),
         "study" => Ok(include_str!("../../scenes/presets/template_study.toml")),
-        "recipe" => Err(BadInput::new("comes in a later version")
-            .value(kind)
-            .allowed("scenario, radar, study")
-            .remedy("start with catseye init scenario")
-            .into()),
+        "recipe" => Ok(include_str!("../../scenes/recipes/template.toml")),
         _ => {
             let b = BadInput::new("is not a kind of file").value(clip(kind)).allowed(KINDS.join(", "));
             Err(match nearest(kind, KINDS) {

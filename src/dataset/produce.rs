@@ -1,0 +1,559 @@
+//! The dataset engine: frames of drawn scenes into shards. One task makes one shard; a shard is complete when its marker
+//! stands in `shards/`, which is renamed into place last. A run that was killed at any moment goes on with what is
+//! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
+
+use super::datasheet;
+use super::frame::{Frame, Prepared};
+use super::recipe::Recipe;
+use super::rows;
+use super::run::Pictures;
+use super::site::Site;
+use super::store::{Layout, Record, ShardFile};
+use super::tally::Tally;
+use crate::cpu::adc::synthesis::Control;
+use crate::engine::{Engine, EngineReport};
+use crate::error::{BadInput, Error, Result};
+use crate::formats::stage;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard};
+
+/// The file that says what a dataset is made from.
+pub const DATASET: &str = "dataset.json";
+/// The folder of the markers.
+pub const SHARDS: &str = "shards";
+/// Frames that wait for the writer of each worker: one is written, one waits.
+const WAITING: usize = 1;
+
+/// The engine as far as it decides on bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Device {
+    pub engine: String,
+    pub precision: String,
+    pub adapter: String,
+    pub driver: String,
+}
+
+impl Device {
+    pub fn of(report: &EngineReport) -> Device {
+        // Of the cpu engine the driver is a number of threads, on which no byte depends.
+        let driver = match report.engine {
+            "cpu" => String::new(),
+            _ => format!("{} {}", report.driver, report.driver_info),
+        };
+        Device {
+            engine: report.engine.into(),
+            precision: format!("{:?}", report.precision).to_lowercase(),
+            adapter: report.adapter.clone(),
+            driver,
+        }
+    }
+}
+
+/// `dataset.json`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetFile {
+    /// Version of the program.
+    pub catseye: String,
+    pub name: String,
+    pub licence: Option<String>,
+    /// SHA-256 of the recipe, its seed, the files that it names, and the version.
+    pub recipe: String,
+    pub seed: u64,
+    pub scenes: u32,
+    pub frames_per_scene: u32,
+    pub device: Device,
+    pub recipe_text: String,
+}
+
+impl DatasetFile {
+    /// Errors: none there, or a damaged one.
+    pub fn read(dir: &Path) -> Result<DatasetFile> {
+        let path = dir.join(DATASET);
+        let bytes = match fs::read(&path) {
+            Ok(b) => b,
+            Err(e)
+                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
+            {
+                return Err(BadInput::new("is no dataset: it has no dataset.json")
+                    .file(dir)
+                    .remedy("name the folder that `catseye dataset` wrote")
+                    .into());
+            }
+            Err(e) => return Err(Error::io(path, e)),
+        };
+        serde_json::from_slice(&bytes).map_err(|e| {
+            BadInput::new(format!("damaged: {e}"))
+                .file(&path)
+                .remedy("bring back the file that was written")
+                .into()
+        })
+    }
+}
+
+/// `shards/000012.json`: the shard is complete.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    pub shard: u64,
+    /// First frame, and how many.
+    pub first_frame: u64,
+    pub frames: u64,
+    /// As in `dataset.json`.
+    pub recipe: String,
+    pub device: Device,
+    pub files: Vec<ShardFile>,
+    pub tally: Tally,
+}
+
+impl Marker {
+    /// Below the dataset's folder.
+    pub fn name(shard: u64) -> String {
+        format!("{SHARDS}/{shard:06}.json")
+    }
+
+    /// None where there is none, or none that can be read.
+    pub fn read(dir: &Path, shard: u64) -> Option<Marker> {
+        serde_json::from_slice(&fs::read(dir.join(Marker::name(shard))).ok()?).ok()
+    }
+
+    /// Whether it stands for this shard, with all files there and of their length.
+    fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
+        let frames = layout.frames_of(shard);
+        let there =
+            |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
+        self.shard == shard
+            && self.recipe == recipe
+            && self.first_frame == frames.start
+            && self.frames == frames.end - frames.start
+            && self.files.iter().all(there)
+    }
+}
+
+/// How to run.
+pub struct Options<'a> {
+    /// Workers, each with its share of the cores; default one a core on the cpu, one on a gpu.
+    pub jobs: Option<usize>,
+    /// Shards to make; default all.
+    pub shards: Option<Range<u64>>,
+    /// Go on with a dataset that another device began.
+    pub mixed_devices: bool,
+    /// Begin anew in a folder that holds another dataset.
+    pub force: bool,
+    /// When set, the run ends after the frames in work.
+    pub cancel: &'a AtomicBool,
+    /// Called after each frame, from any thread.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Draws the pictures of a frame.
+    pub pictures: Pictures<'a>,
+}
+
+/// Frames of this run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    pub done: u64,
+    pub all: u64,
+}
+
+/// What a run left.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    pub folder: PathBuf,
+    pub frames: u64,
+    pub shards: u64,
+    /// Shards of the whole dataset that are complete.
+    pub shards_complete: u64,
+    /// Of them found complete.
+    pub shards_resumed: u64,
+    /// Shards that had a marker and not their files, and were made again.
+    pub shards_repaired: u64,
+    pub frames_made: u64,
+    /// Manifest and datasheet stand.
+    pub complete: bool,
+    pub cancelled: bool,
+    /// Of complete shards.
+    pub tally: Tally,
+    pub bytes: u64,
+}
+
+/// Makes what is missing of the dataset in `out`.
+///
+/// Errors: a folder of something else, of another recipe or device; shards that do not exist; a scene that cannot be
+/// drawn or built; what the disk says. What is complete stays.
+pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
+    if options.force && options.shards.is_some() {
+        return Err(BadInput::new("would remove the shards that others make")
+            .key("--force")
+            .remedy("leave it out with --shards")
+            .into());
+    }
+    let identity = recipe.identity()?;
+    let file = DatasetFile {
+        catseye: env!("CARGO_PKG_VERSION").into(),
+        name: recipe.name.clone(),
+        licence: recipe.licence.clone(),
+        recipe: identity.clone(),
+        seed: recipe.seed,
+        scenes: recipe.scenes,
+        frames_per_scene: recipe.frames_per_scene,
+        device: Device::of(&engine.report()),
+        recipe_text: recipe.text().to_string(),
+    };
+    let begun = begin(out, &file, options)?;
+    let layout = layout(engine, recipe, if begun { Some(out) } else { None })?;
+    let all = 0..layout.shards();
+    let wanted = options.shards.clone().unwrap_or(all.clone());
+    if wanted.start >= wanted.end || wanted.end > all.end {
+        return Err(BadInput::new("there are no such shards")
+            .key("--shards")
+            .value(format!("{}:{}", wanted.start, wanted.end))
+            .allowed(format!("0:{}", all.end))
+            .into());
+    }
+    if !begun {
+        write_json(out, DATASET, &file)?;
+    }
+    layout.create(out)?;
+    let shards = out.join(SHARDS);
+    fs::create_dir_all(&shards).map_err(|e| Error::io(&shards, e))?;
+
+    let complete = |shard: u64| match Marker::read(out, shard) {
+        Some(m) => m.holds(out, shard, &layout, &identity),
+        None => false,
+    };
+    let missing: Vec<u64> = wanted.clone().filter(|s| !complete(*s)).collect();
+    let repaired = missing.iter().filter(|s| out.join(Marker::name(**s)).exists()).count() as u64;
+    for shard in &missing {
+        // A marker that does not hold says nothing while its shard is made again.
+        remove(&out.join(Marker::name(*shard)))?;
+    }
+    let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
+    let frames: u64 = missing.iter().map(count).sum();
+    let run = Run {
+        engine,
+        recipe,
+        out,
+        layout: &layout,
+        file: &file,
+        jobs: options.jobs,
+        cancel: options.cancel,
+        progress: options.progress,
+        missing: &missing,
+        next: AtomicUsize::new(0),
+        done: AtomicU64::new(0),
+        frames,
+        stop: AtomicBool::new(false),
+        failure: Mutex::new(None),
+    };
+    let failure = run.all()?;
+    let frames_made = run.done.load(Ordering::Relaxed);
+
+    let markers: Vec<Option<Marker>> =
+        all.clone().map(|s| Marker::read(out, s).filter(|m| m.holds(out, s, &layout, &identity))).collect();
+    let there = markers.iter().flatten().count() as u64;
+    if let Some(e) = failure {
+        return Err(match e {
+            Error::Io { .. } => Error::Failed(format!(
+                "{e}; {there} of {} shards are complete and stay, the same command goes on from there",
+                all.end
+            )),
+            e => e,
+        });
+    }
+    let mut tally = Tally::default();
+    markers.iter().flatten().for_each(|m| tally.add(&m.tally));
+    let bytes = markers.iter().flatten().flat_map(|m| &m.files).map(|f| f.bytes).sum();
+    let cancelled = options.cancel.load(Ordering::Relaxed);
+    let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
+    if let Some(markers) = &markers {
+        let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
+        datasheet::write(engine, &made, out, options.pictures)?;
+    }
+    Ok(Report {
+        folder: out.to_path_buf(),
+        frames: layout.frames,
+        shards: all.end,
+        shards_complete: there,
+        shards_resumed: wanted.end - wanted.start - missing.len() as u64,
+        shards_repaired: repaired,
+        frames_made,
+        complete: markers.is_some(),
+        cancelled,
+        tally,
+        bytes,
+    })
+}
+
+/// Makes sure that `out` is empty (false) or holds this dataset (true).
+fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> {
+    if out.as_os_str().is_empty() {
+        return Err(BadInput::new("the output has no name").key("-o").into());
+    }
+    let bad = |problem: String| BadInput::new(problem).file(out);
+    let entries = match fs::read_dir(out) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
+            return Ok(false);
+        }
+        Err(e) if out.is_file() => {
+            let _ = e;
+            return Err(bad("is a file, and a folder is to be written".into())
+                .remedy("give another name")
+                .into());
+        }
+        Err(e) => return Err(Error::io(out, e)),
+    };
+    let names = entries.map(|e| e.map(|e| e.file_name().to_string_lossy().into_owned()));
+    let names: Vec<String> = names.collect::<std::io::Result<_>>().map_err(|e| Error::io(out, e))?;
+    if !names.iter().any(|n| n == DATASET) {
+        // A run that was killed before its first file leaves that one unfinished.
+        if names.iter().all(|n| n.starts_with(&format!(".{DATASET}."))) {
+            return Ok(false);
+        }
+        return Err(bad(
+            "is a folder that holds something else (no dataset.json), so nothing is written there".into(),
+        )
+        .remedy("give another name for the output")
+        .into());
+    }
+    let found = DatasetFile::read(out)?;
+    let anew = || {
+        fs::remove_dir_all(out).and_then(|()| fs::create_dir_all(out)).map_err(|e| Error::io(out, e))?;
+        Ok(false)
+    };
+    if found.recipe != file.recipe {
+        if options.force {
+            return anew();
+        }
+        let why = if found.recipe_text != file.recipe_text {
+            format!("holds a dataset of another recipe ('{}')", found.name)
+        } else if found.seed != file.seed {
+            format!("holds a dataset of seed {}", found.seed)
+        } else if found.catseye != file.catseye {
+            format!("holds a dataset that catseye {} began", found.catseye)
+        } else {
+            "holds a dataset of the same recipe, but a file that it names has changed".into()
+        };
+        return Err(bad(why).remedy("give another folder, or --force to remove that one").into());
+    }
+    if found.device != file.device && !options.mixed_devices {
+        if options.force {
+            return anew();
+        }
+        let name = |d: &Device| format!("{} {} {}", d.adapter, d.driver, d.precision).replace("  ", " ");
+        return Err(bad(format!("was begun on another device ({})", name(&found.device)))
+            .value(name(&file.device))
+            .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
+            .into());
+    }
+    Ok(true)
+}
+
+/// What a frame of this dataset holds: as in the folder, else as its first frame has it.
+fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
+    // A run that was killed between the two files has none.
+    if let Some(dir) = begun.filter(|d| d.join(super::store::LAYOUT).exists()) {
+        return Layout::open(dir);
+    }
+    let site = site(recipe, 0)?;
+    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
+    Ok(Layout {
+        format: recipe.format,
+        compression: recipe.compression,
+        frames: recipe.frames(),
+        frames_per_shard: recipe.frames_per_shard,
+        arrays: record.arrays.iter().map(rows::array_spec).collect(),
+        tables: record.tables.iter().map(rows::table_spec).collect(),
+        attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
+    })
+}
+
+/// A scene of a recipe, built. Errors: as its readers and builders have them, with the scene's number.
+pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
+    Site::new(recipe.draw(scene)?).map_err(|e| match e {
+        Error::Input(mut b) => {
+            b.problem += &format!(" in scene {scene}");
+            b.file = b.file.or_else(|| Some(recipe.path().to_path_buf()));
+            Error::Input(b)
+        }
+        e => e,
+    })
+}
+
+/// A frame of all radars.
+pub fn frames_of(
+    engine: &Engine,
+    site: &Site,
+    prepared: &Prepared<'_>,
+    index: u32,
+    control: Control<'_>,
+) -> Result<Vec<Frame>> {
+    (0..site.scenario.radars.len()).map(|which| prepared.frame(engine, which, index, control)).collect()
+}
+
+/// A file below the dataset's folder, complete or not at all.
+pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
+    text.push('\n');
+    stage::write_file(dir.join(name), true, text.as_bytes()).map(|_| ())
+}
+
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(path, e)),
+        _ => Ok(()),
+    }
+}
+
+/// A frame on its way to the writer.
+struct Item {
+    shard: u64,
+    frame: Result<(Record, Tally)>,
+}
+
+struct Run<'a> {
+    engine: &'a Engine,
+    recipe: &'a Recipe,
+    out: &'a Path,
+    layout: &'a Layout,
+    file: &'a DatasetFile,
+    jobs: Option<usize>,
+    cancel: &'a AtomicBool,
+    progress: &'a (dyn Fn(Progress) + Sync),
+    missing: &'a [u64],
+    next: AtomicUsize,
+    done: AtomicU64,
+    frames: u64,
+    stop: AtomicBool,
+    failure: Mutex<Option<Error>>,
+}
+
+impl Run<'_> {
+    /// The first failure, if any.
+    fn all(&self) -> Result<Option<Error>> {
+        let cores = rayon::current_num_threads();
+        let default = if matches!(self.engine, Engine::Cpu(_)) { cores } else { 1 };
+        let jobs = self.jobs.unwrap_or(default).clamp(1, self.missing.len().max(1));
+        // A frame is small: threads of its own for each worker cost less than sharing every step among all.
+        let threads = (cores / jobs).max(1);
+        std::thread::scope(|scope| -> Result<()> {
+            for _ in 0..jobs {
+                let pool = rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .map_err(|e| Error::Failed(format!("threads: {e}")))?;
+                let (to, from) = sync_channel(WAITING);
+                scope.spawn(move || self.write(&from));
+                scope.spawn(move || pool.install(|| self.compute(&to)));
+            }
+            Ok(())
+        })?;
+        Ok(self.failure().take())
+    }
+
+    fn failure(&self) -> MutexGuard<'_, Option<Error>> {
+        self.failure.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn fail(&self, e: Error) {
+        // What stopping others causes is no failure of its own.
+        if !self.stopped() {
+            self.failure().get_or_insert(e);
+        }
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Makes shards until none is left.
+    fn compute(&self, to: &SyncSender<Item>) {
+        while let Some(shard) = self.missing.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let mut frames = self.layout.frames_of(*shard);
+            while !frames.is_empty() && !self.stopped() {
+                let (scene, first) = self.recipe.place(frames.start);
+                let left = frames.end - frames.start;
+                let last = u64::from(self.recipe.frames_per_scene).min(u64::from(first) + left) as u32;
+                let sent = self.scene(*shard, scene, first..last, &mut |frame| {
+                    to.send(Item { shard: *shard, frame: Ok(frame) }).is_ok() && !self.stopped()
+                });
+                if let Err(e) = sent {
+                    // A writer that is gone has said why.
+                    let _ = to.send(Item { shard: *shard, frame: Err(e) });
+                    return;
+                }
+                frames.start += u64::from(last - first);
+            }
+            if self.stopped() {
+                return;
+            }
+        }
+    }
+
+    /// Frames of one scene, as long as `send` takes them.
+    fn scene(
+        &self,
+        shard: u64,
+        scene: u32,
+        frames: Range<u32>,
+        send: &mut dyn FnMut((Record, Tally)) -> bool,
+    ) -> Result<()> {
+        let site = site(self.recipe, scene)?;
+        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let control = Control { progress: None, cancel: Some(self.cancel) };
+        for index in frames {
+            let number = u64::from(scene) * u64::from(self.recipe.frames_per_scene) + u64::from(index);
+            debug_assert_eq!(self.layout.shard_of(number), shard);
+            let radars = frames_of(self.engine, &site, &prepared, index, control)?;
+            let tally = Tally::of(&site, self.recipe.split(scene), &radars);
+            if !send((rows::record(self.recipe, &site, number, radars)?, tally)) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes shards as their frames come.
+    fn write(&self, from: &Receiver<Item>) {
+        while let Ok(first) = from.recv() {
+            if let Err(e) = self.write_shard(first, from) {
+                self.fail(e);
+                return;
+            }
+        }
+    }
+
+    fn write_shard(&self, first: Item, from: &Receiver<Item>) -> Result<()> {
+        let shard = first.shard;
+        let mut waiting = Some(first);
+        let mut tally = Tally::default();
+        let files = self.layout.write_shard(self.out, shard, &mut |_| {
+            let ended = || Error::Failed("the run was stopped".into());
+            let item = waiting.take().or_else(|| from.recv().ok()).ok_or_else(ended)?;
+            let (record, counts) = item.frame?;
+            tally.add(&counts);
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.progress)(Progress { done, all: self.frames });
+            Ok(record)
+        })?;
+        let frames = self.layout.frames_of(shard);
+        let marker = Marker {
+            shard,
+            first_frame: frames.start,
+            frames: frames.end - frames.start,
+            recipe: self.file.recipe.clone(),
+            device: Device::of(&self.engine.report()),
+            files,
+            tally,
+        };
+        write_json(self.out, &Marker::name(shard), &marker)
+    }
+}

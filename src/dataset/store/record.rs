@@ -1,0 +1,195 @@
+//! What is stored of one frame.
+
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, TableSpec};
+use num_complex::Complex32;
+
+/// Numbers in C order: the last index runs fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    C32(Vec<Complex32>),
+    F32(Vec<f32>),
+    U8(Vec<u8>),
+    I32(Vec<i32>),
+}
+
+impl Data {
+    pub fn len(&self) -> usize {
+        match self {
+            Data::C32(v) => v.len(),
+            Data::F32(v) => v.len(),
+            Data::U8(v) => v.len(),
+            Data::I32(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// As they are stored, little-endian.
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Data::C32(v) => bytemuck::cast_slice(v),
+            Data::F32(v) => bytemuck::cast_slice(v),
+            Data::U8(v) => v,
+            Data::I32(v) => bytemuck::cast_slice(v),
+        }
+    }
+
+    /// From stored bytes; `None` where they are no whole number of elements.
+    pub(super) fn from_bytes(kind: ArrayKind, bytes: Vec<u8>) -> Option<Data> {
+        fn cast<T: bytemuck::Pod>(bytes: &[u8]) -> Option<Vec<T>> {
+            bytes.len().is_multiple_of(size_of::<T>()).then(|| bytemuck::pod_collect_to_vec(bytes))
+        }
+        Some(match kind {
+            ArrayKind::C32 => Data::C32(cast(&bytes)?),
+            ArrayKind::F32 => Data::F32(cast(&bytes)?),
+            ArrayKind::U8 => Data::U8(bytes),
+            ArrayKind::I32 => Data::I32(cast(&bytes)?),
+        })
+    }
+}
+
+/// An array of one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    pub name: String,
+    /// Names of the axes, slowest first, without `frame`.
+    pub dims: Vec<String>,
+    pub shape: Vec<usize>,
+    pub data: Data,
+    pub unit: String,
+}
+
+impl Array {
+    pub(super) fn of(spec: &ArraySpec, data: Data) -> Array {
+        let ArraySpec { name, dims, shape, unit, .. } = spec.clone();
+        Array { name, dims, shape, data, unit }
+    }
+
+    /// What a layout says of it.
+    pub fn spec(&self) -> ArraySpec {
+        let Array { name, dims, shape, data, unit } = self;
+        ArraySpec {
+            name: name.clone(),
+            dims: dims.clone(),
+            shape: shape.clone(),
+            kind: data.kind(),
+            unit: unit.clone(),
+            about: String::new(),
+        }
+    }
+}
+
+/// A column of a frame's rows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    I64(Vec<i64>),
+    U32(Vec<u32>),
+    F64(Vec<f64>),
+    F32(Vec<f32>),
+    Bool(Vec<bool>),
+    /// Without zero bytes.
+    Text(Vec<String>),
+}
+
+impl Column {
+    pub fn new(kind: ColumnKind) -> Column {
+        match kind {
+            ColumnKind::I64 => Column::I64(Vec::new()),
+            ColumnKind::U32 => Column::U32(Vec::new()),
+            ColumnKind::F64 => Column::F64(Vec::new()),
+            ColumnKind::F32 => Column::F32(Vec::new()),
+            ColumnKind::Bool => Column::Bool(Vec::new()),
+            ColumnKind::Text => Column::Text(Vec::new()),
+        }
+    }
+
+    pub fn kind(&self) -> ColumnKind {
+        match self {
+            Column::I64(_) => ColumnKind::I64,
+            Column::U32(_) => ColumnKind::U32,
+            Column::F64(_) => ColumnKind::F64,
+            Column::F32(_) => ColumnKind::F32,
+            Column::Bool(_) => ColumnKind::Bool,
+            Column::Text(_) => ColumnKind::Text,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        match self {
+            Column::I64(v) => v.len(),
+            Column::U32(v) => v.len(),
+            Column::F64(v) => v.len(),
+            Column::F32(v) => v.len(),
+            Column::Bool(v) => v.len(),
+            Column::Text(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Appends the rows of `other`; false, and nothing done, where it is of another type.
+    pub fn extend(&mut self, other: &Column) -> bool {
+        match (self, other) {
+            (Column::I64(a), Column::I64(b)) => a.extend_from_slice(b),
+            (Column::U32(a), Column::U32(b)) => a.extend_from_slice(b),
+            (Column::F64(a), Column::F64(b)) => a.extend_from_slice(b),
+            (Column::F32(a), Column::F32(b)) => a.extend_from_slice(b),
+            (Column::Bool(a), Column::Bool(b)) => a.extend_from_slice(b),
+            (Column::Text(a), Column::Text(b)) => a.extend_from_slice(b),
+            _ => return false,
+        }
+        true
+    }
+}
+
+/// Rows that one frame adds to a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    pub name: String,
+    /// Of equal length, in the layout's order, without `frame`.
+    pub columns: Vec<(String, Column)>,
+}
+
+impl Table {
+    /// No rows.
+    pub fn new(spec: &TableSpec) -> Table {
+        let columns = spec.columns.iter().map(|c| (c.name.clone(), Column::new(c.kind)));
+        Table { name: spec.name.clone(), columns: columns.collect() }
+    }
+
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, c)| c.len())
+    }
+
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c)
+    }
+
+    /// What a layout says of it.
+    pub fn spec(&self) -> TableSpec {
+        let columns = self.columns.iter().map(|(name, c)| ColumnSpec::new(name, c.kind()));
+        TableSpec { name: self.name.clone(), columns: columns.collect(), about: String::new() }
+    }
+}
+
+/// What is stored of one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    pub frame: u64,
+    pub arrays: Vec<Array>,
+    pub tables: Vec<Table>,
+}
+
+impl Record {
+    pub fn array(&self, name: &str) -> Option<&Array> {
+        self.arrays.iter().find(|a| a.name == name)
+    }
+
+    pub fn table(&self, name: &str) -> Option<&Table> {
+        self.tables.iter().find(|t| t.name == name)
+    }
+}
