@@ -7,7 +7,7 @@ names carry their units.
 >>> import catseye
 >>> plate = catseye.rcs("plate:width_m=0.1,height_m=0.1", frequency_hz=77e9, engine="cpu")
 >>> round(float(plate.vv_dbsm[0, 0, 0]), 2)
-19.18
+19.19
 """
 
 from ._catseye import (

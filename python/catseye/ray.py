@@ -102,7 +102,8 @@ def dataset(
 
 def _fits(resource: str, each: float) -> float:
     """Tasks that the cluster can run at once."""
-    return ray.cluster_resources().get(resource, 0.0) / each if each > 0 else float("inf")
+    available: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call,unused-ignore]
+    return available.get(resource, 0.0) / each if each > 0 else float("inf")
 
 
 def _result(reference: Any) -> dict[str, Any]:
