@@ -42,7 +42,10 @@ def test_same_bytes_as_one_machine_with_a_worker_killed(cluster, recipe, tmp_pat
     import catseye.ray
 
     # Longer than the shared one, so that there is a middle of the run.
-    text = recipe.read_text().replace("scenes = 4", "scenes = 24").replace("[0, 2]", '["2:24", 0]').replace("scenes_", "")
+    split = "[split]\ntrain = [0, 2]\nvalidation = [1]\ntest = [3]\n"
+    text = recipe.read_text()
+    assert split in text and "scenes = 4\n" in text
+    text = text.replace(split, "").replace("scenes = 4\n", "scenes = 24\n")
     longer = tmp_path / "longer.toml"
     longer.write_text(text)
     for beside in recipe.parent.glob("*_radar.toml"):
