@@ -666,7 +666,7 @@ mod tests {
 
     #[test]
     fn the_recipes_draw() {
-        for name in ["template", "tiny", "highways"] {
+        for name in ["template", "tiny", "small_road", "highways"] {
             let path = place().with_file_name(format!("{name}.toml"));
             let recipe = Recipe::load(&path, None).unwrap();
             for scene in 0..recipe.scenes.min(12) {
