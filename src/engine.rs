@@ -2,6 +2,8 @@
 //! opened.
 
 mod chain;
+pub mod devices;
+pub mod sweep;
 
 use crate::adc::{self, Cube};
 use crate::cpu;

@@ -1,10 +1,11 @@
 //! Lists of numbers on the command line: a value, `start:stop:step` (both ends included), or values
 //! with commas between.
 
+use crate::engine::sweep::MAX_LOOKS;
 use crate::error::{BadInput, Error, Result};
 
 /// Longest list that one option may stand for.
-pub const LONGEST: usize = 10_000_000;
+pub const LONGEST: usize = MAX_LOOKS;
 
 /// Reads the list of option `key`.
 pub fn parse_list(key: &str, text: &str) -> Result<Vec<f64>> {

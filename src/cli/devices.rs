@@ -1,44 +1,17 @@
 //! `catseye devices`: adapters, limits, drivers, and which one `auto` takes.
 
 use super::{Global, print, print_json};
+use crate::engine::devices::listing;
 use crate::error::Result;
-use crate::gpu::{AdapterReport, Gpu, Want, adapters};
 use clap::Args;
 
 /// List adapters with driver and limits, what `auto` takes, and whether each passes the self-test
 #[derive(Debug, Args)]
 pub struct Devices {}
 
-#[derive(serde::Serialize)]
-struct Row {
-    #[serde(flatten)]
-    adapter: AdapterReport,
-    self_test: String,
-}
-
-#[derive(serde::Serialize)]
-struct Listing {
-    auto: String,
-    cpu_threads: usize,
-    adapters: Vec<Row>,
-}
-
 impl Devices {
     pub fn run(&self, global: &Global) -> Result<()> {
-        let found = adapters();
-        let hardware = found.iter().find(|a| a.is_hardware);
-        let auto = hardware.map_or("cpu".to_string(), |_| "gpu".to_string());
-        let rows: Vec<Row> = found
-            .iter()
-            .map(|a| Row {
-                adapter: a.clone(),
-                self_test: match Gpu::open(Want::Named(&a.name)) {
-                    Ok(_) => "passed".into(),
-                    Err(e) => e.to_string(),
-                },
-            })
-            .collect();
-        let listing = Listing { auto, cpu_threads: rayon::current_num_threads(), adapters: rows };
+        let listing = listing();
         if global.json {
             return print_json(&listing);
         }

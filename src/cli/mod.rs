@@ -22,6 +22,8 @@ mod target;
 mod validate;
 mod verify;
 
+pub use frames::draw_frame;
+
 use crate::engine::{Engine, Precision};
 use crate::error::{Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};

@@ -1,20 +1,21 @@
 //! `catseye rcs`: the scattering matrix of a target over frequency and direction.
 
 use super::angles::{LONGEST, parse_list};
-use super::target::{self, ImportArgs};
+use super::target::ImportArgs;
 use super::{Global, print, print_json};
 use crate::engine::Engine;
+use crate::engine::sweep::{Accuracy, Sweep};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::rcs_csv;
 use crate::formats::stage::StagedFile;
 use crate::geom::validate::check_scene;
-use crate::geom::{Geometry, curved};
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
 use crate::rcs::table::{RcsTable, Row};
-use crate::rcs::{self, Aspect, Diffraction, Distance, Ground, Look, RcsOptions, Scattering};
+use crate::rcs::{Aspect, Diffraction, Distance, Ground, Look, RcsOptions, Scattering};
+use crate::road::target;
 use crate::scene::material;
-use crate::trace::{Convention, MAX_BOUNCES};
+use crate::trace::Convention;
 use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
@@ -104,11 +105,6 @@ impl PolarisationName {
     }
 }
 
-/// Looks that are taken again more finely for the estimate of convergence.
-const CONVERGENCE_LOOKS: usize = 25;
-/// Times that cells are made smaller before the accuracy counts as out of reach.
-const CONVERGENCE_TRIES: usize = 4;
-
 #[derive(serde::Serialize)]
 struct JsonRow {
     frequency_hz: f64,
@@ -134,13 +130,6 @@ impl Rcs {
     pub fn run(&self, global: &Global) -> Result<()> {
         self.check()?;
         let frequencies = parse_list("frequency-hz", &self.frequency_hz)?;
-        if let Some(f) = frequencies.iter().find(|f| !(1e8..=1e12).contains(*f)) {
-            return Err(BadInput::new("the frequency is out of range")
-                .key("--frequency-hz")
-                .value(f)
-                .allowed("1e8..1e12")
-                .into());
-        }
         let transmit = aspects(["azimuth-deg", "elevation-deg"], &self.azimuth_deg, &self.elevation_deg)?;
         let receive = match (&self.bistatic_azimuth_deg, &self.bistatic_elevation_deg) {
             (None, None) => None,
@@ -150,16 +139,24 @@ impl Rcs {
                 el.as_deref().unwrap_or("0"),
             )?),
         };
-        let receivers = receive.as_ref().map_or(1, Vec::len);
-        let count = frequencies.len() as u128 * transmit.len() as u128 * receivers as u128;
-        if count > LONGEST as u128 {
-            return Err(BadInput::new("too many directions")
-                .key("--azimuth-deg x --elevation-deg x --frequency-hz (x --bistatic-...)")
-                .value(count)
-                .allowed(format!("at most {LONGEST}"))
-                .remedy("take larger steps or split the sweep")
-                .into());
-        }
+        let options = RcsOptions {
+            bounces: self.bounces,
+            distance: if self.range_m == f64::INFINITY {
+                Distance::Infinite
+            } else {
+                Distance::At(self.range_m)
+            },
+            accuracy_db: self.accuracy_db,
+            diffraction: match self.diffraction {
+                DiffractionName::None => Diffraction::None,
+                DiffractionName::Ptd => Diffraction::Ptd,
+            },
+            ground: self.ground()?,
+            last: self.convention == ConventionName::Last,
+        };
+        let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
+        sweep.check().map_err(as_option)?;
+        let Sweep { frequencies_hz: frequencies, options, .. } = &sweep;
         let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
         let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
         if let Some(p) = &self.plot
@@ -168,7 +165,7 @@ impl Rcs {
         {
             return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
         }
-        let mut target = target::load(&self.target, &self.import)?;
+        let mut target = target::load(&self.target, &self.import.options()?)?;
         for o in &mut target.scene.objects {
             o.pose.translation_m.z += self.height_m;
         }
@@ -187,107 +184,49 @@ impl Rcs {
                 global.say(&format!("warning: {name}: {w}"));
             }
         }
-        let options = RcsOptions {
-            bounces: self.bounces,
-            distance: if self.range_m.is_finite() { Distance::At(self.range_m) } else { Distance::Infinite },
-            accuracy_db: self.accuracy_db,
-            diffraction: match self.diffraction {
-                DiffractionName::None => Diffraction::None,
-                DiffractionName::Ptd => Diffraction::Ptd,
-            },
-            ground: self.ground()?,
-            last: self.convention == ConventionName::Last,
-        };
-        if let Distance::At(r) = options.distance {
-            check_range(&Geometry::build(&target.scene, 0.0, frequencies[0])?, r)?;
-        }
+        sweep.check_for(&target.scene).map_err(as_option)?;
         let convention = match self.convention {
             ConventionName::Every => Convention::Every,
             ConventionName::Last => Convention::Last,
         };
         let engine = global.engine()?;
 
-        let looks: Vec<Look> = transmit
-            .iter()
-            .flat_map(|t| match &receive {
-                None => vec![Look::monostatic(*t)],
-                Some(list) => list.iter().map(|r| Look { transmit: *t, receive: *r }).collect(),
-            })
-            .collect();
         let boresight = Aspect {
             azimuth: target.boresight_deg.0.to_radians(),
             elevation: target.boresight_deg.1.to_radians(),
         };
-        let mut warnings: Vec<String> = Vec::new();
-        for f in &frequencies {
-            // The lowest look has the longest zone.
-            let lowest = transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
-            warnings.extend(lowest.and_then(|a| rcs::ground::warning(&target.scene, *f, a, &options)));
-        }
-        for w in &warnings {
-            global.say(&format!("warning: {w}"));
-        }
         let both = RcsOptions { last: true, ..options.clone() };
-        let on_boresight = engine.rcs(&target.scene, &frequencies, &[Look::monostatic(boresight)], &both)?;
-        // At finite range the cells shrink until the change that a stricter run makes is within what was allowed.
-        // Facets of curved surfaces grow so many that their change is only told.
-        let mut taken = options.clone();
-        let (mut converged, mut missed) = (None, false);
-        let is_curved = target.scene.meshes.iter().any(curved::has_curved);
-        let (tries, step_down) = match (options.distance, is_curved) {
-            (Distance::Infinite, false) => (0, 1.0),
-            (Distance::Infinite, true) => (1, 1.0),
-            (Distance::At(_), false) => (CONVERGENCE_TRIES, 8.0),
-            (Distance::At(_), true) => (CONVERGENCE_TRIES, 2.0),
-        };
-        if tries > 0 {
-            let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
-            let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
-            for i in 0..tries {
-                converged = match engine.rcs_convergence_db(&target.scene, &frequencies, &some, &taken) {
-                    Ok(db) => db,
-                    // Facets of a quarter of the sagitta are four times as many, which a gpu may not hold.
-                    Err(e) if is_curved => {
-                        missed = true;
-                        warnings.push(format!("the accuracy was not measured: {e}"));
-                        break;
-                    }
-                    Err(e) => return Err(e),
-                };
-                if i + 1 == tries || converged.is_none_or(|db| db <= self.accuracy_db) {
-                    break;
-                }
-                taken.accuracy_db /= step_down;
-            }
-        }
-        if let Some(db) = converged.filter(|db| *db > self.accuracy_db) {
-            let w = format!("the accuracy of {} dB was not reached: {db:.4} dB", self.accuracy_db);
-            global.say(&format!("warning: {w}"));
-            warnings.push(w);
-        }
-        if missed {
-            warnings.last().into_iter().for_each(|w| global.say(&format!("warning: {w}")));
-        }
-        let bar = global.bar("directions", looks.len() as u64);
-        let swept = engine.rcs_watched(&target.scene, &frequencies, &looks, &taken, &|n| bar.inc(n))?;
-        bar.finish_and_clear();
-        let rows = frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept).map(
-            |((frequency_hz, look), s)| Row {
-                frequency_hz,
-                aspect: look.transmit,
-                receive: receive.as_ref().map(|_| look.receive),
-                s: *s.of(convention),
-            },
+        let on_boresight = engine.rcs(&target.scene, frequencies, &[Look::monostatic(boresight)], &both)?;
+        let bar = global.bar(
+            "directions",
+            sweep.transmit.len() as u64 * sweep.receive.as_ref().map_or(1, |r| r.len() as u64),
         );
+        let mut warnings: Vec<String> = Vec::new();
+        let mut warn = |w: &str| {
+            bar.suspend(|| global.say(&format!("warning: {w}")));
+            warnings.push(w.into());
+        };
+        let swept = engine.sweep(&target.scene, &sweep, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
+        bar.finish_and_clear();
+        let looks = &swept.looks;
+        let rows =
+            frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept.scattering).map(
+                |((frequency_hz, look), s)| Row {
+                    frequency_hz,
+                    aspect: look.transmit,
+                    receive: sweep.receive.as_ref().map(|_| look.receive),
+                    s: *s.of(convention),
+                },
+            );
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
-        table.comments = self.comments(&target.name, &engine, &target, &frequencies, &on_boresight);
-        table.comments.push(match (tries, converged) {
-            (0, _) => "convergence: flat facets are exact in the far field".into(),
-            (_, Some(db)) => format!(
+        table.comments = self.comments(&target.name, &engine, &target, frequencies, &on_boresight);
+        table.comments.push(match swept.accuracy {
+            Accuracy::Exact => "convergence: flat facets are exact in the far field".into(),
+            Accuracy::Measured(db) => format!(
                 "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
             ),
-            (_, None) if missed => "convergence: not measured".into(),
-            (_, None) => "convergence: no echo to compare".into(),
+            Accuracy::Unknown => "convergence: not measured".into(),
+            Accuracy::NoEcho => "convergence: no echo to compare".into(),
         });
         table.comments.extend(warnings.iter().map(|w| format!("warning: {w}")));
 
@@ -309,7 +248,7 @@ impl Rcs {
                 "convention": format!("{convention:?}").to_lowercase(),
                 "bounces": self.bounces,
                 "accuracy_db": self.accuracy_db,
-                "convergence_db": converged,
+                "convergence_db": swept.accuracy.db(),
                 "diffraction": format!("{:?}", self.diffraction).to_lowercase(),
                 "engine": engine.report(),
                 "boresight": frequencies.iter().zip(&on_boresight).map(|(f, s)| boresight_json(*f, &target, s)).collect::<Vec<_>>(),
@@ -349,18 +288,6 @@ impl Rcs {
                 .value(self.height_m)
                 .allowed("-1e6..1e6")
                 .into());
-        }
-        let ranged = |key: &str, value: String, allowed: &str| {
-            BadInput::new("out of range").key(key).value(value).allowed(allowed)
-        };
-        if !(1..=MAX_BOUNCES).contains(&self.bounces) {
-            return Err(ranged("--bounces", self.bounces.to_string(), &format!("1..={MAX_BOUNCES}")).into());
-        }
-        if !(1e-4..=3.0).contains(&self.accuracy_db) {
-            return Err(ranged("--accuracy-db", self.accuracy_db.to_string(), "1e-4..=3").into());
-        }
-        if self.range_m.is_nan() || self.range_m <= 0.0 {
-            return Err(ranged("--range-m", self.range_m.to_string(), "a positive number, or inf").into());
         }
         Ok(())
     }
@@ -450,34 +377,42 @@ impl Rcs {
     }
 }
 
-/// A radar inside the target has no aspect.
-fn check_range(geometry: &Geometry, range_m: f64) -> Result<()> {
-    let (centre, radius) = geometry.bounding_sphere_m();
-    let least = centre.length() + radius;
-    if !geometry.triangles.is_empty() && range_m <= 1.05 * least {
-        return Err(BadInput::new("the radar would stand inside the target's bounding sphere")
-            .key("--range-m")
-            .value(range_m)
-            .allowed(format!("more than {:.4}", 1.05 * least))
-            .into());
+/// The library's complaint about a value, with the option that gave it.
+fn as_option(e: Error) -> Error {
+    match e {
+        Error::Input(mut b) => {
+            // The file of a complaint is not of the command line.
+            if b.file.is_none() {
+                b.key = b.key.map(|k| k.split(' ').map(option_name).collect::<Vec<_>>().join(" "));
+            }
+            Error::Input(b)
+        }
+        e => e,
     }
-    Ok(())
+}
+
+fn option_name(word: &str) -> String {
+    const OPTIONS: [&str; 9] = [
+        "frequency_hz",
+        "azimuth_deg",
+        "elevation_deg",
+        "bistatic_azimuth_deg",
+        "bistatic_elevation_deg",
+        "range_m",
+        "bounces",
+        "accuracy_db",
+        "bistatic_...",
+    ];
+    let name = word.trim_matches(['(', ')']);
+    match OPTIONS.contains(&name) {
+        true => word.replace(name, &format!("--{}", name.replace('_', "-"))),
+        false => word.into(),
+    }
 }
 
 /// Product of two lists of angles, elevation outermost.
 fn aspects(keys: [&str; 2], azimuth: &str, elevation: &str) -> Result<Vec<Aspect>> {
-    let list = |key: &str, text: &str, limit: f64| -> Result<Vec<f64>> {
-        let list = parse_list(key, text)?;
-        match list.iter().find(|x| x.abs() > limit) {
-            None => Ok(list),
-            Some(x) => Err(BadInput::new("the angle is out of range")
-                .key(format!("--{key}"))
-                .value(x)
-                .allowed(format!("-{limit}..{limit}"))
-                .into()),
-        }
-    };
-    let (azimuths, elevations) = (list(keys[0], azimuth, 360.0)?, list(keys[1], elevation, 90.0)?);
+    let (azimuths, elevations) = (parse_list(keys[0], azimuth)?, parse_list(keys[1], elevation)?);
     if azimuths.len() as u128 * elevations.len() as u128 > LONGEST as u128 {
         return Err(BadInput::new("too many directions")
             .key(format!("--{} x --{}", keys[0], keys[1]))

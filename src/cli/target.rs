@@ -1,11 +1,9 @@
-//! What a command is pointed at: a glTF file, or a reflector of the library with its parameters.
+//! How a command's glTF file is to be read.
 
 use crate::error::{BadInput, Result};
-use crate::road::reflector::Reflector;
 use crate::scene::gltf::{self, ImportOptions};
-use crate::scene::{Scene, material};
+use crate::scene::material;
 use clap::Args;
-use std::path::Path;
 
 /// How to read a glTF file.
 #[derive(Debug, Clone, Args)]
@@ -52,37 +50,4 @@ impl ImportArgs {
             animations: gltf::Animations::from_name(&self.animation),
         })
     }
-}
-
-/// A target with its name and the direction from which it is meant to be seen.
-pub struct Target {
-    pub name: String,
-    pub scene: Scene,
-    /// (azimuth, elevation).
-    pub boresight_deg: (f64, f64),
-}
-
-/// Reads TARGET. A path ends in .glb or .gltf; everything else is a KIND.
-pub fn load(target: &str, import: &ImportArgs) -> Result<Target> {
-    let path = Path::new(target);
-    let is_file = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-    let options = import.options()?;
-    if is_file || path.is_dir() {
-        let scene = gltf::import(path, &options)?;
-        return Ok(Target { name: target.into(), scene, boresight_deg: (0.0, 0.0) });
-    }
-    let mut reflector = Reflector::parse(target)?;
-    if let Some(m) = &import.default_material
-        && !target.contains("material=")
-    {
-        reflector.material = m.clone();
-    }
-    Ok(Target {
-        name: reflector.spec(),
-        scene: reflector.to_scene(&material::parse_spec)?,
-        boresight_deg: reflector.kind().boresight_deg,
-    })
 }

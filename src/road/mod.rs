@@ -24,6 +24,7 @@ mod scene_tests;
 pub mod scene_toml;
 pub mod shape;
 pub mod site;
+pub mod target;
 pub mod terrain;
 pub mod traffic;
 pub mod truth;

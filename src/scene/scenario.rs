@@ -514,29 +514,8 @@ impl Scenario {
                 }
             };
             let (_, built, first) = &known[k];
-            for part in &built.objects {
-                let shape = match part.shape {
-                    Shape::Mesh(m) => Shape::Mesh(first + m),
-                    Shape::Table(t) => Shape::Table(scene.table_index(&built.tables[t])),
-                    point @ Shape::Point { .. } => point,
-                };
-                let name = match (o.name.is_empty(), built.objects.len()) {
-                    (true, _) => part.name.clone(),
-                    (false, 1) => o.name.clone(),
-                    (false, _) => format!("{}/{}", o.name, part.name),
-                };
-                let class = if o.class.is_empty() { &part.class } else { &o.class };
-                let pose =
-                    Pose::new(o.pose.rotation * part.pose.rotation, o.pose.point(part.pose.translation_m));
-                let velocity = o.velocity_mps + o.pose.direction(part.velocity_mps);
-                let id = scene.add_object(&name, class, shape, pose, velocity);
-                if part.motion.is_some() {
-                    let mut joints = part.joints();
-                    joints.push(Joint::Fixed(o.pose.rotation, o.pose.translation_m));
-                    joints.push(Joint::Line(o.velocity_mps));
-                    scene.move_by(id, Motion { joints });
-                }
-            }
+            let label = Label { name: &o.name, class: &o.class };
+            scene.place(built, *first, label, o.pose, o.velocity_mps);
         }
         if scene.objects.is_empty() {
             return Err(BadInput::new("the scenario has nothing in it")
@@ -574,7 +553,51 @@ fn in_file(e: Error, at: &BadInput) -> Error {
     }
 }
 
+/// Name and class of what is placed; empty ones leave what the parts have.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Label<'a> {
+    pub name: &'a str,
+    pub class: &'a str,
+}
+
 impl Scene {
+    /// Adds the objects of another scene, moved as one body; `first` is what [`Scene::add_meshes`] gave for it. `velocity_mps`
+    /// (world) is added to what the parts have. Returns their ids.
+    pub fn place(
+        &mut self,
+        built: &Scene,
+        first: usize,
+        label: Label<'_>,
+        pose: Pose<Target, World>,
+        velocity_mps: DVec3,
+    ) -> Vec<u32> {
+        let mut ids = Vec::with_capacity(built.objects.len());
+        for part in &built.objects {
+            let shape = match part.shape {
+                Shape::Mesh(m) => Shape::Mesh(first + m),
+                Shape::Table(t) => Shape::Table(self.table_index(&built.tables[t])),
+                point @ Shape::Point { .. } => point,
+            };
+            let name = match (label.name.is_empty(), built.objects.len()) {
+                (true, _) => part.name.clone(),
+                (false, 1) => label.name.to_string(),
+                (false, _) => format!("{}/{}", label.name, part.name),
+            };
+            let class = if label.class.is_empty() { &part.class } else { label.class };
+            let at = Pose::new(pose.rotation * part.pose.rotation, pose.point(part.pose.translation_m));
+            let id =
+                self.add_object(&name, class, shape, at, velocity_mps + pose.direction(part.velocity_mps));
+            if part.motion.is_some() {
+                let mut joints = part.joints();
+                joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
+                joints.push(Joint::Line(velocity_mps));
+                self.move_by(id, Motion { joints });
+            }
+            ids.push(id);
+        }
+        ids
+    }
+
     /// Adds the meshes and materials of another scene and returns the index of the first mesh.
     pub fn add_meshes(&mut self, other: &Scene) -> usize {
         let materials: Vec<u32> = other.materials.iter().map(|m| self.material_index(m)).collect();

@@ -1,0 +1,66 @@
+"""catseye: automotive-radar simulator. Scenes to radar cross sections, samples, detections, points and datasets.
+
+NumPy arrays in and out; lengths in metres, angles in degrees where a name says ``_deg``, otherwise SI; axes of ISO 8855 (x
+forward, y left, z up); range rates are positive when receding. Everything but the first argument is given by keyword, and
+names carry their units.
+
+>>> import catseye
+>>> plate = catseye.rcs("plate:width_m=0.1,height_m=0.1", frequency_hz=77e9, engine="cpu")
+>>> round(float(plate.vv_dbsm[0, 0, 0]), 2)
+19.19
+"""
+
+from ._catseye import (
+    BadInput,
+    Detections,
+    Engine,
+    Failed,
+    Frame,
+    Frames,
+    Radar,
+    RcsResult,
+    Scenario,
+    Scene,
+    __version__,
+    dataset,
+    devices,
+    materials,
+    presets,
+    process,
+    rcs,
+    recipe_facts,
+    reflector,
+    reflector_kinds,
+    road_scene,
+    simulate,
+    verify,
+)
+from ._reader import Dataset, TorchDataset
+
+__all__ = [
+    "BadInput",
+    "Dataset",
+    "Detections",
+    "Engine",
+    "Failed",
+    "Frame",
+    "Frames",
+    "Radar",
+    "RcsResult",
+    "Scenario",
+    "Scene",
+    "TorchDataset",
+    "__version__",
+    "dataset",
+    "devices",
+    "materials",
+    "presets",
+    "process",
+    "rcs",
+    "recipe_facts",
+    "reflector",
+    "reflector_kinds",
+    "road_scene",
+    "simulate",
+    "verify",
+]

@@ -1,0 +1,141 @@
+//! NumPy arrays and plain Python values.
+
+use crate::errors::OrRaise;
+use catseye::error::BadInput;
+use glam::DVec3;
+use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
+
+/// An array that owns `data`, without a copy.
+pub fn array<T: Element>(py: Python<'_>, data: Vec<T>, shape: &[usize]) -> PyResult<Py<PyAny>> {
+    Ok(PyArray1::from_vec(py, data).reshape(shape)?.into_any().unbind())
+}
+
+/// A structured array; the columns are name, NumPy's format, shape of a value (empty for a number) and values.
+pub struct Records<'py> {
+    rows: usize,
+    fields: Vec<(String, &'static str, Vec<usize>)>,
+    values: Vec<Bound<'py, PyAny>>,
+}
+
+impl<'py> Records<'py> {
+    pub fn new(rows: usize) -> Self {
+        Records { rows, fields: Vec::new(), values: Vec::new() }
+    }
+
+    pub fn numbers<T: Element>(
+        self,
+        py: Python<'py>,
+        name: &str,
+        data: Vec<T>,
+        format: &'static str,
+    ) -> Self {
+        self.vectors(py, name, data, format, &[])
+    }
+
+    /// Of several numbers a row.
+    pub fn vectors<T: Element>(
+        mut self,
+        py: Python<'py>,
+        name: &str,
+        data: Vec<T>,
+        format: &'static str,
+        shape: &[usize],
+    ) -> Self {
+        self.fields.push((name.into(), format, shape.to_vec()));
+        self.values.push(PyArray1::from_vec(py, data).into_any());
+        self
+    }
+
+    /// Of text, cut to the width of the format.
+    pub fn text(
+        mut self,
+        py: Python<'py>,
+        name: &str,
+        data: Vec<&str>,
+        format: &'static str,
+    ) -> PyResult<Self> {
+        self.fields.push((name.into(), format, Vec::new()));
+        self.values.push(data.into_pyobject(py)?.into_any());
+        Ok(self)
+    }
+
+    pub fn build(self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let numpy = py.import("numpy")?;
+        let fields: Vec<_> = self.fields.iter().map(|(n, f, s)| (n, *f, numpy_shape(py, s))).collect();
+        let fields = fields.into_iter().map(|(n, f, s)| Ok((n, f, s?))).collect::<PyResult<Vec<_>>>()?;
+        let dtype = numpy.call_method1("dtype", (fields,))?;
+        let table = numpy.call_method1("empty", (self.rows, dtype))?;
+        for ((name, _, shape), values) in self.fields.iter().zip(self.values) {
+            let values = match shape.is_empty() {
+                true => values,
+                false => {
+                    let all: Vec<usize> = [self.rows].iter().chain(shape).copied().collect();
+                    values.call_method1("reshape", (numpy_shape(py, &all)?,))?
+                }
+            };
+            table.set_item(name, values)?;
+        }
+        Ok(table)
+    }
+}
+
+fn numpy_shape<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyAny>> {
+    Ok(pyo3::types::PyTuple::new(py, shape)?.into_any())
+}
+
+/// One number or a sequence of numbers.
+fn floats(ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let numpy = ob.py().import("numpy")?;
+    let keywords = [("dtype", "float64")].into_py_dict(ob.py())?;
+    let array = numpy.getattr("asarray")?.call((ob,), Some(&keywords))?;
+    let list: PyReadonlyArray1<'_, f64> = numpy.call_method1("atleast_1d", (array,))?.extract()?;
+    Ok(list.as_array().to_vec())
+}
+
+/// Numbers of the argument `key`: finite, at least one.
+pub fn values(key: &str, ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let bad = |problem: &str| {
+        Err(BadInput::new(problem).key(key).allowed("a number, or numbers in one dimension").into())
+    };
+    let list = floats(ob)?;
+    match list.iter().find(|x| !x.is_finite()) {
+        Some(x) => bad(&format!("{x} is not a finite number")).or_raise(ob.py()),
+        None if list.is_empty() => bad("is empty").or_raise(ob.py()),
+        None => Ok(list),
+    }
+}
+
+/// Three finite numbers of the argument `key`.
+pub fn vector(key: &str, ob: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
+    let Some(ob) = ob else { return Ok(DVec3::ZERO) };
+    match floats(ob)?[..] {
+        [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
+        _ => Err(BadInput::new("is not a place or a direction")
+            .key(key)
+            .allowed("three finite numbers: x, y, z")
+            .into())
+        .or_raise(ob.py()),
+    }
+}
+
+/// A value as Python's own dictionaries, lists and numbers.
+pub fn plain(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<Py<PyAny>> {
+    let text =
+        serde_json::to_string(value).map_err(|e| crate::errors::Failed::new_err(format!("JSON: {e}")))?;
+    plain_of_json(py, &text)
+}
+
+pub fn plain_of_json(py: Python<'_>, text: &str) -> PyResult<Py<PyAny>> {
+    Ok(py.import("json")?.call_method1("loads", (text,))?.unbind())
+}
+
+/// A dictionary of what is given.
+pub fn dictionary<'py>(py: Python<'py>, pairs: &[(&str, Py<PyAny>)]) -> PyResult<Bound<'py, PyDict>> {
+    let d = PyDict::new(py);
+    for (k, v) in pairs {
+        d.set_item(k, v)?;
+    }
+    Ok(d)
+}

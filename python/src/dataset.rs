@@ -1,0 +1,203 @@
+//! Datasets: made from recipes, checked, read.
+
+use crate::arrays::{Records, array, plain};
+use crate::errors::OrRaise;
+use crate::work::{Afterwards, run_to};
+use crate::{engine, work};
+use catseye::cli::draw_frame;
+use catseye::dataset::produce::{self, DatasetFile, produce};
+use catseye::dataset::recipe::Recipe;
+use catseye::dataset::store::{Array, Column, Data, Layout, Table};
+use catseye::dataset::verify as checks;
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Makes a dataset from a recipe, or what is missing of it; the bytes are those of `catseye dataset`, whatever the number of workers and
+/// interruptions.
+///
+/// recipe: path of a recipe TOML. out: folder. shards: (first, end) of those to make, default all; others are left to
+/// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). seed: in place of the recipe's. mixed_devices: go on
+/// with a dataset that another device began. force: begin anew in a folder that holds another dataset. progress: called with the numbers of
+/// frames done and of all.
+///
+/// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes.
+/// Raises BadInput for a folder of another recipe or device. Ctrl-C ends it after the frames in work; the same call goes on.
+#[pyfunction]
+#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, seed = None, engine = None, mixed_devices = false, force = false,
+    progress = None))]
+#[allow(clippy::too_many_arguments)] // keywords
+pub fn dataset(
+    py: Python<'_>,
+    recipe: PathBuf,
+    out: PathBuf,
+    shards: Option<(u64, u64)>,
+    jobs: Option<usize>,
+    seed: Option<u64>,
+    engine: Option<&Bound<'_, PyAny>>,
+    mixed_devices: bool,
+    force: bool,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Py<PyAny>> {
+    let recipe = py.detach(|| Recipe::load(&recipe, seed)).or_raise(py)?;
+    let engine = engine::resolve(py, engine)?;
+    let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
+        let options = produce::Options {
+            jobs: jobs.map(|j| j.max(1)),
+            shards: shards.map(|(a, b)| a..b),
+            mixed_devices,
+            force,
+            cancel: watch.cancelled(),
+            progress: &|p| {
+                watch.expect(p.all);
+                watch.set(p.done);
+            },
+            pictures: &draw_frame,
+        };
+        produce(&engine, &recipe, &out, &options)
+    })?;
+    plain(py, &report)
+}
+
+/// What a recipe makes: {"name", "seed", "scenes", "frames_per_scene", "frames", "frames_per_shard", "shards", "format"}.
+#[pyfunction]
+#[pyo3(signature = (path, *, seed = None))]
+pub fn recipe_facts(py: Python<'_>, path: PathBuf, seed: Option<u64>) -> PyResult<Py<PyAny>> {
+    let r = py.detach(|| Recipe::load(&path, seed)).or_raise(py)?;
+    plain(
+        py,
+        &serde_json::json!({
+            "name": r.name,
+            "seed": r.seed,
+            "scenes": r.scenes,
+            "frames_per_scene": r.frames_per_scene,
+            "frames": r.frames(),
+            "frames_per_shard": r.frames_per_shard,
+            "shards": r.frames().div_ceil(r.frames_per_shard),
+            "format": r.format.name(),
+        }),
+    )
+}
+
+/// Whether a dataset is whole, as `catseye verify --json`: {"frames", "shards", "shards_complete", "files", "bytes", "problems": [{"problem",
+/// "names", "remedy"}, ...]}; no problems when all is well. progress: called with the numbers of files read and of all.
+#[pyfunction]
+#[pyo3(signature = (folder, *, progress = None))]
+pub fn verify(py: Python<'_>, folder: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
+    let found = work::run(py, progress, move |watch| {
+        checks::verify(&folder, &|all| {
+            watch.expect(all);
+            watch.step(1);
+        })
+    })?;
+    plain(py, &found)
+}
+
+/// The files of a dataset. `Dataset` is the reader for programs.
+#[pyclass(module = "catseye._catseye", frozen)]
+pub struct Store {
+    folder: PathBuf,
+    layout: Arc<Layout>,
+}
+
+#[pymethods]
+impl Store {
+    #[new]
+    fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Store> {
+        let layout = py.detach(|| Layout::open(&folder)).or_raise(py)?;
+        Ok(Store { folder, layout: Arc::new(layout) })
+    }
+
+    fn __len__(&self) -> usize {
+        self.layout.frames as usize
+    }
+
+    /// Dictionary: format, compression, frames, frames_per_shard, arrays, tables, attributes.
+    #[getter]
+    fn layout(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        plain(py, &*self.layout)
+    }
+
+    /// {"train", "validation", "test"}: int64 arrays of frame numbers. Raises BadInput where dataset.json is missing.
+    fn splits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let read = || -> catseye::Result<[Vec<i64>; 3]> {
+            let file = DatasetFile::read(&self.folder)?;
+            let recipe =
+                Recipe::parse(&self.folder.join(produce::DATASET), &file.recipe_text, Some(file.seed))?;
+            let mut frames: [Vec<i64>; 3] = Default::default();
+            for scene in 0..recipe.scenes {
+                let which = SPLITS.iter().position(|s| *s == recipe.split(scene)).unwrap_or(0);
+                let first = i64::from(scene) * i64::from(recipe.frames_per_scene);
+                frames[which].extend(first..first + i64::from(recipe.frames_per_scene));
+            }
+            Ok(frames)
+        };
+        let all = py.detach(read).or_raise(py)?;
+        let splits = PyDict::new(py);
+        for (name, frames) in SPLITS.iter().zip(all) {
+            splits.set_item(name, frames.into_pyarray(py))?;
+        }
+        Ok(splits)
+    }
+
+    /// {"frame": int, name: array, ...} of one frame: arrays in the shape of the layout, tables as structured arrays. arrays, tables: names of those to
+    /// read, default all.
+    #[pyo3(signature = (frame, *, arrays = None, tables = None))]
+    fn read<'py>(
+        &self,
+        py: Python<'py>,
+        frame: u64,
+        arrays: Option<Vec<String>>,
+        tables: Option<Vec<String>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (folder, layout) = (self.folder.clone(), self.layout.clone());
+        let found = work::run(py, None, move |_| {
+            let arrays = arrays.unwrap_or_else(|| layout.arrays.iter().map(|a| a.name.clone()).collect());
+            let tables = tables.unwrap_or_else(|| layout.tables.iter().map(|t| t.name.clone()).collect());
+            let arrays = arrays.iter().map(|a| layout.read_array(&folder, a, frame));
+            let arrays = arrays.collect::<catseye::Result<Vec<Array>>>()?;
+            let tables = tables.iter().map(|t| layout.read_table(&folder, t, frame));
+            Ok((arrays, tables.collect::<catseye::Result<Vec<Table>>>()?))
+        })?;
+        let all = PyDict::new(py);
+        all.set_item("frame", frame)?;
+        for a in found.0 {
+            let data = match a.data {
+                Data::C32(v) => array(py, v, &a.shape),
+                Data::F32(v) => array(py, v, &a.shape),
+                Data::U8(v) => array(py, v, &a.shape),
+                Data::I32(v) => array(py, v, &a.shape),
+            };
+            all.set_item(a.name, data?)?;
+        }
+        for t in found.1 {
+            all.set_item(t.name.clone(), rows(py, t)?)?;
+        }
+        Ok(all)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, (PathBuf,)) {
+        (py.get_type::<Store>().into_any(), (self.folder.clone(),))
+    }
+}
+
+/// As recipes and tables name them.
+const SPLITS: [&str; 3] = ["train", "validation", "test"];
+
+/// A structured array [row]; text as Python strings.
+fn rows(py: Python<'_>, table: Table) -> PyResult<Bound<'_, PyAny>> {
+    let mut records = Records::new(table.rows());
+    for (name, column) in table.columns {
+        records = match column {
+            Column::I64(v) => records.numbers(py, &name, v, "i8"),
+            Column::U32(v) => records.numbers(py, &name, v, "u4"),
+            Column::F64(v) => records.numbers(py, &name, v, "f8"),
+            Column::F32(v) => records.numbers(py, &name, v, "f4"),
+            Column::Bool(v) => records.numbers(py, &name, v, "?"),
+            Column::Text(v) => records.text(py, &name, v.iter().map(String::as_str).collect(), "O")?,
+        };
+    }
+    records.build(py)
+}

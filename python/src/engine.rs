@@ -1,0 +1,129 @@
+//! Devices, and the engine that is opened on one.
+
+use crate::arrays::plain;
+use crate::errors::{Failed, OrRaise};
+use crate::work;
+use catseye::engine::{Engine as Opened, Precision};
+use catseye::error::BadInput;
+use pyo3::prelude::*;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The adapters of this machine: {"auto": "gpu" or "cpu", "cpu_threads": int, "adapters": [{"name", "driver", ...,
+/// "self_test"}, ...]}, as `catseye devices --json`.
+#[pyfunction]
+pub fn devices(py: Python<'_>) -> PyResult<Py<PyAny>> {
+    let listing = work::run(py, None, |_| Ok(catseye::engine::devices::listing()))?;
+    plain(py, &listing)
+}
+
+/// What computes: the cpu, or a GPU.
+///
+/// device: "auto" (a hardware GPU, else the cpu), "cpu", "gpu" (a hardware GPU), or part of an adapter's name. Never
+/// another one than was asked for. precision: "f32", or "f64" (cpu only) of cube, FFT and detection; geometry, phase and fields are
+/// always f64.
+///
+/// Raises BadInput for a device that is not there, Failed for one that does not pass its self-test.
+#[pyclass(module = "catseye", frozen)]
+pub struct Engine {
+    opened: Arc<Opened>,
+    pid: u32,
+    arguments: (String, String),
+}
+
+#[pymethods]
+impl Engine {
+    #[new]
+    #[pyo3(signature = (device = "auto", *, precision = "f32"))]
+    fn new(py: Python<'_>, device: &str, precision: &str) -> PyResult<Engine> {
+        let wanted = match precision {
+            "f32" => Precision::F32,
+            "f64" => Precision::F64,
+            other => {
+                let e = BadInput::new("unknown precision").key("precision").value(other).allowed("f32, f64");
+                return Err(e.into()).or_raise(py);
+            }
+        };
+        let name = device.to_string();
+        let opened = Arc::new(work::run(py, None, move |_| Opened::open(&name, wanted))?);
+        Ok(Engine { opened, pid: std::process::id(), arguments: (device.into(), precision.into()) })
+    }
+
+    /// One line: engine, adapter, driver.
+    #[getter]
+    fn description(&self) -> String {
+        self.opened.describe()
+    }
+
+    /// "cpu", or the adapter's name.
+    #[getter]
+    fn adapter(&self) -> String {
+        self.opened.report().adapter
+    }
+
+    /// "cpu" or "gpu".
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.opened.report().engine
+    }
+
+    /// "f32" or "f64".
+    #[getter]
+    fn precision(&self) -> &'static str {
+        match self.opened.report().precision {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+
+    /// Opened again by the one who unpickles it.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let kind = py.get_type::<Engine>();
+        let partial = py.import("functools")?.getattr("partial")?;
+        let keywords = pyo3::types::PyDict::new(py);
+        keywords.set_item("precision", &self.arguments.1)?;
+        let open = partial.call((kind,), Some(&keywords))?;
+        Ok((open, (self.arguments.0.clone(),)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<catseye.Engine {}>", self.opened.describe())
+    }
+}
+
+impl Engine {
+    /// Errors: a GPU that another process opened, of which a fork has only a shadow.
+    fn opened(&self) -> PyResult<Arc<Opened>> {
+        if self.pid != std::process::id() && matches!(*self.opened, Opened::Gpu(_)) {
+            return Err(Failed::new_err(
+                "the GPU was opened by the parent process; open an Engine in each process, or start processes with 'spawn'",
+            ));
+        }
+        Ok(self.opened.clone())
+    }
+}
+
+/// The engine that an argument means: an Engine, or a device by name, which is opened once in a process.
+pub fn resolve(py: Python<'_>, argument: Option<&Bound<'_, PyAny>>) -> PyResult<Arc<Opened>> {
+    type Known = HashMap<(u32, String), Arc<Opened>>;
+    static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+    let device = match argument {
+        None => "auto".to_string(),
+        Some(a) => match a.cast::<Engine>() {
+            Ok(engine) => return engine.get().opened(),
+            Err(_) => a.extract::<String>().map_err(|_| {
+                pyo3::exceptions::PyTypeError::new_err("engine is neither an Engine nor the name of a device")
+            })?,
+        },
+    };
+    let key = (std::process::id(), device.clone());
+    let known = |f: &mut dyn FnMut(&mut Known) -> Option<Arc<Opened>>| {
+        f(KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
+    };
+    if let Some(engine) = known(&mut |k| k.get(&key).cloned()) {
+        return Ok(engine);
+    }
+    let engine = Arc::new(work::run(py, None, move |_| Opened::open(&device, Precision::F32))?);
+    known(&mut |k| k.insert(key.clone(), engine.clone()));
+    Ok(engine)
+}

@@ -1,0 +1,45 @@
+//! `catseye._catseye`: what the Python package calls. NumPy in and out, no physics; the interpreter is let go during
+//! work, and Ctrl-C ends it.
+#![deny(unsafe_code)]
+
+mod arrays;
+mod dataset;
+mod engine;
+mod errors;
+mod process;
+mod radar;
+mod rcs;
+mod scene;
+mod simulate;
+mod work;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    catseye::gpu::quieten_loader();
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add("BadInput", m.py().get_type::<errors::BadInput>())?;
+    m.add("Failed", m.py().get_type::<errors::Failed>())?;
+    m.add_class::<engine::Engine>()?;
+    m.add_class::<scene::Scene>()?;
+    m.add_class::<radar::Radar>()?;
+    m.add_class::<rcs::RcsResult>()?;
+    m.add_class::<simulate::Scenario>()?;
+    m.add_class::<simulate::Frames>()?;
+    m.add_class::<simulate::Frame>()?;
+    m.add_class::<process::Detections>()?;
+    m.add_class::<dataset::Store>()?;
+    m.add_function(wrap_pyfunction!(dataset::dataset, m)?)?;
+    m.add_function(wrap_pyfunction!(dataset::recipe_facts, m)?)?;
+    m.add_function(wrap_pyfunction!(dataset::verify, m)?)?;
+    m.add_function(wrap_pyfunction!(engine::devices, m)?)?;
+    m.add_function(wrap_pyfunction!(scene::reflector, m)?)?;
+    m.add_function(wrap_pyfunction!(scene::reflector_kinds, m)?)?;
+    m.add_function(wrap_pyfunction!(scene::materials, m)?)?;
+    m.add_function(wrap_pyfunction!(scene::road_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(radar::presets, m)?)?;
+    m.add_function(wrap_pyfunction!(rcs::rcs, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(process::process, m)?)
+}

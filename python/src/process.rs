@@ -1,0 +1,108 @@
+//! Cubes, from wherever, to maps and points.
+
+use crate::errors::OrRaise;
+use crate::simulate::{axes, maps, points};
+use crate::{arrays, engine, radar, work};
+use catseye::adc::Cube;
+use catseye::dataset::frame::{Stages, detect};
+use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::error::BadInput;
+use catseye::trace::Returns;
+use num_complex::{Complex32, Complex64};
+use numpy::{PyReadonlyArray3, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
+
+/// What the chain finds in a cube.
+#[pyclass(module = "catseye", frozen)]
+pub struct Detections {
+    /// float32 [doppler, range] (float64 of an f64 engine): power in W, zero Doppler in the middle row; of the first ramp.
+    #[pyo3(get)]
+    range_doppler: Py<PyAny>,
+    /// The maps of all ramps, the first of them `range_doppler`.
+    #[pyo3(get)]
+    maps: Vec<Py<PyAny>>,
+    /// bool [doppler, range]: the cells of the first map that the detector found.
+    #[pyo3(get)]
+    mask: Py<PyAny>,
+    /// float64 [range].
+    #[pyo3(get)]
+    range_m: Py<PyAny>,
+    /// float64 [doppler], positive receding.
+    #[pyo3(get)]
+    range_rate_mps: Py<PyAny>,
+    /// Structured array [point] with the columns of points.csv, in the sensor frame, without labels.
+    #[pyo3(get)]
+    points: Py<PyAny>,
+}
+
+#[pymethods]
+impl Detections {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("<catseye.Detections: {} points>", self.points.bind(py).len()?))
+    }
+}
+
+/// The samples as the engine takes them. Errors: another shape or type.
+fn cube(adc: &Bound<'_, PyAny>, wide: bool, expected: [usize; 3]) -> PyResult<AnyCube> {
+    let py = adc.py();
+    let untyped = adc.cast::<PyUntypedArray>()?;
+    if untyped.shape() != expected {
+        let e = BadInput::new("the array is not a cube of this radar")
+            .key("shape")
+            .value(format!("{:?}", untyped.shape()))
+            .allowed(format!("{expected:?}: [chirp, rx_virtual, sample]"));
+        return Err(e.into()).or_raise(py);
+    }
+    let [chirps, channels, samples] = expected;
+    let cast = |name: &str| -> PyResult<Bound<'_, PyAny>> {
+        let keywords = [("order", "C"), ("casting", "same_kind")].into_py_dict(py)?;
+        adc.getattr("astype")?.call((name,), Some(&keywords))
+    };
+    Ok(match wide {
+        true => {
+            let data: PyReadonlyArray3<'_, Complex64> = cast("complex128")?.extract()?;
+            AnyCube::F64(Cube { chirps, channels, samples, data: data.as_slice()?.to_vec() })
+        }
+        false => {
+            let data: PyReadonlyArray3<'_, Complex32> = cast("complex64")?.extract()?;
+            AnyCube::F32(Cube { chirps, channels, samples, data: data.as_slice()?.to_vec() })
+        }
+    })
+}
+
+/// Range-Doppler map, detections and points of a cube.
+///
+/// adc: array [chirp, rx_virtual, sample], complex or real, in sqrt(W) at the receiver's input (other units give relative
+/// levels). radar: a Radar, a preset or a path. engine: an Engine or the name of a device.
+///
+/// Raises BadInput for an array of another shape or with values that are not finite.
+#[pyfunction]
+#[pyo3(signature = (adc, *, radar, engine = None))]
+pub fn process(
+    py: Python<'_>,
+    adc: &Bound<'_, PyAny>,
+    radar: &Bound<'_, PyAny>,
+    engine: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Detections> {
+    let radar = radar::resolve(radar)?;
+    let engine = engine::resolve(py, engine)?;
+    let wide = matches!(*engine, Engine::Cpu(Precision::F64));
+    let cube = cube(adc, wide, [radar.rows(), radar.channels(), radar.samples])?;
+    let described = radar.clone();
+    let (found, cloud) = work::run(py, None, move |_| {
+        detect(&engine, &described, &cube, &Returns::default(), &[], &mut Stages::default())
+    })?;
+    let shape = [found[0].map.doppler_bins, found[0].map.range_bins];
+    let mask = arrays::array(py, found[0].detection.mask.clone(), &shape)?;
+    let maps = maps(py, found, wide)?;
+    let [range_m, range_rate_mps] = axes(py, &radar)?;
+    Ok(Detections {
+        range_doppler: maps[0].clone_ref(py),
+        maps,
+        mask,
+        range_m,
+        range_rate_mps,
+        points: points(py, &cloud)?,
+    })
+}

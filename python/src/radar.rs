@@ -1,0 +1,154 @@
+//! Radars.
+
+use crate::arrays::array;
+use crate::errors::OrRaise;
+use catseye::dataset::manifest::Axes;
+use catseye::scene::radar::{Antenna, Radar as Described};
+use catseye::scene::radar_toml;
+use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Names of the built-in radars.
+#[pyfunction]
+pub fn presets() -> Vec<&'static str> {
+    radar_toml::PRESETS.iter().map(|(name, _)| *name).collect()
+}
+
+/// A radar: name is a preset (`catseye.presets()`) or the path of a radar TOML. `Radar.parse` reads the text of one.
+///
+/// Raises BadInput with the line of the file that is wrong.
+#[pyclass(module = "catseye", frozen)]
+pub struct Radar {
+    pub radar: Arc<Described>,
+}
+
+fn places(py: Python<'_>, antennas: &[Antenna]) -> PyResult<Py<PyAny>> {
+    let data = antennas.iter().flat_map(|a| a.position_m.to_array()).collect();
+    array(py, data, &[antennas.len(), 3])
+}
+
+#[pymethods]
+impl Radar {
+    #[new]
+    fn new(py: Python<'_>, name: PathBuf) -> PyResult<Radar> {
+        let name = name.to_string_lossy().into_owned();
+        let radar = py.detach(|| radar_toml::load(&name, Path::new(""))).or_raise(py)?;
+        Ok(Radar { radar: Arc::new(radar) })
+    }
+
+    /// The radar of a TOML text; files that it names are looked for in `folder`.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, folder = PathBuf::new()))]
+    fn parse(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Radar> {
+        let radar = radar_toml::parse(&folder.join("radar.toml"), text).or_raise(py)?;
+        Ok(Radar { radar: Arc::new(radar) })
+    }
+
+    /// The radar in full as TOML.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        radar_toml::to_toml(&self.radar).or_raise(py)
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.radar.name
+    }
+
+    /// Centre of the sweep or band.
+    #[getter]
+    fn carrier_hz(&self) -> f64 {
+        self.radar.carrier_hz
+    }
+
+    #[getter]
+    fn wavelength_m(&self) -> f64 {
+        self.radar.wavelength_m()
+    }
+
+    #[getter]
+    fn bandwidth_hz(&self) -> f64 {
+        self.radar.bandwidth_hz()
+    }
+
+    #[getter]
+    fn sample_rate_hz(&self) -> f64 {
+        self.radar.sample_rate_hz
+    }
+
+    #[getter]
+    fn frame_time_s(&self) -> f64 {
+        self.radar.frame_time_s()
+    }
+
+    /// Of a cube: (chirp, rx_virtual, sample).
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        (self.radar.rows(), self.radar.channels(), self.radar.samples)
+    }
+
+    #[getter]
+    fn range_bin_m(&self) -> f64 {
+        self.radar.range_bin_m()
+    }
+
+    #[getter]
+    fn velocity_bin_mps(&self) -> f64 {
+        self.radar.velocity_bin_mps()
+    }
+
+    /// Largest unambiguous range.
+    #[getter]
+    fn max_range_m(&self) -> f64 {
+        self.radar.max_range_m()
+    }
+
+    /// Largest unambiguous |range rate| of a row of the map.
+    #[getter]
+    fn max_velocity_mps(&self) -> f64 {
+        self.radar.max_velocity_mps()
+    }
+
+    /// float64 [range]: of the columns of the range-Doppler map.
+    #[getter]
+    fn range_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        axis(py, Axes::of(&self.radar).range_m.values())
+    }
+
+    /// float64 [doppler]: of the rows of the range-Doppler map, positive receding.
+    #[getter]
+    fn range_rate_mps(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        axis(py, Axes::of(&self.radar).range_rate_mps.values())
+    }
+
+    /// float64 [transmitter, 3]: phase centres in the sensor frame (x boresight, y left, z up).
+    #[getter]
+    fn tx_position_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        places(py, &self.radar.tx)
+    }
+
+    /// float64 [receiver, 3]: phase centres in the sensor frame.
+    #[getter]
+    fn rx_position_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        places(py, &self.radar.rx)
+    }
+
+    fn __repr__(&self) -> String {
+        let (chirps, channels, samples) = self.shape();
+        let ghz = 1e-9 * self.radar.carrier_hz;
+        format!("<catseye.Radar {}: {ghz} GHz, {chirps} x {channels} x {samples}>", self.radar.name)
+    }
+}
+
+fn axis(py: Python<'_>, data: Vec<f64>) -> PyResult<Py<PyAny>> {
+    let n = data.len();
+    array(py, data, &[n])
+}
+
+/// The radar that an argument means: a Radar, a preset, or a path.
+pub fn resolve(argument: &Bound<'_, PyAny>) -> PyResult<Arc<Described>> {
+    if let Ok(radar) = argument.cast::<Radar>() {
+        return Ok(radar.get().radar.clone());
+    }
+    Ok(Radar::new(argument.py(), argument.extract()?)?.radar)
+}

@@ -1,0 +1,258 @@
+//! Cross sections.
+
+use crate::arrays::{array, values};
+use crate::errors::OrRaise;
+use crate::{engine, scene, work};
+use catseye::engine::sweep::{Sweep, check_size};
+use catseye::error::{BadInput, Error};
+use catseye::rcs::polarisation::Derived;
+use catseye::rcs::{Aspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
+use catseye::scene::material;
+use catseye::trace::Convention;
+use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
+use num_complex::Complex64;
+use pyo3::prelude::*;
+
+/// Scattering matrices of a sweep. Axes of `s`, none of them ever dropped: [frequency, elevation, azimuth, rx, tx], and
+/// [frequency, elevation, azimuth, bistatic_elevation, bistatic_azimuth, rx, tx] for a receiver that stands elsewhere; rx
+/// and tx are polarisations, 0 vertical and 1 horizontal.
+#[pyclass(module = "catseye", frozen)]
+pub struct RcsResult {
+    /// Name of the target.
+    #[pyo3(get)]
+    target: String,
+    /// float64 [frequency].
+    #[pyo3(get)]
+    frequency_hz: Py<PyAny>,
+    /// float64 [azimuth].
+    #[pyo3(get)]
+    azimuth_deg: Py<PyAny>,
+    /// float64 [elevation].
+    #[pyo3(get)]
+    elevation_deg: Py<PyAny>,
+    /// float64 [bistatic_azimuth], or None.
+    #[pyo3(get)]
+    bistatic_azimuth_deg: Option<Py<PyAny>>,
+    /// float64 [bistatic_elevation], or None.
+    #[pyo3(get)]
+    bistatic_elevation_deg: Option<Py<PyAny>>,
+    /// complex128: S in m, sigma = 4 pi |S|^2, phase referred to the target's origin (CONVENTIONS eq. 3).
+    #[pyo3(get)]
+    s: Py<PyAny>,
+    /// float64 in the shape of `s`.
+    #[pyo3(get)]
+    dbsm: Py<PyAny>,
+    /// "every" or "last": which bounces radiate.
+    #[pyo3(get)]
+    convention: &'static str,
+    /// Change against a finer run where cells or curved facets are involved, dB; None where flat facets are exact.
+    #[pyo3(get)]
+    convergence_db: Option<f64>,
+    /// What may be wrong with the result; each was also given to `warnings.warn`.
+    #[pyo3(get)]
+    warnings: Vec<String>,
+    matrices: Vec<[[Complex64; 2]; 2]>,
+    shape: Vec<usize>,
+}
+
+impl RcsResult {
+    fn entry(&self, py: Python<'_>, rx: usize, tx: usize) -> PyResult<Py<PyAny>> {
+        let levels = self.matrices.iter().map(|s| dbsm_from_amplitude(s[rx][tx].norm())).collect();
+        array(py, levels, &self.shape)
+    }
+}
+
+#[pymethods]
+impl RcsResult {
+    /// float64 [frequency, elevation, azimuth(, ...)], dBsm: received and sent vertically.
+    #[getter]
+    fn vv_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.entry(py, 0, 0)
+    }
+
+    /// Received vertically, sent horizontally.
+    #[getter]
+    fn vh_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.entry(py, 0, 1)
+    }
+
+    /// Received horizontally, sent vertically.
+    #[getter]
+    fn hv_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.entry(py, 1, 0)
+    }
+
+    /// Received and sent horizontally.
+    #[getter]
+    fn hh_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.entry(py, 1, 1)
+    }
+
+    /// S in other polarisations (CONVENTIONS eq. 40-42), in the shape of `s`: "linear45" (0 at +45, 1 at -45 deg) or "circular" (0
+    /// right-hand, 1 left-hand, IEEE Std 145).
+    fn in_polarisation(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+        let derived = match name {
+            "linear45" => Derived::Linear45,
+            "circular" => Derived::Circular,
+            other => return Err(unknown("polarisation", other, "linear45, circular")).or_raise(py),
+        };
+        let all: Vec<_> = self.matrices.iter().map(|s| derived.of(s)).collect();
+        array(py, entries(&all), &with_matrix(&self.shape))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<catseye.RcsResult of {}, shape {:?}>", self.target, with_matrix(&self.shape))
+    }
+}
+
+fn entries(s: &[[[Complex64; 2]; 2]]) -> Vec<Complex64> {
+    s.as_flattened().as_flattened().to_vec()
+}
+
+fn with_matrix(shape: &[usize]) -> Vec<usize> {
+    [shape, &[2, 2]].concat()
+}
+
+fn unknown(key: &str, value: &str, allowed: &str) -> Error {
+    BadInput::new("unknown name").key(key).value(value).allowed(allowed).into()
+}
+
+/// Elevation outermost.
+fn aspects(elevations: &[f64], azimuths: &[f64]) -> Vec<Aspect> {
+    let aspect = |el: f64, az: &f64| Aspect { azimuth: az.to_radians(), elevation: el.to_radians() };
+    elevations.iter().flat_map(|el| azimuths.iter().map(move |az| aspect(*el, az))).collect()
+}
+
+fn ground(name: &str) -> catseye::Result<Ground> {
+    match name {
+        "none" => Ok(Ground::None),
+        name => match material::parse_spec(name) {
+            Ok(m) => Ok(Ground::Plane(m)),
+            Err(Error::Input(b)) => Err(b.key("ground").value(name).into()),
+            Err(e) => Err(e),
+        },
+    }
+}
+
+/// Scattering matrix and radar cross section of a target over frequency and direction.
+///
+/// target: a Scene, a glTF file, or a reflector as in "type1:width_m=0.16". Angles are those of the radar seen from
+/// the target, azimuth positive left, elevation positive up. frequency_hz, azimuth_deg, elevation_deg: a number or a
+/// sequence, taken as a product. range_m: distance of the radar from the target's origin, inf for a plane wave. bistatic_azimuth_deg,
+/// bistatic_elevation_deg: receive there and not where the transmitter stands. bounces: reflections of one beam, 1 to 8. convention: "every"
+/// or "last", which bounces radiate. accuracy_db: error that curved surfaces and finite range may bring. diffraction: "none" or
+/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m raises the target above it. engine: an Engine or the name of a
+/// device. progress: called with the number of directions done and of all.
+///
+/// Raises BadInput as `catseye rcs`; Ctrl-C ends it within a batch of 1024 directions.
+#[pyfunction]
+#[pyo3(signature = (target, *, frequency_hz = None, azimuth_deg = None, elevation_deg = None, range_m = f64::INFINITY,
+    bistatic_azimuth_deg = None, bistatic_elevation_deg = None, bounces = 3, convention = "every", accuracy_db = 0.1,
+    diffraction = "none", ground = "none", height_m = 0.0, engine = None, progress = None))]
+#[allow(clippy::too_many_arguments)] // keywords
+pub fn rcs(
+    py: Python<'_>,
+    target: &Bound<'_, PyAny>,
+    frequency_hz: Option<&Bound<'_, PyAny>>,
+    azimuth_deg: Option<&Bound<'_, PyAny>>,
+    elevation_deg: Option<&Bound<'_, PyAny>>,
+    range_m: f64,
+    bistatic_azimuth_deg: Option<&Bound<'_, PyAny>>,
+    bistatic_elevation_deg: Option<&Bound<'_, PyAny>>,
+    bounces: usize,
+    convention: &str,
+    accuracy_db: f64,
+    diffraction: &str,
+    ground: &str,
+    height_m: f64,
+    engine: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<RcsResult> {
+    let list = |key: &str, given: Option<&Bound<'_, PyAny>>, default: f64| {
+        given.map_or(Ok(vec![default]), |g| values(key, g))
+    };
+    let frequencies_hz = list("frequency_hz", frequency_hz, DEFAULT_FREQUENCY_HZ)?;
+    let (azimuths, elevations) =
+        (list("azimuth_deg", azimuth_deg, 0.0)?, list("elevation_deg", elevation_deg, 0.0)?);
+    let receivers = match (bistatic_azimuth_deg, bistatic_elevation_deg) {
+        (None, None) => None,
+        (az, el) => Some((list("bistatic_azimuth_deg", az, 0.0)?, list("bistatic_elevation_deg", el, 0.0)?)),
+    };
+    let (convention, name) = match convention {
+        "every" => (Convention::Every, "every"),
+        "last" => (Convention::Last, "last"),
+        other => return Err(unknown("convention", other, "every, last")).or_raise(py),
+    };
+    let options = RcsOptions {
+        bounces,
+        distance: if range_m == f64::INFINITY { Distance::Infinite } else { Distance::At(range_m) },
+        accuracy_db,
+        diffraction: match diffraction {
+            "none" => Diffraction::None,
+            "ptd" => Diffraction::Ptd,
+            other => return Err(unknown("diffraction", other, "none, ptd")).or_raise(py),
+        },
+        ground: self::ground(ground).or_raise(py)?,
+        last: convention == Convention::Last,
+    };
+    if !(-1e6..=1e6).contains(&height_m) {
+        let e = BadInput::new("out of range").key("height_m").value(height_m).allowed("-1e6..1e6");
+        return Err(e.into()).or_raise(py);
+    }
+    let mut shape = vec![frequencies_hz.len(), elevations.len(), azimuths.len()];
+    shape.extend(receivers.iter().flat_map(|(az, el)| [el.len(), az.len()]));
+    // A product that memory cannot hold is refused before it is laid out.
+    check_size(shape.iter().copied()).or_raise(py)?;
+    let sweep = Sweep {
+        frequencies_hz,
+        transmit: aspects(&elevations, &azimuths),
+        receive: receivers.as_ref().map(|(az, el)| aspects(el, az)),
+        options,
+    };
+    sweep.check().or_raise(py)?;
+
+    let looks = shape[1..].iter().product::<usize>() as u64;
+    let target = scene::resolve(target)?;
+    let engine = engine::resolve(py, engine)?;
+    let (frequencies_hz, target_name) = (sweep.frequencies_hz.clone(), target.name);
+    let mut contents = target.contents;
+    if height_m != 0.0 {
+        for o in &mut std::sync::Arc::make_mut(&mut contents).objects {
+            o.pose.translation_m.z += height_m;
+        }
+    }
+    let (swept, told) = work::run(py, progress, move |watch| {
+        watch.expect(looks);
+        let mut told = scene::warnings(&contents, sweep.frequencies_hz[0])?;
+        let swept = engine.sweep(&contents, &sweep, &mut |w| told.push(w.into()), &|n| watch.step(n))?;
+        Ok((swept, told))
+    })?;
+    let warn = py.import("warnings")?.getattr("warn")?;
+    for line in &told {
+        warn.call1((line,))?;
+    }
+    let matrices: Vec<_> = swept.scattering.iter().map(|s: &Scattering| *s.of(convention)).collect();
+    let all = entries(&matrices);
+    let levels: Vec<f64> = all.iter().map(|z| dbsm_from_amplitude(z.norm())).collect();
+    let full = with_matrix(&shape);
+    let axis = |data: Vec<f64>| {
+        let n = data.len();
+        array(py, data, &[n])
+    };
+    let (bistatic_azimuth_deg, bistatic_elevation_deg) = receivers.unzip();
+    Ok(RcsResult {
+        target: target_name,
+        frequency_hz: axis(frequencies_hz)?,
+        azimuth_deg: axis(azimuths)?,
+        elevation_deg: axis(elevations)?,
+        bistatic_azimuth_deg: bistatic_azimuth_deg.map(axis).transpose()?,
+        bistatic_elevation_deg: bistatic_elevation_deg.map(axis).transpose()?,
+        s: array(py, all, &full)?,
+        dbsm: array(py, levels, &full)?,
+        convention: name,
+        convergence_db: swept.accuracy.db(),
+        warnings: told,
+        matrices,
+        shape,
+    })
+}

@@ -1,0 +1,398 @@
+//! Scenarios and their frames.
+
+use crate::arrays::{Records, array, dictionary, plain_of_json};
+use crate::errors::OrRaise;
+use crate::radar::Radar;
+use crate::scene::Scene;
+use crate::{engine, work};
+use catseye::adc::synthesis::Levels;
+use catseye::dataset::files::Truth;
+use catseye::dataset::frame::{Frame as Made, simulate_with};
+use catseye::dataset::manifest::Axes;
+use catseye::detect::Point;
+use catseye::dsp::RangeDoppler;
+use catseye::engine::{AnyCube, Engine};
+use catseye::error::{BadInput, Error};
+use catseye::frames::angles_from_direction;
+use catseye::road::{Library, lane_lines};
+use catseye::scene::radar::Radar as Described;
+use catseye::scene::scenario::{self, SceneSource};
+use catseye::trace::{MAX_BOUNCES, Return};
+use catseye::units::dbm_from_w;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What stands in the scene, who drives, which radar looks: `Scenario(path)` reads a TOML file, `Scenario.parse` the text of one.
+///
+/// Raises BadInput with the line of the file that is wrong.
+#[pyclass(module = "catseye", frozen)]
+pub struct Scenario {
+    scenario: Arc<scenario::Scenario>,
+}
+
+#[pymethods]
+impl Scenario {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Scenario> {
+        let scenario = py.detach(|| scenario::Scenario::load(&path)).or_raise(py)?;
+        Ok(Scenario { scenario: Arc::new(scenario) })
+    }
+
+    /// The scenario of a TOML text; files that it names are looked for in `folder`.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, folder = PathBuf::new()))]
+    fn parse(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Scenario> {
+        let scenario = py.detach(|| scenario::parse(&folder.join("scenario.toml"), text)).or_raise(py)?;
+        Ok(Scenario { scenario: Arc::new(scenario) })
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scenario.name
+    }
+
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.scenario.seed
+    }
+
+    /// Number of frames.
+    #[getter]
+    fn frames(&self) -> u32 {
+        self.scenario.frames.count
+    }
+
+    /// From the middle of a frame to the middle of the next.
+    #[getter]
+    fn interval_s(&self) -> f64 {
+        self.scenario.frames.interval_s
+    }
+
+    #[getter]
+    fn radars(&self) -> Vec<Radar> {
+        self.scenario.radars.iter().map(|r| Radar { radar: Arc::new(r.clone()) }).collect()
+    }
+
+    /// The scene with all its points and objects.
+    fn scene(&self, py: Python<'_>) -> PyResult<Scene> {
+        let (scenario, name) = (self.scenario.clone(), self.scenario.name.clone());
+        let contents = work::run(py, None, move |_| scenario.build(&Library))?;
+        Ok(Scene { name, contents: Arc::new(contents), truth: None, boresight_deg: (0.0, 0.0) })
+    }
+
+    fn __repr__(&self) -> String {
+        let s = &self.scenario;
+        let radars: Vec<&str> = s.radars.iter().map(|r| r.name.as_str()).collect();
+        format!("<catseye.Scenario {}: {} frames, radar {}>", s.name, s.frames.count, radars.join(", "))
+    }
+}
+
+/// Frames that are computed one after another as they are asked for.
+#[pyclass(module = "catseye")]
+pub struct Frames {
+    engine: Arc<Engine>,
+    scenario: Arc<scenario::Scenario>,
+    scene: Arc<catseye::scene::Scene>,
+    road: Option<Py<PyAny>>,
+    /// (frame, radar).
+    wanted: Vec<(u32, usize)>,
+    next: usize,
+}
+
+#[pymethods]
+impl Frames {
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    /// Number of frames that are still to come.
+    fn __len__(&self) -> usize {
+        self.wanted.len() - self.next
+    }
+
+    fn __next__(slf: &Bound<'_, Self>) -> PyResult<Option<Frame>> {
+        let py = slf.py();
+        let (engine, scenario, scene, (index, which), road) = {
+            let this = slf.try_borrow()?;
+            let Some(wanted) = this.wanted.get(this.next) else { return Ok(None) };
+            let road = this.road.as_ref().map(|r| r.clone_ref(py));
+            (this.engine.clone(), this.scenario.clone(), this.scene.clone(), *wanted, road)
+        };
+        let radar = scenario.radars[which].clone();
+        let (made, truth) = work::run(py, None, move |watch| {
+            let frame = simulate_with(&engine, &scenario, &scene, which, index, watch.control())?;
+            let lanes = match &scenario.scene {
+                SceneSource::Builtin(b) => lane_lines(*b),
+                SceneSource::File { .. } => Vec::new(),
+            };
+            let truth = Truth::new(&scenario, &scene, &frame, &lanes);
+            let truth = serde_json::to_string(&truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
+            Ok((frame, truth))
+        })?;
+        let frame = Frame::of(py, made, radar, truth, road)?;
+        // A frame that failed or was interrupted is tried again.
+        slf.try_borrow_mut()?.next += 1;
+        Ok(Some(frame))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<catseye.Frames of {}: {} to come>", self.scenario.name, self.__len__())
+    }
+}
+
+/// One frame of one radar.
+#[pyclass(module = "catseye", frozen)]
+pub struct Frame {
+    #[pyo3(get)]
+    index: u32,
+    /// Name of the radar.
+    #[pyo3(get)]
+    radar: String,
+    /// Middle of the frame, from the middle of frame 0.
+    #[pyo3(get)]
+    time_s: f64,
+    /// float64 [3]: of the radar in the world.
+    #[pyo3(get)]
+    position_m: Py<PyAny>,
+    /// float64 [4]: quaternion x, y, z, w that rotates from the radar to the world.
+    #[pyo3(get)]
+    rotation_xyzw: Py<PyAny>,
+    /// float64 [3]: of the radar in the world.
+    #[pyo3(get)]
+    velocity_mps: Py<PyAny>,
+    /// complex64 [chirp, rx_virtual, sample] (complex128 of an f64 engine): samples in sqrt(W) at the receiver's input.
+    #[pyo3(get)]
+    adc: Py<PyAny>,
+    /// float32 [doppler, range] (float64 of an f64 engine): power in W, zero Doppler in the middle row; of the first ramp.
+    #[pyo3(get)]
+    range_doppler: Py<PyAny>,
+    /// The maps of all ramps, the first of them `range_doppler`.
+    #[pyo3(get)]
+    maps: Vec<Py<PyAny>>,
+    /// float64 [range].
+    #[pyo3(get)]
+    range_m: Py<PyAny>,
+    /// float64 [doppler], positive receding.
+    #[pyo3(get)]
+    range_rate_mps: Py<PyAny>,
+    /// Structured array [point] with the columns of points.csv, in the sensor frame, strongest first.
+    #[pyo3(get)]
+    points: Py<PyAny>,
+    #[pyo3(get)]
+    triangles: usize,
+    /// Seconds of each stage.
+    #[pyo3(get)]
+    seconds: Py<PyAny>,
+    echoes: Vec<Return>,
+    described: Described,
+    truth: String,
+    road: Option<Py<PyAny>>,
+}
+
+#[pymethods]
+impl Frame {
+    /// Structured array [echo]: range_m, range_rate_mps, azimuth_deg, elevation_deg (of arrival), power_dbm (mean over channels, of this echo
+    /// alone), bounces, chain [8] (ids of the objects met, then zeros), path_length_m, spread [2, 2] (complex128, S/(R_t R_r) in 1/m, [rx,
+    /// tx], 0 vertical).
+    #[getter]
+    fn returns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let levels = Levels::new(&self.described);
+        let all = &self.echoes;
+        let angles: Vec<(f64, f64)> = all.iter().map(|r| angles_from_direction(r.arrival)).collect();
+        let f8 = |f: &dyn Fn(&Return) -> f64| all.iter().map(f).collect::<Vec<f64>>();
+        Records::new(all.len())
+            .numbers(py, "range_m", f8(&|r| r.range_m()), "f8")
+            .numbers(py, "range_rate_mps", f8(&|r| r.range_rate_mps()), "f8")
+            .numbers(py, "azimuth_deg", angles.iter().map(|a| a.0.to_degrees()).collect(), "f8")
+            .numbers(py, "elevation_deg", angles.iter().map(|a| a.1.to_degrees()).collect(), "f8")
+            .numbers(py, "power_dbm", f8(&|r| dbm_from_w(levels.amplitude(r).norm_sqr())), "f8")
+            .numbers(py, "bounces", all.iter().map(|r| r.bounces).collect::<Vec<u8>>(), "u1")
+            .vectors(
+                py,
+                "chain",
+                all.iter().flat_map(|r| r.chain).collect::<Vec<u32>>(),
+                "u4",
+                &[MAX_BOUNCES],
+            )
+            .numbers(py, "path_length_m", f8(&|r| r.path_length_m), "f8")
+            .vectors(py, "spread", all.iter().flat_map(|r| r.spread.concat()).collect(), "c16", &[2, 2])
+            .build(py)
+    }
+
+    /// Dictionary as in truth.json: frame, time_s, ego, radar, boxes, lanes, markers; road: the labels of a scene that has them.
+    #[getter]
+    fn truth(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let truth = plain_of_json(py, &self.truth)?;
+        if let Some(road) = &self.road {
+            truth.bind(py).set_item("road", road)?;
+        }
+        Ok(truth)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<catseye.Frame {} of {} at {} s>", self.index, self.radar, self.time_s)
+    }
+}
+
+impl Frame {
+    fn of(
+        py: Python<'_>,
+        made: Made,
+        radar: Described,
+        truth: String,
+        road: Option<Py<PyAny>>,
+    ) -> PyResult<Frame> {
+        let wide = matches!(made.cube, AnyCube::F64(_));
+        let maps = maps(py, made.maps, wide)?;
+        let [range_m, range_rate_mps] = axes(py, &radar)?;
+        let s = &made.stages;
+        let stages = [
+            ("geometry", s.geometry_s),
+            ("trace", s.trace_s),
+            ("synthesis", s.synthesis_s),
+            ("processing", s.processing_s),
+            ("angles", s.angles_s),
+        ];
+        let stages = stages.map(|(k, v)| Ok((k, v.into_pyobject(py)?.into_any().unbind())));
+        let stages = stages.into_iter().collect::<PyResult<Vec<_>>>()?;
+        Ok(Frame {
+            index: made.index,
+            radar: radar.name.clone(),
+            time_s: made.time_s,
+            position_m: array(py, made.pose.translation_m.to_array().to_vec(), &[3])?,
+            rotation_xyzw: array(py, made.pose.rotation.to_array().to_vec(), &[4])?,
+            velocity_mps: array(py, made.velocity_mps.to_array().to_vec(), &[3])?,
+            adc: match made.cube {
+                AnyCube::F32(c) => array(py, c.data, &[c.chirps, c.channels, c.samples])?,
+                AnyCube::F64(c) => array(py, c.data, &[c.chirps, c.channels, c.samples])?,
+            },
+            range_doppler: maps[0].clone_ref(py),
+            maps,
+            range_m,
+            range_rate_mps,
+            points: points(py, &made.points)?,
+            triangles: made.triangles,
+            seconds: dictionary(py, &stages)?.into_any().unbind(),
+            echoes: made.returns.returns,
+            described: radar,
+            truth,
+            road,
+        })
+    }
+}
+
+/// Power maps [doppler, range]; what an f32 engine made is f32 again, exactly.
+pub fn maps(py: Python<'_>, maps: Vec<RangeDoppler<f64>>, wide: bool) -> PyResult<Vec<Py<PyAny>>> {
+    maps.into_iter()
+        .map(|m| {
+            let shape = [m.map.doppler_bins, m.map.range_bins];
+            match wide {
+                true => array(py, m.map.data, &shape),
+                false => array(py, m.map.data.iter().map(|p| *p as f32).collect(), &shape),
+            }
+        })
+        .collect()
+}
+
+/// [range_m, range_rate_mps] of the maps.
+pub fn axes(py: Python<'_>, radar: &Described) -> PyResult<[Py<PyAny>; 2]> {
+    let axes = Axes::of(radar);
+    Ok([
+        array(py, axes.range_m.values(), &[axes.range_m.count])?,
+        array(py, axes.range_rate_mps.values(), &[axes.range_rate_mps.count])?,
+    ])
+}
+
+/// The columns of points.csv; NaN where the array cannot tell an angle.
+pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
+    let f8 = |f: &dyn Fn(&Point) -> f64| list.iter().map(f).collect::<Vec<f64>>();
+    let degrees = |x: Option<f64>| x.map_or(f64::NAN, f64::to_degrees);
+    let table = Records::new(list.len())
+        .numbers(py, "range_m", f8(&|p| p.range_m), "f8")
+        .numbers(py, "range_rate_mps", f8(&|p| p.range_rate_mps), "f8")
+        .numbers(py, "azimuth_deg", f8(&|p| p.azimuth_rad.to_degrees()), "f8")
+        .numbers(py, "elevation_deg", f8(&|p| p.elevation_rad.to_degrees()), "f8")
+        .numbers(py, "x_m", f8(&|p| p.position_m.x), "f8")
+        .numbers(py, "y_m", f8(&|p| p.position_m.y), "f8")
+        .numbers(py, "z_m", f8(&|p| p.position_m.z), "f8")
+        .numbers(py, "power_dbm", f8(&|p| p.power_dbm), "f8")
+        .numbers(py, "snr_db", f8(&|p| p.snr_db), "f8")
+        .numbers(py, "rcs_dbsm", f8(&|p| p.rcs_dbsm), "f8")
+        .numbers(py, "object_id", list.iter().map(|p| p.object_id).collect::<Vec<u32>>(), "u4")
+        .text(py, "class", list.iter().map(|p| p.class.as_str()).collect(), "U32")?
+        .numbers(py, "range_std_m", f8(&|p| p.std.range_m), "f8")
+        .numbers(py, "range_rate_std_mps", f8(&|p| p.std.range_rate_mps), "f8")
+        .numbers(py, "azimuth_std_deg", f8(&|p| degrees(p.std.azimuth_rad)), "f8")
+        .numbers(py, "elevation_std_deg", f8(&|p| degrees(p.std.elevation_rad)), "f8")
+        .text(py, "ambiguity", list.iter().map(|p| p.ambiguity.name()).collect(), "U12")?
+        .build(py)?;
+    Ok(table.unbind())
+}
+
+/// The frames of a scenario, computed one after another as they are asked for; the same scenario, seed, engine and
+/// index give the same frame, whatever was computed before.
+///
+/// scenario: a Scenario or the path of one. frames: how many, or which (a sequence of indices); default: what the
+/// scenario says. seed: in place of the scenario's. radar: the name of one of several; default: all, each frame once for
+/// each. scene: a Scene in place of what the scenario says. engine: an Engine or the name of a device.
+///
+/// Ctrl-C ends the frame in work; the iterator can go on with the same frame.
+#[pyfunction]
+#[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None))]
+pub fn simulate(
+    py: Python<'_>,
+    scenario: &Bound<'_, PyAny>,
+    frames: Option<&Bound<'_, PyAny>>,
+    seed: Option<u64>,
+    radar: Option<&str>,
+    scene: Option<&Bound<'_, Scene>>,
+    engine: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Frames> {
+    let mut scenario = match scenario.cast::<Scenario>() {
+        Ok(s) => s.get().scenario.clone(),
+        Err(_) => Scenario::new(py, scenario.extract()?)?.scenario,
+    };
+    if let Some(seed) = seed {
+        Arc::make_mut(&mut scenario).seed = seed;
+    }
+    let indices = match frames {
+        None => (0..scenario.frames.count).collect(),
+        Some(f) => match f.extract::<u32>() {
+            Ok(0) => {
+                let e =
+                    BadInput::new("a run has at least one frame").key("frames").value(0).allowed("1 or more");
+                return Err(e.into()).or_raise(py);
+            }
+            Ok(n) => (0..n).collect(),
+            Err(_) => f.try_iter()?.map(|i| i?.extract()).collect::<PyResult<Vec<u32>>>()?,
+        },
+    };
+    let names = || scenario.radars.iter().map(|r| r.name.as_str());
+    let which: Vec<usize> = match radar {
+        None => (0..scenario.radars.len()).collect(),
+        Some(name) => match names().position(|n| n == name) {
+            Some(i) => vec![i],
+            None => {
+                let allowed = names().collect::<Vec<_>>().join(", ");
+                let e =
+                    BadInput::new("the scenario has no such radar").key("radar").value(name).allowed(allowed);
+                return Err(e.into()).or_raise(py);
+            }
+        },
+    };
+    let engine = engine::resolve(py, engine)?;
+    let (scene, road) = match scene {
+        Some(s) => {
+            let s = s.try_borrow()?;
+            let road = s.truth.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
+            (s.contents.clone(), road)
+        }
+        None => {
+            let of = scenario.clone();
+            (Arc::new(work::run(py, None, move |_| of.build(&Library))?), None)
+        }
+    };
+    let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
+    Ok(Frames { engine, scenario, scene, road, wanted, next: 0 })
+}

@@ -1,0 +1,143 @@
+import csv
+import os
+import pickle
+import shutil
+import signal
+import sys
+import threading
+import types
+
+import numpy as np
+import pytest
+
+import catseye
+
+
+def files(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_reads_what_was_written(data, recipe):
+    facts = catseye.recipe_facts(recipe)
+    dataset = catseye.Dataset(data)
+    assert len(dataset) == facts["frames"] == facts["scenes"] * facts["frames_per_scene"]
+    assert catseye.verify(data)["problems"] == []
+    for i, sample in enumerate(dataset):
+        assert sample["frame"] == i and sample["frames"]["frame_in_scene"][0] == i % facts["frames_per_scene"]
+        # The format `frames` is read by NumPy and csv too.
+        folder = data / f"frame_{i:06}"
+        np.testing.assert_array_equal(sample["adc"], np.load(folder / "adc.npy"))
+        assert sample["adc"].dtype == np.complex64
+        with open(folder / "points.csv", newline="") as f:
+            rows = list(csv.DictReader(line for line in f if not line.startswith("#")))
+        np.testing.assert_array_equal(sample["points"]["range_m"], [float(r["range_m"]) for r in rows])
+        assert list(sample["points"]["class"]) == [r["class"] for r in rows]
+
+
+def test_random_access_slices_and_choices(data):
+    dataset = catseye.Dataset(data)
+    assert dataset[-1]["frame"] == len(dataset) - 1
+    part = dataset[2:7:2]
+    assert len(part) == 3 and [s["frame"] for s in part] == [2, 4, 6] and part[1]["frame"] == 4
+    with pytest.raises(IndexError):
+        dataset[len(dataset)]
+    few = catseye.Dataset(data, arrays=["adc"], tables=[])[0]
+    assert set(few) == {"frame", "adc"}
+    with pytest.raises(KeyError, match="adcs"):
+        catseye.Dataset(data, arrays=["adcs"])
+
+
+def test_splits_are_by_scene_and_whole(data):
+    dataset = catseye.Dataset(data)
+    splits = {name: catseye.Dataset(data, split=name) for name in ("train", "validation", "test")}
+    assert sorted(f for s in splits.values() for f in s.frames) == list(range(len(dataset)))
+    for name, split in splits.items():
+        assert all(s["frames"]["split"][0] == name for s in split)
+        np.testing.assert_array_equal(dataset.split(name).frames, split.frames)
+    with pytest.raises(KeyError):
+        dataset.split("tain")
+
+
+def test_pickles_and_workers(data):
+    dataset = catseye.Dataset(data)[3:]
+    again = pickle.loads(pickle.dumps(dataset))
+    np.testing.assert_array_equal(again[0]["adc"], dataset[0]["adc"])
+    assert again[0]["frame"] == 3
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no fork")
+@pytest.mark.parametrize("start", ["fork", "spawn"])
+def test_processes_read_as_a_loader_does(data, start):
+    import multiprocessing
+
+    dataset = catseye.Dataset(data, tables=[])
+    expected = [s["adc"] for s in dataset]
+    with multiprocessing.get_context(start).Pool(2) as pool:
+        for got, wanted in zip(pool.map(dataset.__getitem__, range(len(dataset))), expected, strict=True):
+            np.testing.assert_array_equal(got["adc"], wanted)
+
+
+def test_torch_tensors(data, monkeypatch):
+    """With PyTorch its own, else a stand-in for the one function that is used."""
+    try:
+        import torch
+    except ImportError:
+        torch = types.ModuleType("torch")
+        torch.from_numpy = lambda a: ("tensor", a)
+        monkeypatch.setitem(sys.modules, "torch", torch)
+    dataset = catseye.Dataset(data, tables=["points"]).torch()
+    sample = dataset[0]
+    assert len(dataset) == len(catseye.Dataset(data))
+    assert type(sample["adc"]) is type(torch.from_numpy(np.zeros(1, np.float32)))
+    assert isinstance(sample["points"], np.ndarray) and sample["frame"] == 0
+    made = catseye.Dataset(data).torch(transform=lambda s: s["frame"] + 1)
+    assert [made[i] for i in range(3)] == [1, 2, 3]
+
+
+def test_shards_apart_give_the_same_bytes(data, recipe, engine, tmp_path):
+    shards = catseye.recipe_facts(recipe)["shards"]
+    out = tmp_path / "data"
+    report = catseye.dataset(recipe, out, shards=(1, shards), engine=engine, jobs=1)
+    assert not report["complete"] and report["shards_complete"] == shards - 1
+    assert catseye.verify(out)["problems"]
+    with pytest.raises(catseye.BadInput):
+        catseye.Dataset(out)[0]
+    seen = []
+    report = catseye.dataset(recipe, out, engine=engine, progress=lambda done, of: seen.append((done, of)))
+    assert report["complete"] and report["shards_resumed"] == shards - 1
+    assert seen and seen[-1][0] == seen[-1][1] == report["frames_made"]
+    assert files(out) == files(data)
+
+
+def test_ctrl_c_leaves_what_can_go_on(data, recipe, engine, tmp_path):
+    out = tmp_path / "data"
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    try:
+        catseye.dataset(recipe, out, engine=engine)
+        timer.join()
+        pytest.skip("the dataset was done before the signal")
+    except KeyboardInterrupt:
+        timer.join()
+    catseye.dataset(recipe, out, engine=engine)
+    assert files(out) == files(data)
+
+
+def test_other_recipes_and_damage_are_found(data, recipe, engine, tmp_path):
+    with pytest.raises(catseye.BadInput):
+        catseye.dataset(recipe, data, seed=99, engine=engine)
+    copy = tmp_path / "copy"
+    shutil.copytree(data, copy)
+    victim = copy / "frame_000001" / "adc.npy"
+    raw = bytearray(victim.read_bytes())
+    raw[-1] ^= 1
+    victim.write_bytes(raw)
+    problems = catseye.verify(copy)["problems"]
+    assert any("frame_000001/adc.npy" in name for p in problems for name in p["names"])
+    victim.write_bytes(raw[:100])
+    with pytest.raises(catseye.BadInput, match="adc.npy"):
+        catseye.Dataset(copy)[1]
+    with pytest.raises(catseye.BadInput):
+        catseye.Dataset(tmp_path / "none")
+    with pytest.raises(catseye.BadInput):
+        catseye.dataset(tmp_path / "none.toml", tmp_path / "out", engine=engine)

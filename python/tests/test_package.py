@@ -1,0 +1,51 @@
+"""The package itself: stubs that agree with the module, examples that run."""
+
+import doctest
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import catseye
+
+PYTHON = Path(__file__).resolve().parents[1]
+
+
+def test_everything_is_documented():
+    for name in catseye.__all__:
+        assert name.startswith("__") or getattr(catseye, name).__doc__, name
+
+
+def test_documented_examples():
+    done = doctest.testmod(catseye)
+    assert done.attempted == 3 and done.failed == 0
+
+
+def test_stubs_agree():
+    pytest.importorskip("mypy")
+    command = [sys.executable, "-m", "mypy.stubtest", "catseye._catseye", "--ignore-disjoint-bases"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_package_is_typed():
+    pytest.importorskip("mypy")
+    command = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports"]
+    command += [str(PYTHON / "catseye" / f) for f in ("__init__.py", "_reader.py", "ray.py")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=PYTHON)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "script, arguments",
+    [
+        ("first_frame.py", ["cpu"]),
+        ("rcs_of_a_marker.py", ["cpu"]),
+        ("dataset_training.py", ["../../scenes/recipes/tiny.toml", "--device", "cpu"]),
+    ],
+)
+def test_examples_run(script, arguments):
+    command = [sys.executable, script, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=PYTHON / "examples")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+import catseye
+
+ROAD = """
+name = "short"
+[[road]]
+name = "road"
+plan = [{ kind = "straight", length_m = 40 }]
+right = [{ width_m = 3.5, line = "solid" }]
+[[road.markers]]
+name = "row"
+reflector = "type1:width_m=0.16,height_m=0.004,material=aluminium"
+lateral = { lane = 1, side = "left", offset_m = -0.1 }
+spacing_m = 8
+"""
+
+
+def test_reflectors_are_listed_and_made():
+    kinds = catseye.reflector_kinds()
+    assert kinds["plate"]["parameters"]["width_m"]["doc"]
+    scene = catseye.reflector("plate", width_m=0.5, height_m=0.25)
+    assert len(scene) == 1 and scene.triangle_count == 2
+    np.testing.assert_allclose(np.ptp(scene.bounds_m(), axis=0), [0, 0.5, 0.25])
+    with pytest.raises(catseye.BadInput, match="use one of the two"):
+        catseye.reflector("plate:width_m=1", height_m=1)
+    with pytest.raises(catseye.BadInput, match="width_m"):
+        catseye.reflector("plate", width_m=-1)
+
+
+def test_a_scene_is_put_together():
+    scene = catseye.Scene()
+    assert scene.bounds_m() is None and len(scene) == 0
+    point = scene.add_point(position_m=(10, 0, 1), rcs_dbsm=5, velocity_mps=np.array([1.0, 0, 0]), name="p", class_name="car")
+    ids = scene.add("plate:width_m=2,height_m=1", position_m=[20, -3, 0.5], yaw_deg=90, name="sign", class_name="sign")
+    assert len({point, *ids}) == 2 == len(scene)
+    by_id = {o["id"]: o for o in scene.objects}
+    assert by_id[point]["rcs_dbsm"] == 5 and by_id[ids[0]]["rcs_dbsm"] is None
+    assert by_id[ids[0]]["triangles"] == 2 and by_id[ids[0]]["name"] == "sign"
+    # Turned by 90 degrees its width lies along x.
+    box = next(b for b in scene.boxes() if b["id"] == ids[0])
+    assert box["yaw_rad"] == pytest.approx(np.pi / 2) and box["centre_m"] == pytest.approx([20, -3, 0.5])
+    corners = scene.triangles()
+    assert corners["corners_m"].shape == (2, 3, 3) and set(corners["object_id"]) == set(ids)
+    np.testing.assert_allclose(np.ptp(corners["corners_m"].reshape(-1, 3), axis=0), [2, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(scene.bounds_m(time_s=2.0)[0], [12, -3, 0])
+    # To itself: twice as many, with ids of their own.
+    scene.add(scene, position_m=[0, 50, 0])
+    assert len(scene) == 4 == len({o["id"] for o in scene.objects})
+    for bad in ({"position_m": [1, 2]}, {"position_m": [0, 0, np.inf]}, {"yaw_deg": 1e9}):
+        with pytest.raises(catseye.BadInput):
+            scene.add("plate", **bad)
+
+
+def test_files_come_back(tmp_path):
+    scene = catseye.reflector("trihedral")
+    path = scene.save(tmp_path / "t.glb")
+    again = catseye.Scene.load(path)
+    assert again.triangle_count == scene.triangle_count and again.materials == scene.materials
+    np.testing.assert_allclose(again.bounds_m(), scene.bounds_m(), atol=1e-6)
+    assert catseye.Scene.from_glb(scene.to_glb()).triangle_count == scene.triangle_count
+    with pytest.raises(catseye.BadInput, match="exists"):
+        scene.save(path)
+    scene.save(path, force=True)
+    with pytest.raises(catseye.BadInput, match="no such file") as e:
+        catseye.Scene.load(tmp_path / "none.glb")
+    assert e.value.file.endswith("none.glb")
+    with pytest.raises(catseye.BadInput, match="unit"):
+        catseye.Scene.load(path, unit="furlong")
+    with pytest.raises(catseye.BadInput, match="cheese"):
+        catseye.Scene.load(path, default_material="cheese")
+    assert catseye.Scene.load(path, materials={"pec": "steel"}).triangle_count == scene.triangle_count
+
+
+def test_road_scene_with_truth(tmp_path):
+    scene = catseye.road_scene(ROAD)
+    assert scene.name == "short"
+    road = scene.truth["roads"][0]
+    assert road["length_m"] == pytest.approx(40) and len(road["lanes"]) == 1
+    markers = scene.truth["marker_rows"][0]["markers"]
+    assert {m["id"] for m in markers} == {o["id"] for o in scene.objects if o["class"] == "marker"}
+    # Text and file are the same, and a .glb keeps the labels.
+    (tmp_path / "road.toml").write_text(ROAD)
+    assert catseye.road_scene(tmp_path / "road.toml").to_glb() == scene.to_glb()
+    assert catseye.Scene.load(scene.save(tmp_path / "road.glb")).truth == scene.truth
+    assert catseye.reflector("plate").truth is None
+    with pytest.raises(catseye.BadInput) as e:
+        catseye.road_scene(ROAD.replace("length_m = 40", "length_m = -40"))
+    assert e.value.line == 5 and "-40" in str(e.value)
+
+
+def test_materials_are_listed():
+    assert {"pec", "aluminium", "concrete"} <= set(catseye.materials())

@@ -1,0 +1,242 @@
+//! A cross section as it is asked for: the request checked, its accuracy measured and, where it can be, reached.
+
+use super::Engine;
+use crate::error::{BadInput, Result};
+use crate::geom::{Geometry, curved};
+use crate::rcs::{self, Aspect, Distance, Look, RcsOptions, Scattering};
+use crate::scene::Scene;
+use crate::trace::MAX_BOUNCES;
+
+/// Most directions of one sweep, all frequencies together.
+pub const MAX_LOOKS: usize = 10_000_000;
+
+/// Looks that are taken again more finely for the estimate of convergence.
+const CONVERGENCE_LOOKS: usize = 25;
+/// Times that cells are made smaller before the accuracy counts as out of reach.
+const CONVERGENCE_TRIES: usize = 4;
+
+/// What to take of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// 1e8..=1e12.
+    pub frequencies_hz: Vec<f64>,
+    pub transmit: Vec<Aspect>,
+    /// Directions to receive in, each with every one of `transmit`; None: where the transmitter stands.
+    pub receive: Option<Vec<Aspect>>,
+    pub options: RcsOptions,
+}
+
+/// How sure a sweep is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy {
+    /// Flat facets seen from infinity.
+    Exact,
+    /// Change against a run with a quarter of the phase across cells and curved facets, dB.
+    Measured(f64),
+    /// No echo to compare.
+    NoEcho,
+    /// The finer run was too large.
+    Unknown,
+}
+
+impl Accuracy {
+    /// What was measured.
+    pub fn db(self) -> Option<f64> {
+        match self {
+            Accuracy::Measured(db) => Some(db),
+            _ => None,
+        }
+    }
+}
+
+/// A sweep that was taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Swept {
+    /// For each of `transmit` all of `receive`.
+    pub looks: Vec<Look>,
+    /// `[frequency, look]`.
+    pub scattering: Vec<Scattering>,
+    pub accuracy: Accuracy,
+}
+
+impl RcsOptions {
+    /// Errors: a value that is out of range, by its name here.
+    pub fn check(&self) -> Result<()> {
+        let ranged = |key: &str, value: String, allowed: &str| {
+            Err(BadInput::new("out of range").key(key).value(value).allowed(allowed).into())
+        };
+        if !(1..=MAX_BOUNCES).contains(&self.bounces) {
+            return ranged("bounces", self.bounces.to_string(), &format!("1..={MAX_BOUNCES}"));
+        }
+        if !(1e-4..=3.0).contains(&self.accuracy_db) {
+            return ranged("accuracy_db", self.accuracy_db.to_string(), "1e-4..=3");
+        }
+        match self.distance {
+            Distance::At(r) if r.is_nan() || r <= 0.0 => {
+                ranged("range_m", r.to_string(), "a positive number, or inf")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Sweep {
+    /// Errors: frequencies or options out of range, too many directions.
+    pub fn check(&self) -> Result<()> {
+        if let Some(f) = self.frequencies_hz.iter().find(|f| !(1e8..=1e12).contains(*f)) {
+            return Err(BadInput::new("the frequency is out of range")
+                .key("frequency_hz")
+                .value(f)
+                .allowed("1e8..1e12")
+                .into());
+        }
+        self.options.check()?;
+        check_angles(&self.transmit, ["azimuth_deg", "elevation_deg"])?;
+        if let Some(receive) = &self.receive {
+            check_angles(receive, ["bistatic_azimuth_deg", "bistatic_elevation_deg"])?;
+        }
+        check_size([
+            self.frequencies_hz.len(),
+            self.transmit.len(),
+            self.receive.as_ref().map_or(1, Vec::len),
+        ])
+    }
+
+    /// A radar inside the target has no aspect. Errors: one that stands there; a material without a value.
+    pub fn check_for(&self, scene: &Scene) -> Result<()> {
+        let (Distance::At(range_m), Some(frequency_hz)) =
+            (self.options.distance, self.frequencies_hz.first())
+        else {
+            return Ok(());
+        };
+        let geometry = Geometry::build(scene, 0.0, *frequency_hz)?;
+        let (centre, radius) = geometry.bounding_sphere_m();
+        let least = 1.05 * (centre.length() + radius);
+        if !geometry.triangles.is_empty() && range_m <= least {
+            return Err(BadInput::new("the radar would stand inside the target's bounding sphere")
+                .key("range_m")
+                .value(range_m)
+                .allowed(format!("more than {least:.4}"))
+                .into());
+        }
+        Ok(())
+    }
+
+    fn looks(&self) -> Vec<Look> {
+        match &self.receive {
+            None => self.transmit.iter().copied().map(Look::monostatic).collect(),
+            Some(list) => self
+                .transmit
+                .iter()
+                .flat_map(|t| list.iter().map(|r| Look { transmit: *t, receive: *r }))
+                .collect(),
+        }
+    }
+
+    /// Where the ground's images do not hold: the lowest look has the longest zone.
+    fn ground_warnings(&self, scene: &Scene) -> Vec<String> {
+        let lowest = self.transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        let warning = |f: &f64| lowest.and_then(|a| rcs::ground::warning(scene, *f, a, &self.options));
+        self.frequencies_hz.iter().filter_map(warning).collect()
+    }
+}
+
+/// Errors: more than [`MAX_LOOKS`] in a product of so many values.
+pub fn check_size(counts: impl IntoIterator<Item = usize>) -> Result<()> {
+    let count = counts.into_iter().fold(1u128, |n, c| n.saturating_mul(c as u128));
+    match count <= MAX_LOOKS as u128 {
+        true => Ok(()),
+        false => Err(BadInput::new("too many directions")
+            .key("azimuth_deg x elevation_deg x frequency_hz (x bistatic_...)")
+            .value(count)
+            .allowed(format!("at most {MAX_LOOKS}"))
+            .remedy("take larger steps or split the sweep")
+            .into()),
+    }
+}
+
+fn check_angles(list: &[Aspect], keys: [&str; 2]) -> Result<()> {
+    let angles = list.iter().flat_map(|a| [(0, a.azimuth, 360.0), (1, a.elevation, 90.0)]);
+    for (key, radians, limit) in angles {
+        // To the grain of files: the limits themselves survive the way to radians and back.
+        let degrees = (radians.to_degrees() * 1e9).round() / 1e9;
+        if degrees.is_nan() || degrees.abs() > limit {
+            return Err(BadInput::new("the angle is out of range")
+                .key(keys[key])
+                .value(degrees)
+                .allowed(format!("-{limit}..{limit}"))
+                .into());
+        }
+    }
+    Ok(())
+}
+
+impl Engine {
+    /// S of the scene over a sweep. At finite range the cells shrink until the change that a stricter run makes is within
+    /// `accuracy_db`. Facets of curved surfaces grow so many that their change is only told. `warn` hears what may be
+    /// wrong with the result as soon as it is known, `watch` how many looks were finished since it last did.
+    ///
+    /// Errors: those of [`Sweep::check`] and of [`Engine::rcs`]; a radar inside the target.
+    pub fn sweep(
+        &self,
+        scene: &Scene,
+        sweep: &Sweep,
+        warn: &mut dyn FnMut(&str),
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Swept> {
+        sweep.check()?;
+        let frequencies = &sweep.frequencies_hz;
+        let looks = sweep.looks();
+        if frequencies.is_empty() || looks.is_empty() {
+            return Ok(Swept { looks, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
+        }
+        sweep.check_for(scene)?;
+        sweep.ground_warnings(scene).iter().for_each(|w| warn(w));
+        let (options, accuracy) = self.accurate(scene, sweep, &looks, warn)?;
+        let scattering = self.rcs_watched(scene, frequencies, &looks, &options, watch)?;
+        Ok(Swept { looks, scattering, accuracy })
+    }
+
+    /// The options with which the sweep reaches its accuracy.
+    fn accurate(
+        &self,
+        scene: &Scene,
+        sweep: &Sweep,
+        looks: &[Look],
+        warn: &mut dyn FnMut(&str),
+    ) -> Result<(RcsOptions, Accuracy)> {
+        let wanted_db = sweep.options.accuracy_db;
+        let mut taken = sweep.options.clone();
+        let is_curved = scene.meshes.iter().any(curved::has_curved);
+        let (tries, step_down) = match (taken.distance, is_curved) {
+            (Distance::Infinite, false) => return Ok((taken, Accuracy::Exact)),
+            (Distance::Infinite, true) => (1, 1.0),
+            (Distance::At(_), false) => (CONVERGENCE_TRIES, 8.0),
+            (Distance::At(_), true) => (CONVERGENCE_TRIES, 2.0),
+        };
+        let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
+        let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
+        let mut accuracy = Accuracy::NoEcho;
+        for i in 0..tries {
+            accuracy = match self.rcs_convergence_db(scene, &sweep.frequencies_hz, &some, &taken) {
+                Ok(Some(db)) => Accuracy::Measured(db),
+                Ok(None) => Accuracy::NoEcho,
+                // Facets of a quarter of the sagitta are four times as many, which a gpu may not hold.
+                Err(e) if is_curved => {
+                    warn(&format!("the accuracy was not measured: {e}"));
+                    accuracy = if accuracy.db().is_some() { accuracy } else { Accuracy::Unknown };
+                    break;
+                }
+                Err(e) => return Err(e),
+            };
+            if i + 1 == tries || accuracy.db().is_none_or(|db| db <= wanted_db) {
+                break;
+            }
+            taken.accuracy_db /= step_down;
+        }
+        if let Some(db) = accuracy.db().filter(|db| *db > wanted_db) {
+            warn(&format!("the accuracy of {wanted_db} dB was not reached: {db:.4} dB"));
+        }
+        Ok((taken, accuracy))
+    }
+}
