@@ -14,6 +14,7 @@ use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
 use crate::scene::{Object, Scene, Shape};
+use crate::trace::air::Air;
 use crate::trace::{Convention, Returns, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
@@ -61,15 +62,17 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
     (radar.mounting.then(&ego.pose(time_s)), ego.velocity_mps())
 }
 
-/// Each radar has noise and speckle of its own.
+/// Each radar has noise of its own.
 fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
     scenario.seed ^ ((which as u64) << 48)
 }
 
 /// Settings of a scenario's frame as the tracer takes them.
-pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> TraceOptions {
+///
+/// Errors: weather at a frequency for which it is not known.
+pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
-    TraceOptions {
+    Ok(TraceOptions {
         bounces: settings.bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,
@@ -78,10 +81,12 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> TraceOpti
         accuracy_db: settings.accuracy_db,
         bandwidth_hz: scenario.radars[which].bandwidth_hz(),
         rays: settings.rays,
-        seed: radar_seed(scenario, which),
+        // All radars see the same ground.
+        seed: scenario.seed,
         frame,
+        air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
         ..Default::default()
-    }
+    })
 }
 
 /// Frame `index` of a scenario's first radar, from `scene` (what `Scenario::build` gave) to points. The same scenario,
@@ -111,7 +116,7 @@ pub fn simulate_with(
     let geometry = Geometry::build(&refined, time_s, radar.carrier_hz)?;
     stages.geometry_s = clock.lap();
     let returns =
-        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index));
+        engine.returns(&geometry, radar, &pose, velocity_mps, &trace_options(scenario, which, index)?);
     stages.trace_s = clock.lap();
     let interference = arrivals(scenario, scene, which, time_s)?;
     let (cube, front_end, mut maps) = engine.frame(

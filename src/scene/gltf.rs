@@ -11,10 +11,11 @@
 //! in or below the glTF file's folder: the node scatters as the table says, with x, y and z of its target frame along
 //! the node's ISO axes, and its mesh, if it has one, does not scatter. Such a node may not be scaled.
 //!
-//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `layers`,
+//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `backscatter`, `layers`,
 //! `correlation_length_m`, `valid_hz` [low, high], `source`, and `like`, the row of the table to start
 //! from (by default the row with the material's name, if there is one).
 
+use super::backscatter::Backscatter;
 use super::material::{self, Layer, Material, MaterialKind};
 use super::scatterer::ScatteringTable;
 use super::toml_file::clip;
@@ -1263,12 +1264,13 @@ impl<'a> Importer<'a> {
         extras: &Map<String, Value>,
         row: Option<Material>,
     ) -> Result<Material> {
-        const KEYS: [&str; 8] = [
+        const KEYS: [&str; 9] = [
             "like",
             "eps_r",
             "conductivity_s_per_m",
             "roughness_rms_m",
             "correlation_length_m",
+            "backscatter",
             "valid_hz",
             "source",
             "layers",
@@ -1286,7 +1288,7 @@ impl<'a> Importer<'a> {
         }
         let mut eps_r = None;
         let mut conductivity = None;
-        let (mut roughness, mut correlation) = (None, None);
+        let (mut roughness, mut correlation, mut backscatter) = (None, None, None);
         let (mut valid_hz, mut source) = (None, None);
         let mut layers = None;
         for (k, v) in extras {
@@ -1315,6 +1317,12 @@ impl<'a> Importer<'a> {
                 "conductivity_s_per_m" => conductivity = Some(self.number(v, &key, 0.0..=1e12)?),
                 "roughness_rms_m" => roughness = Some(self.number(v, &key, 0.0..=1.0)?),
                 "correlation_length_m" => correlation = Some(self.number(v, &key, 0.0..=1000.0)?),
+                "backscatter" => {
+                    let text = v
+                        .as_str()
+                        .ok_or_else(|| self.bad(&key, "is not a string").value(clip(&v.to_string())))?;
+                    backscatter = Some(Backscatter::parse(text).map_err(|e| self.at(&key, e))?);
+                }
                 "valid_hz" => {
                     let list = self.numbers::<2>(v, &key, 1e18)?;
                     if list[0] < 0.0 || list[0] >= list[1] {
@@ -1350,6 +1358,7 @@ impl<'a> Importer<'a> {
                 kind,
                 roughness_rms_m: base.as_ref().map_or(0.0, |b| b.roughness_rms_m),
                 correlation_length_m: base.as_ref().map_or(0.0, |b| b.correlation_length_m),
+                backscatter: base.as_ref().and_then(|b| b.backscatter),
                 valid_hz: (0.0, f64::INFINITY),
                 source: GIVEN.into(),
                 layers: base.map_or(Vec::new(), |b| b.layers),
@@ -1365,6 +1374,7 @@ impl<'a> Importer<'a> {
         };
         m.roughness_rms_m = roughness.unwrap_or(m.roughness_rms_m);
         m.correlation_length_m = correlation.unwrap_or(m.correlation_length_m);
+        m.backscatter = backscatter.or(m.backscatter);
         m.valid_hz = valid_hz.unwrap_or(m.valid_hz);
         m.source = source.unwrap_or(m.source);
         if let Some(layers) = layers {
@@ -1800,6 +1810,7 @@ fn material_extras(m: &Material) -> Result<Map<String, Value>, String> {
         source: GIVEN.into(),
         roughness_rms_m: row.as_ref().map_or(0.0, |r| r.roughness_rms_m),
         correlation_length_m: row.as_ref().map_or(0.0, |r| r.correlation_length_m),
+        backscatter: row.as_ref().and_then(|r| r.backscatter),
         layers: row.as_ref().map_or(Vec::new(), |r| r.layers.clone()),
         ..m.clone()
     };
@@ -1825,6 +1836,12 @@ fn material_extras(m: &Material) -> Result<Map<String, Value>, String> {
     }
     if m.correlation_length_m != assumed.correlation_length_m {
         extras.insert("correlation_length_m".into(), json!(m.correlation_length_m));
+    }
+    match m.backscatter {
+        Some(b) if m.backscatter != assumed.backscatter => {
+            extras.insert("backscatter".into(), json!(b.to_string()));
+        }
+        _ => {}
     }
     if m.valid_hz != assumed.valid_hz {
         extras.insert("valid_hz".into(), json!([m.valid_hz.0, m.valid_hz.1.min(1e18)]));
@@ -2252,10 +2269,13 @@ mod tests {
             kind: MaterialKind::Dielectric { eps_real: 9.5, eps_loss: 2.25, conductivity_s_per_m: 0.125 },
             roughness_rms_m: 0.001,
             correlation_length_m: 0.02,
+            backscatter: Some(Backscatter::parse("gamma:-18.5,cross_db=-9").unwrap()),
             valid_hz: (76e9, 81e9),
             source: "a guess".into(),
             layers: Vec::new(),
         });
+        let snow = Some(Backscatter::parse("kulemin:snow").unwrap());
+        s.materials.push(Material { backscatter: snow, ..material::by_name("ice").unwrap() });
         s.materials.push(Material { name: "puddle".into(), ..material::by_name("water").unwrap() });
         s.materials.push(Material { roughness_rms_m: 0.0004, ..material::by_name("concrete").unwrap() });
         s.materials.push(material::parse_spec("air+glass:0.004").unwrap());
@@ -2285,6 +2305,7 @@ mod tests {
             kind: MaterialKind::Conductor { conductivity_s_per_m: 8.7e6 },
             roughness_rms_m: 0.0,
             correlation_length_m: 0.0,
+            backscatter: None,
             valid_hz: (0.0, f64::INFINITY),
             source: GIVEN.into(),
             layers: Vec::new(),

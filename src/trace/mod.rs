@@ -2,6 +2,7 @@
 //! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
 //! `upload`), and the echoes that come out.
 
+pub mod air;
 pub mod beam_ahead;
 pub mod beam_clip;
 pub mod beams;
@@ -97,11 +98,13 @@ pub struct TraceOptions {
     /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
     /// beams there too (CONVENTIONS eq. 65).
     pub images: bool,
-    /// Samples of the diffuse echo of all rough surfaces, about.
+    /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
     pub rays: u64,
-    /// Of the diffuse echo's random phases.
+    /// Of the scatterers on rough surfaces, which are the same in all frames, and of rain.
     pub seed: u64,
     pub frame: u32,
+    /// None: takes nothing away.
+    pub air: Option<air::Air>,
 }
 
 impl Default for TraceOptions {
@@ -116,6 +119,7 @@ impl Default for TraceOptions {
             rays: 100_000,
             seed: 0,
             frame: 0,
+            air: None,
         }
     }
 }
