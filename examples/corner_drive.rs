@@ -73,9 +73,7 @@ fn main() -> catseye::Result<()> {
     for i in 0..=steps {
         let d = 3.0 + f64::from(i) * STEP_M;
         let range = d.hypot(RADAR_M);
-        // The asphalt's echo differs from place to place.
-        let options =
-            TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, frame: i, ..Default::default() };
+        let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, ..Default::default() };
         if i % 5 == 0 {
             let returns = engine.returns(&empty, &radar, &pose, DVec3::ZERO, &options);
             clutter.push([d, dbm_from_w(level(&engine, &radar, &returns, range, i)?[0])]);

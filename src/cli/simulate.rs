@@ -159,7 +159,7 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     for (which, radar) in scenario.radars.iter().enumerate() {
         let geometry = Geometry::build(scene, 0.0, radar.carrier_hz)?;
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
-        let options = trace_options(scenario, which, 0);
+        let options = trace_options(scenario, which, 0)?;
         let echoes =
             echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
         let samples = (radar.rows() * radar.channels() * radar.samples) as u64;

@@ -14,6 +14,7 @@ use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
 use crate::scene::{Object, Scene, Shape};
+use crate::trace::air::Air;
 use crate::trace::{Convention, Returns, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
@@ -66,15 +67,17 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
     (pose, now.velocity_at(pose.translation_m))
 }
 
-/// Each radar has noise and speckle of its own.
+/// Each radar has noise of its own.
 fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
     scenario.seed ^ ((which as u64) << 48)
 }
 
 /// Settings of a scenario's frame as the tracer takes them.
-pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> TraceOptions {
+///
+/// Errors: weather at a frequency for which it is not known.
+pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
-    TraceOptions {
+    Ok(TraceOptions {
         bounces: settings.bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,
@@ -83,10 +86,12 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> TraceOpti
         accuracy_db: settings.accuracy_db,
         bandwidth_hz: scenario.radars[which].bandwidth_hz(),
         rays: settings.rays,
-        seed: radar_seed(scenario, which),
+        // All radars see the same ground.
+        seed: scenario.seed,
         frame,
+        air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
         ..Default::default()
-    }
+    })
 }
 
 /// Frame `index` of a scenario's first radar, from `scene` (what `Scenario::build` gave) to points. The same scenario,
@@ -175,7 +180,7 @@ impl<'a> Prepared<'a> {
             then.translation_m - (pose.translation_m + velocity_mps * dt)
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
-        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index) };
+        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
         let returns = engine.returns(geometry, radar, &pose, velocity_mps, &options);
         stages.trace_s = clock.lap();
         let interference = arrivals(scenario, scene, which, time_s)?;

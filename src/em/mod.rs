@@ -1,6 +1,7 @@
 //! Electromagnetic formulas in f64: reflection at surfaces and layers, rough surfaces, mixtures and
 //! coverings, spheres.
 
+pub mod clutter;
 pub mod covering;
 pub mod fresnel;
 pub mod layers;
@@ -8,4 +9,5 @@ pub mod mie;
 pub mod mixing;
 pub mod roughness;
 pub mod sphere_marking;
+pub mod weather;
 pub mod wedge;

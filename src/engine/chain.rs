@@ -94,7 +94,20 @@ impl Engine {
         velocity_mps: DVec3,
         options: &TraceOptions,
     ) -> Returns {
-        cpu::trace::echoes::returns(geometry, &windows(radar, pose), pose, velocity_mps, options)
+        let windows = windows(radar, pose);
+        let mut all = cpu::trace::echoes::returns(geometry, &windows, pose, velocity_mps, options);
+        if let Some(air) = &options.air {
+            all.returns.extend(cpu::trace::volume::returns(
+                geometry,
+                radar,
+                pose,
+                velocity_mps,
+                air,
+                options,
+            ));
+            air.attenuate(&mut all.returns);
+        }
+        all
     }
 
     /// Samples of one frame as the receiver's converter delivers them: `[chirp, channel, sample]`, ramps in turn along chirps.

@@ -12,11 +12,13 @@ mod patches;
 pub mod upload;
 pub mod validate;
 
+use crate::em::clutter::{self, Front, Sigma0};
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack};
-use crate::em::roughness::Shares;
+use crate::em::roughness::{Lobe, Shares};
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{angles_from_direction, polarisation_basis};
+use crate::scene::backscatter::{Backscatter, Law};
 use crate::scene::motion::Moving;
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
 use crate::scene::{Material, MaterialKind, Scene, Shape};
@@ -109,6 +111,8 @@ pub struct Body {
     /// Of its origin, which stands at `origin_m`.
     pub velocity_mps: DVec3,
     pub origin_m: DVec3,
+    /// World from its own frame.
+    pub rotation: DQuat,
     pub spin_rad_per_s: DVec3,
     /// From where it is to where it is `Geometry::reach_s` before and after.
     pub shifts: [Shift; 2],
@@ -166,6 +170,8 @@ pub struct Surface {
     pub stack: Stack,
     /// Standard deviation of the front's height, m; 0 is smooth.
     pub roughness_rms_m: f64,
+    /// None: Lambert's lobe of what the roughness takes from the mirror reflection.
+    pub backscatter: Option<Backscatter>,
 }
 
 impl Surface {
@@ -185,7 +191,18 @@ impl Surface {
                 .into()),
         });
         let stack = Stack { layers: layers.collect::<Result<_>>()?, backing };
-        Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m })
+        if material.backscatter.is_some_and(|b| b.law == Law::Oh) && material.roughness_rms_m == 0.0 {
+            return Err(BadInput::new(format!(
+                "material '{}' is smooth, and its backscatter comes from its roughness",
+                material.name
+            ))
+            .key("backscatter")
+            .value("oh")
+            .remedy("give roughness_rms_m, or another law")
+            .into());
+        }
+        let backscatter = material.backscatter;
+        Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m, backscatter })
     }
 
     /// (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and `wavenumber`
@@ -205,6 +222,29 @@ impl Surface {
     pub fn diffuse_share(&self, wavenumber: f64, cos_i: f64) -> [f64; 2] {
         let (perp, par) = self.stack.reflection(wavenumber, cos_i);
         [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
+    }
+
+    /// Whether it scatters diffusely.
+    pub fn is_rough(&self) -> bool {
+        self.roughness_rms_m > 0.0 || self.backscatter.is_some()
+    }
+
+    /// Backscatter per area beside the mirror reflection (CONVENTIONS eq. 27, 145-147), and the correlation of VV
+    /// with HH. Where the material says no more than its roughness it is that of Lambert's law with facets that
+    /// turn no polarisation (correlation 1, nothing across).
+    pub fn sigma0(&self, wavenumber: f64, cos_i: f64) -> (Sigma0, f64) {
+        let Some(backscatter) = &self.backscatter else {
+            let [hh, vv] =
+                self.diffuse_share(wavenumber, cos_i).map(|s| Lobe::Lambert.backscatter_sigma0(s, cos_i));
+            return (Sigma0 { vv, hh, hv: 0.0 }, 1.0);
+        };
+        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
+        let front = Front {
+            reflectivity: [perp, par].map(|r| r.norm_sqr()),
+            nadir_reflectivity: self.stack.reflection(wavenumber, 1.0).0.norm_sqr(),
+            roughness_rms_m: self.roughness_rms_m,
+        };
+        (clutter::sigma0(backscatter, wavenumber, &front, cos_i), backscatter.copolar_correlation)
     }
 
     /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it
@@ -355,6 +395,7 @@ impl Geometry {
                         id: object.id,
                         velocity_mps: now.velocity_mps,
                         origin_m: now.translation_m,
+                        rotation: now.rotation,
                         spin_rad_per_s: now.spin_rad_per_s,
                         shifts,
                     });

@@ -1,6 +1,7 @@
 //! Radar materials: a sourced table for 77 GHz, by name, with validity ranges. A new material is one
 //! row of [`table`]; the tests here and in `em` pick it up.
 
+use super::backscatter::{Backscatter, Ground, Law};
 use crate::error::{BadInput, Result, nearest};
 use crate::units::EPS0;
 use num_complex::Complex64;
@@ -31,6 +32,8 @@ pub struct Material {
     /// Standard deviation of the surface's height; 0 is smooth.
     pub roughness_rms_m: f64,
     pub correlation_length_m: f64,
+    /// How it scatters back, where more is known than its roughness.
+    pub backscatter: Option<Backscatter>,
     /// Frequencies for which the value holds; outside it the material is an error.
     pub valid_hz: (f64, f64),
     /// Where the value comes from.
@@ -85,6 +88,7 @@ impl Material {
             kind: MaterialKind::Pec,
             roughness_rms_m: 0.0,
             correlation_length_m: 0.0,
+            backscatter: None,
             valid_hz: (0.0, f64::INFINITY),
             source: "definition".into(),
             layers: Vec::new(),
@@ -212,6 +216,7 @@ fn row(name: &str, kind: MaterialKind, valid_ghz: (f64, f64), source: &str) -> M
         kind,
         roughness_rms_m: 0.0,
         correlation_length_m: 0.0,
+        backscatter: None,
         valid_hz: (valid_ghz.0 * GHZ, valid_ghz.1 * GHZ),
         source: source.into(),
         layers: Vec::new(),
@@ -385,6 +390,34 @@ fn rows() -> Vec<Material> {
             "no value at 77 GHz found: eps' = 1.93^rho (Olhoeft and Strangway, Earth Planet. Sci. Lett. 24 (1975) 394) for \
              loose dry stones of 1.7 g/cm3, loss tangent 0.015 as dry rock at 16 GHz (Ulaby et al. 1990), held constant",
         ),
+        Material {
+            backscatter: Some(Backscatter::of(Law::Kulemin(Ground::Concrete))),
+            source: "mirror reflection as concrete, backscatter of concrete: Kulemin, 'Millimeter-Wave Radar Targets and Clutter' \
+                     (Artech House 2003), chapter 2, 3-100 GHz"
+                .into(),
+            ..p2040("concrete-pavement", [5.24, 0.0, 0.0462, 0.7822], (3.0, 100.0))
+        },
+        Material {
+            backscatter: Some(Backscatter::of(Law::Kulemin(Ground::LowGrass))),
+            ..row(
+                "meadow",
+                leaf(0.3),
+                (3.0, 100.0),
+                "mirror reflection as grass, backscatter of grass below half a metre: Kulemin, 'Millimeter-Wave Radar Targets and \
+                 Clutter' (Artech House 2003), chapter 2, 3-100 GHz",
+            )
+        },
+        Material {
+            backscatter: Some(Backscatter::of(Law::Kulemin(Ground::ArableLand))),
+            ..dielectric(
+                "arable-land",
+                2.53,
+                0.003,
+                band,
+                "mirror reflection as soil, backscatter of arable land: Kulemin, 'Millimeter-Wave Radar Targets and Clutter' \
+                 (Artech House 2003), chapter 2, 3-100 GHz",
+            )
+        },
         dielectric(
             "paint-white",
             6.0,

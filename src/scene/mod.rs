@@ -1,6 +1,7 @@
 //! What stands on the road: meshes with radar materials, moving objects, point targets; and the
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
+pub mod backscatter;
 pub mod drive;
 pub mod front_end;
 pub mod gltf;
@@ -15,6 +16,7 @@ pub mod toml_file;
 pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;
+pub mod weather;
 
 use crate::frames::{Pose, Target, World};
 use glam::DVec3;

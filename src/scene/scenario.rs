@@ -10,6 +10,7 @@ use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
 use super::waveform::{Multiplex, Waveform};
+use super::weather::{self, Weather, WeatherTable};
 use super::{Mesh, Scene, Shape};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Target, Vehicle, World};
@@ -50,6 +51,9 @@ pub struct ScenarioFile {
     /// Whether several radars of the vehicle hear each other. Default false.
     #[serde(default)]
     pub mutual_interference: bool,
+    /// Rain, fog, wet roads. Default dry.
+    #[serde(default)]
+    pub weather: WeatherTable,
     #[serde(default)]
     pub ego: EgoTable,
     #[serde(default)]
@@ -260,7 +264,7 @@ pub enum BounceConvention {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceTable {
-    /// Samples of the diffuse echo of all rough surfaces in a frame, about.
+    /// Scatterers on all rough surfaces in a frame, about, and as many of rain.
     pub rays: At<u64>,
     /// Reflections that are followed; one on a large plane ahead of what it lights comes on top.
     pub bounces: At<u32>,
@@ -332,6 +336,7 @@ pub struct Scenario {
     pub objects: Vec<Placed>,
     pub interferers: Vec<Interferer>,
     pub mutual_interference: bool,
+    pub weather: Weather,
     pub ego: Ego,
     pub frames: Frames,
     pub trace: TraceSettings,
@@ -523,6 +528,7 @@ impl Scenario {
                 .remedy("give scene.builtin, scene.file, a [[point]] or an [[object]]")
                 .into());
         }
+        self.weather.wet(&mut scene)?;
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
     }
@@ -790,6 +796,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         objects,
         interferers,
         mutual_interference: f.mutual_interference,
+        weather: weather::build(&doc, &f.weather)?,
         ego: Ego {
             position_m: doc.vector(&f.ego.position_m)?,
             yaw_rad: angle(&f.ego.yaw_deg)?,

@@ -2,6 +2,7 @@
 //! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
 //! `upload`), and the echoes that come out.
 
+pub mod air;
 pub mod beam_ahead;
 pub mod beam_clip;
 pub mod beams;
@@ -104,13 +105,15 @@ pub struct TraceOptions {
     /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
     /// beams there too (CONVENTIONS eq. 65).
     pub images: bool,
-    /// Samples of the diffuse echo of all rough surfaces, about.
+    /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
     pub rays: u64,
-    /// Of the diffuse echo's random phases.
+    /// Of the scatterers on rough surfaces, which are the same in all frames, and of rain.
     pub seed: u64,
     pub frame: u32,
     /// How far the radar is off the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
     pub radar_sway_m: [DVec3; 2],
+    /// None: takes nothing away.
+    pub air: Option<air::Air>,
 }
 
 impl Default for TraceOptions {
@@ -126,6 +129,7 @@ impl Default for TraceOptions {
             seed: 0,
             frame: 0,
             radar_sway_m: [DVec3::ZERO; 2],
+            air: None,
         }
     }
 }

@@ -172,7 +172,8 @@ impl<'a> Sum<'a> {
                 }
                 // From behind: the layers the other way round, and their end nearer by the thickness.
                 let layers = stack.layers.iter().rev().cloned().collect();
-                let back = Surface { stack: Stack { layers, ..*stack }, roughness_rms_m: rough };
+                let back =
+                    Surface { stack: Stack { layers, ..*stack }, roughness_rms_m: rough, backscatter: None };
                 let nearer = Complex64::cis(2.0 * k0 * stack.thickness_m() * cos_i);
                 (times(back.reflection(k0, cos_i), nearer), t, k)
             }

@@ -12,3 +12,4 @@ pub mod points;
 pub mod rays;
 pub mod refract;
 pub mod scan;
+pub mod volume;

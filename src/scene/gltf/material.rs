@@ -2,6 +2,7 @@
 
 use super::read::Importer;
 use crate::error::{BadInput, Error, Result, nearest};
+use crate::scene::backscatter::Backscatter;
 use crate::scene::material::{self, Layer, Material, MaterialKind};
 use crate::scene::toml_file::clip;
 use gltf::json;
@@ -154,12 +155,13 @@ impl Importer<'_> {
         extras: &Map<String, Value>,
         row: Option<Material>,
     ) -> Result<Material> {
-        const KEYS: [&str; 8] = [
+        const KEYS: [&str; 9] = [
             "like",
             "eps_r",
             "conductivity_s_per_m",
             "roughness_rms_m",
             "correlation_length_m",
+            "backscatter",
             "valid_hz",
             "source",
             "layers",
@@ -177,7 +179,7 @@ impl Importer<'_> {
         }
         let mut eps_r = None;
         let mut conductivity = None;
-        let (mut roughness, mut correlation) = (None, None);
+        let (mut roughness, mut correlation, mut backscatter) = (None, None, None);
         let (mut valid_hz, mut source) = (None, None);
         let mut layers = None;
         for (k, v) in extras {
@@ -206,6 +208,12 @@ impl Importer<'_> {
                 "conductivity_s_per_m" => conductivity = Some(self.number(v, &key, 0.0..=1e12)?),
                 "roughness_rms_m" => roughness = Some(self.number(v, &key, 0.0..=1.0)?),
                 "correlation_length_m" => correlation = Some(self.number(v, &key, 0.0..=1000.0)?),
+                "backscatter" => {
+                    let text = v
+                        .as_str()
+                        .ok_or_else(|| self.bad(&key, "is not a string").value(clip(&v.to_string())))?;
+                    backscatter = Some(Backscatter::parse(text).map_err(|e| self.at(&key, e))?);
+                }
                 "valid_hz" => {
                     let list = self.numbers::<2>(v, &key, 1e18)?;
                     if list[0] < 0.0 || list[0] >= list[1] {
@@ -241,6 +249,7 @@ impl Importer<'_> {
                 kind,
                 roughness_rms_m: base.as_ref().map_or(0.0, |b| b.roughness_rms_m),
                 correlation_length_m: base.as_ref().map_or(0.0, |b| b.correlation_length_m),
+                backscatter: base.as_ref().and_then(|b| b.backscatter),
                 valid_hz: (0.0, f64::INFINITY),
                 source: GIVEN.into(),
                 layers: base.map_or(Vec::new(), |b| b.layers),
@@ -256,6 +265,7 @@ impl Importer<'_> {
         };
         m.roughness_rms_m = roughness.unwrap_or(m.roughness_rms_m);
         m.correlation_length_m = correlation.unwrap_or(m.correlation_length_m);
+        m.backscatter = backscatter.or(m.backscatter);
         m.valid_hz = valid_hz.unwrap_or(m.valid_hz);
         m.source = source.unwrap_or(m.source);
         if let Some(layers) = layers {
@@ -306,6 +316,7 @@ pub(super) fn material_extras(m: &Material) -> Result<Map<String, Value>, String
         source: GIVEN.into(),
         roughness_rms_m: row.as_ref().map_or(0.0, |r| r.roughness_rms_m),
         correlation_length_m: row.as_ref().map_or(0.0, |r| r.correlation_length_m),
+        backscatter: row.as_ref().and_then(|r| r.backscatter),
         layers: row.as_ref().map_or(Vec::new(), |r| r.layers.clone()),
         ..m.clone()
     };
@@ -331,6 +342,12 @@ pub(super) fn material_extras(m: &Material) -> Result<Map<String, Value>, String
     }
     if m.correlation_length_m != assumed.correlation_length_m {
         extras.insert("correlation_length_m".into(), json!(m.correlation_length_m));
+    }
+    match m.backscatter {
+        Some(b) if m.backscatter != assumed.backscatter => {
+            extras.insert("backscatter".into(), json!(b.to_string()));
+        }
+        _ => {}
     }
     if m.valid_hz != assumed.valid_hz {
         extras.insert("valid_hz".into(), json!([m.valid_hz.0, m.valid_hz.1.min(1e18)]));

@@ -23,7 +23,7 @@
 //! that its joints refer to stand in `extras.catseye.channels` of the file. [`to_glb`] writes motions so, and beside
 //! it an animation that shows them to other programs, marked `{"shows_extras": true}`, which import passes over.
 //!
-//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `layers`,
+//! `extras.catseye` of a material: `eps_r` [eps', eps''], `conductivity_s_per_m`, `roughness_rms_m`, `backscatter`, `layers`,
 //! `correlation_length_m`, `valid_hz` [low, high], `source`, and `like`, the row of the table to start
 //! from (by default the row with the material's name, if there is one).
 

@@ -2,6 +2,7 @@ use super::material::GIVEN;
 use super::*;
 use crate::error::Result;
 use crate::frames::Pose;
+use crate::scene::backscatter::Backscatter;
 use crate::scene::material::{self, Layer, Material, MaterialKind};
 use crate::scene::{Mesh, Shape};
 use glam::{DAffine3, DQuat, DVec3};
@@ -405,10 +406,13 @@ fn example() -> Scene {
         kind: MaterialKind::Dielectric { eps_real: 9.5, eps_loss: 2.25, conductivity_s_per_m: 0.125 },
         roughness_rms_m: 0.001,
         correlation_length_m: 0.02,
+        backscatter: Some(Backscatter::parse("gamma:-18.5,cross_db=-9").unwrap()),
         valid_hz: (76e9, 81e9),
         source: "a guess".into(),
         layers: Vec::new(),
     });
+    let snow = Some(Backscatter::parse("kulemin:snow").unwrap());
+    s.materials.push(Material { backscatter: snow, ..material::by_name("ice").unwrap() });
     s.materials.push(Material { name: "puddle".into(), ..material::by_name("water").unwrap() });
     s.materials.push(Material { roughness_rms_m: 0.0004, ..material::by_name("concrete").unwrap() });
     s.materials.push(material::parse_spec("air+glass:0.004").unwrap());
@@ -436,6 +440,7 @@ fn example() -> Scene {
         kind: MaterialKind::Conductor { conductivity_s_per_m: 8.7e6 },
         roughness_rms_m: 0.0,
         correlation_length_m: 0.0,
+        backscatter: None,
         valid_hz: (0.0, f64::INFINITY),
         source: GIVEN.into(),
         layers: Vec::new(),

@@ -1,0 +1,84 @@
+//! What the air between does to echoes: attenuation along their paths (CONVENTIONS eq. 151, 152).
+
+use super::Return;
+use crate::em::weather::{
+    FOG_HZ, RAIN_HZ, RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m,
+};
+use crate::error::{BadInput, Result};
+use crate::scene::weather::Weather;
+use glam::DVec3;
+
+/// The air at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// One way, [V, H].
+    pub loss_db_per_m: [f64; 2],
+    pub rain: Option<Rain>,
+}
+
+/// Classes of fall velocity that scatter back alike.
+pub const FALLS: usize = 64;
+
+/// What drops scatter back, and how they move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rain {
+    /// Cross section for each volume, 1/m.
+    pub eta_per_m: f64,
+    /// Downwards, of equal shares of it.
+    pub fall_mps: [f64; FALLS],
+    /// In the world.
+    pub wind_mps: DVec3,
+}
+
+impl Air {
+    /// None in dry air. Errors: a frequency for which the formulas do not hold.
+    pub fn of(weather: &Weather, freq_hz: f64) -> Result<Option<Air>> {
+        if weather.is_dry_air() {
+            return Ok(None);
+        }
+        let (lo, hi) = (RAIN_HZ.0.max(FOG_HZ.0), RAIN_HZ.1.min(FOG_HZ.1));
+        if !(lo..=hi).contains(&freq_hz) {
+            return Err(BadInput::new("weather is not known at this radar's frequency")
+                .key("weather")
+                .value(format!("{:.4} GHz", freq_hz / 1e9))
+                .allowed(format!("{:.0}..{:.0} GHz", lo / 1e9, hi / 1e9))
+                .remedy("take the table out")
+                .into());
+        }
+        let rain = match weather.rain_mm_per_h {
+            0.0 => [0.0; 2],
+            rate => rain_attenuation_db_per_m(freq_hz, rate),
+        };
+        let fog = fog_attenuation_db_per_m(freq_hz, weather.temperature_c, weather.liquid_g_per_m3);
+        let drops = match weather.rain_mm_per_h {
+            0.0 => None,
+            rate => {
+                let back = RainBackscatter::of(freq_hz, weather.temperature_c, rate)?;
+                let fall = |i: usize| back.fall_quantile_mps((i as f64 + 0.5) / FALLS as f64);
+                let fall_mps = std::array::from_fn(fall);
+                Some(Rain { eta_per_m: back.eta_per_m, fall_mps, wind_mps: weather.wind_mps })
+            }
+        };
+        Ok(Some(Air { loss_db_per_m: rain.map(|r| r + fog), rain: drops }))
+    }
+
+    /// Takes from each echo what the air takes on its path, half of it as the polarisation that was sent and half as the one received.
+    pub fn attenuate(&self, returns: &mut [Return]) {
+        let [v, h] = self.loss_db_per_m;
+        for r in returns {
+            let amplitude = |db_per_m: f64| 10f64.powf(-db_per_m * r.path_length_m / 20.0);
+            let (vv, hh, mixed) = (amplitude(v), amplitude(h), amplitude(0.5 * (v + h)));
+            for (rx, row) in r.spread.iter_mut().enumerate() {
+                for (tx, z) in row.iter_mut().enumerate() {
+                    *z *= if rx != tx {
+                        mixed
+                    } else if rx == 0 {
+                        vv
+                    } else {
+                        hh
+                    };
+                }
+            }
+        }
+    }
+}
