@@ -346,7 +346,7 @@ fn damage_of_any_byte_is_found_or_harmless() {
                 let path = dir.join(&file.path);
                 let good = fs::read(&path).unwrap();
                 // Every place of a small file, some of a larger one.
-                for at in (0..good.len()).step_by(good.len().div_ceil(150)) {
+                for at in (0..good.len()).step_by(good.len().div_ceil(60)) {
                     let mut bad = good.clone();
                     bad[at] ^= 1 << (at % 8);
                     fs::write(&path, bad).unwrap();
