@@ -95,6 +95,8 @@ fn left_out(format: &str, feature: &str) -> crate::error::Error {
 }
 
 impl Export {
+    // Only the pictures of maps look ahead into the run.
+    #[cfg_attr(not(feature = "mcap"), allow(unused_variables))]
     fn exporter(&self, run: &Run, force: bool) -> Result<Box<dyn Exporter>> {
         Ok(match self.format {
             Format::Pcd => Box::new(pcd::Clouds::create(&self.output, force)?),

@@ -2,7 +2,7 @@
 
 /// A kind of road user. Everything else stands beside the road or is part of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RoadUser {
+pub enum RoadUser {
     Car,
     Van,
     Truck,
@@ -15,7 +15,7 @@ pub(super) enum RoadUser {
 }
 
 /// The road user of a class, its parts too (`car.wheel`); `None` for what is none.
-pub(super) fn road_user(class: &str) -> Option<RoadUser> {
+pub fn road_user(class: &str) -> Option<RoadUser> {
     let whole = class.split_once('.').map_or(class, |(whole, _)| whole);
     Some(match whole {
         "car" => RoadUser::Car,

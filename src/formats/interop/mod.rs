@@ -5,7 +5,7 @@
 //! rates are positive receding; an exporter whose format differs turns signs, each with a test. Every exporter takes the sweeps
 //! one after the other ([`Exporter`]), so that a run of any length needs the memory of one.
 
-mod class;
+pub mod class;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "osi")]
@@ -257,15 +257,15 @@ impl Order {
     }
 }
 
-/// Yaw about z, pitch about the new y (positive: nose down), roll about the new x: ISO 8855, and the inverse of
+/// Yaw, pitch, roll in radians: yaw about z, pitch about the new y (positive: nose down), roll about the new x: ISO 8855, and the inverse of
 /// [`Pose::from_yaw_pitch_roll`].
-fn yaw_pitch_roll(rotation: DQuat) -> [f64; 3] {
+pub fn yaw_pitch_roll(rotation: DQuat) -> [f64; 3] {
     let (yaw, pitch, roll) = rotation.to_euler(EulerRot::ZYX);
     [yaw, pitch, roll]
 }
 
-/// Heading of a frame's x axis in the ground plane.
-fn heading(rotation: DQuat) -> f64 {
+/// Heading of a frame's x axis in the ground plane, radians, positive to the left.
+pub fn heading(rotation: DQuat) -> f64 {
     let ahead = rotation * DVec3::X;
     ahead.y.atan2(ahead.x)
 }
