@@ -584,6 +584,7 @@ vehicle = [
     let parked: Vec<_> = scene.objects.iter().filter(|o| o.name.contains("hatchback")).collect();
     assert!(parked.len() > 4 && parked.iter().all(|o| o.motion.is_none()));
     let bytes = glb::to_glb(&scene, &truth).unwrap();
+    println!("{} triangles, {} bytes", scene.triangle_count(), bytes.len());
     let back = gltf::import_bytes(&bytes, Path::new("x.glb"), None, &ImportOptions::default()).unwrap();
     for (a, b) in scene.objects.iter().zip(&back.objects) {
         assert_eq!(a.motion.is_some(), b.motion.is_some(), "{}", a.name);

@@ -333,7 +333,7 @@ impl Importer<'_> {
             };
             let text: JointText = serde_json::from_value(joint.clone())
                 .map_err(|e| bad(&format!("is not a joint: {}", clip(&e.to_string()))))?;
-            joints.push(text.joint(&self.channels).map_err(|what| bad(what))?);
+            joints.push(text.joint(&self.channels).map_err(bad)?);
         }
         Ok(joints)
     }

@@ -156,14 +156,17 @@ fn rows_at<const N: usize>(between: &str, times: &[f32], rows: &[[f32; N]], t: f
     out
 }
 
+/// Interpolation, times and rows.
+type Sampler<const N: usize> = (&'static str, Vec<f32>, Vec<[f32; N]>);
+
 /// A node with its animation, for brute force.
 #[derive(Debug, Clone)]
 struct Node {
     translation: [f64; 3],
     rotation: [f64; 4],
     scale: [f64; 3],
-    moves: Option<(&'static str, Vec<f32>, Vec<[f32; 3]>)>,
-    turns: Option<(&'static str, Vec<f32>, Vec<[f32; 4]>)>,
+    moves: Option<Sampler<3>>,
+    turns: Option<Sampler<4>>,
 }
 
 impl Node {
@@ -1003,4 +1006,51 @@ fn files_of_others() {
     std::fs::write(dir.path().join("a.gltf"), v.to_string()).unwrap();
     let s = import(&dir.path().join("a.gltf"), &ImportOptions::default()).unwrap();
     assert_eq!(s.objects[0].at(1.0).velocity_mps, DVec3::X * 4.0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    /// Whatever is broken in a file with animations, a skin or motions: a scene, or one line.
+    #[test]
+    fn broken_files_never_panic(
+        which in 0usize..3, edits in prop::collection::vec((0.0f64..1.0, prop::num::u8::ANY, 0usize..3), 1..6),
+    ) {
+        let mut bytes = match which {
+            0 => to_glb(&moving()).unwrap(),
+            1 => {
+                let (mut doc, _) = arm(&BENDS);
+                doc.channel(0, 2, "rotation", "LINEAR", &[1.0, 2.0], &[[0.6, 0.0, 0.0, 0.8], [0.0, 0.0, 0.0, 1.0]]);
+                doc.value().to_string().into_bytes()
+            }
+            _ => {
+                let mut doc = Doc::new(&CORNERS);
+                doc.v["nodes"] = json!([{"mesh": 0}]);
+                doc.channel(0, 0, "translation", "CUBICSPLINE", &[0.0, 1.0], &[[0.5; 3]; 6]);
+                doc.value().to_string().into_bytes()
+            }
+        };
+        for (at, byte, kind) in edits {
+            let at = (at * bytes.len() as f64) as usize;
+            match (kind, bytes[at]) {
+                // A digit for a digit keeps the document readable and breaks what it says.
+                (0 | 1, old) if old.is_ascii_digit() => bytes[at] = b'0' + byte % 10,
+                (0, _) => bytes[at] = byte,
+                (1, _) => {}
+                _ => {
+                    if let Some(k) = (at..bytes.len()).find(|k| bytes[*k].is_ascii_digit()) {
+                        bytes[k] = b'0' + byte % 10;
+                    }
+                }
+            }
+        }
+        match import_bytes(&bytes, Path::new("t.gltf"), None, &ImportOptions::default()) {
+            Ok(s) => {
+                for o in &s.objects {
+                    let now = o.at(0.7);
+                    prop_assert!(now.translation_m.is_finite() && now.velocity_mps.is_finite(), "{:?}", o);
+                }
+            }
+            Err(e) => prop_assert!(e.exit_code() == 2 && !e.to_string().contains('\n'), "{}", e),
+        }
+    }
 }

@@ -355,11 +355,11 @@ fn strongest(blends: &[Blend], corners: [u32; 3]) -> (usize, f64) {
     let mut sums: Vec<(usize, f64)> = Vec::with_capacity(12);
     for (b, w) in corners.iter().flat_map(|c| &blends[*c as usize].shares) {
         match sums.iter_mut().find(|(known, _)| known == b) {
-            Some((_, sum)) => *sum += w / 3.0,
-            None => sums.push((*b, w / 3.0)),
+            Some((_, sum)) => *sum += w,
+            None => sums.push((*b, *w)),
         }
     }
     let better = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 || b.1 == a.1 && b.0 < a.0 { b } else { a };
-    let (b, share) = sums.into_iter().fold((usize::MAX, f64::NEG_INFINITY), better);
-    (b, share.min(1.0))
+    let (b, sum) = sums.into_iter().fold((usize::MAX, f64::NEG_INFINITY), better);
+    (b, (sum / 3.0).min(1.0))
 }
