@@ -227,3 +227,101 @@ fn limits(scene: &Scene, truth: &Truth, radar: DVec3, range_m: f64) -> Option<[[
     let margin = 2.0;
     (hi[0] - lo[0] > 1.0).then(|| [[lo[0] - margin, lo[1] - margin], [hi[0] + margin, hi[1] + margin]])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::files::write_masks;
+    use crate::dataset::simulate;
+    use crate::engine::{Engine, Precision};
+    use crate::formats::npy;
+    use crate::road::{build, scene_toml};
+    use crate::scene::{material, scenario};
+    use std::time::Instant;
+
+    const ROAD: &str = r#"
+name = "walled bend"
+[[road]]
+name = "main"
+plan = [{ kind = "straight", length_m = 25 }, { kind = "arc", length_m = 90, radius_m = 120 }]
+left = [{ number = 1, width_m = 3.5, driven = "backward", line = "solid" }]
+right = [{ number = 2, width_m = 3.5, line = "solid" }, { number = 3, kind = "shoulder", width_m = 1.5 }]
+centre_line = "dashed"
+verge = [{ side = "left", width_m = 8 }]
+[[road.wall]]
+lateral = { edge = "right", offset_m = -0.5 }
+material = "aluminium"
+[[road.rail]]
+lateral = { edge = "left", offset_m = 0.8 }
+[[road.markers]]
+name = "coded"
+reflector = "type1:width_m=0.16,height_m=0.01,length_m=0.117"
+lateral = { lane = 2, side = "right", offset_m = 0.3 }
+from_m = 6
+code = { word = "1011", zero_m = 2, one_m = 3, sync_m = 5 }
+[[road.vehicle]]
+kind = "sedan"
+name = "ahead"
+s_m = 30
+lateral = { lane = 2 }
+speed_mps = 8
+[[road.vehicle]]
+kind = "van"
+name = "coming"
+s_m = 45
+lateral = { lane = 1 }
+speed_mps = 12
+"#;
+
+    /// CATSEYE_PICTURE_DIR keeps the pictures.
+    #[test]
+    fn pictures_and_masks_of_a_road() {
+        let plan = scene_toml::parse(Path::new("road.toml"), ROAD).unwrap();
+        let (scene, road) = build::build(&plan, &material::parse_spec).unwrap();
+        let text = "name = \"bend\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
+                    [ego]\nposition_m = [3, -1.5, 0]\nspeed_mps = 10\n[output]\nmasks = true\n";
+        let s = scenario::parse(Path::new("s.toml"), text).unwrap();
+        let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+        let start = Instant::now();
+        let truth = Truth::new(&s, &scene, &frame, Some(&road));
+        println!(
+            "truth {:.1} ms of {} triangles",
+            1e3 * start.elapsed().as_secs_f64(),
+            scene.triangle_count()
+        );
+        let kept = std::env::var("CATSEYE_PICTURE_DIR");
+        let t = tempfile::tempdir().unwrap();
+        let dir = kept.map_or(t.path().to_path_buf(), std::path::PathBuf::from);
+        let start = Instant::now();
+        write_masks(&dir, &scene, &frame, &truth).unwrap();
+        println!("masks {:.1} ms", 1e3 * start.elapsed().as_secs_f64());
+        draw_frame(&s, &scene, &frame, &truth, &dir).unwrap();
+        for name in ["birds_eye", "labels", "mask_road", "mask_markers", "range_doppler", "range_profile"] {
+            assert!(dir.join(format!("{name}.png")).is_file(), "{name}");
+        }
+        // A car of several parts is one actor.
+        let cars: Vec<_> = truth.actors.iter().filter(|a| a.whole.class == "car").collect();
+        assert_eq!((cars.len(), cars[0].parts.len() > 4), (1, true));
+        let place = truth.ego_lane.as_ref().unwrap();
+        assert!(place.number == 2 && (place.offset_m - 0.25).abs() < 1e-9, "{place:?}");
+        assert!(truth.markers.iter().any(|m| m.bit == Some(3) && m.word.as_deref() == Some("1011")));
+        // The mask's file has the van of the oncoming lane left of the car ahead.
+        let mask: npy::Array<u8> = npy::read(dir.join("mask_road.npy")).unwrap();
+        assert_eq!(mask.shape, [450, 300]);
+        let level = Level::of(&frame.pose);
+        for (class, left) in [("car", false), ("van", true)] {
+            let a = truth.actors.iter().find(|a| a.whole.class == class).unwrap();
+            let at = level.from_world(DVec3::from_array(a.whole.centre_m));
+            let cell = Grid::ROAD.cell(at.x, at.y).unwrap();
+            assert_eq!(mask.data[cell], CellClass::Vehicle as u8, "{class}");
+            assert!(!left || at.y > 3.0, "{at}");
+        }
+        let wall = mask.data.iter().enumerate().filter(|(_, c)| **c == CellClass::GuardRail as u8);
+        let (left, right): (Vec<_>, Vec<_>) =
+            wall.filter(|(i, _)| i / 300 < 100).partition(|(i, _)| i % 300 < 150);
+        assert!(left.len() > 50 && right.len() > 50, "{} {}", left.len(), right.len());
+        let planes: npy::Array<f32> = npy::read(dir.join("grid_road.npy")).unwrap();
+        assert_eq!(planes.shape, [4, 450, 300]);
+        assert!(planes.data[..450 * 300].iter().sum::<f32>() > 0.0);
+    }
+}

@@ -226,9 +226,9 @@ mod tests {
         let mut s = Scene::default();
         let at = |x, y| Pose::new(glam::DQuat::IDENTITY, DVec3::new(x, y, 0.0));
         let block = |x, y, z| cuboid(DVec3::new(x, y, z), DVec3::Z, 0);
-        s.add_mesh("car", "car", block(4.0, 2.0, 1.5), at(30.5, 6.0));
-        s.add_mesh("van", "van", block(6.0, 2.0, 2.0), at(12.5, -3.0));
-        s.add_mesh("rail", "guard_rail", block(200.0, 0.08, 0.3), at(50.0, -9.96));
+        s.add_mesh("car", "car", block(4.0, 2.0, 1.5), at(30.2, 6.0));
+        s.add_mesh("van", "van", block(6.0, 2.0, 2.0), at(12.3, -3.0));
+        s.add_mesh("rail", "guard_rail", block(200.0, 0.08, 0.3), at(50.0, -9.9));
         s.add_mesh("marker", "marker", block(0.1, 0.1, 0.1), at(20.3, 0.2));
         s
     }
@@ -244,16 +244,11 @@ mod tests {
         assert_eq!(at(12.5, 2.9), CellClass::Lane as u8);
         assert_eq!(at(40.0, -9.9), CellClass::GuardRail as u8);
         assert_eq!(at(20.9, 0.9), CellClass::Marker as u8);
-        // By rows and columns: the car's cells are 20 - 6 = 14 columns from the left edge.
-        let vehicle: Vec<(usize, usize)> = (0..GRID.cells())
-            .filter(|i| m[*i] == CellClass::Vehicle as u8)
-            .map(|i| (i / GRID.columns, i % GRID.columns))
-            .collect();
-        let car: Vec<_> = vehicle.iter().copied().filter(|c| c.1 < 20).collect();
-        let want: Vec<_> = (29..=32).flat_map(|r| [(r, 13), (r, 14)]).collect();
-        assert_eq!(car.iter().filter(|c| want.contains(c)).count(), car.len());
-        // Middles at 29.5 to 31.5 and, on the edges of the footprint, 28.5 and 32.5; y of 5.5 and 6.5.
-        assert_eq!(car.len(), 2 * 4 + usize::from(car.iter().any(|c| c.0 == 28)) * 2, "{car:?}");
+        // By rows and columns: middles from 28.5 to 31.5 m ahead, 5.5 and 6.5 m to the left.
+        let vehicle = (0..GRID.cells()).filter(|i| m[*i] == CellClass::Vehicle as u8);
+        let car: Vec<(usize, usize)> =
+            vehicle.map(|i| (i / GRID.columns, i % GRID.columns)).filter(|c| c.1 < 20).collect();
+        assert_eq!(car, (28..=31).flat_map(|r| [(r, 13), (r, 14)]).collect::<Vec<_>>());
         for i in 0..GRID.cells() {
             let [x, y] = GRID.middle_m(i / GRID.columns, i % GRID.columns);
             assert_eq!(GRID.cell(x, y), Some(i));
@@ -279,8 +274,7 @@ mod tests {
         let radar = Pose::from_yaw_pitch_roll(turn.translation_m, yaw, 0.02, 0.0);
         let turned = mask(&GRID, &s, 0.0, &radar, &[l], &CellClass::ALL[2..]);
         let differ = straight.iter().zip(&turned).filter(|(a, b)| a != b).count();
-        // Cells whose middle lies on the edge of the footprint go either way.
-        assert!(differ <= 12, "{differ}");
+        assert_eq!(differ, 0);
         let mirrored: Vec<u8> = straight.chunks(GRID.columns).flat_map(|r| r.iter().rev().copied()).collect();
         let other = mirrored.iter().zip(&turned).filter(|(a, b)| a != b).count();
         assert!(other > 40, "{other}");
