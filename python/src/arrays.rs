@@ -1,6 +1,6 @@
 //! NumPy arrays and plain Python values.
 
-use crate::errors::OrRaise;
+use crate::errors::refuse;
 use catseye::error::BadInput;
 use glam::DVec3;
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1};
@@ -97,12 +97,13 @@ fn floats(ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 /// Numbers of the argument `key`: finite, at least one.
 pub fn values(key: &str, ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let bad = |problem: &str| {
-        Err(BadInput::new(problem).key(key).allowed("a number, or numbers in one dimension").into())
+        let b = BadInput::new(problem).key(key).allowed("a number, or numbers in one dimension");
+        refuse(ob.py(), b)
     };
     let list = floats(ob)?;
     match list.iter().find(|x| !x.is_finite()) {
-        Some(x) => bad(&format!("{x} is not a finite number")).or_raise(ob.py()),
-        None if list.is_empty() => bad("is empty").or_raise(ob.py()),
+        Some(x) => bad(&format!("{x} is not a finite number")),
+        None if list.is_empty() => bad("is empty"),
         None => Ok(list),
     }
 }
@@ -112,11 +113,10 @@ pub fn vector(key: &str, ob: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
     let Some(ob) = ob else { return Ok(DVec3::ZERO) };
     match floats(ob)?[..] {
         [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
-        _ => Err(BadInput::new("is not a place or a direction")
-            .key(key)
-            .allowed("three finite numbers: x, y, z")
-            .into())
-        .or_raise(ob.py()),
+        _ => {
+            let b = BadInput::new("is not a place or a direction").key(key);
+            refuse(ob.py(), b.allowed("three finite numbers: x, y, z"))
+        }
     }
 }
 

@@ -1,14 +1,15 @@
 //! Datasets: made from recipes, checked, read.
 
 use crate::arrays::{Records, array, plain};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, refuse};
 use crate::work::{Afterwards, run_to};
 use crate::{engine, work};
 use catseye::cli::draw_frame;
 use catseye::dataset::produce::{self, DatasetFile, produce};
-use catseye::dataset::recipe::Recipe;
+use catseye::dataset::recipe::{Recipe, SPLITS};
 use catseye::dataset::store::{Array, Column, Data, Layout, Table};
 use catseye::dataset::verify as checks;
+use catseye::error::BadInput;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -41,11 +42,14 @@ pub fn dataset(
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
+    if jobs == Some(0) {
+        return refuse(py, BadInput::new("nobody would work").key("jobs").value(0).allowed("1 or more"));
+    }
     let recipe = py.detach(|| Recipe::load(&recipe, seed)).or_raise(py)?;
     let engine = engine::resolve(py, engine)?;
     let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
         let options = produce::Options {
-            jobs: jobs.map(|j| j.max(1)),
+            jobs,
             shards: shards.map(|(a, b)| a..b),
             mixed_devices,
             force,
@@ -182,9 +186,6 @@ impl Store {
         (py.get_type::<Store>().into_any(), (self.folder.clone(),))
     }
 }
-
-/// As recipes and tables name them.
-const SPLITS: [&str; 3] = ["train", "validation", "test"];
 
 /// A structured array [row]; text as Python strings.
 fn rows(py: Python<'_>, table: Table) -> PyResult<Bound<'_, PyAny>> {

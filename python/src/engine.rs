@@ -1,7 +1,7 @@
 //! Devices, and the engine that is opened on one.
 
 use crate::arrays::plain;
-use crate::errors::{Failed, OrRaise};
+use crate::errors::{Failed, refuse};
 use crate::work;
 use catseye::engine::{Engine as Opened, Precision};
 use catseye::error::BadInput;
@@ -41,7 +41,7 @@ impl Engine {
             "f64" => Precision::F64,
             other => {
                 let e = BadInput::new("unknown precision").key("precision").value(other).allowed("f32, f64");
-                return Err(e.into()).or_raise(py);
+                return refuse(py, e);
             }
         };
         let name = device.to_string();

@@ -40,6 +40,11 @@ pub fn raised(py: Python<'_>, e: Error) -> PyErr {
     }
 }
 
+/// What an argument is told that is at fault.
+pub fn refuse<T>(py: Python<'_>, b: catseye::error::BadInput) -> PyResult<T> {
+    Err(raised(py, b.into()))
+}
+
 /// Results of short calls.
 pub trait OrRaise<T> {
     fn or_raise(self, py: Python<'_>) -> PyResult<T>;

@@ -1,6 +1,6 @@
 //! Cubes, from wherever, to maps and points.
 
-use crate::errors::OrRaise;
+use crate::errors::refuse;
 use crate::simulate::{axes, maps, points};
 use crate::{arrays, engine, radar, work};
 use catseye::adc::Cube;
@@ -52,7 +52,7 @@ fn cube(adc: &Bound<'_, PyAny>, wide: bool, expected: [usize; 3]) -> PyResult<An
             .key("shape")
             .value(format!("{:?}", untyped.shape()))
             .allowed(format!("{expected:?}: [chirp, rx_virtual, sample]"));
-        return Err(e.into()).or_raise(py);
+        return refuse(py, e);
     }
     let [chirps, channels, samples] = expected;
     let cast = |name: &str| -> PyResult<Bound<'_, PyAny>> {

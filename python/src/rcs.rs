@@ -1,7 +1,7 @@
 //! Cross sections.
 
 use crate::arrays::{array, values};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, refuse};
 use crate::{engine, scene, work};
 use catseye::engine::sweep::{Sweep, check_size};
 use catseye::error::{BadInput, Error};
@@ -197,7 +197,7 @@ pub fn rcs(
     };
     if !(-1e6..=1e6).contains(&height_m) {
         let e = BadInput::new("out of range").key("height_m").value(height_m).allowed("-1e6..1e6");
-        return Err(e.into()).or_raise(py);
+        return refuse(py, e);
     }
     let mut shape = vec![frequencies_hz.len(), elevations.len(), azimuths.len()];
     shape.extend(receivers.iter().flat_map(|(az, el)| [el.len(), az.len()]));

@@ -1,7 +1,7 @@
 //! Scenes: from files, from road descriptions, from reflectors, and put together.
 
 use crate::arrays::{array, dictionary, plain, vector};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, refuse};
 use crate::work;
 use catseye::error::BadInput;
 use catseye::formats::stage;
@@ -16,7 +16,7 @@ use catseye::scene::{Scene as Contents, Shape, material};
 use catseye::units::DEFAULT_FREQUENCY_HZ;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -239,7 +239,7 @@ impl Scene {
     ) -> PyResult<u32> {
         if !(-200.0..=200.0).contains(&rcs_dbsm) {
             let e = BadInput::new("out of range").key("rcs_dbsm").value(rcs_dbsm).allowed("-200..200");
-            return Err(e.into()).or_raise(py);
+            return refuse(py, e);
         }
         let pose = Pose::new(glam::DQuat::IDENTITY, vector("position_m", Some(position_m))?);
         let velocity = vector("velocity_mps", velocity_mps)?;
@@ -266,7 +266,7 @@ impl Scene {
         for (key, angle) in [("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg), ("roll_deg", roll_deg)] {
             if !(-360.0..=360.0).contains(&angle) {
                 let e = BadInput::new("out of range").key(key).value(angle).allowed("-360..360");
-                return Err(e.into()).or_raise(py);
+                return refuse(py, e);
             }
         }
         // Before this scene is borrowed: it may be the same one.
@@ -345,20 +345,17 @@ pub fn resolve(argument: &Bound<'_, PyAny>) -> PyResult<Scene> {
 /// may also be given as keywords. `reflector_kinds()` lists them.
 #[pyfunction]
 #[pyo3(signature = (spec, **parameters))]
-pub fn reflector(
-    py: Python<'_>,
-    spec: &str,
-    parameters: Option<BTreeMap<String, Py<PyAny>>>,
-) -> PyResult<Scene> {
-    let pairs = parameters.unwrap_or_default();
-    let pairs: Vec<(String, String)> =
-        pairs.into_iter().map(|(k, v)| Ok((k, v.bind(py).str()?.to_string()))).collect::<PyResult<_>>()?;
+pub fn reflector(py: Python<'_>, spec: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for (name, value) in parameters.iter().flat_map(|p| p.iter()) {
+        pairs.push((name.extract()?, value.str()?.to_string()));
+    }
     if spec.contains(':') && !pairs.is_empty() {
         let e = BadInput::new("parameters are given twice, after ':' and as keywords")
             .key("spec")
             .value(spec)
             .remedy("use one of the two");
-        return Err(e.into()).or_raise(py);
+        return refuse(py, e);
     }
     let spec = spec.to_string();
     work::run(py, None, move |_| {

@@ -1,7 +1,7 @@
 //! Scenarios and their frames.
 
 use crate::arrays::{Records, array, dictionary, plain_of_json};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, refuse};
 use crate::radar::Radar;
 use crate::scene::Scene;
 use crate::{engine, work};
@@ -362,7 +362,7 @@ pub fn simulate(
             Ok(0) => {
                 let e =
                     BadInput::new("a run has at least one frame").key("frames").value(0).allowed("1 or more");
-                return Err(e.into()).or_raise(py);
+                return refuse(py, e);
             }
             Ok(n) => (0..n).collect(),
             Err(_) => f.try_iter()?.map(|i| i?.extract()).collect::<PyResult<Vec<u32>>>()?,
@@ -377,7 +377,7 @@ pub fn simulate(
                 let allowed = names().collect::<Vec<_>>().join(", ");
                 let e =
                     BadInput::new("the scenario has no such radar").key("radar").value(name).allowed(allowed);
-                return Err(e.into()).or_raise(py);
+                return refuse(py, e);
             }
         },
     };

@@ -123,13 +123,11 @@ pub fn run_to<T: Send + 'static>(
             _ => Ok(()),
         }
     };
-    let wait = |mut receiver: Receiver<_>, time| {
-        let got;
-        (receiver, got) = py.detach(move || {
+    let wait = |receiver: Receiver<_>, time| {
+        py.detach(move || {
             let got = receiver.recv_timeout(time);
             (receiver, got)
-        });
-        (receiver, got)
+        })
     };
     loop {
         let got;

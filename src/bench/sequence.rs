@@ -91,8 +91,8 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
             let mut computed = Ok(());
             for index in 0..frames {
                 match of(index) {
-                    // A writer that is gone says why itself.
                     Ok(frame) => {
+                        // A writer that is gone says why itself.
                         if to.send(record(index.into(), frame)).is_err() {
                             break;
                         }
