@@ -2,8 +2,8 @@
 //! each, since these formats have no checksums of their own.
 
 use super::ShardWriter;
+use super::files::{ShardFile, broken, describe, missing, sync_folder};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
-use super::part::{ShardFile, broken, describe, missing, sync_folder};
 use super::record::{Column, Data, Record, Table};
 use crate::dataset::files::frame_name;
 use crate::error::{BadInput, Error, Result};

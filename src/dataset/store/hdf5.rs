@@ -4,8 +4,9 @@
 //! zeros; truth values are h5py's, an enumeration of FALSE and TRUE.
 
 use super::ShardWriter;
+use super::files::{ShardFile, broken};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, FRAME, Layout, ROW_OFFSETS, TableSpec};
-use super::part::{Part, ShardFile, broken, open};
+use super::part::{Part, open};
 use super::record::{Column, Data, Record, Table};
 use crate::error::{Error, Result};
 use hdf5_pure::{
@@ -17,6 +18,8 @@ use std::path::Path;
 /// Rows of a column in one chunk.
 const ROWS_OF_CHUNK: u64 = 4096;
 const TABLES: &str = "tables";
+/// Deflate makes at best so many bytes of one.
+const MOST_OF_A_BYTE: u64 = 1032;
 
 fn shard_name(shard: u64) -> String {
     format!("data/part-{shard:06}.h5")
@@ -190,7 +193,7 @@ impl ShardWriter for Writer<'_> {
                 .create_dataset(&spec.name)
                 .with_raw_data(number_type(spec.kind)?, bytes, shape.iter().product())
                 .with_shape(&shape)
-                .set_attr("units", AttrValue::String(spec.unit.clone()))
+                .set_attr("units", AttrValue::VarLenString(spec.unit.clone()))
                 .set_attr("axes", AttrValue::StringArray(dims.clone()))
                 .set_attr("DIMENSION_LABELS", AttrValue::VarLenStringArray(dims));
             if !spec.about.is_empty() {
@@ -227,6 +230,7 @@ fn with_frames(spec: &ArraySpec, frames: u64) -> Vec<u64> {
 /// A shard for reading, with the place of a frame in it.
 struct Shard {
     path: std::path::PathBuf,
+    size: u64,
     file: File,
     frames: u64,
     slot: u64,
@@ -236,9 +240,13 @@ impl Shard {
     fn open(layout: &Layout, dir: &Path, frame: u64) -> Result<Shard> {
         let shard = layout.shard_of(frame);
         let path = dir.join(shard_name(shard));
-        open(&path)?;
+        let size = open(&path)?.metadata().map_err(|e| Error::io(&path, e))?.len();
         let file = File::open_streaming(&path)
             .map_err(|e| broken(&path, format!("is not the HDF5 file that was written ({e})")))?;
+        let end = file.superblock().eof_address;
+        if size != end {
+            return Err(broken(&path, format!("truncated: {size} bytes where {end} were written")));
+        }
         let frames = layout.frames_of(shard);
         let attributes = file.root().attrs().map_err(|e| broken(&path, e.to_string()))?;
         match attributes.get("first_frame") {
@@ -247,7 +255,7 @@ impl Shard {
                 return Err(broken(&path, format!("its first frame is {other:?}, not {}", frames.start)));
             }
         }
-        Ok(Shard { path, file, frames: frames.end - frames.start, slot: frame - frames.start })
+        Ok(Shard { path, size, file, frames: frames.end - frames.start, slot: frame - frames.start })
     }
 
     /// Rows of a dataset that has to be as it was written.
@@ -306,6 +314,9 @@ pub(super) fn read_table(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u
     }
     let (first, rows) = (offsets[slot], offsets[slot + 1] - offsets[slot]);
     let all = offsets.last().copied().unwrap_or(0);
+    if all > shard.size.saturating_mul(MOST_OF_A_BYTE) {
+        return Err(bad(format!("{all} rows in a file of {} bytes", shard.size)));
+    }
     let column = |name: &str, kind: ColumnKind| -> Result<Column> {
         let name = place(name);
         let width = match shard.file.dataset(&name).and_then(|d| d.datatype()) {
@@ -325,7 +336,7 @@ pub(super) fn read_table(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u
         }
         column_from_bytes(kind, &bytes, size).ok_or_else(|| bad(format!("{name}: is not of its type")))
     };
-    if column(FRAME, ColumnKind::I64)? != Column::I64(vec![frame as i64; rows as usize]) {
+    if !matches!(column(FRAME, ColumnKind::I64)?, Column::I64(v) if v.iter().all(|n| *n == frame as i64)) {
         return Err(bad(format!("the rows of frame {frame} are not where they should be")));
     }
     let columns = spec.columns.iter().map(|c| Ok((c.name.clone(), column(&c.name, c.kind)?)));

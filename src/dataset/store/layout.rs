@@ -21,6 +21,8 @@ pub const ROW_OFFSETS: &str = "row_offsets";
 const TAKEN: [&str; 5] = ["tables", "data", "shards", "preview", "previews"];
 /// Codecs of Zarr and chunks of HDF5 hold less than 2 GiB in one piece.
 const MOST_FRAME_BYTES: usize = i32::MAX as usize;
+/// Where the frames of a shard lie is read and written in one piece.
+const MOST_FRAMES_OF_SHARD: u64 = 1 << 20;
 
 /// Numbers of an array, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -271,12 +273,16 @@ impl Layout {
     /// Refuses a layout that cannot be stored, or not by this build.
     pub fn check(&self) -> Result<()> {
         let bad = |problem: &str| BadInput::new(problem);
-        for (key, n) in [("frames", self.frames), ("frames_per_shard", self.frames_per_shard)] {
-            if n == 0 || n > u32::MAX.into() {
+        let counts = [
+            ("frames", self.frames, u32::MAX.into()),
+            ("frames_per_shard", self.frames_per_shard, MOST_FRAMES_OF_SHARD),
+        ];
+        for (key, n, most) in counts {
+            if n == 0 || n > most {
                 return Err(bad("is no count of frames")
                     .key(key)
                     .value(n)
-                    .allowed(format!("1 to {}", u32::MAX))
+                    .allowed(format!("1 to {most}"))
                     .into());
             }
         }

@@ -13,10 +13,12 @@
 //! their names only when the disk has them whole. Chunks carry checksums (CRC-32C, in HDF5 Fletcher-32), so that a reader
 //! tells a broken shard from data; that a shard is the one that was written, its SHA-256 tells ([`ShardFile`]).
 
+mod files;
 mod frames;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod layout;
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
 mod part;
 mod record;
 #[cfg(feature = "zarr")]
@@ -26,10 +28,11 @@ mod tests;
 #[cfg(feature = "zarr")]
 mod zarr;
 
+pub use files::ShardFile;
 pub use layout::{
     ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Compression, FRAME, Format, LAYOUT, Layout, TableSpec,
 };
-pub use part::ShardFile;
+
 pub use record::{Array, Column, Data, Record, Table};
 
 use crate::error::{BadInput, Error, Result};

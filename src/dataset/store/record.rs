@@ -1,6 +1,6 @@
 //! What is stored of one frame.
 
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, TableSpec};
+use super::layout::{ArraySpec, ColumnKind, ColumnSpec, TableSpec};
 use num_complex::Complex32;
 
 /// Numbers in C order: the last index runs fastest.
@@ -36,8 +36,10 @@ impl Data {
         }
     }
 
+    #[cfg(any(feature = "zarr", feature = "hdf5"))]
     /// From stored bytes; `None` where they are no whole number of elements.
-    pub(super) fn from_bytes(kind: ArrayKind, bytes: Vec<u8>) -> Option<Data> {
+    pub(super) fn from_bytes(kind: super::layout::ArrayKind, bytes: Vec<u8>) -> Option<Data> {
+        use super::layout::ArrayKind;
         fn cast<T: bytemuck::Pod>(bytes: &[u8]) -> Option<Vec<T>> {
             bytes.len().is_multiple_of(size_of::<T>()).then(|| bytemuck::pod_collect_to_vec(bytes))
         }

@@ -2,8 +2,9 @@
 //! and has statistics, so that a reader of one frame skips the others by its column `frame`. The key-value metadata
 //! `catseye` says how many rows each frame has, and the CRC-32C of each row group.
 
+use super::files::{ShardFile, broken};
 use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
-use super::part::{Part, ShardFile, broken, open};
+use super::part::{Part, open};
 use super::record::{Column, Table};
 use crate::error::{Error, Result};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
@@ -240,7 +241,7 @@ pub(super) fn read(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) ->
     let (skip, rows) = (skip as usize, about.rows[slot] as usize);
     let group = reader.get_row_group(group).map_err(failed)?;
     let numbers = read_column(&*group, 0, ColumnKind::I64, skip, rows).map_err(failed)?;
-    if numbers != Column::I64(vec![frame as i64; rows]) {
+    if !matches!(numbers, Column::I64(v) if v.iter().all(|n| *n == frame as i64)) {
         return Err(bad(format!("the rows of frame {frame} are not where they should be")));
     }
     for (i, (column, (_, cells))) in spec.columns.iter().zip(&mut table.columns).enumerate() {
@@ -276,7 +277,7 @@ fn read_column(
         rows: usize,
     ) -> std::result::Result<Vec<T::T>, ParquetError> {
         let mut reader = get_typed_column_reader::<T>(group.get_column_reader(index)?);
-        let mut cells = Vec::with_capacity(rows);
+        let mut cells = Vec::new();
         let skipped = reader.skip_records(skip)?;
         while cells.len() < rows {
             let (records, _, _) = reader.read_records(rows - cells.len(), None, None, &mut cells)?;
