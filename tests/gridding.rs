@@ -318,7 +318,8 @@ fn check_polynomial(chirps: usize, samples: usize, seed: u32, turns: [f64; 2], l
         e.b1.push(law[0] + law[1] * a1 + off * word(i, 4));
         e.c.push(law[2] + law[3] * a1);
         e.a2.push(law[4] + law[5] * a1);
-        (e.a3.push(0.0), e.b2.push(0.0));
+        e.a3.push(0.0);
+        e.b2.push(0.0);
         e.power += 1.0;
     }
     let layout = Layout::choose(chirps, samples, &e, &NEVER_DIRECT).expect("a layout");
@@ -494,7 +495,7 @@ fn gpu_agrees_when_paths_bend() {
         ("gridded", Costs { direct: 1e9, ..DEVICE_COSTS }, 1e-3),
         ("direct", Costs { direct: 0.0, ..DEVICE_COSTS }, 1e-4),
     ] {
-        let (got, methods, _) = on_gpu(&gpu, &radar, &list, &costs);
+        let (got, methods, _) = on_gpu(gpu, &radar, &list, &costs);
         let (worst, l2) = errors(&got, &truth);
         println!("{name}: worst {worst:.1e}, L2 {l2:.1e}, {methods:?}");
         assert!(worst < within, "{name}: {worst}");

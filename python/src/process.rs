@@ -5,6 +5,7 @@ use crate::simulate::{axes, maps, points};
 use crate::{arrays, engine, radar, work};
 use catseye::adc::Cube;
 use catseye::dataset::frame::{Stages, detect};
+use catseye::detect::Bodies;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::error::BadInput;
 use catseye::trace::Returns;
@@ -91,7 +92,7 @@ pub fn process(
     let cube = cube(adc, wide, [radar.rows(), radar.channels(), radar.samples])?;
     let described = radar.clone();
     let (found, cloud) = work::run(py, None, move |_| {
-        detect(&engine, &described, &cube, &Returns::default(), &[], &mut Stages::default())
+        detect(&engine, &described, &cube, &Returns::default(), &Bodies::default(), &mut Stages::default())
     })?;
     let shape = [found[0].map.doppler_bins, found[0].map.range_bins];
     let mask = arrays::array(py, found[0].detection.mask.clone(), &shape)?;

@@ -14,9 +14,10 @@ use catseye::dsp::RangeDoppler;
 use catseye::engine::{AnyCube, Engine};
 use catseye::error::{BadInput, Error};
 use catseye::frames::angles_from_direction;
-use catseye::road::{Library, lane_lines};
+use catseye::road::labels::RoadTruth;
+use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
-use catseye::scene::scenario::{self, SceneSource};
+use catseye::scene::scenario;
 use catseye::trace::{MAX_BOUNCES, Return};
 use catseye::units::dbm_from_w;
 use pyo3::prelude::*;
@@ -77,8 +78,9 @@ impl Scenario {
     /// The scene with all its points and objects.
     fn scene(&self, py: Python<'_>) -> PyResult<Scene> {
         let (scenario, name) = (self.scenario.clone(), self.scenario.name.clone());
-        let contents = work::run(py, None, move |_| scenario.build(&Library))?;
-        Ok(Scene { name, contents: Arc::new(contents), truth: None, boresight_deg: (0.0, 0.0) })
+        let site = work::run(py, None, move |_| Site::new(&scenario))?;
+        let truth = site.road.map(Arc::new);
+        Ok(Scene { name, contents: Arc::new(site.scene), truth, boresight_deg: (0.0, 0.0) })
     }
 
     fn __repr__(&self) -> String {
@@ -94,6 +96,8 @@ pub struct Frames {
     engine: Arc<Engine>,
     scenario: Arc<scenario::Scenario>,
     scene: Arc<catseye::scene::Scene>,
+    labels: Option<Arc<RoadTruth>>,
+    /// The same as Python sees it.
     road: Option<Py<PyAny>>,
     /// (frame, radar).
     wanted: Vec<(u32, usize)>,
@@ -113,20 +117,23 @@ impl Frames {
 
     fn __next__(slf: &Bound<'_, Self>) -> PyResult<Option<Frame>> {
         let py = slf.py();
-        let (engine, scenario, scene, (index, which), road) = {
+        let (engine, scenario, scene, labels, (index, which), road) = {
             let this = slf.try_borrow()?;
             let Some(wanted) = this.wanted.get(this.next) else { return Ok(None) };
             let road = this.road.as_ref().map(|r| r.clone_ref(py));
-            (this.engine.clone(), this.scenario.clone(), this.scene.clone(), *wanted, road)
+            (
+                this.engine.clone(),
+                this.scenario.clone(),
+                this.scene.clone(),
+                this.labels.clone(),
+                *wanted,
+                road,
+            )
         };
         let radar = scenario.radars[which].clone();
         let (made, truth) = work::run(py, None, move |watch| {
             let frame = simulate_with(&engine, &scenario, &scene, which, index, watch.control())?;
-            let lanes = match &scenario.scene {
-                SceneSource::Builtin(b) => lane_lines(*b),
-                SceneSource::File { .. } => Vec::new(),
-            };
-            let truth = Truth::new(&scenario, &scene, &frame, &lanes);
+            let truth = Truth::new(&scenario, &scene, &frame, labels.as_deref());
             let truth = serde_json::to_string(&truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
             Ok((frame, truth))
         })?;
@@ -326,6 +333,9 @@ pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
         .numbers(py, "azimuth_std_deg", f8(&|p| degrees(p.std.azimuth_rad)), "f8")
         .numbers(py, "elevation_std_deg", f8(&|p| degrees(p.std.elevation_rad)), "f8")
         .text(py, "ambiguity", list.iter().map(|p| p.ambiguity.name()).collect(), "U12")?
+        .numbers(py, "bounces", list.iter().map(|p| p.bounces).collect::<Vec<u8>>(), "u1")
+        .numbers(py, "ghost", list.iter().map(|p| p.ghost).collect::<Vec<bool>>(), "?")
+        .numbers(py, "share", f8(&|p| p.share), "f8")
         .build(py)?;
     Ok(table.unbind())
 }
@@ -382,17 +392,21 @@ pub fn simulate(
         },
     };
     let engine = engine::resolve(py, engine)?;
-    let (scene, road) = match scene {
+    let (scenario, scene, labels) = match scene {
+        Some(_) if scenario.ego.on_road.is_some() => {
+            let e = BadInput::new("the ego vehicle follows the scenario's own road");
+            return refuse(py, e.key("scene").remedy("leave scene out, or give ego a position and a speed"));
+        }
         Some(s) => {
             let s = s.try_borrow()?;
-            let road = s.truth.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
-            (s.contents.clone(), road)
+            (scenario, s.contents.clone(), s.truth.clone())
         }
         None => {
-            let of = scenario.clone();
-            (Arc::new(work::run(py, None, move |_| of.build(&Library))?), None)
+            let site = work::run(py, None, move |_| Site::new(&scenario))?;
+            (Arc::new(site.scenario), Arc::new(site.scene), site.road.map(Arc::new))
         }
     };
+    let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, road, wanted, next: 0 })
+    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0 })
 }

@@ -682,8 +682,8 @@ mod tests {
         let drawn = recipe.draw(2).unwrap();
         let files = drawn.files();
         assert_eq!(files.iter().map(|f| f.0).collect::<Vec<_>>(), [ROAD_FILE, SCENARIO_FILE]);
-        assert_eq!(scene_toml::parse(&place(), files[0].1).unwrap(), drawn.plan.unwrap());
-        let scenario: toml::Table = toml::from_str(&files[1].1).unwrap();
+        assert_eq!(scene_toml::parse(&place(), files[0].1).unwrap(), drawn.plan.clone().unwrap());
+        let scenario: toml::Table = toml::from_str(files[1].1).unwrap();
         assert_eq!(scenario["scene"]["road"].as_str(), Some(ROAD_FILE));
         let named = recipe.files().unwrap();
         assert_eq!(named.keys().collect::<Vec<_>>(), ["tiny_radar.toml"]);
