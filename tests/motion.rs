@@ -37,7 +37,7 @@ fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Return> {
         then.translation_m - (pose.translation_m + velocity * dt)
     };
     let options =
-        TraceOptions { rays: 0, radar_sway_m: [sway(-REACH_S), sway(REACH_S)], ..trace_options(s, 0, 0) };
+        TraceOptions { rays: 0, radar_sway_m: [sway(-REACH_S), sway(REACH_S)], ..trace_options(s, 0, 0).unwrap() };
     echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity, &options).returns
 }
 

@@ -34,6 +34,9 @@ impl Builder for Stub {
         );
         Ok(s)
     }
+    fn road(&self, _: &Path, _: f64) -> Result<Scene> {
+        Ok(Scene::default())
+    }
     fn reflector(&self, spec: &str) -> Result<Scene> {
         if spec.starts_with("type1") {
             Ok(triangle())
