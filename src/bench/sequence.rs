@@ -90,10 +90,10 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
             });
             let mut computed = Ok(());
             for index in 0..frames {
-                match of(index) {
+                match of(index).map(|frame| to.send(record(index.into(), frame))) {
+                    Ok(Ok(())) => {}
                     // A writer that is gone says why itself.
-                    Ok(frame) if to.send(record(index.into(), frame)).is_ok() => {}
-                    Ok(_) => break,
+                    Ok(Err(_)) => break,
                     Err(e) => {
                         computed = Err(e);
                         break;
