@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 /// Everything that can return an echo: meshes with radar materials, point targets, all in metres and ISO 8855 axes (x
 /// forward, y left, z up). `Scene()` is empty; `Scene.load`, `reflector` and `road_scene` fill one.
-#[pyclass(module = "catseye", skip_from_py_object)]
+#[pyclass(module = "catseye")]
 #[derive(Clone)]
 pub struct Scene {
     pub name: String,
