@@ -70,8 +70,8 @@ fn templates_parse_without_error_and_match_their_presets() {
     let mut r = radar_toml::parse(Path::new("r.toml"), scenario::template("radar").unwrap()).unwrap();
     r.name = "front77".into();
     assert_eq!(r, radar_toml::preset("front77").unwrap());
-    let recipe = scenario::template("recipe").unwrap();
-    catseye::dataset::recipe::Recipe::parse(Path::new("r.toml"), recipe, None).unwrap().draw(0).unwrap();
+    let recipe = scenario::template("recipe").unwrap().replace("\"zarr\"", "\"frames\"");
+    catseye::dataset::recipe::Recipe::parse(Path::new("r.toml"), &recipe, None).unwrap().draw(0).unwrap();
     assert!(scenario::template("scenari").unwrap_err().to_string().contains("did you mean 'scenario'?"));
 }
 

@@ -90,13 +90,10 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
             });
             let mut computed = Ok(());
             for index in 0..frames {
-                match of(index) {
-                    Ok(frame) => {
-                        // A writer that is gone says why itself.
-                        if to.send(record(index.into(), frame)).is_err() {
-                            break;
-                        }
-                    }
+                match of(index).map(|frame| to.send(record(index.into(), frame))) {
+                    Ok(Ok(())) => {}
+                    // A writer that is gone says why itself.
+                    Ok(Err(_)) => break,
                     Err(e) => {
                         computed = Err(e);
                         break;

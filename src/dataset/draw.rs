@@ -966,7 +966,7 @@ mod tests {
             ("[road]\nx = { uniform = [1, \"b\"] }", "is not a finite number"),
             (
                 "[road]\nx = { uniform = [1, 2], limit = [0, 1] }",
-                "limit: is no key of the distribution uniform",
+                "is no key of the distribution uniform; allowed: uniform",
             ),
             ("[road]\nx = { normal = [1, 2], limit = [0, 1] }", "did you mean 'limits'?"),
             ("[road]\nx = { normal = [1, -2] }", "-2 is no standard deviation"),
