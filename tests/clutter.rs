@@ -151,7 +151,8 @@ fn road_clutter_falls_as_its_closed_form() {
     let engine = Engine::Cpu(Precision::F32);
     let (first, bins) = (24, 80);
     let far = 1.5 * bins as f64 * bin_m(&radar);
-    let laws: [(&str, Box<dyn Fn(f64) -> f64>); 2] = [
+    type Law = Box<dyn Fn(f64) -> f64>;
+    let laws: [(&str, Law); 2] = [
         ("gamma:-15", Box::new(|sin| power_from_db(-15.0) * sin)),
         ("kulemin:snow", Box::new(|sin| kulemin(Ground::Snow, 77e9, sin))),
     ];

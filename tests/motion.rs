@@ -11,7 +11,6 @@ use catseye::geom::Geometry;
 use catseye::road::objects::ground;
 use catseye::road::shape::cuboid;
 use catseye::scene::motion::{Joint, Motion};
-use catseye::scene::radar_toml;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::windows::windows;
@@ -36,8 +35,11 @@ fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Return> {
         let (then, _) = radar_pose(radar, &s.ego, time_s + dt);
         then.translation_m - (pose.translation_m + velocity * dt)
     };
-    let options =
-        TraceOptions { rays: 0, radar_sway_m: [sway(-REACH_S), sway(REACH_S)], ..trace_options(s, 0, 0).unwrap() };
+    let options = TraceOptions {
+        rays: 0,
+        radar_sway_m: [sway(-REACH_S), sway(REACH_S)],
+        ..trace_options(s, 0, 0).unwrap()
+    };
     echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity, &options).returns
 }
 
@@ -189,7 +191,8 @@ fn samples_follow_the_exact_path() {
     let mut s = scenario("speed_mps = 15");
     let radar = &mut s.radars[0];
     (radar.chirps, radar.samples, radar.thermal_noise) = (256, 64, false);
-    (radar.tx.truncate(1), radar.rx.truncate(1));
+    radar.tx.truncate(1);
+    radar.rx.truncate(1);
     (radar.processing.doppler_fft, radar.processing.range_fft) = (256, 64);
     let mut scene = Scene::default();
     point(&mut scene, DVec3::new(9.0, 3.0, 0.6));
