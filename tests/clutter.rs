@@ -265,7 +265,8 @@ fn places(
         .map(|r| {
             let p = back.point(at.point(r.departure * r.first_range_m));
             let key = p.to_array().map(|x| (x * 1e5).round() as i64);
-            (key, r.spread[0][0] * r.first_range_m * r.first_range_m)
+            // The law is a sine of the grazing angle, which falls with range.
+            (key, r.spread[0][0] * r.first_range_m.powf(2.5))
         })
         .collect();
     all.sort_by_key(|a| a.0);

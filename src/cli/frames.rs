@@ -279,7 +279,7 @@ speed_mps = 12
         let plan = scene_toml::parse(Path::new("road.toml"), ROAD).unwrap();
         let (scene, road) = build::build(&plan, &material::parse_spec).unwrap();
         let text = "name = \"bend\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
-                    [ego]\nposition_m = [3, -1.5, 0]\nspeed_mps = 10\n[output]\nmasks = true\n";
+                    [ego]\nposition_m = [3, -1.5, 0]\nspeed_mps = 10\n[output]\nmasks = true\n[trace]\nfacets = 0\n";
         let s = scenario::parse(Path::new("s.toml"), text).unwrap();
         let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
         let start = Instant::now();

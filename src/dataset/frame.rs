@@ -136,7 +136,8 @@ impl<'a> Prepared<'a> {
     fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
             let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
-            Ok(Seen { refined: curved::refined_scene(scene, sagitta_m)?, still: OnceLock::new() })
+            let refined = curved::refined_within(scene, sagitta_m, scenario.trace.facets as usize)?;
+            Ok(Seen { refined, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {

@@ -41,13 +41,22 @@ pub fn sigma0(backscatter: &Backscatter, wavenumber: f64, front: &Front, cos_i: 
     match backscatter.law {
         Law::ConstantGamma { gamma_db } => alike(power_from_db(gamma_db) * cos_i),
         Law::Kulemin(ground) => alike(kulemin(ground, wavenumber * C0 / TAU, cos_i)),
-        Law::Oh => oh(wavenumber * front.roughness_rms_m, front, cos_i),
+        Law::Oh => {
+            let kh = wavenumber * front.roughness_rms_m;
+            let s = oh(kh, front, cos_i);
+            // No more than the mirror reflection leaves.
+            let most = |i: usize| {
+                let coherent = front.reflectivity[i] * (-(2.0 * kh * cos_i).powi(2)).exp();
+                (2.0 * cos_i * (1.0 - coherent) - s.hv).max(0.0)
+            };
+            Sigma0 { vv: s.vv.min(most(1)), hh: s.hh.min(most(0)), hv: s.hv }
+        }
     }
 }
 
 /// sigma0 in dB = A1 + A2 lg(grazing angle / 20 deg) + A3 lg(f / 10 GHz), 3-100 GHz, grazing angles up to
 /// [`KULEMIN_GRAZING_DEG`], both polarisations: Kulemin, *Millimeter-Wave Radar Targets and Clutter* (Artech House 2003),
-/// chapter 2. For low grass he gives A1 = -25 to -30; the middle is taken.
+/// chapter 2. For low grass he gives A1 = -25 to -30; the middle is taken. The rows were not compared with the printed table.
 pub fn kulemin(ground: Ground, freq_hz: f64, cos_i: f64) -> f64 {
     let [a1, a2, a3] = match ground {
         Ground::Concrete => [-49.0, 32.0, 20.0],

@@ -34,6 +34,27 @@ pub fn sagitta_m(accuracy_db: f64, wavenumber: f64) -> f64 {
     TAU_AT_TENTH_DB * accuracy_db / 0.1 / (2.0 * wavenumber)
 }
 
+/// Coarsest cut that is tried, m: facets of some centimetres on the curves of a car.
+const COARSEST_M: f64 = 4e-3;
+
+/// [`refined_scene`], or cut more coarsely where that gives more than `most` triangles in all: by the finest of the sagittas that are
+/// `sagitta_m` times a power of two, or not at all. Errors: those of [`refined`].
+pub fn refined_within(scene: &Scene, sagitta_m: f64, most: usize) -> Result<Cow<'_, Scene>> {
+    if !scene.meshes.iter().any(|m| m.is_smooth()) {
+        return Ok(Cow::Borrowed(scene));
+    }
+    let steps = (COARSEST_M / sagitta_m).log2().ceil().max(0.0) as i32;
+    let mut best = Cow::Borrowed(scene);
+    for step in (0..=steps).rev() {
+        let finer = refined_scene(scene, sagitta_m * 2f64.powi(step))?;
+        if finer.triangle_count() > most {
+            break;
+        }
+        best = finer;
+    }
+    Ok(best)
+}
+
 /// The scene with its curved meshes cut until no edge bends by more than `sagitta_m`, and moved to the mean
 /// height of the surface. A scene without curved facets comes back as it is.
 ///

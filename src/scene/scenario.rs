@@ -270,6 +270,8 @@ pub struct TraceTable {
     pub bounces: At<u32>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: At<f64>,
+    /// Most facets that curved surfaces are cut into in all, where the accuracy asks for more; what the meshes have they keep.
+    pub facets: At<u64>,
     pub convention: BounceConvention,
 }
 
@@ -279,6 +281,7 @@ impl Default for TraceTable {
             rays: 100_000.into(),
             bounces: 3.into(),
             accuracy_db: 0.2.into(),
+            facets: 50_000.into(),
             convention: BounceConvention::Every,
         }
     }
@@ -456,6 +459,7 @@ pub struct TraceSettings {
     /// 1 to [`MAX_BOUNCES`].
     pub bounces: u32,
     pub accuracy_db: f64,
+    pub facets: u64,
     pub convention: BounceConvention,
 }
 
@@ -820,6 +824,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
                 1e-4..=3.0,
                 "decibels of error to allow, as in 0.2",
             )?,
+            facets: doc.in_range(&f.trace.facets, 0..=100_000_000, "facets of curved surfaces")?,
             convention: f.trace.convention,
         },
         output: f.output,
