@@ -678,7 +678,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     let options = |o: ImportTable<'_>| import_options(&doc, &o);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
-    if let Some(span) = given.clone().nth(1) {
+    if let (Some(span), true) = (given.clone().next(), given.clone().nth(1).is_some()) {
         return Err(doc
             .bad(span, "the scene is given twice")
             .remedy("keep one of builtin, road and file")

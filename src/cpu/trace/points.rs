@@ -65,6 +65,10 @@ struct Way<'a> {
     by: Option<Mirror<'a>>,
 }
 
+/// Feet nearer than this, on planes turned by less, are one.
+const SEAM_M: f64 = 1e-4;
+const SEAM_COSINE: f64 = 0.999;
+
 struct Radar<'a> {
     geometry: &'a Geometry,
     pose: &'a Pose<Sensor, World>,
@@ -121,8 +125,18 @@ impl Radar<'_> {
     }
 
     fn echoes(&self, target: Target, scattering: &dyn Fn(&Way, &Way) -> [[Complex64; 2]; 2]) -> Vec<Return> {
-        let over = self.mirrors.iter().filter_map(|m| self.over(m, target.place_m));
-        let ways: Vec<Way> = self.straight(target.place_m).into_iter().chain(over).collect();
+        let mut ways: Vec<Way> = self.straight(target.place_m).into_iter().collect();
+        for way in self.mirrors.iter().filter_map(|m| self.over(m, target.place_m)) {
+            // On the seam of two facets of one road both have the foot.
+            let again = |w: &Way| {
+                w.by.zip(way.by).is_some_and(|(a, b)| {
+                    a.place_m.distance(b.place_m) < SEAM_M && a.normal.dot(b.normal) > SEAM_COSINE
+                })
+            };
+            if !ways.iter().any(again) {
+                ways.push(way);
+            }
+        }
         let rate = |w: &Way| {
             let mirror = w.by.map_or(DVec3::ZERO, |m| m.body.velocity_at(m.place_m));
             target.velocity_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
