@@ -268,7 +268,7 @@ fn mistakes_are_one_line_with_the_remedy() {
         ),
         (
             format!("{BASE}{point}[ego]\nspeed_kmh = 30\n"),
-            "allowed: position_m, yaw_deg, speed_mps; did you mean 'speed_mps'?",
+            "allowed: position_m, yaw_deg, speed_mps, on_road, drive; did you mean 'speed_mps'?",
         ),
         (format!("{BASE}{point}[frames]\ncount = 0\n"), "frames.count = 0: is out of range; allowed: 1..="),
         (
