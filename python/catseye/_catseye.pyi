@@ -5,6 +5,33 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "BadInput",
+    "Detections",
+    "Engine",
+    "Failed",
+    "Frame",
+    "Frames",
+    "Radar",
+    "RcsResult",
+    "Scenario",
+    "Scene",
+    "Store",
+    "__version__",
+    "dataset",
+    "devices",
+    "materials",
+    "presets",
+    "process",
+    "rcs",
+    "recipe_facts",
+    "reflector",
+    "reflector_kinds",
+    "road_scene",
+    "simulate",
+    "verify",
+]
+
 _Path: TypeAlias = str | os.PathLike[str]
 _Engine: TypeAlias = Engine | str
 _Progress: TypeAlias = Callable[[int, int], object]

@@ -90,6 +90,14 @@ pub fn process(
     let engine = engine::resolve(py, engine)?;
     let wide = matches!(*engine, Engine::Cpu(Precision::F64));
     let cube = cube(adc, wide, [radar.rows(), radar.channels(), radar.samples])?;
+    let finite = match &cube {
+        AnyCube::F32(c) => c.data.iter().all(|z| z.is_finite()),
+        AnyCube::F64(c) => c.data.iter().all(|z| z.is_finite()),
+    };
+    if !finite {
+        let e = BadInput::new("a sample is not a finite number").key("adc");
+        return refuse(py, e.remedy("repair the recording"));
+    }
     let described = radar.clone();
     let (found, cloud) = work::run(py, None, move |_| {
         detect(&engine, &described, &cube, &Returns::default(), &Bodies::default(), &mut Stages::default())

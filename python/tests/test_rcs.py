@@ -75,7 +75,7 @@ def test_scene_and_specification_agree(engine):
         ({"azimuth_deg": [float("nan")]}, ("azimuth_deg", "not a finite number")),
         ({"azimuth_deg": np.zeros(4000), "elevation_deg": np.zeros(4000)}, ("too many directions", "16000000")),
         ({"convention": "all"}, ("convention = all", "every, last")),
-        ({"ground": "chees"}, ("ground = chees", "unknown")),
+        ({"ground": "chees"}, ("ground = chees", "no material is named")),
         ({"accuracy_db": 0.0}, ("accuracy_db = 0", "1e-4..=3")),
     ],
 )
@@ -112,7 +112,7 @@ def test_wrong_types_are_type_errors(engine):
 def long_sweep(**more):
     # Half a million directions of a lattice of small corners: far longer than the test waits.
     azimuth = np.linspace(-60, 60, 5000)
-    return catseye.rcs("crossed", azimuth_deg=azimuth, elevation_deg=np.linspace(-30, 30, 100), engine="cpu", **more)
+    return catseye.rcs("crossing", azimuth_deg=azimuth, elevation_deg=np.linspace(-30, 30, 100), engine="cpu", **more)
 
 
 def test_ctrl_c_ends_a_sweep():
