@@ -17,7 +17,7 @@ use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar, Sampling};
 use crate::scene::waveform::{Lines, Multiplex, Waveform};
 use crate::trace::{Return, Returns};
-use crate::units::{C0, w_from_dbm};
+use crate::units::{C0, power_from_db, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -390,6 +390,12 @@ impl<'a> Levels<'a> {
         let (pairs, kind) = antenna_pairs(radar);
         let scale = w_from_dbm(radar.tx_power_dbm).sqrt() * radar.wavelength_m() / (4.0 * PI);
         Levels { pairs, kind, scale }
+    }
+
+    /// √W from an echo of 1/m in the antennas' main directions, the largest over the channels.
+    pub fn full_gain(&self) -> f64 {
+        let gain = |(t, x): &(&Antenna, &Antenna)| power_from_db(t.gain_dbi + x.gain_dbi).sqrt();
+        self.scale * self.pairs.iter().map(gain).fold(0.0, f64::max)
     }
 
     /// a of eq. 9 without its e^{-jkL} for each kind of antenna pair, √W.

@@ -1,5 +1,6 @@
 //! What `simulate`, `process` and `demo` share: the pictures of a frame.
 
+use super::footprint::footprint;
 use crate::cpu;
 use crate::dataset::frame::Frame;
 use crate::dataset::manifest::Axes;
@@ -11,11 +12,12 @@ use crate::plot::{
     BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,
     RangeProfile, RoadLine, birds_eye, labels, mask_picture, range_doppler, range_profile,
 };
+use crate::road::TruthBox;
 use crate::road::actors::{actor_boxes, is_ground};
 use crate::road::mask::{self, CellClass, Grid, Level};
 use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
-use crate::scene::{Scene, Shape};
+use crate::scene::{Object, Scene, Shape};
 use crate::units::dbm_from_w;
 use glam::DVec3;
 use std::path::Path;
@@ -88,19 +90,12 @@ pub fn draw_frame(
     order.sort_by_key(|&i| !is_ground(&scene.objects[i].class));
     for i in order {
         let (o, b) = (&scene.objects[i], &truth.boxes[i]);
-        let centre = DVec3::from_array(b.centre_m);
-        let half = 0.5 * DVec3::from_array(b.size_m);
-        let polygon = match o.shape {
-            Shape::Point { .. } | Shape::Table(_) => vec![[centre.x, centre.y]],
-            Shape::Mesh(_) => [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                .iter()
-                .map(|(sx, sy)| {
-                    let p = centre + o.pose.direction(DVec3::new(sx * half.x, sy * half.y, 0.0));
-                    [p.x, p.y]
-                })
-                .collect(),
-        };
-        objects.push(Outline { class: o.class.clone(), polygon });
+        match o.shape {
+            Shape::Point { .. } | Shape::Table(_) => {
+                objects.push(Outline::whole(&o.class, vec![[b.centre_m[0], b.centre_m[1]]]));
+            }
+            Shape::Mesh(_) => objects.extend(footprint(scene, o, frame.time_s, corners(o, b))),
+        }
     }
     let points: Vec<BirdsEyePoint> = frame
         .points
@@ -147,12 +142,10 @@ fn draw_labels(
         .iter()
         .map(|b| (b, &scene.objects[b.parts[0]]))
         .filter(|(_, o)| !is_ground(&o.class))
-        .map(|(b, o)| Outline {
-            class: o.class.clone(),
-            polygon: match b.size_m() == DVec3::ZERO {
-                true => vec![b.outline_m()[0]],
-                false => b.outline_m().to_vec(),
-            },
+        .flat_map(|(b, o)| match (b.size_m() == DVec3::ZERO, &b.parts[..]) {
+            (true, _) => vec![Outline::whole(&o.class, vec![b.outline_m()[0]])],
+            (false, [_]) => footprint(scene, o, frame.time_s, b.outline_m()),
+            (false, _) => vec![Outline::whole(&o.class, b.outline_m().to_vec())],
         })
         .collect();
     let flat = |line: &[[f64; 3]]| line.iter().map(|p| [p[0], p[1]]).collect();
@@ -205,6 +198,15 @@ fn draw_labels(
     Ok(())
 }
 
+/// Corners of an object's box seen from above.
+fn corners(object: &Object, truth: &TruthBox) -> [[f64; 2]; 4] {
+    let half = 0.5 * DVec3::from_array(truth.size_m);
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(sx, sy)| {
+        let out = object.pose.direction(DVec3::new(sx * half.x, sy * half.y, 0.0));
+        [truth.centre_m[0] + out.x, truth.centre_m[1] + out.y]
+    })
+}
+
 /// What the radar can see of the scene: the objects that are not ground, cut at its largest range.
 fn limits(scene: &Scene, truth: &Truth, radar: DVec3, range_m: f64) -> Option<[[f64; 2]; 2]> {
     let mut lo = [radar.x, radar.y];
@@ -213,11 +215,8 @@ fn limits(scene: &Scene, truth: &Truth, radar: DVec3, range_m: f64) -> Option<[[
         if is_ground(&o.class) {
             continue;
         }
-        let half = 0.5 * DVec3::from_array(b.size_m);
-        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            let c =
-                DVec3::from_array(b.centre_m) + o.pose.direction(DVec3::new(sx * half.x, sy * half.y, 0.0));
-            for (k, x) in [c.x, c.y].into_iter().enumerate() {
+        for c in corners(o, b) {
+            for (k, x) in c.into_iter().enumerate() {
                 let x = x.clamp([radar.x, radar.y][k] - range_m, [radar.x, radar.y][k] + range_m);
                 lo[k] = lo[k].min(x);
                 hi[k] = hi[k].max(x);

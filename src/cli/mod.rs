@@ -9,6 +9,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod export;
+mod footprint;
 mod frames;
 mod init;
 mod plot;

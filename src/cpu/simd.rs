@@ -9,8 +9,19 @@ pub trait Vectorised {
     fn run<const FMA: bool>(self) -> Self::Output;
 }
 
+/// Whether the widest vectors are there, with all that compilers expect beside them.
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    use std::arch::is_x86_feature_detected as has;
+    has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") && has!("avx2") && has!("fma")
+}
+
 /// Which instructions `vectorised` uses here, for reports.
 pub fn level() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if has_avx512() {
+        return "avx512";
+    }
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
         return "avx2+fma";
@@ -21,6 +32,14 @@ pub fn level() -> &'static str {
 pub fn vectorised<V: Vectorised>(work: V) -> V::Output {
     #[cfg(target_arch = "x86_64")]
     {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+        fn avx512<V: Vectorised>(work: V) -> V::Output {
+            work.run::<true>()
+        }
+        if has_avx512() {
+            // SAFETY: all of them were just found on this processor.
+            return unsafe { avx512(work) };
+        }
         #[target_feature(enable = "avx2,fma")]
         fn avx2<V: Vectorised>(work: V) -> V::Output {
             work.run::<true>()

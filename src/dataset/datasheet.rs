@@ -13,6 +13,7 @@ use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::formats::stage::{self, MANIFEST, sha256_of_file};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -164,14 +165,12 @@ fn tidy(out: &Path) -> Result<()> {
 /// Pictures of the first frames of some scenes, spread over the dataset. Returns the frames.
 fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>) -> Result<Vec<u64>> {
     let n = PICTURED.min(recipe.scenes);
-    let mut pictured = Vec::new();
-    for k in 0..n {
+    let draw = |k: u32| -> Result<u64> {
         let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(n)) as u32;
         let number = u64::from(scene) * u64::from(recipe.frames_per_scene);
-        pictured.push(number);
         let folder = out.join(PREVIEWS).join(format!("frame_{number:06}"));
         if folder.is_dir() {
-            continue;
+            return Ok(number);
         }
         let site = site(recipe, scene)?;
         let prepared = Prepared::new(&site.scenario, &site.scene)?;
@@ -194,8 +193,9 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
             Err(e) => return Err(Error::io(&folder, e)),
             Ok(()) => {}
         }
-    }
-    Ok(pictured)
+        Ok(number)
+    };
+    (0..n).into_par_iter().map(draw).collect()
 }
 
 /// `statistics.json`.

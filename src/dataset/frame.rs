@@ -1,7 +1,8 @@
 //! The whole chain for one frame.
 
+use super::truth::thermal_floor_w;
 use crate::adc::interference::{self, Arrival, Place};
-use crate::adc::synthesis::FrontEnd;
+use crate::adc::synthesis::{FrontEnd, Levels};
 use crate::cpu::adc::synthesis::Control;
 use crate::detect::points::{self, Point};
 use crate::detect::{Bodies, locate};
@@ -77,7 +78,15 @@ fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
 /// Errors: weather at a frequency for which it is not known.
 pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
+    let radar = &scenario.radars[which];
+    // In one cell of the map, and of the angles from all channels.
+    let noise_w = thermal_floor_w(radar).map(|w| w / radar.virtual_channels() as f64);
+    let least = match (settings.floor_db, noise_w) {
+        (Some(db), Some(w)) => (w * power_from_db(db)).sqrt() / Levels::new(radar).full_gain(),
+        _ => 0.0,
+    };
     Ok(TraceOptions {
+        least,
         bounces: settings.bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,

@@ -1,6 +1,7 @@
 //! Frames: the whole chain for one instant, the files of a frame, runs of many frames that can be interrupted and
 //! resumed, and datasets of drawn scenes in shards.
 
+mod board;
 pub mod datasheet;
 pub mod draw;
 pub mod files;

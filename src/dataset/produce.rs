@@ -1,7 +1,8 @@
-//! The dataset engine: frames of drawn scenes into shards. One task makes one shard; a shard is complete when its marker
+//! The dataset engine: frames of drawn scenes into shards. A shard is complete when its marker
 //! stands in `shards/`, which is renamed into place last. A run that was killed at any moment goes on with what is
 //! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
 
+use super::board::{Board, Claim, Queue};
 use super::datasheet;
 use super::frame::{Frame, Prepared};
 use super::recipe::Recipe;
@@ -14,20 +15,19 @@ use crate::cpu::adc::synthesis::Control;
 use crate::engine::{Engine, EngineReport};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::stage;
+use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
+use std::thread::Scope;
 
 /// The file that says what a dataset is made from.
 pub const DATASET: &str = "dataset.json";
 /// The folder of the markers.
 pub const SHARDS: &str = "shards";
-/// Frames that wait for the writer of each worker: one is written, one waits.
-const WAITING: usize = 1;
 
 /// The engine as far as it decides on bytes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -243,14 +243,13 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         jobs: options.jobs,
         cancel: options.cancel,
         progress: options.progress,
-        missing: &missing,
-        next: AtomicUsize::new(0),
+        board: Board::new(recipe, &layout, &missing),
         done: AtomicU64::new(0),
         frames,
         stop: AtomicBool::new(false),
         failure: Mutex::new(None),
     };
-    let failure = run.all()?;
+    let failure = run.all(&missing)?;
     let frames_made = run.done.load(Ordering::Relaxed);
 
     let markers: Vec<Option<Marker>> =
@@ -413,10 +412,7 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 /// A frame on its way to the writer.
-struct Item {
-    shard: u64,
-    frame: Result<(Record, Tally)>,
-}
+type Item = Result<(Record, Tally)>;
 
 struct Run<'a> {
     engine: &'a Engine,
@@ -427,8 +423,7 @@ struct Run<'a> {
     jobs: Option<usize>,
     cancel: &'a AtomicBool,
     progress: &'a (dyn Fn(Progress) + Sync),
-    missing: &'a [u64],
-    next: AtomicUsize,
+    board: Board<'a, Item>,
     done: AtomicU64,
     frames: u64,
     stop: AtomicBool,
@@ -437,24 +432,22 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// The first failure, if any.
-    fn all(&self) -> Result<Option<Error>> {
+    fn all(&self, missing: &[u64]) -> Result<Option<Error>> {
         let cores = rayon::current_num_threads();
         let default = if matches!(self.engine, Engine::Cpu(_)) { cores } else { 1 };
-        let jobs = self.jobs.unwrap_or(default).clamp(1, self.missing.len().max(1));
+        let jobs = self.jobs.unwrap_or(default).clamp(1, self.board.most_workers(missing).max(1));
         // A frame is small: threads of its own for each worker cost less than sharing every step among all.
         let threads = (cores / jobs).max(1);
-        std::thread::scope(|scope| -> Result<()> {
-            for _ in 0..jobs {
-                let pool = rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .map_err(|e| Error::Failed(format!("threads: {e}")))?;
-                let (to, from) = sync_channel(WAITING);
-                scope.spawn(move || self.write(&from));
-                scope.spawn(move || pool.install(|| self.compute(&to)));
+        let pool = || {
+            let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            built.map_err(|e| Error::Failed(format!("threads: {e}")))
+        };
+        let pools: Vec<ThreadPool> = (0..jobs).map(|_| pool()).collect::<Result<_>>()?;
+        std::thread::scope(|scope| {
+            for pool in &pools {
+                scope.spawn(move || pool.install(|| self.compute(scope)));
             }
-            Ok(())
-        })?;
+        });
         Ok(self.failure().take())
     }
 
@@ -472,73 +465,52 @@ impl Run<'_> {
             self.failure().get_or_insert(e);
         }
         self.stop.store(true, Ordering::Relaxed);
+        self.board.close();
     }
 
-    /// Makes shards until none is left.
-    fn compute(&self, to: &SyncSender<Item>) {
-        while let Some(shard) = self.missing.get(self.next.fetch_add(1, Ordering::Relaxed)) {
-            let mut frames = self.layout.frames_of(*shard);
-            while !frames.is_empty() && !self.stopped() {
-                let (scene, first) = self.recipe.place(frames.start);
-                let left = frames.end - frames.start;
-                let last = u64::from(self.recipe.frames_per_scene).min(u64::from(first) + left) as u32;
-                let sent = self.scene(*shard, scene, first..last, &mut |frame| {
-                    to.send(Item { shard: *shard, frame: Ok(frame) }).is_ok() && !self.stopped()
-                });
-                if let Err(e) = sent {
-                    // A writer that is gone has said why.
-                    let _ = to.send(Item { shard: *shard, frame: Err(e) });
-                    return;
-                }
-                frames.start += u64::from(last - first);
+    /// Makes frames until none is left, and begins the writers of the shards that they open.
+    fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
+        let mut own = None;
+        while let Some((claim, begun)) = self.board.claim(own, &|| self.stopped()) {
+            own = Some(claim.shard);
+            if let Some(queue) = begun {
+                scope.spawn(move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
             }
-            if self.stopped() {
-                return;
+            if let Err(e) = self.frames(&claim) {
+                // A writer that is gone has said why.
+                let _ = claim.to.send(Err(e));
             }
+        }
+        if self.stopped() {
+            self.board.close();
         }
     }
 
-    /// Frames of one scene, as long as `send` takes them.
-    fn scene(
-        &self,
-        shard: u64,
-        scene: u32,
-        frames: Range<u32>,
-        send: &mut dyn FnMut((Record, Tally)) -> bool,
-    ) -> Result<()> {
-        let site = site(self.recipe, scene)?;
+    /// What was claimed, as long as it is wanted.
+    fn frames(&self, claim: &Claim<Item>) -> Result<()> {
+        let site = site(self.recipe, claim.scene)?;
         let prepared = Prepared::new(&site.scenario, &site.scene)?;
         let control = Control { progress: None, cancel: Some(self.cancel) };
-        for index in frames {
-            let number = u64::from(scene) * u64::from(self.recipe.frames_per_scene) + u64::from(index);
-            debug_assert_eq!(self.layout.shard_of(number), shard);
+        for index in claim.frames.clone() {
+            let of_scene = u64::from(self.recipe.frames_per_scene);
+            let number = u64::from(claim.scene) * of_scene + u64::from(index);
+            debug_assert_eq!(self.layout.shard_of(number), claim.shard);
             let radars = frames_of(self.engine, &site, &prepared, index, control)?;
-            let tally = Tally::of(&site, self.recipe.split(scene), &radars);
-            if !send((rows::record(self.recipe, &site, number, radars)?, tally)) {
+            let tally = Tally::of(&site, self.recipe.split(claim.scene), &radars);
+            let record = rows::record(self.recipe, &site, number, radars)?;
+            if claim.to.send(Ok((record, tally))).is_err() || self.stopped() {
                 return Ok(());
             }
         }
         Ok(())
     }
 
-    /// Writes shards as their frames come.
-    fn write(&self, from: &Receiver<Item>) {
-        while let Ok(first) = from.recv() {
-            if let Err(e) = self.write_shard(first, from) {
-                self.fail(e);
-                return;
-            }
-        }
-    }
-
-    fn write_shard(&self, first: Item, from: &Receiver<Item>) -> Result<()> {
-        let shard = first.shard;
-        let mut waiting = Some(first);
+    fn write_shard(&self, mut queue: Queue<Item>) -> Result<()> {
+        let shard = queue.shard();
         let mut tally = Tally::default();
         let files = self.layout.write_shard(self.out, shard, &mut |_| {
-            let ended = || Error::Failed("the run was stopped".into());
-            let item = waiting.take().or_else(|| from.recv().ok()).ok_or_else(ended)?;
-            let (record, counts) = item.frame?;
+            let frame = queue.take(&self.board);
+            let (record, counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
             tally.add(&counts);
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.progress)(Progress { done, all: self.frames });

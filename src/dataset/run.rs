@@ -17,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Draws the pictures of a frame into a folder.
-pub type Pictures<'a> = &'a dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()>;
+pub type Pictures<'a> = &'a (dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
 
 /// How to run.
 pub struct RunOptions<'a> {

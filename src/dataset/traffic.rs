@@ -1,4 +1,4 @@
-//! Whether the vehicles of a drawn road stand in one another.
+//! Whether the vehicles of a drawn road stand in one another or bumper to bumper.
 
 use crate::error::Result;
 use crate::frames::Pose;
@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 /// The vehicle that carries the radar is taken for one of this kind, whose rear axle stands so far behind its middle
 /// (`road/vehicle/car.rs`).
 const EGO: (&str, f64) = ("sedan", 1.30);
+
+/// Free road that every vehicle keeps before and behind it: half the least gap of a queue.
+const GAP_M: f64 = 1.0;
 
 /// A box that moves straight on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +34,7 @@ impl Footprint {
         Footprint {
             centre_m: pose.point(0.5 * (lo + hi)),
             axes: [ahead, ahead.perp()],
-            half_m: 0.5 * (hi - lo),
+            half_m: 0.5 * (hi - lo) + DVec3::X * GAP_M,
             velocity_mps,
         }
     }
@@ -80,8 +83,8 @@ impl Sizes {
 /// Number of a road and of a vehicle on it, as the file lists them.
 pub type VehicleAt = (usize, usize);
 
-/// The first two vehicles, in the order of the file, that stand in one another at the middle of a frame. The first of the
-/// pair is None for the vehicle of the scenario, which comes before all.
+/// The first two vehicles, in the order of the file, that stand in one another or nearer than a queue at the middle of a
+/// frame. The first of the pair is None for the vehicle of the scenario, which comes before all.
 pub fn first_clash(
     plan: &ScenePlan,
     scenario: &Scenario,
@@ -123,7 +126,11 @@ mod tests {
     fn boxed(x: f64, y: f64, yaw: f64, speed: f64) -> Footprint {
         let pose: Pose<Vehicle, World> = Pose::from_yaw_pitch_roll(DVec3::new(x, y, 0.0), yaw, 0.0, 0.0);
         let half = DVec3::new(2.0, 1.0, 0.75);
-        Footprint::new(&pose, (-half, half), pose.direction(DVec3::X) * speed)
+        Footprint::new(
+            &pose,
+            (-half + DVec3::X * GAP_M, half - DVec3::X * GAP_M),
+            pose.direction(DVec3::X) * speed,
+        )
     }
 
     /// Against points of one box that lie in the other.

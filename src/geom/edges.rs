@@ -6,10 +6,10 @@
 //! π by [`SMOOTH_RAD`] diffract in first order. A sector inside a solid is among them where the solid has
 //! a concave edge; nothing outside sees it, so the visibility test of the sum drops it.
 
+use super::hash::FastMap;
 use super::{Geometry, Surface};
 use crate::em::layers::Backing;
 use glam::DVec3;
-use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// Faces that bend by no more than this are facets of one smooth surface: 15°.
@@ -128,7 +128,7 @@ impl Welded {
         let tolerance_m = geometry.t_min_m;
         let extent = geometry.bounds_m.1 - geometry.bounds_m.0;
         let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
-        let mut cells: HashMap<(u32, [i64; 3]), Vec<u32>> = HashMap::new();
+        let mut cells: FastMap<(u32, [i64; 3]), Vec<u32>> = FastMap::default();
         let (mut points, mut body) = (Vec::<DVec3>::new(), Vec::new());
         let mut number = |b: u32, p: DVec3| -> u32 {
             let q = (p - geometry.bounds_m.0) / (2.0 * tolerance_m);
@@ -276,7 +276,7 @@ fn touches(geometry: &Geometry, edge: &Edge) -> bool {
 
 /// Joins collinear pieces of the same wedge.
 fn join(pieces: &[([u32; 2], Edge)]) -> Vec<Edge> {
-    let mut at: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut at: FastMap<u32, Vec<usize>> = FastMap::default();
     for (i, (ends, _)) in pieces.iter().enumerate() {
         for &v in ends {
             at.entry(v).or_default().push(i);

@@ -1,7 +1,7 @@
 //! The outline of polygons that lie side by side in a plane: what of their sides no neighbour shares.
 
+use super::hash::FastMap;
 use glam::DVec2;
-use std::collections::HashMap;
 
 /// Directed sides of the union of polygons that do not overlap, inside on the left, straight runs in one
 /// piece. Corners nearer to one another than `tolerance` are one. Sides that two polygons share, in part
@@ -31,7 +31,8 @@ pub fn outline<'a>(polygons: impl IntoIterator<Item = &'a [DVec2]>, tolerance: f
         sides = split(&sides, &points, tolerance);
     }
     let key = |[a, b]: [u32; 2]| (a.min(b), a.max(b));
-    let mut net: HashMap<(u32, u32), i32> = HashMap::with_capacity(sides.len());
+    let mut net: FastMap<(u32, u32), i32> =
+        FastMap::with_capacity_and_hasher(sides.len(), Default::default());
     for s in &sides {
         *net.entry(key(*s)).or_default() += if s[0] < s[1] { 1 } else { -1 };
     }
@@ -47,40 +48,52 @@ pub fn outline<'a>(polygons: impl IntoIterator<Item = &'a [DVec2]>, tolerance: f
     joined(&sides, &points, tolerance)
 }
 
+/// Up to so many points are looked through one by one, which is quicker than any table.
+const FEW: usize = 32;
+
 /// Gives points nearer than a distance to one another one number.
 struct Welder {
     cell: f64,
     near: f64,
     points: Vec<DVec2>,
-    grid: HashMap<[i64; 2], Vec<u32>>,
+    /// Of all points once they are more than a few.
+    grid: FastMap<[i64; 2], Vec<u32>>,
 }
 
 impl Welder {
     fn new(near: f64) -> Welder {
-        Welder { cell: 4.0 * near, near, points: Vec::new(), grid: HashMap::new() }
+        Welder { cell: 4.0 * near, near, points: Vec::new(), grid: FastMap::default() }
     }
 
     fn weld(&mut self, p: DVec2) -> u32 {
+        self.find(p).unwrap_or_else(|| {
+            let new = self.points.len();
+            self.points.push(p);
+            let unlisted = match new {
+                0..FEW => 0..0,
+                FEW => 0..new + 1,
+                _ => new..new + 1,
+            };
+            for k in unlisted {
+                let cell = self.points[k].to_array().map(|x| (x / self.cell).floor() as i64);
+                self.grid.entry(cell).or_default().push(k as u32);
+            }
+            new as u32
+        })
+    }
+
+    fn find(&self, p: DVec2) -> Option<u32> {
+        let is_near = |k: &u32| self.points[*k as usize].distance(p) <= self.near;
+        if self.points.len() <= FEW {
+            return (0..self.points.len() as u32).find(is_near);
+        }
         // As near to a border as `near`, the twin may lie across it.
         let [x, y] = p.to_array().map(|x| {
             let (lo, hi) = ((x - self.near) / self.cell, (x + self.near) / self.cell);
             lo.floor() as i64..=hi.floor() as i64
         });
-        for i in x.clone() {
-            for j in y.clone() {
-                let found = self
-                    .grid
-                    .get(&[i, j])
-                    .and_then(|c| c.iter().find(|&&k| self.points[k as usize].distance(p) <= self.near));
-                if let Some(&k) = found {
-                    return k;
-                }
-            }
-        }
-        let k = self.points.len() as u32;
-        self.points.push(p);
-        self.grid.entry(p.to_array().map(|x| (x / self.cell).floor() as i64)).or_default().push(k);
-        k
+        let mut cells = x.flat_map(|i| y.clone().map(move |j| [i, j]));
+        cells.find_map(|c| self.grid.get(&c)?.iter().copied().find(is_near))
     }
 }
 
@@ -126,18 +139,22 @@ fn split(sides: &[[u32; 2]], points: &[DVec2], tolerance: f64) -> Vec<[u32; 2]> 
 
 /// Runs of sides on one line made one side.
 fn joined(sides: &[[u32; 2]], points: &[DVec2], tolerance: f64) -> Vec<[DVec2; 2]> {
-    let mut leaving: HashMap<u32, Option<usize>> = HashMap::with_capacity(sides.len());
+    // Of each corner: how many sides begin or end there, and one of them.
+    let mut leaving = vec![(0, 0); points.len()];
     let mut arriving = leaving.clone();
     for (i, s) in sides.iter().enumerate() {
-        // Corners at which more than one side begins or ends stay.
-        leaving.entry(s[0]).and_modify(|x| *x = None).or_insert(Some(i));
-        arriving.entry(s[1]).and_modify(|x| *x = None).or_insert(Some(i));
+        for (list, end) in [(&mut leaving, s[0]), (&mut arriving, s[1])] {
+            let (count, side) = &mut list[end as usize];
+            (*count, *side) = (*count + 1, i);
+        }
     }
+    // Corners at which more than one side begins or ends stay.
+    let only = |list: &[(u32, usize)], k: u32| Some(list[k as usize]).filter(|x| x.0 == 1).map(|x| x.1);
     let at = |k: u32| points[k as usize];
     let goes_on = |i: usize| -> Option<usize> {
         let [a, b] = sides[i];
-        arriving.get(&b).copied().flatten()?;
-        let next = leaving.get(&b).copied().flatten()?;
+        only(&arriving, b)?;
+        let next = only(&leaving, b)?;
         let c = sides[next][1];
         let along = at(c) - at(a);
         let straight = (at(b) - at(a)).dot(at(c) - at(b)) > 0.0

@@ -12,6 +12,15 @@ pub struct Outline {
     pub class: String,
     /// Corners (x forward, y left) in m; a single corner stands for a point target.
     pub polygon: Vec<[f64; 2]>,
+    /// One of several that make up an object: drawn without its edge.
+    pub piece: bool,
+}
+
+impl Outline {
+    /// All of an object.
+    pub fn whole(class: impl Into<String>, polygon: Vec<[f64; 2]>) -> Outline {
+        Outline { class: class.into(), polygon, piece: false }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -82,7 +91,7 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
         }
         let (fill, stroke) = area_style(&o.class, colour);
         let polygon = o.polygon.iter().map(|p| turned(*p)).collect();
-        chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: Some(stroke) });
+        chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: (!o.piece).then_some(stroke) });
     }
     for class in &classes {
         let colour = class_colour(class, &classes);

@@ -43,10 +43,8 @@ fn road() -> Road {
     let mut power: Vec<f64> = (0..rows * columns)
         .map(|_| w_from_dbm(-122.0) * (0..12).map(|_| -(1.0 - dice.roll()).ln()).sum::<f64>() / 12.0)
         .collect();
-    let mut objects = vec![Outline {
-        class: "road".into(),
-        polygon: vec![[-5.0, -8.0], [100.0, -8.0], [100.0, 8.0], [-5.0, 8.0]],
-    }];
+    let mut objects =
+        vec![Outline::whole("road", vec![[-5.0, -8.0], [100.0, -8.0], [100.0, 8.0], [-5.0, 8.0]])];
     let mut points = Vec::new();
     let mut detections = Vec::new();
     let mut echo = |x: f64, y: f64, speed: f64, dbm_at_10m: f64, listed: bool| {
@@ -67,21 +65,20 @@ fn road() -> Road {
         }
     };
     for side in [-1.0, 1.0] {
-        objects.push(Outline {
-            class: "guard_rail".into(),
-            polygon: vec![[0.0, side * 7.46], [100.0, side * 7.46], [100.0, side * 7.54], [0.0, side * 7.54]],
-        });
+        objects.push(Outline::whole(
+            "guard_rail",
+            vec![[0.0, side * 7.46], [100.0, side * 7.46], [100.0, side * 7.54], [0.0, side * 7.54]],
+        ));
         for post in 0..26 {
             let x = f64::from(post) * 4.0;
-            objects.push(Outline { class: "post".into(), polygon: rectangle([x, side * 7.65], [0.1, 0.06]) });
+            objects.push(Outline::whole("post", rectangle([x, side * 7.65], [0.1, 0.06])));
             if x > 6.0 && x < 60.0 {
                 echo(x, side * 7.6, 0.0, -72.0, true);
             }
         }
         for marker in 0..20 {
             let x = 4.0 + 3.3 * f64::from(marker);
-            objects
-                .push(Outline { class: "marker".into(), polygon: rectangle([x, side * 1.75], [0.16, 0.1]) });
+            objects.push(Outline::whole("marker", rectangle([x, side * 1.75], [0.16, 0.1])));
             if x > 6.0 && x < 45.0 {
                 echo(x, side * 1.75, 0.0, -80.0, true);
             }
@@ -90,18 +87,18 @@ fn road() -> Road {
     for (x, y, speed, level) in
         [(20.0, 0.0, 12.0, -58.0), (35.0, 3.5, -8.0, -55.0), (58.0, -3.5, 15.0, -52.0)]
     {
-        objects.push(Outline { class: "car".into(), polygon: rectangle([x + 2.25, y], [4.5, 1.8]) });
+        objects.push(Outline::whole("car", rectangle([x + 2.25, y], [4.5, 1.8])));
         for dy in [-0.6, 0.0, 0.7] {
             echo(x, y + dy, speed, level, true);
         }
     }
-    objects.push(Outline {
-        class: "manhole".into(),
-        polygon: (0..24)
+    objects.push(Outline::whole(
+        "manhole",
+        (0..24)
             .map(|i| f64::from(i) * std::f64::consts::TAU / 24.0)
             .map(|a| [28.0 + 0.4 * a.cos(), -1.0 + 0.4 * a.sin()])
             .collect(),
-    });
+    ));
     let power_w = power.iter().map(|p| *p as f32).collect();
     Road { range_m, range_rate_mps, power_w, detections, objects, points }
 }
@@ -474,7 +471,7 @@ fn odd_numbers_draw_something() {
         .unwrap();
         let above: Vec<_> =
             points.iter().map(|p| BirdsEyePoint { x_m: p[0], y_m: p[1], value: p[1] }).collect();
-        let object = Outline { class: String::new(), polygon: points.clone() };
+        let object = Outline::whole("", points.clone());
         birds_eye(&BirdsEye { objects: &[object], points: &above, ..Default::default() }).unwrap();
     }
     for cell in [0.0, f32::NAN, f32::INFINITY, -1.0, 1e-12] {

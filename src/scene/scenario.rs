@@ -272,6 +272,9 @@ pub struct TraceTable {
     pub accuracy_db: At<f64>,
     /// Most facets that curved surfaces are cut into in all, where the accuracy asks for more; what the meshes have they keep.
     pub facets: At<u64>,
+    /// Echoes of surfaces this far above (negative: under) the thermal noise of a cell of the map after all channels are left
+    /// out, as if in the antennas' main direction; without it, or without noise, all are kept.
+    pub floor_db: Option<At<f64>>,
     pub convention: BounceConvention,
 }
 
@@ -282,6 +285,7 @@ impl Default for TraceTable {
             bounces: 3.into(),
             accuracy_db: 0.2.into(),
             facets: 50_000.into(),
+            floor_db: None,
             convention: BounceConvention::Every,
         }
     }
@@ -460,6 +464,8 @@ pub struct TraceSettings {
     pub bounces: u32,
     pub accuracy_db: f64,
     pub facets: u64,
+    /// None: all echoes are kept.
+    pub floor_db: Option<f64>,
     pub convention: BounceConvention,
 }
 
@@ -825,6 +831,12 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
                 "decibels of error to allow, as in 0.2",
             )?,
             facets: doc.in_range(&f.trace.facets, 0..=100_000_000, "facets of curved surfaces")?,
+            floor_db: match &f.trace.floor_db {
+                Some(db) => {
+                    Some(doc.in_range(db, -200.0..=0.0, "decibels over the noise of a cell, as in -30")?)
+                }
+                None => None,
+            },
             convention: f.trace.convention,
         },
         output: f.output,

@@ -98,6 +98,8 @@ pub struct TraceOptions {
     pub convention: Convention,
     /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
     pub amplitude_floor: f64,
+    /// Echoes of smooth surfaces below this (1/m) are left out, and mostly not worked out.
+    pub least: f64,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: f64,
     /// Echoes are good over this band around the carrier.
@@ -122,6 +124,7 @@ impl Default for TraceOptions {
             bounces: 3,
             convention: Convention::Every,
             amplitude_floor: 1e-8,
+            least: 0.0,
             accuracy_db: 0.2,
             bandwidth_hz: 1e9,
             images: true,

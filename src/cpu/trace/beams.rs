@@ -572,34 +572,38 @@ impl Clipper<'_> {
             corners.iter().for_each(|c| out.push(frame.project(*c)));
             return (out, true);
         }
-        // Corners may lie beside or behind the radar: cut before projecting.
-        let mut points: Vec<DVec3> = corners
-            .iter()
-            .map(|c| {
-                let d = *c - frame.origin;
-                DVec3::new(frame.u.dot(d), frame.v.dot(d), frame.k.dot(d))
-            })
-            .collect();
+        // Corners may lie beside or behind the radar: cut before projecting. Each wall adds a corner at most.
+        let (mut points, mut kept) = ([DVec3::ZERO; CAP], [DVec3::ZERO; CAP]);
+        let mut n = corners.len();
+        for (point, c) in points.iter_mut().zip(corners) {
+            let d = *c - frame.origin;
+            *point = DVec3::new(frame.u.dot(d), frame.v.dot(d), frame.k.dot(d));
+        }
         let mut whole = true;
         for wall in WALLS {
-            let d: Vec<f64> = points.iter().map(|p| wall.dot(*p)).collect();
-            if d.iter().all(|d| *d >= 0.0) {
+            let d = points.map(|p| wall.dot(p));
+            if d[..n].iter().all(|d| *d >= 0.0) {
                 continue;
             }
             whole = false;
-            let mut kept = Vec::with_capacity(points.len() + 1);
-            for i in 0..points.len() {
-                let j = (i + 1) % points.len();
+            let mut count = 0;
+            let mut keep = |p: DVec3| {
+                kept[count] = p;
+                count += 1;
+            };
+            for i in 0..n {
+                let j = if i + 1 == n { 0 } else { i + 1 };
                 if d[i] >= 0.0 {
-                    kept.push(points[i]);
+                    keep(points[i]);
                 }
                 if d[i] * d[j] < 0.0 {
-                    kept.push(points[i] + (points[j] - points[i]) * (d[i] / (d[i] - d[j])));
+                    keep(points[i] + (points[j] - points[i]) * (d[i] / (d[i] - d[j])));
                 }
             }
-            points = kept;
+            std::mem::swap(&mut points, &mut kept);
+            n = count;
         }
-        points.iter().filter(|p| p.z > 0.0).for_each(|p| out.push(p.truncate() / p.z));
+        points[..n].iter().filter(|p| p.z > 0.0).for_each(|p| out.push(p.truncate() / p.z));
         (out, whole)
     }
 

@@ -107,6 +107,11 @@ impl Plane {
         plane
     }
 
+    /// Distances of a place from source and receiver.
+    pub fn ranges(&self, p: DVec2) -> [f64; 2] {
+        [0, 1].map(|i| ((p - self.foot[i]).length_squared() + self.height[i] * self.height[i]).sqrt())
+    }
+
     pub fn path(&self, p: DVec2) -> Path {
         let mut out = Path { length: 0.0, slope: DVec2::ZERO, bend: [0.0; 3], nearest: f64::INFINITY };
         for i in 0..2 {

@@ -14,14 +14,14 @@ use crate::cpu::rcs::beam_sum::{Moments, phase_integral};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::geom::faces::Face;
+use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak};
+use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak, strength};
 use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Corners nearer to one another than this share of the scene's radius are one.
@@ -30,6 +30,8 @@ const SAME: f64 = 1e-9;
 /// Radians from the place of mirror reflection to a wave up to which the amplitude's change about that place
 /// is looked at.
 const NEAR: f64 = 12.0;
+/// More than what 1 m^2 radiates back of a unit field, but for k / 4 pi: a conductor's current is twice the field across it.
+const MOST_RADIATED: f64 = 4.0;
 /// Step of its derivative, as a share of the distance.
 const STEP: f64 = 1e-3;
 
@@ -88,14 +90,16 @@ pub fn from_clipped(
     let imaged = regions(geometry, clipped, &clipped.imaged);
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let spread_m = spread_for(options.bandwidth_hz);
-    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m };
+    let least = options.least;
+    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m, least };
     let images = options.images && !last;
     let all = direct.par_iter().map(|r| match images {
         true => radar.with_reciprocals(r),
         false => radar.echoes(r, false),
     });
     let lists: Vec<Vec<Return>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
-    let mut all: Vec<Return> = lists.into_iter().flatten().collect();
+    let counts = |r: &Return| strength(r) >= options.least;
+    let mut all: Vec<Return> = lists.into_iter().flatten().filter(counts).collect();
     let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
@@ -115,7 +119,7 @@ struct Region {
 fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Region> {
     let faces = geometry.faces();
     let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
-    let mut found: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut found: FastMap<(u32, u32), u32> = FastMap::default();
     let mut regions: Vec<Region> = Vec::new();
     for (i, node) in clipped.nodes.iter().enumerate() {
         let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
@@ -170,6 +174,8 @@ struct Station<'a> {
     bends: Bends,
     tau: f64,
     spread_m: f64,
+    /// As `TraceOptions::least`.
+    least: f64,
 }
 
 impl Station<'_> {
@@ -236,7 +242,7 @@ impl Station<'_> {
         } else {
             let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
             // The waves of the two sides of a corner are one echo.
-            let mut numbers: HashMap<[u64; 2], usize> = HashMap::new();
+            let mut numbers: FastMap<[u64; 2], usize> = FastMap::default();
             plane.waves(&sides, |w| {
                 let i = *numbers.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
                 match waves.get_mut(i) {
@@ -252,8 +258,13 @@ impl Station<'_> {
         let mirror = plane.path(plane.mirror).length;
         let near = |w: &Wave| k * (w.length_m - mirror) <= NEAR;
         let about = if waves.iter().any(near) { slopes(&plane, &at) } else { Default::default() };
+        let counts = |w: &&Wave| {
+            let [out, back] = plane.ranges(w.place);
+            near(w) || MOST_RADIATED * k / (4.0 * PI) * w.value.norm() >= self.least * out * back
+        };
         waves
             .iter()
+            .filter(counts)
             .filter_map(|w| {
                 let mut echo = at(w.place);
                 let slopes = if near(w) { about } else { Default::default() };

@@ -1,0 +1,172 @@
+//! Who makes which frames. Workers claim runs of frames of one scene: of their own shard, then of one that nobody has begun,
+//! and at the end of those that others are at. A shard's writer gets the runs in their order whoever makes them.
+
+use super::recipe::Recipe;
+use super::store::Layout;
+use std::collections::{HashMap, VecDeque};
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Condvar, Mutex, MutexGuard};
+use std::time::Duration;
+
+/// Arrays of one run: so much may wait for its turn to be written, and a few runs of each worker.
+const RUN_BYTES: usize = 32 << 20;
+/// How often one who waits looks whether the work was stopped.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Frames to be made and where they go. All of them may be sent without anybody's taking one.
+pub struct Claim<T> {
+    pub shard: u64,
+    pub scene: u32,
+    /// Within the scene.
+    pub frames: Range<u32>,
+    pub to: SyncSender<T>,
+}
+
+/// What the writer of a shard takes its frames from.
+pub struct Queue<T> {
+    shard: u64,
+    /// Runs in order, each with the number of frames that are still to come.
+    runs: VecDeque<(Receiver<T>, usize)>,
+}
+
+struct Open<T> {
+    waiting: VecDeque<Claim<T>>,
+    /// Runs that were claimed and are not all written.
+    begun: usize,
+    workers: usize,
+}
+
+struct State<T> {
+    /// Shards that nobody has begun.
+    fresh: VecDeque<u64>,
+    open: HashMap<u64, Open<T>>,
+    closed: bool,
+}
+
+pub struct Board<'a, T> {
+    recipe: &'a Recipe,
+    layout: &'a Layout,
+    state: Mutex<State<T>>,
+    moved: Condvar,
+}
+
+impl<'a, T> Board<'a, T> {
+    pub fn new(recipe: &'a Recipe, layout: &'a Layout, shards: &[u64]) -> Board<'a, T> {
+        let fresh = shards.iter().copied().collect();
+        let state = Mutex::new(State { fresh, open: HashMap::new(), closed: false });
+        Board { recipe, layout, state, moved: Condvar::new() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State<T>> {
+        self.state.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Runs of a shard: frames of one scene each.
+    fn runs(&self, shard: u64) -> Vec<(u32, Range<u32>)> {
+        let most = (RUN_BYTES / self.layout.array_bytes().max(1)).max(1) as u64;
+        let mut left = self.layout.frames_of(shard);
+        let mut runs = Vec::new();
+        while !left.is_empty() {
+            let (scene, first) = self.recipe.place(left.start);
+            let of_scene = u64::from(self.recipe.frames_per_scene - first);
+            let n = of_scene.min(left.end - left.start).min(most);
+            runs.push((scene, first..first + n as u32));
+            left.start += n;
+        }
+        runs
+    }
+
+    /// How many workers can be busy at once.
+    pub fn most_workers(&self, shards: &[u64]) -> usize {
+        shards.iter().map(|s| self.runs(*s).len()).sum()
+    }
+
+    /// The next run for a worker that was at shard `own` before, with the shard's queue when the claim begins it. None when all
+    /// runs are claimed, or the work was `stopped`.
+    pub fn claim(
+        &self,
+        mut own: Option<u64>,
+        stopped: &dyn Fn() -> bool,
+    ) -> Option<(Claim<T>, Option<Queue<T>>)> {
+        let mut state = self.state();
+        if let Some(open) = own.and_then(|s| state.open.get_mut(&s)) {
+            open.workers -= 1;
+        }
+        loop {
+            if state.closed || stopped() {
+                return None;
+            }
+            let idle = |s: &u64, state: &State<T>| state.open.get(s).is_none_or(|o| o.waiting.is_empty());
+            own = own.filter(|s| !idle(s, &state));
+            let (shard, queue) = if let Some(own) = own {
+                (own, None)
+            } else if let Some(shard) = state.fresh.pop_front() {
+                let queue = self.open(shard, &mut state);
+                (shard, Some(queue))
+            } else {
+                let left = state.open.iter().filter(|(_, o)| !o.waiting.is_empty());
+                // The lowest of those with most to do, for the same choice at every call.
+                let most = left.max_by_key(|(s, o)| (o.waiting.len(), std::cmp::Reverse(**s)));
+                (*most?.0, None)
+            };
+            if let Some(open) = state.open.get_mut(&shard).filter(|o| o.begun <= o.workers + 1)
+                && let Some(claim) = open.waiting.pop_front()
+            {
+                open.begun += 1;
+                open.workers += 1;
+                return Some((claim, queue));
+            }
+            state = self.moved.wait_timeout(state, LOOK).unwrap_or_else(|e| e.into_inner()).0;
+        }
+    }
+
+    fn open(&self, shard: u64, state: &mut State<T>) -> Queue<T> {
+        let (mut waiting, mut runs) = (VecDeque::new(), VecDeque::new());
+        for (scene, frames) in self.runs(shard) {
+            let (to, from) = sync_channel(frames.len());
+            runs.push_back((from, frames.len()));
+            waiting.push_back(Claim { shard, scene, frames, to });
+        }
+        state.open.insert(shard, Open { waiting, begun: 0, workers: 0 });
+        Queue { shard, runs }
+    }
+
+    /// A run of the shard is written.
+    pub fn written(&self, shard: u64) {
+        let mut state = self.state();
+        if let Some(open) = state.open.get_mut(&shard) {
+            open.begun -= 1;
+            if open.begun == 0 && open.waiting.is_empty() {
+                state.open.remove(&shard);
+            }
+        }
+        self.moved.notify_all();
+    }
+
+    /// No more claims; writers find their queues at an end.
+    pub fn close(&self) {
+        let mut state = self.state();
+        state.closed = true;
+        state.open.clear();
+        self.moved.notify_all();
+    }
+}
+
+impl<T> Queue<T> {
+    pub fn shard(&self) -> u64 {
+        self.shard
+    }
+
+    /// The next frame in order; None when there is none or its maker was stopped. The board hears of every run's end.
+    pub fn take(&mut self, board: &Board<'_, T>) -> Option<T> {
+        let (run, left) = self.runs.front_mut()?;
+        let frame = run.recv().ok()?;
+        *left -= 1;
+        if *left == 0 {
+            self.runs.pop_front();
+            board.written(self.shard);
+        }
+        Some(frame)
+    }
+}
