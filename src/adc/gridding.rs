@@ -188,6 +188,11 @@ pub fn origin(plan: &Plan) -> [f64; 2] {
 }
 
 impl Echoes {
+    /// By how much the a1 of an echo moves from the middle of the frame to a place `all_m` loops from it: 2 m a2 + 3 m² a3.
+    fn moved(&self, i: usize, all_m: f64) -> f64 {
+        all_m * (2.0 * self.a2[i].abs() + 3.0 * all_m * self.a3[i].abs())
+    }
+
     /// `indices` into the returns of the plan, in some channels.
     pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Echoes {
         let (count, total) = (indices.len(), indices.len() * channels.len());
@@ -342,6 +347,9 @@ struct Bends {
     a2: [f64; 2],
     /// The same of the change of b1, turns a chirp and sample.
     b1: [f64; 2],
+    /// The same of the change of a1 from the middle of the frame to its ends, turns a chirp: the warp of a block takes b1 and c
+    /// to follow it, where the coefficients hold c.
+    a1: [f64; 2],
 }
 
 /// Phases left over, rad: see [`Bends`].
@@ -362,24 +370,25 @@ impl Bends {
         if !any {
             return Bends::default();
         }
-        let (mut worst, mut squares) = ([0.0f64; 2], [0.0; 2]);
+        let (mut worst, mut squares) = ([0.0f64; 3], [0.0; 3]);
         for (i, a) in echoes.amplitude.iter().enumerate() {
             let p = f64::from(a.norm_sqr());
             let a2 = (echoes.a2[i] - warp.a2.slope * echoes.a1[i] - warp.a2.offset).abs()
                 + 3.0 * all_m * echoes.a3[i].abs();
             let b1 = 2.0 * all_m * echoes.b2[i].abs();
-            for (k, d) in [a2, b1].into_iter().enumerate() {
+            for (k, d) in [a2, b1, echoes.moved(i, all_m)].into_iter().enumerate() {
                 worst[k] = worst[k].max(d);
                 squares[k] += p * d * d;
             }
         }
         let share = |s: f64| if echoes.power > 0.0 { (s / echoes.power).sqrt() } else { 0.0 };
-        let [a2, b1] = [0, 1].map(|k| [worst[k], share(squares[k])]);
-        Bends { any, a2, b1 }
+        let [a2, b1, a1] = [0, 1, 2].map(|k| [worst[k], share(squares[k])]);
+        Bends { any, a2, b1, a1 }
     }
 
-    fn residual(&self, m: f64, n: f64) -> Bent {
-        let at = |k: usize| TAU * (self.a2[k] * m * m + self.b1[k] * m * n);
+    fn residual(&self, warp: &Warp, m: f64, n: f64) -> Bent {
+        let along = |a1: f64| a1 * (warp.b1.slope.abs() * m * n + warp.c.slope.abs() * n * n);
+        let at = |k: usize| TAU * (self.a2[k] * m * m + self.b1[k] * m * n + along(self.a1[k]));
         Bent { worst: at(0), mean: at(1) }
     }
 }
@@ -517,12 +526,13 @@ impl Layout {
         let [b1, c, a2] = fit(echoes);
         let warp = Warp { b1, c, a2 };
         let bends = Bends::of(echoes, &warp, all_m);
-        // From block to block a1 moves by 2 m a2 + 3 m² a3.
-        let (mut low, mut high, mut bend) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
-        for ((a1, a2), a3) in echoes.a1.iter().zip(&echoes.a2).zip(&echoes.a3) {
-            let moved = all_m * (2.0 * a2.abs() + 3.0 * all_m * a3.abs());
-            (low, high, bend) = (low.min(a1 - moved), high.max(a1 + moved), bend.max(moved));
+        let (mut low, mut high, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+        for (i, a1) in echoes.a1.iter().enumerate() {
+            let moved = echoes.moved(i, all_m);
+            (low, high, most) = (low.min(a1 - moved), high.max(a1 + moved), most.max(moved));
         }
+        // With bent paths it is among what they leave over.
+        let bend = if bends.any { 0.0 } else { most };
         let oversampling = cells as f64 / samples as f64;
         let (cell_bell, line_bell) = (Bell::new(oversampling), Bell::new(LINE_OVERSAMPLING));
         let aliasing = cell_bell.aliasing(oversampling).hypot(line_bell.aliasing(LINE_OVERSAMPLING));
@@ -551,7 +561,7 @@ impl Layout {
                 + channels * count * lines as f64 * transform_ns(cells, costs)
                 + channels * (chirps * samples) as f64 * (costs.line * lines as f64 + costs.sample)
                 + (block * samples) as f64 * costs.table;
-            let bent = bends.residual(m, n);
+            let bent = bends.residual(&warp, m, n);
             let accurate = worst <= WORST_RESIDUAL && mean <= MEAN_RESIDUAL && bent.is_small();
             let fits = lines <= costs.lines
                 && (lines * cells).saturating_mul(chirps.div_ceil(block)) <= costs.largest_grid;
