@@ -89,7 +89,10 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
             chart.layers.push(Layer::Marks { points: vec![turned(only)], mark, paint: Paint::Fixed(colour) });
             continue;
         }
-        let (fill, stroke) = area_style(&o.class, colour);
+        let (mut fill, stroke) = area_style(&o.class, colour);
+        if o.piece {
+            fill = on_white(fill);
+        }
         let polygon = o.polygon.iter().map(|p| turned(*p)).collect();
         chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: (!o.piece).then_some(stroke) });
     }
@@ -218,6 +221,11 @@ fn class_colour(class: &str, all: &[String]) -> Rgb {
 
 /// Ground is pale and without an edge; the rest is filled lightly and edged darker, so that an object
 /// smaller than a pixel still shows.
+/// The same colour without transparency: pieces of one thing overlap.
+fn on_white((colour, opacity): (Rgb, f64)) -> (Rgb, f64) {
+    (colour.map(|c| (255.0 - opacity * (255.0 - f64::from(c))).round() as u8), 1.0)
+}
+
 fn area_style(class: &str, colour: Rgb) -> ((Rgb, f64), Pen) {
     let ground = ["ground", "road", "asphalt", "terrain", "grass"].iter().any(|g| class.starts_with(g));
     if ground {
