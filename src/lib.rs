@@ -38,6 +38,8 @@ pub mod study;
 
 pub mod detect;
 
+pub mod lane;
+
 pub mod dataset;
 
 pub mod validate;
@@ -45,6 +47,8 @@ pub mod validate;
 pub mod bench;
 
 pub mod plot;
+
+pub mod trial;
 
 pub mod cli;
 

@@ -1,6 +1,8 @@
 //! Counter-based random numbers: a draw depends on its key and counter only, never on the thread or
 //! the order of work.
 
+use std::f64::consts::TAU;
+
 /// Philox4x32 with ten rounds (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011):
 /// four uniform words for each counter. `shaders/shared/rng.wgsl` computes the same.
 pub fn philox4x32_10(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
@@ -14,6 +16,31 @@ pub fn philox4x32_10(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
         k1 = k1.wrapping_add(0xBB67_AE85);
     }
     [c0, c1, c2, c3]
+}
+
+/// Draws one after the other, a sequence of its own for each (seed, stream).
+pub struct Draws {
+    key: [u32; 2],
+    next: u32,
+}
+
+impl Draws {
+    pub fn new(seed: u32, stream: u32) -> Draws {
+        Draws { key: [seed, stream], next: 0 }
+    }
+
+    /// Above 0, below 1.
+    pub fn uniform(&mut self) -> f64 {
+        let [w, ..] = philox4x32_10([self.next, 0, 0, 0], self.key);
+        self.next += 1;
+        (f64::from(w) + 0.5) / 4_294_967_296.0
+    }
+
+    /// Mean 0, variance 1 (Box–Muller).
+    pub fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
+        radius * (TAU * self.uniform()).cos()
+    }
 }
 
 /// (counter, key, output) of the known-answer file of the Random123 library (`philox4x32 10`).

@@ -4,10 +4,12 @@
 use super::files::frame_name;
 use super::frame::radar_pose;
 use crate::detect::accuracy::PointStd;
+use crate::detect::ambiguity::Ambiguity;
 use crate::detect::cluster::{Dbscan, Place};
 use crate::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
 use crate::detect::kalman::Station;
 use crate::detect::plot::{Plot, plots_of_clusters};
+use crate::detect::points::Point;
 use crate::detect::same_slope;
 use crate::detect::track_table::{TrackRow, write_tracks};
 use crate::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
@@ -39,9 +41,9 @@ const EGO_COLUMNS: [&str; 10] = [
     "reason",
 ];
 
-/// A point of a file, as the tracker needs it.
+/// A point, as the tracker needs it.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+pub struct Seen {
     range_m: f64,
     range_rate_mps: f64,
     azimuth_rad: f64,
@@ -49,6 +51,55 @@ struct Seen {
     std: PointStd,
     /// The fold of its range rate is known.
     resolved: bool,
+}
+
+impl Seen {
+    pub fn of(p: &Point) -> Seen {
+        Seen {
+            range_m: p.range_m,
+            range_rate_mps: p.range_rate_mps,
+            azimuth_rad: p.azimuth_rad,
+            elevation_rad: p.elevation_rad,
+            std: p.std,
+            resolved: matches!(p.ambiguity, Ambiguity::Resolved | Ambiguity::Unambiguous),
+        }
+    }
+}
+
+/// Tracks of what moves, from the points of one frame after another.
+pub struct Follower {
+    pub tracker: Tracker,
+}
+
+impl Follower {
+    /// Errors: none with the default settings.
+    pub fn new() -> Result<Follower> {
+        Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
+    }
+
+    /// The points of a frame that do not stand go to the tracker, which is told the ego vehicle's own motion.
+    pub fn points(&mut self, scenario: &Scenario, radar: &Radar, index: u32, points: &[Point]) -> Result<()> {
+        let seen: Vec<Seen> = points.iter().map(Seen::of).collect();
+        let (moving, _) = without_standing(radar, &seen, scenario.seed, index);
+        self.step(scenario, radar, scenario.frames.time_s(index), &moving)
+    }
+
+    fn step(&mut self, scenario: &Scenario, radar: &Radar, time_s: f64, moving: &[Seen]) -> Result<()> {
+        let plots = clustered(radar, moving)?;
+        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+        let ahead = pose.direction(DVec3::X);
+        let station = Station {
+            position_m: pose.translation_m.truncate(),
+            heading_rad: ahead.y.atan2(ahead.x),
+            velocity_mps: velocity_mps.truncate(),
+            ..Station::ORIGIN
+        };
+        let coverage = Some(Coverage {
+            max_range_m: radar.max_range_m(),
+            azimuth_rad: radar.processing.azimuth_fov_rad,
+        });
+        self.tracker.step(&Scan { time_s, station, coverage, plots: &plots })
+    }
 }
 
 fn read_points(path: &Path) -> Result<Vec<Seen>> {
@@ -81,7 +132,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
 /// folder. Points that stand, as far as the range rates tell, make no tracks; the tracker is told the ego vehicle's own motion.
 /// Errors: points that cannot be read.
 pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
-    let mut tracker = Tracker::new(TrackerSettings::default())?;
+    let mut follower = Follower::new()?;
     let mut rows: Vec<TrackRow> = Vec::new();
     let path = dir.join("ego_motion.csv");
     let out = File::create(&path).map_err(|e| Error::io(&path, e))?;
@@ -119,22 +170,9 @@ pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
                 &reason,
             ])
             .map_err(wrong)?;
-            let plots = clustered(radar, &moving)?;
-            let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
-            let ahead = pose.direction(DVec3::X);
-            let station = Station {
-                position_m: pose.translation_m.truncate(),
-                heading_rad: ahead.y.atan2(ahead.x),
-                velocity_mps: velocity_mps.truncate(),
-                ..Station::ORIGIN
-            };
-            let coverage = Some(Coverage {
-                max_range_m: radar.max_range_m(),
-                azimuth_rad: radar.processing.azimuth_fov_rad,
-            });
-            tracker.step(&Scan { time_s, station, coverage, plots: &plots })?;
+            follower.step(scenario, radar, time_s, &moving)?;
         }
-        rows.extend(TrackRow::of_frame(index, time_s, &tracker, false));
+        rows.extend(TrackRow::of_frame(index, time_s, &follower.tracker, false));
     }
     ego.finish().map_err(wrong)?;
     let path = dir.join("tracks.csv");

@@ -370,7 +370,7 @@ impl TdmFolds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::draws::Draws;
+    use crate::rng::Draws;
     use proptest::prelude::*;
 
     fn fold(value: f64, ambiguity: f64, std: f64) -> Folded {

@@ -425,7 +425,7 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::draws::Draws;
+    use crate::rng::Draws;
 
     const STD: f64 = 0.1;
 

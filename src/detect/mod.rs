@@ -44,8 +44,6 @@ pub mod accuracy;
 pub mod ambiguity;
 pub mod assignment;
 pub mod cluster;
-#[cfg(test)]
-mod draws;
 pub mod ego_motion;
 pub mod files;
 pub mod grid;

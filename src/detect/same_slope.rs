@@ -152,9 +152,9 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::draws::Draws;
     use crate::detect::locate;
     use crate::detect::points::point;
+    use crate::rng::Draws;
     use crate::scene::radar_toml;
 
     fn seen(range_bin: f64, doppler_row: f64, azimuth_rad: f64, power_w: f64) -> Detected {

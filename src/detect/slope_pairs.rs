@@ -219,7 +219,7 @@ fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::draws::Draws;
+    use crate::rng::Draws;
 
     const CARRIER: f64 = 77e9;
     const S: f64 = 1e12;

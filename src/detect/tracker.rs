@@ -364,9 +364,9 @@ fn lives(t: &Track, time_s: f64, s: &TrackerSettings) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::draws::Draws;
     use crate::detect::track_table::{TRACK_COLUMNS, TrackRow, write_tracks};
     use crate::formats::csv::Table;
+    use crate::rng::Draws;
     use glam::{DVec2, DVec4};
     use proptest::prelude::*;
     use std::collections::BTreeSet;

@@ -62,6 +62,9 @@ pub struct ScenarioFile {
     pub trace: TraceTable,
     #[serde(default)]
     pub output: Output,
+    /// Settings of `catseye lane`, which reads them; other commands pass over them.
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub lane: Option<serde::de::IgnoredAny>,
 }
 
 /// One of several radars.

@@ -1,0 +1,503 @@
+//! Edges of a grey image (Canny 1986 with places between pixels) and straight lines through them (Hough).
+
+use super::camera::{Image, Trapezoid};
+use super::{Refusal, positive, wrapped};
+use glam::DVec2;
+use std::f64::consts::{PI, TAU};
+
+/// Settings of [`edges`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeSettings {
+    /// Standard deviation of the Gaussian that smooths the image before the gradient.
+    pub smooth_px: f64,
+    /// An edge starts where the gradient exceeds this many times its noise, and is followed down to half of
+    /// it.
+    pub noise_factor: f64,
+    /// Least gradient of an edge in grey per pixel, whatever the noise.
+    pub least_gradient: f64,
+}
+
+impl Default for EdgeSettings {
+    fn default() -> Self {
+        EdgeSettings { smooth_px: 1.2, noise_factor: 5.0, least_gradient: 0.008 }
+    }
+}
+
+/// One pixel's edge, placed between pixels along the gradient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    pub pixel: DVec2,
+    /// Direction from dark to bright, from the u axis towards the v axis.
+    pub normal_rad: f64,
+    /// Gradient in grey per pixel.
+    pub gradient: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Edges {
+    /// Row by row from the top.
+    pub edges: Vec<Edge>,
+    /// Standard deviation of one component of the gradient where nothing is, from its median.
+    pub gradient_noise: f64,
+    /// Share of the trapezoid's pixels at 0.98 or brighter.
+    pub bright_share: f64,
+    /// Share at 0.02 or darker.
+    pub dark_share: f64,
+}
+
+/// Edges inside a trapezoid: Gaussian smoothing, Sobel gradient, thinning across the edge, and two thresholds
+/// that follow the noise of this image (its median gradient, which lines do not lift as they cover little of
+/// it).
+pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, Refusal> {
+    trapezoid.validate()?;
+    positive("the edge's noise factor", settings.noise_factor)?;
+    positive("the least gradient", settings.least_gradient)?;
+    if !(0.3..=5.0).contains(&settings.smooth_px) {
+        return Err(Refusal::OutOfRange {
+            what: "the smoothing in pixels",
+            value: settings.smooth_px,
+            allowed: "0.3 to 5",
+        });
+    }
+    // The window is the trapezoid's box and what the filters need around it; beyond the image its border goes
+    // on.
+    let (w, h) = (image.width_px() as f64, image.height_px() as f64);
+    let left = trapezoid.top_u_px[0].min(trapezoid.bottom_u_px[0]).clamp(0.0, w).floor() as usize;
+    let right = trapezoid.top_u_px[1].max(trapezoid.bottom_u_px[1]).clamp(0.0, w).ceil() as usize;
+    let top = trapezoid.top_v_px.clamp(0.0, h).floor() as usize;
+    let bottom = trapezoid.bottom_v_px.clamp(0.0, h).ceil() as usize;
+    if right < left + 8 || bottom < top + 8 {
+        return Err(Refusal::Degenerate {
+            what: "the edges, as the trapezoid holds less than 8 x 8 pixels of the image",
+        });
+    }
+    let (nu, nv) = (right - left, bottom - top);
+    let smooth = smoothed(image, left, top, nu, nv, settings.smooth_px);
+    let at = |u: isize, v: isize| {
+        smooth[v.clamp(0, nv as isize - 1) as usize * nu + u.clamp(0, nu as isize - 1) as usize]
+    };
+    let mut gradient = vec![(0.0f32, 0.0f32, 0.0f32); nu * nv];
+    let mut inside = Vec::with_capacity(nu * nv);
+    let (mut bright, mut dark) = (0usize, 0usize);
+    for v in 0..nv {
+        let Some(span) = trapezoid.row((top + v) as f64 + 0.5) else { continue };
+        for u in 0..nu {
+            let (x, y) = (u as isize, v as isize);
+            let gx =
+                at(x + 1, y - 1) - at(x - 1, y - 1) + 2.0 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y + 1)
+                    - at(x - 1, y + 1);
+            let gy =
+                at(x - 1, y + 1) - at(x - 1, y - 1) + 2.0 * (at(x, y + 1) - at(x, y - 1)) + at(x + 1, y + 1)
+                    - at(x + 1, y - 1);
+            let (gx, gy) = (gx / 8.0, gy / 8.0);
+            let size = gx.hypot(gy);
+            gradient[v * nu + u] = (gx, gy, size);
+            let c = (left + u) as f64 + 0.5;
+            if c >= span[0] && c <= span[1] {
+                inside.push(size);
+                let grey = image.row(top + v)[left + u];
+                bright += usize::from(grey >= 0.98);
+                dark += usize::from(grey <= 0.02);
+            }
+        }
+    }
+    if inside.is_empty() {
+        return Err(Refusal::Degenerate { what: "the edges, as the trapezoid lies outside the image" });
+    }
+    let count = inside.len() as f64;
+    let middle = inside.len() / 2;
+    // The median length of a two-dimensional Gaussian vector is sqrt(2 ln 2) standard deviations.
+    let median = f64::from(*inside.select_nth_unstable_by(middle, f32::total_cmp).1);
+    let gradient_noise = median / (2.0 * 2f64.ln()).sqrt();
+    let high = (settings.noise_factor * gradient_noise).max(settings.least_gradient);
+    let edges = thin_and_follow(&gradient, nu, nv, high as f32)
+        .into_iter()
+        .map(|mut e| {
+            e.pixel += DVec2::new(left as f64, top as f64);
+            e
+        })
+        .filter(|e| trapezoid.contains(e.pixel))
+        .collect();
+    Ok(Edges { edges, gradient_noise, bright_share: bright as f64 / count, dark_share: dark as f64 / count })
+}
+
+/// The window smoothed along rows and then along columns.
+fn smoothed(image: &Image, left: usize, top: usize, nu: usize, nv: usize, sigma: f64) -> Vec<f32> {
+    let reach = (3.0 * sigma).ceil() as isize;
+    let raw: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+    let sum: f64 = raw.iter().sum();
+    let taps: Vec<f32> = raw.iter().map(|t| (t / sum) as f32).collect();
+    let (w, h) = (image.width_px() as isize, image.height_px() as isize);
+    let rows: Vec<isize> = (top as isize - reach..(top + nv) as isize + reach).collect();
+    let mut across = Vec::with_capacity(rows.len() * nu);
+    for v in &rows {
+        let row = image.row((*v).clamp(0, h - 1) as usize);
+        for u in 0..nu {
+            let first = (left + u) as isize - reach;
+            let sum: f32 = match first >= 0 && first + (taps.len() as isize) <= w {
+                true => taps.iter().zip(&row[first as usize..]).map(|(t, g)| t * g).sum(),
+                false => (0..).zip(&taps).map(|(i, t)| t * row[(first + i).clamp(0, w - 1) as usize]).sum(),
+            };
+            across.push(sum);
+        }
+    }
+    let mut out = vec![0.0f32; nu * nv];
+    for v in 0..nv {
+        for (i, t) in taps.iter().enumerate() {
+            let from = &across[(v + i) * nu..(v + i + 1) * nu];
+            out[v * nu..(v + 1) * nu].iter_mut().zip(from).for_each(|(o, g)| *o += t * g);
+        }
+    }
+    out
+}
+
+/// Keeps what is largest across the edge and above `high`, or joined to such by pixels above half of it.
+fn thin_and_follow(gradient: &[(f32, f32, f32)], nu: usize, nv: usize, high: f32) -> Vec<Edge> {
+    let size = |u: f32, v: f32| {
+        let (u0, v0) = ((u.floor() as usize).min(nu - 2), (v.floor() as usize).min(nv - 2));
+        let (a, b) = (u - u0 as f32, v - v0 as f32);
+        let g = |du: usize, dv: usize| gradient[(v0 + dv) * nu + u0 + du].2;
+        (g(0, 0) * (1.0 - a) + g(1, 0) * a) * (1.0 - b) + (g(0, 1) * (1.0 - a) + g(1, 1) * a) * b
+    };
+    let mut thin: Vec<Option<Edge>> = vec![None; nu * nv];
+    let mut open = Vec::new();
+    let mut kept = vec![false; nu * nv];
+    for v in 1..nv - 1 {
+        for u in 1..nu - 1 {
+            let (gx, gy, g) = gradient[v * nu + u];
+            if g.is_nan() || g <= 0.5 * high {
+                continue;
+            }
+            let (dx, dy) = (gx / g, gy / g);
+            let (x, y) = (u as f32, v as f32);
+            let (before, after) = (size(x - dx, y - dy), size(x + dx, y + dy));
+            // One side may tie: of two equal pixels across an edge, one stays.
+            if g < before || g <= after {
+                continue;
+            }
+            let shift = f64::from(0.5 * (before - after) / (before - 2.0 * g + after)).clamp(-0.5, 0.5);
+            let pixel =
+                DVec2::new(u as f64 + 0.5, v as f64 + 0.5) + DVec2::new(f64::from(dx), f64::from(dy)) * shift;
+            thin[v * nu + u] =
+                Some(Edge { pixel, normal_rad: f64::from(gy).atan2(f64::from(gx)), gradient: f64::from(g) });
+            if g >= high {
+                kept[v * nu + u] = true;
+                open.push(v * nu + u);
+            }
+        }
+    }
+    while let Some(i) = open.pop() {
+        for dv in [-1isize, 0, 1] {
+            for du in [-1isize, 0, 1] {
+                // Thinned pixels keep off the window's border, so the neighbour exists.
+                let j = (i as isize + dv * nu as isize + du) as usize;
+                if thin[j].is_some() && !kept[j] {
+                    kept[j] = true;
+                    open.push(j);
+                }
+            }
+        }
+    }
+    thin.into_iter().zip(kept).filter_map(|(e, k)| e.filter(|_| k)).collect()
+}
+
+/// Settings of [`hough_lines`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HoughSettings {
+    pub angle_step_rad: f64,
+    pub distance_step_px: f64,
+    /// An edge votes for lines whose normal lies this near its own.
+    pub angle_reach_rad: f64,
+    /// A peak suppresses smaller ones within these distances.
+    pub suppress_rad: f64,
+    pub suppress_px: f64,
+    pub least_votes: usize,
+    pub most_lines: usize,
+}
+
+impl Default for HoughSettings {
+    fn default() -> Self {
+        HoughSettings {
+            angle_step_rad: 0.5f64.to_radians(),
+            distance_step_px: 1.0,
+            angle_reach_rad: 8f64.to_radians(),
+            suppress_rad: 3f64.to_radians(),
+            suppress_px: 3.0,
+            least_votes: 15,
+            most_lines: 40,
+        }
+    }
+}
+
+/// x cos t + y sin t = rho (S section 2.1), with x = u and y = v from the image's corner. The normal t points
+/// from dark to bright, so t runs through the whole circle and rho may be negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoughLine {
+    pub theta_rad: f64,
+    pub rho_px: f64,
+    /// Number of edges on the line.
+    pub votes: usize,
+    /// The topmost and the lowest edge's v on the line.
+    pub rows_px: [f64; 2],
+}
+
+impl HoughLine {
+    /// Distance of a pixel from the line, positive on the bright side.
+    pub fn distance_px(&self, pixel: DVec2) -> f64 {
+        pixel.dot(DVec2::from_angle(self.theta_rad)) - self.rho_px
+    }
+
+    /// The u at a height v; none for a level line.
+    pub fn column(&self, v_px: f64) -> Option<f64> {
+        let c = self.theta_rad.cos();
+        (c.abs() > 1e-3).then(|| (self.rho_px - v_px * self.theta_rad.sin()) / c)
+    }
+}
+
+/// Straight lines by votes of the edges, each peak the largest in its neighbourhood and then set by total
+/// least squares to the edges within two pixels of it. Most votes first.
+pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, Refusal> {
+    let s = settings;
+    for (what, value, low, high, allowed) in [
+        ("the Hough angle step", s.angle_step_rad, 1e-3, 0.2, "0.001 to 0.2"),
+        ("the Hough distance step", s.distance_step_px, 0.1, 20.0, "0.1 to 20"),
+        ("the Hough angle reach", s.angle_reach_rad, 0.0, PI, "0 to pi"),
+        ("the suppressed angle", s.suppress_rad, 0.0, PI, "0 to pi"),
+        ("the suppressed distance", s.suppress_px, 0.0, 1e3, "0 to 1000"),
+    ] {
+        if !(low..=high).contains(&value) {
+            return Err(Refusal::OutOfRange { what, value, allowed });
+        }
+    }
+    if edges.iter().any(|e| !(e.pixel.is_finite() && e.normal_rad.is_finite())) {
+        return Err(Refusal::NotFinite { what: "an edge" });
+    }
+    if edges.is_empty() {
+        return Ok(Vec::new());
+    }
+    // Votes are counted about the edges' middle, where angle and distance are least tied to each other.
+    let middle = edges.iter().map(|e| e.pixel).sum::<DVec2>() / edges.len() as f64;
+    let reach = edges.iter().map(|e| e.pixel.distance(middle)).fold(1.0, f64::max);
+    if reach > 1e5 {
+        return Err(Refusal::OutOfRange {
+            what: "the spread of the edges in pixels",
+            value: reach,
+            allowed: "at most 1e5",
+        });
+    }
+    let turns = (TAU / s.angle_step_rad).round().max(4.0) as usize;
+    let half = (reach / s.distance_step_px).ceil() as usize + 1;
+    let width = 2 * half + 1;
+    if turns.saturating_mul(width) > 50_000_000 {
+        let value = turns as f64 * width as f64;
+        return Err(Refusal::OutOfRange { what: "the number of Hough cells", value, allowed: "at most 5e7" });
+    }
+    let angles: Vec<DVec2> = (0..turns).map(|i| DVec2::from_angle(TAU * i as f64 / turns as f64)).collect();
+    let spread = (s.angle_reach_rad / TAU * turns as f64).round().min(turns as f64 / 2.0 - 1.0) as isize;
+    let mut votes = vec![0u32; turns * width];
+    for e in edges {
+        let centre = (e.normal_rad.rem_euclid(TAU) / TAU * turns as f64).round() as isize;
+        for k in -spread..=spread {
+            let t = (centre + k).rem_euclid(turns as isize) as usize;
+            let r = ((e.pixel - middle).dot(angles[t]) / s.distance_step_px).round() as isize + half as isize;
+            votes[t * width + r as usize] += 1;
+        }
+    }
+    let (dt, dr) = (
+        (s.suppress_rad / TAU * turns as f64).round() as isize,
+        (s.suppress_px / s.distance_step_px).round() as isize,
+    );
+    let least = s.least_votes.max(3) as u32;
+    let mut lines: Vec<HoughLine> = Vec::new();
+    let mut peaks: Vec<(u32, usize, usize)> = Vec::new();
+    for t in 0..turns {
+        for r in 0..width {
+            let n = votes[t * width + r];
+            if n < least / 2 {
+                continue;
+            }
+            let largest = (-dt..=dt).all(|kt| {
+                let other = (t as isize + kt).rem_euclid(turns as isize) as usize;
+                let rows = (r as isize - dr).max(0) as usize..=((r as isize + dr) as usize).min(width - 1);
+                // Of equal cells the first in order of memory stays.
+                rows.into_iter().all(|q| {
+                    let m = votes[other * width + q];
+                    m < n || (m == n && (other, q) >= (t, r))
+                })
+            });
+            if largest {
+                peaks.push((n, t, r));
+            }
+        }
+    }
+    peaks.sort_by_key(|p| (std::cmp::Reverse(p.0), p.1, p.2));
+    for (_, t, r) in peaks.into_iter().take(s.most_lines.saturating_mul(4)) {
+        let rho = (r as f64 - half as f64) * s.distance_step_px + middle.dot(angles[t]);
+        let start = HoughLine {
+            theta_rad: wrapped(TAU * t as f64 / turns as f64),
+            rho_px: rho,
+            votes: 0,
+            rows_px: [0.0; 2],
+        };
+        let Some(line) = set_to_edges(start, edges, s.angle_reach_rad) else { continue };
+        let same = |l: &HoughLine| {
+            let m = DVec2::new(line.column(line.rows_px[1]).unwrap_or(middle.x), line.rows_px[1]);
+            wrapped(l.theta_rad - line.theta_rad).abs() < s.suppress_rad
+                && l.distance_px(m).abs() < s.suppress_px
+        };
+        if line.votes >= s.least_votes.max(3) && !lines.iter().any(same) {
+            lines.push(line);
+        }
+    }
+    lines.sort_by(|a, b| b.votes.cmp(&a.votes).then(a.rho_px.total_cmp(&b.rho_px)));
+    lines.truncate(s.most_lines);
+    Ok(lines)
+}
+
+/// Total least squares on the edges within two pixels whose normals agree, three times over.
+fn set_to_edges(mut line: HoughLine, edges: &[Edge], angle_reach_rad: f64) -> Option<HoughLine> {
+    for _ in 0..3 {
+        let mut on: Vec<DVec2> = Vec::new();
+        for e in edges {
+            if line.distance_px(e.pixel).abs() < 2.0
+                && wrapped(e.normal_rad - line.theta_rad).abs() <= angle_reach_rad
+            {
+                on.push(e.pixel);
+            }
+        }
+        if on.len() < 3 {
+            return None;
+        }
+        let mean = on.iter().sum::<DVec2>() / on.len() as f64;
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        for p in &on {
+            let d = *p - mean;
+            (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
+        }
+        let along = 0.5 * (2.0 * xy).atan2(xx - yy);
+        let mut theta = wrapped(along + 0.5 * PI);
+        if wrapped(theta - line.theta_rad).abs() > 0.5 * PI {
+            theta = wrapped(theta + PI);
+        }
+        let rows_px =
+            on.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p.y), b.max(p.y)]);
+        line = HoughLine {
+            theta_rad: theta,
+            rho_px: mean.dot(DVec2::from_angle(theta)),
+            votes: on.len(),
+            rows_px,
+        };
+    }
+    Some(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::synth::Draws;
+    use super::*;
+
+    fn whole(n: f64) -> Trapezoid {
+        Trapezoid { top_v_px: 0.0, bottom_v_px: n, top_u_px: [0.0, n], bottom_u_px: [0.0, n] }
+    }
+
+    /// A bright half plane beyond x cos t + y sin t = rho, with each pixel its covered share.
+    fn half_plane(n: usize, theta: f64, rho: f64, noise: f64, seed: u64) -> Image {
+        let mut draws = Draws::new(seed);
+        let e = DVec2::from_angle(theta);
+        let grey = (0..n * n).map(|i| {
+            let share = (0..25).filter(|k| {
+                let p = DVec2::new(
+                    (i % n) as f64 + (*k % 5) as f64 / 5.0 + 0.1,
+                    (i / n) as f64 + (*k / 5) as f64 / 5.0 + 0.1,
+                );
+                p.dot(e) > rho
+            });
+            (0.3 + 0.4 * share.count() as f64 / 25.0 + noise * draws.normal()) as f32
+        });
+        Image::new(n, n, grey.collect()).unwrap()
+    }
+
+    #[test]
+    fn a_step_is_found_between_pixels_with_its_side() {
+        let mut draws = Draws::new(3);
+        let mut worst: f64 = 0.0;
+        for i in 0..40 {
+            let theta = TAU * draws.uniform() - PI;
+            let rho = DVec2::splat(40.0).dot(DVec2::from_angle(theta)) + 10.0 * draws.normal();
+            let image = half_plane(80, theta, rho, 0.02, i);
+            let found = edges(&image, &whole(80.0), &EdgeSettings::default()).unwrap();
+            let lines = hough_lines(&found.edges, &HoughSettings::default()).unwrap();
+            let l = &lines[0];
+            assert!(wrapped(l.theta_rad - theta).abs() < 0.01, "{theta} {l:?}");
+            worst = worst.max(
+                l.distance_px(
+                    DVec2::from_angle(theta) * rho
+                        + DVec2::from_angle(theta).perp()
+                            * DVec2::splat(40.0).dot(DVec2::from_angle(theta).perp()),
+                )
+                .abs(),
+            );
+            assert_eq!(lines.iter().filter(|m| wrapped(m.theta_rad - theta).abs() < 0.05).count(), 1);
+        }
+        println!("a step's line lies {worst:.3} px off at worst");
+        assert!(worst < 0.15, "{worst}");
+    }
+
+    #[test]
+    fn noise_alone_gives_no_line_and_flat_grey_no_edge() {
+        let mut draws = Draws::new(4);
+        for light in [0.1, 0.5] {
+            let grey = (0..200 * 200).map(|_| (0.5 + light * draws.normal()) as f32).collect();
+            let found =
+                edges(&Image::new(200, 200, grey).unwrap(), &whole(200.0), &EdgeSettings::default()).unwrap();
+            // P(Rayleigh > 5 sigma) = exp(-12.5) = 4e-6 for each of 4e4 pixels: 0.15 starts expected.
+            assert!(found.edges.len() < 30, "{}", found.edges.len());
+            assert!(hough_lines(&found.edges, &HoughSettings::default()).unwrap().is_empty());
+        }
+        let flat = Image::new(50, 50, vec![0.4; 2500]).unwrap();
+        let found = edges(&flat, &whole(50.0), &EdgeSettings::default()).unwrap();
+        assert!(found.edges.is_empty() && found.gradient_noise < 1e-6);
+    }
+
+    #[test]
+    fn suppression_keeps_two_near_lines_and_drops_echoes() {
+        let mut points = Vec::new();
+        for i in 0..100 {
+            for u in [50.0, 58.0] {
+                points.push(Edge { pixel: DVec2::new(u, i as f64), normal_rad: 0.0, gradient: 1.0 });
+            }
+        }
+        let lines = hough_lines(&points, &HoughSettings::default()).unwrap();
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        for l in &lines {
+            assert!(l.theta_rad.abs() < 1e-9 && l.votes == 100 && l.rows_px == [0.0, 99.0]);
+        }
+        let mut at: Vec<f64> = lines.iter().map(|l| l.rho_px).collect();
+        at.sort_by(f64::total_cmp);
+        assert!((at[0] - 50.0).abs() < 1e-9 && (at[1] - 58.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn hostile_input() {
+        let image = Image::new(20, 20, vec![0.1; 400]).unwrap();
+        let bad = Trapezoid { top_v_px: f64::NAN, ..whole(20.0) };
+        assert!(edges(&image, &bad, &EdgeSettings::default()).is_err());
+        let away = Trapezoid { top_v_px: 100.0, bottom_v_px: 200.0, ..whole(20.0) };
+        assert!(edges(&image, &away, &EdgeSettings::default()).is_err());
+        assert!(
+            edges(&image, &whole(20.0), &EdgeSettings { smooth_px: f64::NAN, ..Default::default() }).is_err()
+        );
+        assert!(edges(&image, &whole(1e9), &EdgeSettings::default()).is_ok());
+        let e = Edge { pixel: DVec2::splat(f64::NAN), normal_rad: 0.0, gradient: 1.0 };
+        assert!(hough_lines(&[e], &HoughSettings::default()).is_err());
+        assert!(
+            hough_lines(
+                &[Edge { pixel: DVec2::splat(1e300), ..e }, Edge { pixel: DVec2::ZERO, ..e }],
+                &HoughSettings::default()
+            )
+            .is_err()
+        );
+        assert!(hough_lines(&[Edge { pixel: DVec2::X, ..e }], &HoughSettings::default()).unwrap().is_empty());
+        assert!(hough_lines(&[], &HoughSettings { angle_step_rad: 0.0, ..Default::default() }).is_err());
+    }
+}

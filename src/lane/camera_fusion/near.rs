@@ -1,0 +1,367 @@
+//! The near part: the own lane's painted lines from one image, on the ground.
+
+use super::camera::{Camera, Image, Trapezoid};
+use super::curve::{Parabola, least_squares};
+use super::edges::{Edge, EdgeSettings, HoughLine, HoughSettings, edges, hough_lines};
+use super::{Refusal, positive};
+use glam::{DMat2, DVec2};
+
+/// Settings of [`find_near_lane`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearSettings {
+    pub edges: EdgeSettings,
+    pub hough: HoughSettings,
+    /// Least and largest width of a painted line.
+    pub stripe_m: [f64; 2],
+    /// Least and largest distance between the lane's lines.
+    pub lane_m: [f64; 2],
+    /// Largest slope of a line at the car.
+    pub steepest_rad: f64,
+    /// Largest angle between the left and the right line.
+    pub apart_rad: f64,
+}
+
+impl Default for NearSettings {
+    fn default() -> Self {
+        NearSettings {
+            edges: EdgeSettings::default(),
+            hough: HoughSettings::default(),
+            stripe_m: [0.05, 0.4],
+            lane_m: [2.5, 4.5],
+            steepest_rad: 0.35,
+            apart_rad: 0.07,
+        }
+    }
+}
+
+/// The middle of one painted line on the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearLine {
+    pub curve: Parabola,
+    /// Width of the paint as fitted.
+    pub stripe_m: f64,
+    /// The two straight lines in the image, left edge and right edge of the paint.
+    pub hough: [HoughLine; 2],
+}
+
+/// The own lane as the camera sees it. At least one line is there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearLane {
+    pub left: Option<NearLine>,
+    pub right: Option<NearLine>,
+}
+
+/// A painted line as two straight edges in the image, with position and slope on the ground.
+struct Stripe {
+    hough: [HoughLine; 2],
+    /// y at the reference distance.
+    y_m: f64,
+    heading_rad: f64,
+    votes: usize,
+}
+
+/// Left and right line of the own lane: edges, Hough lines inside the trapezoid, pairs of edges that are the
+/// two sides of one paint (dark to bright, then bright to dark), the pair of paints that lie left and right
+/// of the car at a lane's distance, and last a parabola on the ground through the edges of each paint, as
+/// Hough lines alone make every road straight (S section 4.3 names that as the method's limit).
+pub fn find_near_lane(
+    camera: &Camera,
+    image: &Image,
+    trapezoid: &Trapezoid,
+    settings: &NearSettings,
+) -> Result<NearLane, Refusal> {
+    camera.validate()?;
+    positive("the least width of a painted line", settings.stripe_m[0])?;
+    positive("the least width of a lane", settings.lane_m[0])?;
+    if (image.width_px(), image.height_px()) != (camera.width_px, camera.height_px) {
+        let value = image.width_px() as f64;
+        return Err(Refusal::OutOfRange { what: "the image's width", value, allowed: "the camera's size" });
+    }
+    let found = edges(image, trapezoid, &settings.edges)?;
+    let lines = hough_lines(&found.edges, &settings.hough)?;
+    let stripes = stripes(camera, trapezoid, &lines, settings);
+    let y_car = |s: &Stripe| s.y_m;
+    let mut best: Option<(usize, &Stripe, &Stripe)> = None;
+    for l in stripes.iter().filter(|s| y_car(s) > 0.0) {
+        for r in stripes.iter().filter(|s| y_car(s) <= 0.0) {
+            let width = y_car(l) - y_car(r);
+            let fits = (settings.lane_m[0]..=settings.lane_m[1]).contains(&width)
+                && (l.heading_rad - r.heading_rad).abs() <= settings.apart_rad;
+            let votes = l.votes + r.votes;
+            if fits && best.is_none_or(|(v, ..)| votes > v) {
+                best = Some((votes, l, r));
+            }
+        }
+    }
+    let (left, right) = match best {
+        Some((_, l, r)) => (Some(l), Some(r)),
+        None => {
+            // One line alone must lie within a lane's width of the car.
+            let one = stripes
+                .iter()
+                .filter(|s| y_car(s).abs() <= 0.75 * settings.lane_m[1])
+                .max_by_key(|s| s.votes);
+            match one {
+                Some(s) if y_car(s) > 0.0 => (Some(s), None),
+                other => (None, other),
+            }
+        }
+    };
+    let fit = |s: Option<&Stripe>| s.and_then(|s| on_ground(camera, &found.edges, s, settings));
+    let lane = NearLane { left: fit(left), right: fit(right) };
+    if lane.left.is_none() && lane.right.is_none() { Err(Refusal::NoLaneLine) } else { Ok(lane) }
+}
+
+/// Ground points of a straight image line at its lowest and topmost edge.
+fn ground_ends(camera: &Camera, line: &HoughLine) -> Option<[DVec2; 2]> {
+    let at = |v: f64| camera.ground_from_pixel(DVec2::new(line.column(v)?, v)).ok();
+    Some([at(line.rows_px[1])?, at(line.rows_px[0])?])
+}
+
+fn stripes(
+    camera: &Camera,
+    trapezoid: &Trapezoid,
+    lines: &[HoughLine],
+    settings: &NearSettings,
+) -> Vec<Stripe> {
+    // Lines are compared on the ground in the lower third of the trapezoid, where a pixel is small.
+    let v = trapezoid.bottom_v_px.min(camera.height_px as f64) * 0.67 + trapezoid.top_v_px * 0.33;
+    let Ok(reference) = camera.ground_from_pixel(DVec2::new(camera.centre_px.x, v)) else {
+        return Vec::new();
+    };
+    let grounded: Vec<(&HoughLine, f64, f64)> = lines
+        .iter()
+        .filter_map(|l| {
+            let [a, b] = ground_ends(camera, l)?;
+            let d = b - a;
+            let heading = d.y.atan2(d.x);
+            let y = a.y + (reference.x - a.x) * heading.tan();
+            (heading.abs() <= settings.steepest_rad && d.x > 1.0).then_some((l, y, heading))
+        })
+        .collect();
+    let mut out = Vec::new();
+    for (l, y, heading) in grounded.iter().filter(|g| g.0.theta_rad.cos() > 0.0) {
+        let partner = grounded
+            .iter()
+            .filter(|(r, yr, hr)| {
+                r.theta_rad.cos() < 0.0
+                    && (settings.stripe_m[0]..=settings.stripe_m[1]).contains(&(y - yr))
+                    && (heading - hr).abs() < 0.5 * settings.apart_rad
+                    // Both edges are seen over common rows.
+                    && r.rows_px[0].max(l.rows_px[0]) < r.rows_px[1].min(l.rows_px[1])
+            })
+            .max_by_key(|(r, ..)| r.votes);
+        if let Some((r, yr, hr)) = partner {
+            out.push(Stripe {
+                hough: [(*l).clone(), (*r).clone()],
+                y_m: 0.5 * (y + yr),
+                heading_rad: 0.5 * (heading + hr),
+                votes: l.votes.min(r.votes),
+            });
+        }
+    }
+    out
+}
+
+/// An edge on the ground.
+struct GroundEdge {
+    point_m: DVec2,
+    /// Half a paint's width to the left of its middle, or to the right.
+    side: f64,
+    /// Shift on the ground for one pixel along the edge's normal.
+    shift_m: DVec2,
+    /// Ground metres to pixels.
+    to_pixel: DMat2,
+    normal: DVec2,
+}
+
+/// Parabola of the paint's middle and its width, from edges that lie near it. It starts from the straight
+/// line over the rows where that was seen and takes in more edges as the curve improves. Its axis follows the
+/// curve, since in a frame along its chord a parabola keeps near a circle for longest.
+fn on_ground(camera: &Camera, all: &[Edge], stripe: &Stripe, settings: &NearSettings) -> Option<NearLine> {
+    let edges: Vec<GroundEdge> = all
+        .iter()
+        .filter_map(|e| {
+            let [du, dv] = camera.ground_per_pixel(e.pixel).ok()?;
+            let normal = DVec2::from_angle(e.normal_rad);
+            Some(GroundEdge {
+                point_m: camera.ground_from_pixel(e.pixel).ok()?,
+                side: if normal.x > 0.0 { 0.5 } else { -0.5 },
+                shift_m: du * normal.x + dv * normal.y,
+                to_pixel: DMat2::from_cols(du, dv).inverse(),
+                normal,
+            })
+        })
+        .collect();
+    let [a, b] = ground_ends(camera, &stripe.hough[0])?;
+    let [c, d] = ground_ends(camera, &stripe.hough[1])?;
+    let half = 0.5 * (b.distance(a)).max(d.distance(c));
+    let mut curve = Parabola {
+        origin_m: 0.25 * (a + b + c + d),
+        axis_rad: stripe.heading_rad,
+        a: [0.0; 3],
+        span_m: [-half, half],
+        covariance: [[0.0; 3]; 3],
+        residual_m: 0.0,
+        count: 0,
+    };
+    let mut stripe_m = 0.15;
+    let mut noise_px = f64::INFINITY;
+    for round in 0..8 {
+        let gate: f64 = if round < 2 { 0.12 } else { 0.07 };
+        // A quarter further each round: no further than the curve so far can be trusted.
+        let grow = if round == 0 { 0.5 } else { 0.25 * curve.length_m() };
+        let reach = [curve.span_m[0] - grow, curve.span_m[1] + grow];
+        let centre = curve.point(0.5 * (curve.span_m[0] + curve.span_m[1]));
+        let axis_rad = curve.heading_rad(0.5 * (curve.span_m[0] + curve.span_m[1]));
+        let e = DVec2::from_angle(axis_rad);
+        let mut columns = vec![Vec::new(); 4];
+        let (mut rhs, mut sigmas, mut span) = (Vec::new(), 0.0, [f64::INFINITY, f64::NEG_INFINITY]);
+        let scale = half.max(1.0);
+        for g in &edges {
+            let u = curve.coordinate(g.point_m);
+            if !(reach[0]..=reach[1]).contains(&u) {
+                continue;
+            }
+            let heading = DVec2::from_angle(curve.heading_rad(u));
+            let off = (g.point_m - curve.point(u)).dot(heading.perp()) - g.side * stripe_m;
+            let sigma = g.shift_m.dot(heading.perp()).abs().max(1e-3);
+            // The ends of a dash lie across the line and say nothing of where it runs.
+            let across = (g.to_pixel * heading).normalize_or_zero().dot(g.normal).abs();
+            if !(off.abs() < gate.max(2.0 * sigma) && across < 0.2) {
+                continue;
+            }
+            let p = g.point_m - centre;
+            let (u, w, root) = (p.dot(e), p.dot(e.perp()), 1.0 / sigma);
+            columns
+                .iter_mut()
+                .zip([1.0, u / scale, (u / scale).powi(2), g.side])
+                .for_each(|(c, v)| c.push(v * root));
+            rhs.push(w * root);
+            sigmas += sigma;
+            span = [span[0].min(u), span[1].max(u)];
+        }
+        let Ok(s) = least_squares(&columns, &rhs) else { break };
+        let variance = s.variance();
+        // A road that bends away from the parabola shows in the residual: then the last curve stays.
+        if variance.sqrt() > (1.5 * noise_px).max(0.4) {
+            break;
+        }
+        noise_px = noise_px.min(variance.sqrt());
+        let unit = [1.0, 1.0 / scale, 1.0 / (scale * scale), 1.0];
+        stripe_m = s.coefficients[3];
+        curve = Parabola {
+            origin_m: centre,
+            axis_rad,
+            a: std::array::from_fn(|i| s.coefficients[i] * unit[i]),
+            span_m: span,
+            covariance: std::array::from_fn(|i| {
+                std::array::from_fn(|j| s.inverse_normal[i * 4 + j] * variance * unit[i] * unit[j])
+            }),
+            residual_m: variance.sqrt() * sigmas / rhs.len() as f64,
+            count: rhs.len(),
+        };
+    }
+    let whole = (settings.stripe_m[0]..=settings.stripe_m[1]).contains(&stripe_m);
+    (whole && curve.count > 0 && curve.length_m() > 2.0).then(|| NearLine {
+        curve,
+        stripe_m,
+        hough: stripe.hough.clone(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::synth::{CLEAR, Road, Weather, camera, render};
+    use super::*;
+
+    const LINES: [(f64, bool); 3] = [(1.75, true), (-1.75, false), (5.25, false)];
+
+    fn see(road: &Road, weather: &Weather, seed: u64) -> Result<NearLane, Refusal> {
+        let c = camera();
+        let t = Trapezoid::of_ground(&c, 6.0, 35.0, 6.0).unwrap();
+        find_near_lane(&c, &render(&c, road, &LINES, weather, seed), &t, &NearSettings::default())
+    }
+
+    /// (root mean square, largest) distance of a line from where it was painted, from 6 m to its far end.
+    fn error(line: &NearLine, road: &Road, left_m: f64) -> (f64, f64) {
+        let e: Vec<f64> = line.curve.samples(40, 0.0).iter().map(|p| road.frenet(*p).1 - left_m).collect();
+        ((e.iter().map(|e| e * e).sum::<f64>() / 40.0).sqrt(), e.iter().fold(0.0, |a, e| e.abs().max(a)))
+    }
+
+    fn measure(name: &str, road: &Road, weather: &Weather) -> (f64, f64, f64) {
+        let (mut sum, mut worst, mut found, mut far) = (0.0f64, 0.0f64, 0, 0.0);
+        for seed in 0..2 {
+            let Ok(lane) = see(road, weather, seed) else { continue };
+            for (line, left) in [(&lane.left, 1.75), (&lane.right, -1.75)] {
+                let Some(line) = line else { continue };
+                let (rms, most) = error(line, road, left);
+                (sum, worst, found) = (sum + rms * rms, worst.max(most), found + 1);
+                far += line.curve.point(line.curve.span_m[1]).x;
+            }
+        }
+        let n = f64::from(found).max(1.0);
+        println!(
+            "{name}: {found} of 4 lines, rms {:.3} m, worst {worst:.3} m, seen to {:.1} m",
+            (sum / n).sqrt(),
+            far / n
+        );
+        (n, (sum / n).sqrt(), worst)
+    }
+
+    #[test]
+    fn lines_of_straight_and_curved_roads() {
+        let slanted = Road { offset_m: -0.5, heading_rad: 0.03, ..Road::straight() };
+        for (name, road) in [
+            ("straight", Road::straight()),
+            ("straight, car turned", slanted),
+            ("left curve of 150 m", Road::curve(150.0, true)),
+            ("right curve of 150 m", Road::curve(150.0, false)),
+            ("right curve of 400 m", Road::curve(400.0, false)),
+        ] {
+            let (found, rms, worst) = measure(name, &road, &CLEAR);
+            assert!(found == 4.0 && rms < 0.05 && worst < 0.2, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_straight_says_so() {
+        let lane = see(&Road::straight(), &CLEAR, 9).unwrap();
+        let c = &lane.right.unwrap().curve;
+        assert!(c.curvature_1pm(0.0).abs() < 5.0 * c.sigma_curvature_1pm().max(2e-5), "{c:?}");
+        let lane = see(&Road::curve(150.0, true), &CLEAR, 9).unwrap();
+        let k = lane.right.unwrap().curve.curvature_1pm(0.0);
+        assert!((k * 151.75 - 1.0).abs() < 0.05, "{k}");
+    }
+
+    #[test]
+    fn noise_glare_fog_and_night() {
+        for (name, weather, least) in [
+            ("noise 0.05", Weather { noise: 0.05, ..CLEAR }, 3.0),
+            ("noise 0.10", Weather { noise: 0.1, ..CLEAR }, 1.0),
+            ("glare 0.3", Weather { glare: 0.3, ..CLEAR }, 3.0),
+            ("fog of 0.03 1/m", Weather { fog_1pm: 0.03, ..CLEAR }, 3.0),
+            ("dusk, light 0.2", Weather { light: 0.2, noise: 0.01, ..CLEAR }, 3.0),
+        ] {
+            let (found, rms, _) = measure(name, &Road::straight(), &weather);
+            assert!(found >= least && rms < 0.12, "{name}");
+        }
+        for (name, weather) in [
+            ("night", Weather { light: 0.0, ..CLEAR }),
+            ("dense fog", Weather { fog_1pm: 0.6, ..CLEAR }),
+            ("blinding light", Weather { glare: 30.0, ..CLEAR }),
+        ] {
+            assert_eq!(see(&Road::straight(), &weather, 1), Err(Refusal::NoLaneLine), "{name}");
+        }
+        let night = render(&camera(), &Road::straight(), &LINES, &Weather { light: 0.0, ..CLEAR }, 1);
+        assert!(night.mean() < 0.02);
+    }
+
+    #[test]
+    fn the_image_must_be_the_cameras() {
+        let c = camera();
+        let t = Trapezoid::of_ground(&c, 6.0, 35.0, 6.0).unwrap();
+        let image = Image::new(20, 20, vec![0.0; 400]).unwrap();
+        assert!(find_near_lane(&c, &image, &t, &NearSettings::default()).is_err());
+    }
+}

@@ -1,0 +1,380 @@
+//! The far part: ways of the cars ahead from a radar's tracks, in the present car's frame.
+
+use super::curve::{Arc, Parabola, fit_parabola, sinc};
+use super::{Refusal, finite, positive, wrapped};
+use glam::DVec2;
+
+/// A point of the earlier vehicle frame in the frame after the car has gone `travelled_m` along an arc (S
+/// section 3.1 with its signs set right). The car turns by P = L / r, so x' = x cos P + y sin P and y' = -x
+/// sin P + y cos P; then the way gone is taken off. Its chord has the length L sinc(P/2) and lies at P/2
+/// behind the new x axis; the document's L cos P and L sin P are that to first order only.
+pub fn step_to_present(point_m: DVec2, travelled_m: f64, curvature_1pm: f64) -> DVec2 {
+    let turn = travelled_m * curvature_1pm;
+    let chord = travelled_m * sinc(0.5 * turn);
+    DVec2::from_angle(-turn).rotate(point_m) - DVec2::from_angle(-0.5 * turn) * chord
+}
+
+/// The car's own motion from `time_s` until the next sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EgoSample {
+    pub time_s: f64,
+    /// Negative in reverse.
+    pub speed_mps: f64,
+    /// 1/r of the way driven, positive to the left: from the camera's lane line as in the document, or yaw
+    /// rate over speed. It has no effect at standstill.
+    pub curvature_1pm: f64,
+}
+
+/// The car's poses over time, in the frame of the first sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EgoPath {
+    samples: Vec<EgoSample>,
+    poses: Vec<Arc>,
+}
+
+impl EgoPath {
+    /// From samples in order of time; the last one's motion goes on for `hold_s`.
+    pub fn new(samples: &[EgoSample], hold_s: f64) -> Result<EgoPath, Refusal> {
+        let Some(last) = samples.last() else {
+            return Err(Refusal::TooFew { what: "samples of the car's motion", got: 0, need: 1 });
+        };
+        if !(hold_s >= 0.0 && hold_s.is_finite()) {
+            return Err(Refusal::OutOfRange { what: "the hold time", value: hold_s, allowed: "0 or more" });
+        }
+        for s in samples {
+            finite("a sample of the car's motion", s.time_s + s.speed_mps + s.curvature_1pm)?;
+        }
+        let mut samples = samples.to_vec();
+        samples.push(EgoSample { time_s: last.time_s + hold_s, ..*last });
+        let mut pose =
+            Arc { point_m: DVec2::ZERO, heading_rad: 0.0, curvature_1pm: samples[0].curvature_1pm };
+        let mut poses = vec![pose];
+        for pair in samples.windows(2) {
+            let dt = pair[1].time_s - pair[0].time_s;
+            if dt < 0.0 {
+                return Err(Refusal::OutOfRange { what: "a step of time", value: dt, allowed: "0 or more" });
+            }
+            let s = pair[0].speed_mps * dt;
+            pose = Arc {
+                point_m: pose.point(s),
+                heading_rad: pose.heading_at(s),
+                curvature_1pm: pair[1].curvature_1pm,
+            };
+            poses.push(pose);
+        }
+        match poses.iter().all(|p| p.point_m.is_finite() && p.heading_rad.is_finite()) {
+            true => Ok(EgoPath { samples, poses }),
+            false => Err(Refusal::NotFinite { what: "the car's way" }),
+        }
+    }
+
+    /// Position and heading at a time within the samples.
+    pub fn pose(&self, time_s: f64) -> Result<(DVec2, f64), Refusal> {
+        let outside =
+            !(time_s >= self.samples[0].time_s && time_s <= self.samples[self.samples.len() - 1].time_s);
+        if outside {
+            return Err(Refusal::OutOfRange {
+                what: "a time",
+                value: time_s,
+                allowed: "within the car's motion",
+            });
+        }
+        let i = self.samples.partition_point(|s| s.time_s <= time_s).saturating_sub(1);
+        let s = self.samples[i].speed_mps * (time_s - self.samples[i].time_s);
+        Ok((self.poses[i].point(s), self.poses[i].heading_at(s)))
+    }
+
+    /// A point seen at `then_s` in the vehicle frame of `now_s`.
+    pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, Refusal> {
+        let ((p0, h0), (p1, h1)) = (self.pose(then_s)?, self.pose(now_s)?);
+        let out = DVec2::from_angle(-h1).rotate(p0 + DVec2::from_angle(h0).rotate(point_m) - p1);
+        if out.is_finite() { Ok(out) } else { Err(Refusal::NotFinite { what: "a point of a track" }) }
+    }
+
+    /// A track's points in the vehicle frame of `now_s`, in their order (S section 3.1).
+    pub fn track_at(&self, track: &[TrackPoint], now_s: f64) -> Result<Vec<DVec2>, Refusal> {
+        track.iter().map(|t| self.moved(t.position_m, t.time_s, now_s)).collect()
+    }
+}
+
+/// A target's place in the vehicle frame of its own time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackPoint {
+    pub time_s: f64,
+    pub position_m: DVec2,
+}
+
+/// The way of one car ahead: its parabola inside the span and the arcs that extend it (S section 3.2).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trail {
+    pub curve: Parabola,
+    /// Starts at the near end; its heading points away from the car.
+    pub near: Arc,
+    /// Starts at the far end.
+    pub far: Arc,
+}
+
+impl Trail {
+    /// From at least four points in the present frame; the end nearer to the car becomes the start.
+    pub fn fit(points_m: &[DVec2]) -> Result<Trail, Refusal> {
+        let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
+            return Err(Refusal::TooFew { what: "points of the curve", got: 0, need: 4 });
+        };
+        if last.length() < first.length() {
+            let back: Vec<DVec2> = points_m.iter().rev().copied().collect();
+            return Trail::new(fit_parabola(&back, None, None)?);
+        }
+        Trail::new(fit_parabola(points_m, None, None)?)
+    }
+
+    /// Arcs through three marginal points of the curve: an end, and one and two quarters of the length
+    /// inward.
+    pub fn new(curve: Parabola) -> Result<Trail, Refusal> {
+        let [a, b] = curve.span_m;
+        let quarter = 0.25 * (b - a);
+        let near = Arc::through(curve.point(a), curve.point(a + quarter), curve.point(a + 2.0 * quarter))?;
+        let back = Arc::through(curve.point(b), curve.point(b - quarter), curve.point(b - 2.0 * quarter))?;
+        let far = Arc {
+            heading_rad: wrapped(back.heading_rad + std::f64::consts::PI),
+            curvature_1pm: -back.curvature_1pm,
+            ..back
+        };
+        Ok(Trail { curve, near, far })
+    }
+
+    /// Position and slope at u of the curve; outside its span on the arcs.
+    pub fn at(&self, u_m: f64) -> (DVec2, f64) {
+        let [a, b] = self.curve.span_m;
+        if u_m < a {
+            (self.near.point(u_m - a), self.near.heading_at(u_m - a))
+        } else if u_m > b {
+            (self.far.point(u_m - b), self.far.heading_at(u_m - b))
+        } else {
+            (self.curve.point(u_m), self.curve.heading_rad(u_m))
+        }
+    }
+
+    /// How far u lies outside the points.
+    fn extension(&self, u_m: f64) -> f64 {
+        (self.curve.span_m[0] - u_m).max(u_m - self.curve.span_m[1]).max(0.0)
+    }
+
+    /// Distance from this way to another along this one's normals (S figure 7, points E and F), positive when
+    /// the other lies to the left. Taken where the two need the least extension, at most `extension_m` for
+    /// each.
+    pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, Refusal> {
+        positive("the longest extension", extension_m)?;
+        let grid = |t: &Trail, n: usize| -> Vec<f64> {
+            let [a, b] = [t.curve.span_m[0] - extension_m, t.curve.span_m[1] + extension_m];
+            (0..=n).map(|i| a + (b - a) * i as f64 / n as f64).collect()
+        };
+        let theirs: Vec<(f64, DVec2)> = grid(other, 400).into_iter().map(|u| (u, other.at(u).0)).collect();
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        for u in grid(self, 100) {
+            let (e, heading) = self.at(u);
+            let t = DVec2::from_angle(heading);
+            let best = theirs
+                .windows(2)
+                .filter_map(|w| {
+                    let (d0, d1) = ((w[0].1 - e).dot(t), (w[1].1 - e).dot(t));
+                    if (d0 > 0.0) == (d1 > 0.0) {
+                        return None;
+                    }
+                    let k = d0 / (d0 - d1);
+                    let f = w[0].1.lerp(w[1].1, k);
+                    Some(((f - e).dot(t.perp()), w[0].0 + k * (w[1].0 - w[0].0)))
+                })
+                .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+            if let Some((offset, v)) = best {
+                found.push((self.extension(u) + other.extension(v), offset));
+            }
+        }
+        let least = found.iter().map(|f| f.0).fold(f64::INFINITY, f64::min);
+        if !least.is_finite() {
+            return Err(Refusal::Degenerate {
+                what: "the distance of two ways, as no normal of one meets the other",
+            });
+        }
+        let mut near: Vec<f64> = found.iter().filter(|f| f.0 <= least + 1.0).map(|f| f.1).collect();
+        near.sort_by(f64::total_cmp);
+        Ok(LaneOffset { offset_m: near[near.len() / 2], extension_m: least })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneOffset {
+    /// Positive to the left.
+    pub offset_m: f64,
+    /// How much arc had to be added to the two ways together.
+    pub extension_m: f64,
+}
+
+/// A target's lane counted from the first target's, positive to the left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LanePlace {
+    pub lane: i32,
+    pub offset_m: f64,
+    /// Distance from the border between two lanes, at most half a lane: small means unsure.
+    pub margin_m: f64,
+    pub extension_m: f64,
+}
+
+/// Which targets share a lane (S section 3.2, figures 5 to 7): the distance of each way from the first one's,
+/// divided by the lane's width and rounded. A target whose way meets no normal gets the reason in place of a
+/// lane.
+pub fn tell_lanes_apart(
+    trails: &[Trail],
+    lane_width_m: f64,
+    extension_m: f64,
+) -> Result<Vec<Result<LanePlace, Refusal>>, Refusal> {
+    positive("the lane's width", lane_width_m)?;
+    let Some(first) = trails.first() else {
+        return Err(Refusal::TooFew { what: "ways of targets", got: 0, need: 1 });
+    };
+    let place = |o: LaneOffset| {
+        let lane = (o.offset_m / lane_width_m).round();
+        let margin_m = 0.5 * lane_width_m - (o.offset_m - lane * lane_width_m).abs();
+        LanePlace { lane: lane as i32, offset_m: o.offset_m, margin_m, extension_m: o.extension_m }
+    };
+    let own = place(LaneOffset { offset_m: 0.0, extension_m: 0.0 });
+    let others = trails[1..].iter().map(|t| first.offset_to(t, extension_m).map(place));
+    Ok(std::iter::once(Ok(own)).chain(others).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::synth::{Draws, Road, way};
+    use super::*;
+
+    #[test]
+    fn a_step_is_the_inverse_of_the_motion() {
+        let mut draws = Draws::new(11);
+        for _ in 0..300 {
+            let (l, k) = (30.0 * draws.uniform(), 0.05 * draws.normal());
+            let p = DVec2::new(60.0 * draws.uniform(), 10.0 * draws.normal());
+            let pose = Arc { point_m: DVec2::ZERO, heading_rad: 0.0, curvature_1pm: k };
+            let now = step_to_present(p, l, k);
+            let back = pose.point(l) + DVec2::from_angle(pose.heading_at(l)).rotate(now);
+            assert!(back.distance(p) < 1e-9, "{p} {back}");
+        }
+        assert_eq!(step_to_present(DVec2::new(50.0, 2.0), 10.0, 0.0), DVec2::new(40.0, 2.0));
+        assert_eq!(step_to_present(DVec2::new(50.0, 2.0), 0.0, 0.02), DVec2::new(50.0, 2.0));
+        // A left turn moves what is ahead to the right.
+        assert!(step_to_present(DVec2::new(50.0, 0.0), 1.0, 0.01).y < 0.0);
+        // The printed first-order form x' - L cos P, y' + L sin P is off by about L P / 2 to the side.
+        let (l, k) = (10.0f64, 0.01f64);
+        let turned = DVec2::from_angle(-l * k).rotate(DVec2::new(50.0, 2.0));
+        let printed = turned - DVec2::new(l * (l * k).cos(), -l * (l * k).sin());
+        let off = printed - step_to_present(DVec2::new(50.0, 2.0), l, k);
+        assert!((off.y - 0.5 * l * l * k).abs() < 0.01, "{off}");
+    }
+
+    /// A car ahead on a road, watched from a car on the same road: its track must come out on the road.
+    #[test]
+    fn tracks_lie_on_the_road() {
+        let (speed, dt) = (20.0, 0.05);
+        for k in [0.0, 1.0 / 200.0, -1.0 / 80.0] {
+            let road = Arc { point_m: DVec2::ZERO, heading_rad: 0.0, curvature_1pm: k };
+            let ego: Vec<EgoSample> = (0..40)
+                .map(|i| EgoSample { time_s: i as f64 * dt, speed_mps: speed, curvature_1pm: k })
+                .collect();
+            let path = EgoPath::new(&ego, dt).unwrap();
+            let track: Vec<TrackPoint> = ego
+                .iter()
+                .map(|e| {
+                    let s = speed * e.time_s;
+                    let seen = road.point(s + 30.0 + 0.5 * s) - road.point(s);
+                    let position_m = DVec2::from_angle(-road.heading_at(s)).rotate(seen);
+                    TrackPoint { time_s: e.time_s, position_m }
+                })
+                .collect();
+            let now = 40.0 * dt;
+            let points = path.track_at(&track, now).unwrap();
+            for (t, p) in track.iter().zip(points) {
+                let want = road.point(30.0 + 1.5 * speed * t.time_s - speed * now);
+                assert!(p.distance(want) < 1e-9, "{k}: {p} {want}");
+            }
+            assert!(path.moved(DVec2::X, -1.0, 0.0).is_err() && path.moved(DVec2::X, 0.0, f64::NAN).is_err());
+        }
+    }
+
+    #[test]
+    fn standstill_and_hostile_motion() {
+        let still = |t: f64| EgoSample { time_s: t, speed_mps: 0.0, curvature_1pm: 0.3 };
+        let path = EgoPath::new(&[still(0.0), still(1.0)], 0.0).unwrap();
+        assert_eq!(path.moved(DVec2::new(9.0, 1.0), 0.0, 1.0).unwrap(), DVec2::new(9.0, 1.0));
+        assert!(EgoPath::new(&[], 0.0).is_err() && EgoPath::new(&[still(0.0)], f64::NAN).is_err());
+        assert!(EgoPath::new(&[still(1.0), still(0.0)], 0.0).is_err());
+        assert!(EgoPath::new(&[EgoSample { speed_mps: f64::NAN, ..still(0.0) }], 0.0).is_err());
+        assert!(
+            EgoPath::new(&[EgoSample { speed_mps: 1e308, curvature_1pm: 1e308, ..still(0.0) }], 9.0).is_err()
+        );
+        assert!(Trail::fit(&[]).is_err() && Trail::fit(&[DVec2::X]).is_err());
+        assert!(tell_lanes_apart(&[], 3.5, 20.0).is_err());
+    }
+
+    #[test]
+    fn arc_extension_meets_the_road() {
+        for (radius, left) in [(100.0, true), (200.0, false), (500.0, true)] {
+            let road = Road::curve(radius, left);
+            let trail = Trail::fit(&way(&road, 35.0, 65.0, 0.0, 30, 0.0, 1)).unwrap();
+            let start = trail.curve.span_m[0];
+            let e = road.frenet(trail.at(start - 25.0).0).1.abs();
+            println!("radius {radius} m: the way from 35 m extended by 25 m to the car lies {e:.3} m off");
+            assert!(e < 0.3);
+            assert!(trail.at(start - 1e-9).0.distance(trail.at(start + 1e-9).0) < 1e-6);
+        }
+        // An oncoming order of points gives the same way.
+        let points = way(&Road::curve(150.0, true), 30.0, 60.0, 0.0, 20, 0.0, 1);
+        let back: Vec<DVec2> = points.iter().rev().copied().collect();
+        let (a, b) = (Trail::fit(&points).unwrap(), Trail::fit(&back).unwrap());
+        assert!(a.at(a.curve.span_m[0]).0.distance(b.at(b.curve.span_m[0]).0) < 1e-9);
+    }
+
+    #[test]
+    fn lanes_of_three_targets() {
+        let mut draws = Draws::new(12);
+        for noise in [0.0, 0.15, 0.3] {
+            let (mut right, mut all) = (0, 0);
+            for run in 0..100 {
+                let road = Road::curve(120.0 + 600.0 * draws.uniform(), draws.uniform() < 0.5);
+                let lanes: Vec<i32> = (0..3).map(|_| (3.0 * draws.uniform()) as i32 - 1).collect();
+                let trails: Vec<Trail> = lanes
+                    .iter()
+                    .enumerate()
+                    .map(|(i, lane)| {
+                        let from = 25.0 + 12.0 * i as f64;
+                        let points = way(
+                            &road,
+                            from,
+                            from + 30.0,
+                            3.5 * f64::from(*lane),
+                            40,
+                            noise,
+                            100 * run + i as u64,
+                        );
+                        Trail::fit(&points).unwrap()
+                    })
+                    .collect();
+                for (place, lane) in tell_lanes_apart(&trails, 3.5, 40.0).unwrap().iter().zip(&lanes).skip(1)
+                {
+                    all += 1;
+                    right += usize::from(place.as_ref().is_ok_and(|p| p.lane == lane - lanes[0]));
+                }
+            }
+            println!("noise {noise} m: {right} of {all} targets in their lane");
+            assert!(right * 100 >= all * 98, "{noise}");
+        }
+    }
+
+    #[test]
+    fn far_apart_targets_need_extension() {
+        let road = Road::curve(250.0, true);
+        let a = Trail::fit(&way(&road, 20.0, 40.0, 0.0, 30, 0.0, 1)).unwrap();
+        let b = Trail::fit(&way(&road, 60.0, 90.0, 3.5, 30, 0.0, 1)).unwrap();
+        let o = a.offset_to(&b, 40.0).unwrap();
+        assert!((o.offset_m - 3.5).abs() < 0.2 && (o.extension_m - 20.0).abs() < 2.0, "{o:?}");
+        assert!(a.offset_to(&b, 5.0).is_err());
+        assert!(a.offset_to(&b, f64::NAN).is_err());
+    }
+}

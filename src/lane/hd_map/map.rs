@@ -1,0 +1,305 @@
+//! A map of lanes: the two edges of each one-way carriageway and the lanes between them.
+
+use super::geodesy::Wgs84;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// No lane and no strip is wider, metres.
+const MAX_WIDTH_M: f64 = 100.0;
+
+/// What a lane or strip is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LaneKind {
+    #[default]
+    Driving,
+    Emergency,
+    /// An emergency bay beside the emergency lane.
+    Bay,
+    /// A lane that opens or leaves at a junction.
+    Ramp,
+    /// A strip inside the inner edge, not a lane.
+    Median,
+    /// A strip outside the outer edge, not a lane.
+    Shoulder,
+}
+
+impl LaneKind {
+    fn is_strip(self) -> bool {
+        matches!(self, LaneKind::Median | LaneKind::Shoulder)
+    }
+}
+
+/// The width of a lane in metres: one, or a list of (distance along the inner edge from its first point,
+/// width), linear between entries and constant beyond them. Two entries at one distance are a step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Width {
+    Constant(f64),
+    Along(Vec<[f64; 2]>),
+}
+
+impl Width {
+    /// At a distance along the inner edge. NaN for an empty list.
+    pub fn at_m(&self, station_m: f64) -> f64 {
+        let list = match self {
+            Width::Constant(width_m) => return *width_m,
+            Width::Along(list) => list,
+        };
+        // After a step the later entry holds.
+        let after = list.partition_point(|[s, _]| *s <= station_m);
+        match (after.checked_sub(1).map(|i| &list[i]), list.get(after)) {
+            (Some([s0, w0]), Some([s1, w1])) => w0 + (w1 - w0) * ((station_m - s0) / (s1 - s0)),
+            (Some([_, w]), None) | (None, Some([_, w])) => *w,
+            (None, None) => f64::NAN,
+        }
+    }
+
+    fn is_valid(&self) -> bool {
+        match self {
+            Width::Constant(width_m) => *width_m > 0.0 && *width_m <= MAX_WIDTH_M,
+            Width::Along(list) => {
+                list.iter().all(|[s, w]| s.is_finite() && (0.0..=MAX_WIDTH_M).contains(w))
+                    && list.is_sorted_by(|a, b| a[0] <= b[0])
+                    && list.iter().any(|[_, w]| *w > 0.0)
+            }
+        }
+    }
+}
+
+/// One lane or strip.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lane {
+    /// What the answer says; no two lanes of a map share one.
+    pub number: i32,
+    #[serde(default)]
+    pub kind: LaneKind,
+    pub width_m: Width,
+}
+
+/// One direction of a road, or a ramp.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Carriageway {
+    pub name: String,
+    /// The line between the median and the first lane: the left edge in driving direction where traffic
+    /// keeps right. Two points or more, in order along the road.
+    pub inner_edge: Vec<Wgs84>,
+    /// The outermost line of the last lane, in the same order. Where lanes change their widths it has a
+    /// point at each entry of their lists, and one more between two corners that turn the same way, as on
+    /// the long side of a bay: else these can look like points on a curve.
+    pub outer_edge: Vec<Wgs84>,
+    /// From the inside out. Strips of the kind `Median` stand first and lie inside the inner edge, those of
+    /// the kind `Shoulder` stand last and lie outside the outer edge; all others fill the space between.
+    pub lanes: Vec<Lane>,
+}
+
+/// The roads in a radar's view.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HdMap {
+    #[serde(default)]
+    pub carriageways: Vec<Carriageway>,
+}
+
+/// Why a map, a pose or settings cannot be used.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MapFault {
+    NoCarriageway,
+    /// Fewer than two points more than a millimetre apart.
+    ShortEdge {
+        carriageway: String,
+    },
+    /// A point of an edge is not a place on the earth.
+    BadPoint {
+        carriageway: String,
+        point: usize,
+    },
+    NoLane {
+        carriageway: String,
+    },
+    BadWidth {
+        lane: i32,
+    },
+    /// A median or shoulder strip between lanes.
+    StripBetweenLanes {
+        lane: i32,
+    },
+    RepeatedNumber {
+        lane: i32,
+    },
+    BadPose,
+    BadSetting {
+        name: &'static str,
+    },
+}
+
+impl fmt::Display for MapFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MapFault::NoCarriageway => write!(f, "the map holds no carriageway"),
+            MapFault::ShortEdge { carriageway } => {
+                write!(f, "an edge of carriageway `{carriageway}` has fewer than two distinct points")
+            }
+            MapFault::BadPoint { carriageway, point } => {
+                write!(
+                    f,
+                    "point {point} of an edge of carriageway `{carriageway}` is not a place on the earth"
+                )
+            }
+            MapFault::NoLane { carriageway } => write!(f, "carriageway `{carriageway}` has no lane"),
+            MapFault::BadWidth { lane } => {
+                write!(
+                    f,
+                    "the width of lane {lane} is not a length of up to 100 m or an ordered list of them"
+                )
+            }
+            MapFault::StripBetweenLanes { lane } => {
+                write!(f, "strip {lane} lies between lanes; a median stands first and a shoulder last")
+            }
+            MapFault::RepeatedNumber { lane } => write!(f, "lane number {lane} is given twice"),
+            MapFault::BadPose => write!(f, "the radar's pose is not finite or not near the earth"),
+            MapFault::BadSetting { name } => write!(f, "setting {name} is negative or not finite"),
+        }
+    }
+}
+
+impl std::error::Error for MapFault {}
+
+impl HdMap {
+    /// Whether this is a map to work with.
+    pub fn check(&self) -> Result<(), MapFault> {
+        if self.carriageways.is_empty() {
+            return Err(MapFault::NoCarriageway);
+        }
+        let mut numbers = Vec::new();
+        for way in &self.carriageways {
+            way.check()?;
+            for lane in &way.lanes {
+                if numbers.contains(&lane.number) {
+                    return Err(MapFault::RepeatedNumber { lane: lane.number });
+                }
+                numbers.push(lane.number);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Carriageway {
+    fn check(&self) -> Result<(), MapFault> {
+        for edge in [&self.inner_edge, &self.outer_edge] {
+            if let Some(point) = edge.iter().position(|p| !p.is_valid()) {
+                return Err(MapFault::BadPoint { carriageway: self.name.clone(), point });
+            }
+        }
+        if let Some(bad) = self.lanes.iter().find(|l| !l.width_m.is_valid()) {
+            return Err(MapFault::BadWidth { lane: bad.number });
+        }
+        if self.lanes.iter().all(|l| l.kind.is_strip()) {
+            return Err(MapFault::NoLane { carriageway: self.name.clone() });
+        }
+        // Median strips, lanes, shoulder strips: the rank never falls.
+        let rank = |l: &Lane| match l.kind {
+            LaneKind::Median => 0,
+            LaneKind::Shoulder => 2,
+            _ => 1,
+        };
+        match self.lanes.windows(2).find(|w| rank(&w[0]) > rank(&w[1])) {
+            Some(w) => {
+                let bad = if w[1].kind == LaneKind::Median { &w[1] } else { &w[0] };
+                Err(MapFault::StripBetweenLanes { lane: bad.number })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The lanes between the edges, from the inside out.
+    pub(super) fn between_edges(&self) -> impl Iterator<Item = &Lane> {
+        self.lanes.iter().filter(|l| !l.kind.is_strip())
+    }
+
+    /// Width of the strips of one kind at a distance along the inner edge.
+    pub(super) fn strip_m(&self, kind: LaneKind, station_m: f64) -> f64 {
+        self.lanes.iter().filter(|l| l.kind == kind).map(|l| l.width_m.at_m(station_m)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"
+[[carriageways]]
+name = "up"
+inner_edge = [[39.9, 116.3, 40.0], [39.901, 116.3, 40.0], [39.902, 116.3001, 40.5]]
+outer_edge = [[39.9, 116.30017, 40.0], [39.902, 116.30027, 40.5]]
+lanes = [
+    { number = 0, kind = "median", width_m = 1.0 },
+    { number = 1, width_m = 3.75 },
+    { number = 2, width_m = 3.75 },
+    { number = 3, width_m = 3.75 },
+    { number = 4, kind = "emergency", width_m = 3.0 },
+    { number = 5, kind = "bay", width_m = [[100.0, 0.0], [115.0, 3.5], [155.0, 3.5], [170.0, 0.0]] },
+    { number = 6, kind = "shoulder", width_m = 0.75 },
+]
+"#;
+
+    fn parsed() -> HdMap {
+        toml::from_str(TEXT).unwrap()
+    }
+
+    #[test]
+    fn text_is_read_and_written_back() {
+        let map = parsed();
+        assert_eq!(map.check(), Ok(()));
+        assert_eq!(map.carriageways[0].inner_edge[2], Wgs84::new(39.902, 116.3001, 40.5));
+        assert_eq!(map.carriageways[0].lanes[4].kind, LaneKind::Emergency);
+        let written = toml::to_string(&map).unwrap();
+        assert_eq!(toml::from_str::<HdMap>(&written).unwrap(), map);
+        // A misspelt key is an error, not a default.
+        assert!(toml::from_str::<HdMap>(&TEXT.replace("kind = \"bay\"", "kindd = \"bay\"")).is_err());
+        assert!(toml::from_str::<HdMap>(&TEXT.replace("\"bay\"", "\"hay\"")).is_err());
+    }
+
+    #[test]
+    fn widths_along_the_road() {
+        let bay = &parsed().carriageways[0].lanes[5].width_m;
+        for (s, w) in [(0.0, 0.0), (100.0, 0.0), (107.5, 1.75), (115.0, 3.5), (140.0, 3.5), (900.0, 0.0)] {
+            assert!((bay.at_m(s) - w).abs() < 1e-12, "{s}");
+        }
+        let step = Width::Along(vec![[0.0, 3.0], [50.0, 3.0], [50.0, 0.0]]);
+        assert_eq!((step.at_m(49.999), step.at_m(50.0), step.at_m(60.0)), (3.0, 0.0, 0.0));
+        assert!(Width::Along(vec![]).at_m(1.0).is_nan());
+    }
+
+    #[test]
+    fn faulty_maps_are_named() {
+        let fault = |change: &dyn Fn(&mut Carriageway)| {
+            let mut map = parsed();
+            change(&mut map.carriageways[0]);
+            map.check().unwrap_err()
+        };
+        let carriageway = || "up".to_string();
+        assert_eq!(HdMap::default().check(), Err(MapFault::NoCarriageway));
+        assert_eq!(
+            fault(&|w| w.outer_edge[1].height_m = f64::NAN),
+            MapFault::BadPoint { carriageway: carriageway(), point: 1 }
+        );
+        assert_eq!(fault(&|w| w.lanes.clear()), MapFault::NoLane { carriageway: carriageway() });
+        assert_eq!(fault(&|w| w.lanes.truncate(1)), MapFault::NoLane { carriageway: carriageway() });
+        for bad in [0.0, -1.0, 1e9, f64::NAN, f64::INFINITY] {
+            assert_eq!(fault(&|w| w.lanes[1].width_m = Width::Constant(bad)), MapFault::BadWidth { lane: 1 });
+        }
+        for bad in [vec![], vec![[0.0, 0.0]], vec![[5.0, 1.0], [0.0, 1.0]], vec![[0.0, -1.0], [1.0, 2.0]]] {
+            let width = Width::Along(bad);
+            assert_eq!(fault(&|w| w.lanes[2].width_m = width.clone()), MapFault::BadWidth { lane: 2 });
+        }
+        assert_eq!(fault(&|w| w.lanes[2].kind = LaneKind::Shoulder), MapFault::StripBetweenLanes { lane: 2 });
+        assert_eq!(fault(&|w| w.lanes[3].kind = LaneKind::Median), MapFault::StripBetweenLanes { lane: 3 });
+        assert_eq!(fault(&|w| w.lanes[4].number = 2), MapFault::RepeatedNumber { lane: 2 });
+        let sentence = fault(&|w| w.lanes[4].number = 2).to_string();
+        assert_eq!(sentence, "lane number 2 is given twice");
+    }
+}

@@ -1,0 +1,232 @@
+//! Lanes from radar: what an estimator is given and what it answers. Estimators take points from any source; places are in the
+//! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
+
+pub mod camera_fusion;
+pub mod curve;
+pub mod hd_map;
+pub mod markers;
+pub mod range_doppler;
+pub mod road_shape;
+pub mod score;
+pub mod signature;
+pub mod uwb;
+
+use curve::Fitted;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A value with its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    pub value: f64,
+    pub std: f64,
+}
+
+/// A detected point as lane estimators take it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LanePoint {
+    /// Vehicle's level frame.
+    pub at_m: [f64; 2],
+    /// One standard deviation along and across the direction from the radar.
+    pub std_m: [f64; 2],
+    /// Positive when receding.
+    pub range_rate_mps: f64,
+    pub range_rate_std_mps: f64,
+    /// From the radar, which need not stand at the origin.
+    pub range_m: f64,
+    /// In the level frame, positive left.
+    pub azimuth_rad: f64,
+    pub rcs_dbsm: f64,
+    pub snr_db: f64,
+}
+
+/// Something that moves, as a tracker gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LaneTrack {
+    pub id: u64,
+    /// Vehicle's level frame.
+    pub at_m: [f64; 2],
+    pub std_m: [f64; 2],
+    /// Over the ground, along the axes of that frame.
+    pub velocity_mps: [f64; 2],
+}
+
+/// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Look<'a> {
+    pub time_s: f64,
+    /// Of the vehicle, as its bus tells.
+    pub speed_mps: Option<Measured>,
+    /// Positive to the left.
+    pub yaw_rate_rad_per_s: Option<Measured>,
+    pub points: &'a [LanePoint],
+    pub tracks: &'a [LaneTrack],
+    /// Samples of an impulse radar's scan.
+    pub pulse: Option<&'a [f64]>,
+    pub image: Option<&'a camera_fusion::Image>,
+    /// Of the radar on the earth.
+    pub place: Option<hd_map::RadarPose>,
+}
+
+/// A method that finds lanes. It may remember earlier looks, which come in the order of their times.
+pub trait LaneEstimator {
+    /// As on the command line.
+    fn method(&self) -> &'static str;
+
+    /// Never fails: what cannot be told is stated with its reason ([`LaneEstimate::no_lane`]).
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate;
+}
+
+/// A line that bounds a lane.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    pub fitted: Fitted,
+    /// 0 to 1.
+    pub confidence: f64,
+    /// Indices of the points that it was fitted to.
+    pub members: Vec<usize>,
+}
+
+/// What a method says of the lane at one time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaneEstimate {
+    pub time_s: f64,
+    /// From right to left where the vehicle stands.
+    pub lines: Vec<Line>,
+    pub lane_number: Option<i32>,
+    pub width_m: Option<Measured>,
+    /// Of the vehicle from the middle of its lane, positive left.
+    pub offset_m: Option<Measured>,
+    /// Of the vehicle against the lane, positive left.
+    pub heading_rad: Option<Measured>,
+    /// Of the lane where the vehicle stands, positive left; its reciprocal is the radius.
+    pub curvature_per_m: Option<Measured>,
+    /// 0 to 1; 0 where there is no lane.
+    pub confidence: f64,
+    /// Why there is no lane; None where there is one.
+    pub no_lane: Option<NoLane>,
+    pub provenance: Provenance,
+}
+
+/// Where an estimate comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// As on the command line.
+    pub method: String,
+    /// Points that were given, and that the lines rest on.
+    pub given: usize,
+    pub used: usize,
+}
+
+/// Why no lane is stated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "reason")]
+pub enum NoLane {
+    /// The scan is empty.
+    Empty,
+    /// So many points were no numbers, and nothing was left.
+    NotFinite { points: usize },
+    /// The vehicle's speed is not known, and nothing tells what moves.
+    NoSpeed,
+    /// Nothing stands still.
+    NothingAtRest,
+    /// Points at rest, but not in the markers' pattern.
+    NoPattern { at_rest: usize },
+    /// The method needs what the look does not hold.
+    NotGiven { what: String },
+    /// The method's own reason.
+    Refused { why: String },
+}
+
+impl fmt::Display for NoLane {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoLane::Empty => write!(f, "the scan has no points"),
+            NoLane::NotFinite { points } => write!(f, "none of {points} points is a finite number"),
+            NoLane::NoSpeed => write!(f, "the vehicle's speed is not known"),
+            NoLane::NothingAtRest => write!(f, "no point stands still"),
+            NoLane::NoPattern { at_rest } => {
+                write!(f, "{at_rest} points at rest do not stand at the markers' spacing")
+            }
+            NoLane::NotGiven { what } => write!(f, "the method needs {what}, and there is none"),
+            NoLane::Refused { why } => write!(f, "{why}"),
+        }
+    }
+}
+
+impl LaneEstimate {
+    /// Nothing found, and why.
+    pub fn none(method: &str, time_s: f64, given: usize, why: NoLane) -> LaneEstimate {
+        LaneEstimate {
+            time_s,
+            lines: Vec::new(),
+            lane_number: None,
+            width_m: None,
+            offset_m: None,
+            heading_rad: None,
+            curvature_per_m: None,
+            confidence: 0.0,
+            no_lane: Some(why),
+            provenance: Provenance { method: method.into(), given, used: 0 },
+        }
+    }
+
+    /// The lane between the nearest line on the left and on the right of the vehicle, from lines in any order.
+    pub fn of_lines(method: &str, time_s: f64, given: usize, lines: Vec<Line>) -> LaneEstimate {
+        let mut beside: Vec<(f64, Line)> =
+            lines.into_iter().map(|l| (left_of_origin(&l.fitted).0, l)).collect();
+        beside.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let left = beside.iter().position(|(y, _)| *y > 0.0);
+        let right = left.unwrap_or(beside.len()).checked_sub(1);
+        let line = |i: Option<usize>| i.map(|i| &beside[i].1);
+        let (l, r) = (line(left), line(right));
+        let mut width_m = None;
+        let mut offset_m = None;
+        if let (Some(l), Some(r)) = (l, r) {
+            let ((yl, sl), (yr, sr)) = (left_of_origin(&l.fitted), left_of_origin(&r.fitted));
+            width_m = Some(Measured { value: yl - yr, std: sl.hypot(sr) });
+            offset_m = Some(Measured { value: -0.5 * (yl + yr), std: 0.5 * sl.hypot(sr) });
+        }
+        let mean = |of: &dyn Fn(&Fitted) -> Measured| {
+            let all: Vec<Measured> = [l, r].into_iter().flatten().map(|x| of(&x.fitted)).collect();
+            let weight: f64 = all.iter().map(|m| m.std.powi(-2)).sum();
+            let value = all.iter().map(|m| m.value * m.std.powi(-2)).sum::<f64>() / weight;
+            (weight.is_finite() && weight > 0.0).then(|| Measured { value, std: weight.powf(-0.5) })
+        };
+        let heading_rad = mean(&|f| Measured {
+            value: -beside_origin(f).heading_rad,
+            std: f.covariance[1][1].sqrt().max(1e-9),
+        });
+        let curvature_per_m = mean(&|f| Measured {
+            value: beside_origin(f).curvature_per_m,
+            std: f.covariance[2][2].sqrt().max(1e-9),
+        });
+        let confidence = [l, r].into_iter().flatten().map(|x| x.confidence).fold(0.0, f64::max);
+        let used = beside.iter().map(|(_, l)| l.members.len()).sum();
+        LaneEstimate {
+            time_s,
+            lane_number: None,
+            width_m,
+            offset_m,
+            heading_rad,
+            curvature_per_m,
+            confidence,
+            no_lane: None,
+            provenance: Provenance { method: method.into(), given, used },
+            lines: beside.into_iter().map(|(_, l)| l).collect(),
+        }
+    }
+}
+
+fn beside_origin(f: &Fitted) -> curve::Place {
+    f.curve.at(f.curve.foot(glam::DVec2::ZERO).s_m)
+}
+
+/// How far to the left of the vehicle a line lies, and its standard deviation there, m.
+fn left_of_origin(f: &Fitted) -> (f64, f64) {
+    let foot = f.curve.foot(glam::DVec2::ZERO);
+    let at = f.curve.at(foot.s_m);
+    // A line that runs towards the vehicle has its left on the other side.
+    let ahead = if at.heading_rad.cos() < 0.0 { -1.0 } else { 1.0 };
+    (-foot.left_m * ahead, f.lateral_std_m(foot.s_m.clamp(0.0, f.curve.length_m)))
+}

@@ -1,0 +1,500 @@
+//! Place of a vehicle in a lane, and the bend ahead, from a range-rate map alone: no angles.
+//!
+//! Document F, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
+//! r = √(x² + d² + h²) and the range rate -v·cos of its angle to the motion, so each row of markers draws a
+//! curve. A lane whose rows have known width and spacings is fitted to the cells of the map by maximum
+//! likelihood: offset, heading, curvature, start of the bend, phase of both rows, speed. The likelihood is
+//! that of a Poisson process: Σ log(e + p·Σ N(cell | marker)) - p·(markers in view), with the density e of
+//! cells that are no markers and the probability of detection p.
+//!
+//! A map does not change when the scene is mirrored. With equal spacings left and right only the size of
+//! offset, heading and curvature follows, and their signs against each other; [`Sign`] says so. With unequal
+//! spacings the row that a cell lies on tells the side.
+//!
+//! The lane is straight for `curve_start`, then an arc. x along the lane, y left, radians, positive left.
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+mod cells;
+mod fit;
+mod search;
+
+pub use cells::speed_from_edge;
+use cells::usable;
+use fit::Fit;
+
+/// Number of fitted values.
+pub const VALUES: usize = 7;
+const OFFSET: usize = 0;
+const HEADING: usize = 1;
+const CURVATURE: usize = 2;
+const START: usize = 3;
+const LEFT: usize = 4;
+const RIGHT: usize = 5;
+const SPEED: usize = 6;
+
+type Vector = [f64; VALUES];
+type Matrix = [[f64; VALUES]; VALUES];
+
+/// A detected cell of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    pub range_m: f64,
+    /// Positive when the range grows.
+    pub range_rate_mps: f64,
+    pub range_std_m: f64,
+    pub range_rate_std_mps: f64,
+}
+
+/// Power over range and range rate, one row for each range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeRateMap<'a> {
+    /// Linear power, ranges × rates.
+    pub power: &'a [f64],
+    pub rates: usize,
+    pub first_range_m: f64,
+    pub range_step_m: f64,
+    pub first_range_rate_mps: f64,
+    pub range_rate_step_mps: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Speed {
+    /// Of the radar over ground, m/s, with its standard deviation.
+    Known { mps: f64, std_mps: f64 },
+    /// From the edge of the map, then fitted with the rest.
+    FromMap,
+}
+
+/// Line that the spacings are measured along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Along {
+    /// The middle of the lane.
+    Middle,
+    /// Each row itself.
+    Row,
+}
+
+/// Straight part of the lane in front of the radar.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum CurveStart {
+    /// Its length is known, m; zero where the radar is in the bend.
+    Known(f64),
+    /// Its length is fitted, between zero and this, m.
+    UpTo(f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LaneSettings {
+    pub lane_width_m: f64,
+    pub left_spacing_m: f64,
+    pub right_spacing_m: f64,
+    pub along: Along,
+    pub curve_start: CurveStart,
+    /// Of the radar over the markers.
+    pub radar_height_m: f64,
+    pub max_offset_m: f64,
+    pub max_heading_rad: f64,
+    pub min_radius_m: f64,
+    /// The bend ends where it has turned by this.
+    pub max_turn_rad: f64,
+    /// Ranges at which markers are seen.
+    pub near_m: f64,
+    pub far_m: f64,
+    /// Half the field of view, about the direction of motion.
+    pub half_view_rad: f64,
+    /// Of a marker in view.
+    pub detection_probability: f64,
+    /// Share of the cells that are no markers.
+    pub extra_share: f64,
+    /// Log odds from which on one of two readings is taken as true.
+    pub sure_log_odds: f64,
+}
+
+impl Default for LaneSettings {
+    fn default() -> Self {
+        Self {
+            lane_width_m: 3.0,
+            left_spacing_m: 1.5,
+            right_spacing_m: 2.0,
+            along: Along::Middle,
+            curve_start: CurveStart::UpTo(30.0),
+            radar_height_m: 0.15,
+            max_offset_m: 1.5,
+            max_heading_rad: PI / 3.0,
+            min_radius_m: 5.0,
+            max_turn_rad: PI,
+            near_m: 0.5,
+            far_m: 40.0,
+            half_view_rad: PI / 2.0,
+            detection_probability: 0.9,
+            extra_share: 0.1,
+            sure_log_odds: 4.6,
+        }
+    }
+}
+
+/// Why there is no result.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// A setting lies outside its range.
+    Setting(&'static str),
+    /// The map is empty, not rectangular, or holds values that are no powers.
+    BadMap,
+    /// Finite cells with standard deviations above zero inside the ranges at which markers are seen.
+    TooFewCells { cells: usize, needed: usize },
+    /// The range rates of a radar that hardly moves say nothing about the lane.
+    TooSlow { speed_mps: f64 },
+    /// No three cells share the fastest range rate.
+    NoEdge,
+    /// The best lane explains fewer than half of the cells.
+    NoLane { explained: f64, cells: usize },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Setting(name) => write!(f, "the setting {name} lies outside its range"),
+            Self::BadMap => write!(f, "the range-rate map is empty, not rectangular, or holds no powers"),
+            Self::TooFewCells { cells, needed } => {
+                write!(f, "a lane needs {needed} usable cells and the map has {cells}")
+            }
+            Self::TooSlow { speed_mps } => {
+                write!(f, "at {speed_mps:.3} m/s the range rates do not tell the lane")
+            }
+            Self::NoEdge => write!(f, "no three cells share the fastest closing rate"),
+            Self::NoLane { explained, cells } => {
+                write!(f, "the best lane explains {explained:.1} of {cells} cells, fewer than half")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sign {
+    Known,
+    /// The mirrored lane fits about as well. With equal spacings it fits exactly as well, and the lane
+    /// reported is the one with its offset (or, where that is zero within its standard deviation, its
+    /// heading, then its curvature) to the left.
+    Unknown,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    pub value: f64,
+    /// From the curvature of the likelihood and the width of the search.
+    pub std: f64,
+    /// Whether the cells, and not the limits of the search, fix the value: its standard deviation is below a
+    /// quarter of half the search range.
+    pub observed: bool,
+}
+
+/// Another lane that fits about as well, not the mirrored one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OtherLane {
+    pub offset_m: f64,
+    pub heading_rad: f64,
+    pub curvature_per_m: f64,
+    /// How much less likely it is.
+    pub log_odds: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaneFromMap {
+    /// From the middle of the lane, metres, positive to the left.
+    pub offset_m: Parameter,
+    /// Of the motion against the lane, radians, positive to the left.
+    pub heading_rad: Parameter,
+    /// Of the bend, 1/m, positive to the left.
+    pub curvature_per_m: Parameter,
+    /// Along the lane from the radar to the bend. Not observed where the lane is straight.
+    pub curve_start_m: Parameter,
+    /// From the radar along the lane to the first marker ahead.
+    pub left_phase_m: Parameter,
+    pub right_phase_m: Parameter,
+    pub speed_mps: Parameter,
+    /// In the order of the values above.
+    pub covariance: Matrix,
+    pub sign: Sign,
+    /// Log odds of this lane against the mirrored one; infinite where no mirrored one fits.
+    pub sign_log_odds: f64,
+    pub other: Option<OtherLane>,
+    /// Expected number of cells that are markers.
+    pub explained: f64,
+    pub log_likelihood: f64,
+}
+
+impl LaneFromMap {
+    /// Radius of the bend and the radii one standard deviation of the curvature to either side, metres,
+    /// unsigned. None where the curvature is less than two standard deviations from zero.
+    pub fn radius_m(&self) -> Option<[f64; 3]> {
+        let (k, s) = (self.curvature_per_m.value.abs(), self.curvature_per_m.std);
+        (k > 2.0 * s).then(|| [1.0 / k, 1.0 / (k + s), 1.0 / (k - s)])
+    }
+}
+
+impl LaneSettings {
+    fn check(&self) -> Result<(), Refusal> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let start = match self.curve_start {
+            CurveStart::Known(m) | CurveStart::UpTo(m) => m,
+        };
+        let rules: [(&'static str, bool); 15] = [
+            ("lane_width_m", positive(self.lane_width_m)),
+            ("left_spacing_m", positive(self.left_spacing_m) && self.left_spacing_m >= 0.05),
+            ("right_spacing_m", positive(self.right_spacing_m) && self.right_spacing_m >= 0.05),
+            ("curve_start", start.is_finite() && (0.0..=500.0).contains(&start)),
+            ("radar_height_m", self.radar_height_m.is_finite() && self.radar_height_m >= 0.0),
+            ("max_offset_m", positive(self.max_offset_m) && self.max_offset_m <= 20.0),
+            ("max_heading_rad", positive(self.max_heading_rad) && self.max_heading_rad <= PI / 2.0),
+            ("min_radius_m", self.min_radius_m > 0.5 * self.lane_width_m),
+            ("max_turn_rad", positive(self.max_turn_rad) && self.max_turn_rad <= TAU),
+            ("near_m", self.near_m.is_finite() && self.near_m >= 0.0),
+            ("far_m", positive(self.far_m) && self.far_m > self.near_m && self.far_m <= 500.0),
+            ("half_view_rad", positive(self.half_view_rad) && self.half_view_rad <= PI),
+            ("detection_probability", self.detection_probability > 0.0 && self.detection_probability < 1.0),
+            ("extra_share", self.extra_share > 0.0 && self.extra_share < 1.0),
+            ("sure_log_odds", positive(self.sure_log_odds)),
+        ];
+        rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
+    }
+
+    fn lateral_m(&self, is_left: bool) -> f64 {
+        if is_left { 0.5 * self.lane_width_m } else { -0.5 * self.lane_width_m }
+    }
+
+    fn spacing_m(&self, is_left: bool) -> f64 {
+        if is_left { self.left_spacing_m } else { self.right_spacing_m }
+    }
+
+    fn has_equal_spacings(&self) -> bool {
+        (self.left_spacing_m - self.right_spacing_m).abs() < 1e-9
+    }
+
+    /// Place of a row u along the lane from the radar.
+    fn row_m(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
+        let t = self.lateral_m(is_left);
+        let v = u - start;
+        if v <= 0.0 {
+            return DVec2::new(u, t);
+        }
+        let turn = match self.along {
+            Along::Middle => curvature * v,
+            Along::Row => curvature * v / (1.0 - curvature * t),
+        };
+        // sin/turn and (1 - cos)/turn, good at zero.
+        let half = 0.5 * turn;
+        let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { half.sin() / half };
+        let length = if curvature.abs() < 1e-9 { v } else { turn / curvature };
+        let chord = length * sinc;
+        let (sin, cos) = turn.sin_cos();
+        DVec2::new(start + chord * half.cos() - t * sin, chord * half.sin() + t * cos)
+    }
+
+    /// Last u of the row.
+    fn end_m(&self, is_left: bool, curvature: f64, start: f64) -> f64 {
+        let straight = start.max(0.0) + self.far_m;
+        if curvature.abs() < 1e-6 {
+            return straight;
+        }
+        let per_turn = match self.along {
+            Along::Middle => 1.0 / curvature.abs(),
+            Along::Row => (1.0 / curvature - self.lateral_m(is_left)).abs(),
+        };
+        // An arc leaves the far range before this.
+        (start + self.max_turn_rad * per_turn).min(start + 4.0 * self.far_m)
+    }
+
+    /// Range and cosine to the motion of a place of the road.
+    fn seen(&self, place: DVec2, offset: f64, heading: f64) -> (f64, f64) {
+        let d = DVec2::new(place.x, place.y - offset);
+        let range = (d.length_squared() + self.radar_height_m.powi(2)).sqrt();
+        (range, d.dot(DVec2::from_angle(heading)) / range.max(1e-9))
+    }
+}
+
+/// The lane that the cells of a map draw. Errors: see [`Refusal`]. Cells that are not finite, without
+/// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
+pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> Result<LaneFromMap, Refusal> {
+    settings.check()?;
+    let mut used: Vec<Cell> = cells
+        .iter()
+        .filter(|c| usable(c) && c.range_m >= settings.near_m && c.range_m <= settings.far_m)
+        .copied()
+        .collect();
+    used.sort_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.range_rate_mps.total_cmp(&b.range_rate_mps)));
+    let needed = VALUES;
+    if used.len() < needed {
+        return Err(Refusal::TooFewCells { cells: used.len(), needed });
+    }
+    let mean_std = used.iter().map(|c| c.range_rate_std_mps).sum::<f64>() / used.len() as f64;
+    let (speed_mean, speed_std, speeds) = match speed {
+        Speed::Known { mps, std_mps } => {
+            if !mps.is_finite() || !std_mps.is_finite() || std_mps < 0.0 {
+                return Err(Refusal::Setting("speed"));
+            }
+            (mps, std_mps, vec![mps])
+        }
+        Speed::FromMap => {
+            let v = speed_from_edge(&used)?.value;
+            (v, 0.1 * v, [0.995, 1.003, 1.012, 1.03, 1.06].map(|f| f * v).to_vec())
+        }
+    };
+    if speed_mean <= 5.0 * mean_std {
+        return Err(Refusal::TooSlow { speed_mps: speed_mean });
+    }
+    let closing = |f: fn(f64, f64) -> f64, start: f64| used.iter().map(|c| c.range_rate_mps).fold(start, f);
+    let rates = closing(f64::max, 0.0) - closing(f64::min, -speed_mean);
+    let area = (settings.far_m - settings.near_m) * rates;
+    let (start_mean, start_std, start_free) = match settings.curve_start {
+        CurveStart::Known(m) => (m, 0.0, false),
+        CurveStart::UpTo(m) => (0.5 * m, 0.5 * m, m > 0.0),
+    };
+    let (left, right) = (settings.left_spacing_m, settings.right_spacing_m);
+    let k = 1.0 / settings.min_radius_m;
+    let fit = Fit {
+        cells: &used,
+        s: settings,
+        extra: settings.extra_share * used.len() as f64 / area,
+        prior_mean: [0.0, 0.0, 0.0, start_mean, 0.5 * left, 0.5 * right, speed_mean],
+        prior_std: [settings.max_offset_m, settings.max_heading_rad, k, start_std, left, right, speed_std],
+        is_free: [true, true, true, start_free, true, true, speed_std > 0.0],
+    };
+    let grid = fit.grid(&speeds);
+    let mut starts: Vec<(f64, Vector)> = Vec::new();
+    for p in grid {
+        starts.push(fit.phased(&p));
+        if !settings.has_equal_spacings() {
+            starts.push(fit.phased(&mirrored(&p)));
+        }
+    }
+    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut modes: Vec<(f64, Vector)> = Vec::new();
+    let try_from = |p: Vector, modes: &mut Vec<(f64, Vector)>| {
+        let q = fit.refine(p);
+        modes.push((fit.log_likelihood(&q), q));
+        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    };
+    for (_, p) in starts.iter().take(10) {
+        try_from(*p, &mut modes);
+    }
+    let none = Refusal::NoLane { explained: 0.0, cells: used.len() };
+    let mut best = modes.first().ok_or(none)?.1;
+    for _ in 0..3 {
+        for q in fit.other_bends(&best) {
+            try_from(q, &mut modes);
+        }
+        if modes[0].1 == best {
+            break;
+        }
+        best = modes[0].1;
+    }
+    // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
+    try_from(fit.phased(&mirrored(&best)).1, &mut modes);
+    let (mut log_likelihood, mut p) = modes[0];
+    let mut rivals = modes;
+    if rivals[0].1 != best {
+        // The mirrored one won: try back.
+        try_from(fit.phased(&mirrored(&p)).1, &mut rivals);
+        (log_likelihood, p) = rivals[0];
+    }
+    let explained = fit.explained(&p);
+    if explained.is_nan() || explained < 0.5 * used.len() as f64 {
+        return Err(Refusal::NoLane { explained, cells: used.len() });
+    }
+    let covariance = fit.covariance(&p);
+    let is_close = |a: &Vector, b: &Vector| {
+        [OFFSET, HEADING, CURVATURE].iter().all(|i| (a[*i] - b[*i]).abs() <= 3.0 * covariance[*i][*i].sqrt())
+    };
+    let other_side = mirrored(&p);
+    let mut sign_log_odds = f64::INFINITY;
+    let mut other = None;
+    for (value, q) in &rivals {
+        if is_close(q, &p) {
+            continue;
+        }
+        let log_odds = log_likelihood - value;
+        if is_close(q, &other_side) {
+            sign_log_odds = sign_log_odds.min(log_odds);
+        } else if other.is_none() && log_odds < settings.sure_log_odds {
+            other = Some(OtherLane {
+                offset_m: q[OFFSET],
+                heading_rad: q[HEADING],
+                curvature_per_m: q[CURVATURE],
+                log_odds,
+            });
+        }
+    }
+    if settings.has_equal_spacings() {
+        sign_log_odds = 0.0;
+    }
+    let sign = if sign_log_odds >= settings.sure_log_odds { Sign::Known } else { Sign::Unknown };
+    let mut covariance = covariance;
+    if sign == Sign::Unknown {
+        let leading = [OFFSET, HEADING, CURVATURE];
+        let first = leading.iter().find(|i| p[**i].abs() > covariance[**i][**i].sqrt());
+        // Only where the mirrored lane is as good: with unequal spacings the better one stays.
+        if settings.has_equal_spacings() && first.is_some_and(|i| p[*i] < 0.0) {
+            let phases = (p[LEFT], p[RIGHT]);
+            p = mirrored(&p);
+            (p[RIGHT], p[LEFT]) = phases;
+            covariance = mirrored_covariance(&covariance);
+        }
+    }
+    p[LEFT] = p[LEFT].rem_euclid(left);
+    p[RIGHT] = p[RIGHT].rem_euclid(right);
+    let parameter = |i: usize| {
+        let std = covariance[i][i].max(0.0).sqrt();
+        let observed = !fit.is_free[i] || std < 0.25 * fit.prior_std[i];
+        Parameter { value: p[i], std, observed }
+    };
+    let mut curve_start_m = parameter(START);
+    // A straight lane has no place where its bend starts.
+    if start_free && p[CURVATURE].abs() < 3.0 * covariance[CURVATURE][CURVATURE].max(0.0).sqrt() {
+        curve_start_m.observed = false;
+    }
+    Ok(LaneFromMap {
+        offset_m: parameter(OFFSET),
+        heading_rad: parameter(HEADING),
+        curvature_per_m: parameter(CURVATURE),
+        curve_start_m,
+        left_phase_m: parameter(LEFT),
+        right_phase_m: parameter(RIGHT),
+        speed_mps: parameter(SPEED),
+        covariance,
+        sign,
+        sign_log_odds,
+        other,
+        explained,
+        log_likelihood,
+    })
+}
+
+fn mirrored(p: &Vector) -> Vector {
+    let mut q = *p;
+    for i in [OFFSET, HEADING, CURVATURE] {
+        q[i] = -q[i];
+    }
+    q
+}
+
+fn mirrored_covariance(c: &Matrix) -> Matrix {
+    let to = [OFFSET, HEADING, CURVATURE, START, RIGHT, LEFT, SPEED];
+    let sign = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0];
+    let mut out = [[0.0; VALUES]; VALUES];
+    for i in 0..VALUES {
+        for j in 0..VALUES {
+            out[to[i]][to[j]] = sign[i] * sign[j] * c[i][j];
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

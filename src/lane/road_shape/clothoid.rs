@@ -1,0 +1,321 @@
+//! Kalman filter of a clothoid edge, state [c0, c1, b] (seed M, eq. 25–27).
+//!
+//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (M eq. 26)
+//! and c1 stays (eq. 27), each up to process noise that is stated per metre driven: c1 and b are random
+//! walks, so a car that stands learns and forgets nothing.
+
+use super::small_matrix::quadratic;
+use super::{Reason, Result, finite, positive};
+use serde::{Deserialize, Serialize};
+
+/// What a fit says of an edge: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with this covariance.
+///
+/// `cubic` = [0, 0] is M's measurement, which takes the parabola for the clothoid's start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EdgeMeasurement {
+    /// Positive to the left.
+    pub a_per_m: f64,
+    pub b_m: f64,
+    /// Of (a, b): 1/m², 1, 1, m².
+    pub covariance: [[f64; 2]; 2],
+    /// m, m³.
+    pub cubic: [f64; 2],
+}
+
+impl EdgeMeasurement {
+    pub fn validate(&self) -> Result<()> {
+        finite("measured a", self.a_per_m)?;
+        finite("measured b", self.b_m)?;
+        finite("part of c1 in a", self.cubic[0])?;
+        finite("part of c1 in b", self.cubic[1])?;
+        let [[aa, ab], [ba, bb]] = self.covariance;
+        positive("variance of a", aa)?;
+        positive("variance of b", bb)?;
+        finite("covariance of a and b", ab)?;
+        let asymmetry = (ab - ba).abs();
+        if !ba.is_finite() || asymmetry > 1e-9 * (aa * bb).sqrt() || ab * ab > aa * bb {
+            return Err(Reason::BadInput { what: "covariance of a and b", value: ab });
+        }
+        Ok(())
+    }
+}
+
+/// Settings of the filter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClothoidSettings {
+    /// Random walk of c1: its standard deviation after one metre, 1/m² per √m.
+    pub c1_walk: f64,
+    /// Random walk of b: m per √m.
+    pub b_walk: f64,
+    /// Deviation of c1 at the start, 1/m².
+    pub c1_std: f64,
+    /// A measurement farther off than this share of all right ones is not taken.
+    pub gate_probability: f64,
+}
+
+impl Default for ClothoidSettings {
+    fn default() -> Self {
+        // c1 of a clothoid from straight to R = 300 m over 80 m is 4e-5; it comes within some 30 m.
+        Self { c1_walk: 6e-6, b_walk: 0.05, c1_std: 5e-5, gate_probability: 0.999 }
+    }
+}
+
+impl ClothoidSettings {
+    pub fn validate(&self) -> Result<()> {
+        super::not_negative("c1_walk", self.c1_walk)?;
+        super::not_negative("b_walk", self.b_walk)?;
+        positive("c1_std", self.c1_std)?;
+        if !(self.gate_probability > 0.0 && self.gate_probability < 1.0) {
+            return Err(Reason::BadInput { what: "gate_probability", value: self.gate_probability });
+        }
+        Ok(())
+    }
+}
+
+/// A value and its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    pub value: f64,
+    pub std: f64,
+}
+
+/// What became of a measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Update {
+    /// Squared innovation over its covariance: χ² with `freedom` degrees where model and noise are right.
+    pub nis: f64,
+    pub freedom: usize,
+    /// False where the gate kept it out; the state is unchanged then.
+    pub accepted: bool,
+}
+
+/// Follows one edge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClothoidFilter {
+    /// c0 in 1/m, c1 in 1/m², b in m, positive to the left.
+    state: [f64; 3],
+    covariance: [[f64; 3]; 3],
+    settings: ClothoidSettings,
+}
+
+impl ClothoidFilter {
+    /// Starts from one measurement and c1 = 0 ± `c1_std`, nothing else being known.
+    ///
+    /// Errors: a measurement or setting that makes no sense.
+    pub fn new(measurement: &EdgeMeasurement, settings: &ClothoidSettings) -> Result<Self> {
+        measurement.validate()?;
+        settings.validate()?;
+        let [g, h] = measurement.cubic;
+        let [[aa, ab], [_, bb]] = measurement.covariance;
+        let q = settings.c1_std * settings.c1_std;
+        let state = [2.0 * measurement.a_per_m, 0.0, measurement.b_m];
+        let covariance = [
+            [4.0 * (aa + g * g * q), -2.0 * g * q, 2.0 * (ab + g * h * q)],
+            [-2.0 * g * q, q, -h * q],
+            [2.0 * (ab + g * h * q), -h * q, bb + h * h * q],
+        ];
+        Self::from_state(state, covariance, settings)
+    }
+
+    /// Starts from a state and its covariance.
+    ///
+    /// Errors: values that are not finite, a variance below zero.
+    pub fn from_state(
+        state: [f64; 3],
+        covariance: [[f64; 3]; 3],
+        settings: &ClothoidSettings,
+    ) -> Result<Self> {
+        settings.validate()?;
+        for v in state.iter().chain(covariance.iter().flatten()) {
+            finite("state or covariance", *v)?;
+        }
+        for (i, row) in covariance.iter().enumerate() {
+            super::not_negative("variance of the state", row[i])?;
+            for (j, v) in row.iter().enumerate() {
+                let bound = row[i] * covariance[j][j];
+                if (v - covariance[j][i]).abs() > 1e-9 * bound.sqrt() || v * v > bound * (1.0 + 1e-9) {
+                    return Err(Reason::BadInput { what: "covariance of the state", value: *v });
+                }
+            }
+        }
+        Ok(Self { state, covariance, settings: settings.clone() })
+    }
+
+    /// c0 in 1/m, c1 in 1/m², b in m.
+    pub fn state(&self) -> [f64; 3] {
+        self.state
+    }
+
+    /// Of [`Self::state`], in its units.
+    pub fn covariance(&self) -> [[f64; 3]; 3] {
+        self.covariance
+    }
+
+    /// Goes `dt_s` on at `speed_mps` (M eq. 26, 27); backwards where the speed is negative.
+    ///
+    /// Errors: a time below zero, or values that are not finite; the state is unchanged then.
+    pub fn predict(&mut self, dt_s: f64, speed_mps: f64) -> Result<()> {
+        super::not_negative("time step", dt_s)?;
+        finite("speed", speed_mps)?;
+        let ds = speed_mps * dt_s;
+        finite("distance driven", ds)?;
+        let p = &self.covariance;
+        let q = self.settings.c1_walk * self.settings.c1_walk;
+        let [mut c00, mut c01, mut c02] = p[0];
+        c00 += 2.0 * ds * p[0][1] + ds * ds * p[1][1] + q * ds.abs().powi(3) / 3.0;
+        c01 += ds * p[1][1] + q * ds * ds.abs() / 2.0;
+        c02 += ds * p[1][2];
+        let c11 = p[1][1] + q * ds.abs();
+        let c22 = p[2][2] + self.settings.b_walk * self.settings.b_walk * ds.abs();
+        let c12 = p[1][2];
+        let c0 = self.state[0] + self.state[1] * ds;
+        if ![c0, c00, c01, c02, c11, c22].iter().all(|v| v.is_finite()) {
+            return Err(Reason::BadInput { what: "distance driven", value: ds });
+        }
+        self.state[0] = c0;
+        self.covariance = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]];
+        Ok(())
+    }
+
+    /// Takes a measurement of a and b in, if it passes the gate.
+    ///
+    /// Errors: a measurement that makes no sense; the state is unchanged then.
+    pub fn update(&mut self, measurement: &EdgeMeasurement) -> Result<Update> {
+        measurement.validate()?;
+        let (update, new) = self.try_update(measurement)?;
+        if let Some((state, covariance)) = new {
+            if !state.iter().chain(covariance.iter().flatten()).all(|v| v.is_finite()) {
+                return Err(Reason::Singular);
+            }
+            (self.state, self.covariance) = (state, covariance);
+        }
+        Ok(update)
+    }
+
+    /// The update that [`Self::update`] would make.
+    pub fn gate(&self, measurement: &EdgeMeasurement) -> Result<Update> {
+        measurement.validate()?;
+        Ok(self.try_update(measurement)?.0)
+    }
+
+    #[allow(clippy::type_complexity, reason = "state and covariance of one place")]
+    fn try_update(&self, m: &EdgeMeasurement) -> Result<(Update, Option<([f64; 3], [[f64; 3]; 3])>)> {
+        let rows = [[0.5, m.cubic[0], 0.0], [0.0, m.cubic[1], 1.0]];
+        let r = m.covariance;
+        let ph = rows.map(|h| super::small_matrix::times(&self.covariance, &h));
+        let dot = |u: &[f64; 3], v: &[f64; 3]| u.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
+        let s = [
+            [dot(&rows[0], &ph[0]) + r[0][0], dot(&rows[0], &ph[1]) + r[0][1]],
+            [dot(&rows[1], &ph[0]) + r[0][1], dot(&rows[1], &ph[1]) + r[1][1]],
+        ];
+        let s = [[s[0][0], 0.5 * (s[0][1] + s[1][0])], [0.5 * (s[0][1] + s[1][0]), s[1][1]]];
+        let inv = super::small_matrix::inverse(&s).ok_or(Reason::Singular)?;
+        let innovation = [m.a_per_m - dot(&rows[0], &self.state), m.b_m - dot(&rows[1], &self.state)];
+        let nis = quadratic(&inv, &innovation);
+        // χ² with two degrees: P(> t) = exp(−t/2).
+        let accepted = nis <= -2.0 * (1.0 - self.settings.gate_probability).ln();
+        let update = Update { nis, freedom: 2, accepted };
+        if !accepted {
+            return Ok((update, None));
+        }
+        let gain: [[f64; 2]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|k| ph[0][i] * inv[0][k] + ph[1][i] * inv[1][k]));
+        let state =
+            std::array::from_fn(|i| self.state[i] + gain[i][0] * innovation[0] + gain[i][1] * innovation[1]);
+        // Joseph's form: (1 − KH) P (1 − KH)ᵀ + K R Kᵀ stays positive.
+        let left: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                f64::from(u8::from(i == j)) - gain[i][0] * rows[0][j] - gain[i][1] * rows[1][j]
+            })
+        });
+        let lp: [[f64; 3]; 3] =
+            std::array::from_fn(|i| super::small_matrix::times(&self.covariance, &left[i]));
+        let full = |i: usize, j: usize| {
+            dot(&lp[i], &left[j])
+                + (0..2)
+                    .flat_map(|k| (0..2).map(move |l| (k, l)))
+                    .map(|(k, l)| gain[i][k] * r[k.min(l)][k.max(l)] * gain[j][l])
+                    .sum::<f64>()
+        };
+        let covariance = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (full(i, j) + full(j, i))));
+        Ok((update, Some((state, covariance))))
+    }
+
+    /// Takes in a curvature alone, as when only the other edge is seen: `a` = c0/2 + `cubic` c1.
+    ///
+    /// Errors: values that make no sense.
+    pub fn update_curvature(&mut self, a_per_m: f64, variance: f64, cubic: f64) -> Result<Update> {
+        finite("measured a", a_per_m)?;
+        positive("variance of a", variance)?;
+        finite("part of c1 in a", cubic)?;
+        let h = [0.5, cubic, 0.0];
+        let ph = super::small_matrix::times(&self.covariance, &h);
+        let s = quadratic(&self.covariance, &h) + variance;
+        let innovation = a_per_m - 0.5 * self.state[0] - cubic * self.state[1];
+        let nis = innovation * innovation / s;
+        // χ² with one degree has no closed quantile; that of two degrees at the same level is wider.
+        let accepted = nis <= -2.0 * (1.0 - self.settings.gate_probability).ln();
+        if accepted {
+            let old = self.covariance;
+            for i in 0..3 {
+                self.state[i] += ph[i] / s * innovation;
+                for j in 0..3 {
+                    self.covariance[i][j] = old[i][j] - ph[i] * ph[j] / s;
+                }
+            }
+        }
+        Ok(Update { nis, freedom: 1, accepted })
+    }
+
+    /// Curvature `x_m` ahead, 1/m: c0 + c1 x.
+    pub fn curvature_per_m(&self, x_m: f64) -> Estimate {
+        let h = [1.0, x_m, 0.0];
+        Estimate {
+            value: self.state[0] + self.state[1] * x_m,
+            std: quadratic(&self.covariance, &h).max(0.0).sqrt(),
+        }
+    }
+
+    /// y of the edge `x_m` ahead, m: b + ∫ tan θ dx with sin θ = c0 x + c1 x²/2, whose first terms are
+    /// b + c0 x²/2 + c1 x³/6, and its deviation to first order.
+    ///
+    /// Errors: the edge has turned by more than 72° before.
+    pub fn lateral_m(&self, x_m: f64) -> Result<Estimate> {
+        finite("distance ahead", x_m)?;
+        // Gauss–Legendre, five points.
+        const NODE: [f64; 5] = [
+            -0.906_179_845_938_664,
+            -0.538_469_310_105_683_1,
+            0.0,
+            0.538_469_310_105_683_1,
+            0.906_179_845_938_664,
+        ];
+        const WEIGHT: [f64; 5] = [
+            0.236_926_885_056_189_1,
+            0.478_628_670_499_366_5,
+            0.568_888_888_888_888_9,
+            0.478_628_670_499_366_5,
+            0.236_926_885_056_189_1,
+        ];
+        let [c0, c1, b] = self.state;
+        let mut y = b;
+        let mut h = [0.0, 0.0, 1.0];
+        const PARTS: usize = 4;
+        for part in 0..PARTS {
+            for (node, weight) in NODE.iter().zip(WEIGHT) {
+                let x = x_m * (part as f64 + 0.5 * (node + 1.0)) / PARTS as f64;
+                let sin = c0 * x + 0.5 * c1 * x * x;
+                if sin.is_nan() || sin.abs() >= 0.95 {
+                    return Err(Reason::OutOfReach { x_m });
+                }
+                let cos = (1.0 - sin * sin).sqrt();
+                let dx = 0.5 * weight * x_m / PARTS as f64;
+                y += dx * sin / cos;
+                h[0] += dx * x / cos.powi(3);
+                h[1] += dx * 0.5 * x * x / cos.powi(3);
+            }
+        }
+        Ok(Estimate { value: y, std: quadratic(&self.covariance, &h).max(0.0).sqrt() })
+    }
+}

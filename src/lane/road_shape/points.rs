@@ -1,0 +1,315 @@
+//! Peaks of a scan, and which of them stand still (seed M, sections III and IV).
+
+use super::{Reason, Result, finite, not_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// A peak of the radar image, sensor frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    pub range_m: f64,
+    /// Positive to the left of the radar's boresight.
+    pub azimuth_rad: f64,
+    /// Positive when receding; unfolded.
+    pub range_rate_mps: f64,
+    /// Linear, in any unit that is the same for all peaks of a scan. MUSIC spectra serve, too.
+    pub power: f64,
+    pub range_std_m: f64,
+    pub azimuth_std_rad: f64,
+    pub range_rate_std_mps: f64,
+}
+
+/// Place and yaw of the radar in the vehicle frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RadarMount {
+    pub x_m: f64,
+    pub y_m: f64,
+    pub yaw_rad: f64,
+}
+
+/// Motion of the vehicle's origin along its own x axis (no side slip there).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ego {
+    pub speed_mps: f64,
+    #[serde(default)]
+    pub speed_std_mps: f64,
+    /// Positive to the left; 0 where it is not known.
+    #[serde(default)]
+    pub yaw_rate_radps: f64,
+    #[serde(default)]
+    pub yaw_rate_std_radps: f64,
+}
+
+/// Gate of the static points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StaticGate {
+    /// Half width of the gate in standard deviations.
+    pub sigmas: f64,
+    /// Added to the deviation: what the peak's own standard deviation does not know.
+    pub floor_mps: f64,
+    pub min_range_m: f64,
+    pub max_range_m: f64,
+    /// Where range rates are known modulo this (λ/2T of a chirp sequence): the gate takes any fold.
+    pub fold_mps: Option<f64>,
+}
+
+impl Default for StaticGate {
+    fn default() -> Self {
+        Self { sigmas: 3.0, floor_mps: 0.1, min_range_m: 2.0, max_range_m: 150.0, fold_mps: None }
+    }
+}
+
+/// A standing point in the vehicle frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StaticPoint {
+    pub x_m: f64,
+    pub y_m: f64,
+    /// Covariance of (x, y): xx, xy, yy, m².
+    pub covariance_m2: [f64; 3],
+    pub power: f64,
+}
+
+/// What [`static_points`] made of a scan. The three counts and the points add up to the peaks.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StaticScan {
+    pub points: Vec<StaticPoint>,
+    /// Peaks whose range rate is not that of a standing point.
+    pub moving: usize,
+    pub out_of_range: usize,
+    /// Peaks with a value that is not finite, a negative deviation or no power.
+    pub unusable: usize,
+}
+
+/// Velocity of the radar in vehicle axes, m/s.
+fn radar_velocity_mps(mount: &RadarMount, ego: &Ego) -> [f64; 2] {
+    [ego.speed_mps - ego.yaw_rate_radps * mount.y_m, ego.yaw_rate_radps * mount.x_m]
+}
+
+/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (M,
+/// section IV: −speed straight ahead; yaw rate and lever arm added).
+pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) -> f64 {
+    let (sin, cos) = (azimuth_rad + mount.yaw_rad).sin_cos();
+    let v = radar_velocity_mps(mount, ego);
+    -(cos * v[0] + sin * v[1])
+}
+
+/// Standing points of a scan in the vehicle frame.
+///
+/// The gate is `sigmas` times the deviation of the measured against the expected range rate: the peak's
+/// own, that of speed and yaw rate, what the azimuth's deviation does to −v cos(az), and the floor. A car
+/// that crosses, or stands, passes. Bad peaks are counted, not refused.
+///
+/// Errors: a mount, ego or gate value that is not finite, or of the wrong sign.
+pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &StaticGate) -> Result<StaticScan> {
+    check_mount(mount)?;
+    finite("ego speed", ego.speed_mps)?;
+    not_negative("standard deviation of the ego speed", ego.speed_std_mps)?;
+    finite("ego yaw rate", ego.yaw_rate_radps)?;
+    not_negative("standard deviation of the yaw rate", ego.yaw_rate_std_radps)?;
+    positive("gate of the range rate", gate.sigmas)?;
+    not_negative("floor of the range-rate gate", gate.floor_mps)?;
+    not_negative("least range", gate.min_range_m)?;
+    positive("greatest range", gate.max_range_m)?;
+    if let Some(fold) = gate.fold_mps {
+        positive("fold of the range rate", fold)?;
+    }
+    let v = radar_velocity_mps(mount, ego);
+    let mut scan = StaticScan::default();
+    for p in peaks {
+        if !usable(p) {
+            scan.unusable += 1;
+            continue;
+        }
+        if p.range_m < gate.min_range_m || p.range_m > gate.max_range_m {
+            scan.out_of_range += 1;
+            continue;
+        }
+        let (sin, cos) = (p.azimuth_rad + mount.yaw_rad).sin_cos();
+        let by_yaw = cos * mount.y_m - sin * mount.x_m;
+        let variance = p.range_rate_std_mps.powi(2)
+            + gate.floor_mps.powi(2)
+            + (cos * ego.speed_std_mps).powi(2)
+            + (by_yaw * ego.yaw_rate_std_radps).powi(2)
+            + ((sin * v[0] - cos * v[1]) * p.azimuth_std_rad).powi(2);
+        let mut off = p.range_rate_mps - expected_range_rate_mps(p.azimuth_rad, mount, ego);
+        if let Some(fold) = gate.fold_mps {
+            off -= fold * (off / fold).round();
+        }
+        if off * off > gate.sigmas * gate.sigmas * variance {
+            scan.moving += 1;
+            continue;
+        }
+        // Noise in azimuth pulls the mean place towards the radar by exp(−σ²/2).
+        let range_m = p.range_m * (0.5 * p.azimuth_std_rad.powi(2)).exp();
+        let (along, across) = (p.range_std_m.powi(2), (p.range_m * p.azimuth_std_rad).powi(2));
+        scan.points.push(StaticPoint {
+            x_m: mount.x_m + range_m * cos,
+            y_m: mount.y_m + range_m * sin,
+            covariance_m2: [
+                cos * cos * along + sin * sin * across,
+                sin * cos * (along - across),
+                sin * sin * along + cos * cos * across,
+            ],
+            power: p.power,
+        });
+    }
+    Ok(scan)
+}
+
+fn check_mount(mount: &RadarMount) -> Result<()> {
+    finite("mounting x", mount.x_m)?;
+    finite("mounting y", mount.y_m)?;
+    finite("mounting yaw", mount.yaw_rad)
+}
+
+fn usable(p: &Peak) -> bool {
+    let std = [p.range_std_m, p.azimuth_std_rad, p.range_rate_std_mps];
+    p.range_m.is_finite()
+        && p.range_m >= 0.0
+        && p.azimuth_rad.is_finite()
+        && p.range_rate_mps.is_finite()
+        && p.power.is_finite()
+        && p.power > 0.0
+        && std.iter().all(|s| s.is_finite() && *s >= 0.0)
+        && p.azimuth_std_rad < 1.0
+}
+
+/// Ego speed from the peaks themselves, for a car that does not turn: the speed that most peaks agree on,
+/// then their weighted mean. `min_share` of the peaks within ±60° must agree (0.3 is usual; a jam that
+/// crawls along with the car fails it or, worse, wins).
+///
+/// Errors: too few peaks, or no common speed.
+pub fn ego_speed(peaks: &[Peak], mount: &RadarMount, gate: &StaticGate, min_share: f64) -> Result<Ego> {
+    check_mount(mount)?;
+    positive("least share", min_share)?;
+    positive("gate of the range rate", gate.sigmas)?;
+    not_negative("floor of the range-rate gate", gate.floor_mps)?;
+    let speeds: Vec<(f64, f64)> = peaks
+        .iter()
+        .filter(|p| usable(p))
+        .filter_map(|p| {
+            let (sin, cos) = (p.azimuth_rad + mount.yaw_rad).sin_cos();
+            let v = -p.range_rate_mps / cos;
+            let variance = (p.range_rate_std_mps.powi(2) + gate.floor_mps.powi(2)) / (cos * cos)
+                + (v * sin / cos * p.azimuth_std_rad).powi(2);
+            (cos > 0.5 && variance > 0.0).then_some((v, variance))
+        })
+        .collect();
+    const NEEDED: usize = 4;
+    if speeds.len() < NEEDED {
+        return Err(Reason::TooFewPoints { found: speeds.len(), needed: NEEDED });
+    }
+    let near = |centre: f64| {
+        let limit = gate.sigmas * gate.sigmas;
+        speeds.iter().filter(move |(v, var)| (v - centre).powi(2) <= limit * var)
+    };
+    // Ties go to the first peak.
+    let (mut centre, mut best) = (0.0, 0);
+    for (v, _) in &speeds {
+        let n = near(*v).count();
+        if n > best {
+            (centre, best) = (*v, n);
+        }
+    }
+    let share = best as f64 / speeds.len() as f64;
+    if share < min_share || best < NEEDED {
+        return Err(Reason::NoCommonSpeed { share, needed: min_share });
+    }
+    let mut variance = 0.0;
+    for _ in 0..3 {
+        let (sum, weight) = near(centre).fold((0.0, 0.0), |(s, w), (v, var)| (s + v / var, w + 1.0 / var));
+        if weight <= 0.0 {
+            return Err(Reason::Singular);
+        }
+        (centre, variance) = (sum / weight, 1.0 / weight);
+    }
+    Ok(Ego { speed_mps: centre, speed_std_mps: variance.sqrt(), ..Ego::default() })
+}
+
+/// A radar image: one angle spectrum for each range (M, section III and Fig. 3).
+#[derive(Debug, Clone, Copy)]
+pub struct RadarImage<'a> {
+    /// Linear, row by row: `power[range][azimuth]`.
+    pub power: &'a [f64],
+    /// Rising, one for each row.
+    pub range_m: &'a [f64],
+    /// Rising, one for each column.
+    pub azimuth_rad: &'a [f64],
+    /// Of each cell's strongest echo, positive when receding; unfolded.
+    pub range_rate_mps: &'a [f64],
+}
+
+/// Standard deviations that peaks of an image are given: the spectrum's own width does not hold them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageStd {
+    pub range_m: f64,
+    pub azimuth_rad: f64,
+    pub range_rate_mps: f64,
+}
+
+/// Peaks of an image: local maxima along the azimuth of each row that stand `threshold` (a power ratio)
+/// over the image's median, placed between columns by a parabola through the logarithms.
+///
+/// A plateau counts once. The first and last column are no peaks: what lies outside is not known. The
+/// range of a peak is its row's.
+///
+/// Errors: lengths that do not agree, axes that do not rise.
+pub fn image_peaks(image: &RadarImage, threshold: f64, std: &ImageStd) -> Result<Vec<Peak>> {
+    let (rows, columns) = (image.range_m.len(), image.azimuth_rad.len());
+    let shape = |what, found, expected| {
+        if found == expected { Ok(()) } else { Err(Reason::BadShape { what, found, expected }) }
+    };
+    let cells = rows.saturating_mul(columns);
+    shape("The radar image", image.power.len(), cells)?;
+    shape("The range rates", image.range_rate_mps.len(), cells)?;
+    positive("threshold", threshold)?;
+    for (what, v) in
+        [("range", std.range_m), ("azimuth", std.azimuth_rad), ("range rate", std.range_rate_mps)]
+    {
+        not_negative(what, v)?;
+    }
+    for (what, axis) in [("range axis", image.range_m), ("azimuth axis", image.azimuth_rad)] {
+        for v in axis {
+            finite(what, *v)?;
+        }
+        if let Some(w) = axis.windows(2).find(|w| w[1] <= w[0]) {
+            return Err(Reason::BadInput { what, value: w[1] });
+        }
+    }
+    let mut sorted: Vec<f64> = image.power.iter().copied().filter(|p| p.is_finite()).collect();
+    if sorted.is_empty() {
+        return Ok(Vec::new());
+    }
+    sorted.sort_by(f64::total_cmp);
+    let limit = threshold * sorted[sorted.len() / 2];
+    let mut peaks = Vec::new();
+    for (r, row) in image.power.chunks(columns.max(1)).enumerate() {
+        for c in 1..columns.saturating_sub(1) {
+            let [left, top, right] = [row[c - 1], row[c], row[c + 1]];
+            if !(top > limit && top > left && top >= right && left > 0.0 && right > 0.0) {
+                continue;
+            }
+            // Parabola through three points of any spacing.
+            let (h0, h1) = (
+                image.azimuth_rad[c] - image.azimuth_rad[c - 1],
+                image.azimuth_rad[c + 1] - image.azimuth_rad[c],
+            );
+            let (d0, d1) = ((top / left).ln() / h0, (top / right).ln() / h1);
+            let shift = 0.5 * (d0 * h1 - d1 * h0) / (d0 + d1);
+            let shift = if shift.is_finite() { shift.clamp(-0.5 * h0, 0.5 * h1) } else { 0.0 };
+            peaks.push(Peak {
+                range_m: image.range_m[r],
+                azimuth_rad: image.azimuth_rad[c] + shift,
+                range_rate_mps: image.range_rate_mps[r * columns + c],
+                power: top,
+                range_std_m: std.range_m,
+                azimuth_std_rad: std.azimuth_rad,
+                range_rate_std_mps: std.range_rate_mps,
+            });
+        }
+    }
+    Ok(peaks)
+}

@@ -1,0 +1,248 @@
+//! Both edges of the road, scan after scan: gate, vote, fit, filter (seed M, section IV).
+
+use super::{
+    ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, Result,
+    RoadWidth, Side, StaticGate, StaticPoint, Update, VoteMap, fit_edge, fit_parallel, not_negative,
+    positive, static_points,
+};
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrackerSettings {
+    pub mount: RadarMount,
+    pub gate: StaticGate,
+    pub hough: HoughSettings,
+    pub fit: FitSettings,
+    pub filter: ClothoidSettings,
+    /// Look for both edges with one curvature, and pass the curvature on to an edge that is not seen.
+    pub parallel: bool,
+    /// Only with `parallel`.
+    pub width: Option<RoadWidth>,
+    /// Scans with the edge until it is confirmed.
+    pub confirm_scans: usize,
+    /// An edge that is not seen is dropped after this time, this distance, or at this deviation of b.
+    pub coast_s: f64,
+    pub coast_m: f64,
+    pub coast_b_std_m: f64,
+    /// So many scans in a row that the gate keeps out start the edge anew.
+    pub restart_scans: usize,
+}
+
+impl Default for TrackerSettings {
+    fn default() -> Self {
+        Self {
+            mount: RadarMount::default(),
+            gate: StaticGate::default(),
+            hough: HoughSettings::default(),
+            fit: FitSettings::default(),
+            filter: ClothoidSettings::default(),
+            parallel: false,
+            width: None,
+            confirm_scans: 3,
+            coast_s: 3.0,
+            coast_m: 60.0,
+            coast_b_std_m: 1.5,
+            restart_scans: 5,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EdgeStatus {
+    /// Seen, but not yet often enough.
+    Tentative,
+    Confirmed,
+    /// Was confirmed, and is not seen in this scan.
+    Coasting,
+}
+
+/// One edge after a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EdgeTrack {
+    pub side: Side,
+    pub status: EdgeStatus,
+    pub filter: ClothoidFilter,
+    /// Scans in which it was seen.
+    pub hits: usize,
+    /// Since it was last seen.
+    pub unseen_s: f64,
+    pub unseen_m: f64,
+    refused: usize,
+}
+
+/// What one scan gave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoadShape {
+    /// Standing points in the vehicle frame.
+    pub points: Vec<StaticPoint>,
+    /// Peaks that moved.
+    pub moving: usize,
+    /// Fit of this scan for left and right, or why there is none.
+    pub fits: [Result<EdgeFit>; 2],
+    /// What the filter made of it; None where it started the edge, or there was no fit.
+    pub updates: [Option<Update>; 2],
+    /// Left and right edge now.
+    pub edges: [Option<EdgeTrack>; 2],
+}
+
+impl RoadShape {
+    pub fn edge(&self, side: Side) -> Option<&EdgeTrack> {
+        self.edges[side.index()].as_ref()
+    }
+}
+
+/// Follows both edges.
+#[derive(Debug, Clone)]
+pub struct RoadTracker {
+    settings: TrackerSettings,
+    edges: [Option<EdgeTrack>; 2],
+}
+
+impl RoadTracker {
+    /// Errors: settings that make no sense.
+    pub fn new(settings: &TrackerSettings) -> Result<Self> {
+        settings.hough.validate()?;
+        settings.fit.validate()?;
+        settings.filter.validate()?;
+        not_negative("coast_s", settings.coast_s)?;
+        not_negative("coast_m", settings.coast_m)?;
+        positive("coast_b_std_m", settings.coast_b_std_m)?;
+        Ok(Self { settings: settings.clone(), edges: [None, None] })
+    }
+
+    /// Takes in the peaks of a scan `dt_s` after the last one.
+    ///
+    /// Errors: time, ego motion or mounting that make no sense; the tracks are unchanged then. A scan without
+    /// an edge is no error: `fits` says why.
+    pub fn step(&mut self, peaks: &[Peak], dt_s: f64, ego: &Ego) -> Result<RoadShape> {
+        not_negative("time step", dt_s)?;
+        let s = &self.settings;
+        let scan = static_points(peaks, &s.mount, ego, &s.gate)?;
+        let mut edges = self.edges.clone();
+        for edge in edges.iter_mut().flatten() {
+            edge.filter.predict(dt_s, ego.speed_mps)?;
+            edge.unseen_s += dt_s;
+            edge.unseen_m += (ego.speed_mps * dt_s).abs();
+        }
+        let fits = measure(&scan.points, &edges, s);
+        let mut updates = [None, None];
+        for side in Side::BOTH {
+            let i = side.index();
+            let (edge, update) = follow(edges[i].take(), &fits[i], side, s);
+            (edges[i], updates[i]) = (edge, update);
+        }
+        if s.parallel {
+            share_curvature(&mut edges, &fits, &updates);
+        }
+        self.edges = edges.clone();
+        Ok(RoadShape { points: scan.points, moving: scan.moving, fits, updates, edges })
+    }
+}
+
+fn measure(
+    points: &[StaticPoint],
+    edges: &[Option<EdgeTrack>; 2],
+    s: &TrackerSettings,
+) -> [Result<EdgeFit>; 2] {
+    let map = match VoteMap::new(points, &s.hough) {
+        Ok(map) => map,
+        Err(reason) => return [Err(reason.clone()), Err(reason)],
+    };
+    if s.parallel {
+        let pair = map
+            .parallel_edges(s.width.as_ref())
+            .and_then(|pair| fit_parallel(points, [0, 1].map(|i| (pair.a_per_m[i], pair.b_m[i])), &s.fit));
+        if let Ok([left, right]) = pair {
+            return [Ok(left), Ok(right)];
+        }
+    }
+    Side::BOTH.map(|side| {
+        let fit = map.edge(side).and_then(|peak| fit_edge(points, (peak.a_per_m, peak.b_m), side, &s.fit));
+        let Some(edge) = &edges[side.index()] else { return fit };
+        let fits = |f: &EdgeFit| edge.filter.gate(&f.measurement()).is_ok_and(|u| u.accepted);
+        if fit.as_ref().is_ok_and(fits) {
+            return fit;
+        }
+        // The vote may have missed what the prediction finds.
+        let [c0, _, b] = edge.filter.state();
+        match fit_edge(points, (0.5 * c0, b), side, &s.fit) {
+            Ok(again) if fits(&again) => Ok(again),
+            _ => fit,
+        }
+    })
+}
+
+fn follow(
+    edge: Option<EdgeTrack>,
+    fit: &Result<EdgeFit>,
+    side: Side,
+    s: &TrackerSettings,
+) -> (Option<EdgeTrack>, Option<Update>) {
+    let measurement = fit.as_ref().ok().map(EdgeFit::measurement);
+    let start = || {
+        let filter = ClothoidFilter::new(&measurement?, &s.filter).ok()?;
+        let status = if s.confirm_scans <= 1 { EdgeStatus::Confirmed } else { EdgeStatus::Tentative };
+        Some(EdgeTrack { side, status, filter, hits: 1, unseen_s: 0.0, unseen_m: 0.0, refused: 0 })
+    };
+    let Some(mut edge) = edge else { return (start(), None) };
+    let update = measurement.and_then(|m| edge.filter.update(&m).ok());
+    match update {
+        Some(u) if u.accepted => {
+            edge.hits += 1;
+            edge.refused = 0;
+            (edge.unseen_s, edge.unseen_m) = (0.0, 0.0);
+            if edge.status == EdgeStatus::Coasting || edge.hits >= s.confirm_scans {
+                edge.status = EdgeStatus::Confirmed;
+            }
+            return (Some(edge), update);
+        }
+        Some(_) => edge.refused += 1,
+        None => {}
+    }
+    if edge.refused >= s.restart_scans.max(1) {
+        return (start(), update);
+    }
+    if edge.status == EdgeStatus::Tentative {
+        // Nothing is built on it yet: the next scan starts anew.
+        return (start(), update);
+    }
+    edge.status = EdgeStatus::Coasting;
+    let b_std_m = edge.filter.covariance()[2][2].sqrt();
+    let keep = edge.unseen_s <= s.coast_s && edge.unseen_m <= s.coast_m && b_std_m <= s.coast_b_std_m;
+    (keep.then_some(edge), update)
+}
+
+/// An edge that is not seen takes the curvature of the other one, moved over by their distance.
+fn share_curvature(
+    edges: &mut [Option<EdgeTrack>; 2],
+    fits: &[Result<EdgeFit>; 2],
+    updates: &[Option<Update>; 2],
+) {
+    for i in 0..2 {
+        let seen = &fits[1 - i];
+        let (Some(edge), Ok(seen)) = (edges[i].as_mut(), seen) else { continue };
+        let taken = updates[1 - i].is_some_and(|u| u.accepted);
+        if edge.status != EdgeStatus::Coasting || !taken {
+            continue;
+        }
+        let shift = edge.filter.state()[2] - seen.b_m;
+        let gain = 1.0 / (1.0 - 2.0 * seen.a_per_m * shift);
+        if gain.is_finite() && gain > 0.0 {
+            // A failed update leaves the edge as predicted.
+            let _ = edge.filter.update_curvature(
+                gain * seen.a_per_m,
+                gain * gain * seen.covariance[0][0],
+                gain * seen.cubic[0],
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+impl RoadTracker {
+    pub fn edges_for_test(&self) -> &[Option<EdgeTrack>; 2] {
+        &self.edges
+    }
+}

@@ -1,0 +1,515 @@
+//! The pose of a scan in a map of static points, without GNSS.
+//!
+//! First a correlative search (Olson, "Real-time correlative scan matching", ICRA 2009): poses on a grid
+//! along the mapped route or about a rough pose, scored in a picture of the landmarks. Then the best ones are
+//! refined by maximum likelihood, point to point: each point is one of the landmarks in view or none of them,
+//! so a false point costs no more than a constant. Markers at equal distances fit again one spacing further:
+//! every pose that is about as likely is reported.
+
+use super::Refusal;
+use super::map::{Index, Landmark, Pose, ScanPoint, SignatureMap, largest_std_m, wrapped};
+use glam::{DMat2, DMat3, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Where to search.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Search {
+    /// Anywhere along the mapped route, up to this far beside it and turned against it.
+    Route { beside_m: f64, turn_rad: f64 },
+    /// About a rough pose.
+    Near { pose: Pose, half_m: f64, turn_rad: f64 },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocateSettings {
+    /// Ranges and half the field of view of the scan.
+    pub near_m: f64,
+    pub far_m: f64,
+    pub half_view_rad: f64,
+    /// Points whose place is less sure do not take part.
+    pub max_std_m: f64,
+    /// Added to every point.
+    pub floor_std_m: f64,
+    /// Landmarks below are not used.
+    pub least_occupancy: f64,
+    /// Of a landmark in view.
+    pub detection_probability: f64,
+    /// Share of the points that are no landmarks.
+    pub extra_share: f64,
+    pub step_m: f64,
+    pub step_rad: f64,
+    /// Poses that are refined.
+    pub candidates: usize,
+    /// Log odds up to which another pose is a rival.
+    pub sure_log_odds: f64,
+}
+
+impl Default for LocateSettings {
+    fn default() -> Self {
+        Self {
+            near_m: 0.5,
+            far_m: 40.0,
+            half_view_rad: 1.0,
+            max_std_m: 0.6,
+            floor_std_m: 0.03,
+            least_occupancy: 0.5,
+            detection_probability: 0.9,
+            extra_share: 0.1,
+            step_m: 0.4,
+            step_rad: 0.0175,
+            candidates: 24,
+            sure_log_odds: 4.6,
+        }
+    }
+}
+
+/// Another pose that fits about as well.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rival {
+    pub pose: Pose,
+    /// How much less likely it is.
+    pub log_odds: f64,
+    /// From the reported pose, along its heading.
+    pub along_m: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Location {
+    pub pose: Pose,
+    /// Of x, y (m) and heading (rad), of this pose alone: rivals are not in it.
+    pub covariance: [[f64; 3]; 3],
+    /// Expected number of points that are landmarks.
+    pub explained: f64,
+    pub points: usize,
+    /// Best first; empty where the pose is the only one.
+    pub rivals: Vec<Rival>,
+    /// Of the poses found, that this one is true.
+    pub probability: f64,
+    pub log_likelihood: f64,
+}
+
+impl Location {
+    /// Whether no other pose comes near.
+    pub fn is_unique(&self) -> bool {
+        self.rivals.is_empty()
+    }
+
+    /// Least distance along the heading to a rival: the spacing or a multiple of it, where the markers are
+    /// periodic.
+    pub fn period_m(&self) -> Option<f64> {
+        self.rivals.iter().map(|r| r.along_m.abs()).min_by(f64::total_cmp)
+    }
+}
+
+/// Poses of the picture that are tried for each that is refined in full: the picture tells the places of a
+/// periodic row from each other badly.
+const TRIALS: usize = 10;
+const MOST_PLACES: usize = 4_000_000;
+const MOST_PIXELS: usize = 20_000_000;
+
+/// The landmarks as a picture of ln(1 + likelihood ratio).
+struct Picture {
+    origin: DVec2,
+    step_m: f64,
+    width: usize,
+    height: usize,
+    value: Vec<f32>,
+}
+
+impl Picture {
+    fn new(landmarks: &[Landmark], blur_m: f64) -> Result<Self, Refusal> {
+        let margin = 4.0 * blur_m;
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for l in landmarks {
+            low = low.min(l.place());
+            high = high.max(l.place());
+        }
+        let (low, high) = (low - margin, high + margin);
+        let step_m = 0.5 * blur_m;
+        let size = ((high - low) / step_m).ceil() + 1.0;
+        let pixels = size.x * size.y;
+        if pixels.is_nan() || pixels > MOST_PIXELS as f64 {
+            return Err(Refusal::TooLarge { places: pixels as usize, most: MOST_PIXELS });
+        }
+        let (width, height) = (size.x as usize, size.y as usize);
+        let mut out = Self { origin: low, step_m, width, height, value: vec![0.0; width * height] };
+        let reach = (3.0 * blur_m / step_m).ceil() as i64;
+        for l in landmarks {
+            let c = ((l.place() - low) / step_m).round();
+            for j in -reach..=reach {
+                for i in -reach..=reach {
+                    let (x, y) = (c.x as i64 + i, c.y as i64 + j);
+                    let Some(at) = out.at(x, y) else { continue };
+                    let p = low + step_m * DVec2::new(x as f64, y as f64);
+                    let z2 = p.distance_squared(l.place()) / (blur_m * blur_m);
+                    out.value[at] = out.value[at].max((1.0 + 20.0 * (-0.5 * z2).exp()).ln() as f32);
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    fn at(&self, x: i64, y: i64) -> Option<usize> {
+        let inside = x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height;
+        inside.then(|| y as usize * self.width + x as usize)
+    }
+
+    fn look(&self, p: DVec2) -> f32 {
+        let c = ((p - self.origin) / self.step_m).round();
+        self.at(c.x as i64, c.y as i64).map_or(0.0, |i| self.value[i])
+    }
+}
+
+struct Match<'a> {
+    points: &'a [(DVec2, DMat2)],
+    landmarks: &'a [Landmark],
+    index: &'a Index,
+    s: &'a LocateSettings,
+    /// Points that are no landmarks, per m².
+    extra: f64,
+}
+
+impl Match<'_> {
+    /// Calls `each` with (density, offset of the point from the landmark, inverse covariance) for the
+    /// landmarks near a point; the sum of the densities.
+    fn near(&self, place: DVec2, cov: DMat2, widen: f64, mut each: impl FnMut(f64, DVec2, DMat2)) -> f64 {
+        let mut sum = 0.0;
+        let radius = 5.0 * widen * (largest_std_m(&cov) + 0.05);
+        self.index.near(place, radius, |i| {
+            let l = &self.landmarks[i];
+            let d = place - l.place();
+            let total = (cov + l.covariance()) * (widen * widen);
+            let inverse = total.inverse();
+            let chi2 = d.dot(inverse * d);
+            if chi2 < 25.0 {
+                let scale = self.s.detection_probability * l.occupancy();
+                let density = scale * (-0.5 * chi2).exp() / (TAU * total.determinant().sqrt());
+                sum += density;
+                each(density, d, inverse);
+            }
+        });
+        sum
+    }
+
+    fn smooth_log_likelihood(&self, p: &Pose, widen: f64) -> f64 {
+        let turn = DMat2::from_angle(p.heading_rad);
+        let all = self.points.iter();
+        all.map(|(q, cov)| {
+            let place = p.place() + turn * *q;
+            (self.extra + self.near(place, turn * *cov * turn.transpose(), widen, |_, _, _| ())).ln()
+        })
+        .sum()
+    }
+
+    /// With the landmarks that should have been seen.
+    fn log_likelihood(&self, p: &Pose) -> f64 {
+        let turn = DMat2::from_angle(-p.heading_rad);
+        let mut expected = 0.0;
+        self.index.near(p.place(), self.s.far_m, |i| {
+            let l = &self.landmarks[i];
+            let d = turn * (l.place() - p.place());
+            if self.s.sees(d) {
+                expected += self.s.detection_probability * l.occupancy();
+            }
+        });
+        self.smooth_log_likelihood(p, 1.0) - expected
+    }
+
+    fn gradient(&self, p: &Pose, widen: f64) -> (DVec3, DMat3, f64) {
+        let turn = DMat2::from_angle(p.heading_rad);
+        let (mut g, mut info, mut explained) = (DVec3::ZERO, DMat3::ZERO, 0.0);
+        let mut close = Vec::new();
+        for (q, cov) in self.points {
+            let arm = turn * *q;
+            close.clear();
+            let sum = self.near(p.place() + arm, turn * *cov * turn.transpose(), widen, |w, d, inverse| {
+                close.push((w, d, inverse));
+            });
+            explained += sum / (sum + self.extra);
+            for (density, d, inverse) in &close {
+                let share = density / (sum + self.extra);
+                // The place moves by one in x and y, and across the arm with the heading.
+                let across = arm.perp();
+                let pull = *inverse * *d;
+                g -= share * DVec3::new(pull.x, pull.y, across.dot(pull));
+                let t = *inverse * across;
+                info += DMat3::from_cols(
+                    DVec3::new(inverse.x_axis.x, inverse.x_axis.y, t.x),
+                    DVec3::new(inverse.y_axis.x, inverse.y_axis.y, t.y),
+                    DVec3::new(t.x, t.y, across.dot(t)),
+                ) * share;
+            }
+        }
+        (g, info, explained)
+    }
+
+    /// Gauss and Newton with damping, through (how much wider than their stds the points are, most rounds).
+    fn refine(&self, start: Pose, stages: &[(f64, usize)]) -> Pose {
+        let mut p = start;
+        for &(widen, rounds) in stages {
+            let mut best = self.smooth_log_likelihood(&p, widen);
+            for _ in 0..rounds {
+                let (g, info, _) = self.gradient(&p, widen);
+                let mut gain = 0.0;
+                let mut damping = 1e-3;
+                while damping < 1e4 {
+                    let scaled = DVec3::new(info.x_axis.x, info.y_axis.y, info.z_axis.z) * damping + 1e-9;
+                    let step = (info + DMat3::from_diagonal(scaled)).inverse() * g;
+                    if !step.is_finite() {
+                        break;
+                    }
+                    let q = moved(&p, step);
+                    let value = self.smooth_log_likelihood(&q, widen);
+                    if value > best {
+                        gain = value - best;
+                        (p, best) = (q, value);
+                        break;
+                    }
+                    damping *= 10.0;
+                }
+                if gain < 1e-6 {
+                    break;
+                }
+            }
+        }
+        p.heading_rad = wrapped(p.heading_rad);
+        p
+    }
+
+    /// Inverse of the change of the gradient, or of Gauss and Newton's information where that is not
+    /// positive.
+    fn covariance(&self, p: &Pose) -> Option<DMat3> {
+        let (_, info, _) = self.gradient(p, 1.0);
+        let mut columns = [DVec3::ZERO; 3];
+        for (i, axis) in DVec3::AXES.into_iter().enumerate() {
+            let step = 0.1 / info.col(i)[i].max(1e-12).sqrt();
+            let low = self.gradient(&moved(p, -step * axis), 1.0).0;
+            let high = self.gradient(&moved(p, step * axis), 1.0).0;
+            columns[i] = (low - high) / (2.0 * step);
+        }
+        let observed = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        let observed = (observed + observed.transpose()) * 0.5;
+        [observed, info].into_iter().find_map(|m| {
+            let c = m.inverse();
+            let positive = (0..3).all(|i| c.col(i)[i] > 0.0) && m.determinant() > 0.0 && c.is_finite();
+            positive.then_some(c)
+        })
+    }
+}
+
+fn moved(p: &Pose, step: DVec3) -> Pose {
+    Pose { x_m: p.x_m + step.x, y_m: p.y_m + step.y, heading_rad: p.heading_rad + step.z }
+}
+
+impl LocateSettings {
+    fn sees(&self, d: DVec2) -> bool {
+        let range = d.length();
+        range >= self.near_m && range <= self.far_m && d.to_angle().abs() <= self.half_view_rad
+    }
+
+    fn check(&self) -> Result<(), Refusal> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let open = |x: f64| x > 0.0 && x < 1.0;
+        let rules: [(&'static str, bool); 12] = [
+            ("near_m", self.near_m.is_finite() && self.near_m >= 0.0),
+            ("far_m", positive(self.far_m) && self.far_m > self.near_m && self.far_m <= 1000.0),
+            ("half_view_rad", positive(self.half_view_rad) && self.half_view_rad <= std::f64::consts::PI),
+            ("max_std_m", positive(self.max_std_m) && self.max_std_m <= 10.0),
+            ("floor_std_m", self.floor_std_m.is_finite() && self.floor_std_m >= 0.0),
+            ("least_occupancy", (0.0..=1.0).contains(&self.least_occupancy)),
+            ("detection_probability", open(self.detection_probability)),
+            ("extra_share", open(self.extra_share)),
+            ("step_m", self.step_m >= 0.02 && self.step_m <= 10.0),
+            ("step_rad", self.step_rad >= 1e-4 && self.step_rad <= 1.0),
+            ("candidates", (1..=200).contains(&self.candidates)),
+            ("sure_log_odds", positive(self.sure_log_odds)),
+        ];
+        rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
+    }
+}
+
+/// Steps to either side that keep within `half`.
+fn steps(half: f64, step: f64) -> i32 {
+    (half / step + 1e-9).floor().min(1e6) as i32
+}
+
+fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<Vec<Pose>, Refusal> {
+    let (half_m, turn_rad) = match search {
+        Search::Route { beside_m, turn_rad } => (*beside_m, *turn_rad),
+        Search::Near { half_m, turn_rad, .. } => (*half_m, *turn_rad),
+    };
+    let good = |x: f64| x.is_finite() && x >= 0.0;
+    if !good(half_m) || !good(turn_rad) {
+        return Err(Refusal::Setting("search"));
+    }
+    let (across, turns) = (steps(half_m, s.step_m), steps(turn_rad.min(std::f64::consts::PI), s.step_rad));
+    let per_pose = (2 * i64::from(across) + 1) * (2 * i64::from(turns) + 1);
+    let mut centres: Vec<Pose> = Vec::new();
+    let (along, is_route) = match search {
+        Search::Near { pose, .. } => {
+            if !pose.is_finite() {
+                return Err(Refusal::BadPose);
+            }
+            centres.push(*pose);
+            (across, false)
+        }
+        Search::Route { .. } => {
+            let most = (MOST_PLACES as i64 / per_pose).max(1) as usize;
+            for w in route.windows(2) {
+                let length = w[0].place().distance(w[1].place());
+                let n = (length / s.step_m).ceil().clamp(1.0, 1e6) as usize;
+                if centres.len() + n > most {
+                    return Err(Refusal::TooLarge {
+                        places: (centres.len() + n) * per_pose as usize,
+                        most: MOST_PLACES,
+                    });
+                }
+                for i in 0..n {
+                    let part = i as f64 / n as f64;
+                    let place = w[0].place().lerp(w[1].place(), part);
+                    let turn = wrapped(w[1].heading_rad - w[0].heading_rad);
+                    let heading_rad = w[0].heading_rad + part * turn;
+                    centres.push(Pose { x_m: place.x, y_m: place.y, heading_rad });
+                }
+            }
+            centres.extend(route.last());
+            if centres.is_empty() {
+                return Err(Refusal::EmptyMap);
+            }
+            (0, true)
+        }
+    };
+    let places = centres.len() as i64 * per_pose * (2 * i64::from(along) + 1);
+    if places > MOST_PLACES as i64 {
+        return Err(Refusal::TooLarge { places: places as usize, most: MOST_PLACES });
+    }
+    let mut out = Vec::with_capacity(places as usize);
+    for c in &centres {
+        let forward = if is_route { DVec2::from_angle(c.heading_rad) } else { DVec2::X };
+        for t in -turns..=turns {
+            for i in -along..=along {
+                for j in -across..=across {
+                    let place =
+                        c.place() + s.step_m * (f64::from(i) * forward + f64::from(j) * forward.perp());
+                    let heading_rad = c.heading_rad + s.step_rad * f64::from(t);
+                    out.push(Pose { x_m: place.x, y_m: place.y, heading_rad });
+                }
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The pose from which the scan was taken. The points must be static (see [`SignatureMap::add_scan`] for the
+/// test by range rate). Errors: see [`Refusal`]. Deterministic.
+pub fn locate(
+    map: &SignatureMap,
+    points: &[ScanPoint],
+    search: &Search,
+    settings: &LocateSettings,
+) -> Result<Location, Refusal> {
+    const NEEDED: usize = 3;
+    settings.check()?;
+    let used: Vec<(DVec2, DMat2)> = points
+        .iter()
+        .filter_map(|p| p.place(settings.floor_std_m))
+        .filter(|(q, cov)| settings.sees(*q) && largest_std_m(cov) <= settings.max_std_m)
+        .collect();
+    if used.len() < NEEDED {
+        return Err(Refusal::TooFewPoints { points: used.len(), needed: NEEDED });
+    }
+    let landmarks: Vec<Landmark> =
+        map.landmarks().iter().filter(|l| l.occupancy() >= settings.least_occupancy).copied().collect();
+    if landmarks.is_empty() {
+        return Err(Refusal::EmptyMap);
+    }
+    let index = Index::new(&landmarks);
+    // Points fall up to half a step beside their landmarks in either axis, the far ones by half a turn too.
+    let blur_m = settings.step_m.max(0.4 * settings.step_rad * settings.far_m).max(0.1);
+    let picture = Picture::new(&landmarks, blur_m)?;
+    let poses = grid(search, map.route(), settings)?;
+    let mut scored: Vec<(f32, usize)> = poses
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            let turn = DMat2::from_angle(p.heading_rad);
+            (used.iter().map(|(q, _)| picture.look(p.place() + turn * *q)).sum(), i)
+        })
+        .collect();
+    let kept = scored.len().min(40 * TRIALS * settings.candidates);
+    scored.select_nth_unstable_by(kept - 1, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    scored.truncate(kept);
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut starts: Vec<Pose> = Vec::new();
+    for (_, i) in &scored {
+        let p = poses[*i];
+        let is_new = starts.iter().all(|q| {
+            q.place().distance(p.place()) > 1.6 * settings.step_m
+                || wrapped(q.heading_rad - p.heading_rad).abs() > 4.5 * settings.step_rad
+        });
+        if is_new {
+            starts.push(p);
+            if starts.len() == TRIALS * settings.candidates {
+                break;
+            }
+        }
+    }
+    let area = settings.half_view_rad * (settings.far_m.powi(2) - settings.near_m.powi(2));
+    let fit = Match {
+        points: &used,
+        landmarks: &landmarks,
+        index: &index,
+        s: settings,
+        extra: settings.extra_share * used.len() as f64 / area,
+    };
+    let mut found: Vec<(f64, Pose)> = starts
+        .into_iter()
+        .map(|p| {
+            let q = fit.refine(p, &[(2.0, 3), (1.0, 2)]);
+            (fit.log_likelihood(&q), q)
+        })
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.truncate(settings.candidates);
+    for (value, p) in &mut found {
+        *p = fit.refine(*p, &[(1.5, 4), (1.0, 15)]);
+        *value = fit.log_likelihood(p);
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let none = Refusal::NoPlace { explained: 0.0, points: used.len() };
+    let (log_likelihood, pose) = *found.first().ok_or(none)?;
+    let explained = fit.gradient(&pose, 1.0).2;
+    if explained.is_nan() || explained < 0.5 * used.len() as f64 {
+        return Err(Refusal::NoPlace { explained, points: used.len() });
+    }
+    let c = fit.covariance(&pose).ok_or(Refusal::NoPlace { explained, points: used.len() })?;
+    let mut rivals: Vec<Rival> = Vec::new();
+    let mut weight = 1.0;
+    for (value, q) in &found[1..] {
+        let d = q.place() - pose.place();
+        let others = rivals.iter().map(|r| r.pose).chain([pose]);
+        let is_new = others.into_iter().all(|o| {
+            o.place().distance(q.place()) > 0.3 || wrapped(o.heading_rad - q.heading_rad).abs() > 0.05
+        });
+        let log_odds = log_likelihood - value;
+        if is_new && log_odds < settings.sure_log_odds {
+            weight += (-log_odds).exp();
+            rivals.push(Rival { pose: *q, log_odds, along_m: d.dot(DVec2::from_angle(pose.heading_rad)) });
+        }
+    }
+    Ok(Location {
+        pose,
+        covariance: c.to_cols_array_2d(),
+        explained,
+        points: used.len(),
+        rivals,
+        probability: 1.0 / weight,
+        log_likelihood,
+    })
+}
+
+#[cfg(test)]
+#[path = "locate_tests.rs"]
+mod tests;

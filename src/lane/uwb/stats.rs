@@ -1,0 +1,111 @@
+//! Figures to compare with the document: detection rates and spacing errors.
+
+use super::{LaneEstimate, Reason, all_finite, checked};
+use serde::Serialize;
+
+/// Size of spacing errors. Metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpacingErrors {
+    pub count: usize,
+    /// Mean of the absolute errors.
+    pub mean_m: f64,
+    pub rms_m: f64,
+    /// Largest absolute error.
+    pub worst_m: f64,
+    /// Mean of the signed errors, estimate less truth.
+    pub bias_m: f64,
+}
+
+/// Sizes of signed errors.
+pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, Reason> {
+    all_finite("spacing errors", errors_m)?;
+    let n = errors_m.len() as f64;
+    let mean = |f: &dyn Fn(f64) -> f64| errors_m.iter().map(|&e| f(e) / n).sum::<f64>();
+    Ok(SpacingErrors {
+        count: errors_m.len(),
+        mean_m: mean(&f64::abs),
+        rms_m: mean(&|e| e * e).sqrt(),
+        worst_m: errors_m.iter().fold(0.0, |w, e| e.abs().max(w)),
+        bias_m: mean(&|e| e),
+    })
+}
+
+/// Largest spacing error of drives past known markers times `margin` (1 or more): the limit for
+/// [`UwbConfig::max_spacing_error_m`](super::UwbConfig).
+pub fn largest_error_m(errors_m: &[f64], margin: f64) -> Result<f64, Reason> {
+    checked("margin", margin, margin >= 1.0, "1 or more")?;
+    checked("largest error", spacing_errors(errors_m)?.worst_m * margin, true, "")
+}
+
+/// A drive against the times at which the radar passed each marker's centre.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunScore {
+    pub markers: usize,
+    /// Markers with a pass in time.
+    pub detected: usize,
+    /// Passes without a marker.
+    pub false_passes: usize,
+    /// Neighbouring markers, both detected, whose passes lie within the largest error of one spacing.
+    pub spacings_right: usize,
+    /// Marker to marker: one less than markers.
+    pub spacings: usize,
+    /// Estimate less true spacing for neighbouring markers that were both detected.
+    pub spacing_errors_m: Vec<f64>,
+}
+
+impl RunScore {
+    /// Markers seen; `None` when none was passed.
+    pub fn marker_rate(&self) -> Option<f64> {
+        (self.markers > 0).then(|| self.detected as f64 / self.markers as f64)
+    }
+
+    /// Spacings found right; `None` when fewer than two markers were passed.
+    pub fn spacing_rate(&self) -> Option<f64> {
+        (self.spacings > 0).then(|| self.spacings_right as f64 / self.spacings as f64)
+    }
+}
+
+/// Matches each marker with the pass nearest in time within `match_s`, no pass twice. `marker_times_s` rise.
+pub fn score_run(
+    run: &LaneEstimate,
+    marker_times_s: &[f64],
+    match_s: f64,
+    spacing_m: f64,
+    max_spacing_error_m: f64,
+) -> Result<RunScore, Reason> {
+    if !marker_times_s.is_empty() {
+        all_finite("marker time", marker_times_s)?;
+    }
+    if let Some(w) = marker_times_s.windows(2).find(|w| w[1] <= w[0]) {
+        return Err(Reason::OutOfRange {
+            what: "a marker time",
+            value: w[1],
+            allowed: "after the one before",
+        });
+    }
+    checked("matching time", match_s, match_s > 0.0, "above 0 s")?;
+    checked("marker spacing", spacing_m, spacing_m > 0.0, "above 0 m")?;
+    checked("largest error", max_spacing_error_m, max_spacing_error_m > 0.0, "above 0 m")?;
+    let mut used = vec![false; run.markers.len()];
+    let mut found = Vec::with_capacity(marker_times_s.len());
+    for &t in marker_times_s {
+        let gap = |i: &usize| (run.markers[*i].pass.time_s - t).abs();
+        let best = (0..run.markers.len())
+            .filter(|&i| !used[i])
+            .min_by(|a, b| gap(a).total_cmp(&gap(b)))
+            .filter(|i| gap(i) <= match_s);
+        if let Some(i) = best {
+            used[i] = true;
+        }
+        found.push(best.map(|i| run.markers[i].pass.distance_m));
+    }
+    let errors: Vec<f64> = found.windows(2).filter_map(|w| Some(w[1]? - w[0]? - spacing_m)).collect();
+    Ok(RunScore {
+        markers: found.len(),
+        detected: found.iter().flatten().count(),
+        false_passes: used.iter().filter(|u| !**u).count(),
+        spacings_right: errors.iter().filter(|e| e.abs() < max_spacing_error_m).count(),
+        spacings: found.len().saturating_sub(1),
+        spacing_errors_m: errors,
+    })
+}
