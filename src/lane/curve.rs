@@ -249,7 +249,8 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
         let scaled = DMat4::from_cols_array_2d(
             &[0, 1, 2, 3].map(|c| [0, 1, 2, 3].map(|r| a[r][c] / (scale[r] * scale[c]))),
         );
-        if !(scaled.determinant().abs() > 1e-14) {
+        let determinant = scaled.determinant().abs();
+        if determinant.is_nan() || determinant <= 1e-14 {
             return None;
         }
         let inverse = scaled.inverse();

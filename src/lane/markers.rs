@@ -45,6 +45,9 @@ impl Default for MarkerOptions {
     }
 }
 
+/// A marker's cross section (dBsm) at a point, seen from the radar, where the row runs in the direction given (rad).
+pub type ExpectedRcs<'a> = dyn Fn(&LanePoint, f64) -> f64 + 'a;
+
 /// One scan.
 #[derive(Clone, Copy)]
 pub struct Scan<'a> {
@@ -52,9 +55,8 @@ pub struct Scan<'a> {
     pub points: &'a [LanePoint],
     /// Of the radar over the ground, along x. None: taken from the points.
     pub speed_mps: Option<Measured>,
-    /// The marker's cross section (dBsm) at a point, seen from the radar, where the row runs in the direction given (rad). With
-    /// it, points whose level does not go with that of the row are taken out.
-    pub expected_rcs_dbsm: Option<&'a dyn Fn(&LanePoint, f64) -> f64>,
+    /// With it, points whose level does not go with that of the row are taken out.
+    pub expected_rcs_dbsm: Option<&'a ExpectedRcs<'a>>,
 }
 
 /// A point as the pattern takes it.
