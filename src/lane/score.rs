@@ -17,7 +17,11 @@ const STEP_M: f64 = 0.5;
 /// The true lines round the vehicle, in its level frame, and what else is true of its lane.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrueLanes {
+    /// That are to be found.
     pub lines: Vec<Vec<[f64; 2]>>,
+    /// That are right when they are found, and not missed when they are not: of other lanes, rails, walls.
+    #[serde(default)]
+    pub also: Vec<Vec<[f64; 2]>>,
     /// Index of the line at the right and at the left of the vehicle's lane.
     pub own: [Option<usize>; 2],
     pub offset_m: Option<f64>,
@@ -89,13 +93,13 @@ pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
     let curves: Vec<&Clothoid> = estimate.lines.iter().map(|l| &l.fitted.curve).collect();
     let drawn: Vec<Vec<[f64; 2]>> =
         curves.iter().map(|c| c.sample(STEP_M).iter().map(DVec2::to_array).collect()).collect();
-    let share = |of: &[Vec<[f64; 2]>], to: &[Vec<[f64; 2]>]| {
+    let share = |of: &[Vec<[f64; 2]>], to: &[&[Vec<[f64; 2]>]]| {
         let all: Vec<DVec2> = of.iter().flat_map(|l| places(l)).filter(seen).collect();
-        let near = |p: &DVec2| to.iter().any(|l| distance(l, *p) <= WITHIN_M);
+        let near = |p: &DVec2| to.iter().copied().flatten().any(|l| distance(l, *p) <= WITHIN_M);
         (!all.is_empty()).then(|| all.iter().filter(|p| near(p)).count() as f64 / all.len() as f64)
     };
-    let precision = share(&drawn, &truth.lines);
-    let recall = share(&truth.lines, &drawn);
+    let precision = share(&drawn, &[&truth.lines, &truth.also]);
+    let recall = share(&truth.lines, &[&drawn]);
     let f1 = match (precision, recall) {
         (_, None) => None,
         (None, Some(_)) => Some(0.0),
@@ -226,6 +230,20 @@ mod tests {
         let none = LaneEstimate::none("test", 0.0, 0, crate::lane::NoLane::Empty);
         let s = score(&none, &truth());
         assert_eq!((s.precision, s.recall, s.f1), (None, Some(0.0), Some(0.0)));
+    }
+
+    /// A rail that is found is no mistake, and one that is not is not missed.
+    #[test]
+    fn other_lines_are_neither_wrong_nor_missed() {
+        let t = TrueLanes { also: vec![(0..=80).map(|x| [f64::from(x), 5.0]).collect()], ..truth() };
+        let both = || vec![line(1.75, 0.0, 60.0), line(-1.75, 0.0, 60.0)];
+        let s = score(&LaneEstimate::of_lines("test", 0.0, 4, both()), &t);
+        assert_eq!((s.precision, s.recall), (Some(1.0), Some(1.0)));
+        let more = [both(), vec![line(5.0, 0.0, 60.0)]].concat();
+        let s = score(&LaneEstimate::of_lines("test", 0.0, 6, more), &t);
+        assert_eq!((s.precision, s.recall), (Some(1.0), Some(1.0)));
+        let s = score(&LaneEstimate::of_lines("test", 0.0, 2, vec![line(5.0, 0.0, 60.0)]), &t);
+        assert_eq!((s.precision, s.recall), (Some(1.0), Some(0.0)));
     }
 
     #[test]

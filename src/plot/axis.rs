@@ -9,17 +9,25 @@ pub struct Axis {
     pub hi: f64,
     /// Ticks at 15, 30, 45, 90 degrees.
     pub degrees: bool,
+    /// Named places, which are the ticks then; empty for an axis of numbers.
+    pub names: Vec<(f64, String)>,
 }
 
 impl Axis {
     /// Limits that no axis can have (not finite, or equal) are replaced by usable ones.
     pub fn new(label: impl Into<String>, lo: f64, hi: f64) -> Self {
         let (lo, hi) = usable(lo, hi);
-        Axis { label: label.into(), lo, hi, degrees: false }
+        Axis { label: label.into(), lo, hi, degrees: false, names: Vec::new() }
     }
 
     pub fn degrees(mut self) -> Self {
         self.degrees = true;
+        self
+    }
+
+    /// With ticks at these places only, in growing order.
+    pub fn named(mut self, names: impl IntoIterator<Item = (f64, String)>) -> Self {
+        self.names = names.into_iter().collect();
         self
     }
 
@@ -43,9 +51,20 @@ impl Axis {
         (value - self.lo) / (self.hi - self.lo)
     }
 
-    /// At most `count` nice values, in growing order.
+    /// At most `count` nice values, in growing order; or those with names.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
+        if !self.names.is_empty() {
+            return self.names.iter().map(|n| n.0).collect();
+        }
         ticks(self.lo.min(self.hi), self.lo.max(self.hi), count, self.degrees)
+    }
+
+    /// What stands beside its ticks.
+    pub fn labels(&self, ticks: &[f64]) -> Vec<String> {
+        match self.names.is_empty() {
+            true => tick_labels(ticks),
+            false => self.names.iter().map(|n| n.1.clone()).collect(),
+        }
     }
 }
 

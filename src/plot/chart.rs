@@ -179,7 +179,7 @@ impl Chart {
     pub fn draw(&self) -> Result<Picture> {
         let x_ticks = fitting_ticks(&self.x, self.width);
         let y_ticks = self.y.ticks(((self.height / 38.0) as usize).max(2));
-        let (x_labels, y_labels) = (tick_labels(&x_ticks), tick_labels(&y_ticks));
+        let (x_labels, y_labels) = (self.x.labels(&x_ticks), self.y.labels(&y_ticks));
         let widest = |labels: &[String]| labels.iter().map(|l| text_width(l, TICK_SIZE)).fold(0.0, f64::max);
 
         let left = (12.0 + 16.0 + 8.0 + widest(&y_labels) + 9.0).ceil();
@@ -307,6 +307,9 @@ fn fitting_label(label: &str, room: f64) -> &str {
 /// As many ticks as fit without their labels touching.
 fn fitting_ticks(axis: &Axis, width: f64) -> Vec<f64> {
     let mut count = ((width / 60.0) as usize).max(2);
+    if !axis.names.is_empty() {
+        return axis.ticks(count);
+    }
     loop {
         let ticks = axis.ticks(count);
         let widest = tick_labels(&ticks).iter().map(|l| text_width(l, TICK_SIZE)).fold(0.0, f64::max);

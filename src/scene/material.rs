@@ -18,6 +18,8 @@ pub enum MaterialKind {
     Conductor { conductivity_s_per_m: f64 },
     /// Half-space of relative permittivity eps' - j eps'' (both given positive), plus conductivity.
     Dielectric { eps_real: f64, eps_loss: f64, conductivity_s_per_m: f64 },
+    /// A constant permittivity eps' - j eps'' in each of some bands (lowest Hz, highest Hz, eps', eps''), and none between them.
+    Bands(&'static [[f64; 4]]),
     /// eps' = a f^b and conductivity c f^d in S/m with f in GHz (ITU-R P.2040-3, section 2.1.4).
     PowerLaw { a: f64, b: f64, c: f64, d: f64 },
     /// eps = eps_inf + sum of strength / (1 + j f / relaxation_hz), plus conductivity; `terms` are
@@ -118,14 +120,18 @@ impl Material {
     /// Complex relative permittivity eps' - j eps'' of the base, under any layers; None for a perfect
     /// conductor.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {
-        let (lo, hi) = self.valid_hz;
-        if !(lo..=hi).contains(&freq_hz) {
+        let bands: Vec<(f64, f64)> = match self.kind {
+            MaterialKind::Bands(bands) => bands.iter().map(|b| (b[0], b[1])).collect(),
+            _ => vec![self.valid_hz],
+        };
+        if !bands.iter().any(|(lo, hi)| (*lo..=*hi).contains(&freq_hz)) {
+            let text = |(lo, hi): &(f64, f64)| format!("{:.3}..{:.3} GHz", lo / 1e9, hi / 1e9);
             return Err(BadInput::new(format!(
                 "material '{}' has no value at {:.4} GHz",
                 self.name,
                 freq_hz / 1e9
             ))
-            .allowed(format!("{:.3}..{:.3} GHz", lo / 1e9, hi / 1e9))
+            .allowed(bands.iter().map(text).collect::<Vec<_>>().join(" or "))
             .remedy("give eps_r or conductivity_s_per_m in the material's extras.catseye")
             .into());
         }
@@ -138,6 +144,9 @@ impl Material {
             }
             MaterialKind::Dielectric { eps_real, eps_loss, conductivity_s_per_m } => {
                 Some(Complex64::new(eps_real, -(eps_loss + loss(conductivity_s_per_m))))
+            }
+            MaterialKind::Bands(bands) => {
+                bands.iter().find(|b| (b[0]..=b[1]).contains(&freq_hz)).map(|b| Complex64::new(b[2], -b[3]))
             }
             MaterialKind::PowerLaw { a, b, c, d } => {
                 let f_ghz = freq_hz / 1e9;
@@ -266,7 +275,6 @@ fn leaf(dry: f64) -> MaterialKind {
 }
 
 fn rows() -> Vec<Material> {
-    let band = (76.0, 81.0);
     vec![
         Material::pec(),
         row(
@@ -296,15 +304,13 @@ fn rows() -> Vec<Material> {
             1.69e7,
             "its zinc coat, many skin depths thick: resistivity 59 nano-ohm m at 20 deg C (handbook value, direct current)",
         ),
-        dielectric(
+        row(
             "asphalt",
-            8.6,
-            0.0,
-            band,
-            "Kurz, Stuelzebach, Pfeiffer, van Driesten, Biebl, 'Road Surface Characteristics for the Automotive 77 GHz \
-             Band', Adv. Radio Sci. 19 (2021) 165: AC 11 D S as published with it in the OpenMATERIAL library, an \
-             effective value from the reflection at 45 deg, 76-81 GHz; loss not reported and taken as zero. Lower \
-             bands give less (ITU-R P.2040-3: 4.83 at 1-40 GHz)",
+            MaterialKind::Bands(&[[1e9, 40e9, 4.83, 0.0], [76e9, 81e9, 8.6, 0.0]]),
+            (1.0, 81.0),
+            "76-81 GHz: Kurz, Stuelzebach, Pfeiffer, van Driesten, Biebl, 'Road Surface Characteristics for the Automotive \
+             77 GHz Band', Adv. Radio Sci. 19 (2021) 165: AC 11 D S as published with it in the OpenMATERIAL library, an \
+             effective value from the reflection at 45 deg; 1-40 GHz: ITU-R P.2040-3; loss not reported and taken as zero",
         ),
         p2040("concrete", [5.24, 0.0, 0.0462, 0.7822], (1.0, 100.0)),
         row(
@@ -326,23 +332,23 @@ fn rows() -> Vec<Material> {
             "polypropylene",
             2.1904,
             0.0074,
-            band,
+            (8.0, 81.0),
             "n = 1.48, k = 0.0025: Cole-Cole model of Zhekov, Franek, Pedersen, IEEE Antennas Propag. Mag. 62(1) (2020) \
-             40, evaluated at 77 GHz in the OpenMATERIAL library; unpainted bumper without filler",
+             40, evaluated at 77 GHz in the OpenMATERIAL library; unpainted bumper without filler; held constant downwards (2.25 at 10 GHz in handbooks)",
         ),
         dielectric(
             "pmma",
             2.5600,
             0.0189,
-            band,
+            (8.0, 81.0),
             "n = 1.60, k = 0.0059: Cole-Cole model of Zhekov, Franek, Pedersen, IEEE Antennas Propag. Mag. 62(1) (2020) \
-             40, evaluated at 77 GHz in the OpenMATERIAL library; lamp covers",
+             40, evaluated at 77 GHz in the OpenMATERIAL library; lamp covers; held constant downwards (2.59 at 10 GHz, von Hippel 1954)",
         ),
         dielectric(
             "rubber",
             4.0,
             0.105,
-            band,
+            (8.0, 81.0),
             "no value at 77 GHz found: neoprene compound GN at 10 GHz (von Hippel 1954), held constant; carbon black in \
              a tread raises both parts",
         ),
@@ -351,7 +357,7 @@ fn rows() -> Vec<Material> {
             "soil",
             2.53,
             0.003,
-            band,
+            (1.0, 81.0),
             "high-frequency limit of dry sand, Maetzler, IEEE Trans. Geosci. Remote Sens. 36(1) (1998) 317, measured to \
              10 GHz and held constant; moisture raises both parts",
         ),
@@ -386,7 +392,7 @@ fn rows() -> Vec<Material> {
             "gravel",
             3.06,
             0.046,
-            band,
+            (8.0, 81.0),
             "no value at 77 GHz found: eps' = 1.93^rho (Olhoeft and Strangway, Earth Planet. Sci. Lett. 24 (1975) 394) for \
              loose dry stones of 1.7 g/cm3, loss tangent 0.015 as dry rock at 16 GHz (Ulaby et al. 1990), held constant",
         ),
@@ -413,7 +419,7 @@ fn rows() -> Vec<Material> {
                 "arable-land",
                 2.53,
                 0.003,
-                band,
+                (3.0, 81.0),
                 "mirror reflection as soil, backscatter of arable land: Kulemin, 'Millimeter-Wave Radar Targets and Clutter' \
                  (Artech House 2003), chapter 2, 3-100 GHz",
             )
@@ -422,9 +428,9 @@ fn rows() -> Vec<Material> {
             "paint-white",
             6.0,
             0.12,
-            band,
+            (8.0, 81.0),
             "no value at 77 GHz found: Landau-Lifshitz-Looyenga mixture of 5 % titanium dioxide (100), 50 % glass and \
-             calcite (7.5) and 45 % resin (2.45) by volume, loss tangent 0.02 assumed; thick road-marking plastic",
+             calcite (7.5) and 45 % resin (2.45) by volume, loss tangent 0.02 assumed, at all frequencies; thick road-marking plastic",
         ),
     ]
 }
@@ -451,11 +457,16 @@ mod tests {
 
     #[test]
     fn outside_the_validity_range_is_an_error() {
-        let e = by_name("asphalt").unwrap().eps_r(24e9).unwrap_err().to_string();
+        let asphalt = by_name("asphalt").unwrap();
+        let e = asphalt.eps_r(60e9).unwrap_err().to_string();
         assert!(
-            e.contains("asphalt") && e.contains("24.0000 GHz") && e.contains("76.000..81.000 GHz"),
+            e.contains("asphalt")
+                && e.contains("60.0000 GHz")
+                && e.contains("1.000..40.000 GHz or 76.000..81.000 GHz"),
             "{e}"
         );
+        assert_eq!(asphalt.eps_r(8.748e9).unwrap().map(|e| e.re), Some(4.83));
+        assert_eq!(asphalt.eps_r(77e9).unwrap().map(|e| e.re), Some(8.6));
         assert!(by_name("glass").unwrap().eps_r(24e9).is_ok());
     }
 

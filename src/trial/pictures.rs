@@ -2,7 +2,7 @@
 
 use crate::lane::score::TrueLanes;
 use crate::lane::{LaneEstimate, LanePoint};
-use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol};
+use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, curve_pen};
 
 /// Colours: truth, estimate, points, and further rows.
 pub const TRUE: Rgb = [150, 150, 150];
@@ -44,5 +44,35 @@ pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimat
     chart.key("true lines", Symbol::Line(grey));
     chart.key("points", Symbol::Mark(DOT, SEEN));
     chart.key("estimate, 2σ", Symbol::Line(red));
+    chart
+}
+
+/// Lines that several methods state at one time, over the true ones of the first.
+pub fn all_methods(title: &str, of: &[(&str, &LaneEstimate, &TrueLanes, &[[f64; 2]])]) -> Chart {
+    let reach = of.first().map_or(40.0, |o| o.2.range_m[1]).max(10.0);
+    let (x, y) =
+        (Axis::new("x forward (m)", -5.0, reach), Axis::new("y left (m)", -0.3 * reach, 0.3 * reach));
+    let mut chart = Chart::new(title, x, y).equal_scale(900.0, 600.0);
+    let grey = Pen::solid(TRUE, 1.5);
+    let faint = Pen::dashed([200, 200, 200], 1.0, [4.0, 4.0]);
+    if let Some((_, _, truth, _)) = of.first() {
+        for line in &truth.also {
+            chart.layers.push(Layer::Line { points: line.clone(), pen: faint });
+        }
+        for line in &truth.lines {
+            chart.layers.push(Layer::Line { points: line.clone(), pen: grey });
+        }
+        chart.key("own lane", Symbol::Line(grey));
+        chart.key("other lines", Symbol::Line(faint));
+    }
+    for (i, (name, estimate, _, _)) in of.iter().enumerate() {
+        let pen = curve_pen(i);
+        for line in &estimate.lines {
+            let points = line.fitted.curve.sample(0.5).iter().map(glam::DVec2::to_array).collect();
+            chart.layers.push(Layer::Line { points, pen });
+        }
+        let label = if estimate.no_lane.is_some() { format!("{name}: none") } else { name.to_string() };
+        chart.key(label, Symbol::Line(pen));
+    }
     chart
 }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::rng::Draws;
 use crate::lane::signature::map::MapSettings;
+use crate::rng::Draws;
 
 /// A road of 200 m with markers, or with few posts beside them.
 fn road(gaps: impl Fn(usize, &mut Draws) -> f64, posts: usize, seed: u32) -> Vec<DVec2> {
