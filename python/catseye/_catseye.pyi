@@ -12,6 +12,7 @@ __all__ = [
     "Failed",
     "Frame",
     "Frames",
+    "LaneEstimator",
     "Radar",
     "RcsResult",
     "Scenario",
@@ -20,6 +21,9 @@ __all__ = [
     "__version__",
     "dataset",
     "devices",
+    "lane",
+    "lane_compare",
+    "lane_methods",
     "materials",
     "presets",
     "process",
@@ -338,6 +342,51 @@ def simulate(
     engine: _Engine | None = None,
 ) -> Frames: ...
 def process(adc: NDArray[Any], *, radar: Radar | _Path, engine: _Engine | None = None) -> Detections: ...
+@final
+class LaneEstimator:
+    def __init__(self, method: str, options: dict[str, Any] | None = None) -> None: ...
+    @property
+    def method(self) -> str: ...
+    def estimate(
+        self,
+        time_s: float,
+        *,
+        points: Any | None = None,
+        mounting: Sequence[float] | None = None,
+        yaw_deg: float = 0.0,
+        speed_mps: float | None = None,
+        speed_std_mps: float = 0.1,
+        yaw_rate_dps: float | None = None,
+        tracks: Any | None = None,
+        pulse: Any | None = None,
+        image: Any | None = None,
+        place: Sequence[float] | None = None,
+    ) -> dict[str, Any]: ...
+
+def lane(
+    method: str,
+    scenario: _Path,
+    out: _Path,
+    *,
+    runs: int | None = None,
+    frames: int | None = None,
+    seed: int | None = None,
+    engine: _Engine | None = None,
+    force: bool = False,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...
+def lane_compare(
+    scenarios: Sequence[_Path],
+    out: _Path,
+    *,
+    runs: int | None = None,
+    frames: int | None = None,
+    seed: int | None = None,
+    engine: _Engine | None = None,
+    force: bool = False,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...
+def lane_methods() -> list[str]: ...
 def dataset(
     recipe: _Path,
     out: _Path,

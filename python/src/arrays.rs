@@ -86,7 +86,7 @@ fn numpy_shape<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyA
 }
 
 /// One number or a sequence of numbers.
-fn floats(ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+pub fn floats(ob: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let numpy = ob.py().import("numpy")?;
     let keywords = [("dtype", "float64")].into_py_dict(ob.py())?;
     let array = numpy.getattr("asarray")?.call((ob,), Some(&keywords))?;

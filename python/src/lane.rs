@@ -6,8 +6,8 @@ use crate::work::{Afterwards, run_to};
 use crate::{arrays, engine};
 use catseye::error::BadInput;
 use catseye::frames::{Pose, Sensor, Vehicle};
-use catseye::lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Look, Measured, registry};
-use catseye::trial::{self, Method, RunOptions};
+use catseye::lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Look, Measured};
+use catseye::trial::{self, Method, RunOptions, estimators};
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -112,11 +112,11 @@ impl LaneEstimator {
     #[new]
     #[pyo3(signature = (method, options = None))]
     fn new(py: Python<'_>, method: &str, options: Option<&Bound<'_, PyAny>>) -> PyResult<LaneEstimator> {
-        let method = Method::named(method).or_raise(py)?.name();
+        let method = Method::named(method).or_raise(py)?;
         let text: Option<String> =
             options.map(|o| py.import("json")?.call_method1("dumps", (o,))?.extract()).transpose()?;
-        let inner = registry::estimator(method, text.as_deref()).or_raise(py)?;
-        Ok(LaneEstimator { method, inner: Mutex::new(inner) })
+        let inner = estimators::estimator(method, text.as_deref()).or_raise(py)?;
+        Ok(LaneEstimator { method: method.name(), inner: Mutex::new(inner) })
     }
 
     #[getter]
@@ -153,12 +153,8 @@ impl LaneEstimator {
         image: Option<&Bound<'_, PyAny>>,
         place: Option<[f64; 4]>,
     ) -> PyResult<Py<PyAny>> {
-        let mount: Pose<Sensor, Vehicle> = Pose::from_yaw_pitch_roll(
-            vector("mounting", mounting)?,
-            yaw_deg.to_radians(),
-            0.0,
-            0.0,
-        );
+        let mount: Pose<Sensor, Vehicle> =
+            Pose::from_yaw_pitch_roll(vector("mounting", mounting)?, yaw_deg.to_radians(), 0.0, 0.0);
         let points = points.map(|p| lane_points(p, &mount)).transpose()?.unwrap_or_default();
         let tracks = tracks.map(lane_tracks).transpose()?.unwrap_or_default();
         let pulse = pulse.map(|p| arrays::floats(p)).transpose()?;
@@ -166,13 +162,14 @@ impl LaneEstimator {
         let look = Look {
             time_s,
             speed_mps: speed_mps.map(|value| Measured { value, std: speed_std_mps }),
-            yaw_rate_rad_per_s: yaw_rate_dps.map(|v| Measured { value: v.to_radians(), std: 0.5f64.to_radians() }),
+            yaw_rate_rad_per_s: yaw_rate_dps
+                .map(|v| Measured { value: v.to_radians(), std: 0.5f64.to_radians() }),
             points: &points,
             tracks: &tracks,
             pulse: pulse.as_deref(),
             image: image.as_ref(),
             place: place.map(|[lat, lon, height, azimuth]| catseye::lane::hd_map::RadarPose {
-                position: catseye::lane::hd_map::Wgs84::from_degrees(lat, lon, height),
+                position: catseye::lane::hd_map::Wgs84::new(lat, lon, height),
                 azimuth_rad: azimuth.to_radians(),
             }),
         };

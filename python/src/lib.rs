@@ -6,6 +6,7 @@ mod arrays;
 mod dataset;
 mod engine;
 mod errors;
+mod lane;
 mod process;
 mod radar;
 mod rcs;
@@ -30,6 +31,10 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<simulate::Frame>()?;
     m.add_class::<process::Detections>()?;
     m.add_class::<dataset::Store>()?;
+    m.add_class::<lane::LaneEstimator>()?;
+    m.add_function(wrap_pyfunction!(lane::lane, m)?)?;
+    m.add_function(wrap_pyfunction!(lane::lane_compare, m)?)?;
+    m.add_function(wrap_pyfunction!(lane::lane_methods, m)?)?;
     m.add_function(wrap_pyfunction!(dataset::dataset, m)?)?;
     m.add_function(wrap_pyfunction!(dataset::recipe_facts, m)?)?;
     m.add_function(wrap_pyfunction!(dataset::verify, m)?)?;

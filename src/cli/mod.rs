@@ -12,6 +12,7 @@ mod export;
 mod footprint;
 mod frames;
 mod init;
+mod lane;
 mod plot;
 mod process;
 mod rcs;
@@ -111,6 +112,7 @@ enum Command {
     Study(study::RunStudy),
     Simulate(simulate::Simulate),
     Dataset(dataset::Dataset),
+    Lane(lane::Lane),
     Verify(verify::Verify),
     Process(process::Process),
     Convert(convert::Convert),
@@ -139,6 +141,7 @@ pub fn run() -> ExitCode {
         Command::Study(c) => c.run(g),
         Command::Simulate(c) => c.run(g),
         Command::Dataset(c) => c.run(g),
+        Command::Lane(c) => c.run(g),
         Command::Verify(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Convert(c) => c.run(g),

@@ -71,9 +71,8 @@ const GAUSS: [(f64, f64); 5] = [
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
-/// Longest turn of a panel of the rule, rad, and its longest length.
-const PANEL_RAD: f64 = 0.4;
-const PANEL_M: f64 = 20.0;
+/// Longest turn of a panel of the rule, rad: its remainder is then below 1e-12 of the length.
+const PANEL_RAD: f64 = 1.0;
 /// Rounds of a fit.
 const ROUNDS: usize = 20;
 
@@ -93,7 +92,11 @@ impl Clothoid {
     fn way(&self, s: f64) -> Way {
         let most =
             self.curvature_per_m.abs().max((self.curvature_per_m + s * self.curvature_rate_per_m2).abs());
-        let panels = (s.abs() / PANEL_M).max(s.abs() * most / PANEL_RAD).ceil().clamp(1.0, 10_000.0);
+        if most == 0.0 {
+            let t = DVec2::from_angle(self.heading_rad);
+            return Way { to_m: t * s, first: t * (s * s / 2.0), second: t * (s * s * s / 3.0) };
+        }
+        let panels = (s.abs() * most / PANEL_RAD).ceil().clamp(1.0, 10_000.0);
         let step = s / panels;
         let mut way = Way { to_m: DVec2::ZERO, first: DVec2::ZERO, second: DVec2::ZERO };
         for k in 0..panels as usize {
@@ -143,7 +146,12 @@ impl Clothoid {
         let coarse = (0..=n).map(|i| self.length_m * i as f64 / n as f64);
         let distance = |s: f64| self.at(s).at_m.distance_squared(p);
         let first = coarse.map(|s| (distance(s), s)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let mut s = first.map_or(0.0, |f| f.1);
+        self.foot_near(p, first.map_or(0.0, |f| f.1))
+    }
+
+    /// The foot of `p` that Newton's steps reach from the place `s_m`.
+    fn foot_near(&self, p: DVec2, s_m: f64) -> Foot {
+        let mut s = s_m;
         for _ in 0..12 {
             let here = self.at(s);
             let d = p - here.at_m;
@@ -229,10 +237,12 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
     }
     let mut curve = begin(points, chord, way, shape)?;
     let mut normal = DMat4::IDENTITY;
+    let mut at: Vec<f64> = points.iter().map(|p| curve.foot(*p).s_m).collect();
     for _ in 0..ROUNDS {
         let (mut a, mut b) = ([[0.0; 4]; 4], [0.0; 4]);
-        for (p, std) in points.iter().zip(std_m) {
-            let foot = curve.foot(*p);
+        for ((p, std), s) in points.iter().zip(std_m).zip(&mut at) {
+            let foot = curve.foot_near(*p, *s);
+            *s = foot.s_m;
             let j = sideways(&curve, foot.s_m);
             let weight = 1.0 / (std * std);
             for r in 0..n {
@@ -267,11 +277,11 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
         if ![curve.heading_rad, curve.curvature_per_m, curve.curvature_rate_per_m2, step[0]]
             .iter()
             .all(|x| x.is_finite())
-            || curve.curvature_per_m.abs() * way > 20.0
+            || (curve.curvature_per_m.abs() + curve.curvature_rate_per_m2.abs() * way) * way > 20.0
         {
             return None;
         }
-        if step[0].abs() < 1e-9 && step[1].abs() * way < 1e-9 && step[2].abs() * way * way < 1e-9 {
+        if step[0].abs() < 1e-8 && step[1].abs() * way < 1e-8 && step[2].abs() * way * way < 1e-8 {
             break;
         }
     }

@@ -9,6 +9,7 @@ pub mod range_doppler;
 pub mod road_shape;
 pub mod score;
 pub mod signature;
+pub mod track;
 pub mod uwb;
 
 use curve::Fitted;
@@ -105,6 +106,9 @@ pub struct LaneEstimate {
     pub confidence: f64,
     /// Why there is no lane; None where there is one.
     pub no_lane: Option<NoLane>,
+    /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
+    #[serde(default)]
+    pub mirror: bool,
     pub provenance: Provenance,
 }
 
@@ -167,6 +171,7 @@ impl LaneEstimate {
             curvature_per_m: None,
             confidence: 0.0,
             no_lane: Some(why),
+            mirror: false,
             provenance: Provenance { method: method.into(), given, used: 0 },
         }
     }
@@ -176,8 +181,10 @@ impl LaneEstimate {
         let mut beside: Vec<(f64, Line)> =
             lines.into_iter().map(|l| (left_of_origin(&l.fitted).0, l)).collect();
         beside.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let left = beside.iter().position(|(y, _)| *y > 0.0);
-        let right = left.unwrap_or(beside.len()).checked_sub(1);
+        // A line far ahead, whose place beside the vehicle nobody knows, does not bound its lane.
+        let known = |l: &Line| left_of_origin(&l.fitted).1 < UNKNOWN_M;
+        let left = beside.iter().position(|(y, l)| *y > 0.0 && known(l));
+        let right = beside.iter().rposition(|(y, l)| *y <= 0.0 && known(l));
         let line = |i: Option<usize>| i.map(|i| &beside[i].1);
         let (l, r) = (line(left), line(right));
         let mut width_m = None;
@@ -212,11 +219,15 @@ impl LaneEstimate {
             curvature_per_m,
             confidence,
             no_lane: None,
+            mirror: false,
             provenance: Provenance { method: method.into(), given, used },
             lines: beside.into_iter().map(|(_, l)| l).collect(),
         }
     }
 }
+
+/// Standard deviation beside the vehicle from which on a line may be any lane's, m: a lane.
+const UNKNOWN_M: f64 = 3.0;
 
 fn beside_origin(f: &Fitted) -> curve::Place {
     f.curve.at(f.curve.foot(glam::DVec2::ZERO).s_m)
@@ -228,5 +239,5 @@ fn left_of_origin(f: &Fitted) -> (f64, f64) {
     let at = f.curve.at(foot.s_m);
     // A line that runs towards the vehicle has its left on the other side.
     let ahead = if at.heading_rad.cos() < 0.0 { -1.0 } else { 1.0 };
-    (-foot.left_m * ahead, f.lateral_std_m(foot.s_m.clamp(0.0, f.curve.length_m)))
+    (-foot.left_m * ahead, f.lateral_std_m(foot.s_m))
 }

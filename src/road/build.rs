@@ -509,7 +509,7 @@ impl Builder<'_> {
     }
 
     fn row(&mut self, road: &Road, deck: &Deck, r: &RowPlan) -> Result<()> {
-        let places = places(r)?;
+        let places = places(road, r)?;
         let source = Source::Reflector(r.reflector.clone());
         let mut markers = Vec::with_capacity(places.len());
         for (i, (s_m, bit)) in places.into_iter().enumerate() {
@@ -733,7 +733,10 @@ fn too_many(n: f64) -> crate::error::Error {
 }
 
 /// (s, position of the bit that the gap behind it spells) of each reflector of a row.
-fn places(r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
+fn places(road: &Road, r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
+    if r.along_row {
+        return places_along(road, r);
+    }
     // Rounding keeps the last one of a row that just fits.
     let end = r.span_m.end + 1e-9;
     let mut s = r.span_m.start;
@@ -777,7 +780,48 @@ fn places(r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
     Ok(out)
 }
 
+/// Pieces of a row whose lengths are added up, m.
+const PIECE_M: f64 = 0.05;
+
+/// The same with distances along the row itself: its stations by its length.
+fn places_along(road: &Road, r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
+    let (from, to) = (r.span_m.start, r.span_m.end);
+    let count = ((to - from) / PIECE_M).ceil().max(1.0) as usize;
+    let station = |i: usize| from + (to - from) * i as f64 / count as f64;
+    let at = |s_m: f64| {
+        let p = road.axis.world(RoadPoint { s_m, t_m: road.t_m(&r.lateral, s_m), h_m: 0.0 });
+        p.truncate()
+    };
+    let mut lengths = vec![0.0];
+    let mut last = at(from);
+    for i in 1..=count {
+        let next = at(station(i));
+        lengths.push(lengths[i - 1] + last.distance(next));
+        last = next;
+    }
+    let row = RowPlan { span_m: 0.0..lengths[count], along_row: false, ..r.clone() };
+    let of = |length: f64| {
+        let i = lengths.partition_point(|l| *l <= length).clamp(1, count) - 1;
+        let piece = (lengths[i + 1] - lengths[i]).max(f64::MIN_POSITIVE);
+        (station(i) + (station(i + 1) - station(i)) * ((length - lengths[i]) / piece).min(1.0)).min(to)
+    };
+    Ok(places(road, &row)?.into_iter().map(|(length, bit)| (of(length), bit)).collect())
+}
+
+/// Labels are stated to a micrometre.
+const MICRO_M: f64 = 1e-6;
+/// Widths that change by more within a micrometre step, m.
+const LEAST_STEP_M: f64 = 1e-3;
+
 fn label(road: &Road, stations: &[f64], lines: Vec<LineLabel>) -> RoadLabel {
+    // A width that steps has two values at one station: the one before it stands a micrometre before.
+    let steps = |s: f64| {
+        let by = |l: &Lane| (l.width.value(s - MICRO_M) - l.width.value(s)).abs();
+        s >= MICRO_M && road.lanes().any(|(_, _, l)| by(l) > LEAST_STEP_M)
+    };
+    let stations: Vec<f64> =
+        stations.iter().flat_map(|s| steps(*s).then_some(s - MICRO_M).into_iter().chain([*s])).collect();
+    let stations = &stations[..];
     let at = |s_m: f64, t_m: f64| rounded(road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 }));
     let along = |t: &dyn Fn(f64) -> f64| -> Polyline { stations.iter().map(|s| at(*s, t(*s))).collect() };
     let edge = |side| {

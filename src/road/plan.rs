@@ -133,6 +133,8 @@ pub struct RowPlan {
     pub lateral: Lateral,
     pub span_m: Range<f64>,
     pub spacing: Spacing,
+    /// Distances count along the row itself; otherwise along the road's axis.
+    pub along_row: bool,
     /// Of x against the direction of the road; turned on by `turn_rad` from one to the next.
     pub yaw_rad: f64,
     pub turn_rad: f64,

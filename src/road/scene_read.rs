@@ -556,6 +556,7 @@ impl Reader<'_> {
             lateral: self.lateral(road, &r.lateral)?,
             span_m: self.span(road, &r.from_m, &r.to_m)?,
             spacing,
+            along_row: r.along_row,
             yaw_rad: r.yaw_deg.as_ref().map_or(Ok(std::f64::consts::PI), |y| self.angle(y))?,
             turn_rad: self.angle(&r.turn_deg)?,
             pitch_rad: self.angle(&r.pitch_deg)?,

@@ -14,22 +14,34 @@ use proptest::prelude::*;
 use std::collections::HashSet;
 use std::path::Path;
 
-const FILES: [(&str, &str); 17] = [
+const FILES: [(&str, &str); 29] = [
+    ("coded", include_str!("../../scenes/road/road_coded.toml")),
+    ("compare", include_str!("../../scenes/road/road_compare.toml")),
+    ("compare_bend", include_str!("../../scenes/road/road_compare_bend.toml")),
+    ("covers", include_str!("../../scenes/road/road_covers.toml")),
     ("crest", include_str!("../../scenes/road/road_crest.toml")),
     ("eight_lanes", include_str!("../../scenes/road/road_eight_lanes.toml")),
     ("eight_lanes_bay", include_str!("../../scenes/road/road_eight_lanes_bay.toml")),
     ("eight_lanes_curve", include_str!("../../scenes/road/road_eight_lanes_curve.toml")),
     ("eight_lanes_ramp", include_str!("../../scenes/road/road_eight_lanes_ramp.toml")),
     ("everything", include_str!("../../scenes/road/road_everything.toml")),
+    ("fusion_lanes", include_str!("../../scenes/road/road_fusion_lanes.toml")),
     ("lane_3m", include_str!("../../scenes/road/road_lane_3m.toml")),
     ("lane_3m_bend", include_str!("../../scenes/road/road_lane_3m_bend.toml")),
+    ("markers_lane", include_str!("../../scenes/road/road_markers_lane.toml")),
+    ("markers_turn", include_str!("../../scenes/road/road_markers_turn.toml")),
     ("metal_plates", include_str!("../../scenes/road/road_metal_plates.toml")),
     ("model_left_curve", include_str!("../../scenes/road/road_model_left_curve.toml")),
     ("model_right_angle_left", include_str!("../../scenes/road/road_model_right_angle_left.toml")),
     ("model_right_angle_right", include_str!("../../scenes/road/road_model_right_angle_right.toml")),
     ("model_right_curve", include_str!("../../scenes/road/road_model_right_curve.toml")),
     ("model_straight", include_str!("../../scenes/road/road_model_straight.toml")),
+    ("plates", include_str!("../../scenes/road/road_plates.toml")),
+    ("plates_both", include_str!("../../scenes/road/road_plates_both.toml")),
+    ("plates_none", include_str!("../../scenes/road/road_plates_none.toml")),
+    ("signature", include_str!("../../scenes/road/road_signature.toml")),
     ("sound_wall", include_str!("../../scenes/road/road_sound_wall.toml")),
+    ("sound_wall_curve", include_str!("../../scenes/road/road_sound_wall_curve.toml")),
     ("test_field", include_str!("../../scenes/road/road_test_field.toml")),
     ("walled_bend", include_str!("../../scenes/road/road_walled_bend.toml")),
 ];
@@ -596,4 +608,28 @@ vehicle = [
             assert!((p.rotation.dot(q.rotation).abs() - 1.0).abs() < 1e-12, "{} {t}", a.name);
         }
     }
+}
+
+/// In a bend rows of one spacing along themselves keep it, and those along the axis do not.
+#[test]
+fn rows_keep_their_spacing_along_themselves() {
+    let road = |along: &str| {
+        made(&format!(
+            "name = \"bend\"\n[[road]]\nname = \"r\"\n\
+             plan = [{{ kind = \"straight\", length_m = 10 }}, {{ kind = \"arc\", radius_m = -12, angle_deg = 90 }}]\n\
+             right = [{{ width_m = 3.5, number = 1 }}]\n\
+             [[road.markers]]\nname = \"m\"\nreflector = \"type1:width_m=0.16,height_m=0.004\"\n\
+             lateral = {{ t_m = 2 }}\nfrom_m = 1\nspacing_m = 2\n{along}"
+        ))
+        .2
+    };
+    let gaps = |truth: &RoadTruth| -> Vec<f64> {
+        let at: Vec<DVec3> = truth.marker_rows[0].markers.iter().map(|m| m.position_m.into()).collect();
+        at.windows(2).map(|w| w[0].distance(w[1])).collect()
+    };
+    let along = gaps(&road("along_row = true\n"));
+    // A chord of 2 m of arc with 14 m radius is 1.7 mm shorter.
+    assert!(along.len() == 15 && along.iter().all(|g| (g - 2.0).abs() < 3e-3), "{along:?}");
+    let axis = gaps(&road(""));
+    assert!(axis.len() < along.len() && axis.last().is_some_and(|g| (g - 2.0 * 14.0 / 12.0).abs() < 5e-3), "{axis:?}");
 }

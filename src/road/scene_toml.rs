@@ -309,6 +309,9 @@ pub struct RowTable {
     pub gaps_m: Option<At<Vec<f64>>>,
     /// In place of the spacing.
     pub code: Option<CodeTable>,
+    /// Whether these distances count along the row itself, which differs from the road's axis in bends. Default false: along the axis.
+    #[serde(default)]
+    pub along_row: bool,
     /// Of its boresight against the direction of the road; default 180, towards traffic that comes along it.
     pub yaw_deg: Option<At<f64>>,
     /// Turn from one to the next.

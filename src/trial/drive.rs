@@ -58,6 +58,10 @@ impl<'a> Drive<'a> {
         self.prepared.frame(self.engine, which, index, Control::default())
     }
 
+    pub fn engine(&self) -> &'a Engine {
+        self.engine
+    }
+
     pub fn frames(&self) -> u32 {
         self.site.scenario.frames.count
     }
@@ -158,12 +162,36 @@ pub fn suitable(radars: &[Radar], suits: impl Fn(&Waveform) -> bool) -> Option<u
     radars.iter().position(|r| suits(&r.waveform))
 }
 
+/// Longest piece of a line, m.
+const PIECE_M: f64 = 0.5;
+
+/// With places between its corners: a straight stretch may have its ends alone.
+fn dense(line: &Polyline) -> Vec<DVec2> {
+    let corners: Vec<DVec2> = line.iter().map(|p| DVec2::new(p[0], p[1])).collect();
+    let mut out = Vec::new();
+    for w in corners.windows(2) {
+        let n = (w[0].distance(w[1]) / PIECE_M).ceil().clamp(1.0, 1e5) as usize;
+        out.extend((0..n).map(|i| w[0].lerp(w[1], i as f64 / n as f64)));
+    }
+    out.extend(corners.last());
+    out
+}
+
+/// The piece of a line, by its first corner, that is nearest to a place, and how near.
+fn nearest_piece(line: &Polyline, at: DVec2) -> Option<(usize, f64)> {
+    let distance = |i: usize| {
+        let (a, b) = (DVec2::new(line[i][0], line[i][1]), DVec2::new(line[i + 1][0], line[i + 1][1]));
+        let along = ((at - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        a.lerp(b, along).distance(at)
+    };
+    (0..line.len().checked_sub(1)?).map(|i| (i, distance(i))).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 fn line_in(level: &Level, line: &Polyline, reach_m: f64) -> Vec<Vec<[f64; 2]>> {
     // Stretches within reach: a road that comes back is more than one line.
     let mut out: Vec<Vec<[f64; 2]>> = Vec::new();
     let mut open = false;
-    for p in line {
-        let q = level.from_world(DVec2::new(p[0], p[1]));
+    for q in dense(line).into_iter().map(|p| level.from_world(p)) {
         let near = q.length() <= reach_m;
         match (near, open) {
             (true, false) => out.push(vec![q.to_array()]),
@@ -206,9 +234,8 @@ fn with_own(mut t: TrueLanes, _level: &Level) -> TrueLanes {
 /// The lines of the lanes of the road nearest to the vehicle, and its own lane.
 pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLanes {
     let reach_m = range_m[1] + 20.0;
-    let distance = |line: &Polyline| {
-        line.iter().map(|p| level.at_m.distance(DVec2::new(p[0], p[1]))).fold(f64::INFINITY, f64::min)
-    };
+    let distance =
+        |line: &Polyline| nearest_piece(line, level.at_m).map_or(f64::INFINITY, |(_, distance)| distance);
     let Some(label) = road.roads.iter().min_by(|a, b| distance(&a.axis_m).total_cmp(&distance(&b.axis_m)))
     else {
         return TrueLanes { range_m, ..TrueLanes::default() };
@@ -228,8 +255,8 @@ pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLan
     // The lane that the vehicle stands in.
     let near = |line: &Polyline| -> Option<(usize, f64, f64)> {
         let at = |i: usize| level.from_world(DVec2::new(line[i][0], line[i][1]));
-        let i = (0..line.len()).min_by(|a, b| at(*a).length().total_cmp(&at(*b).length()))?;
-        let (a, b) = if i + 1 < line.len() { (at(i), at(i + 1)) } else { (at(i.checked_sub(1)?), at(i)) };
+        let (i, _) = nearest_piece(line, level.at_m)?;
+        let (a, b) = (at(i), at(i + 1));
         let along = (b - a).normalize_or(DVec2::X);
         // Positive when the vehicle is to its left.
         Some((i, along.perp_dot(-a), along.y.atan2(along.x)))

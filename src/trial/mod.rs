@@ -1,12 +1,25 @@
 //! Lane estimators at work: a scenario is driven through the whole chain, frame by frame; points, pulses and pictures go to an estimator,
 //! and what it says is compared with the true road. Nothing of the truth goes to an estimator.
 
+pub mod camera;
+pub mod camera_fusion;
+pub mod compare;
 pub mod drive;
+pub mod estimators;
+pub mod hd_map;
+pub mod markers;
 pub mod pictures;
+pub mod range_doppler;
 pub mod report;
+pub mod road_shape;
+mod run;
+pub mod sensors;
+pub mod signature;
+pub mod uwb;
 
 pub use drive::Drive;
 pub use report::{Row, Sheet, Step, Trial};
+pub use run::{LaneTable, Method, RunOptions, RunReport, run};
 
 use crate::engine::Engine;
 use crate::error::{Error, Result};

@@ -46,7 +46,7 @@ impl Camera {
     }
 
     /// Camera axes to vehicle axes: roll, then pitch, then yaw.
-    fn rotation(&self) -> DMat3 {
+    pub(super) fn rotation(&self) -> DMat3 {
         DMat3::from_rotation_z(self.yaw_rad)
             * DMat3::from_rotation_y(self.pitch_rad)
             * DMat3::from_rotation_x(self.roll_rad)
@@ -70,7 +70,7 @@ impl Camera {
     }
 
     /// Direction of a pixel's ray in the vehicle frame, one along the optical axis.
-    pub(super) fn ray(&self, pixel: DVec2) -> DVec3 {
+    pub fn ray(&self, pixel: DVec2) -> DVec3 {
         let q = (self.centre_px - pixel) / self.focal_px;
         self.rotation() * DVec3::new(1.0, q.x, q.y)
     }
@@ -90,10 +90,21 @@ impl Camera {
     /// The ground's shift in metres for one pixel to the right and one pixel down.
     pub fn ground_per_pixel(&self, pixel: DVec2) -> Result<[DVec2; 2], Refusal> {
         self.ground_from_pixel(pixel)?;
-        let (d, r) = (self.ray(pixel), self.rotation());
+        self.ground_at(&self.rotation(), pixel).map(|(_, shift)| shift).ok_or(Refusal::AboveHorizon)
+    }
+
+    /// Both of the above for many pixels, with the camera's rotation made once. None above the horizon.
+    pub(super) fn ground_at(&self, rotation: &DMat3, pixel: DVec2) -> Option<(DVec2, [DVec2; 2])> {
+        let q = (self.centre_px - pixel) / self.focal_px;
+        let d = *rotation * DVec3::new(1.0, q.x, q.y);
+        if d.z.is_nan() || d.z >= -1e-9 {
+            return None;
+        }
         let t = -self.position_m.z / d.z;
         let shift = |dd: DVec3| (t * (dd - d * (dd.z / d.z))).truncate();
-        Ok([shift(-r.y_axis / self.focal_px.x), shift(-r.z_axis / self.focal_px.y)])
+        let per_pixel =
+            [shift(-rotation.y_axis / self.focal_px.x), shift(-rotation.z_axis / self.focal_px.y)];
+        Some(((self.position_m + d * t).truncate(), per_pixel))
     }
 }
 
@@ -127,7 +138,10 @@ impl Image {
     }
 
     /// Row `v` from the top.
-    pub(super) fn row(&self, v: usize) -> &[f32] {
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn row(&self, v: usize) -> &[f32] {
         &self.grey[v * self.width_px..(v + 1) * self.width_px]
     }
 
@@ -240,7 +254,7 @@ mod tests {
 
     #[test]
     fn there_and_back_for_any_pose() {
-        let mut draws = Draws::new(1);
+        let mut draws = Draws::new(1, 0);
         let mut seen = 0;
         for _ in 0..500 {
             let mut c = camera();

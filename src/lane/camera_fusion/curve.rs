@@ -465,7 +465,7 @@ mod tests {
 
     #[test]
     fn covariance_is_what_repeats_scatter_by() {
-        let mut draws = Draws::new(5);
+        let mut draws = Draws::new(5, 0);
         let (mut sum, mut square, mut claimed) = (0.0, 0.0, 0.0);
         let runs = 2000;
         for _ in 0..runs {
@@ -517,7 +517,7 @@ mod tests {
     /// S section 3.2: the parabola follows a noisy track better than the spline.
     #[test]
     fn parabola_beats_the_spline_on_tracks() {
-        let mut draws = Draws::new(6);
+        let mut draws = Draws::new(6, 0);
         let (mut wins, mut p_error, mut s_error) = (0, 0.0, 0.0);
         for _ in 0..200 {
             let bend = 4e-3 * (draws.uniform() - 0.5);
@@ -540,7 +540,7 @@ mod tests {
 
     #[test]
     fn circle_and_arc() {
-        let mut draws = Draws::new(7);
+        let mut draws = Draws::new(7, 0);
         for _ in 0..200 {
             let centre = DVec2::new(draws.normal(), draws.normal()) * 30.0;
             let radius = 20.0 + 300.0 * draws.uniform();

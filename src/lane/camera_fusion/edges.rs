@@ -73,32 +73,32 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     }
     let (nu, nv) = (right - left, bottom - top);
     let smooth = smoothed(image, left, top, nu, nv, settings.smooth_px);
-    let at = |u: isize, v: isize| {
-        smooth[v.clamp(0, nv as isize - 1) as usize * nu + u.clamp(0, nu as isize - 1) as usize]
-    };
-    let mut gradient = vec![(0.0f32, 0.0f32, 0.0f32); nu * nv];
+    let stride = nu + 2;
+    let mut gradient = Gradient { x: vec![0.0; nu * nv], y: vec![0.0; nu * nv], size: vec![0.0; nu * nv] };
     let mut inside = Vec::with_capacity(nu * nv);
     let (mut bright, mut dark) = (0usize, 0usize);
     for v in 0..nv {
         let Some(span) = trapezoid.row((top + v) as f64 + 0.5) else { continue };
-        for u in 0..nu {
-            let (x, y) = (u as isize, v as isize);
-            let gx =
-                at(x + 1, y - 1) - at(x - 1, y - 1) + 2.0 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y + 1)
-                    - at(x - 1, y + 1);
-            let gy =
-                at(x - 1, y + 1) - at(x - 1, y - 1) + 2.0 * (at(x, y + 1) - at(x, y - 1)) + at(x + 1, y + 1)
-                    - at(x + 1, y - 1);
-            let (gx, gy) = (gx / 8.0, gy / 8.0);
-            let size = gx.hypot(gy);
-            gradient[v * nu + u] = (gx, gy, size);
-            let c = (left + u) as f64 + 0.5;
-            if c >= span[0] && c <= span[1] {
-                inside.push(size);
-                let grey = image.row(top + v)[left + u];
-                bright += usize::from(grey >= 0.98);
-                dark += usize::from(grey <= 0.02);
-            }
+        // Pixels whose middle lies inside, and one more to each side for the thinning.
+        let first = (span[0] - 0.5 - left as f64).ceil().clamp(0.0, nu as f64) as usize;
+        let last = ((span[1] - 0.5 - left as f64).floor() + 1.0).clamp(0.0, nu as f64) as usize;
+        if first >= last {
+            continue;
+        }
+        let (from, to) = (first.saturating_sub(2), (last + 2).min(nu));
+        let row = |k: usize| &smooth[(v + k) * stride + from..(v + k) * stride + to + 2];
+        let (a, b, c) = (row(0), row(1), row(2));
+        let at = v * nu + from..v * nu + to;
+        let (gx, gy, g) = (&mut gradient.x[at.clone()], &mut gradient.y[at.clone()], &mut gradient.size[at]);
+        for u in 0..to - from {
+            gx[u] = 0.125 * (a[u + 2] - a[u] + 2.0 * (b[u + 2] - b[u]) + c[u + 2] - c[u]);
+            gy[u] = 0.125 * (c[u] - a[u] + 2.0 * (c[u + 1] - a[u + 1]) + c[u + 2] - a[u + 2]);
+            g[u] = (gx[u] * gx[u] + gy[u] * gy[u]).sqrt();
+        }
+        inside.extend_from_slice(&gradient.size[v * nu + first..v * nu + last]);
+        for grey in &image.row(top + v)[left + first..left + last] {
+            bright += usize::from(*grey >= 0.98);
+            dark += usize::from(*grey <= 0.02);
         }
     }
     if inside.is_empty() {
@@ -121,54 +121,63 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     Ok(Edges { edges, gradient_noise, bright_share: bright as f64 / count, dark_share: dark as f64 / count })
 }
 
-/// The window smoothed along rows and then along columns.
+/// Of the window, row by row.
+struct Gradient {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    size: Vec<f32>,
+}
+
+/// The window and one pixel around it, smoothed along rows and then along columns.
 fn smoothed(image: &Image, left: usize, top: usize, nu: usize, nv: usize, sigma: f64) -> Vec<f32> {
-    let reach = (3.0 * sigma).ceil() as isize;
-    let raw: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+    let reach = (3.0 * sigma).ceil() as usize;
+    let raw: Vec<f64> =
+        (0..=2 * reach).map(|i| (-0.5 * ((i as f64 - reach as f64) / sigma).powi(2)).exp()).collect();
     let sum: f64 = raw.iter().sum();
     let taps: Vec<f32> = raw.iter().map(|t| (t / sum) as f32).collect();
-    let (w, h) = (image.width_px() as isize, image.height_px() as isize);
-    let rows: Vec<isize> = (top as isize - reach..(top + nv) as isize + reach).collect();
-    let mut across = Vec::with_capacity(rows.len() * nu);
-    for v in &rows {
-        let row = image.row((*v).clamp(0, h - 1) as usize);
-        for u in 0..nu {
-            let first = (left + u) as isize - reach;
-            let sum: f32 = match first >= 0 && first + (taps.len() as isize) <= w {
-                true => taps.iter().zip(&row[first as usize..]).map(|(t, g)| t * g).sum(),
-                false => (0..).zip(&taps).map(|(i, t)| t * row[(first + i).clamp(0, w - 1) as usize]).sum(),
-            };
-            across.push(sum);
+    let (w, h) = (image.width_px(), image.height_px());
+    let (wide, high) = (nu + 2, nv + 2);
+    let margin = reach + 1;
+    // Whole rows are added up tap by tap, which the compiler turns into vector code.
+    let add = |sum: &mut [f32], part: &[f32], tap: f32| {
+        sum.iter_mut().zip(part).for_each(|(s, p)| *s += tap * p);
+    };
+    let mut padded = vec![0.0f32; nu + 2 * margin];
+    let mut across = vec![0.0f32; (high + 2 * reach) * wide];
+    for (v, out) in across.chunks_exact_mut(wide).enumerate() {
+        let row = image.row((top + v).saturating_sub(margin).min(h - 1));
+        for (i, p) in padded.iter_mut().enumerate() {
+            *p = row[(left + i).saturating_sub(margin).min(w - 1)];
         }
+        taps.iter().enumerate().for_each(|(i, t)| add(out, &padded[i..i + wide], *t));
     }
-    let mut out = vec![0.0f32; nu * nv];
-    for v in 0..nv {
-        for (i, t) in taps.iter().enumerate() {
-            let from = &across[(v + i) * nu..(v + i + 1) * nu];
-            out[v * nu..(v + 1) * nu].iter_mut().zip(from).for_each(|(o, g)| *o += t * g);
-        }
+    let mut out = vec![0.0f32; wide * high];
+    for (v, out) in out.chunks_exact_mut(wide).enumerate() {
+        taps.iter().enumerate().for_each(|(i, t)| add(out, &across[(v + i) * wide..(v + i + 1) * wide], *t));
     }
     out
 }
 
 /// Keeps what is largest across the edge and above `high`, or joined to such by pixels above half of it.
-fn thin_and_follow(gradient: &[(f32, f32, f32)], nu: usize, nv: usize, high: f32) -> Vec<Edge> {
+fn thin_and_follow(gradient: &Gradient, nu: usize, nv: usize, high: f32) -> Vec<Edge> {
     let size = |u: f32, v: f32| {
         let (u0, v0) = ((u.floor() as usize).min(nu - 2), (v.floor() as usize).min(nv - 2));
         let (a, b) = (u - u0 as f32, v - v0 as f32);
-        let g = |du: usize, dv: usize| gradient[(v0 + dv) * nu + u0 + du].2;
+        let g = |du: usize, dv: usize| gradient.size[(v0 + dv) * nu + u0 + du];
         (g(0, 0) * (1.0 - a) + g(1, 0) * a) * (1.0 - b) + (g(0, 1) * (1.0 - a) + g(1, 1) * a) * b
     };
-    let mut thin: Vec<Option<Edge>> = vec![None; nu * nv];
+    let mut thin: Vec<Edge> = Vec::new();
+    // Number of a pixel's edge in `thin`, from 1.
+    let mut number = vec![0u32; nu * nv];
     let mut open = Vec::new();
-    let mut kept = vec![false; nu * nv];
+    let mut kept: Vec<bool> = Vec::new();
     for v in 1..nv - 1 {
         for u in 1..nu - 1 {
-            let (gx, gy, g) = gradient[v * nu + u];
+            let g = gradient.size[v * nu + u];
             if g.is_nan() || g <= 0.5 * high {
                 continue;
             }
-            let (dx, dy) = (gx / g, gy / g);
+            let (dx, dy) = (gradient.x[v * nu + u] / g, gradient.y[v * nu + u] / g);
             let (x, y) = (u as f32, v as f32);
             let (before, after) = (size(x - dx, y - dy), size(x + dx, y + dy));
             // One side may tie: of two equal pixels across an edge, one stays.
@@ -178,10 +187,10 @@ fn thin_and_follow(gradient: &[(f32, f32, f32)], nu: usize, nv: usize, high: f32
             let shift = f64::from(0.5 * (before - after) / (before - 2.0 * g + after)).clamp(-0.5, 0.5);
             let pixel =
                 DVec2::new(u as f64 + 0.5, v as f64 + 0.5) + DVec2::new(f64::from(dx), f64::from(dy)) * shift;
-            thin[v * nu + u] =
-                Some(Edge { pixel, normal_rad: f64::from(gy).atan2(f64::from(gx)), gradient: f64::from(g) });
+            thin.push(Edge { pixel, normal_rad: f64::from(dy).atan2(f64::from(dx)), gradient: f64::from(g) });
+            number[v * nu + u] = thin.len() as u32;
+            kept.push(g >= high);
             if g >= high {
-                kept[v * nu + u] = true;
                 open.push(v * nu + u);
             }
         }
@@ -191,14 +200,16 @@ fn thin_and_follow(gradient: &[(f32, f32, f32)], nu: usize, nv: usize, high: f32
             for du in [-1isize, 0, 1] {
                 // Thinned pixels keep off the window's border, so the neighbour exists.
                 let j = (i as isize + dv * nu as isize + du) as usize;
-                if thin[j].is_some() && !kept[j] {
-                    kept[j] = true;
+                if let Some(k) = (number[j] as usize).checked_sub(1)
+                    && !kept[k]
+                {
+                    kept[k] = true;
                     open.push(j);
                 }
             }
         }
     }
-    thin.into_iter().zip(kept).filter_map(|(e, k)| e.filter(|_| k)).collect()
+    thin.into_iter().zip(kept).filter_map(|(e, k)| k.then_some(e)).collect()
 }
 
 /// Settings of [`hough_lines`].
@@ -339,13 +350,25 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
             votes: 0,
             rows_px: [0.0; 2],
         };
-        let Some(line) = set_to_edges(start, edges, s.angle_reach_rad) else { continue };
-        let same = |l: &HoughLine| {
-            let m = DVec2::new(line.column(line.rows_px[1]).unwrap_or(middle.x), line.rows_px[1]);
-            wrapped(l.theta_rad - line.theta_rad).abs() < s.suppress_rad
-                && l.distance_px(m).abs() < s.suppress_px
+        // Most peaks stand beside a line that is there already.
+        let found = |line: &HoughLine, v: f64| {
+            lines.iter().any(|l| {
+                let m = DVec2::new(line.column(v).unwrap_or(middle.x), v);
+                wrapped(l.theta_rad - line.theta_rad).abs() < s.suppress_rad
+                    && l.distance_px(m).abs() < s.suppress_px
+            })
         };
-        if line.votes >= s.least_votes.max(3) && !lines.iter().any(same) {
+        if lines.iter().any(|l| {
+            wrapped(l.theta_rad - start.theta_rad).abs() < s.suppress_rad
+                && l.rows_px.iter().all(|v| {
+                    let m = DVec2::new(l.column(*v).unwrap_or(middle.x), *v);
+                    start.distance_px(m).abs() < s.suppress_px
+                })
+        }) {
+            continue;
+        }
+        let Some(line) = set_to_edges(start, edges, s.angle_reach_rad) else { continue };
+        if line.votes >= s.least_votes.max(3) && !found(&line, line.rows_px[1]) {
             lines.push(line);
         }
     }
@@ -356,10 +379,12 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
 
 /// Total least squares on the edges within two pixels whose normals agree, three times over.
 fn set_to_edges(mut line: HoughLine, edges: &[Edge], angle_reach_rad: f64) -> Option<HoughLine> {
+    let mut on: Vec<DVec2> = Vec::new();
     for _ in 0..3 {
-        let mut on: Vec<DVec2> = Vec::new();
+        let normal = DVec2::from_angle(line.theta_rad);
+        on.clear();
         for e in edges {
-            if line.distance_px(e.pixel).abs() < 2.0
+            if (e.pixel.dot(normal) - line.rho_px).abs() < 2.0
                 && wrapped(e.normal_rad - line.theta_rad).abs() <= angle_reach_rad
             {
                 on.push(e.pixel);
@@ -402,7 +427,7 @@ mod tests {
 
     /// A bright half plane beyond x cos t + y sin t = rho, with each pixel its covered share.
     fn half_plane(n: usize, theta: f64, rho: f64, noise: f64, seed: u64) -> Image {
-        let mut draws = Draws::new(seed);
+        let mut draws = Draws::new(seed as u32, 0);
         let e = DVec2::from_angle(theta);
         let grey = (0..n * n).map(|i| {
             let share = (0..25).filter(|k| {
@@ -419,7 +444,7 @@ mod tests {
 
     #[test]
     fn a_step_is_found_between_pixels_with_its_side() {
-        let mut draws = Draws::new(3);
+        let mut draws = Draws::new(3, 0);
         let mut worst: f64 = 0.0;
         for i in 0..40 {
             let theta = TAU * draws.uniform() - PI;
@@ -445,7 +470,7 @@ mod tests {
 
     #[test]
     fn noise_alone_gives_no_line_and_flat_grey_no_edge() {
-        let mut draws = Draws::new(4);
+        let mut draws = Draws::new(4, 0);
         for light in [0.1, 0.5] {
             let grey = (0..200 * 200).map(|_| (0.5 + light * draws.normal()) as f32).collect();
             let found =

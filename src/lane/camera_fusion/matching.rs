@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn the_right_lane_on_straight_and_curved_roads() {
-        let mut draws = Draws::new(21);
+        let mut draws = Draws::new(21, 0);
         for noise in [0.0, 0.15, 0.3] {
             let (mut right, mut wrong, mut refused) = (0, 0, 0);
             for run in 0..200 {

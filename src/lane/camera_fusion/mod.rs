@@ -15,10 +15,10 @@ use std::fmt;
 mod camera;
 mod curve;
 mod edges;
+mod estimator;
 mod matching;
 mod near;
 mod pnn;
-mod random;
 mod recognise;
 mod reconstruct;
 #[cfg(test)]
@@ -30,6 +30,7 @@ pub use curve::{
     Arc, BSpline, Circle, FitComparison, Parabola, circle_through, compare_fits, fit_b_spline, fit_parabola,
 };
 pub use edges::{Edge, EdgeSettings, Edges, HoughLine, HoughSettings, edges, hough_lines};
+pub use estimator::{CameraFusion, FusionOptions, Insight, Way};
 pub use matching::{LaneMatch, MatchSettings, match_lane, r_squared};
 pub use near::{NearLane, NearLine, NearSettings, find_near_lane};
 pub use pnn::{Bend, BendSettings, Choice, Pnn, generate_bends};

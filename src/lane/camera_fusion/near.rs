@@ -3,7 +3,7 @@
 use super::camera::{Camera, Image, Trapezoid};
 use super::curve::{Parabola, least_squares};
 use super::edges::{Edge, EdgeSettings, HoughLine, HoughSettings, edges, hough_lines};
-use super::{Refusal, positive};
+use super::{Refusal, positive, wrapped};
 use glam::{DMat2, DVec2};
 
 /// Settings of [`find_near_lane`].
@@ -51,11 +51,12 @@ pub struct NearLane {
     pub right: Option<NearLine>,
 }
 
+/// Strongest pairs of edges that are fitted on the ground.
+const MOST_STRIPES: usize = 8;
+
 /// A painted line as two straight edges in the image, with position and slope on the ground.
 struct Stripe {
     hough: [HoughLine; 2],
-    /// y at the reference distance.
-    y_m: f64,
     heading_rad: f64,
     votes: usize,
 }
@@ -79,37 +80,112 @@ pub fn find_near_lane(
     }
     let found = edges(image, trapezoid, &settings.edges)?;
     let lines = hough_lines(&found.edges, &settings.hough)?;
-    let stripes = stripes(camera, trapezoid, &lines, settings);
-    let y_car = |s: &Stripe| s.y_m;
-    let mut best: Option<(usize, &Stripe, &Stripe)> = None;
-    for l in stripes.iter().filter(|s| y_car(s) > 0.0) {
-        for r in stripes.iter().filter(|s| y_car(s) <= 0.0) {
-            let width = y_car(l) - y_car(r);
+    let mut stripes = stripes(camera, trapezoid, &lines, settings);
+    stripes.sort_by_key(|s| std::cmp::Reverse(s.votes));
+    stripes.truncate(MOST_STRIPES);
+    let on_ground_plane = ground_edges(camera, &found.edges);
+    let fitted: Vec<(usize, NearLine)> = stripes
+        .iter()
+        .filter_map(|s| Some((s.votes, on_ground(camera, &on_ground_plane, s, settings)?)))
+        .collect();
+    let mut best: Option<(usize, usize, usize, f64)> = None;
+    for (i, (vl, l)) in fitted.iter().enumerate() {
+        for (j, (vr, r)) in fitted.iter().enumerate() {
+            let Some((width, apart, offset)) = pair(l, r) else { continue };
+            // The car stands between them.
             let fits = (settings.lane_m[0]..=settings.lane_m[1]).contains(&width)
-                && (l.heading_rad - r.heading_rad).abs() <= settings.apart_rad;
-            let votes = l.votes + r.votes;
-            if fits && best.is_none_or(|(v, ..)| votes > v) {
-                best = Some((votes, l, r));
+                && apart <= settings.apart_rad
+                && offset > -width
+                && offset <= 0.0;
+            if i != j && fits && best.is_none_or(|(v, ..)| vl + vr > v) {
+                best = Some((vl + vr, i, j, width));
             }
         }
     }
-    let (left, right) = match best {
-        Some((_, l, r)) => (Some(l), Some(r)),
+    let lane = match best {
+        Some((_, i, j, width)) => {
+            // A dashed line is one dash so far: along its partner the others are found.
+            let (l, r) = (&fitted[i].1, &fitted[j].1);
+            let (mut left, mut right) = (l.clone(), r.clone());
+            if l.curve.length_m() < r.curve.length_m() {
+                left = longer(l, &beside(&r.curve, width), &on_ground_plane, settings);
+            } else {
+                right = longer(r, &beside(&l.curve, -width), &on_ground_plane, settings);
+            }
+            NearLane { left: Some(left), right: Some(right) }
+        }
         None => {
             // One line alone must lie within a lane's width of the car.
-            let one = stripes
+            let y_car = |l: &NearLine| offset_of(&l.curve);
+            let one = fitted
                 .iter()
-                .filter(|s| y_car(s).abs() <= 0.75 * settings.lane_m[1])
-                .max_by_key(|s| s.votes);
+                .filter(|(_, l)| y_car(l).abs() <= 0.75 * settings.lane_m[1])
+                .max_by_key(|(votes, _)| *votes)
+                .map(|(_, l)| l.clone());
             match one {
-                Some(s) if y_car(s) > 0.0 => (Some(s), None),
-                other => (None, other),
+                Some(l) if y_car(&l) > 0.0 => NearLane { left: Some(l), right: None },
+                other => NearLane { left: None, right: other },
             }
         }
     };
-    let fit = |s: Option<&Stripe>| s.and_then(|s| on_ground(camera, &found.edges, s, settings));
-    let lane = NearLane { left: fit(left), right: fit(right) };
     if lane.left.is_none() && lane.right.is_none() { Err(Refusal::NoLaneLine) } else { Ok(lane) }
+}
+
+/// How far to the left of the car a line runs, where it passes beside it.
+fn offset_of(curve: &Parabola) -> f64 {
+    let u = curve.coordinate(DVec2::ZERO);
+    // A parabola is not trusted farther back than its own length.
+    let u = u.max(curve.span_m[0] - curve.length_m());
+    let normal = DVec2::from_angle(curve.heading_rad(u)).perp();
+    curve.point(u).dot(normal)
+}
+
+/// Distance between a left and a right line and the angle between them, where the shorter has its middle, and how far to the left of
+/// the car the right one runs. Lines of a bend differ in heading as much as they are seen at different distances, so that they are
+/// compared at one place.
+fn pair(left: &NearLine, right: &NearLine) -> Option<(f64, f64, f64)> {
+    let left_is_short = left.curve.length_m() < right.curve.length_m();
+    let (short, long) = if left_is_short { (&left.curve, &right.curve) } else { (&right.curve, &left.curve) };
+    let u = 0.5 * (short.span_m[0] + short.span_m[1]);
+    let p = short.point(u);
+    let v = foot(long, p);
+    let heading = long.heading_rad(v);
+    let across = (p - long.point(v)).dot(DVec2::from_angle(heading).perp());
+    let width = if left_is_short { across } else { -across };
+    let apart = wrapped(short.heading_rad(u) - heading).abs();
+    let at_car = offset_of(long);
+    let offset = if left_is_short { at_car } else { at_car - width };
+    (width.is_finite() && apart.is_finite()).then_some((width, apart, offset))
+}
+
+/// The coordinate at which a parabola comes nearest to a point.
+fn foot(curve: &Parabola, p: DVec2) -> f64 {
+    let mut u = curve.coordinate(p);
+    for _ in 0..4 {
+        let heading = DVec2::from_angle(curve.heading_rad(u));
+        u += (p - curve.point(u)).dot(heading);
+    }
+    u
+}
+
+/// A line moved to the left, to begin a fit with.
+fn beside(curve: &Parabola, left_m: f64) -> Parabola {
+    let u = 0.5 * (curve.span_m[0] + curve.span_m[1]);
+    let normal = DVec2::from_angle(curve.heading_rad(u)).perp();
+    Parabola { origin_m: curve.origin_m + normal * left_m, ..curve.clone() }
+}
+
+/// The line fitted anew along a curve, if that holds more of its edges.
+fn longer(line: &NearLine, along: &Parabola, edges: &[GroundEdge], settings: &NearSettings) -> NearLine {
+    // The paint that is there stays where it is: the guess is moved onto it.
+    let u = 0.5 * (line.curve.span_m[0] + line.curve.span_m[1]);
+    let v = foot(along, line.curve.point(u));
+    let off = line.curve.point(u) - along.point(v);
+    let start = Parabola { origin_m: along.origin_m + off, ..along.clone() };
+    match fit_along(start, line.stripe_m, edges, settings, &line.hough) {
+        Some(new) if new.curve.count > line.curve.count => new,
+        _ => line.clone(),
+    }
 }
 
 /// Ground points of a straight image line at its lowest and topmost edge.
@@ -150,11 +226,13 @@ fn stripes(
                     // Both edges are seen over common rows.
                     && r.rows_px[0].max(l.rows_px[0]) < r.rows_px[1].min(l.rows_px[1])
             })
-            .max_by_key(|(r, ..)| r.votes);
-        if let Some((r, yr, hr)) = partner {
+            .collect::<Vec<_>>();
+        // Paint ends at the first edge from bright to dark; a kerb's may be the stronger one behind it.
+        let most = partner.iter().map(|p| p.0.votes).max().unwrap_or(0);
+        let first = partner.into_iter().filter(|p| 3 * p.0.votes >= most).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((r, _, hr)) = first {
             out.push(Stripe {
                 hough: [(*l).clone(), (*r).clone()],
-                y_m: 0.5 * (y + yr),
                 heading_rad: 0.5 * (heading + hr),
                 votes: l.votes.min(r.votes),
             });
@@ -175,28 +253,36 @@ struct GroundEdge {
     normal: DVec2,
 }
 
+/// The edges below the horizon.
+fn ground_edges(camera: &Camera, all: &[Edge]) -> Vec<GroundEdge> {
+    let turned = camera.rotation();
+    let of = |e: &Edge| {
+        let (point_m, [du, dv]) = camera.ground_at(&turned, e.pixel)?;
+        let normal = DVec2::from_angle(e.normal_rad);
+        Some(GroundEdge {
+            point_m,
+            side: if normal.x > 0.0 { 0.5 } else { -0.5 },
+            shift_m: du * normal.x + dv * normal.y,
+            to_pixel: DMat2::from_cols(du, dv).inverse(),
+            normal,
+        })
+    };
+    all.iter().filter_map(of).collect()
+}
+
 /// Parabola of the paint's middle and its width, from edges that lie near it. It starts from the straight
 /// line over the rows where that was seen and takes in more edges as the curve improves. Its axis follows the
 /// curve, since in a frame along its chord a parabola keeps near a circle for longest.
-fn on_ground(camera: &Camera, all: &[Edge], stripe: &Stripe, settings: &NearSettings) -> Option<NearLine> {
-    let edges: Vec<GroundEdge> = all
-        .iter()
-        .filter_map(|e| {
-            let [du, dv] = camera.ground_per_pixel(e.pixel).ok()?;
-            let normal = DVec2::from_angle(e.normal_rad);
-            Some(GroundEdge {
-                point_m: camera.ground_from_pixel(e.pixel).ok()?,
-                side: if normal.x > 0.0 { 0.5 } else { -0.5 },
-                shift_m: du * normal.x + dv * normal.y,
-                to_pixel: DMat2::from_cols(du, dv).inverse(),
-                normal,
-            })
-        })
-        .collect();
+fn on_ground(
+    camera: &Camera,
+    edges: &[GroundEdge],
+    stripe: &Stripe,
+    settings: &NearSettings,
+) -> Option<NearLine> {
     let [a, b] = ground_ends(camera, &stripe.hough[0])?;
     let [c, d] = ground_ends(camera, &stripe.hough[1])?;
     let half = 0.5 * (b.distance(a)).max(d.distance(c));
-    let mut curve = Parabola {
+    let start = Parabola {
         origin_m: 0.25 * (a + b + c + d),
         axis_rad: stripe.heading_rad,
         a: [0.0; 3],
@@ -205,7 +291,19 @@ fn on_ground(camera: &Camera, all: &[Edge], stripe: &Stripe, settings: &NearSett
         residual_m: 0.0,
         count: 0,
     };
-    let mut stripe_m = 0.15;
+    fit_along(start, 0.15, edges, settings, &stripe.hough)
+}
+
+/// The fit, from a curve that lies near the paint's middle over its span.
+fn fit_along(
+    start: Parabola,
+    paint_m: f64,
+    edges: &[GroundEdge],
+    settings: &NearSettings,
+    hough: &[HoughLine; 2],
+) -> Option<NearLine> {
+    let (mut curve, mut stripe_m) = (start, paint_m);
+    let half = 0.5 * curve.length_m();
     let mut noise_px = f64::INFINITY;
     for round in 0..8 {
         let gate: f64 = if round < 2 { 0.12 } else { 0.07 };
@@ -218,13 +316,19 @@ fn on_ground(camera: &Camera, all: &[Edge], stripe: &Stripe, settings: &NearSett
         let mut columns = vec![Vec::new(); 4];
         let (mut rhs, mut sigmas, mut span) = (Vec::new(), 0.0, [f64::INFINITY, f64::NEG_INFINITY]);
         let scale = half.max(1.0);
-        for g in &edges {
-            let u = curve.coordinate(g.point_m);
-            if !(reach[0]..=reach[1]).contains(&u) {
+        let along = DVec2::from_angle(curve.axis_rad);
+        for g in edges {
+            let d = g.point_m - curve.origin_m;
+            let u = d.dot(along);
+            let w = curve.a[0] + u * (curve.a[1] + u * curve.a[2]);
+            let aside = along.perp_dot(d) - w;
+            if !(reach[0]..=reach[1]).contains(&u) || aside.abs() > 1.0 {
                 continue;
             }
-            let heading = DVec2::from_angle(curve.heading_rad(u));
-            let off = (g.point_m - curve.point(u)).dot(heading.perp()) - g.side * stripe_m;
+            let slope = curve.a[1] + 2.0 * u * curve.a[2];
+            let cosine = 1.0 / (1.0 + slope * slope).sqrt();
+            let heading = (along + along.perp() * slope) * cosine;
+            let off = aside * cosine - g.side * stripe_m;
             let sigma = g.shift_m.dot(heading.perp()).abs().max(1e-3);
             // The ends of a dash lie across the line and say nothing of where it runs.
             let across = (g.to_pixel * heading).normalize_or_zero().dot(g.normal).abs();
@@ -266,7 +370,7 @@ fn on_ground(camera: &Camera, all: &[Edge], stripe: &Stripe, settings: &NearSett
     (whole && curve.count > 0 && curve.length_m() > 2.0).then(|| NearLine {
         curve,
         stripe_m,
-        hough: stripe.hough.clone(),
+        hough: hough.clone(),
     })
 }
 

@@ -1,8 +1,8 @@
 //! The road model by a probabilistic neural network (Specht 1990; S section 4.2).
 
-use super::random::Draws;
 use super::reconstruct::RoadModel;
 use super::{Refusal, positive, wrapped};
+use crate::rng::Draws;
 
 /// The two inputs of the document: the lane line's slope at the end of the camera's part, and that at the
 /// start of the radar's part. Both are angles from the car's x axis, positive to the left.
@@ -53,7 +53,7 @@ impl Default for BendSettings {
 /// Bends with their models, the five in turn, so that a multiple of five holds each as often.
 pub fn generate_bends(settings: &BendSettings, count: usize, seed: u64) -> Vec<(Bend, RoadModel)> {
     let s = settings;
-    let mut draws = Draws::new(seed);
+    let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0xbe9d);
     let each = count.div_ceil(5).max(1) as f64;
     let mut out: Vec<(Bend, RoadModel)> = Vec::new();
     for (i, model) in RoadModel::ALL.into_iter().cycle().take(count).enumerate() {

@@ -427,7 +427,8 @@ impl Recogniser {
         if let Some(before) = &self.previous {
             let moved: Vec<DVec2> =
                 before.middle_m.iter().map(|p| from_previous(*p)).collect::<Result<_, _>>()?;
-            let same = before.joined_by == now.joined_by;
+            let kind = |r: &Recognition| (r.joined_by, std::mem::discriminant(&r.sources));
+            let same = kind(before) == kind(&now);
             match (&now.near, &before.near, same) {
                 (_, _, true) => {
                     average(&mut now.middle_m, &moved);
@@ -721,7 +722,7 @@ mod tests {
     fn a_change_of_model_is_recognised_anew() {
         let pnn = pnn();
         let mut recogniser = Recogniser::new(RecogniseSettings::default());
-        let mut draws = Draws::new(1);
+        let mut draws = Draws::new(1, 0);
         let (first, second) = (Road::bend(100.0, 80.0, -0.7), Road::bend(25.0, 80.0, -0.7));
         let mut models = Vec::new();
         for (road, from) in [(first, 50.0), (second, 82.0)] {

@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn curves_are_hyperbolas() {
-        let mut draws = Draws::new(31);
+        let mut draws = Draws::new(31, 0);
         let (mut worst, mut sum, mut runs) = (0.0f64, 0.0, 0);
         for _ in 0..300 {
             let turn = (0.15 + 0.7 * draws.uniform()) * if draws.uniform() < 0.5 { 1.0 } else { -1.0 };

@@ -4,7 +4,7 @@ use super::camera::{Camera, Image};
 use super::curve::Arc;
 use glam::{DVec2, DVec3};
 
-pub use super::random::Draws;
+pub use crate::rng::Draws;
 
 /// A camera behind the windscreen, 1.4 m up, looking down by 3 degrees.
 pub fn camera() -> Camera {
@@ -125,7 +125,7 @@ pub const CLEAR: Weather = Weather { noise: 0.02, fog_1pm: 0.0, glare: 0.0, ligh
 
 /// Painted lines 0.15 m wide at the given offsets from the lane's middle; a dash is 6 m of each 12 m.
 pub fn render(camera: &Camera, road: &Road, lines: &[(f64, bool)], weather: &Weather, seed: u64) -> Image {
-    let mut draws = Draws::new(seed);
+    let mut draws = Draws::new(seed as u32, 0);
     let mut grey = Vec::with_capacity(camera.width_px * camera.height_px);
     // A pixel's ray is linear in the pixel.
     let corner = camera.ray(DVec2::ZERO);
@@ -181,7 +181,7 @@ pub fn way(
     noise_m: f64,
     seed: u64,
 ) -> Vec<DVec2> {
-    let mut draws = Draws::new(seed);
+    let mut draws = Draws::new(seed as u32, 0);
     (0..count)
         .map(|i| road.at(from_m + (to_m - from_m) * i as f64 / (count - 1).max(1) as f64, left_m).0)
         .map(|p| p + DVec2::new(draws.normal(), draws.normal()) * noise_m)

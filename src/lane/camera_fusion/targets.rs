@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_step_is_the_inverse_of_the_motion() {
-        let mut draws = Draws::new(11);
+        let mut draws = Draws::new(11, 0);
         for _ in 0..300 {
             let (l, k) = (30.0 * draws.uniform(), 0.05 * draws.normal());
             let p = DVec2::new(60.0 * draws.uniform(), 10.0 * draws.normal());
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn lanes_of_three_targets() {
-        let mut draws = Draws::new(12);
+        let mut draws = Draws::new(12, 0);
         for noise in [0.0, 0.15, 0.3] {
             let (mut right, mut all) = (0, 0);
             for run in 0..100 {

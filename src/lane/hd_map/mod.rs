@@ -12,8 +12,11 @@
 
 pub mod accuracy;
 mod edge;
+pub mod estimator;
+pub mod file;
 pub mod geodesy;
 pub mod map;
+pub mod of_road;
 #[cfg(test)]
 mod tests;
 

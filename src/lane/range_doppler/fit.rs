@@ -1,17 +1,30 @@
 //! The likelihood of a lane, its top and its curvature there.
 
+use super::rows::Marker;
 use super::*;
 
+/// A cell and a marker near it.
 #[derive(Clone, Copy)]
-pub(super) struct Marker {
-    pub(super) is_left: bool,
-    pub(super) index: f64,
-    pub(super) range: f64,
-    pub(super) rate: f64,
+struct Near {
+    cell: usize,
+    marker: usize,
+    density: f64,
+    /// Residuals over their variances.
+    range: f64,
+    rate: f64,
 }
 
+/// Densities further out than this many standard deviations count as zero.
+const REACH: f64 = 6.0;
+/// Of [`Fit::first_from`].
+const FIRST_STEP_M: f64 = 0.25;
+
 pub(super) struct Fit<'a> {
+    /// By range.
     pub(super) cells: &'a [Cell],
+    /// Number of the first cell from each step of range on.
+    pub(super) first_from: &'a [usize],
+    pub(super) widest_m: f64,
     pub(super) s: &'a LaneSettings,
     /// Density of cells that are no markers, per metre and m/s.
     pub(super) extra: f64,
@@ -20,64 +33,50 @@ pub(super) struct Fit<'a> {
     pub(super) is_free: [bool; VALUES],
 }
 
+/// [`Fit::first_from`] of cells that are sorted by range.
+pub(super) fn first_from(cells: &[Cell]) -> Vec<usize> {
+    let last = cells.last().map_or(0.0, |c| c.range_m);
+    let steps = (last / FIRST_STEP_M).ceil() as usize + 1;
+    (0..steps).map(|i| cells.partition_point(|c| c.range_m < FIRST_STEP_M * i as f64)).collect()
+}
+
 impl Fit<'_> {
-    pub(super) fn marker(&self, p: &Vector, is_left: bool, index: f64) -> Marker {
-        let phase = p[if is_left { LEFT } else { RIGHT }];
-        let u = phase + index * self.s.spacing_m(is_left);
-        let place = self.s.row_m(is_left, u, p[CURVATURE], p[START]);
-        let (range, cos) = self.s.seen(place, p[OFFSET], p[HEADING]);
-        Marker { is_left, index, range, rate: -p[SPEED] * cos }
+    pub(super) fn markers(&self, p: &Vector, out: &mut Vec<Marker>) {
+        out.clear();
+        self.s.row(p, true, p[LEFT], |m| out.push(m));
+        self.s.row(p, false, p[RIGHT], |m| out.push(m));
     }
 
-    pub(super) fn is_in_view(&self, m: &Marker, speed: f64) -> bool {
-        m.range >= self.s.near_m
-            && m.range <= self.s.far_m
-            && -m.rate >= speed * self.s.half_view_rad.cos() - 1e-9
+    /// Number of a cell at or a little before the first at this range or beyond.
+    pub(super) fn first(&self, range_m: f64) -> usize {
+        let step = (range_m.max(0.0) / FIRST_STEP_M) as usize;
+        self.first_from.get(step).copied().unwrap_or(self.cells.len())
     }
 
-    pub(super) fn markers(&self, p: &Vector) -> Vec<Marker> {
-        let mut out = Vec::new();
-        for is_left in [true, false] {
-            let (phase, spacing) = (p[if is_left { LEFT } else { RIGHT }], self.s.spacing_m(is_left));
-            let last = ((self.s.end_m(is_left, p[CURVATURE], p[START]) - phase) / spacing).floor();
-            let mut index = ((-self.s.far_m - phase) / spacing).ceil();
-            while index <= last {
-                let m = self.marker(p, is_left, index);
-                if self.is_in_view(&m, p[SPEED]) {
-                    out.push(m);
-                }
-                index += 1.0;
+    /// Calls `each` with every cell near a marker, the density of the marker's cells there, and the residuals of range and
+    /// range rate over their standard deviations.
+    pub(super) fn near(&self, m: &Marker, widen: f64, mut each: impl FnMut(usize, f64, f64, f64)) {
+        let reach = REACH * widen * self.widest_m;
+        let (low, high) = (m.range - reach, m.range + reach);
+        for (i, c) in self.cells.iter().enumerate().skip(self.first(low)) {
+            if c.range_m < low {
+                continue;
             }
-        }
-        out.sort_by(|a, b| a.range.total_cmp(&b.range));
-        out
-    }
-
-    /// Calls `each` with every marker near a cell and its density there.
-    pub(super) fn near(
-        &self,
-        markers: &[Marker],
-        c: &Cell,
-        widen: f64,
-        mut each: impl FnMut(usize, f64, f64, f64),
-    ) -> f64 {
-        let (sr, sv) = (c.range_std_m * widen, c.range_rate_std_mps * widen);
-        let scale = self.s.detection_probability / (TAU * sr * sv);
-        let first = markers.partition_point(|m| m.range < c.range_m - 6.0 * sr);
-        let mut sum = 0.0;
-        for (i, m) in markers.iter().enumerate().skip(first) {
-            if m.range > c.range_m + 6.0 * sr {
+            if c.range_m > high {
                 break;
             }
+            let (sr, sv) = (c.range_std_m * widen, c.range_rate_std_mps * widen);
             let (er, ev) = ((c.range_m - m.range) / sr, (c.range_rate_mps - m.rate) / sv);
             let chi2 = er * er + ev * ev;
-            if chi2 < 36.0 {
-                let density = scale * (-0.5 * chi2).exp();
-                sum += density;
-                each(i, density, er / sr, ev / sv);
+            if chi2 < REACH * REACH {
+                each(
+                    i,
+                    self.s.detection_probability / (TAU * sr * sv) * (-0.5 * chi2).exp(),
+                    er / sr,
+                    ev / sv,
+                );
             }
         }
-        sum
     }
 
     pub(super) fn log_prior(&self, p: &Vector) -> f64 {
@@ -87,74 +86,117 @@ impl Fit<'_> {
             .sum()
     }
 
-    /// Without the expected number of markers, which jumps where one enters the view.
-    pub(super) fn smooth_log_likelihood(&self, p: &Vector, widen: f64) -> f64 {
-        let markers = self.markers(p);
-        let all = self.cells.iter();
-        all.map(|c| (self.extra + self.near(&markers, c, widen, |_, _, _, _| ())).ln()).sum::<f64>()
-            + self.log_prior(p)
+    /// Density of markers in each cell, and how many markers are in view.
+    fn density(&self, p: &Vector, widen: f64, out: &mut Vec<f64>) -> usize {
+        out.clear();
+        out.resize(self.cells.len(), 0.0);
+        let mut count = 0;
+        for (is_left, phase) in [(true, p[LEFT]), (false, p[RIGHT])] {
+            self.s.row(p, is_left, phase, |m| {
+                count += 1;
+                self.near(&m, widen, |i, density, _, _| out[i] += density);
+            });
+        }
+        count
+    }
+
+    /// Without the expected number of markers, which jumps where one enters the view. `scratch` spares an allocation.
+    pub(super) fn smooth_log_likelihood(&self, p: &Vector, widen: f64, scratch: &mut Vec<f64>) -> f64 {
+        self.density(p, widen, scratch);
+        scratch.iter().map(|d| (self.extra + d).ln()).sum::<f64>() + self.log_prior(p)
     }
 
     pub(super) fn log_likelihood(&self, p: &Vector) -> f64 {
-        self.smooth_log_likelihood(p, 1.0) - self.s.detection_probability * self.markers(p).len() as f64
+        let mut density = Vec::new();
+        let count = self.density(p, 1.0, &mut density);
+        density.iter().map(|d| (self.extra + d).ln()).sum::<f64>() + self.log_prior(p)
+            - self.s.detection_probability * count as f64
     }
 
-    pub(super) fn explained(&self, p: &Vector) -> f64 {
-        let markers = self.markers(p);
-        let all = self.cells.iter();
-        all.map(|c| {
-            let sum = self.near(&markers, c, 1.0, |_, _, _, _| ());
-            sum / (sum + self.extra)
-        })
-        .sum()
+    /// Of each cell the share that is a marker.
+    pub(super) fn shares(&self, p: &Vector) -> Vec<f64> {
+        let mut density = Vec::new();
+        self.density(p, 1.0, &mut density);
+        density.iter().map(|d| d / (d + self.extra)).collect()
     }
 
     /// Derivatives of a marker's range and range rate by the values.
-    pub(super) fn slopes(&self, p: &Vector, m: &Marker) -> [Vector; 2] {
-        const STEP: Vector = [1e-4, 1e-5, 1e-6, 1e-3, 1e-4, 1e-4, 1e-3];
+    fn slopes(&self, p: &Vector, m: &Marker) -> [Vector; 2] {
+        let motion = DVec2::from_angle(p[HEADING]);
+        let v = p[SPEED];
+        let cos = m.unit.dot(motion);
+        // A move of the marker: range along the line of sight, rate by the turn of that line.
+        let moved = |d: DVec2| {
+            let range = m.unit.dot(d);
+            [range, -v * (motion.dot(d) - cos * range) / m.range.max(1e-9)]
+        };
         let mut out = [[0.0; VALUES]; 2];
-        for i in 0..VALUES {
-            let is_other_row = i == if m.is_left { RIGHT } else { LEFT };
-            if !self.is_free[i] || is_other_row {
-                continue;
+        let mut set = |i: usize, slope: [f64; 2]| {
+            if self.is_free[i] {
+                (out[0][i], out[1][i]) = (slope[0], slope[1]);
             }
-            let (mut low, mut high) = (*p, *p);
-            low[i] -= STEP[i];
-            high[i] += STEP[i];
-            let a = self.marker(&low, m.is_left, m.index);
-            let b = self.marker(&high, m.is_left, m.index);
-            out[0][i] = 0.5 * (b.range - a.range) / STEP[i];
-            out[1][i] = 0.5 * (b.rate - a.rate) / STEP[i];
+        };
+        set(OFFSET, moved(DVec2::NEG_Y));
+        set(HEADING, [0.0, -v * m.unit.dot(motion.perp())]);
+        set(SPEED, [0.0, -cos]);
+        let place = |u: f64, k: f64, start: f64| self.s.row_m(m.is_left, u, k, start);
+        let is_straight = m.u <= p[START];
+        const STEP: f64 = 1e-4;
+        const BEND_STEP: f64 = 1e-6;
+        let (k, start) = (p[CURVATURE], p[START]);
+        let way = match is_straight {
+            true => DVec2::X,
+            false => (place(m.u + STEP, k, start) - place(m.u - STEP, k, start)) / (2.0 * STEP),
+        };
+        set(if m.is_left { LEFT } else { RIGHT }, moved(way));
+        if !is_straight {
+            let high = place(m.u, k + BEND_STEP, start);
+            set(CURVATURE, moved((high - place(m.u, k - BEND_STEP, start)) / (2.0 * BEND_STEP)));
+            if self.is_free[START] {
+                let high = place(m.u, k, start + STEP);
+                set(START, moved((high - place(m.u, k, start - STEP)) / (2.0 * STEP)));
+            }
         }
         out
     }
 
     /// Gradient of the log likelihood and its information in the manner of Gauss and Newton.
-    pub(super) fn gradient(&self, p: &Vector, widen: f64) -> (Vector, Matrix) {
-        let markers = self.markers(p);
-        let mut slopes: Vec<Option<[Vector; 2]>> = vec![None; markers.len()];
+    fn gradient(&self, p: &Vector, widen: f64) -> (Vector, Matrix) {
+        let mut markers = Vec::with_capacity(128);
+        self.markers(p, &mut markers);
+        let mut sums = vec![self.extra; self.cells.len()];
+        let mut close: Vec<Near> = Vec::with_capacity(256);
+        for (marker, m) in markers.iter().enumerate() {
+            self.near(m, widen, |cell, density, range, rate| {
+                sums[cell] += density;
+                close.push(Near { cell, marker, density, range, rate });
+            });
+        }
         let mut g = [0.0; VALUES];
         let mut info = [[0.0; VALUES]; VALUES];
-        let mut close = Vec::new();
-        for c in self.cells {
-            close.clear();
-            let sum = self.extra + self.near(&markers, c, widen, |i, d, er, ev| close.push((i, d, er, ev)));
+        let mut slopes = (usize::MAX, [[0.0; VALUES]; 2]);
+        for n in &close {
+            let share = n.density / sums[n.cell];
+            if share < 1e-6 {
+                continue;
+            }
+            if slopes.0 != n.marker {
+                slopes = (n.marker, self.slopes(p, &markers[n.marker]));
+            }
+            let (j, c) = (&slopes.1, &self.cells[n.cell]);
             let weights =
-                [1.0 / (c.range_std_m * widen).powi(2), 1.0 / (c.range_rate_std_mps * widen).powi(2)];
-            for (i, density, er, ev) in &close {
-                let share = density / sum;
-                if share < 1e-6 {
-                    continue;
-                }
-                let j = slopes[*i].get_or_insert_with(|| self.slopes(p, &markers[*i]));
-                for a in 0..VALUES {
-                    g[a] += share * (j[0][a] * er + j[1][a] * ev);
-                    for b in 0..VALUES {
-                        info[a][b] +=
-                            share * (weights[0] * j[0][a] * j[0][b] + weights[1] * j[1][a] * j[1][b]);
-                    }
+                [share / (c.range_std_m * widen).powi(2), share / (c.range_rate_std_mps * widen).powi(2)];
+            for a in 0..VALUES {
+                g[a] += share * (j[0][a] * n.range + j[1][a] * n.rate);
+                for b in 0..=a {
+                    info[a][b] += weights[0] * j[0][a] * j[0][b] + weights[1] * j[1][a] * j[1][b];
                 }
             }
+        }
+        // The upper half is the lower one's.
+        let lower = info;
+        for (b, row) in info.iter_mut().enumerate() {
+            row.iter_mut().enumerate().skip(b + 1).for_each(|(a, v)| *v = lower[a][b]);
         }
         for i in 0..VALUES {
             if self.is_free[i] {
@@ -183,11 +225,19 @@ impl Fit<'_> {
         p
     }
 
+    /// Adds the top of the likelihood next to `start`; the best comes first.
+    pub(super) fn try_from(&self, start: Vector, modes: &mut Vec<(f64, Vector)>) {
+        let q = self.refine(start);
+        modes.push((self.log_likelihood(&q), q));
+        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    }
+
     /// Levenberg and Marquardt on the log likelihood, first with wide cells.
     pub(super) fn refine(&self, start: Vector) -> Vector {
         let mut p = self.clamped(start);
+        let mut scratch = Vec::with_capacity(self.cells.len());
         for (widen, rounds) in [(4.0, 6), (2.0, 6), (1.0, 20)] {
-            let mut best = self.smooth_log_likelihood(&p, widen);
+            let mut best = self.smooth_log_likelihood(&p, widen, &mut scratch);
             let mut damping = 1e-3;
             for _ in 0..rounds {
                 let (g, info) = self.gradient(&p, widen);
@@ -206,7 +256,7 @@ impl Fit<'_> {
                         q[i] += step[i];
                     }
                     let q = self.clamped(q);
-                    let value = self.smooth_log_likelihood(&q, widen);
+                    let value = self.smooth_log_likelihood(&q, widen, &mut scratch);
                     if value > best {
                         gain = value - best;
                         (p, best) = (q, value);

@@ -19,12 +19,16 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 mod cells;
+pub mod estimator;
 mod fit;
+mod rows;
 mod search;
 
 pub use cells::speed_from_edge;
 use cells::usable;
+pub use estimator::{LaneLook, Options, RangeDopplerLane};
 use fit::Fit;
+pub use rows::Foreseen;
 
 /// Number of fitted values.
 pub const VALUES: usize = 7;
@@ -239,8 +243,33 @@ impl LaneFromMap {
     }
 }
 
+impl LaneFromMap {
+    /// Where this lane is to be looked for after the radar has moved by `ahead_m` along the lane, by `left_m` to its side, and has
+    /// turned by `turn_rad`: the start of a search for [`lane_near`].
+    pub fn moved(&self, ahead_m: f64, left_m: f64, turn_rad: f64) -> LaneFromMap {
+        let by = |p: Parameter, d: f64| Parameter { value: p.value + d, ..p };
+        let mut out = self.clone();
+        let start = self.curve_start_m.value;
+        // In the bend the lane's direction turns along.
+        let bent = if self.curve_start_m.observed {
+            (ahead_m - start.max(0.0)).clamp(0.0, ahead_m.max(0.0))
+        } else {
+            0.0
+        };
+        out.offset_m = by(self.offset_m, left_m);
+        out.heading_rad = by(self.heading_rad, turn_rad - bent * self.curvature_per_m.value);
+        if self.curve_start_m.observed {
+            out.curve_start_m.value = (start - ahead_m).max(0.0);
+        }
+        out.left_phase_m = by(self.left_phase_m, -ahead_m);
+        out.right_phase_m = by(self.right_phase_m, -ahead_m);
+        out
+    }
+}
+
 impl LaneSettings {
-    fn check(&self) -> Result<(), Refusal> {
+    /// Errors: the name of a setting that lies outside its range.
+    pub fn check(&self) -> Result<(), Refusal> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let start = match self.curve_start {
             CurveStart::Known(m) | CurveStart::UpTo(m) => m,
@@ -264,216 +293,237 @@ impl LaneSettings {
         ];
         rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
     }
-
-    fn lateral_m(&self, is_left: bool) -> f64 {
-        if is_left { 0.5 * self.lane_width_m } else { -0.5 * self.lane_width_m }
-    }
-
-    fn spacing_m(&self, is_left: bool) -> f64 {
-        if is_left { self.left_spacing_m } else { self.right_spacing_m }
-    }
-
-    fn has_equal_spacings(&self) -> bool {
-        (self.left_spacing_m - self.right_spacing_m).abs() < 1e-9
-    }
-
-    /// Place of a row u along the lane from the radar.
-    fn row_m(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
-        let t = self.lateral_m(is_left);
-        let v = u - start;
-        if v <= 0.0 {
-            return DVec2::new(u, t);
-        }
-        let turn = match self.along {
-            Along::Middle => curvature * v,
-            Along::Row => curvature * v / (1.0 - curvature * t),
-        };
-        // sin/turn and (1 - cos)/turn, good at zero.
-        let half = 0.5 * turn;
-        let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { half.sin() / half };
-        let length = if curvature.abs() < 1e-9 { v } else { turn / curvature };
-        let chord = length * sinc;
-        let (sin, cos) = turn.sin_cos();
-        DVec2::new(start + chord * half.cos() - t * sin, chord * half.sin() + t * cos)
-    }
-
-    /// Last u of the row.
-    fn end_m(&self, is_left: bool, curvature: f64, start: f64) -> f64 {
-        let straight = start.max(0.0) + self.far_m;
-        if curvature.abs() < 1e-6 {
-            return straight;
-        }
-        let per_turn = match self.along {
-            Along::Middle => 1.0 / curvature.abs(),
-            Along::Row => (1.0 / curvature - self.lateral_m(is_left)).abs(),
-        };
-        // An arc leaves the far range before this.
-        (start + self.max_turn_rad * per_turn).min(start + 4.0 * self.far_m)
-    }
-
-    /// Range and cosine to the motion of a place of the road.
-    fn seen(&self, place: DVec2, offset: f64, heading: f64) -> (f64, f64) {
-        let d = DVec2::new(place.x, place.y - offset);
-        let range = (d.length_squared() + self.radar_height_m.powi(2)).sqrt();
-        (range, d.dot(DVec2::from_angle(heading)) / range.max(1e-9))
-    }
 }
 
 /// The lane that the cells of a map draw. Errors: see [`Refusal`]. Cells that are not finite, without
 /// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
 pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> Result<LaneFromMap, Refusal> {
-    settings.check()?;
-    let mut used: Vec<Cell> = cells
-        .iter()
-        .filter(|c| usable(c) && c.range_m >= settings.near_m && c.range_m <= settings.far_m)
-        .copied()
-        .collect();
-    used.sort_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.range_rate_mps.total_cmp(&b.range_rate_mps)));
-    let needed = VALUES;
-    if used.len() < needed {
-        return Err(Refusal::TooFewCells { cells: used.len(), needed });
+    let problem = Problem::new(cells, speed, settings)?;
+    let modes = problem.search()?;
+    problem.conclude(modes)
+}
+
+/// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some fifteen times
+/// faster. The mirrored lane is tried as well. What the cells say is all that counts: `near` is where the search starts, not knowledge.
+///
+/// Errors: those of [`lane_from_map`]; [`Refusal::NoLane`] also where another lane is the right one and `near` leads to none.
+pub fn lane_near(
+    cells: &[Cell],
+    speed: Speed,
+    settings: &LaneSettings,
+    near: &LaneFromMap,
+) -> Result<LaneFromMap, Refusal> {
+    let problem = Problem::new(cells, speed, settings)?;
+    let mut p = near.values();
+    p[SPEED] = problem.prior_mean[SPEED];
+    if !p.iter().all(|v| v.is_finite()) {
+        return Err(Refusal::Setting("near"));
     }
-    let mean_std = used.iter().map(|c| c.range_rate_std_mps).sum::<f64>() / used.len() as f64;
-    let (speed_mean, speed_std, speeds) = match speed {
-        Speed::Known { mps, std_mps } => {
-            if !mps.is_finite() || !std_mps.is_finite() || std_mps < 0.0 {
-                return Err(Refusal::Setting("speed"));
+    let mut modes = Vec::new();
+    let fit = problem.fit();
+    fit.try_from(p, &mut modes);
+    fit.try_from(fit.phased(&p).1, &mut modes);
+    problem.conclude(modes)
+}
+
+/// Cells made ready, and what is assumed of the lane.
+struct Problem<'a> {
+    cells: Vec<Cell>,
+    first_from: Vec<usize>,
+    s: &'a LaneSettings,
+    extra: f64,
+    prior_mean: Vector,
+    prior_std: Vector,
+    is_free: [bool; VALUES],
+    speeds: Vec<f64>,
+}
+
+/// Log likelihoods and lanes, best first.
+type Modes = Vec<(f64, Vector)>;
+
+impl<'a> Problem<'a> {
+    fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Problem<'a>, Refusal> {
+        s.check()?;
+        let is_in = |c: &&Cell| usable(c) && c.range_m >= s.near_m && c.range_m <= s.far_m;
+        let mut used: Vec<Cell> = cells.iter().filter(is_in).copied().collect();
+        used.sort_by(|a, b| {
+            a.range_m.total_cmp(&b.range_m).then(a.range_rate_mps.total_cmp(&b.range_rate_mps))
+        });
+        let needed = VALUES;
+        if used.len() < needed {
+            return Err(Refusal::TooFewCells { cells: used.len(), needed });
+        }
+        let mean_std = used.iter().map(|c| c.range_rate_std_mps).sum::<f64>() / used.len() as f64;
+        let (speed_mean, speed_std, speeds) = match speed {
+            Speed::Known { mps, std_mps } => {
+                if !mps.is_finite() || !std_mps.is_finite() || std_mps < 0.0 {
+                    return Err(Refusal::Setting("speed"));
+                }
+                (mps, std_mps, vec![mps])
             }
-            (mps, std_mps, vec![mps])
+            Speed::FromMap => {
+                let v = speed_from_edge(&used)?.value;
+                (v, 0.1 * v, [0.995, 1.003, 1.012, 1.03, 1.06].map(|f| f * v).to_vec())
+            }
+        };
+        if speed_mean <= 5.0 * mean_std {
+            return Err(Refusal::TooSlow { speed_mps: speed_mean });
         }
-        Speed::FromMap => {
-            let v = speed_from_edge(&used)?.value;
-            (v, 0.1 * v, [0.995, 1.003, 1.012, 1.03, 1.06].map(|f| f * v).to_vec())
-        }
-    };
-    if speed_mean <= 5.0 * mean_std {
-        return Err(Refusal::TooSlow { speed_mps: speed_mean });
+        let closing =
+            |f: fn(f64, f64) -> f64, start: f64| used.iter().map(|c| c.range_rate_mps).fold(start, f);
+        let rates = closing(f64::max, 0.0) - closing(f64::min, -speed_mean);
+        let area = (s.far_m - s.near_m) * rates;
+        let (start_mean, start_std, start_free) = match s.curve_start {
+            CurveStart::Known(m) => (m, 0.0, false),
+            CurveStart::UpTo(m) => (0.5 * m, 0.5 * m, m > 0.0),
+        };
+        let (left, right) = (s.left_spacing_m, s.right_spacing_m);
+        let k = 1.0 / s.min_radius_m;
+        Ok(Problem {
+            extra: s.extra_share * used.len() as f64 / area,
+            first_from: fit::first_from(&used),
+            cells: used,
+            s,
+            prior_mean: [0.0, 0.0, 0.0, start_mean, 0.5 * left, 0.5 * right, speed_mean],
+            prior_std: [s.max_offset_m, s.max_heading_rad, k, start_std, left, right, speed_std],
+            is_free: [true, true, true, start_free, true, true, speed_std > 0.0],
+            speeds,
+        })
     }
-    let closing = |f: fn(f64, f64) -> f64, start: f64| used.iter().map(|c| c.range_rate_mps).fold(start, f);
-    let rates = closing(f64::max, 0.0) - closing(f64::min, -speed_mean);
-    let area = (settings.far_m - settings.near_m) * rates;
-    let (start_mean, start_std, start_free) = match settings.curve_start {
-        CurveStart::Known(m) => (m, 0.0, false),
-        CurveStart::UpTo(m) => (0.5 * m, 0.5 * m, m > 0.0),
-    };
-    let (left, right) = (settings.left_spacing_m, settings.right_spacing_m);
-    let k = 1.0 / settings.min_radius_m;
-    let fit = Fit {
-        cells: &used,
-        s: settings,
-        extra: settings.extra_share * used.len() as f64 / area,
-        prior_mean: [0.0, 0.0, 0.0, start_mean, 0.5 * left, 0.5 * right, speed_mean],
-        prior_std: [settings.max_offset_m, settings.max_heading_rad, k, start_std, left, right, speed_std],
-        is_free: [true, true, true, start_free, true, true, speed_std > 0.0],
-    };
-    let grid = fit.grid(&speeds);
-    let mut starts: Vec<(f64, Vector)> = Vec::new();
-    for p in grid {
-        starts.push(fit.phased(&p));
-        if !settings.has_equal_spacings() {
-            starts.push(fit.phased(&mirrored(&p)));
-        }
-    }
-    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut modes: Vec<(f64, Vector)> = Vec::new();
-    let try_from = |p: Vector, modes: &mut Vec<(f64, Vector)>| {
-        let q = fit.refine(p);
-        modes.push((fit.log_likelihood(&q), q));
-        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    };
-    for (_, p) in starts.iter().take(10) {
-        try_from(*p, &mut modes);
-    }
-    let none = Refusal::NoLane { explained: 0.0, cells: used.len() };
-    let mut best = modes.first().ok_or(none)?.1;
-    for _ in 0..3 {
-        for q in fit.other_bends(&best) {
-            try_from(q, &mut modes);
-        }
-        if modes[0].1 == best {
-            break;
-        }
-        best = modes[0].1;
-    }
-    // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
-    try_from(fit.phased(&mirrored(&best)).1, &mut modes);
-    let (mut log_likelihood, mut p) = modes[0];
-    let mut rivals = modes;
-    if rivals[0].1 != best {
-        // The mirrored one won: try back.
-        try_from(fit.phased(&mirrored(&p)).1, &mut rivals);
-        (log_likelihood, p) = rivals[0];
-    }
-    let explained = fit.explained(&p);
-    if explained.is_nan() || explained < 0.5 * used.len() as f64 {
-        return Err(Refusal::NoLane { explained, cells: used.len() });
-    }
-    let covariance = fit.covariance(&p);
-    let is_close = |a: &Vector, b: &Vector| {
-        [OFFSET, HEADING, CURVATURE].iter().all(|i| (a[*i] - b[*i]).abs() <= 3.0 * covariance[*i][*i].sqrt())
-    };
-    let other_side = mirrored(&p);
-    let mut sign_log_odds = f64::INFINITY;
-    let mut other = None;
-    for (value, q) in &rivals {
-        if is_close(q, &p) {
-            continue;
-        }
-        let log_odds = log_likelihood - value;
-        if is_close(q, &other_side) {
-            sign_log_odds = sign_log_odds.min(log_odds);
-        } else if other.is_none() && log_odds < settings.sure_log_odds {
-            other = Some(OtherLane {
-                offset_m: q[OFFSET],
-                heading_rad: q[HEADING],
-                curvature_per_m: q[CURVATURE],
-                log_odds,
-            });
+
+    fn fit(&self) -> Fit<'_> {
+        Fit {
+            cells: &self.cells,
+            first_from: &self.first_from,
+            widest_m: self.cells.iter().map(|c| c.range_std_m).fold(0.0, f64::max),
+            s: self.s,
+            extra: self.extra,
+            prior_mean: self.prior_mean,
+            prior_std: self.prior_std,
+            is_free: self.is_free,
         }
     }
-    if settings.has_equal_spacings() {
-        sign_log_odds = 0.0;
-    }
-    let sign = if sign_log_odds >= settings.sure_log_odds { Sign::Known } else { Sign::Unknown };
-    let mut covariance = covariance;
-    if sign == Sign::Unknown {
-        let leading = [OFFSET, HEADING, CURVATURE];
-        let first = leading.iter().find(|i| p[**i].abs() > covariance[**i][**i].sqrt());
-        // Only where the mirrored lane is as good: with unequal spacings the better one stays.
-        if settings.has_equal_spacings() && first.is_some_and(|i| p[*i] < 0.0) {
-            let phases = (p[LEFT], p[RIGHT]);
-            p = mirrored(&p);
-            (p[RIGHT], p[LEFT]) = phases;
-            covariance = mirrored_covariance(&covariance);
+
+    /// Lanes from all over the search range.
+    fn search(&self) -> Result<Modes, Refusal> {
+        /// A gain of log likelihood that is none.
+        const SAME: f64 = 0.05;
+        let fit = self.fit();
+        let mut starts: Modes = Vec::new();
+        for p in fit.grid(&self.speeds) {
+            starts.push(fit.phased(&p));
+            if !self.s.has_equal_spacings() {
+                starts.push(fit.phased(&mirrored(&p)));
+            }
         }
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut modes = Vec::new();
+        for (_, p) in starts.iter().take(10) {
+            fit.try_from(*p, &mut modes);
+        }
+        let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
+        let mut best = *modes.first().ok_or(none)?;
+        for _ in 0..3 {
+            for q in fit.other_bends(&best.1) {
+                fit.try_from(q, &mut modes);
+            }
+            let is_same = modes[0].0 < best.0 + SAME;
+            best = modes[0];
+            if is_same {
+                break;
+            }
+        }
+        Ok(modes)
     }
-    p[LEFT] = p[LEFT].rem_euclid(left);
-    p[RIGHT] = p[RIGHT].rem_euclid(right);
-    let parameter = |i: usize| {
-        let std = covariance[i][i].max(0.0).sqrt();
-        let observed = !fit.is_free[i] || std < 0.25 * fit.prior_std[i];
-        Parameter { value: p[i], std, observed }
-    };
-    let mut curve_start_m = parameter(START);
-    // A straight lane has no place where its bend starts.
-    if start_free && p[CURVATURE].abs() < 3.0 * covariance[CURVATURE][CURVATURE].max(0.0).sqrt() {
-        curve_start_m.observed = false;
+
+    /// The best of these lanes, how sure it is, and what it is mistaken for.
+    fn conclude(&self, mut modes: Modes) -> Result<LaneFromMap, Refusal> {
+        let (fit, settings) = (self.fit(), self.s);
+        let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
+        let best = modes.first().ok_or(none)?.1;
+        // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
+        fit.try_from(fit.phased(&mirrored(&best)).1, &mut modes);
+        let (mut log_likelihood, mut p) = modes[0];
+        let mut rivals = modes;
+        if rivals[0].1 != best {
+            // The mirrored one won: try back.
+            fit.try_from(fit.phased(&mirrored(&p)).1, &mut rivals);
+            (log_likelihood, p) = rivals[0];
+        }
+        let explained: f64 = fit.shares(&p).iter().sum();
+        if explained.is_nan() || explained < 0.5 * self.cells.len() as f64 {
+            return Err(Refusal::NoLane { explained, cells: self.cells.len() });
+        }
+        let covariance = fit.covariance(&p);
+        let is_close = |a: &Vector, b: &Vector| {
+            [OFFSET, HEADING, CURVATURE]
+                .iter()
+                .all(|i| (a[*i] - b[*i]).abs() <= 3.0 * covariance[*i][*i].sqrt())
+        };
+        let other_side = mirrored(&p);
+        let mut sign_log_odds = f64::INFINITY;
+        let mut other = None;
+        for (value, q) in &rivals {
+            if is_close(q, &p) {
+                continue;
+            }
+            let log_odds = log_likelihood - value;
+            if is_close(q, &other_side) {
+                sign_log_odds = sign_log_odds.min(log_odds);
+            } else if other.is_none() && log_odds < settings.sure_log_odds {
+                other = Some(OtherLane {
+                    offset_m: q[OFFSET],
+                    heading_rad: q[HEADING],
+                    curvature_per_m: q[CURVATURE],
+                    log_odds,
+                });
+            }
+        }
+        if settings.has_equal_spacings() {
+            sign_log_odds = 0.0;
+        }
+        let sign = if sign_log_odds >= settings.sure_log_odds { Sign::Known } else { Sign::Unknown };
+        let mut covariance = covariance;
+        if sign == Sign::Unknown {
+            let leading = [OFFSET, HEADING, CURVATURE];
+            let first = leading.iter().find(|i| p[**i].abs() > covariance[**i][**i].sqrt());
+            // Only where the mirrored lane is as good: with unequal spacings the better one stays.
+            if settings.has_equal_spacings() && first.is_some_and(|i| p[*i] < 0.0) {
+                let phases = (p[LEFT], p[RIGHT]);
+                p = mirrored(&p);
+                (p[RIGHT], p[LEFT]) = phases;
+                covariance = mirrored_covariance(&covariance);
+            }
+        }
+        p[LEFT] = p[LEFT].rem_euclid(settings.left_spacing_m);
+        p[RIGHT] = p[RIGHT].rem_euclid(settings.right_spacing_m);
+        let parameter = |i: usize| {
+            let std = covariance[i][i].max(0.0).sqrt();
+            let observed = !self.is_free[i] || std < 0.25 * self.prior_std[i];
+            Parameter { value: p[i], std, observed }
+        };
+        let mut curve_start_m = parameter(START);
+        // A straight lane has no place where its bend starts.
+        if self.is_free[START] && p[CURVATURE].abs() < 3.0 * covariance[CURVATURE][CURVATURE].max(0.0).sqrt()
+        {
+            curve_start_m.observed = false;
+        }
+        Ok(LaneFromMap {
+            offset_m: parameter(OFFSET),
+            heading_rad: parameter(HEADING),
+            curvature_per_m: parameter(CURVATURE),
+            curve_start_m,
+            left_phase_m: parameter(LEFT),
+            right_phase_m: parameter(RIGHT),
+            speed_mps: parameter(SPEED),
+            covariance,
+            sign,
+            sign_log_odds,
+            other,
+            explained,
+            log_likelihood,
+        })
     }
-    Ok(LaneFromMap {
-        offset_m: parameter(OFFSET),
-        heading_rad: parameter(HEADING),
-        curvature_per_m: parameter(CURVATURE),
-        curve_start_m,
-        left_phase_m: parameter(LEFT),
-        right_phase_m: parameter(RIGHT),
-        speed_mps: parameter(SPEED),
-        covariance,
-        sign,
-        sign_log_odds,
-        other,
-        explained,
-        log_likelihood,
-    })
 }
 
 fn mirrored(p: &Vector) -> Vector {

@@ -7,10 +7,11 @@
 use super::clothoid::EdgeMeasurement;
 use super::small_matrix::{inverse, quadratic, times};
 use super::{Reason, Result, Side, StaticPoint, finite, not_negative, positive};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The curve that is fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
     /// y = a x² + b (M eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.

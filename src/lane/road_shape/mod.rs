@@ -9,8 +9,10 @@
 //! is given in it. M's x is our y and M's y our x; a > 0 bends to the left, a = c/2 with c the curvature.
 
 pub mod clothoid;
+pub mod estimator;
 pub mod fit;
 pub mod hough;
+pub mod image;
 pub mod points;
 mod small_matrix;
 #[cfg(test)]
@@ -20,6 +22,7 @@ mod tests;
 pub mod tracker;
 
 pub use clothoid::{ClothoidFilter, ClothoidSettings, EdgeMeasurement, Estimate, Update};
+pub use estimator::{RoadShapeEstimator, RoadShapeOptions};
 pub use fit::{Curve, EdgeFit, FitSettings, fit_edge, fit_parallel};
 pub use hough::{EdgePeak, HoughSettings, RoadWidth, VoteMap};
 pub use points::{

@@ -2,7 +2,7 @@
 
 use super::{
     ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, Result,
-    RoadWidth, Side, StaticGate, StaticPoint, Update, VoteMap, fit_edge, fit_parallel, not_negative,
+    RoadWidth, Side, StaticGate, StaticPoint, Update, VoteMap, finite, fit_edge, fit_parallel, not_negative,
     positive, static_points,
 };
 use serde::{Deserialize, Serialize};
@@ -120,13 +120,29 @@ impl RoadTracker {
         not_negative("time step", dt_s)?;
         let s = &self.settings;
         let scan = static_points(peaks, &s.mount, ego, &s.gate)?;
+        self.step_points(scan.points, scan.moving, dt_s, ego)
+    }
+
+    /// The same from points that are known to stand; `moving` is handed on.
+    ///
+    /// Errors: time or ego motion that make no sense; the tracks are unchanged then.
+    pub fn step_points(
+        &mut self,
+        points: Vec<StaticPoint>,
+        moving: usize,
+        dt_s: f64,
+        ego: &Ego,
+    ) -> Result<RoadShape> {
+        not_negative("time step", dt_s)?;
+        finite("ego speed", ego.speed_mps)?;
+        let s = &self.settings;
         let mut edges = self.edges.clone();
         for edge in edges.iter_mut().flatten() {
             edge.filter.predict(dt_s, ego.speed_mps)?;
             edge.unseen_s += dt_s;
             edge.unseen_m += (ego.speed_mps * dt_s).abs();
         }
-        let fits = measure(&scan.points, &edges, s);
+        let fits = measure(&points, &edges, s);
         let mut updates = [None, None];
         for side in Side::BOTH {
             let i = side.index();
@@ -137,7 +153,7 @@ impl RoadTracker {
             share_curvature(&mut edges, &fits, &updates);
         }
         self.edges = edges.clone();
-        Ok(RoadShape { points: scan.points, moving: scan.moving, fits, updates, edges })
+        Ok(RoadShape { points, moving, fits, updates, edges })
     }
 }
 

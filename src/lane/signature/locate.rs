@@ -420,8 +420,19 @@ pub fn locate(
     if used.len() < NEEDED {
         return Err(Refusal::TooFewPoints { points: used.len(), needed: NEEDED });
     }
-    let landmarks: Vec<Landmark> =
-        map.landmarks().iter().filter(|l| l.occupancy() >= settings.least_occupancy).copied().collect();
+    // About a rough pose, what it cannot see does not matter.
+    let within = |l: &Landmark| match search {
+        Search::Near { pose, half_m, .. } => {
+            l.place().distance(pose.place()) <= settings.far_m + 2.0 * half_m + 5.0
+        }
+        Search::Route { .. } => true,
+    };
+    let landmarks: Vec<Landmark> = map
+        .landmarks()
+        .iter()
+        .filter(|l| l.occupancy() >= settings.least_occupancy && within(l))
+        .copied()
+        .collect();
     if landmarks.is_empty() {
         return Err(Refusal::EmptyMap);
     }

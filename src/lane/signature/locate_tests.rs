@@ -1,5 +1,5 @@
+use super::super::map::MapSettings;
 use super::*;
-use crate::lane::signature::map::MapSettings;
 use crate::rng::Draws;
 
 /// A road of 200 m with markers, or with few posts beside them.
@@ -199,6 +199,39 @@ fn figures() {
                 m[3],
                 m[4],
                 1e3 * time
+            );
+        }
+    }
+}
+
+/// Of scans on a road of even rows: (unique, unique and wrong, best is wrong).
+fn honesty(road: &[DVec2], n: usize, missing: f64, extra: f64) -> [usize; 3] {
+    let map = mapped(road, 1);
+    let mut d = Draws::new(9, 4);
+    let mut out = [0; 3];
+    for _ in 0..n {
+        let truth = random_pose(&mut d);
+        let points = scan(road, &truth, &mut d, missing, extra);
+        let l = locate(&map, &points, &ROUTE, &settings()).unwrap();
+        let is_wrong = l.pose.place().distance(truth.place()) > 0.5;
+        out[0] += usize::from(l.is_unique());
+        out[1] += usize::from(l.is_unique() && is_wrong);
+        out[2] += usize::from(is_wrong);
+    }
+    out
+}
+
+#[test]
+#[ignore = "prints the figures of the notes"]
+fn honesty_figures() {
+    for (name, road) in [
+        ("1.5 m left and right, 20 posts", road(|_, _| 1.5, 20, 5)),
+        ("2 m left and right, no posts", road(|_, _| 2.0, 0, 5)),
+    ] {
+        for (missing, extra) in [(0.0, 0.0), (0.1, 0.1), (0.3, 0.3)] {
+            let [unique, wrong, any] = honesty(&road, 40, missing, extra);
+            println!(
+                "{name} | missing {missing} extra {extra} | unique {unique}, of these wrong {wrong}; wrong {any}"
             );
         }
     }

@@ -12,8 +12,10 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+pub mod estimator;
 pub mod locate;
 pub mod map;
+pub mod row;
 pub mod words;
 
 /// Why there is no result.

@@ -127,6 +127,9 @@ pub struct Reading {
     pub matched: usize,
     pub missing: usize,
     pub extra: usize,
+    /// Where a word's first marker stands, along the row, m: for each look, modulo the word's length; None without points.
+    /// Against the direction of writing, of the mirrored row.
+    pub begin_m: Vec<Option<f64>>,
 }
 
 impl Code {
@@ -291,6 +294,11 @@ impl Alphabet {
         Pattern { places, period_m: s }
     }
 
+    /// Length of a word of so many bits with the gap behind it, m.
+    pub fn period_m(&self, word: &[bool]) -> f64 {
+        self.pattern(word).period_m
+    }
+
     /// (s, t) of the markers that write a word over and over between two places of a row, the first at
     /// `from_m`. At most 100 000.
     pub fn markers(&self, word: &[bool], from_m: f64, to_m: f64) -> Result<Vec<(f64, f64)>, Refusal> {
@@ -364,6 +372,7 @@ struct Node {
 }
 
 struct Aligned {
+    begin_m: f64,
     log_likelihood: f64,
     matched: usize,
     missing: usize,
@@ -458,6 +467,18 @@ impl Reader {
         if 2 * best.3 < all {
             return Err(Refusal::NoWord { matched: best.3, points: all });
         }
+        let pattern = &self.words[best.1].2;
+        let begin_m = sorted
+            .iter()
+            .map(|look| {
+                // The last direction tried is that in which the points stand.
+                let turned: Vec<RowPoint> = match best.2 == (directions.len() == 2) {
+                    true => look.clone(),
+                    false => look.iter().rev().map(|p| RowPoint { s_m: -p.s_m, t_m: -p.t_m, ..*p }).collect(),
+                };
+                (!turned.is_empty()).then(|| self.aligned(&turned, pattern).begin_m)
+            })
+            .collect();
         // The same word read the other way (a palindrome) is no other word.
         let others = results.iter().filter(|r| r.1 != best.1);
         let weight: f64 = others.clone().map(|r| (r.0 - best.0).exp()).sum();
@@ -473,6 +494,7 @@ impl Reader {
             matched: best.3,
             missing: best.4,
             extra: all - best.3,
+            begin_m,
         })
     }
 
@@ -557,7 +579,12 @@ impl Reader {
             + (matched - 1) as f64 * hit
             + first
             + self.joint(points, pattern, &path);
-        Aligned { log_likelihood, matched, missing }
+        let begin = |(i, k): &(usize, i64)| {
+            let (place, _) = pattern.places[k.rem_euclid(m as i64) as usize];
+            points[*i].s_m - place - k.div_euclid(m as i64) as f64 * pattern.period_m
+        };
+        let begin_m = path.iter().map(begin).sum::<f64>() / matched as f64;
+        Aligned { begin_m, log_likelihood, matched, missing }
     }
 
     /// Of the matched points all together. The path takes each distance by itself; here the error of a point,

@@ -16,6 +16,10 @@ pub enum Centre {
     /// Where a window of one plate length with sloping ends holds the most energy: a matched filter between
     /// those of a mirror (a box) and of a rough plate (a hump). Least spacing error over both shapes.
     Matched,
+    /// As [`Centre::Matched`] on the energy between the release level and the threshold, what is above or below cut off. A smooth
+    /// plate's echo has side lobes to the side: a radar that drifts by centimetres along a plate sees its energy rise or fall
+    /// several times over, which draws the centre of the energy to the brighter end.
+    Level,
 }
 
 /// One scan that shows new road.
@@ -105,6 +109,21 @@ pub(super) fn matched_m(samples: &[Sample], ends_m: [f64; 2], length_m: f64) -> 
         count += 1;
     }
     ends_m[0] + sum / count as f64
+}
+
+/// [`matched_m`] on the energy cut off below `release` and above `threshold`; on the energy itself where these are one.
+pub(super) fn level_m(
+    samples: &[Sample],
+    [release, threshold]: [f64; 2],
+    ends_m: [f64; 2],
+    length_m: f64,
+) -> f64 {
+    if threshold <= release {
+        return matched_m(samples, ends_m, length_m);
+    }
+    let level = |s: &Sample| Sample { energy: s.energy.clamp(release, threshold), ..*s };
+    let levels: Vec<Sample> = samples.iter().map(level).collect();
+    matched_m(&levels, ends_m, length_m)
 }
 
 /// Time at which the radar was at this distance.

@@ -6,12 +6,14 @@
 //! are a lane ([`Uwb`], K (12)). Passes without a partner, such as manhole covers, are rejected for want of a
 //! period. Beyond that: the lateral offset and its trend ([`OffsetTrend`]), the place between two lines
 //! ([`UwbPair`], [`lane_place`]), the distance by counted markers ([`MarkerOdometer`]) and the figures to
-//! compare with the document ([`score_run`]).
+//! compare with the document ([`score_run`]). [`UwbLanes`] and [`UwbPairLanes`] are the method behind the interface of all lane
+//! estimators.
 //!
 //! Energies are in watts or any other linear unit, the same everywhere. Distances along the road come from
 //! the speed input alone and start at zero with the first scan.
 
 mod centre;
+pub mod estimator;
 mod gate;
 mod odometer;
 mod offset;
@@ -24,6 +26,7 @@ mod track;
 mod tests;
 
 pub use centre::Centre;
+pub use estimator::{Background, UwbLanes, UwbOptions, UwbPairLanes};
 pub use gate::{GateEcho, MarkedLane, RangeAxis, RangeGate, least_plate_length_m};
 pub use odometer::{MarkerOdometer, OdometerReading};
 pub use offset::{

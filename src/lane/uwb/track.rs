@@ -1,6 +1,6 @@
 //! Marker passes, their period, and the lane: K section 3.2, scan by scan.
 
-use super::centre::{Centre, Sample, centroid_m, matched_m, time_at};
+use super::centre::{Centre, Sample, centroid_m, level_m, matched_m, time_at};
 use super::{
     MarkerOdometer, OdometerReading, OffsetCurve, OffsetTrend, Reason, Threshold, checked,
     offset_from_range_m,
@@ -544,6 +544,10 @@ impl Uwb {
             Centre::Edges => (start_m + end_m) / 2.0,
             Centre::Centroid => centroid_m(samples, first, last, release, ends_m),
             Centre::Matched => matched_m(samples, ends_m, self.config.plate_length_m),
+            Centre::Level => {
+                let levels = [release, self.config.threshold_energy];
+                level_m(samples, levels, ends_m, self.config.plate_length_m)
+            }
         };
         // All scans there, also those below the threshold: choosing by energy would raise the mean.
         let (mut count, mut mean_energy) = (0_u32, 0.0);

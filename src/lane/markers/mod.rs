@@ -1,0 +1,332 @@
+//! Lanes from rows of markers at a known spacing (Feng 2019, section 5.1): points at rest, points at the spacing less those that
+//! are denser, paths of little turn through them, curves that many points lie on, and a curve through each row.
+
+pub mod estimator;
+pub mod hough;
+mod pattern;
+mod rest;
+mod row;
+#[cfg(test)]
+mod tests;
+
+pub use estimator::{Markers, MarkersOptions};
+pub use pattern::{Site, dis_cluster, exact, paths, spaced};
+pub use rest::{RadarMotion, at_rest, motion_from_rest, speed_from_rest};
+
+use super::curve::Clothoid;
+use super::track::meet;
+use super::{LaneEstimate, LanePoint, Line, Measured, NoLane};
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// As on the command line.
+pub const METHOD: &str = "markers";
+
+/// What is known of the markers, and how far points may be off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarkerOptions {
+    /// Along the row, d_ps, m.
+    pub spacing_m: f64,
+    /// By which distances of neighbours may differ from it, d_pt, m.
+    pub tolerance_m: f64,
+    /// Least points of a group, n_min.
+    pub least: usize,
+    /// Least points of a path.
+    pub path_least: usize,
+    /// Largest change of direction from one step of a path to the next, and of that change itself, rad.
+    pub turn_rad: [f64; 2],
+    /// Points nearer than this lie in the ground's clutter, m.
+    pub nearest_m: f64,
+    /// A gap of up to so many spacings joins two paths: markers may be missed.
+    pub gap: usize,
+    /// Standard deviations by which a point at rest may seem to move, or a member stand beside its line.
+    pub sigmas: f64,
+    /// What range rates miss beyond their noise, m/s: a part of a Doppler cell.
+    pub rate_error_mps: f64,
+    /// What azimuths miss beyond their noise, rad: arrays are not alike, cells hold more than one echo.
+    pub azimuth_error_rad: f64,
+    /// Half the width of a Doppler lobe, m/s: weak points beside a strong echo within it are that echo's again.
+    pub lobe_mps: f64,
+    /// Of the radar over the road, m.
+    pub radar_height_m: f64,
+    /// Whether points that no path took are searched for curves by Hough's transform.
+    pub hough: bool,
+}
+
+impl Default for MarkerOptions {
+    /// The document's: 2 m, 0.2 m, 4 and 5 points, 10 degrees, 5 m, radar at 0.15 m with Doppler cells of 0.02 m/s.
+    fn default() -> Self {
+        MarkerOptions {
+            spacing_m: 2.0,
+            tolerance_m: 0.2,
+            least: 4,
+            path_least: 5,
+            turn_rad: [20f64.to_radians(), 10f64.to_radians()],
+            nearest_m: 5.0,
+            gap: 5,
+            sigmas: 3.5,
+            rate_error_mps: 0.005,
+            azimuth_error_rad: 0.3f64.to_radians(),
+            lobe_mps: 0.1,
+            radar_height_m: 0.15,
+            hough: true,
+        }
+    }
+}
+
+/// A marker's cross section (dBsm) at a point, seen from the radar, where the row runs in the direction given (rad).
+pub type ExpectedRcs<'a> = dyn Fn(&LanePoint, f64) -> f64 + 'a;
+
+/// One scan.
+#[derive(Clone, Copy)]
+pub struct Scan<'a> {
+    pub time_s: f64,
+    pub points: &'a [LanePoint],
+    /// Of the radar over the ground, along x. None: taken from the points.
+    pub speed_mps: Option<Measured>,
+    /// With it, points whose level does not go with that of the row are taken out.
+    pub expected_rcs_dbsm: Option<&'a ExpectedRcs<'a>>,
+}
+
+/// What the steps to the lines leave; indices of points.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Steps {
+    pub motion: Option<RadarMotion>,
+    /// At rest, and not in the ground's clutter.
+    pub at_rest: Vec<usize>,
+    /// {p1}: in groups at the spacing.
+    pub grouped: Vec<usize>,
+    /// {p2}: in denser groups.
+    pub dense: Vec<usize>,
+    /// {p1} less {p2}, and of these what still is at the spacing.
+    pub left: Vec<usize>,
+    pub paths: Vec<Vec<usize>>,
+    /// Rows that only Hough's transform found.
+    pub by_hough: Vec<Vec<usize>>,
+}
+
+/// Lines and lane of one scan.
+pub fn estimate(scan: &Scan<'_>, options: &MarkerOptions) -> LaneEstimate {
+    estimate_all(scan, std::slice::from_ref(options)).0
+}
+
+/// As [`estimate`], for rows of several spacings, which may differ in that alone; with the steps of the first.
+pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimate, Steps) {
+    let given = scan.points.len();
+    let mut steps = Steps::default();
+    let none = |why| LaneEstimate::none(METHOD, scan.time_s, given, why);
+    let Some(first) = patterns.first() else {
+        return (none(NoLane::NotGiven { what: "the spacing of the markers".into() }), steps);
+    };
+    if given == 0 {
+        return (none(NoLane::Empty), steps);
+    }
+    let finite = |p: &LanePoint| {
+        let all = [p.at_m[0], p.at_m[1], p.std_m[0], p.std_m[1], p.range_rate_mps, p.range_m, p.azimuth_rad];
+        all.iter().chain([&p.range_rate_std_mps]).all(|x| x.is_finite() && x.abs() < 1e6)
+    };
+    let sound: Vec<usize> = (0..given).filter(|i| finite(&scan.points[*i])).collect();
+    if sound.is_empty() {
+        return (none(NoLane::NotFinite { points: given }), steps);
+    }
+    let some: Vec<LanePoint> = sound.iter().map(|i| scan.points[*i]).collect();
+    let speed = scan.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite());
+    let Some(motion) = motion_from_rest(&some, speed, first) else {
+        return (none(NoLane::NoSpeed), steps);
+    };
+    steps.motion = Some(motion);
+    let stands = at_rest(&some, &motion, first);
+    let rest: Vec<usize> = sound.iter().zip(stands).filter(|(_, s)| *s).map(|(i, _)| *i).collect();
+    if rest.is_empty() {
+        return (none(NoLane::NothingAtRest), steps);
+    }
+    let far: Vec<usize> =
+        rest.iter().copied().filter(|i| scan.points[*i].range_m >= first.nearest_m).collect();
+    let far = strongest(scan, &far, first);
+    steps.at_rest = far.clone();
+    let doubted: Vec<LanePoint> = scan
+        .points
+        .iter()
+        .map(|p| LanePoint {
+            std_m: [p.std_m[0], p.std_m[1].hypot(first.azimuth_error_rad * p.range_m)],
+            ..*p
+        })
+        .collect();
+    let scan = &Scan { points: &doubted, ..*scan };
+    let mut lines: Vec<Line> = Vec::new();
+    for (k, options) in patterns.iter().enumerate() {
+        lines.extend(rows(scan, &far, options, if k == 0 { Some(&mut steps) } else { None }));
+    }
+    let lines = unlike(without_between(scan, apart(lines), patterns));
+    if lines.is_empty() {
+        return (none(NoLane::NoPattern { at_rest: far.len() }), steps);
+    }
+    (LaneEstimate::of_lines(METHOD, scan.time_s, given, lines), steps)
+}
+
+/// By how much an echo stands over its own skirts, dB, and how far from it they reach, m and rad.
+const SKIRT_DB: f64 = 8.0;
+const SKIRT_M: f64 = 0.4;
+const SKIRT_RAD: f64 = 0.03;
+
+/// Without points in the skirts of stronger ones: where a cell beside an echo's peak holds another echo too, a method that finds
+/// two directions in it gives the echo once more, weaker and less sure.
+fn strongest(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
+    let skirt = |i: usize, j: usize| {
+        let (p, q) = (&scan.points[i], &scan.points[j]);
+        q.rcs_dbsm - p.rcs_dbsm > SKIRT_DB
+            && (q.range_m - p.range_m).abs() < SKIRT_M
+            && (q.azimuth_rad - p.azimuth_rad).abs() < SKIRT_RAD
+            && (q.range_rate_mps - p.range_rate_mps).abs() < options.lobe_mps
+    };
+    of.iter().copied().filter(|i| !of.iter().any(|j| skirt(*i, *j))).collect()
+}
+
+/// Lines at one spacing among the points `far`.
+fn rows(scan: &Scan<'_>, far: &[usize], options: &MarkerOptions, steps: Option<&mut Steps>) -> Vec<Line> {
+    let places: Vec<Site> = far.iter().map(|i| Site::of(&scan.points[*i])).collect();
+    let candidates = spaced(&places, options);
+    let on_paths: Vec<Site> = candidates.iter().map(|k| places[*k]).collect();
+    let paths: Vec<Vec<usize>> = paths(&on_paths, options)
+        .into_iter()
+        .map(|path| path.into_iter().map(|k| far[candidates[k]]).collect())
+        .collect();
+    let (mut lines, mut taken): (Vec<Line>, Vec<usize>) = (Vec::new(), Vec::new());
+    let take = |path: &[usize], lines: &mut Vec<Line>, taken: &mut Vec<usize>| {
+        // A piece of a row that is found already.
+        if path.iter().filter(|i| taken.contains(*i)).count() * 2 >= path.len() {
+            return false;
+        }
+        let free: Vec<usize> = far.iter().copied().filter(|i| !taken.contains(i)).collect();
+        let new = row::line(scan, &free, path.to_vec(), options);
+        let found = new.is_some();
+        if let Some(new) = new {
+            taken.extend(&new.members);
+            lines.push(new);
+        }
+        found
+    };
+    for path in &paths {
+        // What is left of a path that led from one row to another.
+        if take(path, &mut lines, &mut taken) {
+            let left: Vec<usize> = path.iter().copied().filter(|i| !taken.contains(i)).collect();
+            if left.len() >= options.path_least {
+                take(&left, &mut lines, &mut taken);
+            }
+        }
+    }
+    let mut by_hough = Vec::new();
+    if options.hough {
+        let free: Vec<usize> = far.iter().copied().filter(|i| !taken.contains(i)).collect();
+        let sites: Vec<Site> = free.iter().map(|i| Site::of(&scan.points[*i])).collect();
+        for found in hough::rows(&sites, &hough::HoughOptions::of(options)) {
+            let path: Vec<usize> = found.members.iter().map(|k| free[*k]).collect();
+            if take(&path, &mut lines, &mut taken) {
+                by_hough.push(path);
+            }
+        }
+    }
+    if let Some(steps) = steps {
+        let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
+        let half = 0.5 * (d_ps - d_pt);
+        let flat = |groups: Vec<Vec<usize>>| {
+            let mut all: Vec<usize> = groups.into_iter().flatten().map(|k| far[k]).collect();
+            all.sort_unstable();
+            all
+        };
+        steps.grouped = flat(dis_cluster(&places, d_ps, d_pt, options.least));
+        steps.dense = flat(dis_cluster(&places, half, half, options.least));
+        steps.left = candidates.iter().map(|k| far[*k]).collect();
+        (steps.paths, steps.by_hough) = (paths, by_hough);
+    }
+    lines
+}
+
+/// Of lines that share half of the smaller one's points, those with more.
+fn apart(mut lines: Vec<Line>) -> Vec<Line> {
+    lines.sort_by_key(|l| std::cmp::Reverse(l.members.len()));
+    let mut out: Vec<Line> = Vec::new();
+    for l in lines {
+        let shares =
+            |o: &Line| l.members.iter().filter(|i| o.members.contains(*i)).count() * 2 >= l.members.len();
+        if !out.iter().any(shares) {
+            out.push(l);
+        }
+    }
+    out
+}
+
+/// Ranges of two markers that one cell holds differ by less, m.
+const ONE_CELL_M: f64 = 0.2;
+
+/// Without lines whose points are pairs that the radar does not part: where two other lines have, or would go on to have, a marker
+/// each at the point's range, one on each side of it, the point is both of them.
+fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerOptions]) -> Vec<Line> {
+    // Each line as it goes on, and its markers' places.
+    let ahead: Vec<(Clothoid, Vec<DVec2>)> = lines
+        .iter()
+        .map(|l| {
+            let curve = l.fitted.curve.extended(0.0, REACH_M);
+            let markers = stations(scan, l, patterns).into_iter().map(|s| curve.at(s).at_m).collect();
+            (curve, markers)
+        })
+        .collect();
+    let between = |k: usize| {
+        let members = &lines[k].members;
+        let pair = |i: &&usize| {
+            let p = &scan.points[**i];
+            let radar = DVec2::from_array(p.at_m) - DVec2::from_angle(p.azimuth_rad) * p.range_m;
+            let (mut left, mut right) = (false, false);
+            for (_, (curve, markers)) in ahead.iter().enumerate().filter(|(j, _)| *j != k) {
+                let foot = curve.foot(DVec2::from_array(p.at_m));
+                if foot.left_m.abs() > MOST_APART_M {
+                    continue;
+                }
+                let near = markers.iter().any(|m| (m.distance(radar) - p.range_m).abs() < ONE_CELL_M);
+                if near {
+                    left |= foot.left_m < 0.0;
+                    right |= foot.left_m > 0.0;
+                }
+            }
+            left && right
+        };
+        members.iter().filter(pair).count() * 2 > members.len()
+    };
+    let drop: Vec<bool> = (0..lines.len()).map(between).collect();
+    lines.into_iter().zip(drop).filter(|(_, d)| !d).map(|(l, _)| l).collect()
+}
+
+/// How far lines are taken to go on, m.
+const REACH_M: f64 = 40.0;
+/// Lines that stand farther from a point are not of its pair, m.
+const MOST_APART_M: f64 = 8.0;
+
+/// Stations along a line, and beyond its end, where it has markers: at the spacing that its members keep best.
+fn stations(scan: &Scan<'_>, line: &Line, patterns: &[MarkerOptions]) -> Vec<f64> {
+    let curve = &line.fitted.curve;
+    let at: Vec<f64> =
+        line.members.iter().map(|i| curve.foot(DVec2::from_array(scan.points[*i].at_m)).s_m).collect();
+    let turns = |d: f64| at.iter().map(|s| DVec2::from_angle(TAU * s / d)).sum::<DVec2>();
+    let Some(step) =
+        patterns.iter().map(|o| o.spacing_m).max_by(|a, b| turns(*a).length().total_cmp(&turns(*b).length()))
+    else {
+        return Vec::new();
+    };
+    let phase = (turns(step).to_angle() / TAU * step).rem_euclid(step);
+    let count = ((curve.length_m + REACH_M) / step) as usize;
+    (0..=count).map(|k| phase + step * k as f64).collect()
+}
+
+/// Of lines that meet, the one with more points: rows do not cross.
+fn unlike(lines: Vec<Line>) -> Vec<Line> {
+    let mut out: Vec<Line> = Vec::new();
+    for l in lines {
+        if !out.iter().any(|o| meet(&l.fitted.curve, &o.fitted.curve, SAME_M)) {
+            out.push(l);
+        }
+    }
+    out
+}
+
+/// Lines nearer to one another are one, m.
+const SAME_M: f64 = 0.5;

@@ -1,0 +1,180 @@
+//! Rows of markers as a radar sees them: where each stands, at which range and range rate.
+
+use super::*;
+
+/// A lesser curvature counts as none.
+const STRAIGHT_PER_M: f64 = 1e-6;
+
+/// A marker in view.
+#[derive(Clone, Copy)]
+pub(super) struct Marker {
+    pub(super) is_left: bool,
+    /// Along the lane from the radar.
+    pub(super) u: f64,
+    /// From the radar, in the axes of the lane, over the range.
+    pub(super) unit: DVec2,
+    pub(super) range: f64,
+    pub(super) rate: f64,
+}
+
+/// A marker, or a place between two, as a lane foresees it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Foreseen {
+    pub is_left: bool,
+    /// Along the lane from the radar, m.
+    pub along_m: f64,
+    pub range_m: f64,
+    pub range_rate_mps: f64,
+}
+
+impl LaneFromMap {
+    /// The markers in view, row by row, near ones first.
+    pub fn markers(&self, settings: &LaneSettings) -> Vec<Foreseen> {
+        self.row_of(true, settings).chain(self.row_of(false, settings)).collect()
+    }
+
+    /// The curve that a row draws in the map, at places `step_m` apart.
+    pub fn curve(&self, is_left: bool, step_m: f64, settings: &LaneSettings) -> Vec<Foreseen> {
+        let step_m = step_m.max(0.01);
+        let fine = LaneSettings { left_spacing_m: step_m, right_spacing_m: step_m, ..*settings };
+        self.row_of(is_left, &fine).collect()
+    }
+
+    fn row_of(&self, is_left: bool, settings: &LaneSettings) -> impl Iterator<Item = Foreseen> {
+        let phase = if is_left { self.left_phase_m.value } else { self.right_phase_m.value };
+        let mut out = Vec::new();
+        settings.row(&self.values(), is_left, phase, |m| {
+            out.push(Foreseen { is_left, along_m: m.u, range_m: m.range, range_rate_mps: m.rate });
+        });
+        out.into_iter()
+    }
+
+    pub(super) fn values(&self) -> Vector {
+        [
+            self.offset_m.value,
+            self.heading_rad.value,
+            self.curvature_per_m.value,
+            self.curve_start_m.value,
+            self.left_phase_m.value,
+            self.right_phase_m.value,
+            self.speed_mps.value,
+        ]
+    }
+}
+
+impl LaneSettings {
+    pub(super) fn lateral_m(&self, is_left: bool) -> f64 {
+        if is_left { 0.5 * self.lane_width_m } else { -0.5 * self.lane_width_m }
+    }
+
+    pub(super) fn spacing_m(&self, is_left: bool) -> f64 {
+        if is_left { self.left_spacing_m } else { self.right_spacing_m }
+    }
+
+    pub(super) fn has_equal_spacings(&self) -> bool {
+        (self.left_spacing_m - self.right_spacing_m).abs() < 1e-9
+    }
+
+    /// Place of a row u along the lane from the radar.
+    pub(super) fn row_m(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
+        let t = self.lateral_m(is_left);
+        let v = u - start;
+        if v <= 0.0 {
+            return DVec2::new(u, t);
+        }
+        let turn = match self.along {
+            Along::Middle => curvature * v,
+            Along::Row => curvature * v / (1.0 - curvature * t),
+        };
+        // sin/turn and (1 - cos)/turn, good at zero.
+        let half = 0.5 * turn;
+        let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { half.sin() / half };
+        let length = if curvature.abs() < 1e-9 { v } else { turn / curvature };
+        let chord = length * sinc;
+        let (sin, cos) = turn.sin_cos();
+        DVec2::new(start + chord * half.cos() - t * sin, chord * half.sin() + t * cos)
+    }
+
+    /// Last u of the row.
+    pub(super) fn end_m(&self, is_left: bool, curvature: f64, start: f64) -> f64 {
+        let straight = start.max(0.0) + self.far_m;
+        if curvature.abs() < 1e-6 {
+            return straight;
+        }
+        let per_turn = match self.along {
+            Along::Middle => 1.0 / curvature.abs(),
+            Along::Row => (1.0 / curvature - self.lateral_m(is_left)).abs(),
+        };
+        // A slight arc leaves the far range about as soon as a straight line, any other before the last of these.
+        let slight = 1.1 * (straight + self.lane_width_m + 2.0 * self.max_offset_m);
+        if slight < per_turn {
+            return start + slight;
+        }
+        (start + self.max_turn_rad * per_turn).min(start + 4.0 * self.far_m)
+    }
+
+    /// First u at which a row can be in view: behind the radar a wide view reaches back a little only.
+    pub(super) fn begin_m(&self, lateral_m: f64, heading: f64) -> f64 {
+        let behind = PI - (heading.abs() + self.half_view_rad);
+        let back = if behind > 0.0 { (lateral_m / behind.tan().max(0.0)).max(0.0) } else { f64::INFINITY };
+        // Beyond a right angle nothing behind is in view.
+        let back = if behind > PI / 2.0 { 0.0 } else { back };
+        -(back + 0.1).min(self.far_m)
+    }
+
+    /// Calls `each` with the markers of a row in view.
+    pub(super) fn row(&self, p: &Vector, is_left: bool, phase: f64, each: impl FnMut(Marker)) {
+        self.row_between(p, is_left, phase, [f64::NEG_INFINITY, f64::INFINITY], each);
+    }
+
+    /// Of those, the markers between two places along the lane. Along the arc one follows from the last by a turn.
+    pub(super) fn row_between(
+        &self,
+        p: &Vector,
+        is_left: bool,
+        phase: f64,
+        [from, to]: [f64; 2],
+        mut each: impl FnMut(Marker),
+    ) {
+        let (k, start, t) = (p[CURVATURE], p[START], self.lateral_m(is_left));
+        let spacing = self.spacing_m(is_left);
+        let motion = DVec2::from_angle(p[HEADING]);
+        let edge = self.half_view_rad.cos() - 1e-9;
+        let h2 = self.radar_height_m.powi(2);
+        let mut show = |u: f64, place: DVec2| {
+            let d = DVec2::new(place.x, place.y - p[OFFSET]);
+            let range = (d.length_squared() + h2).sqrt();
+            if range >= self.near_m && range <= self.far_m {
+                let unit = d / range.max(1e-9);
+                let cos = unit.dot(motion);
+                if cos >= edge {
+                    each(Marker { is_left, u, unit, range, rate: -p[SPEED] * cos });
+                }
+            }
+        };
+        let begin = self.begin_m((t - p[OFFSET]).abs(), p[HEADING]);
+        let end = self.end_m(is_left, k, start).min(to);
+        let mut u = phase + ((from.max(begin) - phase) / spacing).ceil() * spacing;
+        let is_straight = k.abs() < STRAIGHT_PER_M;
+        let last = if is_straight { end } else { start.min(end) };
+        while u <= last {
+            show(u, DVec2::new(u, t));
+            u += spacing;
+        }
+        if is_straight || u > end {
+            return;
+        }
+        let per_m = match self.along {
+            Along::Middle => k,
+            Along::Row => k / (1.0 - k * t),
+        };
+        let (radius, from_middle) = (1.0 / k, 1.0 / k - t);
+        let mut at = DVec2::from_angle(per_m * (u - start));
+        let turn = DVec2::from_angle(per_m * spacing);
+        while u <= end {
+            show(u, DVec2::new(start + from_middle * at.y, radius - from_middle * at.x));
+            at = turn.rotate(at);
+            u += spacing;
+        }
+    }
+}
