@@ -133,14 +133,14 @@ fn accuracy(scenes: &[Scene]) -> Option<Chart> {
     let known: Vec<&Scene> = scenes.iter().filter(|s| s.tally(0).counted() > 0).collect();
     let lowest =
         known.iter().filter_map(|s| s.tally(0).interval95()).map(|i| 100.0 * i[0]).reduce(f64::min)?;
-    let names: Vec<String> = known.iter().enumerate().map(|(i, s)| format!("{} {}", i + 1, s.name)).collect();
+    let names = known.iter().enumerate().map(|(i, s)| (i as f64 + 1.0, s.name.clone()));
     let n = known.len();
     let low = (0.1 * (lowest - 2.0)).floor() * 10.0;
     let low = low.clamp(0.0, 90.0);
-    let x = Axis::new(names.join("   "), 0.4, n as f64 + 0.6).to_ticks(n);
+    let x = Axis::new("scene", 0.4, n as f64 + 0.6).named(names);
     let y = Axis::new("vehicles in the right lane (%)", low, 102.0);
     let mut chart = Chart::new("Accuracy by scene, 95 % intervals", x, y);
-    chart.width = 110.0 * (n as f64 + 1.0);
+    chart.width = 130.0 * (n as f64 + 1.0);
     let grey = Pen::solid([90, 90, 90], 1.0);
     for (i, s) in known.iter().enumerate() {
         let at = i as f64 + 1.0;

@@ -11,6 +11,8 @@ use crate::trial::{Drive, Given};
 
 /// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
 const QUIET_SCANS: u32 = 600;
+/// Scatterers on all rough surfaces, for a radar that sees some square metres of them.
+const MOST_RAYS: u64 = 2000;
 
 /// Each drive has a scene of its own: the band of impulse radars has an asphalt of its own.
 pub(in crate::trial) fn rival(
@@ -21,6 +23,9 @@ pub(in crate::trial) fn rival(
 ) -> Result<Rival> {
     let mut scenario = given.scenario_of(run);
     scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
+    // A radar that looks down at the road sees no reflections between things, and few square metres of it.
+    scenario.trace.bounces = 1;
+    scenario.trace.rays = scenario.trace.rays.min(MOST_RAYS);
     let eyes: Vec<Eye> = drives::eyes(&scenario, settings)?;
     let settings = Settings { quiet_scans: settings.quiet_scans.min(QUIET_SCANS), ..settings.clone() };
     let own = Given {
