@@ -631,5 +631,8 @@ fn rows_keep_their_spacing_along_themselves() {
     // A chord of 2 m of arc with 14 m radius is 1.7 mm shorter.
     assert!(along.len() == 15 && along.iter().all(|g| (g - 2.0).abs() < 3e-3), "{along:?}");
     let axis = gaps(&road(""));
-    assert!(axis.len() < along.len() && axis.last().is_some_and(|g| (g - 2.0 * 14.0 / 12.0).abs() < 5e-3), "{axis:?}");
+    assert!(
+        axis.len() < along.len() && axis.last().is_some_and(|g| (g - 2.0 * 14.0 / 12.0).abs() < 5e-3),
+        "{axis:?}"
+    );
 }
