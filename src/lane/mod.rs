@@ -181,10 +181,15 @@ impl LaneEstimate {
         let mut beside: Vec<(f64, Line)> =
             lines.into_iter().map(|l| (left_of_origin(&l.fitted).0, l)).collect();
         beside.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // A line far ahead, whose place beside the vehicle nobody knows, does not bound its lane.
+        // A line far ahead, whose place beside the vehicle nobody knows, bounds its lane only where no other does.
         let known = |l: &Line| left_of_origin(&l.fitted).1 < UNKNOWN_M;
-        let left = beside.iter().position(|(y, l)| *y > 0.0 && known(l));
-        let right = beside.iter().rposition(|(y, l)| *y <= 0.0 && known(l));
+        let on_left = |i: &(f64, Line)| i.0 > 0.0;
+        let left =
+            beside.iter().position(|b| on_left(b) && known(&b.1)).or_else(|| beside.iter().position(on_left));
+        let right = beside
+            .iter()
+            .rposition(|b| !on_left(b) && known(&b.1))
+            .or_else(|| beside.iter().rposition(|b| !on_left(b)));
         let line = |i: Option<usize>| i.map(|i| &beside[i].1);
         let (l, r) = (line(left), line(right));
         let mut width_m = None;

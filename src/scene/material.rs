@@ -124,7 +124,9 @@ impl Material {
             MaterialKind::Bands(bands) => bands.iter().map(|b| (b[0], b[1])).collect(),
             _ => vec![self.valid_hz],
         };
-        if !bands.iter().any(|(lo, hi)| (*lo..=*hi).contains(&freq_hz)) {
+        let (lo, hi) = self.valid_hz;
+        let known = bands.iter().any(|(lo, hi)| (*lo..=*hi).contains(&freq_hz));
+        if !known || !(lo..=hi).contains(&freq_hz) {
             let text = |(lo, hi): &(f64, f64)| format!("{:.3}..{:.3} GHz", lo / 1e9, hi / 1e9);
             return Err(BadInput::new(format!(
                 "material '{}' has no value at {:.4} GHz",

@@ -420,6 +420,11 @@ pub fn locate(
     if used.len() < NEEDED {
         return Err(Refusal::TooFewPoints { points: used.len(), needed: NEEDED });
     }
+    if let Search::Near { pose, .. } = search
+        && !pose.is_finite()
+    {
+        return Err(Refusal::BadPose);
+    }
     // About a rough pose, what it cannot see does not matter.
     let within = |l: &Landmark| match search {
         Search::Near { pose, half_m, .. } => {
@@ -434,7 +439,10 @@ pub fn locate(
         .copied()
         .collect();
     if landmarks.is_empty() {
-        return Err(Refusal::EmptyMap);
+        return Err(match map.landmarks().iter().any(|l| l.occupancy() >= settings.least_occupancy) {
+            true => Refusal::NoPlace { explained: 0.0, points: used.len() },
+            false => Refusal::EmptyMap,
+        });
     }
     let index = Index::new(&landmarks);
     // Points fall up to half a step beside their landmarks in either axis, the far ones by half a turn too.
