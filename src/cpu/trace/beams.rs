@@ -365,14 +365,20 @@ struct Seen {
     window: bool,
     ranges: Vec<(u32, u32)>,
     polygons: Vec<Polygon>,
+    /// Of each polygon: a road between many markers is seen in thousands of parts.
+    bounds: Vec<(DVec2, DVec2)>,
     /// The face is seen whole.
     whole: Vec<bool>,
 }
 
 impl Seen {
     fn of(&self, face: u32) -> &[Polygon] {
+        &self.polygons[self.range(face)]
+    }
+
+    fn range(&self, face: u32) -> std::ops::Range<usize> {
         let (a, b) = self.ranges[face as usize];
-        &self.polygons[a as usize..b as usize]
+        a as usize..b as usize
     }
 }
 
@@ -550,6 +556,7 @@ impl Clipper<'_> {
             window,
             ranges: Vec::with_capacity(n),
             polygons: Vec::new(),
+            bounds: Vec::new(),
             whole: Vec::with_capacity(n),
         };
         for (counts, whole, polygons) in parts {
@@ -561,6 +568,7 @@ impl Clipper<'_> {
             seen.whole.extend(whole);
             seen.polygons.extend(polygons);
         }
+        seen.bounds = seen.polygons.iter().map(Polygon::bounds).collect();
         seen
     }
 
@@ -919,7 +927,12 @@ impl Clipper<'_> {
             for polygon in &inside {
                 let there = polygon.mapped(|uv| view.frame.project(place(uv)));
                 let least = SLIVER * there.area().abs();
-                for part in parts {
+                let (lo, hi) = there.bounds();
+                let (lo, hi) = (lo - self.eps, hi + self.eps);
+                for (part, bounds) in parts.iter().zip(&view.bounds[view.range(node.face)]) {
+                    if bounds.0.cmpgt(hi).any() || bounds.1.cmplt(lo).any() {
+                        continue;
+                    }
                     let both = overlap(there, part, self.eps);
                     if both.area().abs() > least {
                         let polygon = both.mapped(|uv| on_face(view.frame.lift(uv, receiver_nearness)));
