@@ -23,9 +23,10 @@ fn main() {
     let mut group = criterion.benchmark_group("lane, a pass over 8 looks");
     for mut d in driven {
         let points = d.looks.iter().map(|l| l.points.len()).sum::<usize>() / d.looks.len().max(1);
-        println!("{}: {} looks, {points} points a look", d.method.name(), d.looks.len());
+        let name = d.entrant.name();
+        println!("{name}: {} looks, {points} points a look", d.looks.len());
         group.throughput(Throughput::Elements(d.looks.len() as u64));
-        group.bench_function(d.method.name(), |b| {
+        group.bench_function(name, |b| {
             b.iter(|| {
                 for look in &d.looks {
                     black_box(d.estimator.estimate(&look.look()));

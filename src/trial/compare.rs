@@ -1,6 +1,7 @@
 //! `catseye lane compare`: all methods on the same drives. Each radar's frame is simulated once; what it gives, and what the vehicle's
-//! other sensors give, goes to every method that takes it. Lines are judged against the two lines of the vehicle's own lane; a line
-//! that lies on another true line (of a neighbouring lane, a rail, a wall, a row of markers) is no mistake.
+//! other sensors give, goes to every method that takes it. Lines are judged against the two lines of the vehicle's own lane, or against
+//! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
+//! markers) is no mistake.
 
 use super::drive::Drive;
 use super::report::{Row, Sheet, Step, Trial, mean_of_runs, number, rms_of_runs};
@@ -18,7 +19,7 @@ use crate::road::site::Site;
 use crate::scene::scenario::Scenario;
 use crate::scene::waveform::Waveform;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -29,9 +30,19 @@ const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 /// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
 pub(super) type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedLook) -> Result<()>>;
 
+/// What a method is to find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Finds {
+    /// The two lines of the vehicle's own lane.
+    OwnLines,
+    /// The barriers that bound the road: lines, offset, heading and curvature are theirs.
+    RoadEdges,
+}
+
 /// A method that is ready to drive.
 pub(super) struct Rival {
     pub estimator: Box<dyn LaneEstimator + Send>,
+    pub finds: Finds,
     /// Radar whose frames it takes.
     pub radar: Option<usize>,
     /// Points of that radar's detector go to it.
@@ -44,7 +55,43 @@ pub(super) struct Rival {
 impl Rival {
     /// One that takes the points of a radar.
     pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> Rival {
-        Rival { estimator: Box::new(estimator), radar: Some(radar), points: true, tracks: false, sense: None }
+        Rival {
+            estimator: Box::new(estimator),
+            finds: Finds::OwnLines,
+            radar: Some(radar),
+            points: true,
+            tracks: false,
+            sense: None,
+        }
+    }
+}
+
+/// A method as a comparison drives it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Entrant {
+    pub method: Method,
+    /// Sensors and light, for a method that drives with several; empty otherwise.
+    pub variant: String,
+}
+
+impl Entrant {
+    /// As tables name it.
+    pub fn name(&self) -> String {
+        match self.variant.as_str() {
+            "" => self.method.name().into(),
+            variant => format!("{} ({variant})", self.method.name()),
+        }
+    }
+
+    /// Its folder.
+    fn file_name(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        match self.variant.as_str() {
+            "" => self.method.name().into(),
+            variant => {
+                format!("{}_{}", self.method.name(), variant.replace(", ", "_")).chars().map(plain).collect()
+            }
+        }
     }
 }
 
@@ -78,7 +125,7 @@ pub(super) fn chirp_radar(given: &Given<'_>) -> Result<usize> {
 
 /// A method after a drive, with the looks that it was given.
 pub struct Driven {
-    pub method: Method,
+    pub entrant: Entrant,
     pub estimator: Box<dyn LaneEstimator + Send>,
     pub looks: Vec<OwnedLook>,
 }
@@ -91,15 +138,15 @@ pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> 
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
     let given = Given { scenario: &scenario, path, engine, runs: 1, keep: None, watch: &|_, _| {} };
-    let mut looks: BTreeMap<Method, Vec<OwnedLook>> = BTreeMap::new();
-    let mut told = |method: Method, look: &OwnedLook| looks.entry(method).or_default().push(look.clone());
+    let mut looks: BTreeMap<Entrant, Vec<OwnedLook>> = BTreeMap::new();
+    let mut told =
+        |entrant: &Entrant, look: &OwnedLook| looks.entry(entrant.clone()).or_default().push(look.clone());
     let (rivals, _) = drive_once(&given, &table, 0, &mut told, &mut || {})?;
     Ok(rivals
         .into_iter()
-        .map(|(method, rival)| Driven {
-            method,
-            estimator: rival.estimator,
-            looks: looks.remove(&method).unwrap_or_default(),
+        .map(|(entrant, rival)| {
+            let looks = looks.remove(&entrant).unwrap_or_default();
+            Driven { entrant, estimator: rival.estimator, looks }
         })
         .collect())
 }
@@ -109,23 +156,26 @@ fn drive_once(
     given: &Given<'_>,
     table: &LaneTable,
     run: u32,
-    seen: &mut dyn FnMut(Method, &OwnedLook),
+    seen: &mut dyn FnMut(&Entrant, &OwnedLook),
     told: &mut dyn FnMut(),
-) -> Result<(BTreeMap<Method, Rival>, BTreeMap<Method, Course>)> {
+) -> Result<(BTreeMap<Entrant, Rival>, BTreeMap<Entrant, Course>)> {
     let site = Site::new(&given.scenario_of(run))?;
     let drive = Drive::new(&site, given.engine)?;
     let mut rivals = BTreeMap::new();
-    let mut out: BTreeMap<Method, Course> = BTreeMap::new();
+    let mut out: BTreeMap<Entrant, Course> = BTreeMap::new();
     for method in Method::ALL {
-        match table.rival(method, given, &drive, run) {
-            Ok(rival) => {
-                rivals.insert(method, rival);
-                out.insert(method, Ok(Vec::new()));
+        match table.rivals(method, given, &drive, run) {
+            Ok(found) => {
+                for (variant, rival) in found {
+                    let entrant = Entrant { method, variant };
+                    rivals.insert(entrant.clone(), rival);
+                    out.insert(entrant, Ok(Vec::new()));
+                }
             }
             // What a scenario lacks for a method is a result; what is wrong with a file or a device is not.
             Err(Error::Input(why)) => {
                 out.insert(
-                    method,
+                    Entrant { method, variant: String::new() },
                     Err(why.problem.clone() + &why.remedy.map_or(String::new(), |r| format!(" ({r})"))),
                 );
             }
@@ -165,7 +215,8 @@ fn drive_once(
             }
         }
         let truth = own_lines(&drive, &edges, time_s);
-        for (method, rival) in &mut rivals {
+        let bounds = TrueLanes { also: truth.also.clone(), ..edges.truth(&level, RANGE_M) };
+        for (entrant, rival) in &mut rivals {
             let mut look = base.clone();
             let frame = rival.radar.and_then(|w| frames.get(&w));
             if let (true, Some(which), Some((_, seen))) = (rival.points, rival.radar, frame) {
@@ -177,13 +228,17 @@ fn drive_once(
             if let Some(sense) = &mut rival.sense {
                 sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
             }
-            seen(*method, &look);
+            seen(entrant, &look);
             let clock = Instant::now();
             let estimate = rival.estimator.estimate(&look.look());
             let seconds = clock.elapsed().as_secs_f64();
-            let score = score(&estimate, &truth);
+            let truth = match rival.finds {
+                Finds::OwnLines => &truth,
+                Finds::RoadEdges => &bounds,
+            };
+            let score = score(&estimate, truth);
             let points = look.points.iter().map(|p| p.at_m).collect();
-            if let Some(Ok(course)) = out.get_mut(method) {
+            if let Some(Ok(course)) = out.get_mut(entrant) {
                 course.push(Kept { frame: index, estimate, truth: truth.clone(), score, seconds, points });
             }
         }
@@ -219,7 +274,7 @@ fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {
 #[derive(Debug, Clone, Serialize)]
 struct Standing {
     scenario: String,
-    method: Method,
+    entrant: Entrant,
     /// Why there is nothing.
     cannot: Option<String>,
     looks: usize,
@@ -237,7 +292,7 @@ struct Standing {
     reason: Option<String>,
 }
 
-fn standing(name: &str, method: Method, steps: &[Step], cannot: Option<String>) -> Standing {
+fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String>) -> Standing {
     let percent = |of: &dyn Fn(&Step) -> Option<f64>| {
         let v: Vec<f64> = mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect();
         Figure::of(&v)
@@ -249,7 +304,7 @@ fn standing(name: &str, method: Method, steps: &[Step], cannot: Option<String>) 
     }
     Standing {
         scenario: name.into(),
-        method,
+        entrant: entrant.clone(),
         cannot,
         looks: steps.len(),
         found_percent: percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
@@ -291,7 +346,7 @@ const HEADS: [&str; 13] = [
 
 fn cells(s: &Standing) -> Vec<String> {
     let per_km = s.curvature_per_m.map(|f| Figure { mean: 1e3 * f.mean, half: 1e3 * f.half, ..f });
-    let mut out = vec![s.scenario.clone(), s.method.name().into()];
+    let mut out = vec![s.scenario.clone(), s.entrant.name()];
     let figures = [
         s.found_percent,
         s.precision_percent,
@@ -316,7 +371,7 @@ fn markdown(standings: &[Standing]) -> String {
             None => out += &format!("| {} |\n", cells(s).join(" | ")),
             Some(why) => {
                 out +=
-                    &format!("| {} | {} | cannot: {why} |{}\n", s.scenario, s.method.name(), " |".repeat(10))
+                    &format!("| {} | {} | cannot: {why} |{}\n", s.scenario, s.entrant.name(), " |".repeat(10))
             }
         }
     }
@@ -336,7 +391,7 @@ fn sheet(standings: &[Standing]) -> Sheet {
     for s in standings {
         let mut row = vec![
             s.scenario.clone(),
-            s.method.name().into(),
+            s.entrant.name(),
             s.cannot.clone().unwrap_or_default(),
             s.looks.to_string(),
         ];
@@ -357,23 +412,25 @@ fn sheet(standings: &[Standing]) -> Sheet {
 
 /// F1 of each method on each scenario, with intervals.
 fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
-    let names = Method::ALL.iter().enumerate().map(|(i, m)| (i as f64, m.name().to_string()));
-    let x = Axis::new("method", -0.6, Method::ALL.len() as f64 - 0.4).named(names);
-    let y = Axis::new("F1 (%)", 0.0, 105.0);
+    let entrants: Vec<&Entrant> =
+        standings.iter().map(|s| &s.entrant).collect::<BTreeSet<_>>().into_iter().collect();
+    let names = entrants.iter().enumerate().map(|(i, e)| (i as f64, e.name()));
+    let x = Axis::new("F1 (%)", 0.0, 105.0);
+    // The first on top.
+    let y = Axis::new("", entrants.len() as f64 - 0.4, -0.6).named(names);
     let mut chart = Chart::new("F1 of the own lane's lines within 0.3 m", x, y);
-    chart.width = 760.0;
     let step = 0.6 / scenarios.len().max(1) as f64;
     for (k, name) in scenarios.iter().enumerate() {
         let pen = curve_pen(k);
         let mut dots = Vec::new();
         for s in standings.iter().filter(|s| s.scenario == *name) {
-            let place = Method::ALL.iter().position(|m| *m == s.method).unwrap_or(0) as f64;
+            let place = entrants.iter().position(|e| **e == s.entrant).unwrap_or(0) as f64;
             let at = place + step * (k as f64 - 0.5 * (scenarios.len() as f64 - 1.0));
             if let Some(f) = s.f1_percent {
                 let half = if f.half.is_finite() { f.half } else { 0.0 };
-                let bar = vec![[at, f.mean - half], [at, f.mean + half]];
+                let bar = vec![[f.mean - half, at], [f.mean + half, at]];
                 chart.layers.push(Layer::Line { points: bar, pen: Pen::solid(pen.colour, 2.0) });
-                dots.push([at, f.mean]);
+                dots.push([f.mean, at]);
             }
         }
         let mark = Mark::Dot { radius: 4.0 };
@@ -406,11 +463,11 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
             true => format!("{} ({})", scenario.name, number + 1),
         };
         let runs = o.runs.or(table.runs).unwrap_or(1);
-        let mut courses: BTreeMap<Method, Vec<(u32, Course)>> = BTreeMap::new();
+        let mut courses: BTreeMap<Entrant, Vec<(u32, Course)>> = BTreeMap::new();
         for run in 0..runs {
             let given = Given { scenario, path, engine, runs, keep: Some(shop.keep.clone()), watch: o.watch };
             let before = done;
-            let made: Vec<(Method, Course)> = given.kept(&format!("scenario{number}_run{run}"), || {
+            let made: Vec<(Entrant, Course)> = given.kept(&format!("scenario{number}_run{run}"), || {
                 // Frames of a drive that is part of preparing a method are not told.
                 let inner = Given { watch: &|_, _| {}, keep: None, scenario, path, engine, runs };
                 let mut told = || {
@@ -422,22 +479,22 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
             })?;
             done = before + u64::from(scenario.frames.count);
             (o.watch)(done, all);
-            for (method, course) in made {
-                courses.entry(method).or_default().push((run, course));
+            for (entrant, course) in made {
+                courses.entry(entrant).or_default().push((run, course));
             }
         }
-        let mut middle: Vec<(Method, Kept)> = Vec::new();
-        for (method, of_method) in courses {
+        let mut middle: Vec<(Entrant, Kept)> = Vec::new();
+        for (entrant, of_entrant) in courses {
             let mut steps = Vec::new();
             let mut cannot = None;
-            for (run, course) in of_method {
+            for (run, course) in of_entrant {
                 match course {
                     Err(why) => cannot = Some(why),
                     Ok(kept) => {
                         if run == 0
                             && let Some(k) = kept.get(kept.len() / 2)
                         {
-                            middle.push((method, k.clone()));
+                            middle.push((entrant.clone(), k.clone()));
                         }
                         steps.extend(kept.into_iter().map(|k| Step {
                             run,
@@ -450,23 +507,23 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                     }
                 }
             }
-            let s = standing(&name, method, &steps, cannot);
+            let s = standing(&name, &entrant, &steps, cannot);
             if s.cannot.is_none() {
                 let figure = |quantity: &str, unit: &str, f: Option<Figure>| {
                     let half = f.map(|f| f.half).filter(|h| h.is_finite());
-                    let quantity = format!("{name}, {}: {quantity}", method.name());
+                    let quantity = format!("{name}, {}: {quantity}", entrant.name());
                     Row { half, ..Row::new(quantity, unit, f.map(|f| f.mean)) }
                 };
                 trial.rows.push(figure("F1 within 0.3 m", "%", s.f1_percent));
                 trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.lateral_m[1]));
             }
             standings.push(s);
-            timed.entry(method.name().into()).or_default().steps.extend(steps.iter().cloned());
-            let mut own = Trial::new(method.name(), format!("{name}: {}", method.name()));
+            timed.entry(entrant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
+            let mut own = Trial::new(entrant.method.name(), format!("{name}: {}", entrant.name()));
             own.steps = steps;
             if !own.steps.is_empty() {
                 own.rows = super::report::common_rows(&own.steps);
-                let folder = shop.path().join(format!("{}_{}", number + 1, method.name()));
+                let folder = shop.path().join(format!("{}_{}", number + 1, entrant.file_name()));
                 std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
                 own.write(&folder)?;
             }
@@ -486,7 +543,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
         trial.notes.push(format!(
             "{}, {}: no lane in {}% of looks, most often: {}.",
             s.scenario,
-            s.method.name(),
+            s.entrant.name(),
             number(Some(share)),
             s.reason.clone().unwrap_or_default()
         ));
@@ -506,6 +563,6 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     })
 }
 
-fn middle_of(middle: &[(Method, Kept)]) -> Vec<(&'static str, &LaneEstimate, &TrueLanes, &[[f64; 2]])> {
+fn middle_of(middle: &[(Entrant, Kept)]) -> Vec<(String, &LaneEstimate, &TrueLanes, &[[f64; 2]])> {
     middle.iter().map(|(m, k)| (m.name(), &k.estimate, &k.truth, k.points.as_slice())).collect()
 }

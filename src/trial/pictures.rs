@@ -48,7 +48,7 @@ pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimat
 }
 
 /// Lines that several methods state at one time, over the true ones of the first.
-pub fn all_methods(title: &str, of: &[(&str, &LaneEstimate, &TrueLanes, &[[f64; 2]])]) -> Chart {
+pub fn all_methods(title: &str, of: &[(String, &LaneEstimate, &TrueLanes, &[[f64; 2]])]) -> Chart {
     let reach = of.first().map_or(40.0, |o| o.2.range_m[1]).max(10.0);
     let (x, y) =
         (Axis::new("x forward (m)", -5.0, reach), Axis::new("y left (m)", -0.3 * reach, 0.3 * reach));
@@ -71,7 +71,7 @@ pub fn all_methods(title: &str, of: &[(&str, &LaneEstimate, &TrueLanes, &[[f64; 
             let points = line.fitted.curve.sample(0.5).iter().map(glam::DVec2::to_array).collect();
             chart.layers.push(Layer::Line { points, pen });
         }
-        let label = if estimate.no_lane.is_some() { format!("{name}: none") } else { name.to_string() };
+        let label = if estimate.no_lane.is_some() { format!("{name}: none") } else { name.clone() };
         chart.key(label, Symbol::Line(pen));
     }
     chart

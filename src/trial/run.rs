@@ -113,22 +113,27 @@ impl LaneTable {
         Ok(table)
     }
 
-    /// The method ready for a drive of a comparison. Errors: what the scenario lacks for it, as bad input.
-    pub(super) fn rival(
+    /// The method ready for a drive of a comparison, by variant: one, or one for each choice of sensors and light.
+    ///
+    /// Errors: what the scenario lacks for it, as bad input.
+    pub(super) fn rivals(
         &self,
         method: Method,
         given: &Given<'_>,
         drive: &Drive<'_>,
         run: u32,
-    ) -> Result<Rival> {
+    ) -> Result<Vec<(String, Rival)>> {
+        let only = |rival: Rival| vec![(String::new(), rival)];
         match method {
-            Method::Uwb => uwb::rival(given, &self.uwb, drive, run),
-            Method::Markers => markers::rival(given, &self.markers, drive, run),
-            Method::RangeDoppler => range_doppler::rival(given, &self.range_doppler, drive, run),
-            Method::Signature => signature::rival(given, &self.signature, drive, run),
-            Method::RoadShape => road_shape::rival(given, &self.road_shape, drive, run),
-            Method::HdMap => hd_map::rival(given, &self.hd_map, drive, run),
-            Method::CameraFusion => camera_fusion::rival(given, &self.camera_fusion, drive, run),
+            Method::Uwb => uwb::rival(given, &self.uwb, drive, run).map(only),
+            Method::Markers => markers::rival(given, &self.markers, drive, run).map(only),
+            Method::RangeDoppler => range_doppler::rival(given, &self.range_doppler, drive, run).map(only),
+            Method::Signature => signature::rival(given, &self.signature, drive, run).map(only),
+            Method::RoadShape => {
+                road_shape::rival(given, &self.road_shape, drive, run).map(|r| vec![("road edges".into(), r)])
+            }
+            Method::HdMap => hd_map::rival(given, &self.hd_map, drive, run).map(only),
+            Method::CameraFusion => camera_fusion::rivals(given, &self.camera_fusion, drive, run),
         }
     }
 

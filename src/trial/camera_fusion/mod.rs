@@ -28,7 +28,7 @@ use crate::scene::scenario::Scenario;
 use crate::scene::waveform::Waveform;
 use glam::{DQuat, DVec2, DVec3};
 use judge::Judged;
-pub(super) use rival::rival;
+pub(super) use rival::rivals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

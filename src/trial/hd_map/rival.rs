@@ -3,7 +3,7 @@
 use super::{Change, Settings, estimator, map_of, place, stages};
 use crate::error::{BadInput, Result};
 use crate::rng::Draws;
-use crate::trial::compare::{Rival, chirp_radar};
+use crate::trial::compare::{Finds, Rival, chirp_radar};
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given};
 
@@ -31,6 +31,7 @@ pub(in crate::trial) fn rival(
     };
     Ok(Rival {
         estimator: Box::new(method),
+        finds: Finds::OwnLines,
         radar: None,
         points: false,
         tracks: false,

@@ -5,7 +5,7 @@ use crate::dataset::frame::Frame;
 use crate::error::{BadInput, Result};
 use crate::lane::road_shape::image::Imager;
 use crate::lane::road_shape::{Ego, RadarMount, RoadShapeEstimator};
-use crate::trial::compare::Rival;
+use crate::trial::compare::{Finds, Rival};
 use crate::trial::drive::lane_point;
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given};
@@ -21,7 +21,7 @@ pub(in crate::trial) fn rival(
     let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
     let estimator = RoadShapeEstimator::new(settings.options(fold))
         .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape"))?;
-    let mut rival = Rival::of_points(estimator, which);
+    let mut rival = Rival { finds: Finds::RoadEdges, ..Rival::of_points(estimator, which) };
     if by_image {
         let mut imager = Imager::new(radar, &settings.image())?;
         rival.points = false;

@@ -5,7 +5,7 @@ use super::{Estimator, Settings, rules, tune, wide};
 use crate::error::Result;
 use crate::lane::LaneEstimator;
 use crate::scene::waveform::Waveform;
-use crate::trial::compare::Rival;
+use crate::trial::compare::{Finds, Rival};
 use crate::trial::sensors::{OwnedLook, pulse_of};
 use crate::trial::{Drive, Given};
 
@@ -62,5 +62,12 @@ pub(in crate::trial) fn rival(
         look.pulse = Some(pulse);
         Ok(())
     };
-    Ok(Rival { estimator, radar: None, points: false, tracks: false, sense: Some(Box::new(sense)) })
+    Ok(Rival {
+        estimator,
+        finds: Finds::OwnLines,
+        radar: None,
+        points: false,
+        tracks: false,
+        sense: Some(Box::new(sense)),
+    })
 }
