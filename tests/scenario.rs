@@ -297,7 +297,7 @@ fn defaults() {
 /// CATSEYE_WRITE_SCHEMA=1 writes the files instead, after the keys were changed on purpose.
 #[test]
 fn committed_schemas_are_those_of_the_code() {
-    for (name, text) in scenario::schemas() {
+    for (name, text) in catseye::trial::schemas() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("schema").join(name);
         if std::env::var_os("CATSEYE_WRITE_SCHEMA").is_some() {
             std::fs::write(&path, &text).unwrap();

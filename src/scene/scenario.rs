@@ -990,11 +990,18 @@ pub fn template(kind: &str) -> Result<&'static str> {
     }
 }
 
-/// JSON schemas of the TOML files: (file name in `schema/`, text).
-pub fn schemas() -> [(&'static str, String); 2] {
+/// JSON schemas of the TOML files: (file name in `schema/`, text). `lane` tells the table that this room passes over.
+pub fn schemas(
+    lane: impl FnOnce(&mut schemars::SchemaGenerator) -> schemars::Schema,
+) -> [(&'static str, String); 2] {
     let text = |s: schemars::Schema| serde_json::to_string_pretty(&s).unwrap_or_default() + "\n";
-    [
-        ("radar.schema.json", text(schemars::schema_for!(RadarFile))),
-        ("scenario.schema.json", text(schemars::schema_for!(ScenarioFile))),
-    ]
+    let mut generator = schemars::SchemaGenerator::default();
+    let mut scenario = generator.root_schema_for::<ScenarioFile>();
+    let lane = lane(&mut generator);
+    let root = scenario.ensure_object();
+    root.insert("$defs".into(), generator.take_definitions(true).into());
+    if let Some(serde_json::Value::Object(keys)) = root.get_mut("properties") {
+        keys.insert("lane".into(), lane.into());
+    }
+    [("radar.schema.json", text(schemars::schema_for!(RadarFile))), ("scenario.schema.json", text(scenario))]
 }

@@ -103,8 +103,6 @@ struct Kept {
     truth: TrueLanes,
     score: Score,
     seconds: f64,
-    /// For the picture.
-    points: Vec<[f64; 2]>,
 }
 
 /// Of one method on one drive: its steps, or why it cannot take the scenario.
@@ -237,9 +235,8 @@ fn drive_once(
                 Finds::RoadEdges => &bounds,
             };
             let score = score(&estimate, truth);
-            let points = look.points.iter().map(|p| p.at_m).collect();
             if let Some(Ok(course)) = out.get_mut(entrant) {
-                course.push(Kept { frame: index, estimate, truth: truth.clone(), score, seconds, points });
+                course.push(Kept { frame: index, estimate, truth: truth.clone(), score, seconds });
             }
         }
         told();
@@ -528,11 +525,19 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                 own.write(&folder)?;
             }
         }
-        if !middle.is_empty() {
-            trial.pictures.push((
-                format!("lanes_{}", number + 1),
-                pictures::all_methods(&name, &middle_of(&middle)).draw()?,
-            ));
+        // One line for each method; those of a method with several variants beside each other.
+        let several = |e: &Entrant| middle.iter().filter(|m| m.0.method == e.method).count() > 1;
+        let first = |e: &Entrant| middle.iter().find(|m| m.0.method == e.method).is_some_and(|m| m.0 == *e);
+        let of: [(&str, Vec<&(Entrant, Kept)>); 2] = [
+            ("lanes", middle.iter().filter(|m| first(&m.0)).collect()),
+            ("variants", middle.iter().filter(|m| several(&m.0)).collect()),
+        ];
+        for (file, shown) in of {
+            let shown: Vec<_> = shown.iter().map(|(e, k)| (e.name(), &k.estimate, &k.truth)).collect();
+            if !shown.is_empty() {
+                let chart = pictures::all_methods(&name, &shown);
+                trial.pictures.push((format!("{file}_{}", number + 1), chart.draw()?));
+            }
         }
         names.push(name);
     }
@@ -561,8 +566,4 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
         rows: trial.rows,
         notes: trial.notes,
     })
-}
-
-fn middle_of(middle: &[(Entrant, Kept)]) -> Vec<(String, &LaneEstimate, &TrueLanes, &[[f64; 2]])> {
-    middle.iter().map(|(m, k)| (m.name(), &k.estimate, &k.truth, k.points.as_slice())).collect()
 }

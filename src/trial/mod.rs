@@ -19,7 +19,7 @@ pub mod uwb;
 
 pub use drive::Drive;
 pub use report::{Row, Sheet, Step, Trial};
-pub use run::{LaneTable, Method, RunOptions, RunReport, run};
+pub use run::{LaneTable, Method, RunOptions, RunReport, run, schemas};
 
 use crate::engine::Engine;
 use crate::error::{Error, Result};

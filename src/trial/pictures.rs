@@ -48,14 +48,14 @@ pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimat
 }
 
 /// Lines that several methods state at one time, over the true ones of the first.
-pub fn all_methods(title: &str, of: &[(String, &LaneEstimate, &TrueLanes, &[[f64; 2]])]) -> Chart {
+pub fn all_methods(title: &str, of: &[(String, &LaneEstimate, &TrueLanes)]) -> Chart {
     let reach = of.first().map_or(40.0, |o| o.2.range_m[1]).max(10.0);
     let (x, y) =
         (Axis::new("x forward (m)", -5.0, reach), Axis::new("y left (m)", -0.3 * reach, 0.3 * reach));
     let mut chart = Chart::new(title, x, y).equal_scale(900.0, 600.0);
     let grey = Pen::solid(TRUE, 1.5);
     let faint = Pen::dashed([200, 200, 200], 1.0, [4.0, 4.0]);
-    if let Some((_, _, truth, _)) = of.first() {
+    if let Some((_, _, truth)) = of.first() {
         for line in &truth.also {
             chart.layers.push(Layer::Line { points: line.clone(), pen: faint });
         }
@@ -65,7 +65,7 @@ pub fn all_methods(title: &str, of: &[(String, &LaneEstimate, &TrueLanes, &[[f64
         chart.key("own lane", Symbol::Line(grey));
         chart.key("other lines", Symbol::Line(faint));
     }
-    for (i, (name, estimate, _, _)) in of.iter().enumerate() {
+    for (i, (name, estimate, _)) in of.iter().enumerate() {
         let pen = curve_pen(i);
         for line in &estimate.lines {
             let points = line.fitted.curve.sample(0.5).iter().map(glam::DVec2::to_array).collect();

@@ -151,6 +151,11 @@ impl LaneTable {
     }
 }
 
+/// JSON schemas of radar and scenario files, the table `[lane]` with them: (file name in `schema/`, text).
+pub fn schemas() -> [(&'static str, String); 2] {
+    crate::scene::scenario::schemas(|g| g.subschema_for::<LaneTable>())
+}
+
 /// How to run.
 pub struct RunOptions<'a> {
     pub force: bool,
