@@ -12,6 +12,7 @@ use super::sensors::{Pursuit, seen_of};
 use super::{Given, SpeedSensor};
 use crate::error::{BadInput, Error, Result};
 use crate::geom::Geometry;
+use crate::lane::body::Body;
 use crate::lane::camera_fusion::{
     BendSettings, Camera, CameraFusion, FusionOptions, Image, Insight, Pnn, RecogniseSettings, RoadModel,
     generate_bends,
@@ -20,6 +21,7 @@ use crate::lane::score::score;
 use crate::lane::{LaneEstimator, Look, Measured};
 use crate::rng::Draws;
 use crate::road::site::Site;
+use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
 use crate::scene::waveform::Waveform;
 use glam::{DVec2, DVec3};
@@ -122,6 +124,8 @@ pub struct Settings {
     pub lane_width_m: f64,
     /// The document's t: time of the tracks that one recognition takes. The next begins half of it later.
     pub period_s: f64,
+    /// Whether tracks are moved from the side that the radar sees to the middle of a car.
+    pub to_middle: bool,
     /// Time of the first recognition.
     pub first_s: f64,
     /// Units of the network's second layer: bends that train it.
@@ -152,6 +156,7 @@ impl Default for Settings {
             half_width_m: 6.0,
             lane_width_m: 3.5,
             period_s: 2.0,
+            to_middle: true,
             first_s: 2.0,
             network_units: 15,
             range_m: [6.0, 60.0],
@@ -240,17 +245,28 @@ impl Settings {
             period_s: self.period_s,
             pitch_std_rad: self.pitch_std_deg.to_radians(),
             units: self.network_units as usize,
+            body: self.to_middle.then_some(Body::CAR),
             ..FusionOptions::new(self.camera.camera())
         }
     }
 
-    /// Errors: a trapezoid that the picture does not hold.
+    /// With a radar in the front bumper. Errors: as [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
+        self.made(self.options())
+    }
+
+    /// Errors: a trapezoid that the picture does not hold.
+    pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
+        let radar_at_m = radar.mounting.translation_m.truncate();
+        self.made(FusionOptions { radar_at_m, ..self.options() })
+    }
+
+    fn made(&self, options: FusionOptions) -> Result<CameraFusion> {
         let bad = |e: crate::lane::camera_fusion::Refusal| -> Error {
             let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
             BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
         };
-        CameraFusion::new(self.options()).map_err(bad)
+        CameraFusion::new(options).map_err(bad)
     }
 }
 
@@ -366,7 +382,7 @@ fn one_run(
         e.file(given.path).key("ego.on_road").remedy(remedy).into()
     };
     let mut estimators: Vec<CameraFusion> =
-        courses.iter().map(|_| settings.estimator()).collect::<Result<_>>()?;
+        courses.iter().map(|_| settings.estimator_with(drive.radar(which))).collect::<Result<_>>()?;
     let mut pursuit = Pursuit::new()?;
     let mut bus = SpeedSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_mps);
     let seed = scenario.seed as u32 ^ (scenario.seed >> 32) as u32;
