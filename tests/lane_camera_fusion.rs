@@ -3,6 +3,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
+use catseye::lane::body::Body;
 use catseye::lane::camera_fusion::{
     Camera, CameraFusion, FusionOptions, Image, NearSettings, Refusal, Trapezoid, edges, find_near_lane,
     hough_lines,
@@ -268,10 +269,11 @@ fn hostile_looks() {
     }
 }
 
-/// Cars on a straight road, told exactly: the radar alone states the lane half a lane beside them.
+/// Cars on a straight road whose middles are told exactly: the radar alone states the lane half a lane beside them.
 #[test]
 fn tracks_alone_give_a_lane() {
-    let mut e = estimator();
+    let camera = CameraTable::default().camera();
+    let mut e = CameraFusion::new(FusionOptions { body: None, ..FusionOptions::new(camera) }).unwrap();
     let mut last = None;
     for k in 0..40 {
         let t = 0.1 * f64::from(k);
@@ -306,6 +308,9 @@ fn options_that_cannot_be() {
         FusionOptions { half_width_m: 0.0, ..o.clone() },
         FusionOptions { units: 3, ..o.clone() },
         FusionOptions { pitch_std_rad: -1.0, ..o.clone() },
+        FusionOptions { axis_std_rad: f64::NAN, ..o.clone() },
+        FusionOptions { radar_at_m: glam::DVec2::NAN, ..o.clone() },
+        FusionOptions { body: Some(Body { width_m: 0.0, ..Body::CAR }), ..o.clone() },
         FusionOptions { least_way_m: f64::INFINITY, ..o.clone() },
         FusionOptions { camera: Camera { pitch_rad: -0.8, ..camera }, ..o },
     ] {

@@ -247,17 +247,24 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
 
 #[test]
 fn tracks_are_moved_to_the_middle_of_what_is_seen() {
-    let car = Body { length_m: 4.0, width_m: 2.0 };
-    let near = |a: DVec2, b: DVec2| assert!(a.distance(b) < 1e-12, "{a} {b}");
-    let fast = DVec2::new(30.0, 0.0);
-    // From behind, from ahead (it comes), from its right and left side: half its length, half its width.
-    near(car.to_middle_m(DVec2::new(50.0, 0.0), fast), DVec2::new(2.0, 0.0));
-    near(car.to_middle_m(DVec2::new(50.0, 0.0), -fast), DVec2::new(2.0, 0.0));
-    near(car.to_middle_m(DVec2::new(0.0, 9.0), fast), DVec2::new(0.0, 1.0));
-    near(car.to_middle_m(DVec2::new(0.0, -9.0), -fast), DVec2::new(0.0, -1.0));
-    // Where both faces look as wide: half of either.
-    near(car.to_middle_m(DVec2::new(20.0, 10.0), fast), DVec2::new(1.0, 0.5));
-    near(car.to_middle_m(DVec2::new(20.0, 10.0), DVec2::ZERO), DVec2::ZERO);
+    let (map, _) = map("road_eight_lanes.toml", 25.0, 0.0);
+    let lanes = |body| MapLanes::new(map.clone(), Options { body, ..Options::default() }).unwrap();
+    let car = Body { length_m: 4.0, width_m: 2.0, width_std_m: 0.2 };
+    let track = |at_m: [f64; 2], velocity_mps| LaneTrack { id: 1, at_m, std_m: [0.1; 2], velocity_mps };
+    // Left of the radar it shows its right side: the middle lies farther left, and ahead of the corner.
+    for (y, left) in [(20.0, 1.0), (-20.0, -1.0)] {
+        let left_of_it = track([30.0, y], [30.0, 0.0]);
+        let middle = lanes(Some(car)).middle_m(&left_of_it);
+        assert!((middle[1] - y - left).abs() < 1e-3 && (30.0..31.0).contains(&middle[0]), "{middle:?}");
+        let target = lanes(Some(car)).target(&left_of_it);
+        assert!(target.covariance_m2.x_axis.x > 1.0 && target.covariance_m2.y_axis.y < 0.05, "{target:?}");
+    }
+    // Straight ahead it may be anywhere on its width; what hardly moves has no side.
+    let ahead = track([50.0, 0.0], [30.0, 0.0]);
+    assert!(lanes(Some(car)).middle_m(&ahead)[1].abs() < 1e-9);
+    assert!(lanes(Some(car)).target(&ahead).covariance_m2.y_axis.y > 0.25);
+    assert_eq!(lanes(Some(car)).middle_m(&track([30.0, 20.0], [0.1, 0.0])), [30.0, 20.0]);
+    assert_eq!(lanes(None).middle_m(&track([30.0, 20.0], [30.0, 0.0])), [30.0, 20.0]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Lanes from radar: what an estimator is given and what it answers. Estimators take points from any source; places are in the
 //! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
 
+pub mod body;
 pub mod camera_fusion;
 pub mod curve;
 pub mod hd_map;

@@ -143,6 +143,13 @@ impl Parabola {
         sum.max(0.0).sqrt()
     }
 
+    /// Standard deviation of the slope at u, by the covariance of the fit.
+    pub fn sigma_slope(&self, u_m: f64) -> f64 {
+        let [b, c] = [1.0, 2.0 * u_m];
+        let of = &self.covariance;
+        (b * b * of[1][1] + 2.0 * b * c * of[1][2] + c * c * of[2][2]).max(0.0).sqrt()
+    }
+
     /// Standard deviation of the curvature near the frame's origin: 2 sigma(a2).
     pub fn sigma_curvature_1pm(&self) -> f64 {
         2.0 * self.covariance[2][2].max(0.0).sqrt()

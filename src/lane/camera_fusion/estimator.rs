@@ -10,6 +10,7 @@ use super::recognise::{
 };
 use super::targets::{EgoPath, EgoSample, Trail};
 use super::{Refusal, positive};
+use crate::lane::body::Body;
 use crate::lane::curve::{Shape, fit, fit_simplest};
 use crate::lane::{LaneEstimate, LaneEstimator, Line, Look, NoLane};
 use glam::DVec2;
@@ -23,6 +24,8 @@ const PIECE_M: f64 = 0.1;
 const LEAST_POINTS: usize = 6;
 /// Points of a way about a parabola whose scatter is larger than this bend otherwise: only the younger half is used, m.
 const LARGEST_SCATTER_M: f64 = 0.4;
+/// Places of a track are off alike for so long: the tracker remembers, and an echo that wanders over a car takes its time, s.
+const ALIKE_S: f64 = 0.5;
 /// A track that was not told of for this long has ended, s.
 const GONE_S: f64 = 0.5;
 /// Standard deviation of how a road's curvature changes along it, 1/m²: that of a bend of 80 m radius after a clothoid of 60 m.
@@ -44,9 +47,15 @@ pub struct FusionOptions {
     pub period_s: f64,
     /// Ways shorter than this say nothing of a road's shape, m.
     pub least_way_m: f64,
-    /// Standard deviation of a car's echo from the middle of its lane, m: where in its lane it drives (0.25), and where on its width
-    /// of 1.8 m the echo comes from (1.8 / √12).
+    /// Standard deviation of a car's middle from the middle of its lane, m.
     pub in_lane_std_m: f64,
+    /// Echoes are moved to the middle of such a car; what that leaves unknown goes to the lines' covariances. None: they are taken as
+    /// they are, anywhere on the width of a passenger car.
+    pub body: Option<Body>,
+    /// Of the radar in the vehicle frame.
+    pub radar_at_m: DVec2,
+    /// Standard deviation of a car's axis from the direction of its way.
+    pub axis_std_rad: f64,
     /// Standard deviation of the camera's pitch, rad: how far off its ground is.
     pub pitch_std_rad: f64,
     pub bends: BendSettings,
@@ -57,7 +66,7 @@ pub struct FusionOptions {
 }
 
 impl FusionOptions {
-    /// The document's network (15 units), with a trapezoid from 6 to 35 m.
+    /// The document's network (15 units), with a trapezoid from 6 to 35 m, and a radar in the front bumper.
     pub fn new(camera: Camera) -> FusionOptions {
         FusionOptions {
             camera,
@@ -67,7 +76,10 @@ impl FusionOptions {
             recognise: RecogniseSettings::default(),
             period_s: 2.0,
             least_way_m: 8.0,
-            in_lane_std_m: 0.25f64.hypot(1.8 / 12f64.sqrt()),
+            in_lane_std_m: 0.25,
+            body: Some(Body::CAR),
+            radar_at_m: DVec2::new(3.6, 0.0),
+            axis_std_rad: 2f64.to_radians(),
             pitch_std_rad: 0.1f64.to_radians(),
             bends: BendSettings { even: true, ..BendSettings::default() },
             units: 15,
@@ -85,13 +97,25 @@ struct Told {
     std_m: f64,
 }
 
+/// A track at one time and the radar that told of it, in the present vehicle frame.
+#[derive(Debug, Clone, Copy)]
+struct Echo {
+    time_s: f64,
+    at_m: DVec2,
+    radar_m: DVec2,
+    std_m: f64,
+}
+
 /// The way of one car ahead, in the present vehicle frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
     /// Of the track.
     pub id: u64,
+    /// Moved to the car's middle.
     pub points_m: Vec<DVec2>,
     pub trail: Trail,
+    /// Standard deviation of the whole way from that of the car's middle, by where on the car its echoes lie.
+    pub echo_std_m: f64,
 }
 
 /// What the last look was made of.
@@ -140,6 +164,23 @@ impl CameraFusion {
         positive("the period", options.period_s)?;
         positive("the least way", options.least_way_m)?;
         positive("the place in the lane's standard deviation", options.in_lane_std_m)?;
+        if !(options.radar_at_m.is_finite() && (0.0..=1.0).contains(&options.axis_std_rad)) {
+            let value = options.axis_std_rad;
+            return Err(Refusal::OutOfRange {
+                what: "the axis' standard deviation",
+                value,
+                allowed: "0 to 1",
+            });
+        }
+        if let Some(b) = options.body
+            && !(b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite())
+        {
+            return Err(Refusal::OutOfRange {
+                what: "the width of a car",
+                value: b.width_m,
+                allowed: "above 0",
+            });
+        }
         if !(0.0..=0.1).contains(&options.pitch_std_rad) {
             let value = options.pitch_std_rad;
             return Err(Refusal::OutOfRange {
@@ -256,34 +297,74 @@ impl CameraFusion {
             if away < LEAST_AWAY_MPS {
                 return None;
             }
-            let used: Vec<(DVec2, f64)> = told
+            let used: Vec<Echo> = told
                 .iter()
                 .filter(|t| t.time_s >= from_s)
                 .filter_map(|t| {
-                    let p = path.moved(t.at_m, t.time_s, now_s).ok()?;
-                    Some((p, t.std_m.max(0.02).powi(-2)))
+                    Some(Echo {
+                        time_s: t.time_s,
+                        at_m: path.moved(t.at_m, t.time_s, now_s).ok()?,
+                        radar_m: path.moved(self.options.radar_at_m, t.time_s, now_s).ok()?,
+                        std_m: t.std_m.max(0.02),
+                    })
                 })
                 .collect();
-            let fitted = |part: &[(DVec2, f64)]| -> Option<Parabola> {
-                let (points, weights): (Vec<DVec2>, Vec<f64>) = part.iter().copied().unzip();
-                let long = points.first()?.distance(*points.last()?) >= self.options.least_way_m;
-                (points.len() >= LEAST_POINTS && long)
-                    .then(|| fit_parabola(&points, Some(&weights), None).ok())
-                    .flatten()
+            let (points_m, curve, echo_std_m) = match self.through(&used)? {
+                found if found.1.residual_m > LARGEST_SCATTER_M => {
+                    self.through(&used[used.len() / 2..]).unwrap_or(found)
+                }
+                found => found,
             };
-            let mut part = &used[..];
-            let mut curve = fitted(part)?;
-            if curve.residual_m > LARGEST_SCATTER_M
-                && let Some(young) = fitted(&used[used.len() / 2..])
-            {
-                part = &used[used.len() / 2..];
-                curve = young;
-            }
             // Trails start at the end that is nearer to the car, and a car that drives away leaves them in that order.
             let trail = Trail::new(curve).ok()?;
-            Some(Way { id: *id, points_m: part.iter().map(|p| p.0).collect(), trail })
+            Some(Way { id: *id, points_m, trail, echo_std_m })
         };
         self.told.iter().filter_map(way).collect()
+    }
+
+    /// The way of the middle of the car that these echoes are of, and its standard deviation beside them. The car's axis is taken along
+    /// the way of its echoes.
+    fn through(&self, echoes: &[Echo]) -> Option<(Vec<DVec2>, Parabola, f64)> {
+        let weights: Vec<f64> = echoes.iter().map(|e| e.std_m.powi(-2)).collect();
+        let fitted = |points: &[DVec2]| -> Option<Parabola> {
+            let long = points.first()?.distance(*points.last()?) >= self.options.least_way_m;
+            (points.len() >= LEAST_POINTS && long)
+                .then(|| fit_parabola(points, Some(&weights), None).ok())
+                .flatten()
+        };
+        let seen: Vec<DVec2> = echoes.iter().map(|e| e.at_m).collect();
+        let curve = fitted(&seen)?;
+        let Some(body) = self.options.body else {
+            return Some((seen, curve, Body::CAR.width_m / 12f64.sqrt()));
+        };
+        let lasted_s = echoes.last()?.time_s - echoes.first()?.time_s;
+        // The fit takes neighbours to be off by themselves; of those that are, three are spent on its parameters.
+        let apart = (lasted_s / ALIKE_S + 1.0 - 3.0).max(0.5);
+        let alike = (echoes.len().saturating_sub(3) as f64 / apart).sqrt().max(1.0);
+        // One side for the whole way: the error of its direction is shared, and steps that differ would turn it.
+        let count = echoes.len() as f64;
+        let (mut aside, mut range, mut bend, mut middle, mut std) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for e in echoes {
+            let u = curve.coordinate(e.at_m);
+            let from = e.radar_m - e.at_m;
+            aside += from.dot(DVec2::from_angle(curve.heading_rad(u)).perp()) / count;
+            range += from.length() / count;
+            bend += curve.curvature_1pm(u) / count;
+            middle += u / count;
+            std += e.std_m / count;
+        }
+        // An echo may lie anywhere along its car, whose axis is that of the way at the car's middle.
+        let slip = bend * body.length_m / 12f64.sqrt();
+        let turn = self.options.axis_std_rad.hypot(alike * curve.sigma_slope(middle)).hypot(slip);
+        let step = body.left_m(aside, (range * turn).hypot(std));
+        let moved = |e: &Echo| {
+            let u = curve.coordinate(e.at_m);
+            e.at_m + DVec2::from_angle(curve.heading_rad(u)).perp() * step.value
+        };
+        // Not again with the new way's direction, which would bear out the step that it came from.
+        let points: Vec<DVec2> = echoes.iter().map(moved).collect();
+        let curve = fitted(&points)?;
+        Some((points, curve, step.std))
     }
 
     /// The lane of a car that was lost and is seen again under another name: the one that has gone on, at the speed that it had, from
@@ -474,7 +555,8 @@ impl CameraFusion {
             found.way.as_ref().and_then(|w| ways.get(w.0)).map_or(0.3, |w| {
                 w.trail.curve.residual_m / (w.trail.curve.count as f64 / 3.0).max(1.0).sqrt()
             });
-        let far_std = self.options.in_lane_std_m.hypot(scatter);
+        let echo = found.way.as_ref().and_then(|w| ways.get(w.0)).map_or(0.0, |w| w.echo_std_m);
+        let far_std = self.options.in_lane_std_m.hypot(scatter).hypot(echo);
         // With the camera's end at its start the middle is held at both ends, without it at one.
         let blind = found.sources != Sources::CameraAndRadar;
         let mut passed = 0.0;
@@ -528,5 +610,66 @@ impl LaneEstimator for CameraFusion {
             Ok(e) => e,
             Err(why) => LaneEstimate::none(METHOD, look.time_s, look.tracks.len(), why),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::Arc;
+    use super::super::synth::{Draws, camera};
+    use super::*;
+
+    fn fusion(body: Option<Body>) -> CameraFusion {
+        CameraFusion::new(FusionOptions { body, ..FusionOptions::new(camera()) }).unwrap()
+    }
+
+    /// A car on a road, two seconds at 12 m/s: it returns from `right_m` of its middle.
+    fn echoes(road: &Arc, right_m: f64, noise_m: f64) -> Vec<Echo> {
+        let mut draws = Draws::new(5, 0);
+        (0..20)
+            .map(|i| {
+                let s = 1.2 * f64::from(i);
+                let right = right_m + noise_m * draws.normal();
+                let left = DVec2::from_angle(road.heading_at(s)).perp();
+                Echo {
+                    time_s: 0.1 * f64::from(i),
+                    at_m: road.point(s) - left * right,
+                    radar_m: DVec2::new(3.6, 0.0),
+                    std_m: 0.05,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn ways_are_those_of_the_cars_middle() {
+        for side in [1.0, -1.0] {
+            // In the next lane of a bend: the side towards the radar returns.
+            let road = Arc {
+                point_m: DVec2::new(35.0, 5.0 * side),
+                heading_rad: 0.2 * side,
+                curvature_1pm: side / 150.0,
+            };
+            // From the left of the radar's line it shows its right side, and where it turns left, its left one.
+            let aside = DVec2::new(3.6, 0.0) - road.point_m;
+            let right = -0.9 * aside.dot(DVec2::from_angle(road.heading_rad).perp()).signum();
+            let off = |body| {
+                let (points, _, std) = fusion(body).through(&echoes(&road, right, 0.01)).unwrap();
+                let far = points.iter().enumerate().map(|(i, p)| p.distance(road.point(1.2 * i as f64)));
+                (far.fold(0.0, f64::max), std)
+            };
+            let (moved, std) = off(Some(Body::CAR));
+            assert!(moved < 0.15 && std < 0.3, "{side}: {moved} {std}");
+            let (kept, std) = off(None);
+            assert!((kept - 0.9).abs() < 0.1 && (std - 0.52).abs() < 0.01, "{side}: {kept} {std}");
+        }
+    }
+
+    #[test]
+    fn a_car_straight_ahead_has_no_side() {
+        let road = Arc { point_m: DVec2::new(30.0, 0.0), heading_rad: 0.0, curvature_1pm: 0.0 };
+        let (points, _, std) = fusion(Some(Body::CAR)).through(&echoes(&road, 0.0, 0.01)).unwrap();
+        assert!(points.iter().all(|p| p.y.abs() < 0.2), "{points:?}");
+        assert!(std > 0.4, "{std}");
     }
 }

@@ -4,6 +4,8 @@
 use super::{
     Assignment, Carriageway, HdMap, LaneKind, LocalMap, MapFault, RadarFrame, RadarPose, Settings, Target,
 };
+pub use crate::lane::body::Body;
+use crate::lane::body::Step;
 use crate::lane::curve::fit_simplest;
 use crate::lane::{LaneEstimate, LaneEstimator, LaneTrack, Line, Look, NoLane};
 use glam::{DMat2, DVec2};
@@ -14,33 +16,8 @@ const LEAST_LINE_STD_M: f64 = 0.02;
 const GAIN: f64 = 9.0;
 /// Slower tracks say nothing of their heading, m/s.
 const LEAST_SPEED_MPS: f64 = 1.0;
-
-/// Length and width of a vehicle, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
-    pub length_m: f64,
-    pub width_m: f64,
-}
-
-impl Body {
-    /// A passenger car.
-    pub const CAR: Body = Body { length_m: 4.5, width_m: 1.8 };
-
-    /// From what the radar sees of a vehicle to its middle. The radar sees the end and the side that face it; the middle of their
-    /// echoes, by their widths as the radar sees them, is nearer than the vehicle's middle. `from_m`: radar to track.
-    pub fn to_middle_m(&self, from_m: DVec2, velocity_mps: DVec2) -> DVec2 {
-        let ahead = velocity_mps.normalize_or_zero();
-        let sight = from_m.normalize_or_zero();
-        let (along, across) = (sight.dot(ahead), sight.dot(ahead.perp()));
-        let (end, side) = (self.width_m * along.abs(), self.length_m * across.abs());
-        if !velocity_mps.is_finite() || velocity_mps.length() < LEAST_SPEED_MPS || end + side <= 0.0 {
-            return DVec2::ZERO;
-        }
-        let to_end = 0.5 * self.length_m * end / (end + side) * along.signum();
-        let to_side = 0.5 * self.width_m * side / (end + side) * across.signum();
-        ahead * to_end + ahead.perp() * to_side
-    }
-}
+/// A track that moves by more across the roads of the map does not follow them, rad.
+const ACROSS_ROAD_RAD: f64 = 0.5;
 
 /// How looks are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,8 +32,13 @@ pub struct Options {
     pub azimuth_std_rad: f64,
     /// Lines are stated so far around the vehicle.
     pub reach_m: f64,
-    /// Tracks are moved to the middle of such a vehicle. None: they are taken as they are.
+    /// Tracks are moved to the middle of such a vehicle, with what that leaves unknown in their covariance. None: they are taken as
+    /// they are.
     pub body: Option<Body>,
+    /// Standard deviation of vehicles' axes from the direction of the road.
+    pub along_road_std_rad: f64,
+    /// Standard deviation of a track's direction, which tells a vehicle's axis where no road of the map does.
+    pub direction_std_rad: f64,
 }
 
 impl Default for Options {
@@ -69,6 +51,8 @@ impl Default for Options {
             azimuth_std_rad: 0.0,
             reach_m: 100.0,
             body: Some(Body::CAR),
+            along_road_std_rad: 2f64.to_radians(),
+            direction_std_rad: 5f64.to_radians(),
         }
     }
 }
@@ -89,9 +73,13 @@ impl MapLanes {
     pub fn new(map: HdMap, options: Options) -> Result<MapLanes, MapFault> {
         map.check()?;
         let o = &options;
-        for (name, value) in
-            [("place_std_m", o.place_std_m), ("azimuth_std_rad", o.azimuth_std_rad), ("reach_m", o.reach_m)]
-        {
+        for (name, value) in [
+            ("place_std_m", o.place_std_m),
+            ("azimuth_std_rad", o.azimuth_std_rad),
+            ("reach_m", o.reach_m),
+            ("along_road_std_rad", o.along_road_std_rad),
+            ("direction_std_rad", o.direction_std_rad),
+        ] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(MapFault::BadSetting { name });
             }
@@ -130,15 +118,43 @@ impl MapLanes {
         }
     }
 
-    /// Where the middle of a track's vehicle is taken to be, in the vehicle's level frame.
-    pub fn middle_m(&self, track: &LaneTrack) -> [f64; 2] {
-        let at = DVec2::from_array(track.at_m);
-        let from = at - DVec2::from_array(self.options.radar_at_m);
-        let velocity = DVec2::from_array(track.velocity_mps);
-        (at + self.options.body.map_or(DVec2::ZERO, |b| b.to_middle_m(from, velocity))).to_array()
+    /// The axis of a track's vehicle in the vehicle's level frame, with its standard deviation: along the road that it is on, in the
+    /// direction in which it moves. None for what hardly moves.
+    fn axis(&self, at_m: DVec2, velocity_mps: DVec2) -> Option<(f64, f64)> {
+        let o = &self.options;
+        if !velocity_mps.is_finite() || velocity_mps.length() < LEAST_SPEED_MPS {
+            return None;
+        }
+        let turn = DVec2::from_angle(o.radar_yaw_rad);
+        let seen = DVec2::from_angle(-o.radar_yaw_rad).rotate(at_m - DVec2::from_array(o.radar_at_m));
+        let towards = velocity_mps.normalize();
+        let roads = self.local.iter().flat_map(|(_, local)| local.directions(seen)).map(|d| {
+            let along = turn.rotate(d);
+            along * along.dot(towards).signum()
+        });
+        let nearest = roads.max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)));
+        match nearest.filter(|d| d.dot(towards) > ACROSS_ROAD_RAD.cos()) {
+            Some(road) => Some((road.to_angle(), o.along_road_std_rad)),
+            None => Some((towards.to_angle(), o.direction_std_rad)),
+        }
     }
 
-    /// A track of a look as a target in the radar's axes, moved to the middle of its vehicle, with the errors of the radar's own place.
+    /// From a track to the middle of its vehicle. None where tracks are taken as they are, or nothing is known of the vehicle's axis.
+    fn step(&self, track: &LaneTrack) -> Option<Step> {
+        let at = DVec2::from_array(track.at_m);
+        let (heading_rad, heading_std_rad) = self.axis(at, DVec2::from_array(track.velocity_mps))?;
+        let from = at - DVec2::from_array(self.options.radar_at_m);
+        let across = (DVec2::from_array(track.std_m) * DVec2::from_angle(heading_rad).perp()).length();
+        Some(self.options.body?.to_middle(from, heading_rad, heading_std_rad, across))
+    }
+
+    /// Where the middle of a track's vehicle is taken to be, in the vehicle's level frame, by the map at the last look's place.
+    pub fn middle_m(&self, track: &LaneTrack) -> [f64; 2] {
+        (DVec2::from_array(track.at_m) + self.step(track).map_or(DVec2::ZERO, |s| s.by_m)).to_array()
+    }
+
+    /// A track of a look as a target in the radar's axes, moved to the middle of its vehicle, with the errors of that step and of the
+    /// radar's own place.
     pub fn target(&self, track: &LaneTrack) -> Target {
         let o = &self.options;
         let back = DMat2::from_angle(-o.radar_yaw_rad);
@@ -146,7 +162,8 @@ impl MapLanes {
         let std = DVec2::from_array(track.std_m);
         let aside = middle.perp() * o.azimuth_std_rad;
         let turned = DMat2::from_cols(aside * aside.x, aside * aside.y);
-        let own = DMat2::from_diagonal(std * std + DVec2::splat(o.place_std_m.powi(2))) + turned;
+        let body = self.step(track).map_or(DMat2::ZERO, |s| s.covariance_m2);
+        let own = DMat2::from_diagonal(std * std + DVec2::splat(o.place_std_m.powi(2))) + turned + body;
         // Rounding leaves it symmetric to the last digits only.
         let c = back * own * back.transpose();
         let off = 0.5 * (c.x_axis.y + c.y_axis.x);
@@ -157,6 +174,7 @@ impl MapLanes {
     ///
     /// Errors: no place in the look; a place that is none.
     pub fn targets(&mut self, look: &Look<'_>) -> Result<Vec<Assignment>, NoLane> {
+        self.at(look)?;
         let targets: Vec<Target> = look.tracks.iter().map(|t| self.target(t)).collect();
         Ok(self.at(look)?.1.assign(&targets))
     }

@@ -311,6 +311,14 @@ impl LocalMap {
         }
     }
 
+    /// Directions of the carriageways that hold a place, as their inner edges run.
+    pub fn directions(&self, position_m: DVec2) -> impl Iterator<Item = DVec2> {
+        let target = Target::new(position_m, DMat2::ZERO);
+        let holds =
+            move |way: &usize| self.place_on(*way, &target).is_ok_and(|place| place.fit == Fit::Inside);
+        (0..self.edges.len()).filter(holds).map(move |way| self.edges[way][0].heading_near(position_m))
+    }
+
     fn place_on(&self, way: usize, target: &Target) -> Result<LanePlace, Dropped> {
         let Settings { across, edge_rule: rule, dense_sagitta_m: dense, alpha, beta, .. } = self.settings;
         let [inner, outer] = &self.edges[way];
@@ -437,7 +445,7 @@ fn side_of(value_m: f64, std_m: f64) -> f64 {
 
 /// The error function, to rounding: 2/sqrt(pi) e^(-x²) sum of 2^n x^(2n+1) / (2n+1)!! (Abramowitz and
 /// Stegun 7.1.6), whose terms are all of one sign.
-fn erf(x: f64) -> f64 {
+pub(super) fn erf(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return x.signum();
     }

@@ -212,7 +212,7 @@ impl Judged {
                 .map(|r| r.document(100.0)),
         );
         for (name, sum, why) in [
-            ("ways as tracked, from the lane's middle (rms)", self.ways, "a car's echo is not its middle"),
+            ("ways of cars, from the lane's middle (rms)", self.ways, "tracks moved to the middle of a car"),
             ("parabolas through them (rms)", self.fits[0], ""),
             ("B-splines through them (rms)", self.fits[1], ""),
             ("near lines of the camera (rms)", self.parts[0], "over the whole length that it sees"),
@@ -237,7 +237,7 @@ impl Judged {
     pub(super) fn sheet(&self) -> Sheet {
         let mut s = Sheet::new("models", &["true_model", "chosen_model", "looks"]);
         s.comments.push(format!(
-            "What the network said on the drive. Ways as tracked lie {} m (rms) from the lane's middle.",
+            "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
             number(self.ways.rms())
         ));
         for ((truly, chosen), n) in &self.models {

@@ -6,32 +6,29 @@ mod pictures;
 mod rival;
 
 use super::camera::{Light, View};
-use super::drive::{Drive, Level, lane_track, suitable};
+use super::drive::{Drive, suitable};
 use super::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs, rms_of_runs};
+use super::sensors::{Pursuit, seen_of};
 use super::{Given, SpeedSensor};
-use crate::dataset::follow::Follower;
-use crate::detect::accuracy::PointStd;
-use crate::detect::ambiguity::Ambiguity;
-use crate::detect::points::Point;
 use crate::error::{BadInput, Error, Result};
 use crate::geom::Geometry;
+use crate::lane::body::Body;
 use crate::lane::camera_fusion::{
     BendSettings, Camera, CameraFusion, FusionOptions, Image, Insight, Pnn, RecogniseSettings, RoadModel,
     generate_bends,
 };
 use crate::lane::score::score;
-use crate::lane::{LaneEstimator, LaneTrack, Look, Measured};
+use crate::lane::{LaneEstimator, Look, Measured};
 use crate::rng::Draws;
 use crate::road::site::Site;
-use crate::scene::motion::{Joint, Motion};
+use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
 use crate::scene::waveform::Waveform;
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use judge::Judged;
 pub(super) use rival::rivals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 use std::time::Instant;
 
 const METHOD: &str = "camera-fusion";
@@ -127,6 +124,8 @@ pub struct Settings {
     pub lane_width_m: f64,
     /// The document's t: time of the tracks that one recognition takes. The next begins half of it later.
     pub period_s: f64,
+    /// Whether tracks are moved from the side that the radar sees to the middle of a car.
+    pub to_middle: bool,
     /// Time of the first recognition.
     pub first_s: f64,
     /// Units of the network's second layer: bends that train it.
@@ -157,6 +156,7 @@ impl Default for Settings {
             half_width_m: 6.0,
             lane_width_m: 3.5,
             period_s: 2.0,
+            to_middle: true,
             first_s: 2.0,
             network_units: 15,
             range_m: [6.0, 60.0],
@@ -245,104 +245,28 @@ impl Settings {
             period_s: self.period_s,
             pitch_std_rad: self.pitch_std_deg.to_radians(),
             units: self.network_units as usize,
+            body: self.to_middle.then_some(Body::CAR),
             ..FusionOptions::new(self.camera.camera())
         }
     }
 
-    /// Errors: a trapezoid that the picture does not hold.
+    /// With a radar in the front bumper. Errors: as [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
+        self.made(self.options())
+    }
+
+    /// Errors: a trapezoid that the picture does not hold.
+    pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
+        let radar_at_m = radar.mounting.translation_m.truncate();
+        self.made(FusionOptions { radar_at_m, ..self.options() })
+    }
+
+    fn made(&self, options: FusionOptions) -> Result<CameraFusion> {
         let bad = |e: crate::lane::camera_fusion::Refusal| -> Error {
             let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
             BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
         };
-        CameraFusion::new(self.options()).map_err(bad)
-    }
-}
-
-/// Of a point, what a radar knows of it.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    range_m: f64,
-    range_rate_mps: f64,
-    azimuth_rad: f64,
-    elevation_rad: f64,
-    position_m: [f64; 3],
-    snr_db: f64,
-    std: PointStd,
-    ambiguity: Ambiguity,
-}
-
-impl Kept {
-    fn of(p: &Point) -> Kept {
-        Kept {
-            range_m: p.range_m,
-            range_rate_mps: p.range_rate_mps,
-            azimuth_rad: p.azimuth_rad,
-            elevation_rad: p.elevation_rad,
-            position_m: p.position_m.to_array(),
-            snr_db: p.snr_db,
-            std: p.std,
-            ambiguity: p.ambiguity,
-        }
-    }
-
-    /// Without power and labels, which the tracker does not ask for.
-    fn point(&self) -> Point {
-        Point {
-            range_m: self.range_m,
-            range_rate_mps: self.range_rate_mps,
-            azimuth_rad: self.azimuth_rad,
-            elevation_rad: self.elevation_rad,
-            position_m: DVec3::from_array(self.position_m),
-            power_dbm: 0.0,
-            snr_db: self.snr_db,
-            rcs_dbsm: 0.0,
-            std: self.std,
-            beat_std_cells: 0.0,
-            ambiguity: self.ambiguity,
-            object_id: 0,
-            class: String::new(),
-            bounces: 0,
-            ghost: false,
-            share: 0.0,
-        }
-    }
-}
-
-/// Where the vehicle takes itself to be, by what its bus says.
-struct Odometer {
-    now: Level,
-    time_s: f64,
-}
-
-impl Odometer {
-    fn step(&mut self, time_s: f64, speed_mps: f64, yaw_rate_rad_per_s: f64) {
-        let dt = time_s - self.time_s;
-        // The means of both ends.
-        let speed = 0.5 * (self.now.speed_mps + speed_mps);
-        let turn = 0.5 * (self.now.yaw_rate_rad_per_s + yaw_rate_rad_per_s) * dt;
-        self.now.at_m += DVec2::from_angle(self.now.heading_rad + 0.5 * turn) * (speed * dt);
-        self.now.heading_rad += turn;
-        (self.now.speed_mps, self.now.yaw_rate_rad_per_s) = (speed_mps, yaw_rate_rad_per_s);
-        self.time_s = time_s;
-    }
-
-    /// The scenario with the vehicle there and moving so, and with no other motion, for the tracker.
-    fn told(&self, scenario: &Scenario) -> Scenario {
-        let l = &self.now;
-        let velocity = (DVec2::from_angle(l.heading_rad) * l.speed_mps).extend(0.0);
-        let joints = vec![
-            Joint::Spin {
-                axis: DVec3::Z,
-                rate_rad_per_s: l.yaw_rate_rad_per_s,
-                angle_rad: l.heading_rad - l.yaw_rate_rad_per_s * self.time_s,
-            },
-            Joint::Fixed(DQuat::IDENTITY, l.at_m.extend(0.0) - velocity * self.time_s),
-            Joint::Line(velocity),
-        ];
-        let mut told = scenario.clone();
-        told.ego.motion = Some(Arc::new(Motion { joints }));
-        told
+        CameraFusion::new(options).map_err(bad)
     }
 }
 
@@ -458,38 +382,21 @@ fn one_run(
         e.file(given.path).key("ego.on_road").remedy(remedy).into()
     };
     let mut estimators: Vec<CameraFusion> =
-        courses.iter().map(|_| settings.estimator()).collect::<Result<_>>()?;
-    let mut follower = Follower::new()?;
+        courses.iter().map(|_| settings.estimator_with(drive.radar(which))).collect::<Result<_>>()?;
+    let mut pursuit = Pursuit::new()?;
     let mut bus = SpeedSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_mps);
     let seed = scenario.seed as u32 ^ (scenario.seed >> 32) as u32;
     let mut gyro = Draws::new(seed, 0x9a40);
     let mut shake = Draws::new(seed, 0x5a4e);
     let yaw_std = settings.yaw_rate_std_deg_per_s.to_radians();
-    let mut odometer: Option<Odometer> = None;
     let frames = drive.frames().min(looks.last().map_or(0, |l| l + 1));
     for f in 0..frames {
         let time_s = drive.time_s(f);
-        let kept: Vec<Kept> = given.kept(&format!("run{run}_frame{f}"), || {
-            Ok(drive.frame(which, f)?.points.iter().map(Kept::of).collect())
-        })?;
-        let points: Vec<Point> = kept.iter().map(Kept::point).collect();
+        let seen = seen_of(given, &drive, which, &format!("run{run}_frame{f}"), f)?;
         let level = drive.level(time_s);
         let speed = bus.read(level.speed_mps);
         let yaw_rate = Measured { value: level.yaw_rate_rad_per_s + yaw_std * gyro.normal(), std: yaw_std };
-        let told = odometer.get_or_insert(Odometer {
-            // Its frame is its own: where it begins is of no matter.
-            now: Level {
-                at_m: DVec2::ZERO,
-                heading_rad: 0.0,
-                speed_mps: speed.value,
-                yaw_rate_rad_per_s: yaw_rate.value,
-            },
-            time_s,
-        });
-        told.step(time_s, speed.value, yaw_rate.value);
-        follower.points(&told.told(&scenario), drive.radar(which), f, &points)?;
-        let seen = follower.tracker.confirmed().filter(|t| t.seen_s == time_s);
-        let tracks: Vec<LaneTrack> = seen.map(|t| lane_track(&told.now, t)).collect();
+        let tracks = pursuit.step(&scenario, drive.radar(which), f, &seen, (speed, yaw_rate))?;
         let look = Look {
             time_s,
             speed_mps: Some(speed),
