@@ -73,7 +73,7 @@ pub(in crate::trial) fn rivals(
                 Ok(())
             });
             let rival = Rival {
-                estimator: Box::new(settings.estimator()?),
+                estimator: Box::new(settings.estimator_with(drive.radar(which))?),
                 finds: Finds::OwnLines,
                 radar: tracks.then_some(which),
                 points: false,
