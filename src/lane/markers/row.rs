@@ -5,6 +5,7 @@ use super::{MarkerOptions, Scan};
 use crate::lane::curve::{Fitted, fit, fit_simplest};
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
+use std::f64::consts::TAU;
 
 /// How well a marker's echo stands for its place, m: it comes from somewhere on the marker, which was not laid to the millimetre.
 const PLACE_M: f64 = 0.02;
@@ -125,9 +126,14 @@ pub(super) fn line(
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let (mut members, mut fitted) = agreeing(scan, &members, options)?;
     for _ in 0..ROUNDS {
-        let more = hidden(scan, rest, &members, &fitted, options);
+        let mut more = hidden(scan, rest, &members, &fitted, STEPS_ON, options);
         if more.is_empty() {
-            break;
+            // Over a gap, unless it leaves more of the row out than the row may miss.
+            more = hidden(scan, rest, &members, &fitted, options.gap as f64 + 0.5, options);
+            let all: Vec<f64> = members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+            if more.is_empty() || fullness(&all, options) < LEAST_FULL {
+                break;
+            }
         }
         members.extend(more);
         let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
@@ -164,9 +170,9 @@ pub(super) fn line(
     if members.len() < options.path_least + fitted.shape.parameters() - 2 {
         return None;
     }
-    let due = (fitted.curve.length_m / options.spacing_m).round() + 1.0;
-    let full = (members.len() as f64 / due).min(1.0);
-    if members.len() < options.path_least || full < LEAST_FULL {
+    let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+    let full = fullness(&at, options);
+    if members.len() < options.path_least || full < LEAST_FULL || every_second(&at, options) {
         return None;
     }
     // Each marker beyond the least makes chance less likely by the share of places that the tolerance leaves.
@@ -181,8 +187,32 @@ const WHILE_GROWING: f64 = 25.0;
 const IN_THE_END: f64 = 12.0;
 /// Of the markers that a row of its length has, at least so many were seen.
 const LEAST_FULL: f64 = 0.6;
-/// Times that hidden markers are looked for, each about one marker beyond the ends that are known.
-const ROUNDS: usize = 8;
+/// Times that hidden markers are looked for, and spacings beyond the ends that are known.
+const ROUNDS: usize = 12;
+const STEPS_ON: f64 = 2.5;
+
+/// Of the markers that a row from the first to the last of these places has, the share that is there.
+fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
+    let (first, last) = at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
+    (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
+}
+
+/// Where along the row its markers stand, from 0 to the spacing.
+fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
+    let turns: DVec2 = at_m.iter().map(|s| DVec2::from_angle(TAU * s / spacing_m)).sum();
+    turns.to_angle() / TAU * spacing_m
+}
+
+/// Whether hardly anything stands at every other place: posts at twice the spacing, with a stray point or two between them.
+fn every_second(at_m: &[f64], options: &MarkerOptions) -> bool {
+    let phase = phase_m(at_m, options.spacing_m);
+    let odd = at_m.iter().filter(|s| ((**s - phase) / options.spacing_m).round().rem_euclid(2.0) == 1.0).count();
+    let even = at_m.len() - odd;
+    odd.min(even) * FEW_BETWEEN < odd.max(even)
+}
+
+/// Markers that are missed by chance leave no less than one in so many at every other place.
+const FEW_BETWEEN: usize = 3;
 
 /// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are
 /// dense and were left out, those far away were lost to noise.
@@ -191,16 +221,16 @@ fn hidden(
     rest: &[usize],
     members: &[usize],
     fitted: &Fitted,
+    steps_on: f64,
     options: &MarkerOptions,
 ) -> Vec<usize> {
     let d_ps = options.spacing_m;
     // On a bend the next marker stands on the bend, not on its tangent.
-    let more = 2.5 * d_ps;
+    let more = steps_on * d_ps;
     let curve = fitted.curve.extended(more, more);
     let foot = |i: usize| curve.foot(DVec2::from_array(scan.points[i].at_m));
     let mut taken: Vec<f64> = members.iter().map(|i| foot(*i).s_m).collect();
-    let turns: DVec2 = taken.iter().map(|s| DVec2::from_angle(std::f64::consts::TAU * s / d_ps)).sum();
-    let phase = turns.to_angle() / std::f64::consts::TAU * d_ps;
+    let phase = phase_m(&taken, d_ps);
     let (first, last) = taken.iter().fold((f64::INFINITY, 0.0f64), |(a, b), s| (a.min(*s), b.max(*s)));
     let mut near: Vec<(f64, usize, f64)> = Vec::new();
     for &i in rest.iter().filter(|i| !members.contains(i)) {
