@@ -2,7 +2,7 @@
 
 use super::pattern::Site;
 use super::{MarkerOptions, Scan};
-use crate::lane::curve::{Fitted, fit, fit_simplest};
+use crate::lane::curve::{Fitted, Shape, fit};
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -33,22 +33,30 @@ fn through(scan: &Scan<'_>, members: &[usize], gain: f64, weighings: usize) -> O
             across_m(&scan.points[members[k]], (places[b] - places[a]).normalize_or(DVec2::X))
         })
         .collect();
+    robust(&places, &std, gain, weighings)
+}
+
+/// The simplest shape that points with outliers bear out, by Cauchy's measure of each shape's own best fit: the weights of one shape
+/// would make outliers of what only another one fits.
+fn robust(places: &[DVec2], std: &[f64], gain: f64, weighings: usize) -> Option<Fitted> {
     let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let mut fitted = fit_simplest(&places, &first, gain)?;
-    let mut weighed = std.clone();
-    for round in 0..weighings {
-        for ((w, s), p) in weighed.iter_mut().zip(&std).zip(&places) {
-            let off = fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
-            *w = s * (1.0 + off * off).sqrt();
+    let mut best: Option<(f64, Fitted)> = None;
+    for shape in [Shape::Line, Shape::Arc, Shape::Clothoid] {
+        let Some(mut fitted) = fit(places, &first, shape) else { continue };
+        let off = |f: &Fitted, k: usize| f.curve.foot(places[k]).left_m / (HALF_WEIGHT * std[k]);
+        for _ in 0..weighings {
+            let weighed: Vec<f64> =
+                (0..places.len()).map(|k| std[k] * (1.0 + off(&fitted, k).powi(2)).sqrt()).collect();
+            fitted = fit(places, &weighed, shape).unwrap_or(fitted);
         }
-        // The shape is chosen anew in the end.
-        let again = match round > 0 && round + 1 == weighings {
-            true => fit_simplest(&places, &weighed, gain),
-            false => fit(&places, &weighed, fitted.shape),
-        };
-        fitted = again.unwrap_or(fitted);
+        let cost: f64 =
+            (0..places.len()).map(|k| HALF_WEIGHT.powi(2) * off(&fitted, k).powi(2).ln_1p()).sum();
+        let more = best.as_ref().map_or(0, |b| shape.parameters() - b.1.shape.parameters());
+        if best.as_ref().is_none_or(|b| b.0 - cost > gain * more as f64) {
+            best = Some((cost, fitted));
+        }
     }
-    Some(fitted)
+    best.map(|b| b.1)
 }
 
 /// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
@@ -172,7 +180,9 @@ pub(super) fn line(
     }
     let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
     let full = fullness(&at, options);
-    if members.len() < options.path_least || full < LEAST_FULL || every_second(&at, options) {
+    let levels: Vec<f64> = members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
+    let few = members.len() < options.path_least || full < LEAST_FULL;
+    if few || every_second(&at, &levels, options) || unlike(&at, &levels) {
         return None;
     }
     // Each marker beyond the least makes chance less likely by the share of places that the tolerance leaves.
@@ -203,16 +213,33 @@ fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
     turns.to_angle() / TAU * spacing_m
 }
 
-/// Whether hardly anything stands at every other place: posts at twice the spacing, with a stray point or two between them.
-fn every_second(at_m: &[f64], options: &MarkerOptions) -> bool {
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Whether hardly anything stands at every other place, or things of another kind: posts at twice the spacing, with stray points
+/// between them.
+fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
     let phase = phase_m(at_m, options.spacing_m);
-    let odd = at_m.iter().filter(|s| ((**s - phase) / options.spacing_m).round().rem_euclid(2.0) == 1.0).count();
-    let even = at_m.len() - odd;
-    odd.min(even) * FEW_BETWEEN < odd.max(even)
+    let place = |s: f64| ((s - phase) / options.spacing_m).round().rem_euclid(2.0);
+    let of = |odd: f64| -> Vec<f64> {
+        at_m.iter().zip(levels).filter(|(s, _)| place(**s) == odd).map(|(_, l)| *l).collect()
+    };
+    let (even, odd) = (of(0.0), of(1.0));
+    let few = even.len().min(odd.len()) * FEW_BETWEEN < even.len().max(odd.len());
+    few || middle(even).zip(middle(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
 }
 
 /// Markers that are missed by chance leave no less than one in so many at every other place.
 const FEW_BETWEEN: usize = 3;
+
+/// Whether levels jump from most members to the next: the road weakens a row over many markers, chance mixes.
+fn unlike(at_m: &[f64], levels: &[f64]) -> bool {
+    let mut along: Vec<(f64, f64)> = at_m.iter().copied().zip(levels.iter().copied()).collect();
+    along.sort_by(|a, b| a.0.total_cmp(&b.0));
+    middle(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
+}
 
 /// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are
 /// dense and were left out, those far away were lost to noise.
