@@ -153,7 +153,7 @@ impl LaneEstimator for Markers {
         let ego = self.ego(look);
         match &mut self.tracker {
             None => estimate,
-            Some(tracker) => tracker.update(estimate, ego),
+            Some(tracker) => tracker.update(estimate, look.points, ego),
         }
     }
 }

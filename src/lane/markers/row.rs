@@ -2,7 +2,8 @@
 
 use super::pattern::Site;
 use super::{MarkerOptions, Scan};
-use crate::lane::curve::{Fitted, Shape, fit};
+use crate::lane::curve::Fitted;
+use crate::lane::track::robust;
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -15,12 +16,8 @@ fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
     Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
 }
 
-/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
-const AT_FIRST_M: f64 = 0.08;
 /// Rounds in which points off the curve lose weight.
 const WEIGHINGS: usize = 3;
-/// Standard deviations off the curve at which a point's weight has halved (Cauchy).
-const HALF_WEIGHT: f64 = 2.0;
 
 /// Curve through points in their order, with their deviations across it. Points that stand beside what the others agree on have
 /// little weight: cells that hold several echoes give directions that are off by more than noise.
@@ -34,29 +31,6 @@ fn through(scan: &Scan<'_>, members: &[usize], gain: f64, weighings: usize) -> O
         })
         .collect();
     robust(&places, &std, gain, weighings)
-}
-
-/// The simplest shape that points with outliers bear out, by Cauchy's measure of each shape's own best fit: the weights of one shape
-/// would make outliers of what only another one fits.
-fn robust(places: &[DVec2], std: &[f64], gain: f64, weighings: usize) -> Option<Fitted> {
-    let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let mut best: Option<(f64, Fitted)> = None;
-    for shape in [Shape::Line, Shape::Arc, Shape::Clothoid] {
-        let Some(mut fitted) = fit(places, &first, shape) else { continue };
-        let off = |f: &Fitted, k: usize| f.curve.foot(places[k]).left_m / (HALF_WEIGHT * std[k]);
-        for _ in 0..weighings {
-            let weighed: Vec<f64> =
-                (0..places.len()).map(|k| std[k] * (1.0 + off(&fitted, k).powi(2)).sqrt()).collect();
-            fitted = fit(places, &weighed, shape).unwrap_or(fitted);
-        }
-        let cost: f64 =
-            (0..places.len()).map(|k| HALF_WEIGHT.powi(2) * off(&fitted, k).powi(2).ln_1p()).sum();
-        let more = best.as_ref().map_or(0, |b| shape.parameters() - b.1.shape.parameters());
-        if best.as_ref().is_none_or(|b| b.0 - cost > gain * more as f64) {
-            best = Some((cost, fitted));
-        }
-    }
-    best.map(|b| b.1)
 }
 
 /// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
