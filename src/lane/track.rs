@@ -225,8 +225,10 @@ const TELLS_RAD: f64 = 1.2;
 const AWAY_RAD: f64 = 0.7;
 /// By how much a lane may bend otherwise than the path of a vehicle that keeps to it, 1/m: sway of 0.15 m over 4 s at 15 m/s.
 const SWAY_PER_M: f64 = 0.002;
-/// Over which way a road's curvature may become another, m.
+/// Over which way the curvature of a bend may end or begin, m; and that of a road that seems straight may become `SWAY_PER_M` (a
+/// clothoid of A = 100 m).
 const BENDS_OVER_M: f64 = 4.0;
+const SETS_IN_OVER_M: f64 = 20.0;
 /// Of place (m) and direction (rad) before anything is seen.
 const ANYWHERE_M: f64 = 10.0;
 const ANY_TURN_RAD: f64 = 0.5;
@@ -268,9 +270,10 @@ impl Track {
         }
         let bends: [f64; 5] =
             std::array::from_fn(|k| c.at(0.25 * k as f64 * c.length_m).curvature_per_m);
-        let most = |than: f64| bends.iter().map(|k| (k - than).abs()).fold(SWAY_PER_M, f64::max);
+        let most = |than: f64| bends.iter().map(|k| (k - than).abs()).fold(0.0, f64::max);
         // It bends here as the vehicle's path does or as it does where it was seen, and changes as far as to straight.
-        let (bend, change) = (most(path_per_m.value), most(0.0));
+        let bend = most(path_per_m.value).max(SWAY_PER_M);
+        let change = most(0.0).powi(2) / BENDS_OVER_M + SWAY_PER_M.powi(2) / SETS_IN_OVER_M;
         let prior = [ANYWHERE_M.powi(2), ANY_TURN_RAD.powi(2), bend.powi(2) + path_per_m.std.powi(2)];
         let by = |s: f64| [1.0, s, 0.5 * s * s];
         let mut all = vec![0.0; n * n];
@@ -278,7 +281,7 @@ impl Track {
             for j in 0..n {
                 let (a, b) = (by(seen[i][0]), by(seen[j][0]));
                 let known: f64 = (0..3).map(|k| a[k] * prior[k] * b[k]).sum();
-                all[i * n + j] = known + change * change / BENDS_OVER_M * wander(seen[i][0], seen[j][0]);
+                all[i * n + j] = known + change * wander(seen[i][0], seen[j][0]);
             }
             all[i * n + i] += seen[i][2].powi(2);
         }
