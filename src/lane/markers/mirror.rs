@@ -17,15 +17,15 @@ const HALVINGS: usize = 40;
 
 /// The mirror between the radar and `image` that would put it there for something on the curve `row`, if it stands along the row: how
 /// far left of the row and where along it the mirror is met, and the place that is mirrored.
-struct Mirrored {
-    left_m: f64,
-    s_m: f64,
-    place: DVec2,
+pub(super) struct Mirrored {
+    pub left_m: f64,
+    pub s_m: f64,
+    pub place: DVec2,
 }
 
 /// A radar sees the image where a ray that the wall turns away would have gone straight on: the wall's tangent where the ray meets it
 /// mirrors the one to the other, on bends too.
-fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mirrored> {
+pub(super) fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mirrored> {
     let at = |t: f64| {
         let met = radar.lerp(image, t);
         let foot = row.foot(met);
@@ -45,7 +45,10 @@ fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mirrored> {
         let middle = 0.5 * (near + far);
         if at(middle).0 * side < 0.0 { near = middle } else { far = middle }
     }
-    Some(at(0.5 * (near + far)).1)
+    // Radar and row stand on the same side of the wall, the image behind it.
+    let met = at(0.5 * (near + far)).1;
+    let beyond = |left_m: f64| (left_m - met.left_m) * met.left_m > 0.0;
+    (beyond(row.foot(image).left_m) && !beyond(row.foot(radar).left_m)).then_some(met)
 }
 
 /// Without rows that are images of nearer ones: most of whose points, mirrored at a wall, fall on markers of the other, where things

@@ -2,8 +2,8 @@
 
 use super::pattern::Site;
 use super::{MarkerOptions, Scan};
-use crate::lane::curve::Fitted;
-use crate::lane::track::robust;
+use crate::lane::curve::{Fitted, fit, fit_simplest};
+use crate::lane::track::{HALF_WEIGHT, robust};
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -16,21 +16,34 @@ fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
     Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
 }
 
+/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
+const AT_FIRST_M: f64 = 0.08;
 /// Rounds in which points off the curve lose weight.
 const WEIGHINGS: usize = 3;
 
-/// Curve through points in their order, with their deviations across it. Points that stand beside what the others agree on have
-/// little weight: cells that hold several echoes give directions that are off by more than noise.
-fn through(scan: &Scan<'_>, members: &[usize], gain: f64, weighings: usize) -> Option<Fitted> {
+/// Places of points in their order, and their deviations across the curve through them.
+fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
     let places: Vec<DVec2> = members.iter().map(|i| DVec2::from_array(scan.points[*i].at_m)).collect();
     let n = places.len();
-    let std: Vec<f64> = (0..n)
+    let std = (0..n)
         .map(|k| {
             let (a, b) = (k.saturating_sub(2), (k + 2).min(n - 1));
             across_m(&scan.points[members[k]], (places[b] - places[a]).normalize_or(DVec2::X))
         })
         .collect();
-    robust(&places, &std, gain, weighings)
+    (places, std)
+}
+
+/// Curve through points of a row that grows. Points that stand beside what the others agree on have little weight: cells that hold
+/// several echoes give directions that are off by more than noise.
+fn growing(scan: &Scan<'_>, members: &[usize]) -> Option<Fitted> {
+    let (places, std) = across(scan, members);
+    let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
+    let fitted = fit_simplest(&places, &first, WHILE_GROWING)?;
+    let off = |p: &DVec2, s: f64| fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
+    let weighed: Vec<f64> =
+        std.iter().zip(&places).map(|(s, p)| s * (1.0 + off(p, *s).powi(2)).sqrt()).collect();
+    Some(fit(&places, &weighed, fitted.shape).unwrap_or(fitted))
 }
 
 /// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
@@ -46,7 +59,7 @@ fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<
         let mut taken: Vec<usize> = (begin..(begin + seed).min(n)).collect();
         let fit_of = |taken: &[usize]| {
             let members: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
-            through(scan, &members, WHILE_GROWING, 1)
+            growing(scan, &members)
         };
         let Some(mut fitted) = fit_of(&taken) else { continue };
         let on = |f: &Fitted, k: usize| {
@@ -112,7 +125,8 @@ pub(super) fn line(
         if more.is_empty() {
             // Over a gap, unless it leaves more of the row out than the row may miss.
             more = hidden(scan, rest, &members, &fitted, options.gap as f64 + 0.5, options);
-            let all: Vec<f64> = members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+            let all: Vec<f64> =
+                members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
             if more.is_empty() || fullness(&all, options) < LEAST_FULL {
                 break;
             }
@@ -122,7 +136,7 @@ pub(super) fn line(
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
         members = order.into_iter().map(|k| members[k]).collect();
-        fitted = through(scan, &members, WHILE_GROWING, 1)?;
+        fitted = growing(scan, &members)?;
     }
     let at = |i: usize| fitted.curve.foot(place(i)).s_m;
     let mut level = 1.0;
@@ -147,7 +161,8 @@ pub(super) fn line(
             return None;
         }
     }
-    fitted = through(scan, &members, IN_THE_END, WEIGHINGS)?;
+    let (places, std) = across(scan, &members);
+    fitted = robust(&places, &std, IN_THE_END, WEIGHINGS)?;
     // Each further parameter of the curve takes a point more to show.
     if members.len() < options.path_least + fitted.shape.parameters() - 2 {
         return None;
@@ -177,7 +192,8 @@ const STEPS_ON: f64 = 2.5;
 
 /// Of the markers that a row from the first to the last of these places has, the share that is there.
 fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
-    let (first, last) = at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
+    let (first, last) =
+        at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
     (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
 }
 
