@@ -36,7 +36,7 @@ pub struct MarkerOptions {
     pub path_least: usize,
     /// Largest change of direction from one step of a path to the next, and of that change itself, rad.
     pub turn_rad: [f64; 2],
-    /// Points nearer than this lie in the ground's clutter, m.
+    /// Points nearer than this lie in the clutter of the ground, m: they start no row, and belong to one that leads to them.
     pub nearest_m: f64,
     /// A gap of up to so many spacings joins two paths: markers may be missed.
     pub gap: usize,
