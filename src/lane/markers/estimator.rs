@@ -94,6 +94,8 @@ pub struct Markers {
     pub steps: Steps,
     /// Of the last look by itself.
     pub by_itself: Option<LaneEstimate>,
+    /// Motion at the last look.
+    last: Option<EgoStep>,
 }
 
 impl Markers {
@@ -103,6 +105,7 @@ impl Markers {
             options,
             steps: Steps::default(),
             by_itself: None,
+            last: None,
         }
     }
 
@@ -134,6 +137,18 @@ impl Markers {
     }
 }
 
+/// Motion from one look to the next by the motions at both: when in between it changed is not known.
+fn between_looks(before: &EgoStep, now: &EgoStep) -> EgoStep {
+    let mean = |a: Measured, b: Measured| {
+        let std = 0.5 * a.std.hypot(b.std);
+        Measured { value: 0.5 * (a.value + b.value), std: std.hypot((b.value - a.value) / 12f64.sqrt()) }
+    };
+    EgoStep {
+        speed_mps: mean(before.speed_mps, now.speed_mps),
+        yaw_rate_rad_per_s: mean(before.yaw_rate_rad_per_s, now.yaw_rate_rad_per_s),
+    }
+}
+
 impl LaneEstimator for Markers {
     fn method(&self) -> &'static str {
         METHOD
@@ -150,10 +165,12 @@ impl LaneEstimator for Markers {
         let (estimate, steps) = estimate_all(&scan, &self.options.patterns);
         self.steps = steps;
         self.by_itself = Some(estimate.clone());
-        let ego = self.ego(look);
+        let now = self.ego(look);
+        let ego = now.map(|n| self.last.map_or(n, |l| between_looks(&l, &n)));
+        self.last = now;
         match &mut self.tracker {
             None => estimate,
-            Some(tracker) => tracker.update(estimate, ego),
+            Some(tracker) => tracker.update(estimate, look.points, ego),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod estimator;
 pub mod hough;
+mod mirror;
 mod pattern;
 mod rest;
 mod row;
@@ -35,7 +36,7 @@ pub struct MarkerOptions {
     pub path_least: usize,
     /// Largest change of direction from one step of a path to the next, and of that change itself, rad.
     pub turn_rad: [f64; 2],
-    /// Points nearer than this lie in the ground's clutter, m.
+    /// Points nearer than this lie in the clutter of the ground, m: they start no row, and belong to one that leads to them.
     pub nearest_m: f64,
     /// A gap of up to so many spacings joins two paths: markers may be missed.
     pub gap: usize,
@@ -140,9 +141,9 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     if rest.is_empty() {
         return (none(NoLane::NothingAtRest), steps);
     }
+    let rest = strongest(scan, &rest, first);
     let far: Vec<usize> =
         rest.iter().copied().filter(|i| scan.points[*i].range_m >= first.nearest_m).collect();
-    let far = strongest(scan, &far, first);
     steps.at_rest = far.clone();
     let doubted: Vec<LanePoint> = scan
         .points
@@ -155,9 +156,10 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     let scan = &Scan { points: &doubted, ..*scan };
     let mut lines: Vec<Line> = Vec::new();
     for (k, options) in patterns.iter().enumerate() {
-        lines.extend(rows(scan, &far, options, if k == 0 { Some(&mut steps) } else { None }));
+        lines.extend(rows(scan, &rest, &far, options, if k == 0 { Some(&mut steps) } else { None }));
     }
-    let lines = unlike(without_between(scan, apart(lines), patterns));
+    let lines = without_between(scan, apart(lines), patterns);
+    let lines = unlike(mirror::without_images(scan, &rest, lines, patterns));
     if lines.is_empty() {
         return (none(NoLane::NoPattern { at_rest: far.len() }), steps);
     }
@@ -182,8 +184,15 @@ fn strongest(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usiz
     of.iter().copied().filter(|i| !of.iter().any(|j| skirt(*i, *j))).collect()
 }
 
-/// Lines at one spacing among the points `far`.
-fn rows(scan: &Scan<'_>, far: &[usize], options: &MarkerOptions, steps: Option<&mut Steps>) -> Vec<Line> {
+/// Lines at one spacing among the points `far`; markers of theirs among all that rest, for where a line goes it tells markers from
+/// the clutter next to the radar.
+fn rows(
+    scan: &Scan<'_>,
+    rest: &[usize],
+    far: &[usize],
+    options: &MarkerOptions,
+    steps: Option<&mut Steps>,
+) -> Vec<Line> {
     let places: Vec<Site> = far.iter().map(|i| Site::of(&scan.points[*i])).collect();
     let candidates = spaced(&places, options);
     let on_paths: Vec<Site> = candidates.iter().map(|k| places[*k]).collect();
@@ -197,7 +206,7 @@ fn rows(scan: &Scan<'_>, far: &[usize], options: &MarkerOptions, steps: Option<&
         if path.iter().filter(|i| taken.contains(*i)).count() * 2 >= path.len() {
             return false;
         }
-        let free: Vec<usize> = far.iter().copied().filter(|i| !taken.contains(i)).collect();
+        let free: Vec<usize> = rest.iter().copied().filter(|i| !taken.contains(i)).collect();
         let new = row::line(scan, &free, path.to_vec(), options);
         let found = new.is_some();
         if let Some(new) = new {

@@ -3,8 +3,10 @@
 use super::pattern::Site;
 use super::{MarkerOptions, Scan};
 use crate::lane::curve::{Fitted, fit, fit_simplest};
+use crate::lane::track::{HALF_WEIGHT, robust};
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
+use std::f64::consts::TAU;
 
 /// How well a marker's echo stands for its place, m: it comes from somewhere on the marker, which was not laid to the millimetre.
 const PLACE_M: f64 = 0.02;
@@ -18,36 +20,30 @@ fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
 const AT_FIRST_M: f64 = 0.08;
 /// Rounds in which points off the curve lose weight.
 const WEIGHINGS: usize = 3;
-/// Standard deviations off the curve at which a point's weight has halved (Cauchy).
-const HALF_WEIGHT: f64 = 2.0;
 
-/// Curve through points in their order, with their deviations across it. Points that stand beside what the others agree on have
-/// little weight: cells that hold several echoes give directions that are off by more than noise.
-fn through(scan: &Scan<'_>, members: &[usize], gain: f64, weighings: usize) -> Option<Fitted> {
+/// Places of points in their order, and their deviations across the curve through them.
+fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
     let places: Vec<DVec2> = members.iter().map(|i| DVec2::from_array(scan.points[*i].at_m)).collect();
     let n = places.len();
-    let std: Vec<f64> = (0..n)
+    let std = (0..n)
         .map(|k| {
             let (a, b) = (k.saturating_sub(2), (k + 2).min(n - 1));
             across_m(&scan.points[members[k]], (places[b] - places[a]).normalize_or(DVec2::X))
         })
         .collect();
+    (places, std)
+}
+
+/// Curve through points of a row that grows. Points that stand beside what the others agree on have little weight: cells that hold
+/// several echoes give directions that are off by more than noise.
+fn growing(scan: &Scan<'_>, members: &[usize]) -> Option<Fitted> {
+    let (places, std) = across(scan, members);
     let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let mut fitted = fit_simplest(&places, &first, gain)?;
-    let mut weighed = std.clone();
-    for round in 0..weighings {
-        for ((w, s), p) in weighed.iter_mut().zip(&std).zip(&places) {
-            let off = fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
-            *w = s * (1.0 + off * off).sqrt();
-        }
-        // The shape is chosen anew in the end.
-        let again = match round > 0 && round + 1 == weighings {
-            true => fit_simplest(&places, &weighed, gain),
-            false => fit(&places, &weighed, fitted.shape),
-        };
-        fitted = again.unwrap_or(fitted);
-    }
-    Some(fitted)
+    let fitted = fit_simplest(&places, &first, WHILE_GROWING)?;
+    let off = |p: &DVec2, s: f64| fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
+    let weighed: Vec<f64> =
+        std.iter().zip(&places).map(|(s, p)| s * (1.0 + off(p, *s).powi(2)).sqrt()).collect();
+    Some(fit(&places, &weighed, fitted.shape).unwrap_or(fitted))
 }
 
 /// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
@@ -63,7 +59,7 @@ fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<
         let mut taken: Vec<usize> = (begin..(begin + seed).min(n)).collect();
         let fit_of = |taken: &[usize]| {
             let members: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
-            through(scan, &members, WHILE_GROWING, 1)
+            growing(scan, &members)
         };
         let Some(mut fitted) = fit_of(&taken) else { continue };
         let on = |f: &Fitted, k: usize| {
@@ -125,16 +121,22 @@ pub(super) fn line(
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let (mut members, mut fitted) = agreeing(scan, &members, options)?;
     for _ in 0..ROUNDS {
-        let more = hidden(scan, rest, &members, &fitted, options);
+        let mut more = hidden(scan, rest, &members, &fitted, STEPS_ON, options);
         if more.is_empty() {
-            break;
+            // Over a gap, unless it leaves more of the row out than the row may miss.
+            more = hidden(scan, rest, &members, &fitted, options.gap as f64 + 0.5, options);
+            let all: Vec<f64> =
+                members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+            if more.is_empty() || fullness(&all, options) < LEAST_FULL {
+                break;
+            }
         }
         members.extend(more);
         let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
         members = order.into_iter().map(|k| members[k]).collect();
-        fitted = through(scan, &members, WHILE_GROWING, 1)?;
+        fitted = growing(scan, &members)?;
     }
     let at = |i: usize| fitted.curve.foot(place(i)).s_m;
     let mut level = 1.0;
@@ -159,14 +161,17 @@ pub(super) fn line(
             return None;
         }
     }
-    fitted = through(scan, &members, IN_THE_END, WEIGHINGS)?;
+    let (places, std) = across(scan, &members);
+    fitted = robust(&places, &std, IN_THE_END, WEIGHINGS)?;
     // Each further parameter of the curve takes a point more to show.
     if members.len() < options.path_least + fitted.shape.parameters() - 2 {
         return None;
     }
-    let due = (fitted.curve.length_m / options.spacing_m).round() + 1.0;
-    let full = (members.len() as f64 / due).min(1.0);
-    if members.len() < options.path_least || full < LEAST_FULL {
+    let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+    let full = fullness(&at, options);
+    let levels: Vec<f64> = members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
+    let few = members.len() < options.path_least || full < LEAST_FULL;
+    if few || every_second(&at, &levels, options) || unlike(&at, &levels) {
         return None;
     }
     // Each marker beyond the least makes chance less likely by the share of places that the tolerance leaves.
@@ -181,8 +186,50 @@ const WHILE_GROWING: f64 = 25.0;
 const IN_THE_END: f64 = 12.0;
 /// Of the markers that a row of its length has, at least so many were seen.
 const LEAST_FULL: f64 = 0.6;
-/// Times that hidden markers are looked for, each about one marker beyond the ends that are known.
-const ROUNDS: usize = 8;
+/// Times that hidden markers are looked for, and spacings beyond the ends that are known.
+const ROUNDS: usize = 12;
+const STEPS_ON: f64 = 2.5;
+
+/// Of the markers that a row from the first to the last of these places has, the share that is there.
+fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
+    let (first, last) =
+        at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
+    (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
+}
+
+/// Where along the row its markers stand, from 0 to the spacing.
+fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
+    let turns: DVec2 = at_m.iter().map(|s| DVec2::from_angle(TAU * s / spacing_m)).sum();
+    turns.to_angle() / TAU * spacing_m
+}
+
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Whether hardly anything stands at every other place, or things of another kind: posts at twice the spacing, with stray points
+/// between them.
+fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
+    let phase = phase_m(at_m, options.spacing_m);
+    let place = |s: f64| ((s - phase) / options.spacing_m).round().rem_euclid(2.0);
+    let of = |odd: f64| -> Vec<f64> {
+        at_m.iter().zip(levels).filter(|(s, _)| place(**s) == odd).map(|(_, l)| *l).collect()
+    };
+    let (even, odd) = (of(0.0), of(1.0));
+    let few = even.len().min(odd.len()) * FEW_BETWEEN < even.len().max(odd.len());
+    few || middle(even).zip(middle(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
+}
+
+/// Markers that are missed by chance leave no less than one in so many at every other place.
+const FEW_BETWEEN: usize = 3;
+
+/// Whether levels jump from most members to the next: the road weakens a row over many markers, chance mixes.
+fn unlike(at_m: &[f64], levels: &[f64]) -> bool {
+    let mut along: Vec<(f64, f64)> = at_m.iter().copied().zip(levels.iter().copied()).collect();
+    along.sort_by(|a, b| a.0.total_cmp(&b.0));
+    middle(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
+}
 
 /// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are
 /// dense and were left out, those far away were lost to noise.
@@ -191,16 +238,16 @@ fn hidden(
     rest: &[usize],
     members: &[usize],
     fitted: &Fitted,
+    steps_on: f64,
     options: &MarkerOptions,
 ) -> Vec<usize> {
     let d_ps = options.spacing_m;
     // On a bend the next marker stands on the bend, not on its tangent.
-    let more = 2.5 * d_ps;
+    let more = steps_on * d_ps;
     let curve = fitted.curve.extended(more, more);
     let foot = |i: usize| curve.foot(DVec2::from_array(scan.points[i].at_m));
     let mut taken: Vec<f64> = members.iter().map(|i| foot(*i).s_m).collect();
-    let turns: DVec2 = taken.iter().map(|s| DVec2::from_angle(std::f64::consts::TAU * s / d_ps)).sum();
-    let phase = turns.to_angle() / std::f64::consts::TAU * d_ps;
+    let phase = phase_m(&taken, d_ps);
     let (first, last) = taken.iter().fold((f64::INFINITY, 0.0f64), |(a, b), s| (a.min(*s), b.max(*s)));
     let mut near: Vec<(f64, usize, f64)> = Vec::new();
     for &i in rest.iter().filter(|i| !members.contains(i)) {

@@ -258,3 +258,117 @@ fn pairs_in_one_cell_do_not_stand_between() {
         "{motion:?}"
     );
 }
+
+/// Posts along y = 5 and a row behind it that is the image of the nearest.
+fn with_wall(dice: &mut Dice, wall: bool) -> Vec<LanePoint> {
+    let mut points = lane(dice);
+    for row in points.clone() {
+        let at = DVec2::new(row.at_m[0], 10.0 - row.at_m[1]);
+        points.push(LanePoint { rcs_dbsm: -14.0, ..point(at, 0.0, dice) });
+    }
+    if wall {
+        let posts = (0..8).map(|k| point(DVec2::new(5.0 + 4.0 * f64::from(k), 5.0), 0.0, dice));
+        points.extend(posts.map(|p| LanePoint { rcs_dbsm: 15.0, ..p }).collect::<Vec<_>>());
+    }
+    points
+}
+
+/// Images of both rows in a wall are left out; rows of another road without a wall between, or with a third row of markers there, are
+/// not.
+#[test]
+fn images_in_a_wall_are_no_rows() {
+    let options = MarkerOptions::default();
+    let lefts = |points: &[LanePoint]| -> Vec<i32> {
+        let e = estimate(&scan(points), &options);
+        e.lines
+            .iter()
+            .map(|l| l.fitted.curve.at(0.5 * l.fitted.curve.length_m).at_m.y.round() as i32)
+            .collect()
+    };
+    for seed in 1..15 {
+        let mut dice = Dice(seed * 31);
+        let behind = lefts(&with_wall(&mut dice, true));
+        assert_eq!(behind.len(), 2, "{seed}: {behind:?}");
+        assert!(behind.iter().all(|y| y.abs() <= 2), "{behind:?}");
+        let open = lefts(&with_wall(&mut dice, false));
+        assert_eq!(open.len(), 4, "{seed}: {open:?}");
+        // The middle row of three that are equally far apart is no wall.
+        let mut three = lane(&mut dice);
+        three.extend((0..12).map(|k| point(DVec2::new(6.0 + 2.0 * f64::from(k), 4.5), 0.0, &mut dice)));
+        assert_eq!(lefts(&three).len(), 3, "{seed}");
+    }
+}
+
+/// In a round wall too: the ray that a mirror turns away takes the shortest way.
+#[test]
+fn round_walls_mirror_by_their_tangent() {
+    let (centre, radius) = (DVec2::new(0.0, -80.0), 86.0);
+    let row = crate::lane::curve::Clothoid {
+        start_m: [0.0, 1.5],
+        heading_rad: 0.0,
+        curvature_per_m: -1.0 / 81.5,
+        curvature_rate_per_m2: 0.0,
+        length_m: 60.0,
+    };
+    let radar = DVec2::new(3.6, 0.0);
+    for s in [12.0, 20.0, 35.0] {
+        let marker = row.at(s).at_m;
+        let way = |a: f64| {
+            let w = centre + DVec2::from_angle(a) * radius;
+            (radar.distance(w) + w.distance(marker), w)
+        };
+        let angles = (0..200_000).map(|k| 1.6 - 5e-6 * f64::from(k));
+        let (length, w) = angles.map(way).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let image = radar + (w - radar).normalize() * length;
+        let m = super::mirror::mirrored(&row, radar, image).unwrap();
+        assert!(m.place.distance(marker) < 0.02, "{s}: {} {marker}", m.place);
+        assert!((m.left_m - 4.5).abs() < 0.02, "{s}: {}", m.left_m);
+    }
+    // Between the radar and the row there is no image of it.
+    let before = row.at(20.0);
+    let before = before.at_m - DVec2::from_angle(before.heading_rad).perp() * 0.5;
+    assert!(super::mirror::mirrored(&row, radar, before).is_none());
+}
+
+/// Posts 4 m apart with a stray point between some of them are no row of markers 2 m apart, nor are points of any level.
+#[test]
+fn posts_at_twice_the_spacing_are_no_row() {
+    let mut dice = Dice(23);
+    let mut posts: Vec<LanePoint> =
+        (0..9).map(|k| point(DVec2::new(6.0 + 4.0 * f64::from(k), -4.0), 0.0, &mut dice)).collect();
+    posts.iter_mut().for_each(|p| p.rcs_dbsm = 15.0);
+    for k in [0, 1, 2, 4, 5, 7] {
+        let p = point(DVec2::new(8.0 + 4.0 * f64::from(k), -4.0), 0.0, &mut dice);
+        posts.push(LanePoint { rcs_dbsm: -25.0, ..p });
+    }
+    let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
+    let found = |points: &[LanePoint]| {
+        estimate(&Scan { speed_mps, ..scan(points) }, &MarkerOptions::default()).lines.len()
+    };
+    assert_eq!(found(&posts), 0);
+    // Of one level it is a row.
+    posts.iter_mut().for_each(|p| p.rcs_dbsm = -25.0);
+    assert_eq!(found(&posts), 1);
+    let mut jumps = lane(&mut dice);
+    jumps.truncate(12);
+    jumps.iter_mut().for_each(|p| p.rcs_dbsm = -30.0 + 45.0 * dice.roll());
+    assert_eq!(found(&jumps), 0);
+}
+
+/// Markers next to the radar and beyond a gap, where paths do not lead, are members where the row goes on.
+#[test]
+fn near_and_far_markers_are_members() {
+    let mut dice = Dice(29);
+    // One at 2.8 m, three missed, and three more.
+    let at: Vec<f64> = [2.4, 4.4]
+        .into_iter()
+        .chain((3..12).map(|k| 0.4 + 2.0 * f64::from(k)))
+        .chain([30.4, 32.4, 34.4])
+        .collect();
+    let points: Vec<LanePoint> = at.iter().map(|x| point(DVec2::new(*x, 1.5), 0.0, &mut dice)).collect();
+    let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
+    let e = estimate(&Scan { speed_mps, ..scan(&points) }, &MarkerOptions::default());
+    assert_eq!(e.lines.len(), 1);
+    let members = &e.lines[0].members;
+    assert!(members.contains(&0) && members.contains(&1) && members.contains(&13), "{members:?}");
+}

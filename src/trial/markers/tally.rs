@@ -90,7 +90,8 @@ pub fn markers_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> Vec<[f64;
     rows.filter(|p| view.holds(DVec2::from_array(*p))).collect()
 }
 
-/// The rows in view as the lines that are to be found, and the vehicle's lane.
+/// The rows in view as the lines that are to be found, and the vehicle's lane. What a line says of a row that has left the view is
+/// right or wrong all the same.
 pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
     let whole = drive.truth_of_rows(time_s, view.reach_m);
     let mut lines = Vec::new();
@@ -105,7 +106,7 @@ pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
         first.push(own);
     }
     let own = whole.own.map(|i| i.and_then(|i| first.get(i).copied().flatten()));
-    TrueLanes { lines, own, ..whole }
+    TrueLanes { lines, own, also: whole.lines, ..whole }
 }
 
 /// Places a quarter of a metre apart along a polyline, those in view, cut where it leaves the view.
