@@ -22,6 +22,8 @@ const FIRST_STEP_M: f64 = 0.25;
 pub(super) struct Fit<'a> {
     /// By range.
     pub(super) cells: &'a [Cell],
+    /// Of each cell, one over its standard deviations.
+    pub(super) per_std: &'a [[f64; 2]],
     /// Number of the first cell from each step of range on.
     pub(super) first_from: &'a [usize],
     pub(super) widest_m: f64,
@@ -58,6 +60,7 @@ impl Fit<'_> {
     pub(super) fn near(&self, m: &Marker, widen: f64, mut each: impl FnMut(usize, f64, f64, f64)) {
         let reach = REACH * widen * self.widest_m;
         let (low, high) = (m.range - reach, m.range + reach);
+        let (narrow, peak) = (1.0 / widen, self.s.detection_probability / TAU);
         for (i, c) in self.cells.iter().enumerate().skip(self.first(low)) {
             if c.range_m < low {
                 continue;
@@ -65,16 +68,11 @@ impl Fit<'_> {
             if c.range_m > high {
                 break;
             }
-            let (sr, sv) = (c.range_std_m * widen, c.range_rate_std_mps * widen);
-            let (er, ev) = ((c.range_m - m.range) / sr, (c.range_rate_mps - m.rate) / sv);
+            let [sr, sv] = self.per_std[i].map(|s| s * narrow);
+            let (er, ev) = ((c.range_m - m.range) * sr, (c.range_rate_mps - m.rate) * sv);
             let chi2 = er * er + ev * ev;
             if chi2 < REACH * REACH {
-                each(
-                    i,
-                    self.s.detection_probability / (TAU * sr * sv) * (-0.5 * chi2).exp(),
-                    er / sr,
-                    ev / sv,
-                );
+                each(i, peak * sr * sv * (-0.5 * chi2).exp(), er * sr, ev * sv);
             }
         }
     }
@@ -103,7 +101,9 @@ impl Fit<'_> {
     /// Without the expected number of markers, which jumps where one enters the view. `scratch` spares an allocation.
     pub(super) fn smooth_log_likelihood(&self, p: &Vector, widen: f64, scratch: &mut Vec<f64>) -> f64 {
         self.density(p, widen, scratch);
-        scratch.iter().map(|d| (self.extra + d).ln()).sum::<f64>() + self.log_prior(p)
+        // Products of a few cells stay in range and spare logarithms.
+        let of_few = |d: &[f64]| d.iter().map(|d| self.extra + d).product::<f64>().ln();
+        scratch.chunks(8).map(of_few).sum::<f64>() + self.log_prior(p)
     }
 
     pub(super) fn log_likelihood(&self, p: &Vector) -> f64 {
@@ -139,23 +139,17 @@ impl Fit<'_> {
         set(OFFSET, moved(DVec2::NEG_Y));
         set(HEADING, [0.0, -v * m.unit.dot(motion.perp())]);
         set(SPEED, [0.0, -cos]);
-        let place = |u: f64, k: f64, start: f64| self.s.row_m(m.is_left, u, k, start);
         let is_straight = m.u <= p[START];
-        const STEP: f64 = 1e-4;
         const BEND_STEP: f64 = 1e-6;
         let (k, start) = (p[CURVATURE], p[START]);
-        let way = match is_straight {
-            true => DVec2::X,
-            false => (place(m.u + STEP, k, start) - place(m.u - STEP, k, start)) / (2.0 * STEP),
-        };
+        let way = if is_straight { DVec2::X } else { self.s.way(m.is_left, m.u, k, start) };
         set(if m.is_left { LEFT } else { RIGHT }, moved(way));
         if !is_straight {
-            let high = place(m.u, k + BEND_STEP, start);
-            set(CURVATURE, moved((high - place(m.u, k - BEND_STEP, start)) / (2.0 * BEND_STEP)));
-            if self.is_free[START] {
-                let high = place(m.u, k, start + STEP);
-                set(START, moved((high - place(m.u, k, start - STEP)) / (2.0 * STEP)));
-            }
+            let bent = self.s.row_m(m.is_left, m.u, k + BEND_STEP, start);
+            let less = self.s.row_m(m.is_left, m.u, k - BEND_STEP, start);
+            set(CURVATURE, moved((bent - less) / (2.0 * BEND_STEP)));
+            // The arc moves along with its start.
+            set(START, moved(DVec2::X - way));
         }
         out
     }

@@ -29,6 +29,7 @@ use cells::usable;
 pub use estimator::{LaneLook, Options, RangeDopplerLane};
 use fit::Fit;
 pub use rows::Foreseen;
+use search::Blots;
 
 /// Number of fitted values.
 pub const VALUES: usize = 7;
@@ -299,8 +300,9 @@ impl LaneSettings {
 /// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
 pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> Result<LaneFromMap, Refusal> {
     let problem = Problem::new(cells, speed, settings)?;
-    let modes = problem.search()?;
-    problem.conclude(modes)
+    let blots = Blots::new(&problem.fit());
+    let modes = problem.search(&blots)?;
+    problem.conclude(&blots, modes)
 }
 
 /// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some fifteen times
@@ -321,15 +323,17 @@ pub fn lane_near(
     }
     let mut modes = Vec::new();
     let fit = problem.fit();
+    let blots = Blots::new(&fit);
     fit.try_from(p, &mut modes);
-    fit.try_from(fit.phased(&p).1, &mut modes);
-    problem.conclude(modes)
+    fit.try_from(fit.phased(&blots, &p).1, &mut modes);
+    problem.conclude(&blots, modes)
 }
 
 /// Cells made ready, and what is assumed of the lane.
 struct Problem<'a> {
     cells: Vec<Cell>,
     first_from: Vec<usize>,
+    per_std: Vec<[f64; 2]>,
     s: &'a LaneSettings,
     extra: f64,
     prior_mean: Vector,
@@ -382,6 +386,7 @@ impl<'a> Problem<'a> {
         Ok(Problem {
             extra: s.extra_share * used.len() as f64 / area,
             first_from: fit::first_from(&used),
+            per_std: used.iter().map(|c| [1.0 / c.range_std_m, 1.0 / c.range_rate_std_mps]).collect(),
             cells: used,
             s,
             prior_mean: [0.0, 0.0, 0.0, start_mean, 0.5 * left, 0.5 * right, speed_mean],
@@ -395,6 +400,7 @@ impl<'a> Problem<'a> {
         Fit {
             cells: &self.cells,
             first_from: &self.first_from,
+            per_std: &self.per_std,
             widest_m: self.cells.iter().map(|c| c.range_std_m).fold(0.0, f64::max),
             s: self.s,
             extra: self.extra,
@@ -405,49 +411,79 @@ impl<'a> Problem<'a> {
     }
 
     /// Lanes from all over the search range.
-    fn search(&self) -> Result<Modes, Refusal> {
-        /// A gain of log likelihood that is none.
-        const SAME: f64 = 0.05;
+    fn search(&self, blots: &Blots) -> Result<Modes, Refusal> {
+        /// Trials of all bends, each of a lane with its straight part.
+        const ROUNDS: usize = 4;
         let fit = self.fit();
         let mut starts: Modes = Vec::new();
         for p in fit.grid(&self.speeds) {
-            starts.push(fit.phased(&p));
+            starts.push(fit.phased(blots, &p));
             if !self.s.has_equal_spacings() {
-                starts.push(fit.phased(&mirrored(&p)));
+                starts.push(fit.phased(blots, &mirrored(&p)));
             }
         }
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Without an offset the grid holds the mirrored lane as well.
+        starts.dedup_by(|a, b| a.1 == b.1);
         let mut modes = Vec::new();
         for (_, p) in starts.iter().take(10) {
             fit.try_from(*p, &mut modes);
         }
         let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
-        let mut best = *modes.first().ok_or(none)?;
-        for _ in 0..3 {
-            for q in fit.other_bends(&best.1) {
-                fit.try_from(q, &mut modes);
-            }
-            let is_same = modes[0].0 < best.0 + SAME;
-            best = modes[0];
-            if is_same {
+        let first = *modes.first().ok_or(none)?;
+        let other_straights = modes.clone();
+        let mut rounds = ROUNDS;
+        self.bend(&fit, blots, first, &mut rounds, &mut modes);
+        // Cells left over: a bend may have drawn the straight part aside, so other straight parts get their turn.
+        let mut tried = vec![first.1];
+        for (value, p) in other_straights {
+            let share = fit.shares(&modes[0].1).iter().sum::<f64>() / self.cells.len() as f64;
+            if share > 1.0 - 2.0 * self.s.extra_share || rounds == 0 {
                 break;
+            }
+            let is_new =
+                |q: &Vector| (p[OFFSET] - q[OFFSET]).abs() > 0.3 || (p[HEADING] - q[HEADING]).abs() > 0.05;
+            if tried.iter().all(is_new) {
+                tried.push(p);
+                self.bend(&fit, blots, (value, p), &mut rounds, &mut modes);
             }
         }
         Ok(modes)
     }
 
+    /// Adds what comes of other bends of a lane, as long as they better it.
+    fn bend(&self, fit: &Fit<'_>, blots: &Blots, from: (f64, Vector), rounds: &mut usize, modes: &mut Modes) {
+        /// A gain of log likelihood that is none.
+        const SAME: f64 = 0.05;
+        let mut best = from;
+        while *rounds > 0 {
+            *rounds -= 1;
+            let mut found = vec![best];
+            for q in fit.other_bends(blots, &best.1) {
+                fit.try_from(q, &mut found);
+            }
+            modes.extend_from_slice(&found);
+            let is_same = found[0].0 < best.0 + SAME;
+            best = found[0];
+            if is_same {
+                break;
+            }
+        }
+        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    }
+
     /// The best of these lanes, how sure it is, and what it is mistaken for.
-    fn conclude(&self, mut modes: Modes) -> Result<LaneFromMap, Refusal> {
+    fn conclude(&self, blots: &Blots, mut modes: Modes) -> Result<LaneFromMap, Refusal> {
         let (fit, settings) = (self.fit(), self.s);
         let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
         let best = modes.first().ok_or(none)?.1;
         // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
-        fit.try_from(fit.phased(&mirrored(&best)).1, &mut modes);
+        fit.try_from(fit.phased(blots, &mirrored(&best)).1, &mut modes);
         let (mut log_likelihood, mut p) = modes[0];
         let mut rivals = modes;
         if rivals[0].1 != best {
             // The mirrored one won: try back.
-            fit.try_from(fit.phased(&mirrored(&p)).1, &mut rivals);
+            fit.try_from(fit.phased(blots, &mirrored(&p)).1, &mut rivals);
             (log_likelihood, p) = rivals[0];
         }
         let explained: f64 = fit.shares(&p).iter().sum();

@@ -95,6 +95,16 @@ impl LaneSettings {
         DVec2::new(start + chord * half.cos() - t * sin, chord * half.sin() + t * cos)
     }
 
+    /// Change of [`LaneSettings::row_m`] with u, in the bend.
+    pub(super) fn way(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
+        let t = self.lateral_m(is_left);
+        let (per_m, length) = match self.along {
+            Along::Middle => (curvature, 1.0 - curvature * t),
+            Along::Row => (curvature / (1.0 - curvature * t), 1.0),
+        };
+        length * DVec2::from_angle(per_m * (u - start))
+    }
+
     /// Last u of the row.
     pub(super) fn end_m(&self, is_left: bool, curvature: f64, start: f64) -> f64 {
         let straight = start.max(0.0) + self.far_m;
@@ -152,9 +162,10 @@ impl LaneSettings {
                 }
             }
         };
-        let begin = self.begin_m((t - p[OFFSET]).abs(), p[HEADING]);
+        // Rows begin at the radar or behind.
+        let from = if from >= 0.0 { from } else { from.max(self.begin_m((t - p[OFFSET]).abs(), p[HEADING])) };
         let end = self.end_m(is_left, k, start).min(to);
-        let mut u = phase + ((from.max(begin) - phase) / spacing).ceil() * spacing;
+        let mut u = phase + ((from - phase) / spacing).ceil() * spacing;
         let is_straight = k.abs() < STRAIGHT_PER_M;
         let last = if is_straight { end } else { start.min(end) };
         while u <= last {
@@ -169,10 +180,26 @@ impl LaneSettings {
             Along::Row => k / (1.0 - k * t),
         };
         let (radius, from_middle) = (1.0 / k, 1.0 / k - t);
+        let place = |at: DVec2| DVec2::new(start + from_middle * at.y, radius - from_middle * at.x);
         let mut at = DVec2::from_angle(per_m * (u - start));
         let turn = DVec2::from_angle(per_m * spacing);
+        let far2 = self.far_m.powi(2);
+        let is_far = |place: DVec2| place.distance_squared(DVec2::new(0.0, p[OFFSET])) + h2 > far2;
+        let mut stays_far = None;
         while u <= end {
-            show(u, DVec2::new(start + from_middle * at.y, radius - from_middle * at.x));
+            let here = place(at);
+            // The distance to a point of a circle grows up to the farthest and falls from there: where the end is out of view as well,
+            // nothing comes back in between.
+            if is_far(here) && at.x * here.x + at.y * (here.y - p[OFFSET]) > 0.0 {
+                let ends_far = || {
+                    let left = (per_m * (end - u)).abs();
+                    left < PI && is_far(place(DVec2::from_angle(per_m * (end - start))))
+                };
+                if *stays_far.get_or_insert_with(ends_far) {
+                    break;
+                }
+            }
+            show(u, here);
             at = turn.rotate(at);
             u += spacing;
         }

@@ -1,35 +1,27 @@
 //! Where the fit starts: lanes from a grid, phases and bends by trial.
 
 use super::fit::Fit;
+use super::rows::Marker;
 use super::*;
-use glam::Vec2;
 
 impl Fit<'_> {
     /// Phases of both rows that fit best with the rest given, by trial.
-    pub(super) fn phased(&self, p: &Vector) -> (f64, Vector) {
+    pub(super) fn phased(&self, blots: &Blots, p: &Vector) -> (f64, Vector) {
         const TRIALS: usize = 16;
-        const WIDEN: f64 = 3.0;
         let n = self.cells.len();
         let mut density = [vec![0.0; TRIALS * n], vec![0.0; TRIALS * n]];
         for (of_row, is_left) in density.iter_mut().zip([true, false]) {
             for trial in 0..TRIALS {
                 let phase = self.s.spacing_m(is_left) * trial as f64 / TRIALS as f64;
                 let of_trial = &mut of_row[trial * n..][..n];
-                self.s.row(p, is_left, phase, |m| self.near(&m, WIDEN, |i, d, _, _| of_trial[i] += d));
+                self.s.row(p, is_left, phase, |m| blots.add(&m, of_trial));
             }
         }
-        for d in density.iter_mut().flatten() {
-            *d /= self.extra;
-        }
-        let mut best = (f64::NEG_INFINITY, 0, 0);
+        let mut best = (f32::NEG_INFINITY, 0, 0);
         for a in 0..TRIALS {
             for b in 0..TRIALS {
                 let (left, right) = (&density[0][a * n..][..n], &density[1][b * n..][..n]);
-                // Products of a few cells stay in range and spare logarithms.
-                let of_few = |(x, y): (&[f64], &[f64])| {
-                    x.iter().zip(y).map(|(x, y)| 1.0 + x + y).product::<f64>().ln()
-                };
-                let value: f64 = left.chunks(8).zip(right.chunks(8)).map(of_few).sum();
+                let value = log_of_products(left.iter().zip(right).map(|(x, y)| 1.0 + x + y));
                 if value > best.0 {
                     best = (value, a, b);
                 }
@@ -38,25 +30,19 @@ impl Fit<'_> {
         let mut q = *p;
         q[LEFT] = self.s.left_spacing_m * best.1 as f64 / TRIALS as f64;
         q[RIGHT] = self.s.right_spacing_m * best.2 as f64 / TRIALS as f64;
-        (best.0 + n as f64 * self.extra.ln(), q)
+        (f64::from(best.0), q)
     }
 
     /// Lanes from a grid, best first: rows as curves, without phases, offsets to the left only.
     pub(super) fn grid(&self, speeds: &[f64]) -> Vec<Vector> {
         const OFFSET_STEP: f64 = 0.375;
+        const MOST: usize = 4000;
         let heading_step: f64 = 4f64.to_radians();
         let steps = |most: f64, step: f64| (most / step).ceil().max(1.0) as i32;
         let offsets = steps(self.s.max_offset_m, OFFSET_STEP);
         let half = steps(self.s.max_heading_rad, heading_step);
         let heading_step = self.s.max_heading_rad / f64::from(half);
         let rad: Vec<f64> = (-half..=half).map(|h| heading_step * f64::from(h)).collect();
-        let headings = Headings {
-            first: -self.s.max_heading_rad as f32,
-            step: heading_step as f32,
-            unit: rad.iter().map(|h| DVec2::from_angle(*h).as_vec2()).collect(),
-            rad,
-        };
-        let mut scores = vec![0f32; headings.rad.len()];
         let mut bends = vec![(0.0, 0.0, 0.002)];
         let starts: Vec<f64> = match self.s.curve_start {
             CurveStart::Known(m) => vec![m],
@@ -82,17 +68,21 @@ impl Fit<'_> {
         let far = self.cells.iter().map(|c| c.range_m).fold(0.0, f64::max).min(self.s.far_m);
         let widest = 0.5 * self.s.lane_width_m + self.s.max_offset_m;
         let begin = self.s.begin_m(widest, self.s.max_heading_rad).max(-far);
-        let mut found: Vec<(f32, Vector)> = Vec::new();
+        let mut kernels = Kernels::new(self, speeds, heading_step, rad.len());
+        // Score, speed, bend, offset, heading.
+        let mut found: Vec<(f32, usize, [usize; 3])> = Vec::new();
         let mut places = Vec::new();
-        let (mut pairs, mut ends) = (Vec::new(), Vec::new());
         let mut of_cell: Vec<Vec<Pair>> = self.cells.iter().map(|_| Vec::new()).collect();
-        for (curvature, start, half_step) in bends {
+        let mut scores = vec![0f32; rad.len()];
+        let mut best = vec![(0f32, 0); rad.len()];
+        let offset_m = |o: usize| (OFFSET_STEP * o as f64).min(self.s.max_offset_m);
+        for (bend, (curvature, start, half_step)) in bends.iter().enumerate() {
             places.clear();
             for is_left in [true, false] {
-                let end = self.s.end_m(is_left, curvature, start);
+                let end = self.s.end_m(is_left, *curvature, *start);
                 let mut u = begin;
                 while u <= end {
-                    places.push((is_left, self.s.row_m(is_left, u, curvature, start)));
+                    places.push((is_left, self.s.row_m(is_left, u, *curvature, *start)));
                     // The curve is steep near the radar only.
                     u += if u.abs() < 6.0 { 0.4 } else { 1.2 };
                 }
@@ -103,28 +93,43 @@ impl Fit<'_> {
                     + (0.5 * OFFSET_STEP / c.range_m.max(0.5)).powi(2)
                     + (0.5 * half_step * c.range_m).powi(2)
             };
-            let turns: Vec<f32> = self.cells.iter().map(|c| turn(c) as f32).collect();
-            for o in 0..=offsets {
-                let offset = (OFFSET_STEP * f64::from(o)).min(self.s.max_offset_m);
-                self.pairs(&places, offset, &mut of_cell, &mut pairs, &mut ends);
-                for speed in speeds {
-                    self.curve_scores((&pairs, &ends), &headings, *speed, &turns, &mut scores);
-                    found.extend(scores.iter().zip(&headings.rad).map(|(score, heading)| {
-                        (*score, [offset, *heading, curvature, start, 0.0, 0.0, *speed])
-                    }));
+            let turns: Vec<f64> = self.cells.iter().map(turn).collect();
+            for o in 0..=offsets as usize {
+                self.pairs(&places, offset_m(o), &turns, &kernels, &mut of_cell);
+                best.fill((f32::NEG_INFINITY, 0));
+                for speed in 0..speeds.len() {
+                    kernels.scores(self, speed, &of_cell, &mut scores);
+                    for (best, score) in best.iter_mut().zip(&scores) {
+                        if *score > best.0 {
+                            *best = (*score, speed);
+                        }
+                    }
                 }
+                found.extend(
+                    best.iter().enumerate().map(|(h, (score, speed))| (*score, *speed, [bend, o, h])),
+                );
             }
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // The first of equals comes first.
+        let order = |a: &(f32, usize, [usize; 3]), b: &(f32, usize, [usize; 3])| {
+            b.0.total_cmp(&a.0).then(a.2.cmp(&b.2))
+        };
+        if found.len() > MOST {
+            found.select_nth_unstable_by(MOST, order);
+            found.truncate(MOST);
+        }
+        found.sort_unstable_by(order);
         let mut out: Vec<Vector> = Vec::new();
-        for (_, p) in found.iter().take(4000) {
+        for (_, speed, [bend, o, h]) in &found {
+            let (curvature, start, _) = bends[*bend];
+            let p = [offset_m(*o), rad[*h], curvature, start, 0.0, 0.0, speeds[*speed]];
             let is_new = out.iter().all(|q| {
                 (p[OFFSET] - q[OFFSET]).abs() > 1.1 * OFFSET_STEP
                     || (p[HEADING] - q[HEADING]).abs() > 1.1 * heading_step
                     || (p[CURVATURE] - q[CURVATURE]).abs() > 0.004 + 0.5 * p[CURVATURE].abs()
             });
             if is_new {
-                out.push(*p);
+                out.push(p);
                 if out.len() == 24 {
                     break;
                 }
@@ -135,8 +140,9 @@ impl Fit<'_> {
 
     /// Other bends ahead with the rest as it is. Along an arc of few cells one marker passes for the next, so
     /// the likelihood has many peaks over curvature and start.
-    pub(super) fn other_bends(&self, p: &Vector) -> Vec<Vector> {
-        const WIDEN: f64 = 3.0;
+    pub(super) fn other_bends(&self, blots: &Blots, p: &Vector) -> Vec<Vector> {
+        /// Lanes that differ by less at the farthest cell are not told apart by their wide cells.
+        const STEP_M: f64 = 0.5;
         let starts: Vec<f64> = match self.s.curve_start {
             CurveStart::Known(m) => vec![m],
             CurveStart::UpTo(m) => {
@@ -145,16 +151,10 @@ impl Fit<'_> {
             }
         };
         let far = self.cells.last().map_or(0.0, |c| c.range_m);
-        let mut curvatures = Vec::new();
-        let mut k = 1.05 / self.s.min_radius_m;
-        while k > 0.003 {
-            curvatures.extend([k, -k]);
-            k *= 0.94;
-        }
         let rows = [(true, p[LEFT]), (false, p[RIGHT])];
         let mut found = Vec::new();
         let n = self.cells.len();
-        let (mut before, mut density) = (vec![0.0; n], vec![0.0; n]);
+        let (mut before, mut density) = (vec![0f32; n], vec![0f32; n]);
         for start in starts {
             let mut q = *p;
             q[START] = start;
@@ -162,24 +162,26 @@ impl Fit<'_> {
             before.fill(1.0);
             for (is_left, phase) in rows {
                 let part = [f64::NEG_INFINITY, start];
-                self.s.row_between(&q, is_left, phase, part, |m| {
-                    self.near(&m, WIDEN, |i, d, _, _| before[i] += d / self.extra);
-                });
+                self.s.row_between(&q, is_left, phase, part, |m| blots.add(&m, &mut before));
             }
-            for curvature in &curvatures {
-                // So slight a bend is none where there are cells.
-                if 0.5 * curvature.abs() * (far - start).max(0.0).powi(2) < 0.1 {
-                    break;
-                }
-                q[CURVATURE] = *curvature;
+            // What a curvature moves the farthest cell by, m per 1/m.
+            let reach = 0.5 * (far - start).max(0.0).powi(2);
+            let mut curvatures = Vec::new();
+            let mut k = 1.05 / self.s.min_radius_m;
+            // So slight a bend is none where there are cells.
+            while k > 0.003 && k * reach > 0.1 {
+                curvatures.extend([k, -k]);
+                k -= (0.06 * k).max(STEP_M / reach);
+            }
+            for curvature in curvatures {
+                q[CURVATURE] = curvature;
                 density.copy_from_slice(&before);
                 for (is_left, phase) in rows {
                     self.s.row_between(&q, is_left, phase, [start, f64::INFINITY], |m| {
-                        self.near(&m, WIDEN, |i, d, _, _| density[i] += d / self.extra);
+                        blots.add(&m, &mut density);
                     });
                 }
-                // Products of a few cells stay in range and spare logarithms.
-                let value: f64 = density.chunks(8).map(|d| d.iter().product::<f64>().ln()).sum();
+                let value = f64::from(log_of_products(density.iter().copied()));
                 found.push((value + self.log_prior(&q), q));
             }
         }
@@ -200,26 +202,26 @@ impl Fit<'_> {
         out
     }
 
-    /// The pieces of both curves that cover the range of each cell, cell after cell; `ends` holds where each cell's end.
+    /// The pieces of both curves that cover the range of each cell.
     fn pairs(
         &self,
         places: &[(bool, DVec2)],
         offset: f64,
+        turns: &[f64],
+        kernels: &Kernels,
         of_cell: &mut [Vec<Pair>],
-        out: &mut Vec<Pair>,
-        ends: &mut Vec<usize>,
     ) {
         let h2 = self.s.radar_height_m.powi(2);
         let seen = |place: DVec2| {
             let d = DVec2::new(place.x, place.y - offset);
-            let range = (d.length_squared() + h2).sqrt().max(1e-9);
-            (range, d / range)
+            ((d.length_squared() + h2).sqrt(), d.y.atan2(d.x))
         };
         // Twice the typical std beyond the ends, for cells nearer than the nearest of the row.
         let reach = 2.0 * self.widest_m;
         let far = self.cells.last().map_or(0.0, |c| c.range_m);
+        of_cell.iter_mut().for_each(Vec::clear);
         let mut last = None;
-        for (is_left, place) in places {
+        for (piece, (is_left, place)) in places.iter().enumerate() {
             let b = seen(*place);
             let Some((_, a)) = last.replace((*is_left, b)).filter(|l| l.0 == *is_left) else { continue };
             let (low, high) = (a.0.min(b.0) - reach, a.0.max(b.0) + reach);
@@ -228,114 +230,282 @@ impl Fit<'_> {
             }
             let first = self.first(low);
             let length = b.0 - a.0;
-            let per_m = if length.abs() < 0.05 { DVec2::ZERO } else { (b.1 - a.1) / length };
-            for (c, found) in self.cells.iter().zip(of_cell.iter_mut()).skip(first) {
+            let per_length = if length.abs() < 1e-9 { 0.0 } else { 1.0 / length };
+            let mut angle = b.1 - a.1;
+            if angle.abs() > PI {
+                angle -= TAU.copysign(angle);
+            }
+            let per_m = if length.abs() < 0.05 { 0.0 } else { angle * per_length };
+            for (i, c) in self.cells.iter().enumerate().skip(first) {
                 if c.range_m > high {
                     break;
                 }
                 if c.range_m < low {
                     continue;
                 }
-                let part =
-                    if length.abs() < 1e-9 { 0.5 } else { ((c.range_m - a.0) / length).clamp(0.0, 1.0) };
-                let beyond = (c.range_m - (a.0 + part * length)) / c.range_std_m;
-                if beyond.abs() <= 2.0 {
-                    found.push(Pair {
-                        unit: a.1.lerp(b.1, part).as_vec2(),
-                        spread: (per_m * c.range_std_m).as_vec2(),
-                        beyond2: (beyond * beyond) as f32,
-                    });
-                }
-            }
-        }
-        out.clear();
-        ends.clear();
-        for found in of_cell {
-            out.append(found);
-            ends.push(out.len());
-        }
-    }
-
-    /// Logarithms of the likelihood ratio of both curves to none for each heading, each cell on the nearer curve. In single precision:
-    /// it ranks. A piece of a curve has to do with the few headings only at which its range rate is about the cell's.
-    fn curve_scores(
-        &self,
-        (pairs, ends): (&[Pair], &[usize]),
-        headings: &Headings,
-        speed: f64,
-        turns: &[f32],
-        scores: &mut [f32],
-    ) {
-        /// Beyond this chi-square a curve has nothing to do with a cell.
-        const MOST: f32 = 16.0;
-        scores.fill(0.0);
-        let mut best = vec![0f32; scores.len()];
-        let edge = (self.s.half_view_rad.cos() - 0.05) as f32;
-        // Markers of a row over the length of the map, against cells that are none.
-        let per_m = self.s.detection_probability / self.s.left_spacing_m.max(self.s.right_spacing_m);
-        let ratio = (per_m / (self.extra * TAU.sqrt())) as f32;
-        let speed = speed as f32;
-        let count = scores.len() as f32;
-        let mut from = 0;
-        for ((c, turn), end) in self.cells.iter().zip(turns).zip(ends) {
-            let (rate, var) = (c.range_rate_mps as f32, (c.range_rate_std_mps * c.range_rate_std_mps) as f32);
-            let towards = (-rate / speed).clamp(-1.0, 1.0);
-            let (mut low, mut high) = (usize::MAX, 0);
-            for p in &pairs[from..*end] {
-                let slope2 = p.spread.length_squared();
-                let still = var / (speed * speed) + slope2 + turn * turn;
-                // The deviation at the far side of the window, which is where it is widest.
-                let wide = |cos: f32| (MOST * (still + (1.0 - cos * cos).max(0.0) * turn)).sqrt();
-                let wide = wide((towards - wide(towards)).max(0.0));
-                let near = (towards + wide).min(1.0).acos();
-                let far = (towards - wide).max(-1.0).acos();
-                let angle = p.unit.y.atan2(p.unit.x);
-                let index = |heading: f32| ((heading - headings.first) / headings.step).clamp(-1.0, count);
-                let windows = match near < headings.step {
-                    true => [Some([angle - far, angle + far]), None],
-                    false => [Some([angle - far, angle - near]), Some([angle + near, angle + far])],
+                let part = match length.abs() < 1e-9 {
+                    true => 0.5,
+                    false => ((c.range_m - a.0) * per_length).clamp(0.0, 1.0),
                 };
-                for [a, b] in windows.into_iter().flatten() {
-                    let (a, b) = (index(a).ceil().max(0.0) as usize, (index(b) + 1.0) as usize);
-                    for (heading, best) in best.iter_mut().enumerate().take(b).skip(a) {
-                        let motion = headings.unit[heading];
-                        let cos = p.unit.dot(motion);
-                        let slope = p.spread.dot(motion);
-                        let var = var
-                            + speed * speed * (slope * slope + ((1.0 - cos * cos).max(0.0) + turn) * turn);
-                        let e = rate + speed * cos;
-                        let chi2 = e * e / var + p.beyond2;
-                        if cos >= edge && chi2 < MOST {
-                            *best = best.max(ratio * (-0.5 * chi2).exp() / var.sqrt());
-                        }
+                let beyond = (c.range_m - (a.0 + part * length)).abs();
+                if beyond > 2.0 * c.range_std_m {
+                    continue;
+                }
+                let beyond = beyond / c.range_std_m;
+                let found = &mut of_cell[i];
+                // Next to a piece that covers the cell, one that does not tells nothing new.
+                if let Some(l) = found.last()
+                    && l.piece + 1 == piece
+                    && (l.beyond2 > 0.0 || beyond > 0.0)
+                {
+                    if f64::from(l.beyond2) <= beyond * beyond {
+                        continue;
                     }
-                    (low, high) = (low.min(a), high.max(b.min(scores.len())));
+                    found.pop();
                 }
-            }
-            from = *end;
-            for i in low.min(high)..high {
-                if best[i] > 0.0 {
-                    scores[i] += (1.0 + best[i]).ln();
-                    best[i] = 0.0;
-                }
+                let at = kernels.at(a.1 + part * angle);
+                let width = kernels.width(turns[i] + (per_m * c.range_std_m).powi(2));
+                found.push(Pair { piece, at, width, beyond2: (beyond * beyond) as f32 });
             }
         }
     }
 }
 
-/// The grid's headings, evenly spaced.
-struct Headings {
-    first: f32,
-    step: f32,
-    rad: Vec<f64>,
-    unit: Vec<Vec2>,
+/// Σ ln of numbers that are one at least. Products of a few stay in range and spare logarithms.
+fn log_of_products(values: impl Iterator<Item = f32>) -> f32 {
+    let (mut sum, mut product) = (0.0, 1.0f32);
+    for v in values {
+        product *= v;
+        if product > 1e25 {
+            sum += product.ln();
+            product = 1.0;
+        }
+    }
+    sum + product.ln()
+}
+
+/// The cells as wide blots in a picture over range and range rate, in single precision: they rank lanes that are not yet quite in place.
+pub(super) struct Blots {
+    least: [f32; 2],
+    per_step: [f32; 2],
+    /// Ranges, rates.
+    size: [usize; 2],
+    /// Of each pixel, where its blots begin.
+    from: Vec<u32>,
+    /// Cells, and the density there of their marker's cells over that of cells that are none.
+    blots: Vec<(u32, f32)>,
+}
+
+impl Blots {
+    const WIDEN: f64 = 3.0;
+    /// Of the narrowest cell's standard deviation.
+    const STEP: f64 = 0.5;
+    const MOST_STEPS: f64 = 300.0;
+    /// Less counts as nothing.
+    const LEAST: f64 = 0.01;
+
+    pub(super) fn new(fit: &Fit<'_>) -> Blots {
+        let std = |c: &Cell| [c.range_std_m, c.range_rate_std_mps].map(|s| s * Blots::WIDEN);
+        let at = |c: &Cell| [c.range_m, c.range_rate_mps];
+        let peak = |[sr, sv]: [f64; 2]| fit.s.detection_probability / (TAU * sr * sv * fit.extra);
+        // In standard deviations.
+        let reach = |c: &Cell| (2.0 * (peak(std(c)) / Blots::LEAST).max(1.0).ln()).sqrt();
+        let of = |axis: usize, start: f64, f: fn(f64, f64) -> f64, way: f64| {
+            fit.cells.iter().map(|c| at(c)[axis] + way * reach(c) * std(c)[axis]).fold(start, f)
+        };
+        let least = [0, 1].map(|axis| of(axis, f64::INFINITY, f64::min, -1.0));
+        let most = [0, 1].map(|axis| of(axis, f64::NEG_INFINITY, f64::max, 1.0));
+        let step = [0, 1].map(|axis| {
+            let narrow = fit.cells.iter().map(|c| std(c)[axis]).fold(f64::INFINITY, f64::min);
+            (Blots::STEP * narrow).max((most[axis] - least[axis]) / Blots::MOST_STEPS)
+        });
+        let size = [0, 1].map(|axis| ((most[axis] - least[axis]) / step[axis]) as usize + 1);
+        // Pixels of a cell: a run of them for each range.
+        let runs = |c: &Cell, each: &mut dyn FnMut(usize, f64)| {
+            let (s, r) = (std(c), reach(c));
+            let span = |axis: usize, half: f64| {
+                let to = |x: f64| ((x - least[axis]) / step[axis]).clamp(0.0, size[axis] as f64);
+                to(at(c)[axis] - half).round() as usize..to(at(c)[axis] + half).round() as usize
+            };
+            let off =
+                |axis: usize, i: usize| (least[axis] + (i as f64 + 0.5) * step[axis] - at(c)[axis]) / s[axis];
+            let rates = span(1, r * s[1]);
+            let of_rate: Vec<f64> = rates.clone().map(|j| (-0.5 * off(1, j).powi(2)).exp()).collect();
+            for i in span(0, r * s[0]) {
+                let of_range = peak(s) * (-0.5 * off(0, i).powi(2)).exp();
+                for (j, of_rate) in rates.clone().zip(&of_rate) {
+                    if of_range * of_rate >= Blots::LEAST {
+                        each(i * size[1] + j, of_range * of_rate);
+                    }
+                }
+            }
+        };
+        let mut from = vec![0u32; size[0] * size[1] + 1];
+        for c in fit.cells {
+            runs(c, &mut |pixel, _| from[pixel + 1] += 1);
+        }
+        let mut sum = 0;
+        for n in &mut from {
+            sum += *n;
+            *n = sum;
+        }
+        let mut blots = vec![(0, 0.0); sum as usize];
+        let mut next = from.clone();
+        for (i, c) in fit.cells.iter().enumerate() {
+            runs(c, &mut |pixel, value| {
+                blots[next[pixel] as usize] = (i as u32, value as f32);
+                next[pixel] += 1;
+            });
+        }
+        Blots { least: least.map(|x| x as f32), per_step: step.map(|x| 1.0 / x as f32), size, from, blots }
+    }
+
+    /// Adds what a marker explains of each cell.
+    #[inline]
+    fn add(&self, m: &Marker, to: &mut [f32]) {
+        let i = (m.range as f32 - self.least[0]) * self.per_step[0];
+        let j = (m.rate as f32 - self.least[1]) * self.per_step[1];
+        if i < 0.0 || j < 0.0 {
+            return;
+        }
+        let [i, j] = [i as i32 as usize, j as i32 as usize];
+        if i >= self.size[0] || j >= self.size[1] {
+            return;
+        }
+        let pixel = i * self.size[1] + j;
+        let [from, end] = [self.from[pixel], self.from[pixel + 1]].map(|x| x as usize);
+        for (cell, value) in &self.blots[from..end] {
+            to[*cell as usize] += value;
+        }
+    }
 }
 
 /// A piece of a curve and a cell at its range.
 struct Pair {
-    /// From the radar.
-    unit: Vec2,
-    /// Its change over a standard deviation of the range.
-    spread: Vec2,
+    piece: usize,
+    /// Where in a kernel the first heading stands, as seen from the piece.
+    at: usize,
+    width: usize,
+    /// Squared standard deviations between the cell's range and the nearest of the piece.
     beyond2: f32,
+}
+
+/// Logarithms of the likelihood ratio of a curve to none, for a cell that lies at an angle to the motion. Steps of the angle divide
+/// the step of the headings, so that all headings of the grid are one run of numbers, whatever the angle. In single precision: they
+/// rank.
+struct Kernels {
+    speeds: Vec<f64>,
+    step: f64,
+    headings: usize,
+    /// Of one kernel, for each part of a step.
+    length: usize,
+    /// Whole steps before the first angle.
+    turn: usize,
+    /// Of each angle to the motion in parts of a step.
+    cos: Vec<f32>,
+    /// A kernel over them.
+    values: Vec<f32>,
+    /// Where the kernel of a speed, cell and width begins, once it was needed.
+    from: Vec<usize>,
+    value: Vec<f32>,
+}
+
+impl Kernels {
+    /// Steps of the angle in one of the headings.
+    const PARTS: usize = 4;
+    /// Squared angles by powers of two.
+    const WIDTHS: usize = 16;
+    const LEAST: f64 = 1.0 / 16384.0;
+
+    fn new(fit: &Fit<'_>, speeds: &[f64], step: f64, headings: usize) -> Kernels {
+        let turn = (PI / step).ceil() as usize + 1;
+        let length = 2 * turn + headings;
+        let farthest = Kernels::PARTS * (turn + headings);
+        let part = step / Kernels::PARTS as f64;
+        Kernels {
+            speeds: speeds.to_vec(),
+            step,
+            headings,
+            length,
+            turn,
+            cos: (0..=farthest).map(|i| (part * i as f64).cos() as f32).collect(),
+            values: vec![0.0; farthest + 1],
+            from: vec![usize::MAX; speeds.len() * fit.cells.len() * Kernels::WIDTHS],
+            value: Vec::new(),
+        }
+    }
+
+    /// Of an angle within ±π.
+    fn at(&self, angle: f64) -> usize {
+        let parts = self.turn as f64 + angle / self.step;
+        let parts = (parts * Kernels::PARTS as f64 + 0.5).max(0.0) as usize;
+        let (whole, part) = (parts / Kernels::PARTS, parts % Kernels::PARTS);
+        part * self.length + (2 * self.turn).saturating_sub(whole)
+    }
+
+    fn width(&self, angle2: f64) -> usize {
+        let power = (angle2 / Kernels::LEAST).max(1.0).log2().round() as usize;
+        power.min(Kernels::WIDTHS - 1)
+    }
+
+    /// Of both curves for each heading, each cell on the nearer curve.
+    fn scores(&mut self, fit: &Fit<'_>, speed: usize, of_cell: &[Vec<Pair>], scores: &mut [f32]) {
+        scores.fill(0.0);
+        let mut best = vec![0f32; scores.len()];
+        for (cell, pairs) in of_cell.iter().enumerate() {
+            if pairs.is_empty() {
+                continue;
+            }
+            best.fill(0.0);
+            for p in pairs {
+                let slot = (speed * of_cell.len() + cell) * Kernels::WIDTHS + p.width;
+                if self.from[slot] == usize::MAX {
+                    self.from[slot] = self.value.len();
+                    self.build(fit, self.speeds[speed], &fit.cells[cell], p.width);
+                }
+                let run = &self.value[self.from[slot] + p.at..][..best.len()];
+                // ln(1 + r·exp(-b)) hardly differs from ln(1 + r) - b where it counts.
+                let less = 0.5 * p.beyond2;
+                for (best, value) in best.iter_mut().zip(run) {
+                    let value = *value - less;
+                    *best = if value > *best { value } else { *best };
+                }
+            }
+            scores.iter_mut().zip(&best).for_each(|(s, b)| *s += *b);
+        }
+    }
+
+    fn build(&mut self, fit: &Fit<'_>, speed: f64, c: &Cell, width: usize) {
+        /// Beyond this chi-square a curve has nothing to do with a cell.
+        const MOST: f32 = 16.0;
+        let edge = (fit.s.half_view_rad.cos() - 0.05) as f32;
+        // Markers of a row over the length of the map, against cells that are none.
+        let per_m = fit.s.detection_probability / fit.s.left_spacing_m.max(fit.s.right_spacing_m);
+        let ratio = (per_m / (fit.extra * TAU.sqrt())) as f32;
+        let angle2 = (Kernels::LEAST * (width as f64).exp2()) as f32;
+        let (rate, speed) = (c.range_rate_mps as f32, speed as f32);
+        let var = (c.range_rate_std_mps * c.range_rate_std_mps) as f32;
+        // Nothing farther off than this, whatever the angle.
+        let wide = (MOST * (var + speed * speed * angle2 * (1.0 + angle2))).sqrt();
+        for (value, cos) in self.values.iter_mut().zip(&self.cos) {
+            *value = 0.0;
+            let e = rate + speed * cos;
+            if e.abs() > wide || *cos < edge {
+                continue;
+            }
+            let var = var + speed * speed * angle2 * ((1.0 - cos * cos).max(0.0) + angle2);
+            let chi2 = e * e / var;
+            if chi2 < MOST {
+                *value = (1.0 + ratio * (-0.5 * chi2).exp() / var.sqrt()).ln();
+            }
+        }
+        // Headings begin at minus half their span.
+        let first = (Kernels::PARTS * (self.turn + (self.headings - 1) / 2)) as i32;
+        for part in 0..Kernels::PARTS as i32 {
+            let values = &self.values;
+            let at =
+                |i: usize| values[(first + part - Kernels::PARTS as i32 * i as i32).unsigned_abs() as usize];
+            self.value.extend((0..self.length).map(at));
+        }
+    }
 }

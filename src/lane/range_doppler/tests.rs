@@ -303,6 +303,60 @@ fn what_is_not_observable_is_said() {
 }
 
 #[test]
+fn arcs_show_every_marker_in_view() {
+    let mut d = Draws::new(12, 3);
+    for i in 0..400 {
+        let along = if i % 2 == 0 { Along::Middle } else { Along::Row };
+        let s = LaneSettings { along, far_m: 15.0 + 30.0 * d.uniform(), ..LaneSettings::default() };
+        let side = if d.uniform() < 0.5 { 1.0 } else { -1.0 };
+        let curvature = side / (5.0 * 40f64.powf(d.uniform()));
+        let p = [3.0 * d.uniform() - 1.5, d.uniform() - 0.5, curvature, 30.0 * d.uniform(), 0.3, 0.7, 10.0];
+        for (is_left, phase) in [(true, p[LEFT]), (false, p[RIGHT])] {
+            let mut shown = Vec::new();
+            s.row_between(&p, is_left, phase, [p[START], f64::INFINITY], |m| shown.push(m.u));
+            let mut expected = Vec::new();
+            let spacing = s.spacing_m(is_left);
+            let mut u = phase + ((p[START] - phase) / spacing).ceil() * spacing;
+            while u <= s.end_m(is_left, p[CURVATURE], p[START]) {
+                let at = s.row_m(is_left, u, p[CURVATURE], p[START]) - DVec2::new(0.0, p[OFFSET]);
+                let range = at.length().hypot(s.radar_height_m);
+                let ahead = at.dot(DVec2::from_angle(p[HEADING]));
+                if range >= s.near_m && range <= s.far_m && ahead >= range * s.half_view_rad.cos() {
+                    expected.push(u);
+                }
+                u += spacing;
+            }
+            assert_eq!(shown, expected, "{p:?} {is_left}");
+            // The way along the arc is its slope.
+            let (u, step) = (p[START] + 3.0, 1e-4);
+            let at = |u: f64| s.row_m(is_left, u, p[CURVATURE], p[START]);
+            let slope = (at(u + step) - at(u - step)) / (2.0 * step);
+            let way = s.way(is_left, u, p[CURVATURE], p[START]);
+            assert!(way.distance(slope) < 1e-6, "{way} {slope}");
+        }
+    }
+}
+
+#[test]
+fn the_grid_is_right_about_a_lane_that_it_holds() {
+    let s = LaneSettings::default();
+    for (offset, heading, curvature, start) in
+        [(0.75, 0.0, 0.0, 10.0), (0.375, 8f64.to_radians(), 0.064, 8.0), (1.125, -0.5, -0.032, 16.0)]
+    {
+        let t = Truth { offset, heading, curvature, start, ..STRAIGHT };
+        let cells = cells(&t, &s, &REAL, 17);
+        let problem = Problem::new(&cells, KNOWN, &s).unwrap();
+        let lanes = problem.fit().grid(&problem.speeds);
+        let is_near = |p: &Vector| {
+            (p[OFFSET] - offset).abs() < 0.4
+                && (p[HEADING] - heading).abs() < 0.08
+                && (p[CURVATURE] - curvature).abs() < 0.005 + 0.5 * f64::abs(curvature)
+        };
+        assert!(lanes.iter().take(8).any(is_near), "{t:?} {lanes:?}");
+    }
+}
+
+#[test]
 fn peaks_of_a_map_are_its_cells() {
     let (ranges, rates) = (40, 60);
     let mut d = Draws::new(1, 9);
