@@ -167,6 +167,7 @@ impl LaneEstimator {
             points: &points,
             tracks: &tracks,
             pulse: pulse.as_deref(),
+            scans: &[],
             image: image.as_ref(),
             place: place.map(|[lat, lon, height, azimuth]| catseye::lane::hd_map::RadarPose {
                 position: catseye::lane::hd_map::Wgs84::new(lat, lon, height),

@@ -52,6 +52,15 @@ pub struct LaneTrack {
     pub velocity_mps: [f64; 2],
 }
 
+/// A scan of an impulse radar at a time of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PulseScan {
+    pub time_s: f64,
+    /// Of the vehicle at that time.
+    pub speed_mps: Option<Measured>,
+    pub samples: Vec<f64>,
+}
+
 /// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Look<'a> {
@@ -64,6 +73,8 @@ pub struct Look<'a> {
     pub tracks: &'a [LaneTrack],
     /// Samples of an impulse radar's scan.
     pub pulse: Option<&'a [f64]>,
+    /// Scans since the look before, of an impulse radar that takes more of them than there are looks; the oldest first.
+    pub scans: &'a [PulseScan],
     pub image: Option<&'a camera_fusion::Image>,
     /// Of the radar on the earth.
     pub place: Option<hd_map::RadarPose>,

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Of the vehicle's bus.
-const SPEED_STD_MPS: f64 = 0.1;
+pub(super) const SPEED_STD_MPS: f64 = 0.1;
 const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 
 /// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.

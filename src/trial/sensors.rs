@@ -8,11 +8,10 @@ use crate::dataset::frame::Frame;
 use crate::detect::accuracy::PointStd;
 use crate::detect::ambiguity::Ambiguity;
 use crate::detect::points::Point;
-use crate::engine::AnyCube;
 use crate::error::Result;
 use crate::lane::camera_fusion::Image;
 use crate::lane::hd_map::RadarPose;
-use crate::lane::{LanePoint, LaneTrack, Look, Measured};
+use crate::lane::{LanePoint, LaneTrack, Look, Measured, PulseScan};
 use crate::rng::Draws;
 use crate::scene::motion::{Joint, Motion};
 use crate::scene::radar::Radar;
@@ -94,14 +93,6 @@ pub fn seen_of(
 /// Those points as lane estimators take them.
 pub fn lane_points(radar: &Radar, seen: &[Seen]) -> Vec<LanePoint> {
     seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
-}
-
-/// The samples of an impulse radar's scan: the first pulse of the first channel.
-pub fn pulse_of(frame: &Frame) -> Vec<f64> {
-    match &frame.cube {
-        AnyCube::F32(c) => c.data[..c.samples].iter().map(|v| f64::from(v.re)).collect(),
-        AnyCube::F64(c) => c.data[..c.samples].iter().map(|v| v.re).collect(),
-    }
 }
 
 /// Speed and yaw rate as a vehicle's bus tells them, each with noise.
@@ -209,6 +200,7 @@ pub struct OwnedLook {
     pub points: Vec<LanePoint>,
     pub tracks: Vec<LaneTrack>,
     pub pulse: Option<Vec<f64>>,
+    pub scans: Vec<PulseScan>,
     pub image: Option<Image>,
     pub place: Option<RadarPose>,
 }
@@ -222,6 +214,7 @@ impl OwnedLook {
             points: &self.points,
             tracks: &self.tracks,
             pulse: self.pulse.as_deref(),
+            scans: &self.scans,
             image: self.image.as_ref(),
             place: self.place,
         }

@@ -115,36 +115,112 @@ impl UwbOptions {
         }
     }
 
-    /// The line, `offset_m` from the radar towards its side, from one spacing behind the radar to one ahead.
-    fn line(&self, offset_m: f64, heading_rad: f64, confidence: f64) -> Line {
-        let length_m = self.config.spacing_m;
-        let y_m = self.at_m[1] + sign(self.side) * offset_m;
-        let behind = glam::DVec2::from_angle(-heading_rad) * length_m;
+    /// What the last markers tell of the line; None where they told no offset.
+    fn course(&self, uwb: &Uwb) -> Option<Course> {
+        let mut last = uwb.offsets_since();
+        let (since_m, offset_m) = last.next()?;
+        let before = last.next().map(|(road_m, offset_m)| (road_m - since_m, offset_m));
+        Some(Course::of(offset_m, since_m, before, self.offset_std_m, self.config.spacing_m))
+    }
+
+    /// The line that the radar has seen: from the marker before the last one to where the next one is due, or to the radar if that is
+    /// farther. Nothing is known beyond; from the last marker on the deviation grows.
+    fn line(&self, course: &Course, confidence: f64) -> Line {
+        let y_m = self.at_m[1] + sign(self.side) * course.at_radar_m();
+        let heading_rad = sign(self.side) * course.slope.atan();
+        let behind = glam::DVec2::from_angle(heading_rad) * (course.apart_m + course.since_m);
         let curve = Clothoid {
             start_m: [self.at_m[0] - behind.x, y_m - behind.y],
-            heading_rad: -heading_rad,
+            heading_rad,
             curvature_per_m: 0.0,
             curvature_rate_per_m2: 0.0,
-            length_m: 2.0 * length_m,
+            length_m: course.apart_m + self.config.spacing_m.max(course.since_m),
         };
-        // Two markers, at the start and at the radar; beyond them the deviation grows.
-        let variance = self.offset_std_m * self.offset_std_m;
         let mut covariance = [[0.0; 4]; 4];
-        covariance[0][0] = variance;
-        covariance[1][1] = 2.0 * variance / (length_m * length_m);
-        (covariance[0][1], covariance[1][0]) = (-variance / length_m, -variance / length_m);
+        covariance[0][0] = course.variance(-course.apart_m);
+        covariance[1][1] = course.slope_variance;
+        let across = course.covariance - course.apart_m * course.slope_variance;
+        (covariance[0][1], covariance[1][0]) = (across, across);
         let fitted = Fitted { curve, shape: Shape::Line, covariance, residual: 1.0 };
         Line { fitted, confidence, members: Vec::new() }
     }
 
-    /// Of the vehicle against the line, positive left, by the trend of the offsets.
-    fn heading(&self, uwb: &Uwb) -> Option<Measured> {
-        let trend = uwb.offset_trend()?;
-        let value = -sign(self.side) * trend.slope.atan();
-        let n = trend.markers as f64;
-        // Of a straight line through n markers one spacing apart, when their offsets have the stated deviation.
-        let lever_m = self.config.spacing_m * ((n * n - 1.0) * n / 12.0).sqrt();
-        Some(Measured { value, std: self.offset_std_m / lever_m })
+    /// Of the vehicle against the line, positive left; None before two markers told it.
+    fn heading(&self, course: &Course) -> Option<Measured> {
+        let value = -sign(self.side) * course.slope.atan();
+        course.two.then(|| Measured { value, std: course.slope_variance.sqrt() })
+    }
+
+    /// Of the line from the vehicle's reference point, towards the radar's side.
+    fn beside_vehicle(&self, course: &Course) -> Measured {
+        let turn = course.slope.atan();
+        let from_radar_m = course.at_radar_m() + sign(self.side) * self.at_m[1];
+        let value = from_radar_m * turn.cos() - self.at_m[0] * turn.sin();
+        Measured { value, std: course.variance(course.since_m - self.at_m[0]).sqrt() }
+    }
+}
+
+/// Standard deviation of a vehicle's heading against its lane, before markers tell it: a degree, at 50 km/h 0.24 m/s to the side.
+const HEADING_STD_RAD: f64 = 0.0175;
+
+/// A straight line by the last two markers and by how far vehicles head away from their lane; more markers lie too far back for one that
+/// sways. Offsets are towards the line.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    /// At the last marker.
+    offset_m: f64,
+    /// Road since then.
+    since_m: f64,
+    /// From the marker before, or from where it would be.
+    apart_m: f64,
+    /// Metres of offset per metre of road.
+    slope: f64,
+    /// Two markers told it.
+    two: bool,
+    offset_variance: f64,
+    slope_variance: f64,
+    covariance: f64,
+}
+
+impl Course {
+    /// From the offset at the last marker, the road since, and the road from the marker before with the offset there: the most probable
+    /// line when each offset has the deviation `std_m`.
+    fn of(last_m: f64, since_m: f64, before: Option<(f64, f64)>, std_m: f64, spacing_m: f64) -> Course {
+        let (variance, turn) = (std_m * std_m, HEADING_STD_RAD * HEADING_STD_RAD);
+        let alone = Course {
+            offset_m: last_m,
+            since_m,
+            apart_m: spacing_m,
+            slope: 0.0,
+            two: false,
+            offset_variance: variance,
+            slope_variance: turn,
+            covariance: 0.0,
+        };
+        let Some((apart_m, before_m)) = before else { return alone };
+        // The marker before says what last - slope x apart is, with the variances of both.
+        let surprise = last_m - before_m;
+        let spread = 2.0 * variance + apart_m * apart_m * turn;
+        let (gain, slope_gain) = (variance / spread, apart_m * turn / spread);
+        Course {
+            offset_m: last_m - gain * surprise,
+            apart_m,
+            slope: slope_gain * surprise,
+            two: true,
+            offset_variance: variance * (1.0 - gain),
+            slope_variance: turn * (1.0 - slope_gain * apart_m),
+            covariance: gain * apart_m * turn,
+            ..alone
+        }
+    }
+
+    fn at_radar_m(&self) -> f64 {
+        self.offset_m + self.slope * self.since_m
+    }
+
+    /// Of the offset so far beyond the last marker.
+    fn variance(&self, beyond_m: f64) -> f64 {
+        self.offset_variance + beyond_m * (2.0 * self.covariance + beyond_m * self.slope_variance)
     }
 }
 
@@ -174,6 +250,31 @@ fn speed(look: &Look<'_>) -> Result<f64, NoLane> {
     }
 }
 
+/// Samples of all scans of a look.
+fn given(look: &Look<'_>) -> usize {
+    look.scans.iter().map(|s| s.samples.len()).sum::<usize>() + look.pulse.map_or(0, <[f64]>::len)
+}
+
+/// What the last scan of a look leaves, those before it taken first.
+fn all_scans(
+    look: &Look<'_>,
+    mut take: impl FnMut(&Look<'_>) -> Result<LaneEstimate, NoLane>,
+) -> LaneEstimate {
+    let mut last = None;
+    for s in look.scans {
+        let own =
+            Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() };
+        last = Some(take(&own));
+    }
+    let answer = match last {
+        Some(answer) if look.pulse.is_none() => answer,
+        _ => take(look),
+    };
+    let mut estimate = answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given(look), why));
+    (estimate.time_s, estimate.provenance.given) = (look.time_s, given(look));
+    estimate
+}
+
 fn scan<'a>(look: &Look<'a>) -> Result<&'a [f64], NoLane> {
     look.pulse.ok_or_else(|| NoLane::NotGiven { what: "a scan of an impulse radar".into() })
 }
@@ -186,25 +287,32 @@ struct Story {
     chain: usize,
     /// Distance at which the missing marker was due.
     left_at_m: Option<f64>,
+    /// Passes that did not end within a spacing, since the last that did.
+    endless: usize,
 }
 
 impl Story {
     fn take(&mut self, event: &Event) {
         match &event.kind {
             EventKind::Marker(m) => {
-                self.passes += 1;
+                (self.passes, self.endless) = (self.passes + 1, 0);
                 if m.verdict == Verdict::Lane {
                     (self.chain, self.left_at_m) = (self.chain + 1, None);
                 }
             }
             EventKind::Departure(d) => (self.chain, self.left_at_m) = (0, Some(d.expected_m)),
             EventKind::Gap { .. } => *self = Story::default(),
-            EventKind::Quiet | EventKind::Isolated(_) | EventKind::TooLong { .. } => {}
+            EventKind::TooLong { .. } => self.endless += 1,
+            EventKind::Quiet | EventKind::Isolated(_) => {}
         }
     }
 
     fn why_not(&self, spacing_m: f64) -> String {
         match (self.left_at_m, self.passes) {
+            _ if self.endless > 0 => format!(
+                "no plates at the spacing of {spacing_m} m: energies stay over the threshold for more than that; the gate holds something \
+                 else than plates, or the threshold is of another road"
+            ),
             (Some(at), _) => {
                 format!("no plates at the spacing of {spacing_m} m: the one due at {at:.1} m did not come")
             }
@@ -224,7 +332,7 @@ impl Story {
     }
 }
 
-/// One radar and one line. [`Look::pulse`] is its scan.
+/// One radar and one line. [`Look::pulse`] and each of [`Look::scans`] is a scan of it.
 #[derive(Debug, Clone)]
 pub struct UwbLanes {
     options: UwbOptions,
@@ -241,7 +349,7 @@ impl UwbLanes {
         Ok(UwbLanes { options, uwb, story: Story::default(), event: None })
     }
 
-    /// What the last look brought; None when it was refused.
+    /// What the last scan brought; None when it was refused.
     pub fn event(&self) -> Option<&Event> {
         self.event.as_ref()
     }
@@ -252,6 +360,7 @@ impl UwbLanes {
     }
 
     fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        self.event = None;
         let o = &self.options;
         let scan = scan(look)?;
         let echo = o.echo(scan)?;
@@ -266,14 +375,13 @@ impl UwbLanes {
             return Err(NoLane::Refused { why: self.story.why_not(o.config.spacing_m) });
         }
         let confidence = self.story.confidence();
-        let offset = self.uwb.lateral_offset_m();
-        let heading_rad = offset.and_then(|_| o.heading(&self.uwb));
-        let turn = heading_rad.map_or(0.0, |h| h.value);
+        let course = o.course(&self.uwb);
+        let heading_rad = course.as_ref().and_then(|c| o.heading(c));
         // Without an offset the lane is there, and nobody knows where.
-        let lines: Vec<Line> = offset.iter().map(|d| o.line(*d, turn, confidence)).collect();
-        let offset_m = offset.zip(o.lane_width_m).map(|(d, width_m)| {
-            let line_m = o.at_m[1] + sign(o.side) * d;
-            Measured { value: -(line_m - sign(o.side) * 0.5 * width_m), std: o.offset_std_m }
+        let lines: Vec<Line> = course.iter().map(|c| o.line(c, confidence)).collect();
+        let offset_m = course.zip(o.lane_width_m).map(|(c, width_m)| {
+            let aside = o.beside_vehicle(&c);
+            Measured { value: sign(o.side) * (0.5 * width_m - aside.value), ..aside }
         });
         Ok(found(look, scan.len(), self.story.chain, lines, offset_m, None, heading_rad, confidence))
     }
@@ -285,9 +393,7 @@ impl LaneEstimator for UwbLanes {
     }
 
     fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        self.event = None;
-        let given = look.pulse.map_or(0, <[f64]>::len);
-        self.taken(look).unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given, why))
+        all_scans(look, |scan| self.taken(scan))
     }
 }
 
@@ -317,7 +423,8 @@ fn found(
     }
 }
 
-/// A left and a right radar of the same kind. [`Look::pulse`] holds the left one's scan and then the right one's, equally long.
+/// A left and a right radar of the same kind. [`Look::pulse`] and each of [`Look::scans`] holds the left one's scan and then the right
+/// one's, equally long.
 #[derive(Debug, Clone)]
 pub struct UwbPairLanes {
     /// Left, right.
@@ -343,7 +450,7 @@ impl UwbPairLanes {
         })
     }
 
-    /// What the last look brought, left and right; None when it was refused.
+    /// What the last scan brought, left and right; None when it was refused.
     pub fn events(&self) -> Option<&[Event; 2]> {
         self.events.as_ref()
     }
@@ -353,6 +460,7 @@ impl UwbPairLanes {
     }
 
     fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        self.events = None;
         let both = scan(look)?;
         if both.is_empty() {
             return Err(NoLane::Empty);
@@ -378,27 +486,32 @@ impl UwbPairLanes {
         }
         let mut lines = Vec::new();
         let mut headings = Vec::new();
+        let mut asides = [None; 2];
         // From right to left.
         for i in [1, 0].into_iter().filter(|i| there[*i]) {
             let (o, uwb, story) = (&self.options[i], sides[i], &self.stories[i]);
-            let Some(offset) = uwb.lateral_offset_m() else { continue };
-            let heading = o.heading(uwb);
-            lines.push(o.line(offset, heading.map_or(0.0, |h| h.value), story.confidence()));
-            headings.extend(heading);
+            let Some(course) = o.course(uwb) else { continue };
+            lines.push(o.line(&course, story.confidence()));
+            headings.extend(o.heading(&course));
+            asides[i] = Some(o.beside_vehicle(&course));
         }
         let weight: f64 = headings.iter().map(|h| h.std.powi(-2)).sum();
         let heading_rad = (!headings.is_empty()).then(|| Measured {
             value: headings.iter().map(|h| h.value * h.std.powi(-2)).sum::<f64>() / weight,
             std: weight.powf(-0.5),
         });
-        let std = self.options[0].offset_std_m.hypot(self.options[1].offset_std_m);
-        let middle_m = 0.5 * (self.options[0].at_m[1] + self.options[1].at_m[1]);
-        let (mut offset_m, mut width_m) = (None, None);
-        if let Some(place) = event.place {
-            let alone = if lines.len() == 2 { 0.5 * std } else { self.options[0].offset_std_m };
-            offset_m = Some(Measured { value: place.offset_left_m - middle_m, std: alone });
-            width_m = (lines.len() == 2).then_some(Measured { value: place.lane_width_m, std });
-        }
+        let alone_m = self.pair.lane_width_m();
+        let offset = |value: f64, std: f64| Some(Measured { value, std });
+        let (offset_m, width_m) = match asides {
+            [Some(l), Some(r)] => {
+                let std = l.std.hypot(r.std);
+                let width_m = Measured { value: l.value + r.value, std };
+                (offset(0.5 * (r.value - l.value), 0.5 * std), Some(width_m))
+            }
+            [Some(l), None] => (offset(0.5 * alone_m - l.value, l.std), None),
+            [None, Some(r)] => (offset(r.value - 0.5 * alone_m, r.std), None),
+            [None, None] => (None, None),
+        };
         let confidence = (0..2)
             .filter(|i| there[*i])
             .map(|i| self.stories[i].confidence())
@@ -414,8 +527,135 @@ impl LaneEstimator for UwbPairLanes {
     }
 
     fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        self.events = None;
-        let given = look.pulse.map_or(0, <[f64]>::len);
-        self.taken(look).unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given, why))
+        all_scans(look, |scan| self.taken(scan))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::PulseScan;
+    use crate::lane::uwb::{OffsetSource, Threshold};
+
+    const STEP_M: f64 = 0.5;
+
+    /// One sample in the gate beside a plate at this range, and another where there is none. Energies of the bare road are 0 to 1.
+    fn lanes() -> UwbLanes {
+        let threshold = Threshold::maximum(&[0.0, 1.0]).unwrap();
+        let config = UwbConfig {
+            offset: OffsetSource::Range { height_m: 1.32 },
+            ..UwbConfig::new(8.0, 3.0, &threshold).unwrap()
+        };
+        UwbLanes::new(UwbOptions {
+            axis: RangeAxis { start_m: 1.0, step_m: 0.01 },
+            gate: RangeGate::new(1.3, 2.0).unwrap(),
+            background: None,
+            config,
+            side: Side::Right,
+            at_m: [2.0, -0.95],
+            offset_std_m: 0.1,
+            lane_width_m: Some(3.5),
+        })
+        .unwrap()
+    }
+
+    /// Scans along a road with plates of 3 m from 2 m on, 8 m apart, at 10 m/s; the line comes nearer by `slope`.
+    fn scans(to_m: f64, slope: f64, end_m: f64) -> Vec<PulseScan> {
+        (0..(to_m / STEP_M) as usize)
+            .map(|i| {
+                let way_m = i as f64 * STEP_M;
+                let mut samples = vec![0.0; 120];
+                if (way_m - 2.0).rem_euclid(8.0) <= 3.0 && (2.0..end_m).contains(&way_m) {
+                    let range_m = 1.32f64.hypot(1.0 - slope * way_m);
+                    samples[((range_m - 1.0) / 0.01).round() as usize] = 3.0;
+                }
+                PulseScan {
+                    time_s: way_m / 10.0,
+                    speed_mps: Some(Measured { value: 10.0, std: 0.1 }),
+                    samples,
+                }
+            })
+            .collect()
+    }
+
+    fn one(s: &PulseScan) -> Look<'_> {
+        Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() }
+    }
+
+    #[test]
+    fn scans_between_looks_are_taken_as_looks_are() {
+        let all = scans(40.0, 0.0, 100.0);
+        let (mut apart, mut together) = (lanes(), lanes());
+        let mut last = None;
+        for (k, group) in all.chunks(7).enumerate() {
+            for s in group {
+                last = Some(apart.estimate(&one(s)));
+            }
+            let time_s = group[group.len() - 1].time_s;
+            // The look's own scan may be one of them, or come by itself.
+            let own = if k % 2 == 0 { group.len() } else { group.len() - 1 };
+            let own_look = group.get(own).map(one).unwrap_or(Look { time_s, ..Look::default() });
+            let answer = together.estimate(&Look { scans: &group[..own], ..own_look });
+            let mut wanted = last.clone().unwrap();
+            assert_eq!(answer.provenance.given, 120 * group.len());
+            wanted.provenance.given = answer.provenance.given;
+            assert_eq!(answer, wanted, "{k}");
+        }
+        assert!(last.unwrap().no_lane.is_none());
+        let none = lanes().estimate(&Look { time_s: 1.0, ..Look::default() });
+        assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })), "{none:?}");
+    }
+
+    #[test]
+    fn a_gate_that_something_else_fills_is_told() {
+        let mut uwb = lanes();
+        let mut why = Vec::new();
+        for mut s in scans(30.0, 0.0, 100.0) {
+            s.samples[90] = 5.0;
+            why.push(uwb.estimate(&one(&s)).no_lane.map(|w| w.to_string()).unwrap_or_default());
+        }
+        assert!(why[0].contains("no pass over the threshold"), "{}", why[0]);
+        assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
+    }
+
+    /// Of a line that comes nearer by 2 % the two last markers tell the slope as far as their deviations let them; it ends where the next
+    /// one is due.
+    #[test]
+    fn a_line_is_stated_as_far_as_it_was_seen() {
+        let mut uwb = lanes();
+        let last = scans(45.5, 0.02, 100.0).iter().map(|s| uwb.estimate(&one(s))).last().unwrap();
+        // Last scan at 45 m, last middle at 43.5 m less the pass that is not complete: 35.5 m.
+        let line = &last.lines[0].fitted;
+        let end = line.curve.at(line.curve.length_m).at_m;
+        assert!((line.curve.length_m - 17.5).abs() < 0.3, "{}", line.curve.length_m);
+        assert!((end.x - 2.0).abs() < 0.1, "{end}");
+        // Offsets 0.45 m and 0.29 m at 27.5 and 35.5 m.
+        let slope = line.curve.heading_rad.tan();
+        let spread = 2.0 * 0.01 + 64.0 * HEADING_STD_RAD * HEADING_STD_RAD;
+        assert!((slope - 64.0 * HEADING_STD_RAD.powi(2) / spread * 0.02).abs() < 2e-3, "{slope}");
+        let std = |x_m: f64| line.lateral_std_m(line.curve.foot(glam::DVec2::new(x_m, -1.2)).s_m);
+        assert!(std(-7.5) < std(-3.0) && std(-3.0) < std(2.0) && std(2.0) > 0.14, "{}", std(2.0));
+        let offset = last.offset_m.unwrap();
+        assert!((offset.std - std(0.0)).abs() < 5e-3, "{} {}", offset.std, std(0.0));
+        // Right of the radar by 0.1 m, which stands 0.95 m right of the middle, in a lane of 3.5 m.
+        assert!((offset.value - (0.1 + 0.95 - 1.75)).abs() < 3.0 * offset.std, "{offset:?}");
+    }
+
+    /// Against the normal equations.
+    #[test]
+    fn the_course_is_the_most_probable_line() {
+        let (std, apart, last, before) = (0.07, 9.0, 0.5, 0.9);
+        let c = Course::of(last, 3.0, Some((apart, before)), std, 8.0);
+        let (w, h) = (1.0 / (std * std), 1.0 / (HEADING_STD_RAD * HEADING_STD_RAD));
+        let (a, b, d) = (2.0 * w, -apart * w, apart * apart * w + h);
+        let det = a * d - b * b;
+        let (r, s) = (w * (last + before), -apart * w * before);
+        assert!((c.offset_m - (d * r - b * s) / det).abs() < 1e-12);
+        assert!((c.slope - (a * s - b * r) / det).abs() < 1e-12);
+        assert!((c.offset_variance - d / det).abs() < 1e-12 && (c.slope_variance - a / det).abs() < 1e-12);
+        assert!((c.covariance + b / det).abs() < 1e-12);
+        let alone = Course::of(last, 3.0, None, std, 8.0);
+        assert!(!alone.two && alone.offset_m == last && alone.slope == 0.0 && alone.apart_m == 8.0);
+        assert!((alone.variance(4.0) - (std * std + 16.0 / h)).abs() < 1e-12);
     }
 }

@@ -45,6 +45,11 @@ impl UwbPair {
         Ok(UwbPair { left: Uwb::new(left)?, right: Uwb::new(right)?, radar_span_m, lane_width_m })
     }
 
+    /// The width that was given.
+    pub fn lane_width_m(&self) -> f64 {
+        self.lane_width_m
+    }
+
     /// One scan of each radar, taken together: `[left, right]` energies and strongest ranges. When either is
     /// refused neither is taken.
     pub fn push(

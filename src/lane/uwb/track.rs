@@ -335,6 +335,11 @@ impl Uwb {
         self.offsets.back().map(|o| o.1)
     }
 
+    /// Road since each of the lane's last markers and the offset there, the last one first.
+    pub fn offsets_since(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.offsets.iter().rev().map(|o| (self.distance_m() - o.0, o.1))
+    }
+
     /// Takes one scan: its gate energy, its time and the vehicle's speed then. Times rise; speeds are not
     /// negative. A refused scan leaves the state as it was. When one scan brings two events the second comes
     /// with the next scan.

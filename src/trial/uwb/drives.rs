@@ -4,14 +4,17 @@ use super::settings::Settings;
 use crate::error::{BadInput, Result};
 use crate::lane::uwb::{MarkedLane, RangeAxis, RangeGate, Reason, Side};
 use crate::rng::Draws;
+use crate::road::labels::RoadLabel;
 use crate::road::site::Site;
 use crate::scene::backscatter::{Backscatter, Law};
 use crate::scene::material::MaterialKind;
 use crate::scene::radar::{Radar, Sampling};
-use crate::scene::scenario::{Scenario, SceneSource};
+use crate::scene::scenario::{OnRoad, Scenario, SceneSource};
 use crate::scene::waveform::Waveform;
+use crate::scene::{Mesh, Object, Shape};
 use crate::trial::{Drive, Given};
-use glam::DVec2;
+use crate::units::C0;
+use glam::{DVec2, DVec3};
 use std::cell::Cell;
 
 /// Band for which the asphalt of the settings holds, Hz.
@@ -26,6 +29,10 @@ const BLOCK: u32 = 40;
 /// tables hold speeds about 0.5 m/s round their mean.
 const SPEED_EVERY_S: f64 = 2.0;
 const SPEED_SPREAD_MPS: f64 = 0.5;
+/// Drives on the road without markers, from side to side of the lane.
+const LEAST_QUIET_DRIVES: u32 = 3;
+/// Scans of a run-up at most.
+const MOST_RUN_UP: u32 = 10_000;
 /// Streams of draws.
 const SPEEDS: u32 = 0x75_77_62;
 
@@ -194,6 +201,14 @@ impl<'a> Progress<'a> {
 /// Scans of all eyes, `[frame][eye]`, up to the end of each gate.
 pub type Scans = Vec<Vec<Vec<f32>>>;
 
+/// What of a site is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scenery {
+    All,
+    /// What comes near enough to show in the samples: the rest of a long road with much on it takes most of the time.
+    WithinReach,
+}
+
 /// Drives a site and takes the scans.
 pub fn scans(
     given: &Given<'_>,
@@ -201,13 +216,27 @@ pub fn scans(
     key: &str,
     site: &Site,
     eyes: &[Eye],
+    scenery: Scenery,
 ) -> Result<Scans> {
-    let drive = Drive::new(site, given.engine)?;
+    let whole = match scenery {
+        Scenery::All => Some(Drive::new(site, given.engine)?),
+        Scenery::WithinReach => None,
+    };
+    let count = site.scenario.frames.count;
     let mut all = Scans::new();
     let mut from = 0;
-    while from < drive.frames() {
-        let to = (from + BLOCK).min(drive.frames());
+    while from < count {
+        let to = (from + BLOCK).min(count);
         let block: Scans = given.kept(&format!("{key}_frames{from}-{to}"), || {
+            let (near, part);
+            let drive = match &whole {
+                Some(drive) => drive,
+                None => {
+                    near = within_reach(site, eyes, from..to);
+                    part = Drive::new(&near, given.engine)?;
+                    &part
+                }
+            };
             (from..to)
                 .map(|index| {
                     let scan = |e: &Eye| {
@@ -224,6 +253,71 @@ pub fn scans(
         from = to;
     }
     Ok(all)
+}
+
+/// Lengths of a pulse, c / 2B, that an echo reaches at most.
+const ECHO_PULSES: f64 = 3.0;
+
+/// The site without what lies beyond the samples of all eyes in these frames. With one bounce nothing there shows in them: its echoes
+/// come later, and it hides nothing nearer.
+fn within_reach(site: &Site, eyes: &[Eye], frames: std::ops::Range<u32>) -> Site {
+    let scenario = &site.scenario;
+    let mut near = Bounds::EMPTY;
+    for eye in eyes {
+        let radar = &scenario.radars[eye.which];
+        let pulse_m = C0 / (2.0 * radar.bandwidth_hz());
+        let reach_m = eye.axis.start_m + eye.samples as f64 * eye.axis.step_m + ECHO_PULSES * pulse_m;
+        for index in frames.clone() {
+            let at = radar.mounting.then(&scenario.ego.pose(scenario.frames.time_s(index))).translation_m;
+            near = near.with(at - reach_m).with(at + reach_m);
+        }
+    }
+    let mut scene = site.scene.clone();
+    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+    scene.objects.retain_mut(|o| {
+        let Shape::Mesh(number) = o.shape else { return true };
+        if !still(o) {
+            return true;
+        }
+        let mesh = &scene.meshes[number];
+        let place = |i: u32| o.pose.point(mesh.positions_m[i as usize]);
+        let kept: Vec<usize> = (0..mesh.triangles.len())
+            .filter(|t| {
+                let corners = mesh.triangles[*t].map(place);
+                near.meets(&corners.into_iter().fold(Bounds::EMPTY, Bounds::with))
+            })
+            .collect();
+        if !kept.is_empty() && kept.len() < mesh.triangles.len() {
+            let part = Mesh {
+                triangles: kept.iter().map(|t| mesh.triangles[*t]).collect(),
+                material: kept.iter().map(|t| mesh.material[*t]).collect(),
+                ..mesh.clone()
+            };
+            o.shape = Shape::Mesh(scene.meshes.len());
+            scene.meshes.push(part);
+        }
+        !kept.is_empty()
+    });
+    Site { scenario: scenario.clone(), scene, road: site.road.clone() }
+}
+
+/// A box along the world's axes.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    const EMPTY: Bounds = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    fn with(self, p: DVec3) -> Bounds {
+        Bounds { low: self.low.min(p), high: self.high.max(p) }
+    }
+
+    fn meets(&self, other: &Bounds) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
 }
 
 /// A slow drive without sway along the scenario's road.
@@ -247,18 +341,67 @@ fn missing(what: &str) -> BadInput {
         .remedy("scene.road = \"ROAD.toml\" and on_road = { lane = 1 }")
 }
 
-/// How the slow drives divide `count` scans over a road: as many lengths of it as needed.
+/// The vehicle's place on its road, and the road.
+fn road_of<'a>(site: &'a Site, scenario: &'a Scenario) -> Result<(&'a OnRoad, &'a RoadLabel)> {
+    let on = scenario.ego.on_road.as_ref().ok_or_else(|| missing("a vehicle on a road"))?;
+    let truth = site.road.as_ref().ok_or_else(|| missing("a road"))?;
+    let named = |name: &str| truth.roads.iter().find(|r| r.name == name);
+    let road = on.road.as_deref().map_or_else(|| truth.roads.first(), named);
+    Ok((on, road.ok_or_else(|| missing("a road"))?))
+}
+
+/// Which way the vehicle goes, from where the scenario puts it.
+fn goes_against(site: &Site, scenario: &Scenario) -> Result<bool> {
+    let (on, road) = road_of(site, scenario)?;
+    let now = site.scenario.ego.at(0.0);
+    let i = road.s_m.partition_point(|s| *s <= on.s_m).clamp(1, road.s_m.len().max(2) - 1);
+    let place = |k: usize| road.axis_m.get(k).map(|p| DVec2::new(p[0], p[1])).unwrap_or_default();
+    Ok((now.rotation * DVec3::X).truncate().dot(place(i) - place(i - 1)) < 0.0)
+}
+
+/// The scenario as the vehicle comes to where it is at time zero, a frame for each scan on the way; None where the road begins there, or
+/// the vehicle has stood there. The drive is the scenario's own at negative times.
+pub fn run_up(site: &Site, scenario: &Scenario, settings: &Settings) -> Result<Option<Scenario>> {
+    let (on, road) = road_of(site, scenario)?;
+    let against = goes_against(site, scenario)?;
+    let interval_s = scenario.frames.interval_s;
+    let before_s = |count: u32| -f64::from(count) * interval_s;
+    let way_m = |count: u32| -on.drive.distance_m(before_s(count));
+    let room_m = if against { road.length_m - on.s_m } else { on.s_m };
+    let most_m = settings.run_up_m().min(room_m);
+    let mut count = 0;
+    while count < MOST_RUN_UP && on.drive.speed_mps(before_s(count + 1)) > 0.0 && way_m(count + 1) <= most_m {
+        count += 1;
+    }
+    if count == 0 {
+        return Ok(None);
+    }
+    let later_s = -before_s(count);
+    let mut early = scenario.clone();
+    early.frames.count = count;
+    // Noise and asphalt of its own: frames count from its beginning.
+    early.seed = early.seed.wrapping_add(2_000_000);
+    if let Some(to) = &mut early.ego.on_road {
+        to.s_m = if against { on.s_m + way_m(count) } else { on.s_m - way_m(count) };
+        to.against = Some(against);
+        to.drive.speed.iter_mut().for_each(|p| p[0] += later_s);
+        to.drive.lane_changes.iter_mut().for_each(|c| c.at_s += later_s);
+        if let Some(sway) = &mut to.drive.sway {
+            sway.phase -= later_s / sway.period_s;
+        }
+    }
+    Ok(Some(early))
+}
+
+/// How the slow drives divide `count` scans over a road: as many lengths of it as needed, and `least` drives at least.
 fn slow_drives(
     site: &Site,
     scenario: &Scenario,
     settings: &Settings,
     count: u32,
+    least: u32,
 ) -> Result<(Vec<Slow>, bool)> {
-    let on = scenario.ego.on_road.as_ref().ok_or_else(|| missing("a vehicle on a road"))?;
-    let truth = site.road.as_ref().ok_or_else(|| missing("a road"))?;
-    let named = |name: &str| truth.roads.iter().find(|r| r.name == name);
-    let road =
-        on.road.as_deref().map_or_else(|| truth.roads.first(), named).ok_or_else(|| missing("a road"))?;
+    let (_, road) = road_of(site, scenario)?;
     let step_m = settings.quiet_speed_kmh / 3.6 * scenario.frames.interval_s;
     let each = ((road.length_m - 2.0 * END_M) / step_m).floor();
     if each < 1.0 {
@@ -268,23 +411,27 @@ fn slow_drives(
             .allowed(format!("{} m and more", 2.0 * END_M + step_m))
             .into());
     }
-    // Which way the vehicle goes, from where the scenario puts it.
-    let now = site.scenario.ego.at(0.0);
-    let i = road.s_m.partition_point(|s| *s <= on.s_m).clamp(1, road.s_m.len().max(2) - 1);
-    let place = |k: usize| road.axis_m.get(k).map(|p| DVec2::new(p[0], p[1])).unwrap_or_default();
-    let against = (now.rotation * glam::DVec3::X).truncate().dot(place(i) - place(i - 1)) < 0.0;
-    let drives = (f64::from(count) / each).ceil() as u32;
-    let spare_m = (0.5 * (settings.lane_width_m - settings.car_width_m) - SIDE_M).max(0.0);
+    let against = goes_against(site, scenario)?;
+    let drives = (f64::from(count) / each).ceil().max(f64::from(least)) as u32;
+    let each = each.min((f64::from(count) / f64::from(drives)).ceil());
+    // Where one length of the road holds them all, one begins where the last ended.
+    let next_m = match f64::from(count) * step_m <= road.length_m - 2.0 * END_M {
+        true => each * step_m,
+        false => 0.0,
+    };
+    let fits_m = (0.5 * (settings.lane_width_m - settings.car_width_m) - SIDE_M).max(0.0);
+    let spare_m = settings.quiet_aside_m.unwrap_or(fits_m);
     let slow = |k: u32| {
         let share = if drives > 1 { 2.0 * f64::from(k) / f64::from(drives - 1) - 1.0 } else { 0.0 };
-        let left = count - k * each as u32;
+        let left = count.saturating_sub(k * each as u32);
+        let from_m = END_M + f64::from(k) * next_m;
         Slow {
-            s_m: if against { road.length_m - END_M } else { END_M },
+            s_m: if against { road.length_m - from_m } else { from_m },
             offset_m: share * spare_m,
             scans: left.min(each as u32),
         }
     };
-    Ok(((0..drives).map(slow).collect(), against))
+    Ok(((0..drives).map(slow).filter(|s| s.scans > 0).collect(), against))
 }
 
 fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) -> Scenario {
@@ -300,35 +447,51 @@ fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) 
 /// Scans of the road without markers: several lengths of it, across the lane from side to side, each on other asphalt.
 ///
 /// Errors: a scenario without a road and a vehicle on it; a road with nothing but objects.
-pub fn quiet(given: &Given<'_>, progress: &Progress<'_>, settings: &Settings, eyes: &[Eye]) -> Result<Scans> {
+pub fn quiet(
+    given: &Given<'_>,
+    progress: &Progress<'_>,
+    settings: &Settings,
+    eyes: &[Eye],
+    scenery: Scenery,
+) -> Result<Scans> {
     let mut scenario = given.scenario.clone();
-    let bare = match &settings.quiet_road {
-        Some(file) => {
-            let folder = given.path.parent().unwrap_or(std::path::Path::new(""));
-            scenario.scene = SceneSource::Road { path: folder.join(file) };
-            false
-        }
-        None => true,
+    if let Some(file) = &settings.quiet_road {
+        let folder = given.path.parent().unwrap_or(std::path::Path::new(""));
+        scenario.scene = SceneSource::Road { path: folder.join(file) };
+    }
+    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+    let stays = |o: &Object| match (&settings.quiet_road, &settings.plate_class) {
+        (Some(_), _) => true,
+        (None, Some(plates)) => o.class != *plates && still(o),
+        (None, None) => matches!(o.class.as_str(), "road" | "verge" | "lane_line"),
     };
     (scenario.points, scenario.objects) = (Vec::new(), Vec::new());
     let whole = site(&scenario, settings)?;
-    let (drives, against) = slow_drives(&whole, &scenario, settings, settings.quiet_scans)?;
+    if let Some(class) = &settings.plate_class
+        && whole.scene.objects.iter().all(|o| o.class != *class)
+    {
+        return Err(BadInput::new("nothing of the scene has this class")
+            .key("lane.uwb.plate_class")
+            .value(class)
+            .remedy("give the class that the road file gives its plates")
+            .into());
+    }
+    let (drives, against) =
+        slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
     let mut all = Scans::new();
     for (k, slow) in drives.iter().enumerate() {
         let mut one = slowly(&scenario, settings, slow, against);
         // Seeds of runs count up from the scenario's; these count down.
         one.seed = one.seed.wrapping_sub(1 + k as u64);
         let mut site = site(&one, settings)?;
-        if bare {
-            site.scene.objects.retain(|o| matches!(o.class.as_str(), "road" | "verge" | "lane_line"));
-        }
+        site.scene.objects.retain(stays);
         if site.scene.objects.is_empty() {
             return Err(BadInput::new("nothing is left of the road without its objects")
                 .key("lane.uwb.quiet_road")
                 .remedy("give a road file without markers")
                 .into());
         }
-        all.extend(scans(given, progress, &format!("quiet{k}"), &site, eyes)?);
+        all.extend(scans(given, progress, &format!("quiet{k}"), &site, eyes, scenery)?);
     }
     Ok(all)
 }
@@ -345,7 +508,7 @@ pub fn histogram(
     }
     let scenario = given.scenario;
     let whole = site(scenario, settings)?;
-    let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans)?;
+    let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans, 1)?;
     let own_m = scenario.ego.on_road.as_ref().map_or(0.0, |on| on.offset_m);
     let mut all = Vec::new();
     for (k, slow) in drives.iter().enumerate() {
@@ -353,7 +516,7 @@ pub fn histogram(
         let mut one = slowly(scenario, settings, &slow, against);
         one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
         let site = site(&one, settings)?;
-        let scans = scans(given, progress, &format!("slow{k}"), &site, eyes)?;
+        let scans = scans(given, progress, &format!("slow{k}"), &site, eyes, Scenery::All)?;
         all.push((site, scans));
     }
     Ok(all)
@@ -438,7 +601,7 @@ pub fn sweep(
     distances_m: &[f64],
 ) -> Result<Vec<(f64, Vec<f32>)>> {
     let Some(on) = &given.scenario.ego.on_road else { return Ok(Vec::new()) };
-    let (_, against) = slow_drives(&site(given.scenario, settings)?, given.scenario, settings, 1)?;
+    let against = goes_against(&site(given.scenario, settings)?, given.scenario)?;
     let at = |s_m: f64, offset_m: f64| {
         slowly(given.scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against)
     };
@@ -456,8 +619,121 @@ pub fn sweep(
         // The marker is lateral_m to the left now and is to be sign * distance.
         let s = at(s_m, on.offset_m + lateral_m - sign * distance_m);
         let site = site(&s, settings)?;
-        let scan = scans(given, progress, &format!("sweep{k}"), &site, std::slice::from_ref(eye))?;
+        let own = std::slice::from_ref(eye);
+        let scan = scans(given, progress, &format!("sweep{k}"), &site, own, Scenery::All)?;
         all.extend(scan.into_iter().flatten().next().map(|v| (*distance_m, v)));
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::{Engine, Precision};
+    use std::path::{Path, PathBuf};
+
+    fn path(file: &str) -> PathBuf {
+        Path::new(option_env!("CARGO_MANIFEST_DIR").unwrap_or(".")).join("scenes/lane").join(file)
+    }
+
+    fn compared(file: &str) -> Scenario {
+        let mut scenario = Scenario::load(&path(file)).unwrap();
+        scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
+        scenario.frames.interval_s = 0.05;
+        scenario
+    }
+
+    fn compared_settings() -> Settings {
+        Settings { plate_class: Some("plate".into()), gate_m: Some([1.32, 2.07]), ..Settings::default() }
+    }
+
+    /// The vehicle comes to where the scenario has it, along the same way.
+    #[test]
+    fn a_run_up_leads_to_the_drive() {
+        let mut scenario = compared("compare_bend.toml");
+        let settings = Settings { run_up_m: Some(30.0), ..Settings::default() };
+        for (s_m, against, way_m) in [(60.0, false, 30.0), (20.0, false, 20.0), (240.0, true, 20.0)] {
+            let on = scenario.ego.on_road.as_mut().unwrap();
+            (on.s_m, on.against) = (s_m, Some(against));
+            on.drive.speed = vec![[0.0, 15.0], [0.5, 12.0]];
+            on.drive.lane_changes =
+                vec![crate::scene::drive::LaneChange { at_s: -1.0, by_m: 0.4, over_s: 2.0 }];
+            let drive = Site::new(&scenario).unwrap();
+            let early = run_up(&drive, &scenario, &settings).unwrap().unwrap();
+            let count = early.frames.count;
+            assert_eq!(count, (way_m / (15.0 * 0.05)) as u32);
+            let before = Site::new(&early).unwrap();
+            let later_s = f64::from(count) * 0.05;
+            for t in [-0.9, -0.5, -0.05, 0.0, 0.3, 0.9] {
+                let (a, b) = (before.scenario.ego.at(later_s + t), drive.scenario.ego.at(t));
+                let apart = (a.translation_m - b.translation_m).length();
+                assert!(apart < 1e-4 && a.rotation.dot(b.rotation).abs() > 1.0 - 1e-8, "{s_m} {t}: {apart}");
+            }
+            assert!(early.seed != scenario.seed);
+        }
+        let standing = Settings { run_up_m: Some(0.0), ..settings.clone() };
+        assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &standing).unwrap().is_none());
+        scenario.ego.on_road.as_mut().unwrap().drive = crate::scene::drive::Drive::steady(0.0);
+        assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &settings).unwrap().is_none());
+    }
+
+    /// What is left out does not show in the samples. Without rough surfaces, whose squares depend on how much of them there is.
+    #[test]
+    fn what_lies_beyond_the_samples_does_not_show() {
+        let mut scenario = compared("compare_straight.toml");
+        scenario.frames.count = 1;
+        scenario.trace.rays = 0;
+        scenario.trace.bounces = 1;
+        // Beside a plate.
+        scenario.ego.on_road.as_mut().unwrap().s_m = 24.0;
+        let settings = compared_settings();
+        let eyes = eyes(&scenario, &settings).unwrap();
+        let site = site(&scenario, &settings).unwrap();
+        let near = within_reach(&site, &eyes, 0..1);
+        let triangles = |s: &Site| -> usize {
+            let mesh = |o: &Object| match o.shape {
+                Shape::Mesh(m) => s.scene.meshes[m].triangles.len(),
+                _ => 0,
+            };
+            s.scene.objects.iter().map(mesh).sum()
+        };
+        assert!(2 * triangles(&near) < triangles(&site), "{} of {}", triangles(&near), triangles(&site));
+        let engine = Engine::open("cpu", Precision::F32).unwrap();
+        let given = Given {
+            scenario: &scenario,
+            path: &path("compare_straight.toml"),
+            engine: &engine,
+            runs: 1,
+            keep: None,
+            watch: &|_, _| {},
+        };
+        let progress = Progress::new(&given, 2);
+        let scan =
+            |scenery| scans(&given, &progress, "k", &site, &eyes, scenery).unwrap().remove(0).remove(0);
+        let (all, part) = (scan(Scenery::All), scan(Scenery::WithinReach));
+        let peak = all.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+        let apart = all.iter().zip(&part).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
+        assert!(all.len() == part.len() && apart < 1e-3 * peak, "{apart} of {peak}");
+    }
+
+    #[test]
+    fn slow_drives_take_all_scans_from_side_to_side() {
+        let scenario = compared("compare_straight.toml");
+        let site = Site::new(&scenario).unwrap();
+        for (count, least) in [(600, 3), (20, 3), (2, 3), (5000, 3), (700, 1)] {
+            let (drives, against) =
+                slow_drives(&site, &scenario, &compared_settings(), count, least).unwrap();
+            assert!(!against && drives.iter().map(|d| d.scans).sum::<u32>() == count);
+            let step_m = 10.0 / 3.6 * 0.05;
+            let ends = |d: &Slow| (d.s_m, d.s_m + f64::from(d.scans) * step_m);
+            assert!(drives.iter().all(|d| ends(d).0 >= END_M && ends(d).1 <= 260.0 - END_M + 1e-9));
+            // One drive begins where the last ended, unless the road is too short for all.
+            let apart = drives.windows(2).all(|w| ends(&w[1]).0 >= ends(&w[0]).1 - 1e-9);
+            assert_eq!(apart, f64::from(count) * step_m <= 250.0, "{count}");
+            if count >= 20 && least == 3 {
+                let (first, last) = (drives[0].offset_m, drives[drives.len() - 1].offset_m);
+                assert!(drives.len() >= 3 && (first + 0.7).abs() < 1e-9 && (last - 0.7).abs() < 1e-9);
+            }
+        }
+    }
 }

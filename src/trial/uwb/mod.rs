@@ -20,7 +20,7 @@ use crate::lane::uwb::{
 use crate::lane::{LaneEstimator, Look, NoLane, uwb};
 use crate::scene::scenario::Scenario;
 use crate::trial::{Drive, Given, SpeedSensor, Step, Trial};
-use drives::{Eye, Passed, Progress, Scans};
+use drives::{Eye, Passed, Progress, Scans, Scenery};
 use std::time::Instant;
 
 /// How scans become passes.
@@ -113,7 +113,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     let frames = u64::from(given.scenario.frames.count) * u64::from(given.runs);
     let progress = Progress::new(given, drives::slow_frames(settings) + frames + sweep_m.len() as u64);
 
-    let quiet = drives::quiet(given, &progress, settings, &eyes)?;
+    let quiet = drives::quiet(given, &progress, settings, &eyes, Scenery::All)?;
     let tuned: Vec<Vec<Tuned>> = rules
         .iter()
         .map(|rule| eyes.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, &quiet)).collect())
@@ -254,7 +254,7 @@ fn one_run(
 ) -> Result<Run> {
     let scenario = drives::scenario_of_run(given, settings, number);
     let site = drives::site(&scenario, settings)?;
-    let scans = drives::scans(given, progress, &format!("run{number}"), &site, eyes)?;
+    let scans = drives::scans(given, progress, &format!("run{number}"), &site, eyes, Scenery::All)?;
     let drive = Drive::new(&site, given.engine)?;
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();

@@ -83,8 +83,12 @@ pub struct Settings {
     pub quiet_scans: u32,
     /// Speed of that drive and of the one past the plates for the histogram, km/h. Both are without sway.
     pub quiet_speed_kmh: f64,
+    /// How far to either side of the lane's middle that drive goes, m; default as far as the vehicle fits into the lane.
+    pub quiet_aside_m: Option<f64>,
     /// A road without markers, relative to the scenario; default the scenario's own road with nothing on it.
     pub quiet_road: Option<String>,
+    /// Class of the plates: the road without markers is then the scenario's own without these and without what moves.
+    pub plate_class: Option<String>,
     /// Scans of the slow drive past the plates for the histogram; 0: none.
     pub histogram_scans: u32,
     /// Whether the energy at the middle of a plate is also told against the lateral distance.
@@ -98,6 +102,11 @@ pub struct Settings {
     /// Standard deviation that the lateral distance to a line is said to have, m.
     pub offset_std_m: f64,
     pub asphalt: Asphalt,
+    /// In a comparison: time from scan to scan, s; default that of the radar's file, which is a frame of it.
+    pub scan_interval_s: Option<f64>,
+    /// In a comparison: way that the vehicle has come with the radar on before the first look, m, as far as the road reaches back;
+    /// default three spacings.
+    pub run_up_m: Option<f64>,
 }
 
 /// The asphalt of the road in the band of impulse radars: that of the table of materials is a mirror. It scatters by Oh's law
@@ -136,7 +145,9 @@ impl Default for Settings {
             false_alarm_probability: None,
             quiet_scans: 6000,
             quiet_speed_kmh: 10.0,
+            quiet_aside_m: None,
             quiet_road: None,
+            plate_class: None,
             histogram_scans: 700,
             offset_sweep: true,
             speed_range_kmh: None,
@@ -144,11 +155,17 @@ impl Default for Settings {
             speed_step_kmh: 1.0,
             offset_std_m: 0.1,
             asphalt: Asphalt::default(),
+            scan_interval_s: None,
+            run_up_m: None,
         }
     }
 }
 
 impl Settings {
+    pub fn run_up_m(&self) -> f64 {
+        self.run_up_m.unwrap_or(3.0 * self.spacing_m)
+    }
+
     pub fn largest_error_m(&self) -> f64 {
         self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
     }
@@ -202,6 +219,19 @@ impl Settings {
         within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "give metres per second")?;
         within("speed_step_kmh", self.speed_step_kmh, 0.0, 20.0, "0 for a speed that is not rounded")?;
         within("offset_std_m", self.offset_std_m, 1e-3, 5.0, "give metres")?;
+        if let Some(m) = self.quiet_aside_m {
+            within("quiet_aside_m", m, 0.0, self.lane_width_m, "0 for a drive along the middle")?;
+        }
+        if let Some(s) = self.scan_interval_s {
+            within("scan_interval_s", s, 1e-4, 10.0, "the document has 0.05")?;
+        }
+        within("run_up_m", self.run_up_m(), 0.0, 1e4, "0 for a drive that begins with the first look")?;
+        if self.plate_class.is_some() && self.quiet_road.is_some() {
+            return Err(BadInput::new("the road without markers is given twice")
+                .key("lane.uwb.plate_class")
+                .remedy("keep quiet_road or plate_class")
+                .into());
+        }
         let a = &self.asphalt;
         within(
             "asphalt.relative_permittivity",
