@@ -4,7 +4,6 @@
 use super::drive::{Drive, Level, lane_point, lane_track};
 use super::{Given, SpeedSensor};
 use crate::dataset::follow::Follower;
-use crate::dataset::frame::Frame;
 use crate::detect::accuracy::PointStd;
 use crate::detect::ambiguity::Ambiguity;
 use crate::detect::points::Point;
