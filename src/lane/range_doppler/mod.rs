@@ -305,7 +305,7 @@ pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> R
     problem.conclude(&blots, modes)
 }
 
-/// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some fifteen times
+/// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some ten times
 /// faster. The mirrored lane is tried as well. What the cells say is all that counts: `near` is where the search starts, not knowledge.
 ///
 /// Errors: those of [`lane_from_map`]; [`Refusal::NoLane`] also where another lane is the right one and `near` leads to none.

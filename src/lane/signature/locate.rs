@@ -214,6 +214,7 @@ struct Mark {
 /// Landmarks by square, row after row.
 struct Marks {
     low: DVec2,
+    square_m: f64,
     size: [usize; 2],
     /// Of each square, where its landmarks begin.
     from: Vec<u32>,
@@ -223,14 +224,17 @@ struct Marks {
 
 impl Marks {
     const SQUARE_M: f64 = 1.0;
+    /// Of about so many on, they grow with the map.
+    const MOST_SQUARES: f64 = 4e6;
 
-    /// Within the bounds of a picture of them, so that the squares are not too many.
     fn new(landmarks: &[Landmark], s: &LocateSettings) -> Marks {
         let (low, high) = bounds(landmarks);
-        let size = ((high - low) / Marks::SQUARE_M).floor() + 1.0;
+        let wide = high - low;
+        let square_m = Marks::SQUARE_M.max((wide.x * wide.y / Marks::MOST_SQUARES).sqrt());
+        let size = (wide / square_m).floor() + 1.0;
         let size = [size.x as usize, size.y as usize];
         let square = |p: DVec2| {
-            let q = (p - low) / Marks::SQUARE_M;
+            let q = (p - low) / square_m;
             q.y as usize * size[0] + q.x as usize
         };
         let mut sorted: Vec<(usize, &Landmark)> = landmarks.iter().map(|l| (square(l.place()), l)).collect();
@@ -253,12 +257,12 @@ impl Marks {
         };
         let marks: Vec<Mark> = sorted.iter().map(|l| mark(l.1)).collect();
         let largest_var = marks.iter().map(|m| m.var).fold(0.0, f64::max);
-        Marks { low, size, from, marks, largest_var }
+        Marks { low, square_m, size, from, marks, largest_var }
     }
 
     /// All within a radius, and some further.
     fn near(&self, p: DVec2, radius_m: f64, mut each: impl FnMut(&Mark)) {
-        let of = |x: f64, size: usize| (x / Marks::SQUARE_M).floor().clamp(-1.0, size as f64);
+        let of = |x: f64, size: usize| (x / self.square_m).floor().clamp(-1.0, size as f64);
         let (a, b) = (p - self.low - radius_m, p - self.low + radius_m);
         let [x0, x1] = [of(a.x, self.size[0]).max(0.0), of(b.x, self.size[0]).min(self.size[0] as f64 - 1.0)];
         let [y0, y1] = [of(a.y, self.size[1]).max(0.0), of(b.y, self.size[1]).min(self.size[1] as f64 - 1.0)];

@@ -1,7 +1,7 @@
 //! Figures and tables of the trial.
 
 use super::settings::{CodeName, Settings, bits};
-use super::{Located, Moving, RowPicture, WordRead};
+use super::{Located, Moving, RowPicture, WordRead, Worse};
 use crate::lane::NoLane;
 use crate::lane::signature::estimator::Place;
 use crate::lane::signature::map::SignatureMap;
@@ -77,10 +77,12 @@ pub(super) fn word_rows(s: &Settings, words: &[WordRead]) -> Vec<Row> {
     runs.sort_unstable();
     runs.dedup();
     for (i, table) in s.row.iter().enumerate().filter(|(_, t)| t.word.is_some()) {
-        for worse in [false, true] {
+        for worse in [Worse::No, Worse::Row, Worse::Looks] {
+            let shares = format!("{:.0} % missing and {:.0} % extra", 100.0 * s.worse, 100.0 * s.worse);
             let with = match worse {
-                true => format!(", {:.0} % missing and {:.0} % extra", 100.0 * s.worse, 100.0 * s.worse),
-                false => String::new(),
+                Worse::No => String::new(),
+                Worse::Row => format!(", {shares}"),
+                Worse::Looks => format!(", {shares} in each look by itself"),
             };
             let share = |of: &dyn Fn(&WordRead) -> bool| -> Vec<f64> {
                 runs.iter()
@@ -198,7 +200,7 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
                 &w.run,
                 &w.frame,
                 &s.row[w.row].name,
-                &u8::from(w.worse),
+                &(w.worse as u8),
                 &w.points,
                 &text(r.map(|r| bits(&r.word))),
                 &opt(r.map(|r| r.log_odds)),

@@ -205,14 +205,23 @@ fn compared(truth: &Pose, place: &Place) -> ([f64; 3], Option<f64>) {
     ([local.x, local.y, turn], nees.is_finite().then_some(nees))
 }
 
+/// How points were taken away and added before a word was read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Worse {
+    No,
+    /// In the row as gathered over all looks: markers that are gone, things that stand there.
+    Row,
+    /// In each look by itself, before it is gathered: echoes under the noise, false alarms.
+    Looks,
+}
+
 /// A word read, beside the one that is written.
 #[derive(Debug, Clone)]
 struct WordRead {
     run: u32,
     frame: u32,
     row: usize,
-    /// Whether points were taken away and added.
-    worse: bool,
+    worse: Worse,
     points: usize,
     reading: Option<Reading>,
     right: Option<bool>,
@@ -227,6 +236,39 @@ fn worsened(points: &[RowPoint], share: f64, spread_m: f64, draws: &mut Draws) -
         out.push(RowPoint { s_m, t_m: spread_m * (2.0 * draws.uniform() - 1.0), ..*first });
     }
     out.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
+    out
+}
+
+/// Takes a share of a look's points away and adds as many others that stand, up to five metres along the vehicle from one that was
+/// seen: in the rows, where they do harm.
+fn worsened_look(
+    points: &[LanePoint],
+    share: f64,
+    rest: &StaticTest,
+    [speed, yaw]: [Measured; 2],
+    draws: &mut Draws,
+) -> Vec<LanePoint> {
+    let mut out: Vec<LanePoint> = points.iter().filter(|_| draws.uniform() >= share).copied().collect();
+    let radar = DVec2::from_array(rest.radar_m);
+    let velocity = DVec2::new(speed.value - yaw.value * radar.y, yaw.value * radar.x);
+    for p in points {
+        let (other, by_m) = (draws.uniform() < share, 10.0 * draws.uniform() - 5.0);
+        if !other {
+            continue;
+        }
+        let at = DVec2::from_array(p.at_m) + DVec2::X * by_m;
+        let seen = at - radar;
+        let range_m = seen.length();
+        let turn = if p.range_m > 0.0 { range_m / p.range_m } else { 1.0 };
+        out.push(LanePoint {
+            at_m: at.to_array(),
+            std_m: [p.std_m[0], p.std_m[1] * turn],
+            range_m,
+            azimuth_rad: seen.to_angle(),
+            range_rate_mps: -velocity.dot(seen.normalize_or_zero()),
+            ..*p
+        });
+    }
     out
 }
 
@@ -384,6 +426,12 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
         let drive = Drive::new(&site, given.engine)?;
         let mut estimator = estimator_on(s, &drive, which, &mapped)
             .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))?;
+        // Beside it one whose looks are worse, for its rows.
+        let mut in_worse = match s.row.is_empty() {
+            true => None,
+            false => estimator_on(s, &drive, which, &mapped).ok(),
+        };
+        let mut worse_draws = Draws::new(scenario.seed as u32, 0x57a8);
         let mut speed = SpeedSensor::new(scenario.seed, s.speed_std_mps, 0.0);
         let mut yaw = SpeedSensor::new(scenario.seed ^ 0x9e37, s.yaw_rate_std_deg_per_s.to_radians(), 0.0);
         let mut way_m = 0.0;
@@ -405,6 +453,11 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let clock = Instant::now();
             let estimate = estimator.estimate(&look);
             let seconds = clock.elapsed().as_secs_f64();
+            if let Some(in_worse) = &mut in_worse {
+                let points =
+                    worsened_look(&k.points, s.worse, &at_rest(&drive, which), measured, &mut worse_draws);
+                let _ = in_worse.estimate(&Look { points: &points, ..look });
+            }
             way_m += before.map_or(0.0, |b| b.distance(level.at_m));
             before = Some(level.at_m);
             let truth = pose(&level);
@@ -424,15 +477,18 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 let side = s.row[i].sides.map_or(0.0, |x| x.side_m);
                 let worse = worsened(&picked.points, s.worse, side, &mut draws);
                 let written = s.row[i].written();
-                for (is_worse, points) in [(false, picked.points.clone()), (true, worse)] {
+                let of_looks = in_worse.as_ref().and_then(|e| e.rows()[i].picked());
+                let of_looks = of_looks.unwrap_or_default().points;
+                let all = [(Worse::No, picked.points.clone()), (Worse::Row, worse), (Worse::Looks, of_looks)];
+                for (worse, points) in all {
                     let reading = reader.reader().read(std::slice::from_ref(&points)).ok();
                     let right = reading.as_ref().zip(written.as_ref()).map(|(r, w)| r.word == *w);
-                    if let (false, Some(reading)) = (is_worse, reading.clone()) {
+                    if let (Worse::No, Some(reading)) = (worse, reading.clone()) {
                         let (table, picked) = (s.row[i].clone(), picked.clone());
                         row_pictures[i] = Some(RowPicture { table, picked, reading });
                     }
                     let points = points.len();
-                    words.push(WordRead { run, frame: f, row: i, worse: is_worse, points, reading, right });
+                    words.push(WordRead { run, frame: f, row: i, worse, points, reading, right });
                 }
             }
             let truth = ahead(drive.truth(time_s, [5.0, s.reach_m]));
@@ -501,4 +557,39 @@ fn map_errors(map: &SignatureMap, road: Option<&RoadTruth>) -> Vec<f64> {
             markers.iter().map(|m| m.distance(at)).min_by(f64::total_cmp).filter(|d| *d < 0.5)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worse_look_lacks_points_and_has_others_that_stand() {
+        let rest = StaticTest { radar_m: [3.6, 0.0], ..StaticTest::default() };
+        let own = [Measured { value: 12.0, std: 0.05 }, Measured { value: 0.1, std: 0.003 }];
+        let mut draws = Draws::new(4, 1);
+        let points: Vec<LanePoint> = (0..4000)
+            .map(|_| {
+                let seen = DVec2::new(5.0 + 30.0 * draws.uniform(), 3.5 * draws.uniform() - 1.75);
+                let velocity = DVec2::new(12.0, 0.1 * 3.6);
+                LanePoint {
+                    at_m: (seen + DVec2::new(3.6, 0.0)).to_array(),
+                    std_m: [0.1, 0.2],
+                    range_rate_mps: -velocity.dot(seen.normalize()),
+                    range_rate_std_mps: 0.03,
+                    range_m: seen.length(),
+                    azimuth_rad: seen.to_angle(),
+                    rcs_dbsm: -20.0,
+                    snr_db: 20.0,
+                }
+            })
+            .collect();
+        let worse = worsened_look(&points, 0.1, &rest, own, &mut draws);
+        let kept = worse.iter().filter(|p| points.contains(p)).count();
+        // Four standard deviations of a share of 4000.
+        assert!((3524..3676).contains(&kept), "{kept}");
+        assert!((324..476).contains(&(worse.len() - kept)), "{}", worse.len());
+        assert!(rest.standing(&worse, own[0], Some(own[1])).iter().all(|s| *s));
+        assert_eq!(worsened_look(&points, 0.0, &rest, own, &mut draws), points);
+    }
 }
