@@ -98,7 +98,7 @@ fn bytes_do_not_depend_on_kills_workers_and_shares() {
     assert!(kills > 0, "the run was over before it could be killed");
     // What a kill at a worse moment leaves.
     fs::write(at("killed/shards/.000003.json.partial-1-0"), "{").unwrap();
-    fs::create_dir(at("killed/.frame_000030.partial")).unwrap();
+    fs::create_dir_all(at("killed/.frame_000030.partial")).unwrap();
     fs::write(at("killed/.frame_000030.partial/adc.npy"), "half").unwrap();
     make(dir.path(), "killed", &[]);
     same(&at("whole"), &at("killed"));
