@@ -2,7 +2,7 @@
 
 use super::pattern::Site;
 use super::{MarkerOptions, Scan};
-use crate::lane::curve::{Fitted, fit, fit_simplest};
+use crate::lane::curve::{Fitted, Shape, fit, fit_simplest};
 use crate::lane::track::{HALF_WEIGHT, robust};
 use crate::lane::{LanePoint, Line};
 use glam::DVec2;
@@ -34,12 +34,15 @@ fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
     (places, std)
 }
 
-/// Curve through points of a row that grows. Points that stand beside what the others agree on have little weight: cells that hold
-/// several echoes give directions that are off by more than noise.
-fn growing(scan: &Scan<'_>, members: &[usize]) -> Option<Fitted> {
+/// Curve through points of a row that grows, of the simplest shape that they bear out or of the one given. Points that stand beside
+/// what the others agree on have little weight: cells that hold several echoes give directions that are off by more than noise.
+fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<Fitted> {
     let (places, std) = across(scan, members);
     let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let fitted = fit_simplest(&places, &first, WHILE_GROWING)?;
+    let fitted = match shape {
+        Some(shape) => fit(&places, &first, shape),
+        None => fit_simplest(&places, &first, WHILE_GROWING),
+    }?;
     let off = |p: &DVec2, s: f64| fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
     let weighed: Vec<f64> =
         std.iter().zip(&places).map(|(s, p)| s * (1.0 + off(p, *s).powi(2)).sqrt()).collect();
@@ -54,14 +57,17 @@ fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<
     let seed = options.path_least.min(n).max(3);
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let mut best: Option<(Vec<usize>, Fitted)> = None;
-    for begin in [0, n / 3, 2 * n / 3] {
-        let begin = begin.min(n - seed.min(n));
+    // Straight unless the few show a bend, and bent where most of the path then lies beside it: five markers show no bend that 0.08 m
+    // would hide.
+    let begins = [0, n / 3, 2 * n / 3].map(|b| b.min(n - seed.min(n)));
+    for (begin, shape) in begins.iter().flat_map(|b| [(*b, None), (*b, Some(Shape::Arc))]) {
         let mut taken: Vec<usize> = (begin..(begin + seed).min(n)).collect();
         let fit_of = |taken: &[usize]| {
             let members: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
-            growing(scan, &members)
+            growing(scan, &members, None)
         };
-        let Some(mut fitted) = fit_of(&taken) else { continue };
+        let few: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
+        let Some(mut fitted) = growing(scan, &few, shape) else { continue };
         let on = |f: &Fitted, k: usize| {
             // On a bend the next marker stands on the bend, not on its tangent.
             let more = 2.5 * options.spacing_m;
@@ -136,7 +142,7 @@ pub(super) fn line(
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
         members = order.into_iter().map(|k| members[k]).collect();
-        fitted = growing(scan, &members)?;
+        fitted = growing(scan, &members, None)?;
     }
     let at = |i: usize| fitted.curve.foot(place(i)).s_m;
     let mut level = 1.0;

@@ -145,6 +145,22 @@ fn bends_are_followed() {
 }
 
 /// A tenth of the markers missed and as many points that are none.
+/// The inner row of a semicircle of 10 m: five markers 1.5 m apart hardly show their bend.
+#[test]
+fn the_inner_row_of_a_narrow_bend_is_found() {
+    let options = MarkerOptions { spacing_m: 1.5, ..MarkerOptions::default() };
+    for seed in 1..9 {
+        let mut dice = Dice(seed);
+        let on_bend = |k: i32| DVec2::from_angle(1.5 * f64::from(k) / 10.1 - 0.25 * TAU) * 10.1;
+        let points: Vec<LanePoint> =
+            (1..12).map(|k| point(DVec2::new(6.0, 11.75) + on_bend(k), 0.0, &mut dice)).collect();
+        let e = estimate(&scan(&points), &options);
+        assert_eq!(e.lines.len(), 1, "{seed}: {:?}", e.no_lane);
+        let curvature = e.lines[0].fitted.curve.at(5.0).curvature_per_m;
+        assert!((curvature - 1.0 / 10.1).abs() < 0.01, "{seed}: {curvature}");
+    }
+}
+
 #[test]
 fn missing_and_extra_points() {
     let (mut lines, mut within, mut runs) = (0, 0, 0);
