@@ -212,7 +212,11 @@ impl Judged {
                 .map(|r| r.document(100.0)),
         );
         for (name, sum, why) in [
-            ("ways of cars, from the lane's middle (rms)", self.ways, "of their middles, with lane.camera_fusion.to_middle"),
+            (
+                "ways of cars, from the lane's middle (rms)",
+                self.ways,
+                "of their middles, with lane.camera_fusion.to_middle",
+            ),
             ("parabolas through them (rms)", self.fits[0], ""),
             ("B-splines through them (rms)", self.fits[1], ""),
             ("near lines of the camera (rms)", self.parts[0], "over the whole length that it sees"),
