@@ -4,6 +4,7 @@
 
 use super::curve::{Clothoid, Fitted, Shape, fit};
 use super::{LaneEstimate, LanePoint, Line, Measured};
+use catseye_linalg::Matrix;
 use glam::{DMat2, DVec2};
 
 /// How lines are followed.
@@ -275,21 +276,24 @@ impl Track {
         let change = most(0.0).powi(2) / BENDS_OVER_M + SWAY_PER_M.powi(2) / SETS_IN_OVER_M;
         let prior = [ANYWHERE_M.powi(2), ANY_TURN_RAD.powi(2), bend.powi(2) + path_per_m.std.powi(2)];
         let by = |s: f64| [1.0, s, 0.5 * s * s];
-        let mut all = vec![0.0; n * n];
-        for i in 0..n {
-            for j in 0..n {
-                let (a, b) = (by(seen[i][0]), by(seen[j][0]));
-                let known: f64 = (0..3).map(|k| a[k] * prior[k] * b[k]).sum();
-                all[i * n + j] = known + change * wander(seen[i][0], seen[j][0]);
-            }
-            all[i * n + i] += seen[i][2].powi(2);
+        let all = Matrix::from_fn(n, n, |i, j| {
+            let (a, b) = (by(seen[i][0]), by(seen[j][0]));
+            let known: f64 = (0..3).map(|k| a[k] * prior[k] * b[k]).sum();
+            let own = if i == j { seen[i][2].powi(2) } else { 0.0 };
+            (known + change * wander(seen[i][0], seen[j][0]) + own).into()
+        });
+        let inverse = all.inverse();
+        if !inverse.is_finite() {
+            return None;
         }
-        let lower = cholesky(all, n)?;
-        let left = solved(&lower, seen.iter().map(|p| p[1]).collect());
+        let solved = |right: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            (0..n).map(|i| (0..n).map(|j| inverse[(i, j)].re * right(j)).sum()).collect()
+        };
+        let left = solved(&|j| seen[j][1]);
         let measured = |k: usize| {
-            let column: Vec<f64> = seen.iter().map(|p| by(p[0])[k]).collect();
-            let value = prior[k] * column.iter().zip(&left).map(|(a, b)| a * b).sum::<f64>();
-            let told: f64 = column.iter().zip(solved(&lower, column.clone())).map(|(a, b)| a * b).sum();
+            let column = |j: usize| by(seen[j][0])[k];
+            let value = prior[k] * (0..n).map(|j| column(j) * left[j]).sum::<f64>();
+            let told: f64 = solved(&column).iter().enumerate().map(|(j, x)| column(j) * x).sum();
             Measured { value, std: (prior[k] - prior[k] * prior[k] * told).max(0.0).sqrt().max(1e-6) }
         };
         let bent = measured(2);
@@ -310,36 +314,6 @@ fn wander(s: f64, t: f64) -> f64 {
     let (near, far) = (s.abs().min(t.abs()), s.abs().max(t.abs()));
     let d = far - near;
     (near.powi(5) / 5.0 + d * near.powi(4) / 2.0 + d * d * near.powi(3) / 3.0) / 4.0
-}
-
-/// L of a symmetric matrix L Lᵀ, row by row; None where it is not positive definite.
-fn cholesky(mut a: Vec<f64>, n: usize) -> Option<Vec<f64>> {
-    for j in 0..n {
-        for i in j..n {
-            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let rest = a[i * n + j] - sum;
-            a[i * n + j] = match i == j {
-                true if rest > 0.0 && rest.is_finite() => rest.sqrt(),
-                true => return None,
-                false => rest / a[j * n + j],
-            };
-        }
-    }
-    Some(a)
-}
-
-/// x of L Lᵀ x = b.
-fn solved(lower: &[f64], mut b: Vec<f64>) -> Vec<f64> {
-    let n = b.len();
-    for i in 0..n {
-        let sum: f64 = (0..i).map(|k| lower[i * n + k] * b[k]).sum();
-        b[i] = (b[i] - sum) / lower[i * n + i];
-    }
-    for i in (0..n).rev() {
-        let sum: f64 = (i + 1..n).map(|k| lower[k * n + i] * b[k]).sum();
-        b[i] = (b[i] - sum) / lower[i * n + i];
-    }
-    b
 }
 
 /// The lane at the vehicle, from its lines there; what is less sure than the options allow is not stated.
@@ -846,10 +820,6 @@ mod tests {
             assert!((wander(s, t) / sum - 1.0).abs() < 1e-3, "{s} {t}");
             assert_eq!((wander(-s, -t), wander(s, -t)), (wander(s, t), 0.0));
         }
-        let a = vec![4.0, 2.0, 2.0, 5.0];
-        let x = solved(&cholesky(a, 2).unwrap(), vec![8.0, 14.0]);
-        assert!((x[0] - 0.75).abs() < 1e-12 && (x[1] - 2.5).abs() < 1e-12, "{x:?}");
-        assert!(cholesky(vec![1.0, 2.0, 2.0, 1.0], 2).is_none());
     }
 
     #[test]

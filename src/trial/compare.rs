@@ -425,7 +425,8 @@ fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
             let at = place + step * (k as f64 - 0.5 * (scenarios.len() as f64 - 1.0));
             if let Some(f) = s.f1_percent {
                 let half = if f.half.is_finite() { f.half } else { 0.0 };
-                let bar = vec![[f.mean - half, at], [f.mean + half, at]];
+                // A share is no more than all of it.
+                let bar = vec![[(f.mean - half).max(0.0), at], [(f.mean + half).min(100.0), at]];
                 chart.layers.push(Layer::Line { points: bar, pen: Pen::solid(pen.colour, 2.0) });
                 dots.push([f.mean, at]);
             }
