@@ -201,6 +201,124 @@ fn an_interrupted_run_goes_on_and_gives_the_same_bytes() {
     }
 }
 
+/// A loss of power may leave files of finished frames empty; such a frame is made again, and the checksums are those of what was
+/// made.
+#[test]
+fn a_finished_frame_that_changed_is_made_again() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let run = ["simulate", "s.toml", "-o", "part", "--frames", "40", "--json"];
+    done(d, &["simulate", "s.toml", "-o", "whole"]);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(run)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Three notes: three frames are done.
+    let note = d.join(".part.unfinished/notes/frame_000002.json");
+    while !note.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+    let frames = d.join(".part.unfinished/result");
+    std::fs::write(frames.join("frame_000000/adc.npy"), "").unwrap();
+    std::fs::remove_file(frames.join("frame_000001/truth.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&done(d, &run)).unwrap();
+    assert_eq!(report["repaired"], 2);
+    assert!(report["resumed"].as_u64().unwrap() >= 1, "{report}");
+    let bytes = |f: &str| std::fs::read(d.join(f)).unwrap();
+    for file in ["frame_000000/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+    let manifest: serde_json::Value = serde_json::from_slice(&bytes("part/manifest.json")).unwrap();
+    for (file, sum) in manifest["checksums"].as_object().unwrap() {
+        let found = catseye::formats::stage::sha256_of_file(d.join("part").join(file)).unwrap();
+        assert_eq!(sum.as_str(), Some(found.as_str()), "{file}");
+    }
+}
+
+/// The second of two that write the same folder is told who writes it; what the first leaves is whole.
+#[test]
+fn two_processes_do_not_write_one_folder() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let mut first = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(["simulate", "s.toml", "-o", "out", "--frames", "400", "--quiet"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !d.join(".out.unfinished/result/frame_000000").exists() {
+        assert!(first.try_wait().unwrap().is_none(), "the first ended before its first frame");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let holder = format!("process {}", first.id());
+    refused(d, &["simulate", "s.toml", "-o", "out", "--force"], &["out", &holder, "simulate"]);
+    refused(d, &["demo", "-o", "out", "--force"], &["out", &holder]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // The lock ends with its holder.
+    done(d, &["simulate", "s.toml", "-o", "out"]);
+    assert!(!d.join(".out.lock").exists());
+}
+
+/// What others made is not ours to replace, whatever is asked.
+#[test]
+fn no_command_replaces_what_others_made() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let site = d.join("site");
+    std::fs::create_dir(&site).unwrap();
+    std::fs::write(site.join("manifest.json"), r#"{"name": "app", "start_url": "/"}"#).unwrap();
+    std::fs::write(site.join("index.html"), "<html>").unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    for words in [
+        &["demo", "-o", "site"][..],
+        &["demo", "-o", "site", "--force"],
+        &["simulate", "s.toml", "-o", "site", "--force"],
+        &["process", cube, "--radar", "radar.toml", "-o", "site", "--force"],
+        &["export", "run", "--format", "pcd", "-o", "site", "--force"],
+        &["lane", "markers", "s.toml", "-o", "site", "--force"],
+    ] {
+        refused(d, words, &["site", "did not write"]);
+    }
+    assert_eq!(std::fs::read(site.join("index.html")).unwrap(), b"<html>");
+    // Our own of another kind, and with something added.
+    refused(d, &["process", cube, "--radar", "radar.toml", "-o", "run", "--force"], &["run"]);
+    std::fs::write(d.join("run/notes.txt"), "mine").unwrap();
+    refused(d, &["simulate", "s.toml", "-o", "run", "--force"], &["notes.txt"]);
+    std::fs::remove_file(d.join("run/notes.txt")).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run", "--force"]);
+}
+
+#[test]
+fn no_output_goes_over_an_input() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    done(d, &["reflector", "plate", "-o", "m.glb", "--preview", "none"]);
+    let mesh = std::fs::read(d.join("m.glb")).unwrap();
+    for words in [
+        &["rcs", "m.glb", "-o", "m.glb", "--force"][..],
+        &["rcs", "m.glb", "-o", "./m.glb", "--force"],
+        &["rcs", "plate", "--azimuth-deg", "0:9:1", "-o", "o.csv", "--plot", "o.csv"],
+        &["rcs", "plate", "--azimuth-deg", "0:9:1", "-o", "o.csv", "--plot", "./o.csv", "--force"],
+        &["calibrate", "--radar", "radar.toml", "-o", "radar.toml", "--force"],
+        &["calibrate", "--radar", "radar.toml", "-o", "c.csv", "--plot", "c.csv"],
+        &["reflector", "plate", "-o", "p.glb", "--preview", "p.glb"],
+    ] {
+        refused(d, words, &["another name"]);
+    }
+    assert_eq!(std::fs::read(d.join("m.glb")).unwrap(), mesh);
+    assert!(!d.join("o.csv").exists() && !d.join("c.csv").exists() && !d.join("p.glb").exists());
+}
+
 #[test]
 fn the_templates_run() {
     let t = tempfile::tempdir().unwrap();

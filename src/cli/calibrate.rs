@@ -5,7 +5,7 @@ use super::{Global, print, print_json};
 use crate::dataset::turntable::{Turntable, run};
 use crate::dsp::doa_calibration::TurntableOptions;
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage::StagedFile;
+use crate::formats::stage::{StagedFile, distinct};
 use crate::plot::{ColourMap, Scale, heat_map};
 use crate::road::reflector::Reflector;
 use crate::scene::{material, radar_toml};
@@ -72,6 +72,9 @@ impl Calibrate {
                 .remedy("take larger steps")
                 .into());
         }
+        let outputs: Vec<&Path> =
+            std::iter::once(&self.output).chain(&self.plot).map(PathBuf::as_path).collect();
+        distinct(&outputs, &[Path::new(&self.radar)])?;
         let staged = StagedFile::new(&self.output, global.force)?;
         let engine = global.engine()?;
         let bar = global.bar("angles", angles as u64);

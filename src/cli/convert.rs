@@ -5,9 +5,10 @@ use super::{Global, print, print_json};
 use crate::dataset::recording;
 use crate::error::Result;
 use crate::formats::cube::{CubeAbout, write_cube};
+use crate::formats::stage;
 use crate::scene::radar_toml;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Convert a cube of samples: NumPy, TI DCA1000 recording with its .cfg, HDF5
 #[derive(Debug, Args)]
@@ -36,6 +37,9 @@ struct Report {
 
 impl Convert {
     pub fn run(&self, global: &Global) -> Result<()> {
+        let radar_file = self.radar.as_deref().map(Path::new);
+        let inputs: Vec<&Path> = std::iter::once(self.cube.as_path()).chain(radar_file).collect();
+        stage::distinct(&[&self.output], &inputs)?;
         let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
         let is_bin = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("bin"));
         let ti_radar = match (is_bin, source.ti_radar()) {

@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 /// The built-in marked road, end to end, into ./catseye-demo
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Folder to write; an older demo in it is replaced
-    #[arg(short, long, default_value = "catseye-demo", value_name = "DIR")]
-    pub output: PathBuf,
+    /// Folder to write (default: catseye-demo, in which an older demo is replaced)
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
 }
 
 /// The scenario of the demo, as a user would write it.
@@ -36,10 +36,11 @@ impl Demo {
         let report = run(
             &engine,
             &scenario,
-            &self.output,
+            self.output.as_deref().unwrap_or(Path::new("catseye-demo")),
             &RunOptions {
-                // Its own folder: `StagedDir` refuses one that catseye did not write.
-                force: true,
+                kind: "demo",
+                // In its own place an older demo is replaced without a question; elsewhere it is somebody's.
+                force: global.force || self.output.is_none(),
                 convergence: false,
                 source: Some(SCENARIO.into()),
                 pictures: &|scenario, scene, frame, truth, dir| {

@@ -5,6 +5,7 @@ use crate::dataset::sweeps::Run;
 use crate::error::{BadInput, Result};
 use crate::formats::interop::tusimple::{Camera, LaneFile};
 use crate::formats::interop::{Exporter, pcd};
+use crate::formats::stage;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -125,6 +126,7 @@ impl Export {
     }
 
     pub fn run(&self, global: &Global) -> Result<()> {
+        stage::distinct(&[&self.output], &[&self.run])?;
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64);

@@ -2,6 +2,7 @@
 
 use super::{Global, print, print_json};
 use crate::error::Result;
+use crate::formats::stage;
 use crate::plot::{PlotOptions, plot_file};
 use clap::Args;
 use std::path::PathBuf;
@@ -28,6 +29,7 @@ impl Plot {
                 }
                 None => file.with_extension("png"),
             };
+            stage::distinct(&[&out], &self.files.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
             let options = PlotOptions { force: global.force, ..Default::default() };
             plot_file(file, &out, &options)?;
             if !global.json {

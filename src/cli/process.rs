@@ -11,7 +11,7 @@ use crate::detect::Bodies;
 use crate::engine::{AnyCube, Engine, Precision};
 use crate::error::Result;
 use crate::formats::cube::Source;
-use crate::formats::stage::StagedDir;
+use crate::formats::stage::{self, StagedDir};
 use crate::scene::radar::Radar;
 use crate::trace::Returns;
 use clap::Args;
@@ -49,8 +49,9 @@ const STREAMED: usize = 1 << 25;
 
 impl Process {
     pub fn run(&self, global: &Global) -> Result<()> {
+        stage::distinct(&[&self.output], &[&self.cube])?;
         let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
-        let staged = StagedDir::new(&self.output, global.force)?;
+        let staged = StagedDir::new(&self.output, global.force, "process")?;
         let engine = global.engine()?;
         let calibrated = source.is_calibrated();
         if !calibrated {
@@ -87,7 +88,6 @@ impl Process {
             axes: PerRadar::One(Axes::of(&radar)),
             import: None,
             frames: Vec::new(),
-            checksums: Default::default(),
         }
         .write(staged.path())?;
         let report = Report {

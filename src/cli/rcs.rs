@@ -7,7 +7,7 @@ use crate::engine::Engine;
 use crate::engine::sweep::{Accuracy, Sweep};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::rcs_csv;
-use crate::formats::stage::StagedFile;
+use crate::formats::stage::{self, StagedFile};
 use crate::geom::validate::check_scene;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
@@ -19,7 +19,7 @@ use crate::trace::Convention;
 use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Radar cross section of a glTF file or of a reflector: table, CSV, plot
 #[derive(Debug, Args)]
@@ -157,6 +157,9 @@ impl Rcs {
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
         sweep.check().map_err(as_option)?;
         let Sweep { frequencies_hz: frequencies, options, .. } = &sweep;
+        let outputs: Vec<&Path> =
+            [&self.output, &self.plot].into_iter().flatten().map(PathBuf::as_path).collect();
+        stage::distinct(&outputs, &[Path::new(&self.target)])?;
         let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
         let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
         if let Some(p) = &self.plot

@@ -107,6 +107,9 @@ impl MakeReflector {
         if let Some(e) = report.as_ref().and_then(MeshReport::error) {
             return Err(e.key(reflector.spec()).into());
         }
+        let outputs =
+            std::iter::once(output.as_path()).chain(preview.as_deref().filter(|p| p.as_os_str() != "none"));
+        stage::distinct(&outputs.collect::<Vec<_>>(), &[])?;
         let bytes = gltf::to_glb(&scene)?;
         // Both or neither: the picture is made before the first file is written.
         let picture = match (&mesh, &preview) {

@@ -46,6 +46,7 @@ impl MakeScene {
                 .allowed("a name that ends in .glb")
                 .into());
         }
+        stage::distinct(&[&output], &[&self.file])?;
         let plan = scene_toml::load(&self.file)?;
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
         let mut warnings = Vec::new();

@@ -83,6 +83,7 @@ pub fn simulate(
         scenario,
         output,
         &RunOptions {
+            kind: "run",
             force: global.force,
             convergence,
             source,
@@ -93,6 +94,12 @@ pub fn simulate(
     bar.finish_and_clear();
     if report.resumed > 0 {
         global.say(&format!("{} frames were complete from an earlier run", report.resumed));
+    }
+    if report.repaired > 0 {
+        global.say(&format!(
+            "{} frames of an earlier run had changed since and were made again",
+            report.repaired
+        ));
     }
     for f in &report.frames {
         if f.front_end.dropped > 0 {

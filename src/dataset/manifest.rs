@@ -1,11 +1,11 @@
-//! `manifest.json`: what made a result, its axes, and a checksum for each file.
+//! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
 
 use super::frame::{Convergence, Frame, Stages};
 use crate::adc::gridding::Methods;
 use crate::adc::synthesis::FrontEnd;
 use crate::engine::EngineReport;
 use crate::error::{Error, Result};
-use crate::formats::stage::{self, MANIFEST};
+use crate::formats::stage::MANIFEST;
 use crate::scene::ImportReport;
 use crate::scene::radar::Radar;
 use crate::scene::radar_toml::to_toml;
@@ -149,16 +149,12 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
     pub frames: Vec<FrameRecord>,
-    /// SHA-256 of every file.
-    pub checksums: BTreeMap<String, String>,
 }
 
 impl Manifest {
-    /// Takes the checksums and writes the file into `dir`.
-    pub fn write(mut self, dir: &Path) -> Result<()> {
-        self.checksums = stage::checksums(dir)?;
-        let text =
-            serde_json::to_string_pretty(&self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
+    /// Writes the file into `dir`; `StagedDir::commit` adds kind and checksums.
+    pub fn write(&self, dir: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
         let path = dir.join(MANIFEST);
         std::fs::write(&path, text).map_err(|e| Error::io(&path, e))
     }

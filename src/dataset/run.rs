@@ -8,11 +8,15 @@ use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
-use crate::formats::stage::{StagedDir, sha256_of_bytes};
+use crate::formats::stage::{
+    MANIFEST, StagedDir, checksums, files_of, sha256_of_bytes, sha256_of_file, sync_file, sync_folder,
+    sync_tree,
+};
 use crate::road::site::Site;
 use crate::scene::Scene;
 use crate::scene::radar_toml::to_toml;
 use crate::scene::scenario::Scenario;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -21,6 +25,8 @@ pub type Pictures<'a> = &'a (dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) ->
 
 /// How to run.
 pub struct RunOptions<'a> {
+    /// What the folder's manifest calls it; only a folder of the same kind is replaced.
+    pub kind: &'static str,
     pub force: bool,
     /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate.
     pub convergence: bool,
@@ -38,7 +44,17 @@ pub struct RunReport {
     pub folder: PathBuf,
     /// Frames that an interrupted run had left complete.
     pub resumed: u32,
+    /// Frames of an interrupted run whose files were not as they had been written; they were made again.
+    pub repaired: u32,
     pub frames: Vec<FrameRecord>,
+}
+
+/// What is known of a frame that is complete. Written when all its files would survive a loss of power.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Note {
+    records: Vec<FrameRecord>,
+    /// SHA-256 of its files, by path below the frame's folder.
+    checksums: BTreeMap<String, String>,
 }
 
 /// Runs all frames of the scenario on `engine` into `out`.
@@ -58,19 +74,28 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         )
         .as_bytes(),
     );
-    let (staged, notes) = StagedDir::resumable(out, options.force, &identity)?;
+    let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
     let prepared = Prepared::new(scenario, scene)?;
     let mut records = Vec::new();
-    let mut resumed = 0;
+    let (mut resumed, mut repaired) = (0, 0);
+    let mut sums = BTreeMap::new();
     for index in 0..scenario.frames.count {
         let folder = staged.path().join(frame_name(index));
-        // Its part of the manifest; written first, so that a folder with its name is complete.
-        let note = notes.join(format!("{}.json", frame_name(index)));
-        if let Some(record) = folder.is_dir().then(|| read_record(&note)).flatten() {
-            records.extend(record);
-            resumed += 1;
-            (options.progress)(index + 1, resumed);
-            continue;
+        // Written last: a frame with a note is complete if its files still are what they were.
+        let note_path = notes.join(format!("{}.json", frame_name(index)));
+        let keep = |note: Note, records: &mut Vec<FrameRecord>, sums: &mut BTreeMap<String, String>| {
+            records.extend(note.records);
+            let name = frame_name(index);
+            sums.extend(note.checksums.into_iter().map(|(file, sum)| (format!("{name}/{file}"), sum)));
+        };
+        if let Some(note) = read_note(&note_path) {
+            if checksums(&folder).is_ok_and(|found| found == note.checksums) {
+                keep(note, &mut records, &mut sums);
+                resumed += 1;
+                (options.progress)(index + 1, resumed);
+                continue;
+            }
+            repaired += 1;
         }
         let unfinished = staged.path().join(format!("{}.unfinished", frame_name(index)));
         for old in [&folder, &unfinished] {
@@ -101,10 +126,14 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             };
             record.push(FrameRecord::of(&radar.name, &frame, moves));
         }
-        let text = serde_json::to_string(&record).map_err(|e| Error::Failed(format!("record: {e}")))?;
-        fs::write(&note, text).map_err(|e| Error::io(&note, e))?;
+        let note = Note { records: record, checksums: checksums(&unfinished)? };
+        sync_tree(&unfinished)?;
         fs::rename(&unfinished, &folder).map_err(|e| Error::io(&folder, e))?;
-        records.extend(record);
+        sync_folder(staged.path())?;
+        let text = serde_json::to_string(&note).map_err(|e| Error::Failed(format!("note: {e}")))?;
+        fs::write(&note_path, text).map_err(|e| Error::io(&note_path, e))?;
+        sync_file(&note_path)?;
+        keep(note, &mut records, &mut sums);
         (options.progress)(index + 1, resumed);
     }
     if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
@@ -120,15 +149,25 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
         import: Some(scene.import.clone()),
         frames: records.clone(),
-        checksums: Default::default(),
     }
     .write(staged.path())?;
-    let folder = staged.commit()?;
-    Ok(RunReport { folder, resumed, frames: records })
+    let sums = with_the_rest(staged.path(), sums)?;
+    let folder = staged.commit_with(sums)?;
+    Ok(RunReport { folder, resumed, repaired, frames: records })
 }
 
-fn read_record(note: &Path) -> Option<Vec<FrameRecord>> {
-    serde_json::from_slice(&fs::read(note).ok()?).ok()
+fn read_note(path: &Path) -> Option<Note> {
+    serde_json::from_slice(&fs::read(path).ok()?).ok()
+}
+
+/// The frames' checksums and those of what lies beside them. The frames are not read again: what was written is what counts.
+fn with_the_rest(dir: &Path, mut sums: BTreeMap<String, String>) -> Result<BTreeMap<String, String>> {
+    for name in files_of(dir)? {
+        if name != MANIFEST && !sums.contains_key(&name) {
+            sums.insert(name.clone(), sha256_of_file(dir.join(name))?);
+        }
+    }
+    Ok(sums)
 }
 
 #[cfg(test)]
@@ -188,6 +227,7 @@ mod tests {
             let scenario = scenario::parse(&t.path().join("s.toml"), &scenario).unwrap();
             let out = t.path().join(names.join("-"));
             let options = RunOptions {
+                kind: "run",
                 force: true,
                 convergence: false,
                 source: None,

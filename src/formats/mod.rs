@@ -7,6 +7,7 @@ pub mod cube_layout;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 pub mod interop;
+mod lock;
 pub mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet_table;

@@ -1,7 +1,12 @@
 //! Output that appears under its final name only when it is complete. Work goes into a sibling with
 //! a hidden temporary name and is renamed on commit; until then an older result stays as it was.
+//!
+//! A folder carries a `manifest.json` that says which kind of result it is and lists every file in it. Only such a folder, of the
+//! same kind and with nothing else in it, is ever replaced. While a folder is made a lock stands beside it.
 
+use super::lock::Lock;
 use crate::error::{BadInput, Error, Result};
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -12,6 +17,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The file that marks a folder as a result of this program.
 pub const MANIFEST: &str = "manifest.json";
+/// Its keys that every folder has: the version that wrote it, the kind of result, SHA-256 of each file.
+const VERSION: &str = "catseye";
+const KIND: &str = "kind";
+const CHECKSUMS: &str = "checksums";
 
 /// A folder under construction. Dropped without [`commit`](StagedDir::commit), it leaves nothing, unless
 /// it is [resumable](StagedDir::resumable).
@@ -19,10 +28,13 @@ pub const MANIFEST: &str = "manifest.json";
 pub struct StagedDir {
     final_path: PathBuf,
     temporary: PathBuf,
+    kind: &'static str,
     force: bool,
     done: bool,
     /// Of a resumable one: the hidden folder with all that a later start needs.
     workshop: Option<PathBuf>,
+    /// Held to the end: no other process makes the same folder.
+    _lock: Lock,
 }
 
 /// In a workshop: what is made there; the folder under construction; notes on the way.
@@ -31,19 +43,18 @@ const RESULT: &str = "result";
 const NOTES: &str = "notes";
 
 impl StagedDir {
-    /// Makes the temporary folder next to `final_path` (whose parents are made too).
+    /// Makes the temporary folder next to `final_path` (whose parents are made too). `kind` says what it will hold ("run",
+    /// "study", ...) and is written into its manifest.
     ///
     /// # Errors
-    /// `BadInput` when a result is there already and `force` is not given, or when something is
-    /// there that is not a result (a folder that is not empty and has no `manifest.json`, or a
-    /// file): that is not replaced even with `force`.
-    pub fn new(final_path: impl AsRef<Path>, force: bool) -> Result<Self> {
-        let final_path = resolved(final_path.as_ref())?;
-        check_dir(&final_path, force)?;
-        let temporary = sibling(&final_path, "partial")?;
-        make_parents(&final_path)?;
+    /// `BadInput` when a result is there already and `force` is not given, when another process writes it, or when something is
+    /// there that is no result of this kind (a file; a folder without our manifest, or with a file that the manifest does not
+    /// list): that is not replaced even with `force`.
+    pub fn new(final_path: impl AsRef<Path>, force: bool, kind: &'static str) -> Result<Self> {
+        let (final_path, lock) = begin(final_path.as_ref(), force, kind)?;
+        let temporary = sibling(&final_path, PARTIAL)?;
         fs::create_dir(&temporary).map_err(|e| Error::io(&temporary, e))?;
-        Ok(StagedDir { final_path, temporary, force, done: false, workshop: None })
+        Ok(StagedDir { final_path, temporary, kind, force, done: false, workshop: None, _lock: lock })
     }
 
     /// A folder that survives an interruption, and another one for notes and finished parts that a later
@@ -53,10 +64,13 @@ impl StagedDir {
     ///
     /// # Errors
     /// As [`StagedDir::new`].
-    pub fn resumable(final_path: impl AsRef<Path>, force: bool, identity: &str) -> Result<(Self, PathBuf)> {
-        let final_path = resolved(final_path.as_ref())?;
-        check_dir(&final_path, force)?;
-        make_parents(&final_path)?;
+    pub fn resumable(
+        final_path: impl AsRef<Path>,
+        force: bool,
+        kind: &'static str,
+        identity: &str,
+    ) -> Result<(Self, PathBuf)> {
+        let (final_path, lock) = begin(final_path.as_ref(), force, kind)?;
         let workshop = hidden(&final_path, "unfinished")?;
         let temporary = workshop.join(RESULT);
         let notes = workshop.join(NOTES);
@@ -72,7 +86,8 @@ impl StagedDir {
             }
             fs::write(&mark, identity).map_err(|e| Error::io(&mark, e))?;
         }
-        Ok((StagedDir { final_path, temporary, force, done: false, workshop: Some(workshop) }, notes))
+        let workshop = Some(workshop);
+        Ok((StagedDir { final_path, temporary, kind, force, done: false, workshop, _lock: lock }, notes))
     }
 
     /// The folder to write into.
@@ -87,11 +102,18 @@ impl StagedDir {
 
     /// Puts the folder under its final name. An older result is moved aside first and deleted last,
     /// and comes back if the renaming fails.
-    pub fn commit(mut self) -> Result<PathBuf> {
+    pub fn commit(self) -> Result<PathBuf> {
+        let sums = checksums(&self.temporary)?;
+        self.commit_with(sums)
+    }
+
+    /// The same with [`checksums`] that are known already.
+    pub fn commit_with(mut self, checksums: BTreeMap<String, String>) -> Result<PathBuf> {
+        seal(&self.temporary, self.kind, checksums)?;
         // Checked again: somebody may have written there meanwhile.
-        check_dir(&self.final_path, self.force)?;
+        check_dir(&self.final_path, self.force, self.kind)?;
         let old = if self.final_path.exists() {
-            let old = sibling(&self.final_path, "old")?;
+            let old = sibling(&self.final_path, OLD)?;
             fs::rename(&self.final_path, &old).map_err(|e| Error::io(&self.final_path, e))?;
             Some(old)
         } else {
@@ -105,11 +127,67 @@ impl StagedDir {
             return Err(Error::io(&self.final_path, e));
         }
         self.done = true;
+        sync_folder(&parent(&self.final_path))?;
         for rest in old.iter().chain(&self.workshop) {
             fs::remove_dir_all(rest).map_err(|e| Error::io(rest, e))?;
         }
         Ok(self.final_path.clone())
     }
+}
+
+/// Checks the place, makes its parents, takes the lock and clears up what killed runs left beside it.
+fn begin(path: &Path, force: bool, kind: &'static str) -> Result<(PathBuf, Lock)> {
+    let path = resolved(path)?;
+    check_dir(&path, force, kind)?;
+    make_parents(&path)?;
+    let lock = Lock::take(&path, hidden(&path, "lock")?)?;
+    // Only who holds the lock makes these, so nobody works on those that are there.
+    for old in leavings(&path, OLD)? {
+        // Killed between its two renames: what it wanted to replace is all there is.
+        match path.exists() {
+            false => fs::rename(&old, &path).map_err(|e| Error::io(&path, e))?,
+            true => fs::remove_dir_all(&old).map_err(|e| Error::io(&old, e))?,
+        }
+    }
+    for partial in leavings(&path, PARTIAL)?.into_iter().filter(|p| p.is_dir()) {
+        fs::remove_dir_all(&partial).map_err(|e| Error::io(&partial, e))?;
+    }
+    // What was there before the lock was ours may be another's result by now.
+    check_dir(&path, force, kind)?;
+    Ok((path, lock))
+}
+
+/// Hidden siblings of `path` of one kind, in order.
+fn leavings(path: &Path, kind: &str) -> Result<Vec<PathBuf>> {
+    let start = hidden(path, &format!("{kind}-"))?;
+    let start = start.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = parent(path);
+    let entries = fs::read_dir(&folder).map_err(|e| Error::io(&folder, e))?;
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|e| e.ok())
+        .filter(|e| e.file_name().to_string_lossy().starts_with(&start))
+        .map(|e| e.path())
+        .collect();
+    found.sort();
+    Ok(found)
+}
+
+/// Writes version, kind and checksums into the manifest, which is made where there is none.
+fn seal(dir: &Path, kind: &str, checksums: BTreeMap<String, String>) -> Result<()> {
+    let path = dir.join(MANIFEST);
+    let wrong = |e: serde_json::Error| Error::Failed(format!("{}: {e}", path.display()));
+    let mut manifest: Map<String, Value> = match fs::read(&path) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(wrong)?,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Map::new(),
+        Err(e) => return Err(Error::io(&path, e)),
+    };
+    manifest.entry(VERSION).or_insert_with(|| env!("CARGO_PKG_VERSION").into());
+    manifest.insert(KIND.into(), kind.into());
+    manifest.insert(CHECKSUMS.into(), serde_json::to_value(checksums).map_err(wrong)?);
+    let text = serde_json::to_string_pretty(&manifest).map_err(wrong)?;
+    fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
+    sync_file(&path)?;
+    sync_folder(dir)
 }
 
 impl Drop for StagedDir {
@@ -135,7 +213,7 @@ impl StagedFile {
     pub fn new(final_path: impl AsRef<Path>, force: bool) -> Result<Self> {
         let final_path = resolved(final_path.as_ref())?;
         check_file(&final_path, force)?;
-        let temporary = sibling(&final_path, "partial")?;
+        let temporary = sibling(&final_path, PARTIAL)?;
         make_parents(&final_path)?;
         // Made at once, so that a place that cannot be written is known before the work.
         fs::File::create_new(&temporary).map_err(|e| Error::io(&temporary, e))?;
@@ -153,7 +231,22 @@ impl StagedFile {
 
     pub fn commit(mut self) -> Result<PathBuf> {
         check_file(&self.final_path, self.force)?;
-        fs::rename(&self.temporary, &self.final_path).map_err(|e| Error::io(&self.final_path, e))?;
+        let io = |e| Error::io(&self.final_path, e);
+        // A link is refused where something stands, also what appeared since the check; some file systems have none.
+        let linked = match self.force {
+            true => false,
+            false => match fs::hard_link(&self.temporary, &self.final_path) {
+                Ok(()) => true,
+                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
+                    return Err(exists_without_force(&self.final_path));
+                }
+                Err(_) => false,
+            },
+        };
+        match linked {
+            true => fs::remove_file(&self.temporary).map_err(io)?,
+            false => fs::rename(&self.temporary, &self.final_path).map_err(io)?,
+        }
         self.done = true;
         Ok(self.final_path.clone())
     }
@@ -196,22 +289,40 @@ fn exists_without_force(path: &Path) -> Error {
     BadInput::new("exists already").file(path).remedy("give --force to replace it, or another name").into()
 }
 
-fn check_dir(path: &Path, force: bool) -> Result<()> {
+fn check_dir(path: &Path, force: bool, kind: &str) -> Result<()> {
     let Ok(meta) = fs::metadata(path) else {
         return Ok(());
     };
-    let refuse = |problem: &str| {
+    let refuse = |problem: String| {
         Err(BadInput::new(problem).file(path).remedy("give another name for the output").into())
     };
     if !meta.is_dir() {
-        return refuse("is a file, and a folder is to be written");
+        return refuse("is a file, and a folder is to be written".into());
     }
     let empty = fs::read_dir(path).map_err(|e| Error::io(path, e))?.next().is_none();
     if empty {
         return Ok(());
     }
-    if !path.join(MANIFEST).is_file() {
-        return refuse("is a folder that catseye did not write (no manifest.json), so it is not replaced");
+    let manifest: Option<Map<String, Value>> =
+        fs::read(path.join(MANIFEST)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let own = manifest.as_ref().and_then(|m| {
+        m.get(VERSION)?.as_str()?;
+        Some((m.get(KIND)?.as_str()?, m.get(CHECKSUMS)?.as_object()?))
+    });
+    let Some((found, listed)) = own else {
+        return refuse(
+            "is a folder that catseye did not write (no manifest.json of its own), so it is not replaced"
+                .into(),
+        );
+    };
+    if found != kind {
+        return refuse(format!(
+            "holds a result of another kind ('{found}', and '{kind}' is to be written), so it is not replaced"
+        ));
+    }
+    let foreign = files_of(path)?.into_iter().find(|name| name != MANIFEST && !listed.contains_key(name));
+    if let Some(foreign) = foreign {
+        return refuse(format!("holds '{foreign}', which catseye did not write, so it is not replaced"));
     }
     if !force {
         return Err(exists_without_force(path));
@@ -227,6 +338,18 @@ fn check_file(path: &Path, force: bool) -> Result<()> {
             .into()),
         Ok(_) if !force => Err(exists_without_force(path)),
         _ => Ok(()),
+    }
+}
+
+/// Kinds of hidden siblings: what is being made, and a result that is being replaced.
+const PARTIAL: &str = "partial";
+const OLD: &str = "old";
+
+/// The folder that a path lies in.
+fn parent(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
+        _ => PathBuf::from("."),
     }
 }
 
@@ -274,22 +397,82 @@ fn hex(bytes: &[u8]) -> String {
 /// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes,
 /// in order.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
-    fn walk(dir: &Path, prefix: &str, out: &mut BTreeMap<String, String>) -> Result<()> {
+    let dir = dir.as_ref();
+    let names = files_of(dir)?.into_iter().filter(|name| name != MANIFEST);
+    names.map(|name| Ok((name.clone(), sha256_of_file(dir.join(name))?))).collect()
+}
+
+/// Every file under `dir`, relative to it with forward slashes, in order.
+pub fn files_of(dir: &Path) -> Result<Vec<String>> {
+    fn walk(dir: &Path, prefix: &str, out: &mut Vec<String>) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
             let entry = entry.map_err(|e| Error::io(dir, e))?;
             let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            let kind = entry.file_type().map_err(|e| Error::io(entry.path(), e))?;
-            if kind.is_dir() {
-                walk(&entry.path(), &format!("{name}/"), out)?;
-            } else if name != MANIFEST {
-                out.insert(name, sha256_of_file(entry.path())?);
+            match entry.file_type().map_err(|e| Error::io(entry.path(), e))?.is_dir() {
+                true => walk(&entry.path(), &format!("{name}/"), out)?,
+                false => out.push(name),
             }
         }
         Ok(())
     }
-    let mut out = BTreeMap::new();
-    walk(dir.as_ref(), "", &mut out)?;
+    let mut out = Vec::new();
+    walk(dir, "", &mut out)?;
+    out.sort();
     Ok(out)
+}
+
+/// Returns when what was written to the file would survive a loss of power.
+pub fn sync_file(path: &Path) -> Result<()> {
+    fs::File::open(path).and_then(|f| f.sync_all()).map_err(|e| Error::io(path, e))
+}
+
+/// The same for the names in a folder, where the system opens folders.
+pub fn sync_folder(path: &Path) -> Result<()> {
+    match cfg!(unix) {
+        true => sync_file(path),
+        false => Ok(()),
+    }
+}
+
+/// Everything under `dir`, and its own name.
+pub fn sync_tree(dir: &Path) -> Result<()> {
+    let mut folders = std::collections::BTreeSet::from([dir.to_path_buf()]);
+    for name in files_of(dir)? {
+        let path = dir.join(name);
+        sync_file(&path)?;
+        folders.extend(path.parent().map(Path::to_path_buf));
+    }
+    folders.iter().try_for_each(|folder| sync_folder(folder))
+}
+
+/// Refuses outputs of one command that are its inputs, lie in a folder that is one, or are one file under two names.
+///
+/// # Errors
+/// `BadInput` with the output's name.
+pub fn distinct(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
+    let places: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
+    for (i, (output, at)) in outputs.iter().zip(&places).enumerate() {
+        let bad =
+            |problem: String| BadInput::new(problem).file(output).remedy("give another name for the output");
+        if places[..i].contains(at) {
+            return Err(bad("is the name of two outputs".into()).into());
+        }
+        for input in inputs.iter().filter(|p| p.exists()) {
+            let from = place(input);
+            if *at == from || (input.is_dir() && at.starts_with(&from)) {
+                return Err(bad(format!("would be written over the input {}", input.display())).into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where a name leads, also one that does not exist yet.
+fn place(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| {
+        let folder = fs::canonicalize(parent(path)).unwrap_or_else(|_| parent(path));
+        path.file_name().map_or(folder.clone(), |name| folder.join(name))
+    })
 }
 
 #[cfg(test)]
@@ -309,28 +492,45 @@ mod tests {
     fn nothing_under_the_final_name_before_commit() {
         let t = tempfile::tempdir().unwrap();
         let target = t.path().join("deep/run");
-        let s = StagedDir::new(&target, false).unwrap();
-        fs::write(s.path().join(MANIFEST), "{}").unwrap();
+        let s = StagedDir::new(&target, false, "run").unwrap();
+        fs::write(s.path().join(MANIFEST), "{\"seed\": 1}").unwrap();
         fs::create_dir(s.path().join("frame_000000")).unwrap();
         assert!(!target.exists());
         assert_eq!(s.commit().unwrap(), target);
         assert_eq!(names(&t.path().join("deep")), ["run"]);
         assert_eq!(names(&target), ["frame_000000", MANIFEST]);
+        let manifest: Value = serde_json::from_slice(&fs::read(target.join(MANIFEST)).unwrap()).unwrap();
+        assert_eq!(manifest["kind"], "run");
+        assert_eq!(manifest["seed"], 1);
+        assert!(manifest["catseye"].is_string() && manifest["checksums"].is_object());
+    }
+
+    /// A finished result of a kind with one file.
+    fn result(target: &Path, kind: &'static str, content: &str) {
+        let s = StagedDir::new(target, true, kind).unwrap();
+        fs::write(s.path().join("points.csv"), content).unwrap();
+        s.commit().unwrap();
+    }
+
+    /// Why it is not replaced, though --force is given.
+    fn refusal(target: &Path, kind: &'static str) -> String {
+        let e = StagedDir::new(target, true, kind).unwrap_err();
+        assert_eq!(e.exit_code(), 2);
+        e.to_string()
     }
 
     #[test]
     fn dropping_cleans_up_and_keeps_the_old_result() {
         let t = tempfile::tempdir().unwrap();
         let target = t.path().join("run");
-        fs::create_dir(&target).unwrap();
-        fs::write(target.join(MANIFEST), "old").unwrap();
+        result(&target, "run", "old");
         {
-            let s = StagedDir::new(&target, true).unwrap();
+            let s = StagedDir::new(&target, true, "run").unwrap();
             fs::write(s.path().join("half"), "x").unwrap();
-            assert_eq!(fs::read_to_string(target.join(MANIFEST)).unwrap(), "old");
+            assert_eq!(fs::read_to_string(target.join("points.csv")).unwrap(), "old");
         }
         assert_eq!(names(t.path()), ["run"]);
-        assert_eq!(fs::read_to_string(target.join(MANIFEST)).unwrap(), "old");
+        assert_eq!(fs::read_to_string(target.join("points.csv")).unwrap(), "old");
     }
 
     #[test]
@@ -339,15 +539,14 @@ mod tests {
         let target = t.path().join("run");
         fs::create_dir(&target).unwrap();
         // An empty folder is nothing to lose.
-        drop(StagedDir::new(&target, false).unwrap());
-        fs::write(target.join(MANIFEST), "old").unwrap();
-        fs::write(target.join("left_over"), "old").unwrap();
-        let e = StagedDir::new(&target, false).unwrap_err();
+        drop(StagedDir::new(&target, false, "run").unwrap());
+        result(&target, "run", "old");
+        let e = StagedDir::new(&target, false, "run").unwrap_err();
         assert!(e.exit_code() == 2 && e.to_string().contains("--force"), "{e}");
-        let s = StagedDir::new(&target, true).unwrap();
-        fs::write(s.path().join(MANIFEST), "new").unwrap();
+        let s = StagedDir::new(&target, true, "run").unwrap();
+        fs::write(s.path().join("new"), "new").unwrap();
         s.commit().unwrap();
-        assert_eq!(names(&target), [MANIFEST]);
+        assert_eq!(names(&target), [MANIFEST, "new"]);
         assert_eq!(names(t.path()), ["run"]);
     }
 
@@ -357,25 +556,107 @@ mod tests {
         let target = t.path().join("thesis");
         fs::create_dir(&target).unwrap();
         fs::write(target.join("chapter.tex"), "years").unwrap();
-        let e = StagedDir::new(&target, true).unwrap_err();
-        assert!(e.exit_code() == 2 && e.to_string().contains("manifest.json"), "{e}");
-        let e = StagedDir::new(target.join("chapter.tex"), true).unwrap_err();
+        assert!(refusal(&target, "run").contains("manifest.json"));
+        // A manifest of others, such as that of a web application, or what is no JSON.
+        for text in ["{}", "{\"name\": \"app\"}", "{\"catseye\": 1, \"kind\": \"run\"}", "no json", "[]"] {
+            fs::write(target.join(MANIFEST), text).unwrap();
+            assert!(refusal(&target, "run").contains("did not write"), "{text}");
+        }
+        assert_eq!(names(&target), ["chapter.tex", MANIFEST]);
+        let e = StagedDir::new(target.join("chapter.tex"), true, "run").unwrap_err();
         assert_eq!(e.exit_code(), 2);
-        assert_eq!(StagedDir::new("/", true).unwrap_err().exit_code(), 2);
-        assert_eq!(StagedDir::new("", true).unwrap_err().exit_code(), 2);
+        assert_eq!(StagedDir::new("/", true, "run").unwrap_err().exit_code(), 2);
+        assert_eq!(StagedDir::new("", true, "run").unwrap_err().exit_code(), 2);
         assert_eq!(names(t.path()), ["thesis"]);
+    }
+
+    #[test]
+    fn results_with_more_in_them_or_of_another_kind_are_kept() {
+        let t = tempfile::tempdir().unwrap();
+        let target = t.path().join("run");
+        result(&target, "run", "old");
+        assert!(refusal(&target, "process").contains("'run'"));
+        fs::create_dir(target.join("deep")).unwrap();
+        fs::write(target.join("deep/notes.txt"), "mine").unwrap();
+        assert!(refusal(&target, "run").contains("'deep/notes.txt'"));
+        fs::remove_file(target.join("deep/notes.txt")).unwrap();
+        // What is missing or changed is nobody's but ours.
+        fs::write(target.join("points.csv"), "changed").unwrap();
+        result(&target, "run", "new");
+        assert_eq!(names(&target), [MANIFEST, "points.csv"]);
+        assert_eq!(names(t.path()), ["run"]);
     }
 
     #[test]
     fn a_result_that_appeared_meanwhile_is_kept() {
         let t = tempfile::tempdir().unwrap();
         let target = t.path().join("run");
-        let s = StagedDir::new(&target, false).unwrap();
+        let s = StagedDir::new(&target, false, "run").unwrap();
         fs::create_dir(&target).unwrap();
         fs::write(target.join(MANIFEST), "theirs").unwrap();
         assert_eq!(s.commit().unwrap_err().exit_code(), 2);
         assert_eq!(fs::read_to_string(target.join(MANIFEST)).unwrap(), "theirs");
         assert_eq!(names(t.path()), ["run"]);
+    }
+
+    #[test]
+    fn a_second_writer_is_told() {
+        let t = tempfile::tempdir().unwrap();
+        let target = t.path().join("run");
+        let (first, _) = StagedDir::resumable(&target, false, "run", "a").unwrap();
+        fs::write(first.path().join("kept"), "kept").unwrap();
+        for e in [
+            StagedDir::new(&target, true, "run").unwrap_err(),
+            // With another identity it would throw away what the first makes.
+            StagedDir::resumable(&target, true, "run", "b").unwrap_err(),
+        ] {
+            assert!(e.exit_code() == 2 && e.to_string().contains("is being written by process"), "{e}");
+        }
+        first.commit().unwrap();
+        assert_eq!(names(&target), ["kept", MANIFEST]);
+        assert_eq!(names(t.path()), ["run"]);
+    }
+
+    #[test]
+    fn what_killed_runs_left_is_cleared_up_or_taken_back() {
+        let t = tempfile::tempdir().unwrap();
+        let target = t.path().join("run");
+        result(&target, "run", "old");
+        fs::create_dir(t.path().join(".run.partial-1-0")).unwrap();
+        fs::create_dir(t.path().join(".run2.partial-1-0")).unwrap();
+        drop(StagedDir::new(&target, true, "run").unwrap());
+        assert_eq!(names(t.path()), [".run2.partial-1-0", "run"]);
+        // Killed after the old result was moved aside and before the new one had its name.
+        fs::rename(&target, t.path().join(".run.old-1-0")).unwrap();
+        let e = StagedDir::new(&target, false, "run").unwrap_err();
+        assert!(e.to_string().contains("--force"), "{e}");
+        assert_eq!(fs::read_to_string(target.join("points.csv")).unwrap(), "old");
+        fs::create_dir(t.path().join(".run.old-2-0")).unwrap();
+        drop(StagedDir::new(&target, true, "run").unwrap());
+        assert_eq!(names(t.path()), [".run2.partial-1-0", "run"]);
+    }
+
+    #[test]
+    fn outputs_over_inputs() {
+        let t = tempfile::tempdir().unwrap();
+        let at = |name: &str| t.path().join(name);
+        fs::write(at("m.glb"), "mesh").unwrap();
+        fs::create_dir(at("run")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(at("m.glb"), at("link.glb")).unwrap();
+        distinct(&[&at("o.csv"), &at("o.png")], &[&at("m.glb"), Path::new("a kind of reflector")]).unwrap();
+        for (outputs, input) in [
+            (vec![at("m.glb")], "m.glb"),
+            (vec![at("run/../m.glb")], "m.glb"),
+            (vec![at("m.glb")], "link.glb"),
+            (vec![at("run/deep.csv")], "run"),
+            (vec![at("o.csv"), at("o.csv")], "m.glb"),
+            (vec![at("o.csv"), at("run/../o.csv")], "m.glb"),
+        ] {
+            let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
+            let refused = distinct(&outputs, &[&at(input)]);
+            assert!(refused.is_err() || cfg!(not(unix)), "{outputs:?} {input}");
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::search::{Design, best};
 use super::solve::Cache;
 use crate::engine::{Engine, EngineReport};
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage::{self, MANIFEST, StagedDir, sha256_of_bytes, write_file};
+use crate::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,6 @@ struct Manifest<'a> {
     studies: &'a [StudyReport],
     /// The texts of the study files.
     sources: BTreeMap<String, String>,
-    checksums: BTreeMap<String, String>,
 }
 
 /// The study files that a path names: itself, or every .toml of a folder in the order of their names.
@@ -121,7 +120,7 @@ pub fn run(
 ) -> Result<RunReport> {
     let single = studies.len() == 1;
     // Finished work is known by its content, so any earlier start in this folder may be gone on with.
-    let (staged, cache) = StagedDir::resumable(out, options.force, "catseye studies 1")?;
+    let (staged, cache) = StagedDir::resumable(out, options.force, "study", "catseye studies 1")?;
     for old in fs::read_dir(staged.path()).map_err(|e| Error::io(staged.path(), e))? {
         // Results of an earlier start; what stays is their cache.
         let p = old.map_err(|e| Error::io(staged.path(), e))?.path();
@@ -171,13 +170,8 @@ pub fn run(
         described(&engine.report())
     );
     write_file(staged.path().join("REPORT.md"), true, format!("{head}{text}").as_bytes())?;
-    let manifest = Manifest {
-        catseye: env!("CARGO_PKG_VERSION"),
-        engine: engine.report(),
-        studies: &reports,
-        sources,
-        checksums: stage::checksums(staged.path())?,
-    };
+    let manifest =
+        Manifest { catseye: env!("CARGO_PKG_VERSION"), engine: engine.report(), studies: &reports, sources };
     let json = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
     write_file(staged.path().join(MANIFEST), true, &json)?;
     let folder = staged.commit()?;

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::engine::{Engine, EngineReport};
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage::{StagedDir, checksums, sha256_of_bytes};
+use crate::formats::stage::{StagedDir, sha256_of_bytes};
 use crate::scene::scenario::Scenario;
 use crate::scene::toml_file::read_text;
 use schemars::JsonSchema;
@@ -188,7 +188,6 @@ struct Manifest<'a> {
     scenarios: BTreeMap<String, String>,
     /// That one look took the estimator, on the machine that ran it: median and worst, by method.
     seconds_per_look: BTreeMap<String, [f64; 2]>,
-    checksums: BTreeMap<String, String>,
 }
 
 /// A folder under construction for a command over some scenario files, and where its finished frames are kept.
@@ -217,7 +216,8 @@ impl Workshop {
         for path in paths {
             identity += &read_text(path)?;
         }
-        let (staged, keep) = StagedDir::resumable(out, o.force, &sha256_of_bytes(identity.as_bytes()))?;
+        let (staged, keep) =
+            StagedDir::resumable(out, o.force, "lane", &sha256_of_bytes(identity.as_bytes()))?;
         Ok(Workshop { staged, keep })
     }
 
@@ -256,7 +256,6 @@ impl Workshop {
             runs,
             scenarios,
             seconds_per_look: seconds.into_iter().map(|(k, v)| (k, middle(v))).collect(),
-            checksums: checksums(dir)?,
         };
         let text =
             serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;

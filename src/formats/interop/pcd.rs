@@ -139,7 +139,7 @@ impl Clouds {
     /// # Errors
     /// `BadInput` when there is a folder already and `force` is not given ([`StagedDir::new`]).
     pub fn create(folder: &Path, force: bool) -> Result<Clouds> {
-        let staged = StagedDir::new(folder, force)?;
+        let staged = StagedDir::new(folder, force, "pcd")?;
         Ok(Clouds { staged, order: Order::default(), files: Vec::new(), points: 0, empty: 0 })
     }
 }

@@ -82,7 +82,7 @@ impl Sequence {
     pub fn create(folder: &Path, name: &str, force: bool) -> Result<Sequence> {
         check_name("sequence", name)?;
         Ok(Sequence {
-            staged: StagedDir::new(folder, force)?,
+            staged: StagedDir::new(folder, force, "radarscenes")?,
             name: name.into(),
             order: Order::default(),
             sensors: Vec::new(),
