@@ -41,7 +41,7 @@ impl Reader<'_> {
                     (None, None) => b.problem.clone(),
                 };
                 let mut here = self.doc.bad(span, problem);
-                (here.allowed, here.remedy) = (b.allowed, b.remedy);
+                (here.allowed, here.remedy, here.allowed_whole) = (b.allowed, b.remedy, b.allowed_whole);
                 here.into()
             }
             e => e,
@@ -83,7 +83,7 @@ impl Reader<'_> {
     fn beside(&self, name: &At<String>) -> Result<PathBuf> {
         let relative = Path::new(&name.value);
         if relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
-            return Ok(self.doc.file().parent().unwrap_or(Path::new("")).join(relative));
+            return self.doc.beside(name);
         }
         let e = self.doc.bad(&name.span, "leaves the folder of the scene file");
         Err(e.allowed("a name below that folder").remedy("copy the file beside the scene file").into())

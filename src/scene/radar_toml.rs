@@ -15,6 +15,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
 use std::path::Path;
 
 /// A radar. Lengths are in metres, times in seconds, angles in degrees.
@@ -361,6 +362,18 @@ pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
         return Err(unknown_preset(name_or_path).into());
     }
     parse(&path, &read_text(&path)?)
+}
+
+/// The radar that the value at `span` of another file names. Errors: an unknown preset or a missing file is that file's mistake.
+pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Radar> {
+    let folder = doc.file().parent().unwrap_or(Path::new(""));
+    if name.ends_with(".toml") {
+        doc.existing(span, &folder.join(name))?;
+    }
+    load(name, folder).map_err(|e| match e {
+        Error::Input(b) if b.file.is_none() => b.placed(doc.bad(span, "")).into(),
+        e => e,
+    })
 }
 
 /// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
