@@ -69,14 +69,20 @@ impl fmt::Display for BadInput {
             return f.write_str(&whole);
         }
         // What says most comes last to be cut: long values and paths first, then the list of what is allowed.
-        let short = BadInput {
+        let mut short = BadInput {
             value: self.value.as_deref().map(|v| shortened(v, 60)),
-            problem: shortened(&self.problem, 120),
+            problem: String::new(),
             remedy: self.remedy.as_deref().map(|r| shortened(r, 70)),
             key: self.key.as_deref().map(|k| shortened(k, 50)),
             file: self.file.as_deref().map(|p| shortened_path(p, 80).into()),
             ..self.clone()
         };
+        let least = if self.allowed.is_some() {
+            120
+        } else {
+            MAX_CHARS.saturating_sub(short.line_of(&None).chars().count())
+        };
+        short.problem = shortened(&self.problem, least.max(60));
         let frame = short.line_of(&None).chars().count();
         let room = MAX_CHARS.saturating_sub(frame + "; allowed: ".len());
         let allowed = self.allowed.as_deref().and_then(|a| self.shortened_list(a, room));

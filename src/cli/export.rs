@@ -3,6 +3,7 @@
 use super::{Global, print, print_json};
 use crate::dataset::sweeps::Run;
 use crate::error::{BadInput, Result};
+use crate::formats::check_extension;
 use crate::formats::interop::tusimple::{Camera, LaneFile};
 use crate::formats::interop::{Exporter, pcd};
 use clap::{Args, ValueEnum};
@@ -125,6 +126,12 @@ impl Export {
     }
 
     pub fn run(&self, global: &Global) -> Result<()> {
+        match self.format {
+            Format::Pcd | Format::Radarscenes => {}
+            Format::Mcap => check_extension(&self.output, &["mcap"])?,
+            Format::Osi => check_extension(&self.output, &["osi"])?,
+            Format::Tusimple => check_extension(&self.output, &["json", "jsonl"])?,
+        }
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64);

@@ -6,8 +6,8 @@ use super::{Global, print, print_json};
 use crate::engine::Engine;
 use crate::engine::sweep::{Accuracy, Sweep};
 use crate::error::{BadInput, Error, Result};
-use crate::formats::rcs_csv;
 use crate::formats::stage::StagedFile;
+use crate::formats::{check_extension, rcs_csv};
 use crate::geom::validate::check_scene;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
@@ -157,6 +157,9 @@ impl Rcs {
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
         sweep.check().map_err(as_option)?;
         let Sweep { frequencies_hz: frequencies, options, .. } = &sweep;
+        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &["png"])] {
+            path.as_ref().map_or(Ok(()), |p| check_extension(p, written))?;
+        }
         let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
         let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
         if let Some(p) = &self.plot

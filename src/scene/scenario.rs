@@ -494,7 +494,7 @@ impl Scenario {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
             SceneSource::Builtin(b) => builder.builtin(*b)?,
             SceneSource::Road { path } => builder.road(path, self.duration_s())?,
-            SceneSource::File { path, options } => gltf::import(path, options)?,
+            SceneSource::File { path, options } => gltf::import_sized(path, options, gltf::SCENE_M)?,
         };
         self.furnish(scene, builder)
     }
@@ -518,7 +518,9 @@ impl Scenario {
                 Some(k) => k,
                 None => {
                     let built = match &o.source {
-                        ObjectSource::File { path, options } => gltf::import(path, options)?,
+                        ObjectSource::File { path, options } => {
+                            gltf::import_sized(path, options, gltf::OBJECT_M)?
+                        }
                         ObjectSource::Table { path } => table_scene(path)?,
                         ObjectSource::Reflector { spec, at } => {
                             builder.reflector(spec).map_err(|e| in_file(e, at))?
@@ -939,6 +941,7 @@ fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptio
     };
     if let Some(u) = t.unit {
         o.unit_m = gltf::unit_m(&u.value).map_err(here(u))?;
+        o.unit_given = true;
     }
     if let Some(u) = t.up {
         o.up = gltf::up(&u.value).map_err(here(u))?;

@@ -140,7 +140,7 @@ impl Sources {
                     .into());
             }
             let path = self.folder.join(target);
-            let scene = gltf::import(&path, &ImportOptions::default())?;
+            let scene = gltf::import_sized(&path, &ImportOptions::default(), gltf::OBJECT_M)?;
             (scene, target.to_string(), sha256_of_file(&path)?, None)
         } else {
             let reflector = with_parameters(target, &own)?;
