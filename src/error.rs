@@ -162,6 +162,25 @@ impl BadInput {
     }
 }
 
+/// The name that an output will have, for a path in it while it is made (`formats/stage.rs`): nobody knows the hidden one.
+fn final_name(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    let mut parts = path.components().peekable();
+    while let Some(part) = parts.next() {
+        let shown = part.as_os_str().to_string_lossy();
+        let hidden = shown.strip_prefix('.').unwrap_or("");
+        if let Some((name, _)) = hidden.rsplit_once(".partial-") {
+            out.push(name);
+        } else if let Some(name) = hidden.strip_suffix(".unfinished") {
+            out.push(name);
+            parts.next_if(|p| p.as_os_str() == "result");
+        } else {
+            out.push(part);
+        }
+    }
+    out
+}
+
 /// At most `most` characters of `text`, the end left out.
 fn shortened(text: &str, most: usize) -> String {
     match text.chars().count() <= most {
@@ -198,12 +217,20 @@ pub enum Error {
 
 impl Error {
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
-        Error::Io { path: path.as_ref().to_path_buf(), source }
+        Error::Io { path: final_name(path.as_ref()), source }
     }
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) => 2,
             _ => 1,
+        }
+    }
+
+    /// The same, with the file that was at fault where none is named.
+    pub fn in_file(self, file: &Path) -> Error {
+        match self {
+            Error::Input(b) if b.file.is_none() => b.file(file).into(),
+            e => e,
         }
     }
 
@@ -303,6 +330,21 @@ mod tests {
         assert!(Error::Failed(long(900)).to_string().chars().count() <= MAX_CHARS);
         let whole = BadInput::new("no material").allowed_whole(words.join(", ")).to_string();
         assert!(words.iter().all(|w| whole.contains(w)));
+    }
+
+    #[test]
+    fn hidden_names_are_not_shown() {
+        for (made, shown) in [
+            ("/a/.out.csv.partial-12-0", "/a/out.csv"),
+            (".run.unfinished/result/frame_000000/adc.npy", "run/frame_000000/adc.npy"),
+            (".run.unfinished/notes", "run/notes"),
+            ("./.hidden/x.toml", ".hidden/x.toml"),
+            ("/dev/full", "/dev/full"),
+        ] {
+            assert_eq!(final_name(Path::new(made)), Path::new(shown));
+        }
+        let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+        assert!(Error::io("b/.cube.npy.partial-7-3", full()).to_string().starts_with("b/cube.npy: "));
     }
 
     #[test]

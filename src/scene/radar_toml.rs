@@ -1255,7 +1255,7 @@ mod tests {
             ("ramp_time_s = 40e-6", "ramp_time_s = 39e-6", "but the ramp lasts"),
             ("samples = 512", "samples = 513", "at most 512 samples here"),
             ("samples = 512", "samples = 0", "receiver.samples = 0: is out of range; allowed: 2..=65536"),
-            ("samples = 512", "samples = 1e3", "invalid type"),
+            ("samples = 512", "samples = 1e3", "allowed: a whole number"),
             ("sampling = \"iq\"", "sampling = \"IQ\"", "allowed: real, iq"),
             ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
             ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),

@@ -687,7 +687,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     }
     let scene = match (&f.scene.road, &f.scene.file) {
         (None, Some(path)) => {
-            SceneSource::File { path: doc.beside(path)?, options: options(ImportTable::from(&f.scene))? }
+            SceneSource::File { options: options(ImportTable::from(&f.scene))?, path: doc.beside(path)? }
         }
         (road, _) => {
             let import = ImportTable::from(&f.scene);
@@ -721,7 +721,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         let import = ImportTable::from(o);
         let source = match (&o.file, &o.reflector, &o.rcs_table) {
             (Some(path), None, None) => {
-                ObjectSource::File { path: doc.beside(path)?, options: options(import)? }
+                ObjectSource::File { options: options(import)?, path: doc.beside(path)? }
             }
             (None, None, Some(path)) => {
                 if let Some(span) = import.first_span() {
