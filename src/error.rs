@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A complaint about something the user gave. Prints as one line:
+/// A complaint about something the user gave. Prints as one line of at most [`MAX_CHARS`] characters:
 /// `FILE:LINE: KEY = VALUE: problem; allowed; remedy`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BadInput {
@@ -20,6 +20,8 @@ pub struct BadInput {
     pub allowed: Option<String>,
     /// What to do about it.
     pub remedy: Option<String>,
+    /// The list of allowed values is printed to its end, however long the line gets.
+    pub allowed_whole: bool,
 }
 
 impl BadInput {
@@ -46,36 +48,154 @@ impl BadInput {
         self.allowed = Some(allowed.into());
         self
     }
+    /// As [`BadInput::allowed`], and the list is never cut.
+    pub fn allowed_whole(mut self, allowed: impl Into<String>) -> Self {
+        self.allowed_whole = true;
+        self.allowed(allowed)
+    }
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
     }
 }
 
+/// Most characters of one error.
+pub const MAX_CHARS: usize = 300;
+
 impl fmt::Display for BadInput {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let whole = self.line_of(&self.allowed);
+        if self.allowed_whole || whole.chars().count() <= MAX_CHARS {
+            return f.write_str(&whole);
+        }
+        // What says most comes last to be cut: long values and paths first, then the list of what is allowed.
+        let mut short = BadInput {
+            value: self.value.as_deref().map(|v| shortened(v, 60)),
+            problem: String::new(),
+            remedy: self.remedy.as_deref().map(|r| shortened(r, 70)),
+            key: self.key.as_deref().map(|k| shortened(k, 50)),
+            file: self.file.as_deref().map(|p| shortened_path(p, 80).into()),
+            ..self.clone()
+        };
+        let least = if self.allowed.is_some() {
+            120
+        } else {
+            MAX_CHARS.saturating_sub(short.line_of(&None).chars().count())
+        };
+        short.problem = shortened(&self.problem, least.max(60));
+        let frame = short.line_of(&None).chars().count();
+        let room = MAX_CHARS.saturating_sub(frame + "; allowed: ".len());
+        let allowed = self.allowed.as_deref().and_then(|a| self.shortened_list(a, room));
+        let line = short.line_of(&allowed);
+        f.write_str(&shortened(&line, MAX_CHARS))
+    }
+}
+
+impl BadInput {
+    /// All that is known, with this in place of what is allowed. One line, whatever a library's message or a file's name holds.
+    fn line_of(&self, allowed: &Option<String>) -> String {
+        let mut out = String::new();
         if let Some(file) = &self.file {
-            write!(f, "{}", file.display())?;
+            out += &file.display().to_string();
             if let Some(line) = self.line {
-                write!(f, ":{line}")?;
+                out += &format!(":{line}");
             }
-            write!(f, ": ")?;
+            out += ": ";
         }
         match (&self.key, &self.value) {
-            (Some(k), Some(v)) => write!(f, "{k} = {v}: ")?,
-            (Some(k), None) => write!(f, "{k}: ")?,
-            (None, Some(v)) => write!(f, "{v}: ")?,
+            (Some(k), Some(v)) => out += &format!("{k} = {v}: "),
+            (Some(k), None) => out += &format!("{k}: "),
+            (None, Some(v)) => out += &format!("{v}: "),
             (None, None) => {}
         }
-        // One line whatever a library's message holds.
-        write!(f, "{}", self.problem.replace('\n', " "))?;
-        if let Some(a) = &self.allowed {
-            write!(f, "; allowed: {a}")?;
+        out += &self.problem;
+        if let Some(a) = allowed {
+            out += &format!("; allowed: {a}");
         }
         if let Some(r) = &self.remedy {
-            write!(f, "; {r}")?;
+            out += &format!("; {r}");
         }
-        Ok(())
+        out.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    }
+
+    /// The complaint about the value at `place`, whose file, line, key and value it takes.
+    pub fn placed(self, place: BadInput) -> BadInput {
+        BadInput { file: place.file, line: place.line, key: place.key, value: place.value, ..self }
+    }
+
+    /// As many of the allowed words as `room` characters hold: those nearest to the value (or the key) first, "… and N more" behind
+    /// them. None when not even one fits.
+    fn shortened_list(&self, allowed: &str, room: usize) -> Option<String> {
+        if allowed.chars().count() <= room {
+            return Some(allowed.to_string());
+        }
+        let mut words: Vec<&str> = allowed.split(", ").collect();
+        let key = self.key.as_deref().and_then(|k| k.rsplit('.').next());
+        let given = self.value.as_deref().or(key).unwrap_or("").trim_matches('"').to_lowercase();
+        words.sort_by_key(|w| edit_distance(&given, w));
+        let mut list = String::new();
+        for (i, word) in words.iter().enumerate() {
+            let more = format!("{list}{}{word}", if i == 0 { "" } else { ", " });
+            if more.chars().count() + " … and 9999 more".chars().count() > room {
+                return (i > 0).then(|| format!("{list} … and {} more", words.len() - i));
+            }
+            list = more;
+        }
+        Some(list)
+    }
+
+    /// As JSON: each part that is known, and the line as people read it.
+    fn json(&self) -> serde_json::Map<String, serde_json::Value> {
+        let mut map = serde_json::Map::new();
+        let text = |s: &String| serde_json::Value::from(s.clone());
+        let parts = [
+            ("file", self.file.as_ref().map(|f| f.display().to_string().into())),
+            ("line", self.line.map(serde_json::Value::from)),
+            ("key", self.key.as_ref().map(text)),
+            ("value", self.value.as_ref().map(text)),
+            ("problem", Some(text(&self.problem))),
+            ("allowed", self.allowed.as_ref().map(text)),
+            ("remedy", self.remedy.as_ref().map(text)),
+        ];
+        map.extend(parts.into_iter().filter_map(|(k, v)| Some((k.to_string(), v?))));
+        map
+    }
+}
+
+/// The name that an output will have, for a path in it while it is made (`formats/stage.rs`): nobody knows the hidden one.
+fn final_name(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    let mut parts = path.components().peekable();
+    while let Some(part) = parts.next() {
+        let shown = part.as_os_str().to_string_lossy();
+        let hidden = shown.strip_prefix('.').unwrap_or("");
+        if let Some((name, _)) = hidden.rsplit_once(".partial-") {
+            out.push(name);
+        } else if let Some(name) = hidden.strip_suffix(".unfinished") {
+            out.push(name);
+            parts.next_if(|p| p.as_os_str() == "result");
+        } else {
+            out.push(part);
+        }
+    }
+    out
+}
+
+/// At most `most` characters of `text`, the end left out.
+fn shortened(text: &str, most: usize) -> String {
+    match text.chars().count() <= most {
+        true => text.to_string(),
+        false => text.chars().take(most - 1).chain(['…']).collect(),
+    }
+}
+
+/// At most `most` characters of a path, the beginning left out: its end says which file it is.
+fn shortened_path(path: &Path, most: usize) -> String {
+    let text = path.display().to_string();
+    let count = text.chars().count();
+    match count <= most {
+        true => text,
+        false => std::iter::once('…').chain(text.chars().skip(count + 1 - most)).collect(),
     }
 }
 
@@ -91,19 +211,43 @@ pub enum Error {
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
     /// A result that cannot be right (NaN, an accuracy not reached): exit code 1.
-    #[error("{0}")]
+    #[error("{}", shortened(.0, MAX_CHARS))]
     Failed(String),
 }
 
 impl Error {
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
-        Error::Io { path: path.as_ref().to_path_buf(), source }
+        Error::Io { path: final_name(path.as_ref()), source }
     }
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) => 2,
             _ => 1,
         }
+    }
+
+    /// The same, with the file that was at fault where none is named.
+    pub fn in_file(self, file: &Path) -> Error {
+        match self {
+            Error::Input(b) if b.file.is_none() => b.file(file).into(),
+            e => e,
+        }
+    }
+
+    /// For `--json`: `{"error": {"message": …, "exit_code": …}}`, and of bad input file, line, key, value, problem, what is allowed and
+    /// the remedy, as far as they are known.
+    pub fn json(&self) -> serde_json::Value {
+        let mut error = serde_json::Map::new();
+        error.insert("message".into(), self.to_string().into());
+        match self {
+            Error::Input(b) => error.extend(b.json()),
+            Error::Io { path, .. } => {
+                error.insert("file".into(), path.display().to_string().into());
+            }
+            Error::Gpu { .. } | Error::Failed(_) => {}
+        }
+        error.insert("exit_code".into(), self.exit_code().into());
+        serde_json::json!({ "error": error })
     }
 }
 
@@ -157,6 +301,60 @@ mod tests {
             "a.toml:3: samples = -1: must be positive; allowed: 1..=65536; give a count"
         );
         assert_eq!(s.exit_code(), 2);
+    }
+
+    #[test]
+    fn no_more_than_300_characters() {
+        let words: Vec<String> = (0..60).map(|i| format!("quantity_{i:02}")).collect();
+        let e = BadInput::new("is not a quantity")
+            .file("a.toml")
+            .line(3)
+            .key("quantity")
+            .value("\"quantity_31x\"")
+            .allowed(words.join(", "))
+            .remedy("choose one");
+        let s = e.to_string();
+        assert!(s.chars().count() <= MAX_CHARS, "{s}");
+        assert!(
+            s.contains("allowed: quantity_31, ") && s.contains(" … and ") && s.ends_with("; choose one"),
+            "{s}"
+        );
+        let long = |n: usize| "ä/".repeat(n);
+        let e = BadInput::new(long(500))
+            .file(long(900))
+            .key(long(300))
+            .value(long(400))
+            .allowed(long(9))
+            .remedy(long(99));
+        assert!(e.to_string().chars().count() <= MAX_CHARS);
+        assert!(Error::Failed(long(900)).to_string().chars().count() <= MAX_CHARS);
+        let whole = BadInput::new("no material").allowed_whole(words.join(", ")).to_string();
+        assert!(words.iter().all(|w| whole.contains(w)));
+    }
+
+    #[test]
+    fn hidden_names_are_not_shown() {
+        for (made, shown) in [
+            ("/a/.out.csv.partial-12-0", "/a/out.csv"),
+            (".run.unfinished/result/frame_000000/adc.npy", "run/frame_000000/adc.npy"),
+            (".run.unfinished/notes", "run/notes"),
+            ("./.hidden/x.toml", ".hidden/x.toml"),
+            ("/dev/full", "/dev/full"),
+        ] {
+            assert_eq!(final_name(Path::new(made)), Path::new(shown));
+        }
+        let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+        assert!(Error::io("b/.cube.npy.partial-7-3", full()).to_string().starts_with("b/cube.npy: "));
+    }
+
+    #[test]
+    fn as_json() {
+        let e =
+            Error::from(BadInput::new("must be positive").file("a.toml").line(3).key("samples").value(-1));
+        let expect = serde_json::json!({ "error": { "message": "a.toml:3: samples = -1: must be positive", "file": "a.toml", "line": 3,
+            "key": "samples", "value": "-1", "problem": "must be positive", "exit_code": 2 } });
+        assert_eq!(e.json(), expect);
+        assert_eq!(Error::Failed("x".into()).json()["error"]["exit_code"], 1);
     }
 
     #[test]

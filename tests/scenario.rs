@@ -207,10 +207,16 @@ fn mistakes_are_one_line_with_the_remedy() {
         ("name = \"x\"".into(), "radar: the scenario has no radar"),
         (
             "name = \"x\"\nradar = \"front78\"".into(),
-            "s.toml: radar = front78: is neither a preset nor a radar file",
+            "s.toml:2: radar = \"front78\": is neither a preset nor a radar file",
         ),
-        ("name = \"x\"\nradar = \"gone.toml\"".into(), "gone.toml: no such file"),
-        ("name = \"x\"\nradar = 3".into(), "s.toml:2: radar = 3: invalid type"),
+        (
+            "name = \"x\"\nradar = \"gone.toml\"".into(),
+            "s.toml:2: radar = \"gone.toml\": gone.toml: no such file",
+        ),
+        (
+            "name = \"x\"\nradar = 3".into(),
+            "s.toml:2: radar = 3: is a whole number; allowed: the name of a preset",
+        ),
         (BASE.into(), "the scenario has nothing in it"),
         (format!("{BASE}[sceen]\n"), "s.toml:3: sceen: unknown key"),
         (format!("{BASE}[scene]\nbuiltin = \"marked-raod\"\n"), "did you mean 'marked-road'?"),
@@ -235,10 +241,13 @@ fn mistakes_are_one_line_with_the_remedy() {
             format!("{BASE}[scene]\nfile = \"x.glb\"\nmaterials = {{ a = \"stel\" }}\n"),
             "did you mean 'steel'?",
         ),
-        (format!("{BASE}[scene]\nfile = \"x.glb\"\n"), "x.glb: no such file"),
+        (
+            format!("{BASE}[scene]\nfile = \"x.glb\"\n"),
+            "s.toml:4: scene.file = \"x.glb\": x.glb: no such file",
+        ),
         (
             format!("{BASE}[[point]]\nposition_m = [9, 0]\nrcs_dbsm = 0\n"),
-            "s.toml:4: point[0].position_m = [9, 0]: invalid length",
+            "s.toml:4: point[0].position_m = [9, 0]: has 2 elements; allowed: a list of 3",
         ),
         (
             format!("{BASE}[[point]]\nposition_m = [9, nan, 0]\nrcs_dbsm = 0\n"),
@@ -276,8 +285,14 @@ fn mistakes_are_one_line_with_the_remedy() {
             "trace.bounces = 9: is out of range; allowed: 1..=8",
         ),
         (format!("{BASE}{point}[trace]\nconvention = \"first\"\n"), "allowed: every, last"),
-        (format!("{BASE}{point}[output]\nadc = 1\n"), "s.toml:7: output.adc = 1: invalid type"),
-        (format!("{BASE}seed = -1\n{point}"), "s.toml:3: seed = -1: invalid value"),
+        (
+            format!("{BASE}{point}[output]\nadc = 1\n"),
+            "s.toml:7: output.adc = 1: is a whole number; allowed: true or false",
+        ),
+        (
+            format!("{BASE}seed = -1\n{point}"),
+            "s.toml:3: seed = -1: is out of range; allowed: a whole number from 0",
+        ),
     ] {
         let e = complaint(&text);
         assert!(e.contains(expect), "{text}\n gave {e}\n not {expect}");

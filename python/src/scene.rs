@@ -4,7 +4,7 @@ use crate::arrays::{array, dictionary, plain, vector};
 use crate::errors::{OrRaise, refuse};
 use crate::work;
 use catseye::error::BadInput;
-use catseye::formats::stage;
+use catseye::formats::{check_extension, stage};
 use catseye::frames::Pose;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
@@ -46,6 +46,8 @@ fn import_options(
     }
     Ok(ImportOptions {
         unit_m: gltf::unit_m(unit).or_raise(py)?,
+        // A file of whole roads is loaded in the same way.
+        unit_given: true,
         up: gltf::up(up).or_raise(py)?,
         default_material,
         material_map: materials.into_iter().collect(),
@@ -293,7 +295,10 @@ impl Scene {
     #[pyo3(signature = (path, *, force = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<PathBuf> {
         let bytes = self.glb_bytes(py)?;
-        work::run(py, None, move |_| stage::write_file(&path, force, &bytes))
+        work::run(py, None, move |_| {
+            check_extension(&path, &["glb"])?;
+            stage::write_file(&path, force, &bytes)
+        })
     }
 
     fn __len__(&self) -> usize {

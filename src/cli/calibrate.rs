@@ -5,6 +5,7 @@ use super::{Global, print, print_json};
 use crate::dataset::turntable::{Turntable, run};
 use crate::dsp::doa_calibration::TurntableOptions;
 use crate::error::{BadInput, Error, Result};
+use crate::formats::check_extension;
 use crate::formats::stage::{StagedFile, distinct};
 use crate::plot::{ColourMap, Scale, heat_map};
 use crate::road::reflector::Reflector;
@@ -72,6 +73,8 @@ impl Calibrate {
                 .remedy("take larger steps")
                 .into());
         }
+        check_extension(&self.output, &["csv"])?;
+        self.plot.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let outputs: Vec<&Path> =
             std::iter::once(&self.output).chain(&self.plot).map(PathBuf::as_path).collect();
         distinct(&outputs, &[Path::new(&self.radar)])?;

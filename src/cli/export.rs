@@ -3,6 +3,7 @@
 use super::{Global, print, print_json};
 use crate::dataset::sweeps::Run;
 use crate::error::{BadInput, Result};
+use crate::formats::check_extension;
 use crate::formats::interop::tusimple::{Camera, LaneFile};
 use crate::formats::interop::{Exporter, pcd};
 use crate::formats::stage;
@@ -126,6 +127,12 @@ impl Export {
     }
 
     pub fn run(&self, global: &Global) -> Result<()> {
+        match self.format {
+            Format::Pcd | Format::Radarscenes => {}
+            Format::Mcap => check_extension(&self.output, &["mcap"])?,
+            Format::Osi => check_extension(&self.output, &["osi"])?,
+            Format::Tusimple => check_extension(&self.output, &["json", "jsonl"])?,
+        }
         stage::distinct(&[&self.output], &[&self.run])?;
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;

@@ -2,7 +2,7 @@
 
 use super::{Global, print};
 use crate::error::Result;
-use crate::formats::stage;
+use crate::formats::{check_extension, stage};
 use crate::scene::scenario::template;
 use clap::Args;
 use std::path::PathBuf;
@@ -24,6 +24,7 @@ impl Init {
         if path.as_os_str() == "-" {
             return print(text.trim_end());
         }
+        check_extension(&path, &["toml"])?;
         let written = stage::write_file(&path, global.force, text.as_bytes())?;
         print(&format!("wrote {}", written.display()))
     }

@@ -27,7 +27,7 @@ mod verify;
 pub use frames::draw_frame;
 
 use crate::engine::{Engine, Precision};
-use crate::error::{Error, Result};
+use crate::error::{BadInput, Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::process::ExitCode;
 
@@ -154,11 +154,19 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(e) => {
-            eprintln!("error: {e}");
-            ExitCode::from(e.exit_code())
-        }
+        Err(e) => complain(&e),
     }
+}
+
+/// An error is one line on stderr, and with `--json` one object on stdout, too.
+fn complain(e: &Error) -> ExitCode {
+    eprintln!("error: {e}");
+    // Read from the words themselves: a command line that clap refuses, or that a command reads by itself, has its `--json`, too.
+    if std::env::args_os().any(|a| a == "--json") {
+        // Nothing can be said where stdout is closed.
+        let _ = print_json(&e.json());
+    }
+    ExitCode::from(e.exit_code())
 }
 
 /// Help and version go to stdout; a wrong command line is one line on stderr.
@@ -177,8 +185,8 @@ fn usage(e: &clap::Error) -> ExitCode {
         .map(str::trim)
         .filter(|l| !l.is_empty() && !l.starts_with("Usage:") && !l.starts_with("For more information"))
         .collect();
-    eprintln!("{}", parts.join(" "));
-    ExitCode::from(2)
+    let line = parts.join(" ");
+    complain(&BadInput::new(line.strip_prefix("error: ").unwrap_or(&line)).remedy("see --help").into())
 }
 
 /// Prints a JSON object on stdout.

@@ -2,7 +2,7 @@
 
 use super::{Global, print, print_json};
 use crate::error::Result;
-use crate::formats::stage;
+use crate::formats::{check_extension, stage};
 use crate::plot::{PlotOptions, plot_file};
 use clap::Args;
 use std::path::PathBuf;
@@ -20,7 +20,10 @@ pub struct Plot {
 
 impl Plot {
     pub fn run(&self, global: &Global) -> Result<()> {
-        let mut written = Vec::new();
+        if let (Some(picture), 1) = (&self.output, self.files.len()) {
+            check_extension(picture, &["png"])?;
+        }
+        let (mut written, mut left_out) = (Vec::new(), Vec::new());
         for file in &self.files {
             let out = match &self.output {
                 Some(o) if self.files.len() == 1 => o.clone(),
@@ -31,12 +34,23 @@ impl Plot {
             };
             stage::distinct(&[&out], &self.files.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
             let options = PlotOptions { force: global.force, ..Default::default() };
-            plot_file(file, &out, &options)?;
+            let gaps = plot_file(file, &out, &options)?.gaps;
+            if gaps > 0 {
+                global.say(&format!(
+                    "note: {}: {gaps} values are no numbers; the picture has gaps there",
+                    file.display()
+                ));
+            }
+            left_out.push(gaps);
             if !global.json {
                 print(&out.display().to_string())?;
             }
             written.push(out);
         }
-        if global.json { print_json(&serde_json::json!({ "written": written })) } else { Ok(()) }
+        if global.json {
+            print_json(&serde_json::json!({ "written": written, "values_left_out": left_out }))
+        } else {
+            Ok(())
+        }
     }
 }

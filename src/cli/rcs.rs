@@ -6,8 +6,8 @@ use super::{Global, print, print_json};
 use crate::engine::Engine;
 use crate::engine::sweep::{Accuracy, Sweep};
 use crate::error::{BadInput, Error, Result};
-use crate::formats::rcs_csv;
 use crate::formats::stage::{self, StagedFile};
+use crate::formats::{check_extension, rcs_csv};
 use crate::geom::validate::check_scene;
 use crate::plot::{RcsRow, RcsStyle, rcs_picture};
 use crate::rcs::polarisation::Derived;
@@ -157,6 +157,9 @@ impl Rcs {
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
         sweep.check().map_err(as_option)?;
         let Sweep { frequencies_hz: frequencies, options, .. } = &sweep;
+        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &["png"])] {
+            path.as_ref().map_or(Ok(()), |p| check_extension(p, written))?;
+        }
         let outputs: Vec<&Path> =
             [&self.output, &self.plot].into_iter().flatten().map(PathBuf::as_path).collect();
         stage::distinct(&outputs, &[Path::new(&self.target)])?;

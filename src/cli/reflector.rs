@@ -2,7 +2,7 @@
 
 use super::{Global, print, print_json};
 use crate::error::{BadInput, Result};
-use crate::formats::stage;
+use crate::formats::{check_extension, stage};
 use crate::geom::validate::{MeshReport, check_mesh};
 use crate::plot::{SolidView, solid_picture};
 use crate::road::reflector::{self, Reflector, Value};
@@ -96,6 +96,8 @@ impl MakeReflector {
         };
         let output = output
             .ok_or_else(|| BadInput::new("no output file is given").key("-o").remedy("write -o FILE.glb"))?;
+        check_extension(&output, &["glb"])?;
+        preview.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let scene = reflector.to_scene(&material::parse_spec)?;
         let mesh = reflector.mesh();
         let report = mesh.as_ref().map(|m| {

@@ -5,7 +5,7 @@ use super::{Global, print, print_json};
 use crate::cpu::trace::echoes;
 use crate::dataset::frame::{radar_pose, trace_options};
 use crate::dataset::run::{RunOptions, RunReport, run};
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 use crate::geom::Geometry;
 use crate::road::site::Site;
 use crate::scene::scenario::Scenario;
@@ -56,15 +56,24 @@ impl Simulate {
     pub fn run(&self, global: &Global) -> Result<()> {
         let scenario = load(&self.scenario, self.frames, global.seed)?;
         if self.dry_run {
-            return dry_run(&scenario, global);
+            return dry_run(&scenario, global).map_err(|e| of_scenario(e, &self.scenario));
         }
         let output = self
             .output
             .clone()
             .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
         let source = crate::scene::toml_file::read_text(&self.scenario)?;
-        let report = simulate(&scenario, Some(source), &output, self.convergence, global)?;
+        let report = simulate(&scenario, Some(source), &output, self.convergence, global)
+            .map_err(|e| of_scenario(e, &self.scenario))?;
         summary(&report, global)
+    }
+}
+
+/// Names the scenario's file in a complaint about its vehicle, which is made when the scene is built.
+fn of_scenario(e: Error, file: &Path) -> Error {
+    match &e {
+        Error::Input(b) if b.key.as_ref().is_some_and(|k| k.starts_with("ego.")) => e.in_file(file),
+        _ => e,
     }
 }
 

@@ -15,9 +15,9 @@ pub struct ImportArgs {
     /// Radar material for everything that has none
     #[arg(long, value_name = "MATERIAL")]
     pub default_material: Option<String>,
-    /// Unit of the file's coordinates: m, cm, mm, in, ft
-    #[arg(long, default_value = "m")]
-    pub unit: String,
+    /// Unit of the file's coordinates: m, cm, mm, in, ft. Without it m, and sizes beyond 1 mm to 100 m are refused
+    #[arg(long)]
+    pub unit: Option<String>,
     /// The file's up axis: y or z
     #[arg(long, default_value = "y")]
     pub up: String,
@@ -43,7 +43,8 @@ impl ImportArgs {
             material::parse_spec(m)?;
         }
         Ok(ImportOptions {
-            unit_m: gltf::unit_m(&self.unit)?,
+            unit_m: self.unit.as_deref().map_or(Ok(1.0), gltf::unit_m)?,
+            unit_given: self.unit.is_some(),
             up: gltf::up(&self.up)?,
             default_material: self.default_material.clone(),
             material_map,

@@ -295,6 +295,23 @@ impl Reader<'_> {
         Ok(Value::Table(table))
     }
 
+    /// Errors: a table of one list whose key is nearly that of a distribution.
+    fn misspelt(&self, t: &DeTable<'_>) -> Result<Option<Distribution>> {
+        let mut entries = t.iter();
+        let (Some((key, value)), None) = (entries.next(), entries.next()) else { return Ok(None) };
+        // Names of tables are no shorter; and what is drawn from is a list.
+        let long = key.get_ref().len() >= 5 && matches!(value.get_ref(), DeValue::Array(_));
+        match nearest(key.get_ref(), KINDS).filter(|_| long) {
+            Some(n) => Err(self
+                .doc
+                .bad(&key.span(), "is no distribution")
+                .allowed(KINDS.join(", "))
+                .remedy(format!("did you mean '{n}'?"))
+                .into()),
+            None => Ok(None),
+        }
+    }
+
     /// A table with the key of a distribution is one.
     fn distribution(&self, t: &DeTable<'_>, span: &Range<usize>) -> Result<Option<Distribution>> {
         let given: Vec<&str> = KINDS
@@ -308,7 +325,7 @@ impl Reader<'_> {
             .collect();
         let [kind] = given[..] else {
             return match given[..] {
-                [] => Ok(None),
+                [] => self.misspelt(t),
                 _ => Err(self
                     .doc
                     .bad(span, format!("is two distributions: {}", given.join(" and ")))

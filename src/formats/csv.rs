@@ -118,15 +118,22 @@ impl Table {
         self.header.iter().any(|h| h == column)
     }
 
+    /// Whether the file's name says that it is a table.
+    fn is_csv(&self) -> bool {
+        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+    }
+
     fn index(&self, column: &str) -> Result<usize> {
         self.header.iter().position(|h| h == column).ok_or_else(|| {
             let known = self.header.iter().map(String::as_str);
             let hint = nearest(column, known).map_or(String::new(), |n| format!(" (nearest: {n})"));
-            BadInput::new(format!("no such column{hint}"))
-                .file(&self.path)
-                .key(column)
-                .allowed(self.header.join(", "))
-                .into()
+            let b = BadInput::new(format!("no such column{hint}")).file(&self.path).key(column);
+            // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
+            match self.is_csv() {
+                true => b.allowed(self.header.join(", ")),
+                false => BadInput { problem: "no such column".into(), ..b },
+            }
+            .into()
         })
     }
 
@@ -145,12 +152,12 @@ impl Table {
             .map(|(cell, line)| match cell.trim() {
                 "" => Ok(f64::NAN),
                 word => word.parse().map_err(|_| {
-                    BadInput::new("not a number")
-                        .file(&self.path)
-                        .line(*line)
-                        .key(column)
-                        .value(word.chars().take(40).collect::<String>())
-                        .into()
+                    let b = BadInput::new("not a number").file(&self.path).line(*line).key(column);
+                    match self.is_csv() {
+                        true => b.value(word.chars().take(40).collect::<String>()),
+                        false => b,
+                    }
+                    .into()
                 }),
             })
             .collect()

@@ -16,3 +16,22 @@ pub mod stage;
 pub mod ti_bin;
 pub mod ti_cfg;
 mod ti_commands;
+
+use crate::error::{BadInput, Result};
+use std::path::Path;
+
+/// Errors: the name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
+pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {
+    let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()) else {
+        return Ok(());
+    };
+    if written.contains(&extension.as_str()) {
+        return Ok(());
+    }
+    let list = written.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ");
+    Err(BadInput::new(format!("is not written as .{extension}"))
+        .file(path)
+        .allowed(list)
+        .remedy("give the output a name that ends so")
+        .into())
+}

@@ -2,7 +2,7 @@
 //! Coordinates are logical pixels, y down; a picture has [`SCALE`] device pixels for each.
 
 use crate::error::{Error, Result};
-use crate::formats::stage;
+use crate::formats::{check_extension, stage};
 use image::RgbImage;
 use kuva::RasterBackend;
 use kuva::render::color::Color;
@@ -53,8 +53,9 @@ impl Picture {
         Ok(bytes)
     }
 
-    /// Writes the PNG; an existing file is replaced only with `force`.
+    /// Writes the PNG; an existing file is replaced only with `force`. Errors: a name that ends otherwise than .png.
     pub fn write(&self, path: impl AsRef<Path>, force: bool) -> Result<PathBuf> {
+        check_extension(path.as_ref(), &["png"])?;
         stage::write_file(path, force, &self.png()?)
     }
 }

@@ -24,7 +24,15 @@ pub struct PlotOptions {
 const KINDS: &str = "an RCS table (CSV with vv_dbsm), points.csv, returns.csv, range_doppler.npy (float32 [doppler, range]), \
                      adc.npy (complex64 [chirp, channel, sample])";
 
-/// Draws the file at `path` into the PNG at `out`, and returns where it stands.
+/// A picture that has been written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plotted {
+    pub path: PathBuf,
+    /// Values of the file that are no numbers: the picture has gaps there.
+    pub gaps: usize,
+}
+
+/// Draws the file at `path` into the PNG at `out`.
 ///
 /// A `range_doppler.npy` takes its axes from the nearest `manifest.json` in its folder or up to three
 /// above: `axes.range_m` and `axes.range_rate_mps` (or `axes.RADAR.…`, RADAR being the folder's name),
@@ -32,12 +40,31 @@ const KINDS: &str = "an RCS table (CSV with vv_dbsm), points.csv, returns.csv, r
 /// from a `points.csv` beside it.
 ///
 /// # Errors
-/// `BadInput` for a file that is none of these, and when `out` exists without `force`.
-pub fn plot_file(path: impl AsRef<Path>, out: impl AsRef<Path>, options: &PlotOptions) -> Result<PathBuf> {
-    picture_of_file(path.as_ref(), options)?.write(out, options.force)
+/// `BadInput` for a file that is none of these or holds no number to draw, and when `out` exists without `force`.
+pub fn plot_file(path: impl AsRef<Path>, out: impl AsRef<Path>, options: &PlotOptions) -> Result<Plotted> {
+    let (picture, gaps) = picture_of_file(path.as_ref(), options)?;
+    Ok(Plotted { path: picture.write(out, options.force)?, gaps })
 }
 
-pub(super) fn picture_of_file(path: &Path, options: &PlotOptions) -> Result<Picture> {
+/// How many of the values, or of sums of a row's values, are no numbers. Errors: all are. Minus infinity is a power of zero and has its place.
+fn gaps(path: &Path, values: impl IntoIterator<Item = f64>) -> Result<usize> {
+    let (mut all, mut gaps) = (0, 0);
+    for v in values {
+        all += 1;
+        gaps += usize::from(v.is_nan() || v == f64::INFINITY);
+    }
+    match all > 0 && gaps == all {
+        true => Err(BadInput::new("holds no number that could be drawn")
+            .file(path)
+            .value(format!("{all} values"))
+            .remedy("see how the file was made")
+            .into()),
+        false => Ok(gaps),
+    }
+}
+
+/// The picture, and how many values of the file are no numbers.
+pub(super) fn picture_of_file(path: &Path, options: &PlotOptions) -> Result<(Picture, usize)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let title = options.title.clone().unwrap_or_else(|| title_from(path));
     match extension.as_deref() {
@@ -58,7 +85,7 @@ fn title_from(path: &Path) -> String {
     }
 }
 
-fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<Picture> {
+fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Picture, usize)> {
     let table = Table::read(path)?;
     if table.has("vv_dbsm") {
         let column = |name: &str| table.numbers(name);
@@ -76,13 +103,21 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<Pictur
                 hh_dbsm: hh[i],
             })
             .collect();
-        return rcs_picture(title, &rows, options.rcs_style).map_err(|e| in_file(e, path));
+        let sums = rows.iter().flat_map(|r| {
+            let place = 0.0 * (r.frequency_hz + r.azimuth_deg + r.elevation_deg);
+            [r.vv_dbsm, r.vh_dbsm, r.hv_dbsm, r.hh_dbsm].map(|v| v + place)
+        });
+        let gaps = gaps(path, sums)?;
+        let picture = rcs_picture(title, &rows, options.rcs_style).map_err(|e| in_file(e, path))?;
+        return Ok((picture, gaps));
     }
     let radar = [FieldOfView::default()];
     if table.has("x_m") && table.has("y_m") && table.has("range_rate_mps") {
         let (x, y, v) = (table.numbers("x_m")?, table.numbers("y_m")?, table.numbers("range_rate_mps")?);
         let points = points(&x, &y, &v);
-        return birds_eye(&BirdsEye { title, points: &points, radars: &radar, ..Default::default() });
+        let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
+        let input = BirdsEye { title, points: &points, radars: &radar, ..Default::default() };
+        return Ok((birds_eye(&input)?, gaps));
     }
     if table.has("range_m") && table.has("azimuth_deg") && table.has("power_dbm") {
         let (r, az, p) =
@@ -93,13 +128,15 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<Pictur
         let x: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().cos()).collect();
         let y: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().sin()).collect();
         let points = points(&x, &y, &p);
-        return birds_eye(&BirdsEye {
+        let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
+        let input = BirdsEye {
             title,
             points: &points,
             radars: &radar,
             colour_label: Some("power (dBm)"),
             ..Default::default()
-        });
+        };
+        return Ok((birds_eye(&input)?, gaps));
     }
     Err(BadInput::new("this table cannot be plotted").file(path).allowed(KINDS).into())
 }
@@ -108,38 +145,41 @@ fn points(x: &[f64], y: &[f64], value: &[f64]) -> Vec<BirdsEyePoint> {
     (0..x.len()).map(|i| BirdsEyePoint { x_m: x[i], y_m: y[i], value: value[i] }).collect()
 }
 
-fn npy_picture(path: &Path, title: &str) -> Result<Picture> {
+fn npy_picture(path: &Path, title: &str) -> Result<(Picture, usize)> {
     let header = npy::read_header(path)?;
     match (header.dtype(), &header.shape[..]) {
         ("float32" | "float64", [rows, columns]) if rows * columns > 0 => {
             let map = npy::read_f32(path)?;
+            let gaps = gaps(path, map.data.iter().map(|p| dbm_from_w(f64::from(*p))))?;
             let axes = Axes::beside(path)?;
             let range = axes.axis("range_m", *columns, path)?;
             let rate = axes.axis("range_rate_mps", *rows, path)?;
             if let (Some(range_m), Some(range_rate_mps)) = (range, rate) {
                 let detections = detections_beside(path)?;
                 let (range_m, range_rate_mps) = (&range_m[..], &range_rate_mps[..]);
-                return range_doppler(&RangeDoppler {
+                let input = RangeDoppler {
                     title,
                     power_w: &map.data,
                     range_m,
                     range_rate_mps,
                     detections: &detections,
-                });
+                };
+                return Ok((range_doppler(&input)?, gaps));
             }
             let values: Vec<f64> = map.data.iter().map(|p| dbm_from_w(f64::from(*p))).collect();
-            bins(title, "range bin", "Doppler bin", (*rows, *columns), values)
+            Ok((bins(title, "range bin", "Doppler bin", (*rows, *columns), values)?, gaps))
         }
         ("complex64" | "complex128" | "float32" | "float64", [chirps, channels, samples])
             if chirps * channels * samples > 0 =>
         {
             let cube = npy::read_complex32(path)?;
-            let values = (0..*chirps)
+            let values: Vec<f64> = (0..*chirps)
                 .flat_map(|m| &cube.data[m * channels * samples..][..*samples])
                 .map(|z| dbm_from_w(f64::from(z.norm_sqr())))
                 .collect();
+            let gaps = gaps(path, values.iter().copied())?;
             let title = format!("{title}, channel 0");
-            bins(&title, "sample", "chirp", (*chirps, *samples), values)
+            Ok((bins(&title, "sample", "chirp", (*chirps, *samples), values)?, gaps))
         }
         (dtype, shape) => Err(BadInput::new("an array of this kind cannot be plotted")
             .file(path)

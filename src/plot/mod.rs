@@ -21,7 +21,7 @@ pub use chart::{
     Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map,
     lines, scatter,
 };
-pub use file::{PlotOptions, plot_file};
+pub use file::{PlotOptions, Plotted, plot_file};
 pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_picture};
 pub use polar::polar;
 pub use profile::{RangeProfile, range_profile};

@@ -532,7 +532,7 @@ fn files_are_told_apart() {
     let options = PlotOptions::default();
     let out = t.path().join("out.png");
     for f in [&points, &returns, &rcs, &map, &adc] {
-        let written = plot_file(f, &out, &PlotOptions { force: true, ..Default::default() }).unwrap();
+        let written = plot_file(f, &out, &PlotOptions { force: true, ..Default::default() }).unwrap().path;
         assert_eq!(written, std::fs::canonicalize(&out).unwrap());
         assert!(image::open(&out).unwrap().width() > 800, "{}", f.display());
     }
@@ -540,14 +540,14 @@ fn files_are_told_apart() {
     assert!(e.exit_code() == 2 && e.to_string().contains("--force"), "{e}");
 
     // With a manifest the axes are in metres, and an axis that does not fit is named.
-    let bare = file::picture_of_file(&map, &options).unwrap();
+    let bare = file::picture_of_file(&map, &options).unwrap().0;
     let manifest = t.path().join("manifest.json");
     std::fs::write(
         &manifest,
         r#"{"axes": {"range_m": {"first": 0, "step": 5}, "range_rate_mps": [-5, 0, 5]}}"#,
     )
     .unwrap();
-    let with_axes = file::picture_of_file(&map, &options).unwrap();
+    let with_axes = file::picture_of_file(&map, &options).unwrap().0;
     assert!(bare != with_axes);
     std::fs::write(&manifest, r#"{"axes": {"range_m": [0, 1], "range_rate_mps": [-5, 0, 5]}}"#).unwrap();
     let e = file::picture_of_file(&map, &options).unwrap_err();

@@ -733,7 +733,7 @@ fn too_many(n: f64) -> crate::error::Error {
 }
 
 /// (s, position of the bit that the gap behind it spells) of each reflector of a row.
-fn places(road: &Road, r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
+pub(super) fn places(road: &Road, r: &RowPlan) -> Result<Vec<(f64, Option<usize>)>> {
     if r.along_row {
         return places_along(road, r);
     }

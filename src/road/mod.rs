@@ -15,6 +15,7 @@ pub mod mask;
 pub mod near;
 pub mod objects;
 pub mod opendrive;
+mod place;
 pub mod plan;
 pub mod profile;
 pub mod reflector;

@@ -18,6 +18,11 @@ use std::path::Path;
 /// Widest gap between the end of an element of the plan and the beginning of the next.
 const JOINT_M: f64 = 0.05;
 
+/// How far two statements of one place along a road may differ: files round their lengths.
+fn joint(s_m: f64) -> f64 {
+    JOINT_M.max(1e-4 * s_m)
+}
+
 struct Xml<'a> {
     file: &'a Path,
     doc: &'a Document<'a>,
@@ -107,6 +112,11 @@ fn road(xml: &Xml, node: Node<'_, '_>) -> Result<Road> {
     for s in &sections {
         starts.push(xml.number(*s, "s")?);
     }
+    let end_m = axis.length_m();
+    if let Some(i) = (0..starts.len()).find(|i| !(-JOINT_M..end_m + joint(end_m)).contains(&starts[*i])) {
+        let e = xml.bad(sections[i], "begins outside the road").value(starts[i]);
+        return Err(e.allowed(format!("s from 0 to {end_m} m")).into());
+    }
     if let Some(i) = (1..starts.len()).find(|i| starts[*i] < starts[i - 1]) {
         return Err(xml.bad(sections[i], "begins before the section before it").value(starts[i]).into());
     }
@@ -172,7 +182,11 @@ fn lane(xml: &Xml, road: Node<'_, '_>, starts: &[f64], side: &'static str, numbe
             pieces.push(Piece { s0_m: starts[i], coefficients: [0.0; 4] });
         }
         for w in widths {
-            let s0_m = starts[i] + xml.number(w, "sOffset")?;
+            let offset_m = xml.number(w, "sOffset")?;
+            if offset_m < 0.0 {
+                return Err(xml.bad(w, "sOffset is negative").value(offset_m).allowed("0 and more").into());
+            }
+            let s0_m = starts[i] + offset_m;
             if s0_m < end {
                 pieces.push(xml.cubic(w, s0_m)?);
             }
@@ -225,6 +239,12 @@ fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
     let mut ahead: Option<RoadAxis> = None;
     for g in children(road, &["planView", "geometry"]) {
         let length_m = xml.number(g, "length")?;
+        let s_m: f64 = elements.iter().map(|(_, c)| c.length_m()).sum();
+        let given_m = xml.number_or(g, "s", Some(s_m))?;
+        if (given_m - s_m).abs() > joint(s_m) {
+            let e = xml.bad(g, "s is not where the geometry before it ends").value(given_m);
+            return Err(e.allowed(format!("s = {s_m}")).into());
+        }
         let at_m = DVec2::new(xml.number(g, "x")?, xml.number(g, "y")?);
         let start = Start { at_m, heading_rad: xml.number(g, "hdg")? };
         let shape = g.children().find(|n| n.is_element() && !n.has_tag_name("userData"));
@@ -272,6 +292,16 @@ fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
     if elements.is_empty() {
         return Err(xml.bad(road, "has no planView with a geometry").into());
     }
+    let plan_m: f64 = elements.iter().map(|(_, c)| c.length_m()).sum();
+    let length_m = xml.number_or(road, "length", Some(plan_m))?;
+    if (length_m - plan_m).abs() > joint(plan_m) {
+        return Err(xml
+            .bad(road, format!("the road is to be that long, and its geometry ends at {plan_m} m"))
+            .value(format!("length {length_m} m"))
+            .allowed(format!("{plan_m} m"))
+            .remedy("complete planView, or correct the road's length")
+            .into());
+    }
     let height = xml.profile(children(road, &["elevationProfile", "elevation"]).into_iter())?;
     let roll = xml.profile(children(road, &["lateralProfile", "superelevation"]).into_iter())?;
     Ok(RoadAxis::placed(&elements, height)?.with_cross_slope(roll))
@@ -305,7 +335,7 @@ mod tests {
     const FILE: &str = r#"<?xml version="1.0"?>
 <OpenDRIVE>
   <header revMajor="1" revMinor="6"/>
-  <road id="7" length="250" junction="-1">
+  <road id="7" length="160" junction="-1">
     <planView>
       <geometry s="0" x="10" y="-5" hdg="0" length="100"><line/></geometry>
       <geometry s="100" x="110" y="-5" hdg="0" length="60"><spiral curvStart="0" curvEnd="0.01"/></geometry>

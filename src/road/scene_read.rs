@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, nearest};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
+use crate::road::build::places;
 use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, Paint, Road, Side};
 use crate::road::opendrive;
 use crate::road::plan::{
@@ -41,7 +42,7 @@ impl Reader<'_> {
                     (None, None) => b.problem.clone(),
                 };
                 let mut here = self.doc.bad(span, problem);
-                (here.allowed, here.remedy) = (b.allowed, b.remedy);
+                (here.allowed, here.remedy, here.allowed_whole) = (b.allowed, b.remedy, b.allowed_whole);
                 here.into()
             }
             e => e,
@@ -83,7 +84,7 @@ impl Reader<'_> {
     fn beside(&self, name: &At<String>) -> Result<PathBuf> {
         let relative = Path::new(&name.value);
         if relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
-            return Ok(self.doc.file().parent().unwrap_or(Path::new("")).join(relative));
+            return self.doc.beside(name);
         }
         let e = self.doc.bad(&name.span, "leaves the folder of the scene file");
         Err(e.allowed("a name below that folder").remedy("copy the file beside the scene file").into())
@@ -550,7 +551,7 @@ impl Reader<'_> {
         let class = r.class.clone().unwrap_or_else(|| "marker".into());
         let is_marker = class == "marker";
         let lift = if is_marker { 0.002 } else { 0.0 };
-        Ok(RowPlan {
+        let plan = RowPlan {
             name: r.name.clone().unwrap_or_else(|| format!("{class} row {}", i + 1)),
             reflector: self.reflector(&r.reflector)?,
             lateral: self.lateral(road, &r.lateral)?,
@@ -567,7 +568,15 @@ impl Reader<'_> {
                 .map_or(Ok(lift), |l| self.doc.in_range(l, -10.0..=100.0, "give metres"))?,
             lying: !r.upright.unwrap_or(!is_marker),
             class,
-        })
+        };
+        if let Some(count) = &r.count {
+            let fit = places(road, &plan).map_err(|e| self.at(&count.span, e))?.len();
+            if fit < count.value as usize {
+                let e = self.doc.bad(&count.span, "is more than the road has room for at this spacing");
+                return Err(e.allowed(format!("0..={fit}")).remedy("take count out to fill the road").into());
+            }
+        }
+        Ok(plan)
     }
 
     fn object(&self, road: &Road, o: &ObjectTable, i: usize) -> Result<ThingPlan> {
@@ -579,7 +588,7 @@ impl Reader<'_> {
             }
             (None, Some(f)) => {
                 let path = self.beside(f)?;
-                (Source::File(gltf::import(&path, &ImportOptions::default())?), "")
+                (Source::File(gltf::import_sized(&path, &ImportOptions::default(), 1e-3..=1e3)?), "")
             }
             _ => {
                 let e = self.doc.bad(&o.s_m.span, "the object is nothing, or two things");

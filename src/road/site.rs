@@ -4,7 +4,7 @@ use super::labels::RoadTruth;
 use super::layout::{Base, Driven, InLane, Lateral, Road};
 use super::plan::ScenePlan;
 use super::profile::Profile;
-use super::{Library, build, builtin_truth, drive, glb, scene_toml};
+use super::{Library, build, builtin_truth, drive, glb, place, scene_toml};
 use crate::error::{BadInput, Error, Result};
 use crate::scene::scenario::{Ego, OnRoad, Scenario, SceneSource};
 use crate::scene::{Scene, material};
@@ -22,7 +22,8 @@ pub struct Site {
 }
 
 impl Site {
-    /// Builds the scene that a scenario names. Errors: those of its files; a road or lane that is not there.
+    /// Builds the scene that a scenario names. Errors: those of its files; a road or lane that is not there; a radar
+    /// under the road or inside a body.
     pub fn new(scenario: &Scenario) -> Result<Site> {
         match &scenario.scene {
             SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),
@@ -36,6 +37,7 @@ impl Site {
                     }
                     _ => None,
                 };
+                place::check(scenario, &scene)?;
                 Ok(Site { scenario: scenario.clone(), scene, road })
             }
         }
@@ -47,6 +49,7 @@ impl Site {
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
         let scene = scenario.furnish(scene, &Library)?;
         let scenario = Scenario { ego: ego_on(scenario, &plan)?, ..scenario.clone() };
+        place::check(&scenario, &scene)?;
         Ok(Site { scenario, scene, road: Some(truth) })
     }
 }

@@ -25,7 +25,7 @@ pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
         .and_then(|e| e.to_str())
         .is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
     if is_file || path.is_dir() {
-        let scene = gltf::import(path, options)?;
+        let scene = gltf::import_sized(path, options, gltf::OBJECT_M)?;
         return Ok(Target { name: target.into(), scene, boresight_deg: (0.0, 0.0) });
     }
     let mut reflector = Reflector::parse(target)?;

@@ -215,7 +215,7 @@ pub fn unknown(name: &str) -> BadInput {
         None => "map it with --material NAME=MATERIAL or give --default-material".into(),
     };
     BadInput::new(format!("no material is named '{name}'"))
-        .allowed(names().collect::<Vec<_>>().join(", "))
+        .allowed_whole(names().collect::<Vec<_>>().join(", "))
         .remedy(remedy)
 }
 

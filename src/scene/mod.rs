@@ -3,6 +3,7 @@
 
 pub mod backscatter;
 pub mod drive;
+mod exact;
 pub mod front_end;
 pub mod gltf;
 pub mod interferer;

@@ -15,6 +15,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
 use std::path::Path;
 
 /// A radar. Lengths are in metres, times in seconds, angles in degrees.
@@ -361,6 +362,18 @@ pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
         return Err(unknown_preset(name_or_path).into());
     }
     parse(&path, &read_text(&path)?)
+}
+
+/// The radar that the value at `span` of another file names. Errors: an unknown preset or a missing file is that file's mistake.
+pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Radar> {
+    let folder = doc.file().parent().unwrap_or(Path::new(""));
+    if name.ends_with(".toml") {
+        doc.existing(span, &folder.join(name))?;
+    }
+    load(name, folder).map_err(|e| match e {
+        Error::Input(b) if b.file.is_none() => b.placed(doc.bad(span, "")).into(),
+        e => e,
+    })
 }
 
 /// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
@@ -1242,7 +1255,7 @@ mod tests {
             ("ramp_time_s = 40e-6", "ramp_time_s = 39e-6", "but the ramp lasts"),
             ("samples = 512", "samples = 513", "at most 512 samples here"),
             ("samples = 512", "samples = 0", "receiver.samples = 0: is out of range; allowed: 2..=65536"),
-            ("samples = 512", "samples = 1e3", "invalid type"),
+            ("samples = 512", "samples = 1e3", "allowed: a whole number"),
             ("sampling = \"iq\"", "sampling = \"IQ\"", "allowed: real, iq"),
             ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
             ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),

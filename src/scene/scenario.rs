@@ -33,7 +33,7 @@ pub struct ScenarioFile {
     #[serde(default)]
     pub seed: u64,
     /// A preset (feng77, front77, demo77, fmcw76, uwb9), the path of a radar file, or the radar itself as a table.
-    pub radar: Option<RadarRef>,
+    pub radar: Option<At<RadarRef>>,
     /// Several radars on the vehicle, in place of `radar`.
     #[serde(default)]
     pub radars: Vec<MountedRadar>,
@@ -494,7 +494,7 @@ impl Scenario {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
             SceneSource::Builtin(b) => builder.builtin(*b)?,
             SceneSource::Road { path } => builder.road(path, self.duration_s())?,
-            SceneSource::File { path, options } => gltf::import(path, options)?,
+            SceneSource::File { path, options } => gltf::import_sized(path, options, gltf::SCENE_M)?,
         };
         self.furnish(scene, builder)
     }
@@ -518,7 +518,9 @@ impl Scenario {
                 Some(k) => k,
                 None => {
                     let built = match &o.source {
-                        ObjectSource::File { path, options } => gltf::import(path, options)?,
+                        ObjectSource::File { path, options } => {
+                            gltf::import_sized(path, options, gltf::OBJECT_M)?
+                        }
                         ObjectSource::Table { path } => table_scene(path)?,
                         ObjectSource::Reflector { spec, at } => {
                             builder.reflector(spec).map_err(|e| in_file(e, at))?
@@ -630,19 +632,10 @@ impl Scene {
 }
 
 /// The radars of a scenario. Errors: none or both ways of naming them; a name that is no folder's or comes twice.
-fn radars(doc: &Document<'_>, f: &ScenarioFile, folder: &Path) -> Result<Vec<Radar>> {
-    let load = |name: &str, key: &str| {
-        radar_toml::load(name, folder).map_err(|e| match e {
-            // An unknown name is this file's mistake; a mistake inside a radar file is that file's.
-            Error::Input(b) if b.file.is_none() => {
-                Error::Input(Box::new(b.file(doc.file()).key(key.to_string())))
-            }
-            e => e,
-        })
-    };
+fn radars(doc: &Document<'_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
     match (&f.radar, f.radars.is_empty()) {
-        (Some(RadarRef::Inline(r)), true) => Ok(vec![radar_toml::build(doc, r)?]),
-        (Some(RadarRef::Name(n)), true) => Ok(vec![load(n, "radar")?]),
+        (Some(At { value: RadarRef::Inline(r), .. }), true) => Ok(vec![radar_toml::build(doc, r)?]),
+        (Some(At { value: RadarRef::Name(n), span }), true) => Ok(vec![radar_toml::named(doc, n, span)?]),
         (None, true) => Err(BadInput::new("the scenario has no radar")
             .file(doc.file())
             .key("radar")
@@ -666,7 +659,7 @@ fn radars(doc: &Document<'_>, f: &ScenarioFile, folder: &Path) -> Result<Vec<Rad
                 if list.iter().any(|o| o.name.eq_ignore_ascii_case(name)) {
                     return Err(doc.bad(&r.name.span, "names two radars").remedy("rename one").into());
                 }
-                let mut radar = load(&r.radar.value, "radars.radar")?;
+                let mut radar = radar_toml::named(doc, &r.radar.value, &r.radar.span)?;
                 radar.name = name.clone();
                 if let Some(m) = &r.mounting {
                     radar.mounting = radar_toml::mounting(doc, m)?;
@@ -682,8 +675,7 @@ fn radars(doc: &Document<'_>, f: &ScenarioFile, folder: &Path) -> Result<Vec<Rad
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let radars = radars(&doc, &f, folder)?;
+    let radars = radars(&doc, &f)?;
     let options = |o: ImportTable<'_>| import_options(&doc, &o);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
@@ -694,10 +686,9 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
             .into());
     }
     let scene = match (&f.scene.road, &f.scene.file) {
-        (None, Some(path)) => SceneSource::File {
-            path: folder.join(&path.value),
-            options: options(ImportTable::from(&f.scene))?,
-        },
+        (None, Some(path)) => {
+            SceneSource::File { options: options(ImportTable::from(&f.scene))?, path: doc.beside(path)? }
+        }
         (road, _) => {
             let import = ImportTable::from(&f.scene);
             if let Some(span) = import.first_span() {
@@ -707,7 +698,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
                     .into());
             }
             match road {
-                Some(path) => SceneSource::Road { path: folder.join(&path.value) },
+                Some(path) => SceneSource::Road { path: doc.beside(path)? },
                 None => SceneSource::Builtin(f.scene.builtin.as_ref().map_or(Builtin::Empty, |b| b.value)),
             }
         }
@@ -730,13 +721,13 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
         let import = ImportTable::from(o);
         let source = match (&o.file, &o.reflector, &o.rcs_table) {
             (Some(path), None, None) => {
-                ObjectSource::File { path: folder.join(&path.value), options: options(import)? }
+                ObjectSource::File { options: options(import)?, path: doc.beside(path)? }
             }
             (None, None, Some(path)) => {
                 if let Some(span) = import.first_span() {
                     return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
                 }
-                ObjectSource::Table { path: folder.join(&path.value) }
+                ObjectSource::Table { path: doc.beside(path)? }
             }
             (None, Some(spec), None) => {
                 if let Some(span) = import.first_span() {
@@ -944,17 +935,13 @@ fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptio
         let at = doc.bad(&at.span, "");
         move |e: Error| match e {
             // The file is the scenario's: its key and value say more than the callee's.
-            Error::Input(b) => Error::Input(Box::new(BadInput {
-                problem: b.problem,
-                allowed: b.allowed,
-                remedy: b.remedy,
-                ..at
-            })),
+            Error::Input(b) => b.placed(at).into(),
             e => e,
         }
     };
     if let Some(u) = t.unit {
         o.unit_m = gltf::unit_m(&u.value).map_err(here(u))?;
+        o.unit_given = true;
     }
     if let Some(u) = t.up {
         o.up = gltf::up(&u.value).map_err(here(u))?;

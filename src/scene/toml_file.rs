@@ -1,6 +1,7 @@
 //! TOML with serde such that each error is one line: file, line, key, value, what is allowed and what
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
+use super::exact::Exact;
 use crate::error::{BadInput, Error, Result, nearest};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -103,9 +104,15 @@ pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, St
             .remedy("copy the file beside the radar file")
             .into());
     }
-    let path = doc.file().parent().unwrap_or(Path::new("")).join(relative);
+    let path = doc.beside(name)?;
     let text = read_text(&path)?;
     Ok((path, text))
+}
+
+/// The path that a value of the TOML file `of` names, relative to its folder; for readers that have let go of the document.
+/// Errors: there is no such file.
+pub fn referred(of: &Path, name: &At<String>) -> Result<PathBuf> {
+    Document::parse(of, &read_text(of)?)?.beside(name)
 }
 
 impl<'a> Document<'a> {
@@ -117,13 +124,13 @@ impl<'a> Document<'a> {
             Err(e) => {
                 let at = e.span().map_or(0, |s| s.start);
                 let line = line_of(text, at);
-                let shown = text.lines().nth(line - 1).unwrap_or("").trim();
-                Err(BadInput::new(format!("is not TOML: {}", one_line(e.message())))
-                    .file(file)
-                    .line(line)
-                    .value(clip(shown))
-                    .remedy("see https://toml.io for the syntax")
-                    .into())
+                let mut b = BadInput::new(format!("is not TOML: {}", one_line(e.message())));
+                match is_toml(&file) {
+                    true => b = b.value(clip(text.lines().nth(line - 1).unwrap_or("").trim())),
+                    // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
+                    false => b.problem = "is not TOML".into(),
+                }
+                Err(b.file(file).line(line).remedy("see https://toml.io for the syntax").into())
             }
         }
     }
@@ -132,11 +139,29 @@ impl<'a> Document<'a> {
         &self.file
     }
 
-    /// The document as `T`. Errors: unknown keys (with the nearest), missing keys, wrong types.
+    /// The path of a file that this one names, relative to its folder. Errors: there is no such file.
+    pub fn beside(&self, name: &At<String>) -> Result<PathBuf> {
+        let path = self.file.parent().unwrap_or(Path::new("")).join(&name.value);
+        self.existing(&name.span, &path)?;
+        Ok(path)
+    }
+
+    /// Errors: the file at `path`, which the value at `span` names, is not there.
+    pub fn existing(&self, span: &Range<usize>, path: &Path) -> Result<()> {
+        match std::fs::metadata(path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(self
+                .bad(span, format!("{}: no such file", path.display()))
+                .remedy("paths are relative to the folder of the file that names them")
+                .into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The document as `T`. Errors: unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         let complaint = |e: toml::de::Error| self.complaint(e.message(), e.span()).into();
         let reader = toml::de::Deserializer::parse(self.text).map_err(complaint)?;
-        T::deserialize(reader).map_err(complaint)
+        T::deserialize(Exact(reader)).map_err(complaint)
     }
 
     /// A complaint about the value at `span`: file, line, key and value are filled in.
@@ -148,7 +173,7 @@ impl<'a> Document<'a> {
         b = b.line(line_of(self.text, span.start));
         if let Some(found) = self.locate(span) {
             b = b.key(found.path);
-            if let Some(v) = self.text.get(found.value).filter(|_| !found.is_table) {
+            if let Some(v) = self.text.get(found.value).filter(|_| !found.is_table && is_toml(&self.file)) {
                 b = b.value(clip(v));
             }
         }
@@ -215,7 +240,7 @@ impl<'a> Document<'a> {
             return b.key(key).remedy("add it (catseye init writes a commented example)");
         }
         if let Some(f) = found {
-            if let Some(v) = self.text.get(f.value).filter(|_| !f.is_table) {
+            if let Some(v) = self.text.get(f.value).filter(|_| !f.is_table && is_toml(&self.file)) {
                 b = b.value(clip(v));
             }
             b = b.key(f.path);
@@ -229,7 +254,9 @@ impl<'a> Document<'a> {
             }
             return b;
         }
-        b.problem = one_line(message);
+        let (problem, allowed) = in_words(message);
+        b.problem = problem;
+        b.allowed = allowed;
         b
     }
 
@@ -287,6 +314,63 @@ fn line_of(text: &str, at: usize) -> usize {
 
 fn one_line(s: &str) -> String {
     s.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A complaint of serde in words of the file: what is wrong, and what is allowed.
+fn in_words(message: &str) -> (String, Option<String>) {
+    let message = one_line(message);
+    let Some((found, expected)) = message.split_once(", expected ") else { return (message, None) };
+    let count = |words: &str| -> Option<String> {
+        Some(words.split(' ').find(|w| w.bytes().all(|b| b.is_ascii_digit()))?.to_string())
+    };
+    let allowed = match expected {
+        "u8" => "a whole number from 0 to 255".into(),
+        "u16" => "a whole number from 0 to 65535".into(),
+        "u32" => "a whole number from 0 to 4294967295".into(),
+        "u64" | "usize" | "u128" => "a whole number from 0".into(),
+        "i8" => "a whole number from -128 to 127".into(),
+        "i16" => "a whole number from -32768 to 32767".into(),
+        "i32" => "a whole number from -2147483648 to 2147483647".into(),
+        "i64" | "isize" | "i128" => "a whole number".into(),
+        "f32" | "f64" => "a number".into(),
+        "a boolean" => "true or false".into(),
+        "a string" | "string" => "text in quotes".into(),
+        "a sequence" | "a list" => "a list in brackets".into(),
+        "a map" | "map" => "a table".into(),
+        "string or table" | "string or map" => "a name in quotes".into(),
+        _ if expected.starts_with("struct ") => "a table".into(),
+        _ if expected.starts_with("an array of length ") || expected.starts_with("a tuple of size ") => {
+            format!("a list of {}", count(expected).unwrap_or_default())
+        }
+        _ if expected.starts_with("tuple ") || expected.starts_with("enum ") => {
+            "what the manual names".into()
+        }
+        other => other.to_string(),
+    };
+    let problem = if let Some(n) = found.strip_prefix("invalid length ") {
+        format!("has {n} {}", if n == "1" { "element" } else { "elements" })
+    } else if found.starts_with("invalid value: integer ") {
+        "is out of range".into()
+    } else if let Some(kind) = found.strip_prefix("invalid type: ") {
+        let kind = match kind.split(' ').next().unwrap_or("") {
+            "floating" => "a number with a decimal point or exponent",
+            "integer" => "a whole number",
+            "boolean" => "true or false",
+            "string" => "text",
+            "sequence" => "a list",
+            "map" => "a table",
+            _ => "a value of another kind",
+        };
+        format!("is {kind}")
+    } else {
+        "is not allowed".into()
+    };
+    (problem, Some(allowed))
+}
+
+/// Whether a file's name says that it is one of ours, whose contents a message may repeat.
+fn is_toml(file: &Path) -> bool {
+    file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 /// At most 60 characters of one line.
@@ -378,9 +462,24 @@ mod tests {
             "a.toml:4: part[0].power_dbw: unknown key; allowed: power_dbm, position_m; did you mean 'power_dbm'?"
         );
         let e = complaint("part = []\n\nsamples = -4");
-        assert!(e.starts_with("a.toml:3: samples = -4: invalid value"), "{e}");
+        assert_eq!(
+            e,
+            "a.toml:3: samples = -4: is out of range; allowed: a whole number from 0 to 4294967295"
+        );
         let e = complaint("part = []\nsamples = \"x\"");
-        assert!(e.starts_with("a.toml:2: samples = \"x\": invalid type"), "{e}");
+        assert!(e.starts_with("a.toml:2: samples = \"x\": is text; allowed: a whole number from 0"), "{e}");
+        for (list, n) in [("[1, 2, 3, 9]", 4), ("[1, 2]", 2), ("[]", 0), ("[[1, 2, 3], 4, 5, 6]", 4)] {
+            let e = complaint(&format!("samples = 1\n[[part]]\npower_dbm = 1\nposition_m = {list}\n"));
+            let expect = match list.starts_with("[[") {
+                true => {
+                    "a.toml:4: part[0].position_m[0] = [1, 2, 3]: is a list; allowed: a number".to_string()
+                }
+                false => {
+                    format!("a.toml:4: part[0].position_m = {list}: has {n} elements; allowed: a list of 3")
+                }
+            };
+            assert_eq!(e, expect);
+        }
         let e = complaint("samples = 1\n[[part]]\n");
         assert!(e.contains("part[0].power_dbm: is missing"), "{e}");
         let e = complaint("samples = 1\nsampling = \"iqq\"\npart = []");

@@ -5,7 +5,7 @@ use super::outcome::Quantity;
 use super::parameter::{self, TARGET_PREFIX, Value, Values};
 use super::search::{Goal, Limit, Search};
 use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
-use super::solve::Sources;
+use super::solve::{self, Sources};
 use super::view::{Mount, Place, view};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::rcs::{Diffraction, Distance, Ground, RcsOptions};
@@ -372,8 +372,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// `b` with its place in the file.
     fn here<T>(&self, at: &At<T>, b: BadInput) -> Error {
-        let place = self.doc.bad(&at.span, "");
-        BadInput { problem: b.problem, allowed: b.allowed, remedy: b.remedy, ..place }.into()
+        b.placed(self.doc.bad(&at.span, "")).into()
     }
 
     fn inside(&self, e: Error) -> Error {
@@ -405,6 +404,9 @@ impl Reader<'_> {
                 ));
             }
             parameter::check(key, &at.value).map_err(|b| self.here(at, b))?;
+            if let ("target", Value::Word(target)) = (key.as_str(), &at.value) {
+                self.target(target, &at.span)?;
+            }
             fixed.insert(key.clone(), at.value.clone());
         }
         let sweeps = t.sweep.iter().map(|s| self.sweep(s, &fixed)).collect::<Result<Vec<_>>>()?;
@@ -526,6 +528,14 @@ impl Reader<'_> {
         Ok(out)
     }
 
+    /// Errors: the target is a file, and it is not there.
+    fn target(&self, target: &str, span: &std::ops::Range<usize>) -> Result<()> {
+        match solve::is_file(target) {
+            true => self.doc.existing(span, &self.doc.file().parent().unwrap_or(Path::new("")).join(target)),
+            false => Ok(()),
+        }
+    }
+
     fn quantity(&self, at: &At<String>) -> Result<Quantity> {
         Quantity::by_name(&at.value).ok_or_else(|| {
             let names: Vec<&str> = Quantity::ALL.iter().map(|q| q.name()).collect();
@@ -557,6 +567,9 @@ impl Reader<'_> {
                 }
                 for x in &v.value {
                     parameter::check(&name, x).map_err(|b| self.here(v, b))?;
+                    if let ("target", Value::Word(target)) = (name.as_str(), x) {
+                        self.target(target, &v.span)?;
+                    }
                 }
                 v.value.clone()
             }
@@ -706,8 +719,7 @@ impl Reader<'_> {
     }
 
     fn detection(&self, d: &DetectionTable) -> Result<Detection> {
-        let folder = self.doc.file().parent().unwrap_or(Path::new(""));
-        let radar = radar_toml::load(&d.radar.value, folder).map_err(|e| self.inside(e))?;
+        let radar = radar_toml::named(self.doc, &d.radar.value, &d.radar.span)?;
         let doc = self.doc;
         let db = |a: &At<f64>| doc.in_range(a, -1000.0..=1000.0, "give decibels");
         let missing = |key: &str, remedy: &str| -> Error {

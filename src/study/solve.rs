@@ -132,8 +132,7 @@ impl Sources {
     }
 
     fn build(&self, target: &str, own: Vec<(&str, &Value)>, raise_rad: f64) -> Result<SceneSource> {
-        let is_file = [".glb", ".gltf"].iter().any(|e| target.to_ascii_lowercase().ends_with(e));
-        let (mut scene, spec, identity, height_m) = if is_file {
+        let (mut scene, spec, identity, height_m) = if is_file(target) {
             if let Some((n, _)) = own.first() {
                 return Err(BadInput::new("a glTF file has no parameters")
                     .key(format!("{TARGET_PREFIX}{n}"))
@@ -141,7 +140,7 @@ impl Sources {
                     .into());
             }
             let path = self.folder.join(target);
-            let scene = gltf::import(&path, &ImportOptions::default())?;
+            let scene = gltf::import_sized(&path, &ImportOptions::default(), gltf::OBJECT_M)?;
             (scene, target.to_string(), sha256_of_file(&path)?, None)
         } else {
             let reflector = with_parameters(target, &own)?;
@@ -155,6 +154,11 @@ impl Sources {
         let identity = format!("{identity}|{:x}", raise_rad.to_bits());
         Ok(SceneSource { spec, raise_rad, identity, scene, height_m })
     }
+}
+
+/// Whether a target is a glTF file by its name.
+pub(super) fn is_file(target: &str) -> bool {
+    [".glb", ".gltf"].iter().any(|e| target.to_ascii_lowercase().ends_with(e))
 }
 
 /// The reflector of `spec` with some of its parameters changed.

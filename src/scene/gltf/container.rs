@@ -86,7 +86,13 @@ pub(super) fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -
     let path = folder.join(&relative);
     let missing = |e: std::io::Error| -> Error {
         if e.kind() == std::io::ErrorKind::NotFound {
-            bad("the file is missing".into()).remedy("put it beside the .gltf file").into()
+            let missing = bad("the file is missing".into()).remedy("put it beside the .gltf file");
+            // A .glb is no text and has no lines.
+            let text = std::fs::read_to_string(file).unwrap_or_default();
+            match text.find(&format!("\"{uri}\"")) {
+                Some(at) => missing.line(text[..at].matches('\n').count() + 1).into(),
+                None => missing.into(),
+            }
         } else {
             Error::io(&path, e)
         }

@@ -56,7 +56,7 @@ impl Importer<'_> {
                 default.clone().ok_or_else(|| {
                     BadInput::new("a surface has no material")
                         .file(self.file)
-                        .allowed(material::names().collect::<Vec<_>>().join(", "))
+                        .allowed_whole(material::names().collect::<Vec<_>>().join(", "))
                         .remedy("give --default-material MATERIAL, or materials in the file")
                 })?
             } else {

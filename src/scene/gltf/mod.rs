@@ -50,6 +50,7 @@ use super::Scene;
 use super::toml_file::clip;
 use crate::error::{BadInput, Error, Result};
 use read::Importer;
+use std::ops::RangeInclusive;
 use std::path::Path;
 pub use write::{export, to_glb};
 
@@ -91,6 +92,8 @@ impl Animations {
 pub struct ImportOptions {
     /// Length of the file's unit in metres (glTF prescribes 1).
     pub unit_m: f64,
+    /// Somebody has said that unit: no size is then doubted.
+    pub unit_given: bool,
     pub up: Up,
     /// Table name of the material for surfaces without one, or with one that nothing else explains.
     pub default_material: Option<String>,
@@ -103,6 +106,7 @@ impl Default for ImportOptions {
     fn default() -> Self {
         ImportOptions {
             unit_m: 1.0,
+            unit_given: false,
             up: Up::Y,
             default_material: None,
             material_map: Vec::new(),
@@ -172,6 +176,32 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
     import_bytes(&bytes, path, folder, options)
 }
+
+/// As [`import`], of a file that holds things of `size_m` and not a landscape: exporters write millimetres where glTF has metres.
+///
+/// Errors: those of [`import`]; a size beyond that range in a unit that nobody has given.
+pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive<f64>) -> Result<Scene> {
+    let scene = import(path, options)?;
+    let is_mesh = |o: &super::Object| matches!(o.shape, super::Shape::Mesh(_));
+    let Some((low, high)) = scene.bounds_m(0.0).filter(|_| scene.objects.iter().any(is_mesh)) else {
+        return Ok(scene);
+    };
+    let longest_m = (high - low).max_element();
+    if options.unit_given || size_m.contains(&longest_m) {
+        return Ok(scene);
+    }
+    Err(BadInput::new(format!("the mesh is {longest_m:.3e} m long: its unit must be given"))
+        .file(path)
+        .key("unit")
+        .allowed(format!("{} m to {} m without a unit", size_m.start(), size_m.end()))
+        .remedy("give --unit mm (in a scenario unit = \"mm\"), or m if it is right")
+        .into())
+}
+
+/// Size of an object, m, that needs no unit.
+pub const OBJECT_M: RangeInclusive<f64> = 1e-3..=100.0;
+/// Of a whole scene.
+pub const SCENE_M: RangeInclusive<f64> = 1e-3..=1e5;
 
 /// Reads the bytes of a `.gltf` or `.glb` file. `name` is used in errors; buffers in other files are
 /// looked for in `folder`, and are an error without one.

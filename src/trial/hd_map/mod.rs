@@ -24,6 +24,7 @@ use crate::road::scene_toml;
 use crate::road::site::Site;
 use crate::road::traffic::VEHICLES;
 use crate::scene::scenario::{Scenario, SceneSource};
+use crate::scene::toml_file::{At, referred};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -66,7 +67,7 @@ pub struct SceneTable {
     /// The document's scene that it stands for; none: its figure is not printed beside.
     pub kind: Option<Kind>,
     /// A road scene (TOML), relative to the scenario's file; default the scenario's own. Its vehicles are replaced.
-    pub road: Option<String>,
+    pub road: Option<At<String>>,
     /// Where on the ego's road the radar stands, m; default as the scenario says.
     pub radar_s_m: Option<f64>,
     /// How many vehicles are to pass and count.
@@ -88,7 +89,7 @@ impl Default for SceneTable {
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// A map file (JSON or TOML, see `lane/hd_map/file.rs`), relative to the scenario's file. Default: the map of the scene's roads.
-    pub map: Option<String>,
+    pub map: Option<At<String>>,
     /// Where the world's origin lies: latitude and longitude in degrees (WGS-84), height in m over the ellipsoid.
     pub origin: [f64; 3],
     /// Where the world's x axis looks, degrees clockwise from true north.
@@ -221,7 +222,6 @@ pub struct Stage {
 const TRUTH_STEP_M: f64 = 2.0;
 
 fn stages(given: &Given<'_>, settings: &Settings) -> Result<Vec<Stage>> {
-    let folder = given.path.parent().unwrap_or_else(|| std::path::Path::new("."));
     let own = || -> Result<Stage> {
         let scenario = given.scenario.clone();
         let name = scenario.name.clone();
@@ -241,7 +241,7 @@ fn stages(given: &Given<'_>, settings: &Settings) -> Result<Vec<Stage>> {
     let drawn = |(i, table): (usize, &SceneTable)| -> Result<Stage> {
         let mut scenario = given.scenario.clone();
         if let Some(road) = &table.road {
-            scenario.scene = SceneSource::Road { path: folder.join(road) };
+            scenario.scene = SceneSource::Road { path: referred(given.path, road)? };
         }
         let SceneSource::Road { path } = &scenario.scene else {
             let bad =
@@ -275,7 +275,7 @@ fn stages(given: &Given<'_>, settings: &Settings) -> Result<Vec<Stage>> {
 /// The map that the estimator gets.
 fn map_of(given: &Given<'_>, settings: &Settings, stage: &Stage, draws: &mut Draws) -> Result<HdMap> {
     if let Some(name) = &settings.map {
-        return file::read(&given.path.parent().unwrap_or_else(|| std::path::Path::new(".")).join(name));
+        return file::read(&referred(given.path, name)?);
     }
     let bad = |problem: String| -> Error {
         let remedy =

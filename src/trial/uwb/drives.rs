@@ -10,6 +10,7 @@ use crate::scene::backscatter::{Backscatter, Law};
 use crate::scene::material::MaterialKind;
 use crate::scene::radar::{Radar, Sampling};
 use crate::scene::scenario::{OnRoad, Scenario, SceneSource};
+use crate::scene::toml_file::referred;
 use crate::scene::waveform::Waveform;
 use crate::scene::{Mesh, Object, Shape};
 use crate::trial::{Drive, Given};
@@ -456,8 +457,7 @@ pub fn quiet(
 ) -> Result<Scans> {
     let mut scenario = given.scenario.clone();
     if let Some(file) = &settings.quiet_road {
-        let folder = given.path.parent().unwrap_or(std::path::Path::new(""));
-        scenario.scene = SceneSource::Road { path: folder.join(file) };
+        scenario.scene = SceneSource::Road { path: referred(given.path, file)? };
     }
     let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
     let stays = |o: &Object| match (&settings.quiet_road, &settings.plate_class) {

@@ -2,6 +2,7 @@
 
 use crate::error::{BadInput, Result};
 use crate::lane::uwb::Centre;
+use crate::scene::toml_file::At;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -86,7 +87,7 @@ pub struct Settings {
     /// How far to either side of the lane's middle that drive goes, m; default as far as the vehicle fits into the lane.
     pub quiet_aside_m: Option<f64>,
     /// A road without markers, relative to the scenario; default the scenario's own road with nothing on it.
-    pub quiet_road: Option<String>,
+    pub quiet_road: Option<At<String>>,
     /// Class of the plates: the road without markers is then the scenario's own without these and without what moves.
     pub plate_class: Option<String>,
     /// Scans of the slow drive past the plates for the histogram; 0: none.
