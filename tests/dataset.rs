@@ -209,11 +209,13 @@ fn recipes_are_checked_first_and_can_be_mended() {
     }
     let whole = catseye(dir.path(), &["verify", "d"]);
     assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stdout));
-    // Killed before a shard was complete there is nothing to lose.
-    fs::create_dir(at("e")).unwrap();
-    fs::copy(at("d/dataset.json"), at("e/dataset.json")).unwrap();
+    // Where no shard was complete there is nothing to lose, and frames of it do not stay.
+    make(dir.path(), "e", &["--shards", "19:20"]);
+    fs::remove_file(at("e/shards/000019.json")).unwrap();
     write(rcs, "rcs_dbsm = 3");
     assert_eq!(made("e"), (0, 36));
+    made("f");
+    same(&at("e"), &at("f"));
 }
 
 /// Ctrl-C ends a run with 130 and says how to go on; SIGTERM does the same.

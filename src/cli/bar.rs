@@ -221,7 +221,9 @@ pub fn watch() -> Result<()> {
         let at_work = lock(&AT_WORK).clone();
         let said = match at_work {
             None => "interrupted; the same command begins anew".to_string(),
-            Some((_, Kept::Itself)) => return,
+            Some((bar, Kept::Itself)) => {
+                return bar.suspend(|| eprintln!("stopping at a safe point; Ctrl-C again ends at once"));
+            }
             Some((bar, kept)) => {
                 let (pos, all, label) = (bar.position(), bar.length().unwrap_or(0), bar.message());
                 bar.finish_and_clear();

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Arrays of one run: so much may wait for its turn to be written, and a few runs of each worker.
 const RUN_BYTES: usize = 32 << 20;
 /// Runs that each worker should find, so that none is left without work while others have much.
-const RUNS_OF_WORKER: u64 = 4;
+const RUNS_OF_WORKER: u64 = 2;
 /// How often one who waits looks whether the work was stopped.
 const LOOK: Duration = Duration::from_millis(50);
 

@@ -10,7 +10,7 @@ use super::recipe::Recipe;
 use super::rows;
 use super::run::Pictures;
 use super::site::Site;
-use super::store::{Layout, Record, ShardFile};
+use super::store::{LAYOUT, Layout, Record, ShardFile};
 use super::tally::Tally;
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::{Engine, EngineReport};
@@ -258,14 +258,14 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     match begun {
         Begun::Nothing => write_json(out, DATASET, &file)?,
         Begun::Same => {}
-        Begun::Other { found, refusal } => {
+        Begun::Other { refusal } => {
             let hold = Hold::only(out)?;
             if options.force {
                 fs::remove_dir_all(out)
                     .and_then(|()| fs::create_dir_all(out))
                     .map_err(|e| Error::io(out, e))?;
             } else {
-                mender.mend(&found, refusal)?;
+                mender.mend(refusal)?;
             }
             write_json(out, DATASET, &file)?;
             drop(hold);
@@ -283,7 +283,11 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         None => false,
     };
     let missing: Vec<u64> = wanted.clone().filter(|s| !complete(*s)).collect();
-    let repaired = missing.iter().filter(|s| out.join(Marker::name(**s)).exists()).count() as u64;
+    let is_broken = |s: &u64| {
+        let of_another = Marker::read(out, *s).is_some_and(|m| m.recipe != identity);
+        !of_another && out.join(Marker::name(*s)).exists()
+    };
+    let repaired = missing.iter().filter(|s| is_broken(s)).count() as u64;
     for shard in &missing {
         // A marker that does not hold says nothing while its shard is made again.
         remove(&out.join(Marker::name(*shard)))?;
@@ -378,7 +382,6 @@ enum Begun {
     Same,
     /// One that was begun with something else; what is said where it can be neither mended nor removed.
     Other {
-        found: Box<DatasetFile>,
         refusal: Error,
     },
 }
@@ -430,12 +433,12 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
             return Err(another_device(out, &found.device, &file.device));
         }
         let refusal = bad(why).remedy("give another folder, or --force to remove that one");
-        return Ok(Begun::Other { found: found.into(), refusal: refusal.into() });
+        return Ok(Begun::Other { refusal: refusal.into() });
     }
     if found.device != file.device && !options.mixed_devices {
         let refusal = another_device(out, &found.device, &file.device);
         if options.force {
-            return Ok(Begun::Other { found: found.into(), refusal });
+            return Ok(Begun::Other { refusal });
         }
         return Err(refusal);
     }
@@ -455,6 +458,20 @@ fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
 fn without_frames(layout: &Layout) -> Result<String> {
     let layout = Layout { frames: 0, ..layout.clone() };
     serde_json::to_string(&layout).map_err(|e| Error::Failed(format!("layout: {e}")))
+}
+
+/// Whether a file belongs to a frame or shard of this layout from these numbers on, its marker too.
+fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
+    let number = |text: Option<&str>| text.and_then(|t| t.split('.').next()?.parse::<u64>().ok());
+    let part = |text: &str| number(text.strip_prefix("part-"));
+    let parts: Vec<&str> = name.split('/').collect();
+    match parts[..] {
+        [SHARDS, marker] => number(Some(marker)).is_some_and(|n| n >= shards),
+        ["data", file] | ["tables", _, file] => part(file).is_some_and(|n| n >= shards),
+        [array, "c", n, ..] => layout.array(array).is_ok() && number(Some(n)).is_some_and(|n| n >= shards),
+        [folder, _] => number(folder.strip_prefix("frame_")).is_some_and(|n| n >= frames),
+        _ => false,
+    }
 }
 
 /// Takes shards of an earlier recipe over into one in which they are the same.
@@ -477,34 +494,40 @@ impl Mender<'_> {
 
     /// Removes from the folder what is of the earlier recipe alone, if a shard of it can stay or none is complete.
     /// Shards that are made again stay until then. Errors: `refusal`, and nothing is changed.
-    fn mend(&self, found: &DatasetFile, refusal: Error) -> Result<()> {
-        let earlier = match Layout::open(self.out) {
-            Ok(l) => l.shards(),
+    fn mend(&self, refusal: Error) -> Result<()> {
+        let earlier = match self.out.join(LAYOUT).exists() {
+            true => Some(Layout::open(self.out)?),
             // Killed before it had one, so it has no shards.
-            Err(_) if !self.out.join(super::store::LAYOUT).exists() => 0,
-            Err(e) => return Err(e),
+            false => None,
         };
+        let shards = earlier.as_ref().map_or(0, Layout::shards);
         let markers: Vec<(u64, Marker)> =
-            (0..earlier).filter_map(|s| Some((s, Marker::read(self.out, s)?))).collect();
+            (0..shards).filter_map(|s| Some((s, Marker::read(self.out, s)?))).collect();
         let same: Vec<bool> = markers.par_iter().map(|(s, m)| self.is_same(m, *s)).collect::<Result<_>>()?;
         if !markers.is_empty() && !same.contains(&true) {
             return Err(refusal);
         }
-        debug_assert_ne!(found.recipe, self.identity);
-        for name in [MANIFEST, super::store::LAYOUT] {
+        for name in [MANIFEST, LAYOUT, datasheet::README, datasheet::SCHEMA, datasheet::STATISTICS] {
             remove(&self.out.join(name))?;
         }
         let previews = self.out.join(datasheet::PREVIEWS);
         if previews.exists() {
             fs::remove_dir_all(&previews).map_err(|e| Error::io(&previews, e))?;
         }
-        for (shard, marker) in markers.iter().filter(|(s, _)| *s >= self.layout.shards()) {
-            remove(&self.out.join(Marker::name(*shard)))?;
-            for file in &marker.files {
-                let path = self.out.join(&file.path);
-                remove(&path)?;
-                // A folder of a frame goes with its last file; others hold more and stay.
-                let _ = path.parent().map(fs::remove_dir);
+        // What lies behind the new end; all where no shard was complete, for then the layout may be another one.
+        let (frames, shards) = match markers.is_empty() {
+            true => (0, 0),
+            false => (self.layout.frames, self.layout.shards()),
+        };
+        if let Some(earlier) = &earlier {
+            for name in datasheet::files_below(self.out)? {
+                let is_metadata = name == "zarr.json" || name.ends_with("/zarr.json");
+                if is_of(earlier, &name, frames, shards) || (markers.is_empty() && is_metadata) {
+                    let path = self.out.join(&name);
+                    remove(&path)?;
+                    // A folder goes with its last file; others hold more and stay.
+                    let _ = path.parent().map(fs::remove_dir);
+                }
             }
         }
         Ok(())
@@ -529,7 +552,7 @@ impl Mender<'_> {
 /// What a frame of this dataset holds: as in the folder, else as its first frame has it.
 fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
     // A run that was killed between the two files has none.
-    if let Some(dir) = begun.filter(|d| d.join(super::store::LAYOUT).exists()) {
+    if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
         return Layout::open(dir);
     }
     let site = site(recipe, 0)?;
