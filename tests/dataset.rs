@@ -6,7 +6,7 @@ use common::{catseye, refused, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 const SCENES: u32 = 12;
@@ -78,13 +78,8 @@ fn bytes_do_not_depend_on_kills_workers_and_shares() {
     // Killed again and again, each time after some more shards.
     let mut kills = 0;
     for aim in [1, 4, 9] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_catseye"))
-            .current_dir(dir.path())
-            .args(["dataset", "r.toml", "-o", "killed", "--device", "cpu", "--jobs", "2"])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let args = ["dataset", "r.toml", "-o", "killed", "--device", "cpu", "--jobs", "2"];
+        let mut child = start(dir.path(), &args);
         let start = Instant::now();
         while markers(&at("killed")) < aim && child.try_wait().unwrap().is_none() {
             assert!(start.elapsed() < Duration::from_secs(120), "no shard after two minutes");
@@ -100,6 +95,9 @@ fn bytes_do_not_depend_on_kills_workers_and_shares() {
     fs::write(at("killed/shards/.000003.json.partial-1-0"), "{").unwrap();
     fs::create_dir_all(at("killed/.frame_000030.partial")).unwrap();
     fs::write(at("killed/.frame_000030.partial/adc.npy"), "half").unwrap();
+    fs::write(at("killed/.layout.json.partial-1-0"), "{").unwrap();
+    fs::create_dir_all(at("killed/previews/.frame_000000.partial-1")).unwrap();
+    fs::write(at("killed/previews/.frame_000000.partial-1/birds_eye.png"), "half").unwrap();
     make(dir.path(), "killed", &[]);
     same(&at("whole"), &at("killed"));
 
@@ -116,6 +114,167 @@ fn bytes_do_not_depend_on_kills_workers_and_shares() {
     // Complete already: nothing is made.
     assert!(make(dir.path(), "whole", &[]).contains("made 0 frames"));
     same(&at("whole"), &at("shares"));
+}
+
+fn start(dir: &Path, args: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(dir)
+        .args(args)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Killed at any moment, also in the middle of the datasheet, and completed by the same command: whole, and the same bytes.
+#[test]
+fn what_dead_runs_leave_is_cleared_up() {
+    let dir = place();
+    let begin = Instant::now();
+    make(dir.path(), "whole", &[]);
+    let whole = begin.elapsed();
+    let mut kills = 0;
+    for share in [0.1, 0.25, 0.4, 0.55, 0.65, 0.75, 0.85, 0.95] {
+        let out = format!("d{share}");
+        let mut child = start(dir.path(), &["dataset", "r.toml", "-o", &out, "--device", "cpu"]);
+        std::thread::sleep(whole.mul_f64(share));
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        make(dir.path(), &out, &[]);
+        let found = catseye(dir.path(), &["verify", &out]);
+        assert_eq!(found.status.code(), Some(0), "{share}: {}{}", text(&found.stdout), text(&found.stderr));
+        same(&dir.path().join("whole"), &dir.path().join(&out));
+    }
+    assert!(kills > 3, "{kills} of 8 runs were killed");
+}
+
+/// The frames of one scene in one shard are made by all workers, and the bytes are those of one worker.
+#[test]
+fn one_shard_of_one_scene_is_shared_out() {
+    let dir = place();
+    let recipe = fs::read_to_string(dir.path().join("r.toml")).unwrap();
+    let recipe =
+        recipe.replace("scenes = 12", "scenes = 1").replace("frames_per_scene = 3", "frames_per_scene = 21");
+    let recipe = recipe.replace("frames_per_shard = 2", "frames_per_shard = 100");
+    fs::write(dir.path().join("r.toml"), recipe.replace("train = 0.5\ntest = 0.5", "train = 1")).unwrap();
+    make(dir.path(), "one", &["--jobs", "1"]);
+    make(dir.path(), "four", &["--jobs", "4"]);
+    same(&dir.path().join("one"), &dir.path().join("four"));
+}
+
+/// Every scene is drawn and read before the first frame; a mended recipe keeps the shards that are the same, and the
+/// dataset is then that of the mended one.
+#[test]
+fn recipes_are_checked_first_and_can_be_mended() {
+    let dir = place();
+    let at = |name: &str| dir.path().join(name);
+    let recipe = fs::read_to_string(at("r.toml")).unwrap().replace("train = 0.5\ntest = 0.5", "train = 1");
+    let write = |from: &str, to: &str| fs::write(at("r.toml"), recipe.replace(from, to)).unwrap();
+    let rcs = "rcs_dbsm = { uniform = [0, 10] }";
+
+    write(rcs, "rcs_dbsm = { normal = [0, 150] }");
+    let args = ["dataset", "r.toml", "-o", "d", "--device", "cpu"];
+    let says = [
+        "r.toml:",
+        "scenario.point[0].rcs_dbsm = ",
+        "(drawn from { normal = [0, 150] }) in scene ",
+        "allowed: ",
+    ];
+    refused(dir.path(), &args, &says);
+    assert!(!at("d").exists(), "something was made");
+
+    let made = |out: &str| -> (u64, u64) {
+        let report = make(dir.path(), out, &["--json"]);
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["complete"], true);
+        (report["shards_kept"].as_u64().unwrap(), report["frames_made"].as_u64().unwrap())
+    };
+    write(rcs, "rcs_dbsm = { choice = [5, 6], weights = [3, 1] }");
+    assert_eq!(made("d"), (0, 36));
+    // Scenes that draw the second value change, the others stay.
+    write(rcs, "rcs_dbsm = { choice = [5, 7], weights = [3, 1] }");
+    let (kept, frames) = made("d");
+    assert!((1..18).contains(&kept) && frames == 36 - 2 * kept, "{kept} {frames}");
+    made("fresh");
+    same(&at("d"), &at("fresh"));
+    // Fewer scenes, and more.
+    for scenes in [8, 12, 13] {
+        let text = fs::read_to_string(at("r.toml")).unwrap();
+        let line = text.lines().find(|l| l.starts_with("scenes = ")).unwrap().to_string();
+        fs::write(at("r.toml"), text.replace(&line, &format!("scenes = {scenes}"))).unwrap();
+        assert!(made("d").0 >= 12);
+        made(&format!("fresh{scenes}"));
+        same(&at("d"), &at(&format!("fresh{scenes}")));
+    }
+    let whole = catseye(dir.path(), &["verify", "d"]);
+    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stdout));
+    // Where no shard was complete there is nothing to lose, and frames of it do not stay.
+    make(dir.path(), "e", &["--shards", "19:20"]);
+    fs::remove_file(at("e/shards/000019.json")).unwrap();
+    write(rcs, "rcs_dbsm = 3");
+    assert_eq!(made("e"), (0, 36));
+    made("f");
+    same(&at("e"), &at("f"));
+}
+
+/// Ctrl-C ends a run with 130 and says how to go on; SIGTERM does the same.
+#[cfg(unix)]
+#[test]
+fn interruptions_say_how_to_go_on() {
+    let dir = place();
+    let interrupt = |child: Child, signal: &str| -> String {
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        let out = child.wait_with_output().unwrap();
+        assert!(sent.success());
+        assert_eq!(out.status.code(), Some(130), "{}", text(&out.stderr));
+        text(&out.stderr)
+    };
+    let child = start(dir.path(), &["dataset", "r.toml", "-o", "d", "--device", "cpu", "--jobs", "1"]);
+    while markers(&dir.path().join("d")) < 2 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let said = interrupt(child, "-INT");
+    let line = said.lines().find(|l| l.starts_with("interrupted: ")).unwrap();
+    assert!(line.ends_with(" of 36 frames are complete; the same command goes on"), "{line}");
+    let frames: usize = line["interrupted: ".len()..].split(' ').next().unwrap().parse().unwrap();
+    assert_eq!(frames, 2 * markers(&dir.path().join("d")));
+    make(dir.path(), "d", &[]);
+    make(dir.path(), "whole", &[]);
+    same(&dir.path().join("d"), &dir.path().join("whole"));
+
+    let child = start(dir.path(), &["validate", "--device", "cpu"]);
+    std::thread::sleep(Duration::from_secs(1));
+    let said = interrupt(child, "-TERM");
+    assert!(said.contains("nothing is kept; the same command begins anew"), "{said}");
+}
+
+/// `verify` takes what `simulate` wrote too.
+#[test]
+fn runs_are_verified() {
+    let dir = place();
+    let run = |args: &[&str]| {
+        let out = catseye(dir.path(), args);
+        assert_eq!(out.status.code(), Some(0), "{}{}", text(&out.stdout), text(&out.stderr));
+        text(&out.stdout)
+    };
+    run(&["dataset", "r.toml", "--scene", "0", "-o", "s"]);
+    run(&["simulate", "s/scenario.toml", "-o", "run", "--device", "cpu"]);
+    assert!(run(&["verify", "run"]).contains("is whole: 3 frames, "));
+    let file = dir.path().join("run/frame_000001/points.csv");
+    fs::write(dir.path().join("run/notes.txt"), "mine").unwrap();
+    fs::write(&file, fs::read_to_string(&file).unwrap() + "\n").unwrap();
+    fs::remove_file(dir.path().join("run/frame_000002/points.csv")).unwrap();
+    let found = catseye(dir.path(), &["verify", "run"]);
+    assert_eq!(found.status.code(), Some(2));
+    let lines = text(&found.stdout);
+    for says in [
+        "foreign files: 1: notes.txt",
+        "missing files: 1: frame_000002/points.csv",
+        "wrong checksums: 1: frame_000001/points.csv",
+    ] {
+        assert!(lines.contains(says), "{says}: {lines}");
+    }
 }
 
 #[test]

@@ -55,8 +55,10 @@ pub fn dataset(
             force,
             cancel: watch.cancelled(),
             progress: &|p| {
-                watch.expect(p.all);
-                watch.set(p.done);
+                if p.phase == produce::Phase::Frames {
+                    watch.expect(p.all);
+                    watch.set(p.done);
+                }
             },
             pictures: &draw_frame,
         };

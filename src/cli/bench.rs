@@ -1,6 +1,6 @@
 //! `catseye bench`: the standard workloads on a device.
 
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::bench::{self, Outcome, Settings};
 use crate::error::Result;
 use clap::Args;
@@ -26,7 +26,10 @@ impl Bench {
     pub fn run(&self, global: &Global) -> Result<()> {
         let settings = Settings { quick: self.quick, seed: global.seed.unwrap_or(1) };
         let engine = global.engine()?;
-        let outcomes = bench::run(&engine, &self.only, &settings, &|m| global.say(m))?;
+        let bar = global.bar("bench", 0, Kept::Nothing);
+        let say = |m: &str| bar.suspend(|| global.say(m));
+        let outcomes = bench::run(&engine, &self.only, &settings, &say)?;
+        drop(bar);
         if global.json {
             return print_json(&serde_json::json!({
                 "version": env!("CARGO_PKG_VERSION"),

@@ -1,7 +1,7 @@
 //! `catseye calibrate`: a turntable run of a corner reflector, in simulation, to a calibration file.
 
 use super::angles::parse_list;
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::dataset::turntable::{Turntable, run};
 use crate::dsp::doa_calibration::TurntableOptions;
 use crate::error::{BadInput, Error, Result};
@@ -80,9 +80,9 @@ impl Calibrate {
         distinct(&outputs, &[Path::new(&self.radar)])?;
         let staged = StagedFile::new(&self.output, global.force)?;
         let engine = global.engine()?;
-        let bar = global.bar("angles", angles as u64);
+        let bar = global.bar("angles", angles as u64, Kept::Nothing);
         let calibration = run(&engine, &radar, &target, &table, &mut || bar.inc(1))?;
-        bar.finish_and_clear();
+        drop(bar);
         let file = File::create(staged.path()).map_err(|e| Error::io(staged.path(), e))?;
         let comments = [
             format!("catseye {}, radar {}, {}", env!("CARGO_PKG_VERSION"), radar.name, engine.describe()),

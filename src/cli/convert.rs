@@ -1,7 +1,7 @@
 //! `catseye convert`: a cube from one file format to another.
 
 use super::cube_args::CubeArgs;
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::dataset::recording;
 use crate::error::Result;
 use crate::formats::cube::{CubeAbout, write_cube};
@@ -54,9 +54,11 @@ impl Convert {
             full_scale_dbm: self.output_full_scale_dbm,
         };
         let shape = source.shape();
+        let bar = global.bar("converting", 0, Kept::Nothing);
         let data = source.frame::<f32>(self.input.frame)?;
         let written = write_cube(&self.output, shape, &data, &about, global.force)?;
         let report = Report { files: written.files, shape, clipped_words: written.clipped_words };
+        drop(bar);
         if global.json {
             return print_json(&report);
         }

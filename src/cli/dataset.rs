@@ -1,20 +1,15 @@
 //! `catseye dataset`: frames of scenes that are drawn from a recipe.
 
 use super::frames::draw_frame;
-use super::{Global, print, print_json};
-use crate::dataset::produce::{Options, Progress, Report, produce};
+use super::{Global, Kept, bar, print, print_json};
+use crate::dataset::produce::{Options, Phase, Progress, Report, produce};
 use crate::dataset::recipe::Recipe;
 use crate::error::{BadInput, Error, Result};
 use crate::formats::stage;
 use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
-
-/// Between two lines about the progress where there is no terminal.
-const REPORT_EVERY: Duration = Duration::from_secs(30);
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Make a dataset: scenes drawn from a recipe, their frames with labels in shards
 #[derive(Debug, Args)]
@@ -53,18 +48,17 @@ impl Dataset {
         }
         let shards = self.shards.as_deref().map(shard_range).transpose()?;
         let engine = global.engine()?;
-        let bar = global.bar("frames", 0).with_style(
-            indicatif::ProgressStyle::with_template(
-                "{msg} {bar:30} {pos}/{len} {elapsed} ({per_sec}, left {eta})",
-            )
-            .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()),
-        );
-        let lines = Lines::new(bar.is_hidden());
+        let bar = global.bar("scenes checked", 0, Kept::Itself);
+        let frames = AtomicBool::new(false);
         let progress = |p: Progress| {
+            if p.phase == Phase::Frames && !frames.swap(true, Ordering::Relaxed) {
+                bar.reset();
+                bar.set_message("frames");
+            }
             bar.set_length(p.all);
-            bar.set_position(p.done);
-            if let Some(line) = lines.line(p) {
-                global.say(&line);
+            // Frames of several threads: the latest word is not always the highest.
+            if p.done > bar.position() || bar.position() > p.all {
+                bar.set_position(p.done);
             }
         };
         let report = produce(
@@ -76,12 +70,20 @@ impl Dataset {
                 shards,
                 mixed_devices: self.mixed_devices,
                 force: global.force,
-                cancel: &AtomicBool::new(false),
+                cancel: bar::cancel(),
                 progress: &progress,
                 pictures: &draw_frame,
             },
         )?;
-        bar.finish_and_clear();
+        drop(bar);
+        if report.cancelled && !report.complete {
+            let complete = match report.tally.frames {
+                0 if report.shards_complete == 0 => "no frame is complete".to_string(),
+                n => format!("{n} of {} frames are complete", report.frames),
+            };
+            eprintln!("interrupted: {complete}; the same command goes on");
+            std::process::exit(bar::INTERRUPTED);
+        }
         summary(&report, global)
     }
 }
@@ -119,38 +121,18 @@ fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Resu
     Ok(())
 }
 
-/// Progress where no bar can be drawn.
-struct Lines {
-    start: Instant,
-    last: Mutex<Option<Instant>>,
-}
-
-impl Lines {
-    fn new(wanted: bool) -> Lines {
-        let start = Instant::now();
-        Lines { start, last: Mutex::new(wanted.then_some(start)) }
-    }
-
-    /// A line when it is time for one.
-    fn line(&self, p: Progress) -> Option<String> {
-        let mut last = self.last.lock().unwrap_or_else(|e| e.into_inner());
-        let now = Instant::now();
-        if now.duration_since((*last)?) < REPORT_EVERY {
-            return None;
-        }
-        *last = Some(now);
-        let rate = p.done as f64 / self.start.elapsed().as_secs_f64();
-        let left = (p.all - p.done) as f64 / rate;
-        Some(format!("{} of {} frames, {rate:.1} frames/s, {left:.0} s left", p.done, p.all))
-    }
-}
-
 fn summary(report: &Report, global: &Global) -> Result<()> {
     if global.json {
         return print_json(report);
     }
     if report.shards_resumed > 0 {
         global.say(&format!("{} shards were complete from an earlier run", report.shards_resumed));
+    }
+    if report.shards_kept > 0 {
+        global.say(&format!(
+            "{} shards of the earlier recipe are the same in this one and were kept",
+            report.shards_kept
+        ));
     }
     if report.shards_repaired > 0 {
         global.say(&format!("{} shards had lost files and were made again", report.shards_repaired));

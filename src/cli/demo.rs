@@ -2,7 +2,7 @@
 
 use super::frames::draw_frame;
 use super::simulate::summary;
-use super::{Global, print};
+use super::{Global, Kept, print};
 use crate::dataset::run::{RunOptions, run};
 use crate::error::{Error, Result};
 use crate::formats::stage::StagedFile;
@@ -33,6 +33,7 @@ impl Demo {
             scenario.seed = seed;
         }
         let engine = global.engine()?;
+        let bar = global.bar("frames", scenario.frames.count.into(), Kept::All);
         let report = run(
             &engine,
             &scenario,
@@ -47,9 +48,10 @@ impl Demo {
                     draw_frame(scenario, scene, frame, truth, dir)?;
                     draw_marker(&engine, dir)
                 },
-                progress: &|_, _| {},
+                progress: &|done, _| bar.set_position(done.into()),
             },
         )?;
+        drop(bar);
         summary(&report, global)?;
         if !global.json {
             print(&format!(

@@ -1,6 +1,6 @@
 //! `catseye export`: a run as files that other tools read.
 
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::dataset::sweeps::Run;
 use crate::error::{BadInput, Result};
 use crate::formats::check_extension;
@@ -136,12 +136,12 @@ impl Export {
         stage::distinct(&[&self.output], &[&self.run])?;
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
-        let bar = global.bar("sweeps", run.len() as u64);
+        let bar = global.bar("sweeps", run.len() as u64, Kept::Nothing);
         for at in 0..run.len() {
             exporter.push(&run.sweep(at, self.format == Format::Mcap)?)?;
             bar.inc(1);
         }
-        bar.finish_and_clear();
+        drop(bar);
         let report = exporter.finish()?;
         if global.json {
             return print_json(&report);

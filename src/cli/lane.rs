@@ -1,6 +1,6 @@
 //! `catseye lane`: lane estimators on scenarios, and their comparison.
 
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::error::{BadInput, Result};
 use crate::trial::report::number;
 use crate::trial::{Method, Row, RunOptions, compare, run};
@@ -62,7 +62,7 @@ impl Lane {
                 .into());
         }
         let engine = global.engine()?;
-        let bar = global.bar("looks", 0);
+        let bar = global.bar("looks", 0, Kept::Parts);
         let options = RunOptions {
             force: global.force,
             runs: self.runs,
@@ -77,7 +77,7 @@ impl Lane {
             Some(method) => run(&engine, method, &self.scenarios[0], &self.output, &options)?,
             None => compare::compare(&engine, &self.scenarios, &self.output, &options)?,
         };
-        bar.finish_and_clear();
+        drop(bar);
         if global.json {
             return print_json(&report);
         }

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Parses, calls the library, prints; no physics.
 
 mod angles;
+mod bar;
 mod bench;
 mod calibrate;
 mod convert;
@@ -25,6 +26,8 @@ mod validate;
 mod verify;
 
 pub use frames::draw_frame;
+
+use bar::{Bar, Kept};
 
 use crate::engine::{Engine, Precision};
 use crate::error::{BadInput, Error, Result};
@@ -88,15 +91,9 @@ impl Global {
         }
     }
 
-    /// A bar on stderr, silent when that is not a terminal.
-    pub fn bar(&self, label: &str, length: u64) -> indicatif::ProgressBar {
-        if self.quiet {
-            return indicatif::ProgressBar::hidden();
-        }
-        let style =
-            indicatif::ProgressStyle::with_template("{msg} {bar:30} {pos}/{len} {elapsed} (left {eta})")
-                .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar());
-        indicatif::ProgressBar::new(length).with_style(style).with_message(label.to_string())
+    /// Progress on stderr, as a bar or as lines; `length` 0 where it is not known (yet).
+    fn bar(&self, label: &str, length: u64, kept: Kept) -> Bar {
+        Bar::new(label, length, kept, self.quiet)
     }
 }
 
@@ -123,7 +120,7 @@ enum Command {
     Bench(bench::Bench),
 }
 
-/// Runs the program: 0 done, 2 bad input (one line on stderr), 1 anything else.
+/// Runs the program: 0 done, 2 bad input (one line on stderr), 130 interrupted, 1 anything else.
 pub fn run() -> ExitCode {
     crate::gpu::quieten_loader();
     let cli = match Cli::try_parse() {
@@ -131,6 +128,9 @@ pub fn run() -> ExitCode {
         Err(e) => return usage(&e),
     };
     let g = &cli.global;
+    if let Err(e) = bar::watch() {
+        g.say(&format!("Ctrl-C ends the program without a word: {e}"));
+    }
     let result = match &cli.command {
         Command::Demo(c) => c.run(g),
         Command::Devices(c) => c.run(g),

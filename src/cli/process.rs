@@ -2,7 +2,7 @@
 
 use super::cube_args::CubeArgs;
 use super::frames::draw_map;
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::adc::Cube;
 use crate::dataset::files::{write_maps, write_point_file};
 use crate::dataset::frame::{Stages, detect, located};
@@ -64,6 +64,7 @@ impl Process {
                 }
             });
         }
+        let bar = global.bar("processing", 0, Kept::Nothing);
         let size: usize = source.shape().iter().product();
         let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
         let mut seconds = Stages::default();
@@ -98,6 +99,7 @@ impl Process {
             seconds,
             folder: staged.commit()?,
         };
+        drop(bar);
         if global.json {
             return print_json(&report);
         }

@@ -2,7 +2,7 @@
 
 use super::angles::{LONGEST, parse_list};
 use super::target::ImportArgs;
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::engine::Engine;
 use crate::engine::sweep::{Accuracy, Sweep};
 use crate::error::{BadInput, Error, Result};
@@ -197,23 +197,21 @@ impl Rcs {
         };
         let engine = global.engine()?;
 
+        let directions = sweep.transmit.len() as u64 * sweep.receive.as_ref().map_or(1, |r| r.len() as u64);
+        let bar = global.bar("directions", directions, Kept::Nothing);
         let boresight = Aspect {
             azimuth: target.boresight_deg.0.to_radians(),
             elevation: target.boresight_deg.1.to_radians(),
         };
         let both = RcsOptions { last: true, ..options.clone() };
         let on_boresight = engine.rcs(&target.scene, frequencies, &[Look::monostatic(boresight)], &both)?;
-        let bar = global.bar(
-            "directions",
-            sweep.transmit.len() as u64 * sweep.receive.as_ref().map_or(1, |r| r.len() as u64),
-        );
         let mut warnings: Vec<String> = Vec::new();
         let mut warn = |w: &str| {
             bar.suspend(|| global.say(&format!("warning: {w}")));
             warnings.push(w.into());
         };
         let swept = engine.sweep(&target.scene, &sweep, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
-        bar.finish_and_clear();
+        drop(bar);
         let looks = &swept.looks;
         let rows =
             frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept.scattering).map(

@@ -1,7 +1,7 @@
 //! `catseye simulate`: a scenario to frames.
 
 use super::frames::draw_frame;
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::cpu::trace::echoes;
 use crate::dataset::frame::{radar_pose, trace_options};
 use crate::dataset::run::{RunOptions, RunReport, run};
@@ -86,7 +86,7 @@ pub fn simulate(
     global: &Global,
 ) -> Result<RunReport> {
     let engine = global.engine()?;
-    let bar = global.bar("frames", scenario.frames.count as u64);
+    let bar = global.bar("frames", scenario.frames.count as u64, Kept::All);
     let report = run(
         &engine,
         scenario,
@@ -97,10 +97,13 @@ pub fn simulate(
             convergence,
             source,
             pictures: &draw_frame,
-            progress: &|done, _| bar.set_position(done as u64),
+            progress: &|done, found| {
+                bar.found(found.into());
+                bar.set_position(done.into());
+            },
         },
     )?;
-    bar.finish_and_clear();
+    drop(bar);
     if report.resumed > 0 {
         global.say(&format!("{} frames were complete from an earlier run", report.resumed));
     }

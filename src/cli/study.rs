@@ -1,6 +1,6 @@
 //! `catseye study`: parameter sweeps, maps, detection ranges and design searches, with a report.
 
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::error::Result;
 use crate::plot::{Panel, study_picture};
 use crate::study::file::{PictureKind, Study};
@@ -37,7 +37,7 @@ impl RunStudy {
         let files = run::files(&self.study)?;
         let studies = run::load_all(&files, self.quick)?;
         let engine = global.engine()?;
-        let bar = global.bar("study", 0);
+        let bar = global.bar("study", 0, Kept::Parts);
         let report = run::run(
             &engine,
             studies,
@@ -55,7 +55,7 @@ impl RunStudy {
                 },
             },
         )?;
-        bar.finish_and_clear();
+        drop(bar);
         if global.json {
             print_json(&report)?;
         } else {

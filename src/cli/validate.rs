@@ -1,6 +1,6 @@
 //! `catseye validate`: the canonical table, measured here and now.
 
-use super::{Global, print, print_json};
+use super::{Global, Kept, print, print_json};
 use crate::error::{Error, Result};
 use crate::validate::{GROUPS, Gate, Row};
 use clap::Args;
@@ -27,7 +27,7 @@ impl Validate {
     pub fn run(&self, global: &Global) -> Result<()> {
         let engine = global.engine()?;
         let start = Instant::now();
-        let bar = global.bar("groups", GROUPS.len() as u64);
+        let bar = global.bar("groups", GROUPS.len() as u64, Kept::Nothing);
         let mut rows = Vec::new();
         for group in &GROUPS {
             bar.set_message(group.name);
@@ -38,7 +38,7 @@ impl Validate {
             rows.extend(measured);
             bar.inc(1);
         }
-        bar.finish_and_clear();
+        drop(bar);
         let failed = rows.iter().filter(|r| r.passes() == Some(false)).count();
         let shown = rows.iter().filter(|r| r.passes().is_none()).count();
         let seconds = start.elapsed().as_secs_f64();

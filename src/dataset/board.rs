@@ -11,6 +11,8 @@ use std::time::Duration;
 
 /// Arrays of one run: so much may wait for its turn to be written, and a few runs of each worker.
 const RUN_BYTES: usize = 32 << 20;
+/// Runs that each worker should find, so that none is left without work while others have much.
+const RUNS_OF_WORKER: u64 = 2;
 /// How often one who waits looks whether the work was stopped.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -47,15 +49,25 @@ struct State<T> {
 pub struct Board<'a, T> {
     recipe: &'a Recipe,
     layout: &'a Layout,
+    /// Frames of a run at most.
+    most: u64,
     state: Mutex<State<T>>,
     moved: Condvar,
 }
 
 impl<'a, T> Board<'a, T> {
-    pub fn new(recipe: &'a Recipe, layout: &'a Layout, shards: &[u64]) -> Board<'a, T> {
+    /// A board for so many workers: where whole scenes are too few for them, the frames of one are shared out.
+    pub fn new(recipe: &'a Recipe, layout: &'a Layout, shards: &[u64], workers: usize) -> Board<'a, T> {
         let fresh = shards.iter().copied().collect();
         let state = Mutex::new(State { fresh, open: HashMap::new(), closed: false });
-        Board { recipe, layout, state, moved: Condvar::new() }
+        let most = (RUN_BYTES / layout.array_bytes().max(1)).max(1) as u64;
+        let mut board = Board { recipe, layout, most, state, moved: Condvar::new() };
+        let wanted = RUNS_OF_WORKER * workers as u64;
+        if workers > 1 && (board.most_workers(shards) as u64) < wanted {
+            let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
+            board.most = most.min((shards.iter().map(count).sum::<u64>() / wanted).max(1));
+        }
+        board
     }
 
     fn state(&self) -> MutexGuard<'_, State<T>> {
@@ -64,13 +76,12 @@ impl<'a, T> Board<'a, T> {
 
     /// Runs of a shard: frames of one scene each.
     fn runs(&self, shard: u64) -> Vec<(u32, Range<u32>)> {
-        let most = (RUN_BYTES / self.layout.array_bytes().max(1)).max(1) as u64;
         let mut left = self.layout.frames_of(shard);
         let mut runs = Vec::new();
         while !left.is_empty() {
             let (scene, first) = self.recipe.place(left.start);
             let of_scene = u64::from(self.recipe.frames_per_scene - first);
-            let n = of_scene.min(left.end - left.start).min(most);
+            let n = of_scene.min(left.end - left.start).min(self.most);
             runs.push((scene, first..first + n as u32));
             left.start += n;
         }

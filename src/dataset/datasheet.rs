@@ -91,7 +91,7 @@ pub fn is_own(name: &str, shards: u64) -> bool {
 
 /// Writes all of it, the manifest last.
 pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_>) -> Result<()> {
-    tidy(out)?;
+    tidy(out, false)?;
     write_json(out, STATISTICS, &statistics(made))?;
     write_json(out, SCHEMA, &schema(made.layout))?;
     let pictured = previews(engine, made.recipe, out, pictures)?;
@@ -102,7 +102,7 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
     }
     let mut checksums = BTreeMap::new();
     for name in files_below(out)? {
-        if name == MANIFEST {
+        if name == MANIFEST || name.split('/').any(is_unfinished) {
             continue;
         }
         match known.get(name.as_str()) {
@@ -133,24 +133,23 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
     write_json(out, MANIFEST, &manifest)
 }
 
-/// Removes what interrupted runs left of the shards. All of them stand, so nobody is at work on one.
-fn tidy(out: &Path) -> Result<()> {
-    fn walk(dir: &Path, top: bool) -> Result<()> {
+/// Removes what dead runs left. All shards stand, so nobody is at work on one; the files of the top and the pictures
+/// may be in the hands of another run, unless this one is `alone`.
+pub fn tidy(out: &Path, alone: bool) -> Result<()> {
+    fn walk(dir: &Path, spare_files: bool, alone: bool) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
             let entry = entry.map_err(|e| Error::io(dir, e))?;
             let path = entry.path();
             let name = entry.file_name().to_string_lossy().into_owned();
             let is_dir = entry.file_type().map_err(|e| Error::io(&path, e))?.is_dir();
-            // Another run may be writing the files of the top at this moment.
-            let left = is_unfinished(&name) && (!top || is_dir);
-            let gone = match (left, is_dir) {
+            let gone = match (is_unfinished(&name), is_dir) {
                 (true, true) => fs::remove_dir_all(&path),
-                (true, false) => fs::remove_file(&path),
-                (false, true) if name != PREVIEWS => {
-                    walk(&path, false)?;
+                (true, false) if !spare_files => fs::remove_file(&path),
+                (false, true) if alone || name != PREVIEWS => {
+                    walk(&path, false, alone)?;
                     Ok(())
                 }
-                (false, _) => Ok(()),
+                _ => Ok(()),
             };
             match gone {
                 Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(&path, e)),
@@ -159,7 +158,7 @@ fn tidy(out: &Path) -> Result<()> {
         }
         Ok(())
     }
-    walk(out, true)
+    walk(out, !alone, alone)
 }
 
 /// Pictures of the first frames of some scenes, spread over the dataset. Returns the frames.

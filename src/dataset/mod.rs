@@ -7,6 +7,7 @@ pub mod draw;
 pub mod files;
 pub mod follow;
 pub mod frame;
+mod hold;
 pub mod manifest;
 pub mod produce;
 pub mod recipe;

@@ -5,17 +5,19 @@
 use super::board::{Board, Claim, Queue};
 use super::datasheet;
 use super::frame::{Frame, Prepared};
+use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
 use super::run::Pictures;
 use super::site::Site;
-use super::store::{Layout, Record, ShardFile};
+use super::store::{LAYOUT, Layout, Record, ShardFile};
 use super::tally::Tally;
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::{Engine, EngineReport};
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage;
+use crate::formats::stage::{self, MANIFEST};
 use rayon::ThreadPool;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::ops::Range;
@@ -109,6 +111,10 @@ pub struct Marker {
     pub device: Device,
     pub files: Vec<ShardFile>,
     pub tally: Tally,
+    /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
+    /// the recipe was mended.
+    #[serde(default)]
+    pub drawn_from: String,
 }
 
 impl Marker {
@@ -145,17 +151,26 @@ pub struct Options<'a> {
     pub mixed_devices: bool,
     /// Begin anew in a folder that holds another dataset.
     pub force: bool,
-    /// When set, the run ends after the frames in work.
+    /// When set, the run ends at the next safe point.
     pub cancel: &'a AtomicBool,
-    /// Called after each frame, from any thread.
+    /// Called after each scene that was checked and each frame, from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Draws the pictures of a frame.
     pub pictures: Pictures<'a>,
 }
 
-/// Frames of this run.
+/// What a run is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// All scenes are drawn and read, before the first frame.
+    Checks,
+    Frames,
+}
+
+/// Scenes that are checked, or frames of this run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
+    pub phase: Phase,
     pub done: u64,
     pub all: u64,
 }
@@ -170,6 +185,8 @@ pub struct Report {
     pub shards_complete: u64,
     /// Of them found complete.
     pub shards_resumed: u64,
+    /// Shards that an earlier recipe had made, and that are the same in this one.
+    pub shards_kept: u64,
     /// Shards that had a marker and not their files, and were made again.
     pub shards_repaired: u64,
     pub frames_made: u64,
@@ -205,7 +222,27 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         recipe_text: recipe.text().to_string(),
     };
     let begun = begin(out, &file, options)?;
-    let layout = layout(engine, recipe, if begun { Some(out) } else { None })?;
+    let begun = match begun {
+        Begun::Same => begun,
+        _ => {
+            let checked = AtomicU64::new(0);
+            let (phase, all) = (Phase::Checks, u64::from(recipe.scenes));
+            recipe.check(options.cancel, &|| {
+                let done = checked.fetch_add(1, Ordering::Relaxed) + 1;
+                (options.progress)(Progress { phase, done, all });
+            })?;
+            if options.cancel.load(Ordering::Relaxed) {
+                return Ok(nothing(out, recipe));
+            }
+            begun
+        }
+    };
+    let basis = recipe.basis()?;
+    let made = match begun {
+        Begun::Same => Some(out),
+        _ => None,
+    };
+    let layout = layout(engine, recipe, made)?;
     let all = 0..layout.shards();
     let wanted = options.shards.clone().unwrap_or(all.clone());
     if wanted.start >= wanted.end || wanted.end > all.end {
@@ -215,23 +252,49 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             .allowed(format!("0:{}", all.end))
             .into());
     }
-    if !begun {
-        write_json(out, DATASET, &file)?;
+    fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
+    let basis = format!("{basis}{}\n", without_frames(&layout)?);
+    let mender = Mender { recipe, basis: &basis, layout: &layout, out, identity: &identity };
+    match begun {
+        Begun::Nothing => write_json(out, DATASET, &file)?,
+        Begun::Same => {}
+        Begun::Other { refusal } => {
+            let hold = Hold::only(out)?;
+            if options.force {
+                fs::remove_dir_all(out)
+                    .and_then(|()| fs::create_dir_all(out))
+                    .map_err(|e| Error::io(out, e))?;
+            } else {
+                mender.mend(refusal)?;
+            }
+            write_json(out, DATASET, &file)?;
+            drop(hold);
+        }
     }
+    let hold = Hold::share(out);
     layout.create(out)?;
     let shards = out.join(SHARDS);
     fs::create_dir_all(&shards).map_err(|e| Error::io(&shards, e))?;
+    // Also what an earlier run that mended did not come to.
+    let kept = mender.adopt(wanted.clone())?;
 
     let complete = |shard: u64| match Marker::read(out, shard) {
         Some(m) => m.holds(out, shard, &layout, &identity),
         None => false,
     };
     let missing: Vec<u64> = wanted.clone().filter(|s| !complete(*s)).collect();
-    let repaired = missing.iter().filter(|s| out.join(Marker::name(**s)).exists()).count() as u64;
+    let is_broken = |s: &u64| {
+        let of_another = Marker::read(out, *s).is_some_and(|m| m.recipe != identity);
+        !of_another && out.join(Marker::name(*s)).exists()
+    };
+    let repaired = missing.iter().filter(|s| is_broken(s)).count() as u64;
     for shard in &missing {
         // A marker that does not hold says nothing while its shard is made again.
         remove(&out.join(Marker::name(*shard)))?;
     }
+    let cores = rayon::current_num_threads();
+    let default = if matches!(engine, Engine::Cpu(_)) { cores } else { 1 };
+    let jobs = options.jobs.unwrap_or(default).max(1);
     let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
     let frames: u64 = missing.iter().map(count).sum();
     let run = Run {
@@ -240,10 +303,11 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         out,
         layout: &layout,
         file: &file,
-        jobs: options.jobs,
+        jobs,
+        basis: &basis,
         cancel: options.cancel,
         progress: options.progress,
-        board: Board::new(recipe, &layout, &missing),
+        board: Board::new(recipe, &layout, &missing, jobs),
         done: AtomicU64::new(0),
         frames,
         stop: AtomicBool::new(false),
@@ -272,6 +336,10 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     if let Some(markers) = &markers {
         let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
         datasheet::write(engine, &made, out, options.pictures)?;
+        // The last one who leaves clears up after all.
+        if hold.alone() == Some(true) {
+            datasheet::tidy(out, true)?;
+        }
     }
     Ok(Report {
         folder: out.to_path_buf(),
@@ -279,6 +347,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         shards: all.end,
         shards_complete: there,
         shards_resumed: wanted.end - wanted.start - missing.len() as u64,
+        shards_kept: kept,
         shards_repaired: repaired,
         frames_made,
         complete: markers.is_some(),
@@ -288,20 +357,45 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     })
 }
 
-/// Makes sure that `out` is empty (false) or holds this dataset (true).
-fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> {
+/// A run that was stopped before it made anything.
+fn nothing(out: &Path, recipe: &Recipe) -> Report {
+    Report {
+        folder: out.to_path_buf(),
+        frames: recipe.frames(),
+        shards: recipe.frames().div_ceil(recipe.frames_per_shard),
+        shards_complete: 0,
+        shards_resumed: 0,
+        shards_kept: 0,
+        shards_repaired: 0,
+        frames_made: 0,
+        complete: false,
+        cancelled: true,
+        tally: Tally::default(),
+        bytes: 0,
+    }
+}
+
+/// What stands in the folder.
+enum Begun {
+    Nothing,
+    /// This dataset.
+    Same,
+    /// One that was begun with something else; what is said where it can be neither mended nor removed.
+    Other {
+        refusal: Error,
+    },
+}
+
+/// Finds out what stands in `out`, and changes nothing. Errors: something that is no dataset, another device.
+fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun> {
     if out.as_os_str().is_empty() {
         return Err(BadInput::new("the output has no name").key("-o").into());
     }
     let bad = |problem: String| BadInput::new(problem).file(out);
     let entries = match fs::read_dir(out) {
         Ok(entries) => entries,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
-            return Ok(false);
-        }
-        Err(e) if out.is_file() => {
-            let _ = e;
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Begun::Nothing),
+        Err(_) if out.is_file() => {
             return Err(bad("is a file, and a folder is to be written".into())
                 .remedy("give another name")
                 .into());
@@ -313,7 +407,7 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> 
     if !names.iter().any(|n| n == DATASET) {
         // A run that was killed before its first file leaves that one unfinished.
         if names.iter().all(|n| n.starts_with(&format!(".{DATASET}."))) {
-            return Ok(false);
+            return Ok(Begun::Nothing);
         }
         return Err(bad(
             "is a folder that holds something else (no dataset.json), so nothing is written there".into(),
@@ -322,16 +416,12 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> 
         .into());
     }
     let found = DatasetFile::read(out)?;
-    let anew = || {
-        fs::remove_dir_all(out).and_then(|()| fs::create_dir_all(out)).map_err(|e| Error::io(out, e))?;
-        Ok(false)
-    };
     if found.recipe != file.recipe {
-        if options.force {
-            return anew();
-        }
         let why = if found.recipe_text != file.recipe_text {
-            format!("holds a dataset of another recipe ('{}')", found.name)
+            format!(
+                "holds a dataset of another recipe ('{}'), and no shard of it is the same in this one",
+                found.name
+            )
         } else if found.seed != file.seed {
             format!("holds a dataset of seed {}", found.seed)
         } else if found.catseye != file.catseye {
@@ -339,25 +429,130 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<bool> 
         } else {
             "holds a dataset of the same recipe, but a file that it names has changed".into()
         };
-        return Err(bad(why).remedy("give another folder, or --force to remove that one").into());
+        if found.device != file.device && !options.mixed_devices && !options.force {
+            return Err(another_device(out, &found.device, &file.device));
+        }
+        let refusal = bad(why).remedy("give another folder, or --force to remove that one");
+        return Ok(Begun::Other { refusal: refusal.into() });
     }
     if found.device != file.device && !options.mixed_devices {
+        let refusal = another_device(out, &found.device, &file.device);
         if options.force {
-            return anew();
+            return Ok(Begun::Other { refusal });
         }
-        let name = |d: &Device| format!("{} {} {}", d.adapter, d.driver, d.precision).replace("  ", " ");
-        return Err(bad(format!("was begun on another device ({})", name(&found.device)))
-            .value(name(&file.device))
-            .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
-            .into());
+        return Err(refusal);
     }
-    Ok(true)
+    Ok(Begun::Same)
+}
+
+fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
+    let name = |d: &Device| format!("{} {} {}", d.adapter, d.driver, d.precision).replace("  ", " ");
+    BadInput::new(format!("was begun on another device ({})", name(found)))
+        .file(out)
+        .value(name(here))
+        .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
+        .into()
+}
+
+/// The layout as far as it decides on the bytes of a shard.
+fn without_frames(layout: &Layout) -> Result<String> {
+    let layout = Layout { frames: 0, ..layout.clone() };
+    serde_json::to_string(&layout).map_err(|e| Error::Failed(format!("layout: {e}")))
+}
+
+/// Whether a file belongs to a frame or shard of this layout from these numbers on, its marker too.
+fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
+    let number = |text: Option<&str>| text.and_then(|t| t.split('.').next()?.parse::<u64>().ok());
+    let part = |text: &str| number(text.strip_prefix("part-"));
+    let parts: Vec<&str> = name.split('/').collect();
+    match parts[..] {
+        [SHARDS, marker] => number(Some(marker)).is_some_and(|n| n >= shards),
+        ["data", file] | ["tables", _, file] => part(file).is_some_and(|n| n >= shards),
+        [array, "c", n, ..] => layout.array(array).is_ok() && number(Some(n)).is_some_and(|n| n >= shards),
+        [folder, _] => number(folder.strip_prefix("frame_")).is_some_and(|n| n >= frames),
+        _ => false,
+    }
+}
+
+/// Takes shards of an earlier recipe over into one in which they are the same.
+struct Mender<'a> {
+    recipe: &'a Recipe,
+    basis: &'a str,
+    layout: &'a Layout,
+    out: &'a Path,
+    identity: &'a str,
+}
+
+impl Mender<'_> {
+    /// Whether a marker, of whatever recipe, stands for what this recipe would make.
+    fn is_same(&self, marker: &Marker, shard: u64) -> Result<bool> {
+        if shard >= self.layout.shards() || !marker.holds(self.out, shard, self.layout, &marker.recipe) {
+            return Ok(false);
+        }
+        Ok(marker.drawn_from == self.recipe.drawn_from(self.basis, self.layout.frames_of(shard))?)
+    }
+
+    /// Removes from the folder what is of the earlier recipe alone, if a shard of it can stay or none is complete.
+    /// Shards that are made again stay until then. Errors: `refusal`, and nothing is changed.
+    fn mend(&self, refusal: Error) -> Result<()> {
+        let earlier = match self.out.join(LAYOUT).exists() {
+            true => Some(Layout::open(self.out)?),
+            // Killed before it had one, so it has no shards.
+            false => None,
+        };
+        let shards = earlier.as_ref().map_or(0, Layout::shards);
+        let markers: Vec<(u64, Marker)> =
+            (0..shards).filter_map(|s| Some((s, Marker::read(self.out, s)?))).collect();
+        let same: Vec<bool> = markers.par_iter().map(|(s, m)| self.is_same(m, *s)).collect::<Result<_>>()?;
+        if !markers.is_empty() && !same.contains(&true) {
+            return Err(refusal);
+        }
+        for name in [MANIFEST, LAYOUT, datasheet::README, datasheet::SCHEMA, datasheet::STATISTICS] {
+            remove(&self.out.join(name))?;
+        }
+        let previews = self.out.join(datasheet::PREVIEWS);
+        if previews.exists() {
+            fs::remove_dir_all(&previews).map_err(|e| Error::io(&previews, e))?;
+        }
+        // What lies behind the new end; all where no shard was complete, for then the layout may be another one.
+        let (frames, shards) = match markers.is_empty() {
+            true => (0, 0),
+            false => (self.layout.frames, self.layout.shards()),
+        };
+        if let Some(earlier) = &earlier {
+            for name in datasheet::files_below(self.out)? {
+                let is_metadata = name == "zarr.json" || name.ends_with("/zarr.json");
+                if is_of(earlier, &name, frames, shards) || (markers.is_empty() && is_metadata) {
+                    let path = self.out.join(&name);
+                    remove(&path)?;
+                    // A folder goes with its last file; others hold more and stay.
+                    let _ = path.parent().map(fs::remove_dir);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Has the markers of an earlier recipe say this one where they are the same. Returns how many.
+    fn adopt(&self, shards: Range<u64>) -> Result<u64> {
+        let adopt = |shard: u64| -> Result<u64> {
+            match Marker::read(self.out, shard) {
+                Some(m) if m.recipe != self.identity && self.is_same(&m, shard)? => {
+                    let marker = Marker { recipe: self.identity.into(), ..m };
+                    write_json(self.out, &Marker::name(shard), &marker)?;
+                    Ok(1)
+                }
+                _ => Ok(0),
+            }
+        };
+        shards.into_par_iter().map(adopt).sum()
+    }
 }
 
 /// What a frame of this dataset holds: as in the folder, else as its first frame has it.
 fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
     // A run that was killed between the two files has none.
-    if let Some(dir) = begun.filter(|d| d.join(super::store::LAYOUT).exists()) {
+    if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
         return Layout::open(dir);
     }
     let site = site(recipe, 0)?;
@@ -420,7 +615,8 @@ struct Run<'a> {
     out: &'a Path,
     layout: &'a Layout,
     file: &'a DatasetFile,
-    jobs: Option<usize>,
+    jobs: usize,
+    basis: &'a str,
     cancel: &'a AtomicBool,
     progress: &'a (dyn Fn(Progress) + Sync),
     board: Board<'a, Item>,
@@ -434,8 +630,7 @@ impl Run<'_> {
     /// The first failure, if any.
     fn all(&self, missing: &[u64]) -> Result<Option<Error>> {
         let cores = rayon::current_num_threads();
-        let default = if matches!(self.engine, Engine::Cpu(_)) { cores } else { 1 };
-        let jobs = self.jobs.unwrap_or(default).clamp(1, self.board.most_workers(missing).max(1));
+        let jobs = self.jobs.min(self.board.most_workers(missing).max(1));
         // A frame is small: threads of its own for each worker cost less than sharing every step among all.
         let threads = (cores / jobs).max(1);
         let pool = || {
@@ -513,7 +708,7 @@ impl Run<'_> {
             let (record, counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
             tally.add(&counts);
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-            (self.progress)(Progress { done, all: self.frames });
+            (self.progress)(Progress { phase: Phase::Frames, done, all: self.frames });
             Ok(record)
         })?;
         let frames = self.layout.frames_of(shard);
@@ -525,6 +720,7 @@ impl Run<'_> {
             device: Device::of(&self.engine.report()),
             files,
             tally,
+            drawn_from: self.recipe.drawn_from(self.basis, frames)?,
         };
         write_json(self.out, &Marker::name(shard), &marker)
     }

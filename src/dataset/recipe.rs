@@ -10,11 +10,14 @@ use crate::road::plan::ScenePlan;
 use crate::road::scene_toml;
 use crate::scene::scenario::{self, Scenario};
 use crate::scene::toml_file::{At, Document, read_text};
+use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How often a vehicle that stands in another is drawn again before it is left out.
 pub const REDRAWS: u32 = 30;
@@ -311,6 +314,61 @@ impl Recipe {
         Ok(sha256_of_bytes(all.as_bytes()))
     }
 
+    /// Draws every scene and has its readers check it, on all cores. `drawn` is called after each. Ends early when
+    /// `cancel` is set.
+    ///
+    /// Errors: the first scene that is refused, and how many others are.
+    pub fn check(&self, cancel: &AtomicBool, drawn: &(dyn Fn() + Sync)) -> Result<()> {
+        let refused = |scene: u32| {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let e = self.draw(scene).err();
+            drawn();
+            Some((scene, 1, e?))
+        };
+        let least = |a: (u32, u64, Error), b: (u32, u64, Error)| {
+            let n = a.1 + b.1;
+            let first = if a.0 <= b.0 { a } else { b };
+            (first.0, n, first.2)
+        };
+        match (0..self.scenes).into_par_iter().filter_map(refused).reduce_with(least) {
+            None => Ok(()),
+            Some((_, n, Error::Input(mut b))) if n > 1 => {
+                b.problem += &format!(" ({n} of {} scenes are refused)", self.scenes);
+                Err(Error::Input(b))
+            }
+            Some((_, _, e)) => Err(e),
+        }
+    }
+
+    /// What decides on the bytes of all frames: this version of the program, what is kept, the contents of the files that
+    /// the recipe names.
+    pub fn basis(&self) -> Result<String> {
+        let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
+        for (name, path) in self.files()? {
+            all += &format!("{name} {}\n", sha256_of_file(&path)?);
+        }
+        Ok(all)
+    }
+
+    /// SHA-256 of what decides on the bytes of some frames beside [`Recipe::basis`]: their scenes as they were drawn. Errors:
+    /// as [`Recipe::draw`].
+    pub fn drawn_from(&self, basis: &str, frames: Range<u64>) -> Result<String> {
+        let mut all = basis.to_string();
+        let mut at = frames.start;
+        while at < frames.end {
+            let (scene, first) = self.place(at);
+            let end = frames.end.min(at + u64::from(self.frames_per_scene - first));
+            let d = self.draw(scene)?;
+            let road = d.road.as_deref().unwrap_or_default();
+            all += &format!("{at} {end} {first} {} {} {}\n", self.split(scene), d.redrawn, d.dropped);
+            all += &format!("{} {road}\n{} {}\n", road.len(), d.scenario.len(), d.scenario);
+            at = end;
+        }
+        Ok(sha256_of_bytes(all.as_bytes()))
+    }
+
     /// Draws a scene. Errors: a scene that its readers refuse, named with its number, the key and the drawn value.
     pub fn draw(&self, scene: u32) -> Result<Drawn> {
         if scene >= self.scenes {
@@ -336,8 +394,12 @@ impl Recipe {
                 .map_err(|e| self.explain(scene, "scenario", &texts.scenario_origins, e))?;
             let clash = match &plan {
                 Some(plan) => {
-                    let mut sizes = self.sizes.lock().unwrap_or_else(|e| e.into_inner());
-                    first_clash(plan, &parsed, &mut sizes)?
+                    // A copy: scenes are drawn on all cores at once.
+                    let known = || self.sizes.lock().unwrap_or_else(|e| e.into_inner());
+                    let mut sizes = known().clone();
+                    let clash = first_clash(plan, &parsed, &mut sizes);
+                    known().add(sizes);
+                    clash?
                 }
                 None => None,
             };
@@ -432,6 +494,17 @@ impl Recipe {
         Ok(Texts { road, scenario, road_origins, scenario_origins })
     }
 
+    /// What stands at a place of the recipe, in one line.
+    fn excerpt(&self, span: &Range<usize>) -> String {
+        const MOST: usize = 80;
+        let text = self.text().get(span.clone()).unwrap_or_default();
+        let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        match line.char_indices().nth(MOST) {
+            Some((end, _)) => format!("{}...", &line[..end]),
+            None => line,
+        }
+    }
+
     /// A reader's complaint about a drawn text, with the place in the recipe.
     fn explain(&self, scene: u32, part: &str, origins: &BTreeMap<String, Origin>, e: Error) -> Error {
         let Error::Input(b) = e else { return e };
@@ -449,7 +522,11 @@ impl Recipe {
                 None => break None,
             }
         };
-        let how = if origin.is_some_and(|o| o.drawn) { " (drawn)" } else { "" };
+        let how = match origin.filter(|o| o.drawn).map(|o| self.excerpt(&o.span)) {
+            Some(text) if text.starts_with('{') => format!(" (drawn from {text})"),
+            Some(_) => " (drawn)".into(),
+            None => String::new(),
+        };
         let mut here = BadInput::new(format!("{}{how} in scene {scene}", b.problem)).file(self.path());
         if let (Some(o), Ok(doc)) = (origin, self.tree.document()) {
             here.line = doc.bad(&o.span, "").line;
@@ -760,7 +837,12 @@ mod tests {
         let line = text.lines().position(|l| l.starts_with("right =")).unwrap() + 1;
         let e = parse(&text).unwrap().draw(2).unwrap_err().to_string();
         assert!(e.contains(&format!("r.toml:{line}: road.road[0].right[0].width_m = -2.")), "{e}");
-        assert!(e.contains("is no width of a lane (drawn) in scene 2; allowed: 0..=1000"), "{e}");
+        assert!(
+            e.contains(
+                "is no width of a lane (drawn from { uniform = [-3, -2] }) in scene 2; allowed: 0..=1000"
+            ),
+            "{e}"
+        );
         let text = TINY.replace("spacing_m = { uniform", "spacing = { uniform");
         let e = parse(&text).unwrap().draw(0).unwrap_err().to_string();
         assert!(e.contains("road.road[0].markers[0].spacing") && e.contains("unknown key"), "{e}");

@@ -57,10 +57,17 @@ impl Footprint {
 }
 
 /// Least and greatest corner of the kinds of vehicles that were asked for.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Sizes(BTreeMap<String, (DVec3, DVec3)>);
 
 impl Sizes {
+    /// Takes over what another has found.
+    pub fn add(&mut self, other: Sizes) {
+        if other.0.len() > self.0.len() {
+            self.0.extend(other.0);
+        }
+    }
+
     fn of(&mut self, kind: &str) -> Result<(DVec3, DVec3)> {
         if let Some(found) = self.0.get(kind) {
             return Ok(*found);
