@@ -338,7 +338,7 @@ mod tests {
             ("/a/.out.csv.partial-12-0", "/a/out.csv"),
             (".run.unfinished/result/frame_000000/adc.npy", "run/frame_000000/adc.npy"),
             (".run.unfinished/notes", "run/notes"),
-            ("./.hidden/x.toml", ".hidden/x.toml"),
+            ("./.hidden/x.toml", "./.hidden/x.toml"),
             ("/dev/full", "/dev/full"),
         ] {
             assert_eq!(final_name(Path::new(made)), Path::new(shown));

@@ -326,6 +326,13 @@ fn foreign_folders_and_recipes_are_left_alone() {
 
     // Another recipe by force: nothing of the first stays.
     fs::write(dir.path().join("r.toml"), recipe.replace("seed = 3", "seed = 4")).unwrap();
+    fs::write(dir.path().join("d/shards/mine.txt"), "years").unwrap();
+    refused(
+        dir.path(),
+        &run(&["-o", "d", "--force"]),
+        &["holds 'shards/mine.txt', which catseye did not write"],
+    );
+    fs::remove_file(dir.path().join("d/shards/mine.txt")).unwrap();
     make(dir.path(), "d", &["--force"]);
     make(dir.path(), "e", &[]);
     same(&dir.path().join("d"), &dir.path().join("e"));

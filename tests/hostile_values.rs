@@ -249,14 +249,14 @@ fn a_radar_stands_neither_under_the_road_nor_in_a_body() {
     let d = t.path();
     std::fs::write(
         d.join("r.toml"),
-        ROAD.to_string() + "[[road.vehicle]]\nkind = \"car\"\nlateral = { lane = 1 }\ns_m = 40\n",
+        ROAD.to_string() + "[[road.vehicle]]\nkind = \"hatchback\"\nlateral = { lane = 1 }\ns_m = 40\n",
     )
     .unwrap();
     let site = |ego: &str, frames: &str| {
         let text = format!("{SCENARIO}[scene]\nroad = \"r.toml\"\n[ego]\n{ego}\n[frames]\n{frames}\n");
         Site::new(&scenario::parse(&d.join("s.toml"), &text).unwrap())
     };
-    assert!(site("position_m = [2, -1.75, 0]", "count = 1").is_ok());
+    site("position_m = [2, -1.75, 0]", "count = 1").unwrap();
     let e = complaint(site("position_m = [2, -1.75, -3]", "count = 1"));
     assert!(
         e.contains("under object '") && e.contains("radar 'front77'") && e.contains("ego.position_m"),
@@ -319,8 +319,9 @@ fn outputs_are_named_after_what_is_written() {
 fn a_mesh_in_millimetres_is_a_question() {
     let t = tempfile::tempdir().unwrap();
     let d = t.path();
-    let scene =
-        catseye::road::target::load("plate:width_m=200,height_m=100", &Default::default()).unwrap().scene;
+    let mut scene =
+        catseye::road::target::load("plate:width_m=0.2,height_m=0.1", &Default::default()).unwrap().scene;
+    scene.meshes.iter_mut().flat_map(|m| &mut m.positions_m).for_each(|p| *p *= 1000.0);
     std::fs::write(d.join("p.glb"), catseye::scene::gltf::to_glb(&scene).unwrap()).unwrap();
     refused(
         d,

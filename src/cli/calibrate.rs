@@ -73,11 +73,11 @@ impl Calibrate {
                 .remedy("take larger steps")
                 .into());
         }
-        check_extension(&self.output, &["csv"])?;
-        self.plot.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let outputs: Vec<&Path> =
             std::iter::once(&self.output).chain(&self.plot).map(PathBuf::as_path).collect();
         distinct(&outputs, &[Path::new(&self.radar)])?;
+        check_extension(&self.output, &["csv"])?;
+        self.plot.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let staged = StagedFile::new(&self.output, global.force)?;
         let engine = global.engine()?;
         let bar = global.bar("angles", angles as u64, Kept::Nothing);

@@ -127,13 +127,13 @@ impl Export {
     }
 
     pub fn run(&self, global: &Global) -> Result<()> {
+        stage::distinct(&[&self.output], &[&self.run])?;
         match self.format {
             Format::Pcd | Format::Radarscenes => {}
             Format::Mcap => check_extension(&self.output, &["mcap"])?,
             Format::Osi => check_extension(&self.output, &["osi"])?,
             Format::Tusimple => check_extension(&self.output, &["json", "jsonl"])?,
         }
-        stage::distinct(&[&self.output], &[&self.run])?;
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64, Kept::Nothing);

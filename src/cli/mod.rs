@@ -33,6 +33,7 @@ use crate::engine::{Engine, Precision};
 use crate::error::{BadInput, Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Automotive-radar simulator: glTF road scenes to radar cross sections, ADC cubes, detections and points.
 #[derive(Debug, Parser)]
@@ -158,11 +159,14 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// An error is one line on stderr, and with `--json` one object on stdout, too.
+/// Whether stdout has its object.
+static PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// An error is one line on stderr, and with `--json` one object on stdout, too, unless what was found stands there.
 fn complain(e: &Error) -> ExitCode {
     eprintln!("error: {e}");
     // Read from the words themselves: a command line that clap refuses, or that a command reads by itself, has its `--json`, too.
-    if std::env::args_os().any(|a| a == "--json") {
+    if !PRINTED.load(Relaxed) && std::env::args_os().any(|a| a == "--json") {
         // Nothing can be said where stdout is closed.
         let _ = print_json(&e.json());
     }
@@ -192,6 +196,7 @@ fn usage(e: &clap::Error) -> ExitCode {
 /// Prints a JSON object on stdout.
 pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("JSON: {e}")))?;
+    PRINTED.store(true, Relaxed);
     print(&text)
 }
 

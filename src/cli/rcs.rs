@@ -157,12 +157,12 @@ impl Rcs {
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
         sweep.check().map_err(as_option)?;
         let Sweep { frequencies_hz: frequencies, options, .. } = &sweep;
-        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &["png"])] {
-            path.as_ref().map_or(Ok(()), |p| check_extension(p, written))?;
-        }
         let outputs: Vec<&Path> =
             [&self.output, &self.plot].into_iter().flatten().map(PathBuf::as_path).collect();
         stage::distinct(&outputs, &[Path::new(&self.target)])?;
+        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &["png"])] {
+            path.as_ref().map_or(Ok(()), |p| check_extension(p, written))?;
+        }
         let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
         let csv = self.output.as_ref().map(|p| StagedFile::new(p, global.force)).transpose()?;
         if let Some(p) = &self.plot

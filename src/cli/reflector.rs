@@ -96,6 +96,9 @@ impl MakeReflector {
         };
         let output = output
             .ok_or_else(|| BadInput::new("no output file is given").key("-o").remedy("write -o FILE.glb"))?;
+        let outputs =
+            std::iter::once(output.as_path()).chain(preview.as_deref().filter(|p| p.as_os_str() != "none"));
+        stage::distinct(&outputs.collect::<Vec<_>>(), &[])?;
         check_extension(&output, &["glb"])?;
         preview.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let scene = reflector.to_scene(&material::parse_spec)?;
@@ -109,9 +112,6 @@ impl MakeReflector {
         if let Some(e) = report.as_ref().and_then(MeshReport::error) {
             return Err(e.key(reflector.spec()).into());
         }
-        let outputs =
-            std::iter::once(output.as_path()).chain(preview.as_deref().filter(|p| p.as_os_str() != "none"));
-        stage::distinct(&outputs.collect::<Vec<_>>(), &[])?;
         let bytes = gltf::to_glb(&scene)?;
         // Both or neither: the picture is made before the first file is written.
         let picture = match (&mesh, &preview) {

@@ -60,25 +60,6 @@ pub fn is_unfinished(name: &str) -> bool {
     name.starts_with('.') && name.contains(".partial")
 }
 
-/// Every file below `dir`: path with forward slashes.
-pub fn files_below(dir: &Path) -> Result<BTreeSet<String>> {
-    fn walk(dir: &Path, prefix: &str, out: &mut BTreeSet<String>) -> Result<()> {
-        for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
-            let entry = entry.map_err(|e| Error::io(dir, e))?;
-            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            if entry.file_type().map_err(|e| Error::io(entry.path(), e))?.is_dir() {
-                walk(&entry.path(), &format!("{name}/"), out)?;
-            } else {
-                out.insert(name);
-            }
-        }
-        Ok(())
-    }
-    let mut out = BTreeSet::new();
-    walk(dir, "", &mut out)?;
-    Ok(out)
-}
-
 /// Whether a file of no shard belongs to a dataset.
 pub fn is_own(name: &str, shards: u64) -> bool {
     let marker = || (0..shards).any(|s| name == Marker::name(s));
@@ -101,7 +82,7 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
         known.insert(&file.path, &file.sha256);
     }
     let mut checksums = BTreeMap::new();
-    for name in files_below(out)? {
+    for name in stage::files_of(out)? {
         if name == MANIFEST || name.split('/').any(is_unfinished) {
             continue;
         }

@@ -261,6 +261,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         Begun::Other { refusal } => {
             let hold = Hold::only(out)?;
             if options.force {
+                only_ours(out)?;
                 fs::remove_dir_all(out)
                     .and_then(|()| fs::create_dir_all(out))
                     .map_err(|e| Error::io(out, e))?;
@@ -474,6 +475,25 @@ fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
     }
 }
 
+/// Errors: a file that no dataset has, so that the folder is not removed.
+fn only_ours(out: &Path) -> Result<()> {
+    let layout = Layout::open(out).ok();
+    let is_ours = |name: &String| {
+        datasheet::is_own(name, 0)
+            || name.split('/').any(datasheet::is_unfinished)
+            || layout.as_ref().is_some_and(|l| is_of(l, name, 0, 0))
+    };
+    match stage::files_of(out)?.into_iter().find(|name| !is_ours(name)) {
+        Some(foreign) => Err(BadInput::new(format!(
+            "holds '{foreign}', which catseye did not write, so it is not replaced"
+        ))
+        .file(out)
+        .remedy("give another name for the output")
+        .into()),
+        None => Ok(()),
+    }
+}
+
 /// Takes shards of an earlier recipe over into one in which they are the same.
 struct Mender<'a> {
     recipe: &'a Recipe,
@@ -520,7 +540,7 @@ impl Mender<'_> {
             false => (self.layout.frames, self.layout.shards()),
         };
         if let Some(earlier) = &earlier {
-            for name in datasheet::files_below(self.out)? {
+            for name in stage::files_of(self.out)? {
                 let is_metadata = name == "zarr.json" || name.ends_with("/zarr.json");
                 if is_of(earlier, &name, frames, shards) || (markers.is_empty() && is_metadata) {
                     let path = self.out.join(&name);

@@ -390,7 +390,8 @@ impl Recipe {
                 ),
                 None => None,
             };
-            let parsed = scenario::parse(self.path(), &texts.scenario)
+            let unwritten = texts.road.as_ref().map(|_| ROAD_FILE);
+            let parsed = scenario::parse_with_road(self.path(), &texts.scenario, unwritten)
                 .map_err(|e| self.explain(scene, "scenario", &texts.scenario_origins, e))?;
             let clash = match &plan {
                 Some(plan) => {

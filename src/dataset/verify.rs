@@ -1,11 +1,11 @@
 //! Whether a dataset is whole: every shard there, once, with the bytes that were written, and nothing else beside. A run of
 //! `catseye simulate` the same, by its files.
 
-use super::datasheet::{DatasetManifest, files_below, is_own, is_unfinished};
+use super::datasheet::{DatasetManifest, is_own, is_unfinished};
 use super::produce::{DATASET, DatasetFile, Marker, SHARDS};
 use super::store::Layout;
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage::{MANIFEST, sha256_of_file};
+use crate::formats::stage::{MANIFEST, files_of, sha256_of_file};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -141,7 +141,7 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
             Found::Wrong => problems.note("wrong checksums", name.clone(), AGAIN),
         }
     }
-    for name in files_below(dir)? {
+    for name in files_of(dir)? {
         if name != MANIFEST && !vouched.contains_key(&name) {
             problems.note("foreign files", name, "take them out");
         }
@@ -175,7 +175,7 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
 
     let layout = Layout::open(dir)?;
     let shards = layout.shards();
-    let present = files_below(dir)?;
+    let present: BTreeSet<String> = files_of(dir)?.into_iter().collect();
 
     let mut vouched = Vouched::new();
     let mut owner: BTreeMap<String, u64> = BTreeMap::new();

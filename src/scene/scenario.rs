@@ -673,6 +673,11 @@ fn radars(doc: &Document<'_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
 
 /// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
+    parse_with_road(file, text, None)
+}
+
+/// The same of one whose road, if it has this name, is not on the disk yet.
+pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
     let radars = radars(&doc, &f)?;
@@ -698,6 +703,9 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
                     .into());
             }
             match road {
+                Some(path) if unwritten == Some(path.value.as_str()) => {
+                    SceneSource::Road { path: file.with_file_name(&path.value) }
+                }
                 Some(path) => SceneSource::Road { path: doc.beside(path)? },
                 None => SceneSource::Builtin(f.scene.builtin.as_ref().map_or(Builtin::Empty, |b| b.value)),
             }

@@ -1,7 +1,7 @@
 //! Files of shards as they stand in a dataset, and what is said about those that do not.
 
 use crate::error::{BadInput, Error, Result};
-use crate::formats::stage::sha256_of_file;
+use crate::formats::stage::{sha256_of_file, sync_folder};
 use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -25,14 +25,9 @@ pub fn describe(path: &Path, relative: String) -> Result<ShardFile> {
     Ok(ShardFile { path: relative, bytes, sha256 })
 }
 
-/// Has the disk keep the names in the folder of `path`.
-pub fn sync_folder(path: &Path) -> Result<()> {
-    // Elsewhere folders cannot be opened as files.
-    if cfg!(unix) {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        File::open(folder).and_then(|f| f.sync_all()).map_err(|e| Error::io(folder, e))?;
-    }
-    Ok(())
+/// Has the disk keep the name of `path` in its folder.
+pub fn sync_name(path: &Path) -> Result<()> {
+    sync_folder(path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))
 }
 
 /// A stored file that cannot be what was written.

@@ -2,7 +2,7 @@
 //! each, since these formats have no checksums of their own.
 
 use super::ShardWriter;
-use super::files::{ShardFile, broken, describe, missing, sync_folder};
+use super::files::{ShardFile, broken, describe, missing, sync_name};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::dataset::files::frame_name;
@@ -92,7 +92,7 @@ impl ShardWriter for Writer<'_> {
         files.push(describe(&path, CONTENTS.into())?);
         remove_folder(&folder)?;
         fs::rename(&temporary.0, &folder).map_err(|e| Error::io(&folder, e))?;
-        sync_folder(&folder)?;
+        sync_name(&folder)?;
         self.files.extend(files.into_iter().map(|f| ShardFile { path: format!("{name}/{}", f.path), ..f }));
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! A file of a shard under construction: written under a hidden name, synchronised with the disk, renamed when complete.
 
-use super::files::{ShardFile, broken, describe, missing, sync_folder};
+use super::files::{ShardFile, broken, describe, missing, sync_name};
 use crate::error::{Error, Result};
 use crate::formats::stage::StagedFile;
 use std::fs::{self, File};
@@ -38,7 +38,7 @@ impl Part {
             other => other,
         })?;
         let path = self.staged.commit()?;
-        sync_folder(&path)?;
+        sync_name(&path)?;
         Ok(file)
     }
 }
