@@ -133,8 +133,9 @@ impl Engine {
     /// `auto`: a hardware GPU, else the cpu; `cpu`; `gpu`: a hardware GPU or an error; anything else: the
     /// adapter that has it in its name.
     ///
-    /// Errors: no such adapter; one that fails its self-test; `f64` with a GPU.
+    /// Errors: no such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
+        crate::machine::check_limits()?;
         let gpu = match device {
             "cpu" => None,
             "auto" if precision == Precision::F64 => None,

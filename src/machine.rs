@@ -63,14 +63,41 @@ fn group_bytes() -> Option<u64> {
     least
 }
 
+/// Limits of the process, as `ulimit` sets and the kernel names them, and what is used of them.
+const LIMITS: [(&str, &str, &str); 2] =
+    [("ulimit -v", "Max address space", "VmSize:"), ("ulimit -d", "Max data size", "VmData:")];
+
+/// Those that are set, with what is used: (name, bytes, bytes).
+fn limits() -> Vec<(&'static str, u64, u64)> {
+    let text = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let of = |(name, key, used): (&'static str, &str, &str)| {
+        let soft = text.lines().find_map(|l| l.strip_prefix(key))?.split_whitespace().next()?;
+        Some((name, soft.parse().ok()?, kibibytes("/proc/self/status", used).unwrap_or(0)))
+    };
+    LIMITS.into_iter().filter_map(of).collect()
+}
+
 /// What `ulimit -v` and `ulimit -d` leave.
 fn limit_bytes() -> Option<u64> {
-    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
-    let left = |name: &str, used: &str| -> Option<u64> {
-        let soft = limits.lines().find_map(|l| l.strip_prefix(name))?.split_whitespace().next()?;
-        Some(soft.parse::<u64>().ok()?.saturating_sub(kibibytes("/proc/self/status", used).unwrap_or(0)))
-    };
-    [left("Max address space", "VmSize:"), left("Max data size", "VmData:")].into_iter().flatten().min()
+    limits().iter().map(|(_, limit, used)| limit.saturating_sub(*used)).min()
+}
+
+/// What the program takes of its address space before it works, and with each thread: the allocator reserves room that is
+/// never written.
+const LEAST_GIB: f64 = 1.0;
+const THREAD_GIB: f64 = 0.125;
+
+/// Errors: limits of the process in which any work may fail for want of memory, halfway and without a word.
+pub fn check_limits() -> Result<(), BadInput> {
+    let least = GIB * (LEAST_GIB + THREAD_GIB * rayon::current_num_threads() as f64);
+    match limits().into_iter().find(|(_, limit, _)| (*limit as f64) < least) {
+        Some((name, limit, _)) => Err(BadInput::new("leaves too little memory to work in")
+            .key(name)
+            .value(sized(limit as f64))
+            .allowed(format!("from {}", sized(least)))
+            .remedy("raise the limit, or use fewer threads with RAYON_NUM_THREADS=1")),
+        None => Ok(()),
+    }
 }
 
 /// Bytes as people read them.

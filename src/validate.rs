@@ -552,7 +552,7 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
     let mut maps = vec![engine.range_doppler(&radar, &cube)?];
     let cell = maps[0].map.at(radar.processing.doppler_fft / 2, 125);
-    let points = locate::points(engine, &radar, &mut maps)?;
+    let points = locate::points(engine, &radar, &mut maps, None)?;
     let point = points.first().ok_or_else(|| Error::Failed("the post at 50 m was not detected".into()))?;
     // 12 dBm + 2 x 12 dBi + 20 lg(3.89340 mm) + 10 dBsm - 30 lg(4 pi) - 40 lg(50).
     let hand = 46.0 - 48.1935 - 32.9763 - 67.9588;

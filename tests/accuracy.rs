@@ -155,7 +155,7 @@ fn the_array_finds_the_fold() {
         let (found, _) = chain(&radar, [12.0, rate, 0.3, 0.1], 14.0, seed);
         let (_, rates) = peaks(&radar, &found, &locate::accuracy(&radar).unwrap());
         let noise = found.noise[0];
-        let t = folds.test(found.snapshots.of(0), rates[0], noise, 1e-2);
+        let t = folds.test(found.snapshots.of(0), rates[0], noise, 1e-2, None);
         assert_eq!(t.state, Ambiguity::Resolved, "{rate}: {t:?}");
         assert!((t.range_rate_mps - rate).abs() < 0.1, "{rate}: {t:?}");
     }

@@ -179,6 +179,7 @@ fn labels_follow_range_rate_and_azimuth() {
             noise_w: 1e-15,
             unfolded_mps: 0.0,
             ambiguity: Ambiguity::Unresolved,
+            modulo_mps: f64::INFINITY,
             angle_std_rad: None,
             looks: 1,
         };
@@ -246,6 +247,7 @@ fn sample_point() -> Point {
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
         beat_std_cells: 0.1,
         ambiguity: Ambiguity::Resolved,
+        modulo_mps: f64::INFINITY,
     }
 }
 

@@ -156,6 +156,7 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Return) {
         },
         beat_std_cells: 0.1,
         ambiguity: Ambiguity::Unresolved,
+        modulo_mps: f64::INFINITY,
     };
     (point, echo)
 }

@@ -282,3 +282,68 @@ fn impossible_radars_are_one_line() {
         refused(d, &["simulate", "s.toml", "-o", "no", "--device", "cpu"], &parts, "no");
     }
 }
+
+/// Of a standing road at 20 m/s front77 sees rates that its cycle of 55 us folds at 17.7 m/s: the flag says modulo what, and
+/// only the vehicle's speed decides.
+#[test]
+fn folds_beyond_the_cycle_are_decided_by_the_speed_alone() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let places: [[f64; 3]; 5] =
+        [[20.0, 0.0, 0.5], [28.0, 4.0, 0.5], [37.0, -6.0, 0.5], [46.0, 3.0, 0.5], [16.0, -5.0, 0.5]];
+    let mut text =
+        "name = \"s\"\nradar = \"front77\"\n[ego]\nposition_m = [0, 0, 0]\nspeed_mps = 20\n".to_string();
+    for p in places {
+        text += &format!("[[point]]\nposition_m = {p:?}\nrcs_dbsm = 10\n");
+    }
+    // Ahead, and drawing away at 5 m/s.
+    text += "[[point]]\nposition_m = [60, -2, 0.5]\nrcs_dbsm = 20\nvelocity_mps = [25, 0, 0]\n";
+    std::fs::write(d.join("s.toml"), text).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let read = |file: &str| -> Vec<(f64, f64, f64, String, String)> {
+        let table = catseye::formats::csv::Table::read(d.join(file)).unwrap();
+        let n = |name: &str| table.numbers(name).unwrap();
+        let (r, v, a) = (n("range_m"), n("range_rate_mps"), n("azimuth_deg"));
+        let (state, modulo) =
+            (table.text("ambiguity").unwrap(), table.text("range_rate_modulo_mps").unwrap());
+        (0..table.len()).map(|i| (r[i], v[i], a[i], state[i].to_string(), modulo[i].to_string())).collect()
+    };
+    let cycle_mps = 299_792_458.0 / 77e9 / (2.0 * 55e-6);
+    let check = |file: &str, known: bool| {
+        let points = read(file);
+        for p in places {
+            let range = p[0].hypot(p[1]);
+            let found = points
+                .iter()
+                .filter(|q| (q.0 - range).abs() < 1.0)
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let (_, rate, azimuth, state, modulo) =
+                found.unwrap_or_else(|| panic!("{file}: nothing at {range}"));
+            let stands = -20.0 * azimuth.to_radians().cos();
+            let modulo: f64 = modulo.parse().unwrap();
+            match known {
+                true => {
+                    assert!((rate - stands).abs() < 0.5 && state == "ego_speed", "{file}: {rate} {state}")
+                }
+                false => {
+                    assert!(
+                        (rate - stands - cycle_mps).abs() < 0.5 && state == "resolved",
+                        "{file}: {rate} {state}"
+                    );
+                    assert!((modulo - cycle_mps).abs() < 0.1, "{modulo}");
+                }
+            }
+        }
+        let car = points.iter().find(|q| (q.0 - 60.0).abs() < 1.0).unwrap();
+        assert!((car.1 - 5.0).abs() < 0.5 && car.3 == "resolved", "{file}: {car:?}");
+    };
+    check("run/frame_000000/points.csv", true);
+    let cube = "run/frame_000000/adc.npy";
+    done(d, &["process", cube, "--radar", "front77", "-o", "bare"]);
+    done(
+        d,
+        &["process", cube, "--radar", "front77", "-o", "told", "--ego-speed-mps", "20", "--device", "cpu"],
+    );
+    check("bare/points.csv", false);
+    check("told/points.csv", true);
+}

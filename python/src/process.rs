@@ -100,7 +100,8 @@ pub fn process(
     }
     let described = radar.clone();
     let (found, cloud) = work::run(py, None, move |_| {
-        detect(&engine, &described, &cube, &Returns::default(), &Bodies::default(), &mut Stages::default())
+        let nothing = (&Returns::default(), &Bodies::default());
+        detect(&engine, &described, &cube, None, nothing, &mut Stages::default())
     })?;
     let shape = [found[0].map.doppler_bins, found[0].map.range_bins];
     let mask = arrays::array(py, found[0].detection.mask.clone(), &shape)?;

@@ -336,6 +336,7 @@ pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
         .numbers(py, "bounces", list.iter().map(|p| p.bounces).collect::<Vec<u8>>(), "u1")
         .numbers(py, "ghost", list.iter().map(|p| p.ghost).collect::<Vec<bool>>(), "?")
         .numbers(py, "share", f8(&|p| p.share), "f8")
+        .numbers(py, "range_rate_modulo_mps", f8(&|p| p.modulo_mps), "f8")
         .build(py)?;
     Ok(table.unbind())
 }

@@ -81,7 +81,7 @@ pub(super) fn w3(
     sheet.count("returns_filtered_out", front_end.dropped);
     let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?];
     sheet.count("cells", found[0].cells.len());
-    let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found))?;
+    let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found, None))?;
     sheet.stage("labels", || {
         let bodies = Bodies::new(&frame.scene, 0.0, &frame.pose);
         points::label(&frame.radar, &mut cloud, &returns, &bodies);

@@ -9,12 +9,13 @@ use crate::dataset::frame::{Stages, detect, located};
 use crate::dataset::manifest::{Axes, Manifest, PerRadar, keep_radars};
 use crate::detect::Bodies;
 use crate::engine::{AnyCube, Engine, Precision};
-use crate::error::Result;
+use crate::error::{BadInput, Result};
 use crate::formats::cube::Source;
 use crate::formats::stage::{self, StagedDir};
 use crate::scene::radar::Radar;
 use crate::trace::Returns;
 use clap::Args;
+use glam::DVec3;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -28,6 +29,9 @@ pub struct Process {
     pub radar: Option<String>,
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Speed of the vehicle forward, m/s: range rates of what stands are then known beyond the radar's own limits
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub ego_speed_mps: Option<f64>,
     #[command(flatten)]
     pub input: CubeArgs,
 }
@@ -51,6 +55,7 @@ impl Process {
     pub fn run(&self, global: &Global) -> Result<()> {
         stage::distinct(&[&self.output], &[&self.cube])?;
         let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
+        let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
         let engine = global.engine()?;
         let calibrated = source.is_calibrated();
@@ -69,11 +74,12 @@ impl Process {
         let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
         let mut seconds = Stages::default();
         let (maps, points) = match streamed {
-            true => self.by_blocks(&engine, &radar, &mut source, &mut seconds)?,
+            true => self.by_blocks(&engine, &radar, own, &mut source, &mut seconds)?,
             false => {
                 engine.check_memory(&radar, 0)?;
                 let cube = whole(&engine, &mut source, self.input.frame)?;
-                detect(&engine, &radar, &cube, &Returns::default(), &Bodies::default(), &mut seconds)?
+                let nothing = (&Returns::default(), &Bodies::default());
+                detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
             }
         };
         write_maps(staged.path(), &maps)?;
@@ -118,6 +124,7 @@ impl Process {
         &self,
         engine: &Engine,
         radar: &Radar,
+        own: Option<DVec3>,
         source: &mut Source,
         seconds: &mut Stages,
     ) -> Result<(Vec<crate::dsp::RangeDoppler<f64>>, Vec<crate::detect::Point>)> {
@@ -128,9 +135,19 @@ impl Process {
             Ok(())
         })?];
         seconds.processing_s = start.elapsed().as_secs_f64();
-        let points = located(engine, radar, &mut maps, &Returns::default(), &Bodies::default())?;
+        let points = located(engine, radar, &mut maps, own, (&Returns::default(), &Bodies::default()))?;
         seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
         Ok((maps, points))
+    }
+
+    /// The radar's velocity in its own frame, where the vehicle's speed is given. Errors: a speed of no vehicle.
+    fn velocity_mps(&self, radar: &Radar) -> Result<Option<DVec3>> {
+        let Some(v) = self.ego_speed_mps else { return Ok(None) };
+        if !(v.abs() <= 150.0) {
+            let e = BadInput::new("is no speed of a vehicle").key("--ego-speed-mps").value(v);
+            return Err(e.allowed("-150..=150 m/s").into());
+        }
+        Ok(Some(radar.mounting.inverse().direction(v * DVec3::X)))
     }
 }
 

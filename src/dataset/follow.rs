@@ -4,7 +4,6 @@
 use super::files::frame_name;
 use super::frame::radar_pose;
 use crate::detect::accuracy::PointStd;
-use crate::detect::ambiguity::Ambiguity;
 use crate::detect::cluster::{Dbscan, Place};
 use crate::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
 use crate::detect::kalman::Station;
@@ -61,7 +60,7 @@ impl Seen {
             azimuth_rad: p.azimuth_rad,
             elevation_rad: p.elevation_rad,
             std: p.std,
-            resolved: matches!(p.ambiguity, Ambiguity::Resolved | Ambiguity::Unambiguous),
+            resolved: p.ambiguity.is_settled(),
         }
     }
 }
@@ -123,7 +122,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
                 azimuth_rad: azimuth_std[i],
                 elevation_rad: None,
             },
-            resolved: state[i] == "resolved" || state[i] == "unambiguous",
+            resolved: ["resolved", "unambiguous", "ego_speed"].contains(&state[i]),
         })
         .collect())
 }

@@ -207,7 +207,9 @@ impl<'a> Prepared<'a> {
             },
         )?;
         clock.lap();
-        let points = located(engine, radar, &mut maps, &returns, &Bodies::new(scene, time_s, &pose))?;
+        let bodies = Bodies::new(scene, time_s, &pose);
+        let own = pose.inverse().direction(velocity_mps);
+        let points = located(engine, radar, &mut maps, Some(own), (&returns, &bodies))?;
         stages.angles_s = clock.lap();
         Ok(Frame {
             index,
@@ -265,7 +267,8 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
     Ok(list)
 }
 
-/// From a cube to maps, one for each ramp, and points. `returns` and `bodies` label them; both may be empty.
+/// From a cube to maps, one for each ramp, and points. `velocity_mps` is the radar's own in its frame, where it is known;
+/// `returns` and `bodies` label the points, and both may be empty.
 ///
 /// Errors: a cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
 /// allow.
@@ -273,14 +276,14 @@ pub fn detect(
     engine: &Engine,
     radar: &Radar,
     cube: &AnyCube,
-    returns: &Returns,
-    bodies: &Bodies,
+    velocity_mps: Option<DVec3>,
+    (returns, bodies): (&Returns, &Bodies),
     stages: &mut Stages,
 ) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
     let mut clock = Clock::start();
     let mut maps = engine.maps(radar, cube)?;
     stages.processing_s = clock.lap();
-    let cloud = located(engine, radar, &mut maps, returns, bodies)?;
+    let cloud = located(engine, radar, &mut maps, velocity_mps, (returns, bodies))?;
     stages.angles_s = clock.lap();
     Ok((maps, cloud))
 }
@@ -290,10 +293,10 @@ pub fn located(
     engine: &Engine,
     radar: &Radar,
     maps: &mut [RangeDoppler<f64>],
-    returns: &Returns,
-    bodies: &Bodies,
+    velocity_mps: Option<DVec3>,
+    (returns, bodies): (&Returns, &Bodies),
 ) -> Result<Vec<Point>> {
-    let mut cloud = locate::points(engine, radar, maps)?;
+    let mut cloud = locate::points(engine, radar, maps, velocity_mps)?;
     points::label(radar, &mut cloud, returns, bodies);
     Ok(cloud)
 }

@@ -14,7 +14,7 @@ use super::store::{LAYOUT, Layout, Record, ShardFile};
 use super::tally::Tally;
 use crate::cpu::adc::synthesis::Control;
 use crate::engine::{Engine, EngineReport};
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::formats::stage::{self, MANIFEST};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -90,7 +90,7 @@ impl DatasetFile {
             Err(e) => return Err(Error::io(path, e)),
         };
         serde_json::from_slice(&bytes).map_err(|e| {
-            BadInput::new(format!("damaged: {e}"))
+            BadInput::new(format!("damaged: {}", json_in_words(&e)))
                 .file(&path)
                 .remedy("bring back the file that was written")
                 .into()

@@ -184,6 +184,7 @@ fn point_table(site: &Site, radars: &[Frame]) -> Table {
         .u32("bounces", |(_, p)| p.bounces.into())
         .bool("ghost", |(_, p)| p.ghost)
         .f64("share", |(_, p)| p.share)
+        .f64("range_rate_modulo_mps", |(_, p)| p.modulo_mps)
         .table()
 }
 
@@ -319,7 +320,7 @@ const TABLES: [(&str, &str); 8] = [
     ("lines", "one a vertex of a painted line, in the world"),
     ("markers", "one a marker of the road, in the world"),
 ];
-const COLUMNS: [(&str, &str); 48] = [
+const COLUMNS: [(&str, &str); 49] = [
     ("scene", "number of the scene"),
     ("frame_in_scene", "number of the frame in its scene"),
     ("split", "train, validation or test"),
@@ -353,11 +354,15 @@ const COLUMNS: [(&str, &str); 48] = [
     ("range_rate_std_mps", "standard deviation"),
     ("azimuth_std_deg", "standard deviation; NaN where the array cannot tell"),
     ("elevation_std_deg", "standard deviation; NaN where the array cannot tell"),
-    ("ambiguity", "of the range rate: unambiguous, resolved, ambiguous or unresolved"),
+    ("ambiguity", "of the range rate: unambiguous, resolved, ego_speed, ambiguous or unresolved"),
     ("chain", "ids of the objects met, in order"),
     ("bounces", "reflections; of a point, those of its strongest echo"),
     ("ghost", "the point stands where none of the objects is that its strongest echo met"),
     ("share", "of the cell's echoes, that the object gave, 0 to 1"),
+    (
+        "range_rate_modulo_mps",
+        "the radar itself knows the range rate but for multiples of this; infinite: for none",
+    ),
     ("id", "of the object"),
     ("lane", "number of the lane"),
     ("driven", "which way the lane is driven, seen along the axis"),

@@ -3,7 +3,7 @@
 
 use super::files::frame_name;
 use super::manifest::Axes;
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::formats::csv::Table;
 use crate::formats::interop::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
 use crate::formats::stage::MANIFEST;
@@ -108,7 +108,10 @@ fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
     }
     let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
     serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::new(format!("is not what catseye writes: {e}")).file(path).line(e.line()).into()
+        BadInput::new(format!("is not what catseye writes: {}", json_in_words(&e)))
+            .file(path)
+            .line(e.line())
+            .into()
     })
 }
 

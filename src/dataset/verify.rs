@@ -4,7 +4,7 @@
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
 use super::produce::{DATASET, DatasetFile, Marker, SHARDS};
 use super::store::Layout;
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::formats::stage::{MANIFEST, files_of, sha256_of_file};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -129,7 +129,9 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
         _ => Error::io(&path, e),
     })?;
     let manifest: RunManifest = serde_json::from_slice(&text).map_err(|e| {
-        BadInput::new(format!("damaged: {e}")).file(&path).remedy("bring back the file that was written")
+        BadInput::new(format!("damaged: {}", json_in_words(&e)))
+            .file(&path)
+            .remedy("bring back the file that was written")
     })?;
     let mut problems = Problems::default();
     let vouched: Vouched = manifest.checksums.into_iter().map(|(name, sum)| (name, (None, sum))).collect();

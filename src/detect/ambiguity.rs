@@ -16,6 +16,10 @@ pub enum Ambiguity {
     Unambiguous,
     /// It could have been several values, and one was found to be right.
     Resolved,
+    /// It is what something that stands gives at the radar's own speed, which decided among values that the radar itself cannot
+    /// tell apart.
+    #[serde(rename = "ego_speed")]
+    EgoSpeed,
     /// Several values are about as likely; the likeliest is given.
     Ambiguous,
     /// Nothing was tried, or nothing fits: the value is as measured.
@@ -28,15 +32,22 @@ impl Ambiguity {
         match self {
             Ambiguity::Unambiguous => "unambiguous",
             Ambiguity::Resolved => "resolved",
+            Ambiguity::EgoSpeed => "ego_speed",
             Ambiguity::Ambiguous => "ambiguous",
             Ambiguity::Unresolved => "unresolved",
         }
     }
 
-    /// `ambig_state` of nuScenes' radar files: 1 ambiguous, 3 unambiguous.
+    /// Whether one value was found to be right.
+    pub fn is_settled(self) -> bool {
+        matches!(self, Ambiguity::Unambiguous | Ambiguity::Resolved | Ambiguity::EgoSpeed)
+    }
+
+    /// `ambig_state` of nuScenes' radar files: 1 ambiguous, 3 unambiguous, 4 a candidate for something that stands.
     pub fn ambig_state(self) -> u8 {
         match self {
             Ambiguity::Unambiguous | Ambiguity::Resolved => 3,
+            Ambiguity::EgoSpeed => 4,
             Ambiguity::Ambiguous | Ambiguity::Unresolved => 1,
         }
     }
@@ -60,6 +71,31 @@ pub struct ResolvedRate {
     pub residual: f64,
 }
 
+/// A radar that moves among things that stand, whose range rate it knows from their direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// The radar's own, in its frame, m/s.
+    pub velocity_mps: DVec3,
+    /// So near to it a range rate has to be.
+    pub tolerance_mps: f64,
+}
+
+impl Standing {
+    /// How many times `modulo_mps` a range rate seen at (azimuth, elevation) has to grow to be that of something that stands; None
+    /// where no multiple is near. Where rates that are near come often the tolerance is an eighth of them.
+    pub fn fold(
+        &self,
+        range_rate_mps: f64,
+        (azimuth, elevation): (f64, f64),
+        modulo_mps: f64,
+    ) -> Option<f64> {
+        let missing = -self.velocity_mps.dot(direction_from_angles(azimuth, elevation)) - range_rate_mps;
+        let folds = (missing / modulo_mps).round();
+        let off = (missing - folds * modulo_mps).abs();
+        (off <= self.tolerance_mps.min(modulo_mps / 8.0)).then_some(folds)
+    }
+}
+
 /// Probability with which bursts of the same body pass the test of agreement.
 const AGREEMENT: f64 = 0.999;
 /// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
@@ -68,6 +104,8 @@ const MARGIN: f64 = 14.0;
 /// Probability from which a fold is taken: the one that was measured, another one.
 const SURE: f64 = 0.999;
 const SURE_OF_ANOTHER: f64 = 0.999_99;
+/// Probability up to which a fold is out of the question.
+const RULED_OUT: f64 = 1e-3;
 
 /// The range rate within ±`max_mps` that agrees best with all folded ones (eq. 118): each fold of the
 /// first is tried, the others take the fold nearest to it, and what counts is the weighted sum of
@@ -180,6 +218,9 @@ pub struct FoldTest {
     /// which look alike, the slowest.
     pub range_rate_mps: f64,
     pub state: Ambiguity,
+    /// The radar itself knows the rate but for multiples of this: λ/(2T_c) where the array tells the folds apart, else
+    /// λ/(2T_loop).
+    pub modulo_mps: f64,
     /// Numbers of ambiguities that were tried, with the posterior probability of each, likeliest first.
     pub folds: Vec<(i32, f64)>,
 }
@@ -252,9 +293,9 @@ impl TdmFolds {
         Complex64::cis(-(rate + TAU * turns) * self.channels[channel].1 as f64)
     }
 
-    /// Largest |y|² of a snapshot over directions, all channels with the same weight: the best of the
+    /// Largest |y|² of a snapshot over directions, all channels with the same weight, and where it is: the best of the
     /// grid, then between its directions.
-    fn sharpest(&self, x: &[Complex64]) -> f64 {
+    fn sharpest(&self, x: &[Complex64]) -> (f64, (f64, f64)) {
         let n = x.len() as f64;
         let (mut at, mut best) = ((0.0, 0.0), -1.0);
         for (steer, direction) in self.steering.chunks_exact(x.len()).zip(&self.directions) {
@@ -273,7 +314,7 @@ impl TdmFolds {
                 step *= 0.5;
             }
         }
-        best
+        (best, at)
     }
 
     /// |y|² towards (azimuth, elevation), and the Gauss–Newton step to where phases are even.
@@ -312,7 +353,7 @@ impl TdmFolds {
             for fold in self.folds(0.0).filter(|q| *q != 0) {
                 let x: Vec<Complex64> =
                     right.iter().enumerate().map(|(c, x)| x * self.turn(c, 0.0, fold)).collect();
-                worst = worst.max(self.sharpest(&x));
+                worst = worst.max(self.sharpest(&x).0);
             }
         }
         -crate::units::db_from_power(worst.min(1.0))
@@ -324,15 +365,19 @@ impl TdmFolds {
     /// Resolved from a probability of 99.9 %, and of 99.999 % for another fold than the one that was measured: cells that hold more
     /// than one body, or side lobes of others, look like any fold now and then. Ambiguous below; Unresolved when no fold leaves
     /// a plane wave (several bodies in the cell) and with one transmitter.
+    ///
+    /// With `standing` the likeliest fold that is not ruled out and leaves something that stands is taken instead, EgoSpeed; where the
+    /// array resolves the fold, only rates λ/(2T_c) apart are chosen from.
     pub fn test(
         &self,
         snapshot: &[Complex64],
         range_rate_mps: f64,
         noise_w: f64,
         model_error: f64,
+        standing: Option<&Standing>,
     ) -> FoldTest {
         let channels = self.channels.len() as f64;
-        let mut beams: Vec<(i32, f64)> = self
+        let mut beams: Vec<(i32, (f64, (f64, f64)))> = self
             .folds(range_rate_mps)
             .map(|q| {
                 let x: Vec<Complex64> =
@@ -340,12 +385,12 @@ impl TdmFolds {
                 (q, self.sharpest(&x))
             })
             .collect();
-        beams.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.abs().cmp(&b.0.abs())));
+        beams.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then(a.0.abs().cmp(&b.0.abs())));
         let total = snapshot.iter().map(|x| x.norm_sqr()).sum::<f64>() / channels;
         let noise = noise_w + model_error * total;
-        let (best, power) = beams[0];
+        let (best, (power, _)) = beams[0];
         let likelihood: Vec<f64> =
-            beams.iter().map(|(_, p)| (channels * (p - power) / noise).exp()).collect();
+            beams.iter().map(|(_, (p, _))| (channels * (p - power) / noise).exp()).collect();
         let sum: f64 = likelihood.iter().sum();
         let folds: Vec<(i32, f64)> = beams.iter().zip(&likelihood).map(|((q, _), l)| (*q, l / sum)).collect();
         // What a plane wave leaves over is noise: 2K(total − |y|²)/noise, chi-square with 2K − 2 degrees.
@@ -359,11 +404,28 @@ impl TdmFolds {
         } else {
             Ambiguity::Ambiguous
         };
-        let rate = match state {
-            Ambiguity::Unresolved => range_rate_mps,
-            _ => range_rate_mps + f64::from(best) * self.ambiguity_mps(),
+        let rate_of = |fold: i32| range_rate_mps + f64::from(fold) * self.ambiguity_mps();
+        let period_mps = self.ambiguity_mps() * self.loop_period_s / self.chirp_period_s;
+        let modulo_mps = if state == Ambiguity::Resolved { period_mps } else { self.ambiguity_mps() };
+        let possible = beams.iter().zip(&folds).filter(|((fold, _), (_, p))| match state {
+            Ambiguity::Resolved => *fold == best,
+            Ambiguity::Unresolved => true,
+            _ => *p > RULED_OUT,
+        });
+        let stands = standing.and_then(|s| {
+            possible.into_iter().find_map(|((fold, (_, at)), _)| {
+                let rate = rate_of(*fold);
+                Some(rate + period_mps * s.fold(rate, *at, period_mps)?)
+            })
+        });
+        let (rate, state) = match (stands, state) {
+            // What the radar found by itself needs no other reason.
+            (Some(rate), Ambiguity::Resolved) if rate == rate_of(best) => (rate, state),
+            (Some(rate), _) => (rate, Ambiguity::EgoSpeed),
+            (None, Ambiguity::Unresolved) => (range_rate_mps, state),
+            (None, _) => (rate_of(best), state),
         };
-        FoldTest { range_rate_mps: rate, state, folds }
+        FoldTest { range_rate_mps: rate, state, modulo_mps, folds }
     }
 }
 
@@ -507,7 +569,7 @@ mod tests {
             let azimuth = 0.9 * (d.uniform() - 0.5);
             // 17 dB in one channel.
             let x = snapshot(&mut d, &array, (azimuth, rate), 7.0, period);
-            let t = folds.test(&x, measured, 1.0, 0.0);
+            let t = folds.test(&x, measured, 1.0, 0.0, None);
             assert!((t.folds.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12);
             if t.state == Ambiguity::Resolved {
                 if (t.range_rate_mps - rate).abs() < 1e-9 { right += 1 } else { wrong += 1 }
@@ -531,7 +593,7 @@ mod tests {
             // 5 dB in one channel.
             let rate = measured + fold * folds.ambiguity_mps();
             let x = snapshot(&mut d, &array, (azimuth, rate), 1.8, period);
-            let t = folds.test(&x, measured, 1.0, 0.0);
+            let t = folds.test(&x, measured, 1.0, 0.0, None);
             if t.state == Ambiguity::Resolved {
                 // Two ambiguities apart they look alike.
                 let apart = (t.range_rate_mps - rate) / (2.0 * folds.ambiguity_mps());
@@ -556,7 +618,7 @@ mod tests {
             let mut d = Draws::new(trial, 55);
             let azimuth = 1.2 * (d.uniform() - 0.5);
             let x = snapshot(&mut d, &array, (azimuth, 2.0 - folds.ambiguity_mps()), 3e3, period);
-            let t = folds.test(&x, 2.0, 1.0, 0.0);
+            let t = folds.test(&x, 2.0, 1.0, 0.0, None);
             assert_eq!(t.folds[0].0, -1, "{azimuth}");
             passed += u32::from(t.state == Ambiguity::Resolved);
         }
@@ -573,7 +635,7 @@ mod tests {
         let folds = TdmFolds::new(&lone, 3, K, [period, 3.0 * period], &directions()).unwrap();
         assert!(folds.separation_db() < 0.1, "{}", folds.separation_db());
         let x = snapshot(&mut d, &lone, (0.1, 2.0), 30.0, period);
-        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Ambiguous);
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Ambiguous);
         // Transmitters that double one another's elements need no directions.
         let doubled = array(3, 4, 0.0);
         let folds = TdmFolds::new(&doubled, 3, K, [period, 3.0 * period], &directions()).unwrap();
@@ -584,21 +646,21 @@ mod tests {
         let mut x = snapshot(&mut d, &row, (0.3, 2.0), 30.0, period);
         let other = snapshot(&mut d, &row, (-0.4, 2.0), 25.0, period);
         x.iter_mut().zip(&other).for_each(|(x, o)| *x += o);
-        let t = folds.test(&x, 2.0, 2.0, 0.0);
+        let t = folds.test(&x, 2.0, 2.0, 0.0, None);
         assert_eq!((t.state, t.range_rate_mps), (Ambiguity::Unresolved, 2.0));
         // One transmitter.
         let plain = array(1, 8, 0.0);
         let folds = TdmFolds::new(&plain, 1, K, [period; 2], &directions()).unwrap();
         let x = snapshot(&mut d, &plain, (0.3, 2.0), 30.0, period);
-        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Unresolved);
         // An array that is known to a thousandth in power only.
         let folds = TdmFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let x: Vec<Complex64> = snapshot(&mut d, &row, (0.3, 2.0), 1e3, period)
             .iter()
             .map(|x| x * Complex64::cis(0.02 * d.normal()))
             .collect();
-        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0).state, Ambiguity::Unresolved);
-        let t = folds.test(&x, 2.0, 1.0, 1e-3);
+        assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Unresolved);
+        let t = folds.test(&x, 2.0, 1.0, 1e-3, None);
         assert_eq!((t.state, t.folds[0].0), (Ambiguity::Resolved, 0));
         assert!(TdmFolds::new(&[], 1, K, [period; 2], &directions()).is_err());
         assert!(TdmFolds::new(&row, 2, K, [period, 2.0 * period], &directions()).is_err());

@@ -9,9 +9,9 @@ use crate::trace::Returns;
 use crate::units::dbm_from_w;
 use std::io::Write;
 
-/// Standard deviations are empty where the array cannot tell the angle. `ghost` is 0 or 1; `share` is a share of power (CONVENTIONS
+/// Standard deviations are empty where the array cannot tell the angle, and `range_rate_modulo_mps` is where nothing folds. `ghost` is 0 or 1; `share` is a share of power (CONVENTIONS
 /// eq. 160).
-pub const POINT_COLUMNS: [&str; 20] = [
+pub const POINT_COLUMNS: [&str; 21] = [
     "range_m",
     "range_rate_mps",
     "azimuth_deg",
@@ -32,6 +32,7 @@ pub const POINT_COLUMNS: [&str; 20] = [
     "bounces",
     "ghost",
     "share",
+    "range_rate_modulo_mps",
 ];
 
 /// `chain` is the ids of the objects met, in order, with blanks between. Angles are those of arrival;
@@ -64,6 +65,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
             &p.bounces,
             &u8::from(p.ghost),
             &p.share,
+            &if p.modulo_mps.is_finite() { p.modulo_mps.to_string() } else { String::new() },
         ])?;
     }
     table.finish()

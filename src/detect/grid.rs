@@ -84,6 +84,7 @@ mod tests {
             std: PointStd::default(),
             beat_std_cells: 0.0,
             ambiguity: Ambiguity::Unresolved,
+            modulo_mps: f64::INFINITY,
             object_id: 0,
             class: String::new(),
             bounces: 0,

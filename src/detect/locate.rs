@@ -2,7 +2,7 @@
 //! that the radar asks for, slopes paired.
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
-use super::ambiguity::{Ambiguity, TdmFolds};
+use super::ambiguity::{Ambiguity, Standing, TdmFolds};
 use super::points::{Detected, Point, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
@@ -110,12 +110,14 @@ pub fn options(a: &AngleSettings) -> Options {
 }
 
 /// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as were
-/// taken (`Processing::max_points`). Errors: those of the array, its calibration and the method.
+/// taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known. Errors: those of the
+/// array, its calibration and the method.
 pub fn detected(
     engine: &Engine,
     radar: &Radar,
     found: &mut RangeDoppler<f64>,
     accuracy: &PointAccuracy,
+    velocity_mps: Option<DVec3>,
 ) -> Result<Vec<Detected>> {
     if radar.processing.group != [0; 2] {
         keep_heads(found, radar.processing.group);
@@ -136,26 +138,33 @@ pub fn detected(
     };
     let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
     let folds = fold_test(radar)?;
-    let decoded: Vec<(Vec<Complex64>, f64, Ambiguity)> = rates
+    let standing = velocity_mps.map(|velocity_mps| {
+        // A body's peak is as wide as the burst is short, and its direction is not exact either.
+        let cell_mps = 2.0 * radar.max_velocity_mps() / radar.chirps as f64;
+        Standing { velocity_mps, tolerance_mps: 1.5 * cell_mps + 0.01 * velocity_mps.length() }
+    });
+    let fold_mps = 2.0 * radar.max_velocity_mps();
+    let decoded: Vec<(Vec<Complex64>, f64, Ambiguity, f64)> = rates
         .par_iter()
         .zip(found.snapshots.data.par_chunks(channels))
         .zip(&noise)
         .map(|((rate, snapshot), noise)| {
-            let (rate, state) = match &folds {
+            let (rate, state, modulo_mps) = match &folds {
                 Some(test) => {
-                    let t = test.test(snapshot, *rate, *noise, MODEL_ERROR);
+                    let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing.as_ref());
                     // In doubt the rate stays as it was measured.
-                    let sure = t.state == Ambiguity::Resolved;
-                    (if sure { t.range_rate_mps } else { *rate }, t.state)
+                    (if t.state.is_settled() { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
                 }
-                None => (*rate, Ambiguity::Unresolved),
+                None => (*rate, Ambiguity::Unresolved, fold_mps),
             };
             let d = decode(radar, snapshot, rate);
-            let state = match radar.multiplex {
-                Multiplex::Ddm { bands } if bands > radar.tx.len() => Ambiguity::Resolved,
-                _ => state,
+            let (state, modulo_mps) = match radar.multiplex {
+                Multiplex::Ddm { bands } if bands > radar.tx.len() => {
+                    (Ambiguity::Resolved, fold_mps * bands as f64)
+                }
+                _ => (state, modulo_mps),
             };
-            (d.channels, d.range_rate_mps, state)
+            (d.channels, d.range_rate_mps, state, modulo_mps)
         })
         .collect();
     let snapshots = Snapshots {
@@ -170,18 +179,32 @@ pub fn detected(
             if at > 0.0 { top.power / at } else { 1.0 }
         })
         .collect();
-    let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| Detected {
-        range_bin: tops[i].range,
-        doppler_row: tops[i].doppler,
-        unfolded_mps: decoded[i].1 - rates[i],
-        azimuth_rad,
-        elevation_rad,
-        power_w,
-        scalloping: scalloping[i],
-        noise_w: noise[i],
-        ambiguity: decoded[i].2,
-        angle_std_rad: None,
-        looks: 1,
+    let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| {
+        let (_, rate, mut ambiguity, modulo_mps) = decoded[i];
+        let mut unfolded_mps = rate - rates[i];
+        // Folds that leave the direction as it is.
+        let stands = standing.filter(|_| folds.is_none());
+        match stands.and_then(|s| s.fold(rate, (azimuth_rad, elevation_rad), modulo_mps)) {
+            Some(n) if n != 0.0 || !ambiguity.is_settled() => {
+                unfolded_mps += n * modulo_mps;
+                ambiguity = Ambiguity::EgoSpeed;
+            }
+            _ => {}
+        }
+        Detected {
+            range_bin: tops[i].range,
+            doppler_row: tops[i].doppler,
+            unfolded_mps,
+            azimuth_rad,
+            elevation_rad,
+            power_w,
+            scalloping: scalloping[i],
+            noise_w: noise[i],
+            ambiguity,
+            modulo_mps,
+            angle_std_rad: None,
+            looks: 1,
+        }
     };
     let angle = &radar.processing.angle;
     if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
@@ -204,10 +227,13 @@ pub fn detected(
         .iter()
         .enumerate()
         .flat_map(|(i, list)| list.iter().map(move |s| (i, s)))
-        .map(|(i, s)| Detected {
-            angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
-            ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { decoded[i].2 },
-            ..make(i, s.azimuth_rad, s.elevation_rad, s.power_w)
+        .map(|(i, s)| {
+            let d = make(i, s.azimuth_rad, s.elevation_rad, s.power_w);
+            Detected {
+                angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
+                ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { d.ambiguity },
+                ..d
+            }
         })
         .collect())
 }
@@ -250,13 +276,19 @@ struct OfSlope<'a> {
 
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see is put
 /// together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first two
-/// different slopes, confirmed by a third where there is one. Errors: those of [`detected`].
-pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) -> Result<Vec<Point>> {
+/// different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame, where it is known.
+/// Errors: those of [`detected`].
+pub fn points(
+    engine: &Engine,
+    radar: &Radar,
+    maps: &mut [RangeDoppler<f64>],
+    velocity_mps: Option<DVec3>,
+) -> Result<Vec<Point>> {
     let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
     let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
     let mut lists = Vec::with_capacity(maps.len());
     for ((part, map), accuracy) in parts.iter().zip(maps.iter_mut()).zip(&accuracies) {
-        lists.push(detected(engine, part, map, accuracy)?);
+        lists.push(detected(engine, part, map, accuracy, velocity_mps)?);
     }
     // The first ramp of each slope, and what all of that slope saw.
     let mut seen: Vec<OfSlope> = Vec::new();
@@ -319,6 +351,8 @@ pub fn points(engine: &Engine, radar: &Radar, maps: &mut [RangeDoppler<f64>]) ->
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;
+            // Ranges of two slopes know no folds.
+            p.modulo_mps = f64::INFINITY;
             // The level goes with the fourth power of a range that was not right before.
             p.rcs_dbsm += db_from_power((p.range_m / first.range_m).abs().powi(4));
             p

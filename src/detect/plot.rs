@@ -179,6 +179,7 @@ mod tests {
             std: PointStd::default(),
             beat_std_cells: 0.0,
             ambiguity: crate::detect::ambiguity::Ambiguity::Unresolved,
+            modulo_mps: f64::INFINITY,
         };
         let std =
             |azimuth_rad| PointStd { range_m: 0.1, range_rate_mps: 0.2, azimuth_rad, elevation_rad: None };

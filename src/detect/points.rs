@@ -33,6 +33,8 @@ pub struct Detected {
     /// Noise estimate of eq. 17 in the cell, W: the mean over channels, before beamforming.
     pub noise_w: f64,
     pub ambiguity: Ambiguity,
+    /// The radar itself knows the range rate but for multiples of this; infinite: for none.
+    pub modulo_mps: f64,
     /// Of azimuth and elevation, where the method knows better than eq. 117.
     pub angle_std_rad: Option<[f64; 2]>,
     /// Maps that place, power and noise are means of: 1 for one map.
@@ -45,7 +47,7 @@ pub struct Point {
     /// Negative values of some centimetres can occur next to the radar: eq. 15 subtracts the Doppler shift.
     pub range_m: f64,
     /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
-    /// Doppler bands or another slope said which fold it is in (`ambiguity`).
+    /// Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
     pub range_rate_mps: f64,
     /// Positive to the left.
     pub azimuth_rad: f64,
@@ -64,6 +66,8 @@ pub struct Point {
     pub beat_std_cells: f64,
     /// Of the range rate.
     pub ambiguity: Ambiguity,
+    /// The radar itself knows the range rate but for whole multiples of this, m/s; infinite: for none.
+    pub modulo_mps: f64,
     /// The object whose echoes made it; 0 for none.
     pub object_id: u32,
     /// That object's class; "" for none.
@@ -128,6 +132,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         std,
         beat_std_cells: accuracy.range.std_cells(averaged * accuracy.elements.len() as f64),
         ambiguity: d.ambiguity,
+        modulo_mps: d.modulo_mps,
         object_id: 0,
         class: String::new(),
         bounces: 0,

@@ -119,7 +119,7 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
     let plain = |value: &dyn Fn(&Detected) -> f64| seen.iter().map(value).sum::<f64>() / seen.len() as f64;
     // The fold is that of the ramp that is surest of it.
     let sure = |d: &Detected| match d.ambiguity {
-        Ambiguity::Unambiguous | Ambiguity::Resolved => 2,
+        Ambiguity::Unambiguous | Ambiguity::Resolved | Ambiguity::EgoSpeed => 2,
         Ambiguity::Ambiguous => 1,
         Ambiguity::Unresolved => 0,
     };
@@ -144,6 +144,7 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         scalloping: plain(&|d| d.power_w * d.scalloping) / plain(&|d| d.power_w),
         noise_w: plain(&|d| d.noise_w),
         ambiguity: if disagree { Ambiguity::Ambiguous } else { best.ambiguity },
+        modulo_mps: best.modulo_mps,
         angle_std_rad: (known.len() == seen.len()).then(|| [std(0), std(1)]),
         looks: seen.iter().map(|d| d.looks).sum(),
     }
@@ -168,6 +169,7 @@ mod tests {
             scalloping: 1.0,
             noise_w: 1.0,
             ambiguity: Ambiguity::Unresolved,
+            modulo_mps: f64::INFINITY,
             angle_std_rad: None,
             looks: 1,
         }

@@ -309,7 +309,7 @@ pub fn write_cube<T: Sample>(
             data.len()
         )));
     }
-    if let Some(i) = data.iter().position(|z| !(z.re.is_finite() && z.im.is_finite())) {
+    if let Some(i) = data.iter().position(|z| !(z.re.to_f64().is_finite() && z.im.to_f64().is_finite())) {
         let [_, channels, samples] = shape;
         let (chirp, channel) = (i / samples / channels, i / samples % channels);
         return Err(BadInput::new("NaN or infinite value")

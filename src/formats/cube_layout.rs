@@ -94,25 +94,28 @@ impl Number {
     }
 }
 
+/// Samples that are larger are none, √W: their powers would overflow.
+const LARGEST: f64 = 1e12;
+
 /// f32 or f64.
 pub trait Real: Copy + Default + Send + Sync + 'static {
     fn from_f64(x: f64) -> Self;
-    fn is_finite(self) -> bool;
+    fn to_f64(self) -> f64;
 }
 impl Real for f32 {
     fn from_f64(x: f64) -> f32 {
         x as f32
     }
-    fn is_finite(self) -> bool {
-        f32::is_finite(self)
+    fn to_f64(self) -> f64 {
+        f64::from(self)
     }
 }
 impl Real for f64 {
     fn from_f64(x: f64) -> f64 {
         x
     }
-    fn is_finite(self) -> bool {
-        f64::is_finite(self)
+    fn to_f64(self) -> f64 {
+        self
     }
 }
 
@@ -180,13 +183,14 @@ const UNUSED: u32 = u32::MAX;
 
 /// The error for the first sample of `out` that is not finite.
 fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>, samples: usize) -> Error {
-    let at = out.iter().position(|z| !(z.re.is_finite() && z.im.is_finite())).unwrap_or(0);
+    let is_sound = |z: &Complex<T>| z.re.to_f64().abs() <= LARGEST && z.im.to_f64().abs() <= LARGEST;
+    let at = out.iter().position(|z| !is_sound(z)).unwrap_or(0);
     let (row, sample) = (at / samples, at % samples);
     let (chirp, channel) = (row / channels.len(), channels.start + row % channels.len());
     BadInput::new("NaN, infinite or too large a value")
         .file(file)
         .key(format!("index [chirp {chirp}, rx_virtual {channel}, sample {sample}]"))
-        .allowed("finite numbers")
+        .allowed(format!("finite numbers up to {LARGEST:e}"))
         .into()
 }
 
@@ -354,7 +358,7 @@ impl Layout {
                 let mut all_finite = true;
                 let mut put = |x: f64, slot: usize| {
                     let value = T::from_f64(x * self.scale);
-                    all_finite &= value.is_finite();
+                    all_finite &= (x * self.scale).abs() <= LARGEST;
                     let to = &mut out[slot >> 1];
                     if slot & 1 == 0 { to.re = value } else { to.im = value }
                 };

@@ -280,7 +280,13 @@ fn resolved(path: &Path) -> Result<PathBuf> {
 
 fn make_parents(path: &Path) -> Result<()> {
     match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => fs::create_dir_all(p).map_err(|e| Error::io(p, e)),
+        Some(p) if !p.as_os_str().is_empty() => match p.ancestors().find(|a| a.is_file()) {
+            Some(file) => Err(BadInput::new("is a file, and the output is to lie in a folder of this name")
+                .file(file)
+                .remedy("give another name for the output")
+                .into()),
+            None => fs::create_dir_all(p).map_err(|e| Error::io(p, e)),
+        },
         _ => Ok(()),
     }
 }

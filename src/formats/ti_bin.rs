@@ -14,7 +14,7 @@
 use super::cube_layout::{Axis, Dim, Layout, Number, Real};
 use super::stage::StagedFile;
 use super::ti_cfg::{IqOrder, TiRadar};
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::units::w_from_dbm;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -68,7 +68,7 @@ fn sidecar_of(bin: &Path) -> Result<Option<Sidecar>> {
     }
     let text = super::input::read(&path, "a sidecar", MAX_SIDECAR_BYTES)?;
     let s: Sidecar = serde_json::from_slice(&text).map_err(|e| {
-        BadInput::new(format!("is not a sidecar of a recording: {e}"))
+        BadInput::new(format!("is not a sidecar of a recording: {}", json_in_words(&e)))
             .file(&path)
             .remedy("remove it, and say full scale and order on the command line")
     })?;

@@ -5,7 +5,7 @@ use super::canvas::Picture;
 use super::chart::{ColourMap, Scale, heat_map};
 use super::range_doppler::{RangeDoppler, decibel_limits, ends, range_doppler};
 use super::rcs::{RcsRow, RcsStyle, rcs_picture};
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Result, json_in_words};
 use crate::formats::{csv::Table, input, npy, stage::MANIFEST};
 use crate::units::dbm_from_w;
 use serde_json::Value;
@@ -211,8 +211,9 @@ impl Axes {
             None => None,
             Some(file) => {
                 let text = input::read(&file, "a manifest", input::LARGEST_TEXT)?;
-                let value = serde_json::from_slice(&text)
-                    .map_err(|e| BadInput::new(format!("is not JSON: {e}")).file(&file).line(e.line()))?;
+                let value = serde_json::from_slice(&text).map_err(|e| {
+                    BadInput::new(format!("is not JSON: {}", json_in_words(&e))).file(&file).line(e.line())
+                })?;
                 Some((file, value))
             }
         };

@@ -14,7 +14,7 @@ pub struct RangeDoppler<'a> {
     pub range_m: &'a [f64],
     /// Centres of the rows, positive receding.
     pub range_rate_mps: &'a [f64],
-    /// (range in m, range rate in m/s) of each detection.
+    /// (range in m, range rate in m/s) of each detection. Rates beyond the axis are folded back.
     pub detections: &'a [[f64; 2]],
 }
 
@@ -49,10 +49,21 @@ pub(super) fn range_doppler_chart(input: &RangeDoppler) -> Result<Chart> {
     if !input.detections.is_empty() {
         let mark = Mark::Ring { radius: 5.0 };
         chart.key(format!("detections ({})", input.detections.len()), Symbol::Mark(mark, WHITE));
-        let points = input.detections.to_vec();
+        let points = input.detections.iter().map(|[r, v]| [*r, folded(input.range_rate_mps, *v)]).collect();
         chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(WHITE) });
     }
     Ok(chart)
+}
+
+/// A range rate where the map shows it: on its axis, which turns round.
+fn folded(axis: &[f64], range_rate_mps: f64) -> f64 {
+    let (first, last) = ends(axis);
+    let cell = (last - first) / (axis.len().max(2) - 1) as f64;
+    let low = first - 0.5 * cell;
+    match axis.len() {
+        0 | 1 => range_rate_mps,
+        _ => low + (range_rate_mps - low).rem_euclid(last - first + cell),
+    }
 }
 
 pub(super) fn ends(v: &[f64]) -> (f64, f64) {
@@ -76,6 +87,27 @@ pub(super) fn decibel_limits(db: &[f64], under: f64, span: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn detections_lie_where_the_map_has_their_power() {
+        let axis: Vec<f64> = (0..10).map(|i| f64::from(i) - 5.0).collect();
+        for (rate, shown) in [(0.0, 0.0), (4.4, 4.4), (4.6, -5.4), (-20.0, 0.0), (17.0, -3.0), (-5.4, -5.4)] {
+            assert!((folded(&axis, rate) - shown).abs() < 1e-12, "{rate}");
+        }
+        let map = RangeDoppler {
+            power_w: &[1.0; 20],
+            range_m: &[0.0, 1.0],
+            range_rate_mps: &axis,
+            detections: &[[0.5, -20.0], [0.5, 33.0]],
+            ..Default::default()
+        };
+        let chart = range_doppler_chart(&map).unwrap();
+        let shown = chart.layers.iter().find_map(|l| match l {
+            Layer::Marks { points, .. } => Some(points.clone()),
+            _ => None,
+        });
+        assert!(shown.unwrap().iter().all(|[_, v]| (-5.5..4.5).contains(v)));
+    }
 
     #[test]
     fn limits_follow_the_noise() {

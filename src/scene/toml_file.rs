@@ -2,7 +2,7 @@
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
 use super::exact::Exact;
-use crate::error::{BadInput, Result, nearest};
+use crate::error::{BadInput, Result, in_words, nearest, one_line};
 use crate::formats::input;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -110,8 +110,10 @@ impl<'a> Document<'a> {
                 let at = e.span().map_or(0, |s| s.start);
                 let line = line_of(text, at);
                 let mut b = BadInput::new(format!("is not TOML: {}", one_line(e.message())));
+                let words = text.lines().nth(line - 1).unwrap_or("").trim();
                 match is_toml(&file) {
-                    true => b = b.value(clip(text.lines().nth(line - 1).unwrap_or("").trim())),
+                    true if words.contains(['=', '[']) => b = b.value(clip(words)),
+                    true => {}
                     // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
                     false => b.problem = "is not TOML".into(),
                 }
@@ -295,62 +297,6 @@ fn visit(
 
 fn line_of(text: &str, at: usize) -> usize {
     text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
-}
-
-fn one_line(s: &str) -> String {
-    s.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// A complaint of serde in words of the file: what is wrong, and what is allowed.
-fn in_words(message: &str) -> (String, Option<String>) {
-    let message = one_line(message);
-    let Some((found, expected)) = message.split_once(", expected ") else { return (message, None) };
-    let count = |words: &str| -> Option<String> {
-        Some(words.split(' ').find(|w| w.bytes().all(|b| b.is_ascii_digit()))?.to_string())
-    };
-    let allowed = match expected {
-        "u8" => "a whole number from 0 to 255".into(),
-        "u16" => "a whole number from 0 to 65535".into(),
-        "u32" => "a whole number from 0 to 4294967295".into(),
-        "u64" | "usize" | "u128" => "a whole number from 0".into(),
-        "i8" => "a whole number from -128 to 127".into(),
-        "i16" => "a whole number from -32768 to 32767".into(),
-        "i32" => "a whole number from -2147483648 to 2147483647".into(),
-        "i64" | "isize" | "i128" => "a whole number".into(),
-        "f32" | "f64" => "a number".into(),
-        "a boolean" => "true or false".into(),
-        "a string" | "string" => "text in quotes".into(),
-        "a sequence" | "a list" => "a list in brackets".into(),
-        "a map" | "map" => "a table".into(),
-        "string or table" | "string or map" => "a name in quotes".into(),
-        _ if expected.starts_with("struct ") => "a table".into(),
-        _ if expected.starts_with("an array of length ") || expected.starts_with("a tuple of size ") => {
-            format!("a list of {}", count(expected).unwrap_or_default())
-        }
-        _ if expected.starts_with("tuple ") || expected.starts_with("enum ") => {
-            "what the manual names".into()
-        }
-        other => other.to_string(),
-    };
-    let problem = if let Some(n) = found.strip_prefix("invalid length ") {
-        format!("has {n} {}", if n == "1" { "element" } else { "elements" })
-    } else if found.starts_with("invalid value: integer ") {
-        "is out of range".into()
-    } else if let Some(kind) = found.strip_prefix("invalid type: ") {
-        let kind = match kind.split(' ').next().unwrap_or("") {
-            "floating" => "a number with a decimal point or exponent",
-            "integer" => "a whole number",
-            "boolean" => "true or false",
-            "string" => "text",
-            "sequence" => "a list",
-            "map" => "a table",
-            _ => "a value of another kind",
-        };
-        format!("is {kind}")
-    } else {
-        "is not allowed".into()
-    };
-    (problem, Some(allowed))
 }
 
 /// Whether a file's name says that it is one of ours, whose contents a message may repeat.

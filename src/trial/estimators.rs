@@ -1,7 +1,7 @@
 //! Estimators by name with options as JSON, for callers that bring their own points: what `catseye.LaneEstimator` of Python makes.
 
 use super::{Method, camera_fusion, road_shape};
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::lane::LaneEstimator;
 use crate::lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
 use crate::lane::hd_map::file;
@@ -141,7 +141,7 @@ fn hits() -> u32 {
 
 fn read<T: DeserializeOwned>(method: Method, options: &str) -> Result<T> {
     serde_json::from_str(options).map_err(|e| {
-        BadInput::new(e.to_string())
+        BadInput::new(json_in_words(&e))
             .key(format!("options of '{}'", method.name()))
             .remedy("see docs/lanes.md")
             .into()

@@ -69,6 +69,8 @@ impl Seen {
             std: self.std,
             beat_std_cells: self.beat_std_cells,
             ambiguity: self.ambiguity,
+            // Methods do not ask, and what is kept is JSON, which has no infinity.
+            modulo_mps: f64::INFINITY,
             object_id: 0,
             class: String::new(),
             bounces: 0,

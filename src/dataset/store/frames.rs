@@ -6,7 +6,7 @@ use super::files::{ShardFile, broken, describe, missing, sync_name};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::dataset::files::frame_name;
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::formats::{csv, npy, stage};
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -129,7 +129,7 @@ fn file_of(dir: &Path, frame: u64, file: String) -> Result<PathBuf> {
     let folder = dir.join(folder_name(frame));
     let list = folder.join(CONTENTS);
     let text = fs::read(&list).map_err(|e| missing(&list, e))?;
-    let contents: Contents = serde_json::from_slice(&text).map_err(|e| broken(&list, e.to_string()))?;
+    let contents: Contents = serde_json::from_slice(&text).map_err(|e| broken(&list, json_in_words(&e)))?;
     if contents.frame != frame {
         return Err(broken(&list, format!("says that it is frame {}", contents.frame)));
     }

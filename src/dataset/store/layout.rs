@@ -1,7 +1,7 @@
 //! What a dataset stores: arrays and tables of a frame, how frames are put into shards, and in which format.
 
 use super::record::{Column, Data, Record};
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::error::{BadInput, Error, Result, json_in_words, nearest};
 use crate::formats::stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -428,7 +428,7 @@ impl Layout {
             Err(e) => return Err(Error::io(path, e)),
         };
         let damaged = |e: serde_json::Error| {
-            BadInput::new(format!("damaged: {e}"))
+            BadInput::new(format!("damaged: {}", json_in_words(&e)))
                 .file(&path)
                 .line(e.line())
                 .remedy("bring back the file that `catseye dataset` wrote")

@@ -6,7 +6,7 @@ use super::files::{ShardFile, broken};
 use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
 use super::part::{Part, open};
 use super::record::{Column, Table};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_in_words};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::get_typed_column_reader;
 use parquet::column::writer::ColumnWriter;
@@ -199,8 +199,8 @@ pub(super) fn read(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) ->
     let about =
         meta.file_metadata().key_value_metadata().and_then(|list| list.iter().find(|kv| kv.key == CATSEYE));
     let about = about.and_then(|kv| kv.value.as_deref()).unwrap_or_default();
-    let about: About =
-        serde_json::from_str(about).map_err(|e| bad(format!("its {CATSEYE} metadata: {e}")))?;
+    let about: About = serde_json::from_str(about)
+        .map_err(|e| bad(format!("its {CATSEYE} metadata: {}", json_in_words(&e))))?;
     let frames = layout.frames_of(shard);
     let sizes: Vec<u64> = meta.row_groups().iter().map(|g| g.num_rows().max(0) as u64).collect();
     let all: Option<u64> = about.rows.iter().try_fold(0u64, |n, rows| n.checked_add(*rows));

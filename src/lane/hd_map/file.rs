@@ -15,7 +15,7 @@
 //! ```
 
 use super::HdMap;
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::toml_file::{Document, read_text};
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Result<HdMap> {
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let map: HdMap = match json {
         true => serde_json::from_str(&text).map_err(|e| {
-            BadInput::new(format!("is no map of lanes: {e}"))
+            BadInput::new(format!("is no map of lanes: {}", json_in_words(&e)))
                 .file(path)
                 .line(e.line())
                 .remedy("see lane/hd_map/file.rs")

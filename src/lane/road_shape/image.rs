@@ -265,6 +265,7 @@ impl Imager {
                 scalloping: 1.0,
                 noise_w: images[0].noise_w / looks,
                 ambiguity: state,
+                modulo_mps: f64::INFINITY,
                 angle_std_rad: Some([azimuth_std, 0.0]),
                 looks: 1,
             };

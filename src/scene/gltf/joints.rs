@@ -2,7 +2,7 @@
 //! axes, metres, seconds and radians.
 
 use super::read::Importer;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, json_in_words};
 use crate::scene::motion::{Channel, Interpolation, Joint};
 use crate::scene::toml_file::clip;
 use crate::scene::turn::Turn;
@@ -278,7 +278,7 @@ impl Importer<'_> {
         let Some(mut extras) = self.extras(&self.root.extras, "extras.catseye")? else { return Ok(()) };
         let Some(value) = extras.remove("channels") else { return Ok(()) };
         let text: ChannelsText = serde_json::from_value(value).map_err(|e| {
-            self.bad(key, format!("are not the channels of motions: {}", clip(&e.to_string())))
+            self.bad(key, format!("are not the channels of motions: {}", clip(&json_in_words(&e))))
                 .allowed(
                     "distances_m, positions_m, rotations, each a list of {interpolation, times_s, values}",
                 )

@@ -6,7 +6,7 @@ use super::container::{load_uri, split_glb};
 use super::joints::Channels;
 use super::nodes::{Ids, NodeExtras};
 use super::{HARMLESS, ImportOptions, Up};
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::Scene;
 use crate::scene::toml_file::clip;
 use glam::{DAffine3, DMat3, DVec3};
@@ -112,9 +112,8 @@ impl<'a> Importer<'a> {
             } else {
                 String::new()
             };
-            let e = e.to_string();
-            let e = e.split(" at line ").next().unwrap_or("").replace('\n', " ");
-            bad(format!("is not glTF JSON: {place}{}", clip(&e))).remedy("give a .glb or .gltf file")
+            bad(format!("is not glTF JSON: {place}{}", clip(&json_in_words(&e))))
+                .remedy("give a .glb or .gltf file")
         };
         let mut pointers = false;
         let root = json::Root::from_slice(text)

@@ -2,7 +2,6 @@
 
 use super::Settings;
 use crate::dataset::Frame;
-use crate::detect::ambiguity::Ambiguity;
 use crate::detect::cluster::{Dbscan, Place};
 use crate::detect::kalman::Station;
 use crate::detect::plot::{Plot, plots_of_clusters};
@@ -75,7 +74,7 @@ pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
         let range_m = at.length();
         let sound = range_m.is_finite() && range_m > 0.1 && p.range_rate_mps.is_finite();
         let rate = p.range_rate_mps * p.range_m / range_m;
-        let known = matches!(p.ambiguity, Ambiguity::Resolved | Ambiguity::Unambiguous);
+        let known = p.ambiguity.is_settled();
         sound.then_some(Mover {
             range_m,
             azimuth_rad: at.to_angle(),
