@@ -122,7 +122,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
                 azimuth_rad: azimuth_std[i],
                 elevation_rad: None,
             },
-            resolved: ["resolved", "unambiguous", "ego_speed"].contains(&state[i]),
+            resolved: ["resolved", "unambiguous", "ego_speed"].contains(&&*state[i]),
         })
         .collect())
 }
