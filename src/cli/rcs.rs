@@ -448,7 +448,13 @@ fn plot_row(r: &Row) -> RcsRow {
         vh_dbsm: r.dbsm(0, 1),
         hv_dbsm: r.dbsm(1, 0),
         hh_dbsm: r.dbsm(1, 1),
+        receive_deg: r.receive.map(|a| [a.azimuth, a.elevation].map(rounded_degrees)),
     }
+}
+
+/// As the table's file has it.
+fn rounded_degrees(x_rad: f64) -> f64 {
+    (x_rad.to_degrees() * 1e9).round() / 1e9
 }
 
 /// Names and levels in the derived polarisations.
@@ -462,10 +468,9 @@ fn derived_dbsm<'a>(r: &'a Row, derived: &'a [Derived]) -> impl Iterator<Item = 
 
 fn json_row(r: &Row, derived: &[Derived]) -> JsonRow {
     let p = plot_row(r);
-    let degrees = |x: f64| (x.to_degrees() * 1e9).round() / 1e9;
     JsonRow {
-        rx_azimuth_deg: r.receive.map(|a| degrees(a.azimuth)),
-        rx_elevation_deg: r.receive.map(|a| degrees(a.elevation)),
+        rx_azimuth_deg: p.receive_deg.map(|a| a[0]),
+        rx_elevation_deg: p.receive_deg.map(|a| a[1]),
         frequency_hz: p.frequency_hz,
         azimuth_deg: p.azimuth_deg,
         elevation_deg: p.elevation_deg,

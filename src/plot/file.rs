@@ -92,6 +92,10 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
         let (f, az, el) = (column("frequency_hz")?, column("azimuth_deg")?, column("elevation_deg")?);
         let (vv, vh, hv, hh) =
             (column("vv_dbsm")?, column("vh_dbsm")?, column("hv_dbsm")?, column("hh_dbsm")?);
+        let receive = match table.has("rx_azimuth_deg") {
+            true => Some([column("rx_azimuth_deg")?, column("rx_elevation_deg")?]),
+            false => None,
+        };
         let rows: Vec<RcsRow> = (0..table.len())
             .map(|i| RcsRow {
                 frequency_hz: f[i],
@@ -101,6 +105,7 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
                 vh_dbsm: vh[i],
                 hv_dbsm: hv[i],
                 hh_dbsm: hh[i],
+                receive_deg: receive.as_ref().map(|[az, el]| [az[i], el[i]]),
             })
             .collect();
         let sums = rows.iter().flat_map(|r| {

@@ -5,6 +5,7 @@ mod axis;
 mod birds_eye;
 mod canvas;
 mod chart;
+mod classes;
 mod file;
 mod labels;
 mod polar;
@@ -21,6 +22,7 @@ pub use chart::{
     Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map,
     lines, scatter,
 };
+pub use classes::{class_colour, class_name};
 pub use file::{PlotOptions, Plotted, plot_file};
 pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_picture};
 pub use polar::polar;

@@ -261,7 +261,7 @@ fn labels_of_a_road() {
     let all = picture(&points, &lines, &[[0.0, 0.0], [40.0, -3.0], [40.0, 3.0]]);
     keep("labels.png", &all);
     // Ghosts are ringed in red, and only they.
-    let red = |p: &Picture| p.pixels().pixels().filter(|c| c.0 == [220, 30, 30]).count();
+    let red = |p: &Picture| p.pixels().pixels().filter(|c| c.0 == class_colour("ghost")).count();
     assert!(red(&all) > 50);
     let real: Vec<LabelledPoint> = points.iter().filter(|p| !p.ghost).cloned().collect();
     assert_eq!(red(&picture(&real, &[], &[])), 0);
@@ -286,8 +286,10 @@ fn mask_with_left_on_the_left() {
     let p = mask_picture(&input).unwrap();
     keep("mask.png", &p);
     let (w, h) = (f64::from(p.pixels().width()), f64::from(p.pixels().height()));
-    let vehicle =
-        p.pixels().enumerate_pixels().filter(|(_, y, c)| c.0 == [92, 140, 190] && f64::from(*y) > 0.1 * h);
+    let vehicle = p
+        .pixels()
+        .enumerate_pixels()
+        .filter(|(_, y, c)| c.0 == class_colour("vehicle") && f64::from(*y) > 0.1 * h);
     let (n, x, y) = vehicle
         .fold((0.0, 0.0, 0.0), |(n, sx, sy), (x, y, _)| (n + 1.0, sx + f64::from(x), sy + f64::from(y)));
     assert!(n > 1000.0 && x / n < 0.4 * w && y / n < 0.5 * h, "{n} {} {}", x / n / w, y / n / h);
