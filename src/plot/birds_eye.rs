@@ -86,6 +86,7 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
     let diamond = Mark::Diamond { radius: 5.0 };
     // What the legend names, from large to small: a class, whether as points, and how it is drawn.
     let mut named: Vec<(&str, bool, Symbol)> = Vec::new();
+    let mut enlarged: Vec<&str> = Vec::new();
     for o in &objects {
         let colour = class_colour(&o.class);
         let symbol = if let [only] = o.polygon[..] {
@@ -95,6 +96,9 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
         } else {
             let (fill, stroke) = area_style(&o.class, colour, o.piece);
             let polygon = if o.piece { o.polygon.clone() } else { visible(&o.polygon, metres_per_pixel) };
+            if polygon != o.polygon {
+                enlarged.push(&o.class);
+            }
             let polygon = polygon.into_iter().map(turned).collect();
             let edge = (!o.piece).then_some(stroke);
             chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: edge });
@@ -108,7 +112,12 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
     for (class, point, symbol) in &named {
         let both = *point && named.iter().any(|n| n.0 == *class && !n.1);
         let name = if class.is_empty() { "other".to_string() } else { class_name(class) };
-        chart.key(if both { format!("{name}, point") } else { name }, *symbol);
+        let more = match (both, !point && enlarged.contains(class)) {
+            (true, _) => ", point",
+            (_, true) => " (enlarged)",
+            _ => "",
+        };
+        chart.key(name + more, *symbol);
     }
 
     let sight = Pen::dashed([90, 90, 90], 1.2, [6.0, 4.0]);
