@@ -125,6 +125,8 @@ pub struct Key {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
     Line(Pen),
+    /// A line with marks on it in its colour.
+    Marked(Pen, Mark),
     Mark(Mark, Rgb),
     Area {
         fill: (Rgb, f64),
@@ -196,6 +198,7 @@ impl Chart {
             key.symbol == Symbol::Note
                 || self.layers.iter().any(|layer| match (layer, &key.symbol) {
                     (Layer::Line { pen, .. }, Symbol::Line(p)) => pen == p,
+                    (Layer::Line { pen, .. }, Symbol::Marked(p, _)) => pen == p,
                     (Layer::Area { fill: None, stroke: Some(pen), .. }, Symbol::Line(p)) => pen == p,
                     (Layer::Marks { mark, paint: Paint::Fixed(c), .. }, Symbol::Mark(m, k)) => {
                         (mark, c) == (m, k)
@@ -384,6 +387,10 @@ pub(super) fn draw_header(c: &mut Canvas, title: &str, rows: &[Vec<(f64, Key)>],
             let middle = y + 0.5 * LEGEND_ROW - 2.0;
             match key.symbol {
                 Symbol::Line(pen) => c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen),
+                Symbol::Marked(pen, mark) => {
+                    c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen);
+                    draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, pen.colour);
+                }
                 Symbol::Mark(mark, colour) => draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, colour),
                 Symbol::Area { fill, stroke } => {
                     let (x0, x1, y0, y1) = (x + 2.0, x + SYMBOL - 2.0, middle - 5.0, middle + 5.0);

@@ -103,14 +103,20 @@ fn scaled(label: &str, curves: &[Curve]) -> Scaled {
         let key = |i: &usize| Key { label: curves[*i].label.clone(), symbol: Symbol::Line(curve_pen(*i)) };
         keys.extend(shown.iter().map(key));
     }
-    keys.extend(left_out(curves.iter().filter(|c| !above(c)), radial.lo));
+    keys.extend(left_out(curves.iter().filter(|c| !above(c)), radial.lo, label));
     Scaled { radial, shown, keys }
 }
 
-/// What the legend says of curves that lie under the scale altogether.
-pub(super) fn left_out<'a>(curves: impl Iterator<Item = &'a Curve>, bottom_db: f64) -> Option<Key> {
+/// What the legend says of curves that lie under the scale altogether. The unit is that of the axis, `RCS (dBsm)`.
+pub(super) fn left_out<'a>(
+    curves: impl Iterator<Item = &'a Curve>,
+    bottom_db: f64,
+    axis: &str,
+) -> Option<Key> {
     let names: Vec<&str> = curves.map(|c| c.label.as_str()).collect();
-    let label = format!("left out, below {bottom_db:.0} dBsm: {}", names.join(", ")).replace('-', "−");
+    let unit = axis.rsplit_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')'));
+    let bottom = format!("{bottom_db:.0}").replace('-', "−");
+    let label = format!("left out, below {bottom} {unit}: {}", names.join(", "));
     (!names.is_empty()).then_some(Key { label, symbol: Symbol::Note })
 }
 
@@ -168,7 +174,7 @@ mod tests {
             ]
         );
         // The only curve of a picture may be empty too.
-        let keys = scaled("", &curves[3..]).keys;
+        let keys = scaled("RCS (dBsm)", &curves[3..]).keys;
         assert_eq!(keys[0].label, "left out, below −40 dBsm: HV");
     }
 

@@ -63,7 +63,7 @@ fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
         chart.layers.push(Layer::Line { points: points.collect(), pen });
         chart.key(curve.label.clone(), Symbol::Line(pen));
     }
-    chart.keys.extend(left_out(curves.iter().filter(|c| hidden(c)), bottom));
+    chart.keys.extend(left_out(curves.iter().filter(|c| hidden(c)), bottom, RCS_LABEL));
     chart
 }
 
