@@ -127,22 +127,22 @@ mod tests {
     #[test]
     fn every_peak_without_a_mark_has_its_reason() {
         let mut radar = radar_toml::preset("demo77").unwrap();
-        radar.processing.group = [2, 2];
+        radar.processing.group = [2, 3];
         radar.processing.max_points = 2;
         let accuracy = locate::accuracy(&radar).unwrap();
         // A peak; its flank at the next range rate; one beside it; two further ones, the weaker beyond the limit.
-        let peaks = [(20, 40, 9.0), (21, 41, 5.0), (22, 42, 3.0), (40, 80, 8.0), (20, 120, 2.0)];
+        let peaks = [(20, 40, 9.0), (21, 41, 5.0), (22, 43, 3.0), (40, 80, 8.0), (20, 120, 2.0)];
         let mut found = map(&radar, &peaks);
         let engine = crate::engine::Engine::Cpu(crate::engine::Precision::F64);
         let points = locate::points(&engine, &radar, std::slice::from_mut(&mut found)).unwrap();
         assert_eq!((points.len(), found.cells.len()), (2, 2));
         let cell = |doppler, range| Cell { doppler, range };
         let of_map = |points: &[Point]| of_map(&radar, &found, points, &accuracy);
-        let listed = [(cell(22, 42), Why::Grouped), (cell(20, 120), Why::BeyondLimit)];
+        let listed = [(cell(22, 43), Why::Grouped), (cell(20, 120), Why::BeyondLimit)];
         assert_eq!(of_map(&points), listed);
         assert_eq!(of_row(&radar, &found, 20), [(120, Why::BeyondLimit)]);
         assert_eq!(of_row(&radar, &found, 21), [(41, Why::OtherRate)]);
-        assert_eq!(of_row(&radar, &found, 22), [(42, Why::Grouped)]);
+        assert_eq!(of_row(&radar, &found, 22), [(43, Why::Grouped)]);
         // A cell without its point.
         let without = of_map(&points[..1]);
         assert_eq!(without.last(), Some(&(cell(40, 80), Why::NoDirection)));

@@ -386,7 +386,14 @@ pub(super) fn draw_header(c: &mut Canvas, title: &str, rows: &[Vec<(f64, Key)>],
             let x = frame.x + x;
             let middle = y + 0.5 * LEGEND_ROW - 2.0;
             match key.symbol {
-                Symbol::Line(pen) => c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen),
+                Symbol::Line(pen) => {
+                    if pen.colour.iter().all(|v| *v > 235) {
+                        // A pale line is made for heat maps, so it is shown on their darkest colour.
+                        let ground = Rect { x, y: middle - 5.0, w: SYMBOL, h: 10.0 };
+                        c.rect(ground, [68, 1, 84], 1.0);
+                    }
+                    c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen);
+                }
                 Symbol::Marked(pen, mark) => {
                     c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen);
                     draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, pen.colour);

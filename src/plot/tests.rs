@@ -616,3 +616,14 @@ fn long_titles_take_another_line() {
     assert!(height(title) > height("short"));
     assert_eq!(height("short"), height("short, 77 GHz"));
 }
+
+#[test]
+fn a_white_line_shows_in_the_legend() {
+    let mut chart = Chart::new("", Axis::new("", 0.0, 1.0), Axis::new("", 0.0, 1.0));
+    let dark = |chart: &Chart| chart.draw().unwrap().pixels().pixels().filter(|p| p.0 == [68, 1, 84]).count();
+    chart.key("true", Symbol::Line(Pen::solid([0, 0, 0], 2.0)));
+    assert_eq!(dark(&chart), 0);
+    chart.key("true", Symbol::Line(Pen::solid([255, 255, 255], 2.0)));
+    // 24 x 10 logical pixels less the line.
+    assert!(dark(&chart) > 500);
+}
