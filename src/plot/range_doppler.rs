@@ -14,7 +14,7 @@ pub struct RangeDoppler<'a> {
     pub range_m: &'a [f64],
     /// Centres of the rows, positive receding.
     pub range_rate_mps: &'a [f64],
-    /// (range in m, range rate in m/s) of each detection.
+    /// (range in m, range rate in m/s) of each detection; rates beyond the map's are folded into it.
     pub detections: &'a [[f64; 2]],
     /// Peaks over the threshold that are none of them.
     pub unmarked: &'a [Unmarked<'a>],
@@ -73,11 +73,39 @@ pub(super) fn range_doppler_chart(input: &RangeDoppler) -> Result<Chart> {
     );
     (chart.width, chart.height) = (640.0, 440.0);
     if !input.detections.is_empty() {
-        let label = format!("detections ({})", input.detections.len());
-        chart.marks(label, input.detections.to_vec(), Mark::Ring { radius: 5.0 }, WHITE);
+        let (points, folded) = folded(input.detections, input.range_rate_mps);
+        let label = match folded {
+            0 => format!("detections ({})", points.len()),
+            n => format!(
+                "detections ({}; {n} of them faster than the map tells, folded into it)",
+                points.len()
+            ),
+        };
+        chart.marks(label, points, Mark::Ring { radius: 5.0 }, WHITE);
     }
     add_unmarked(&mut chart, input.unmarked);
     Ok(chart)
+}
+
+/// Detections whose range rate was found to be beyond the map's stand where their peak is, whole spans of the map away.
+/// Gives also how many.
+fn folded(detections: &[[f64; 2]], range_rate_mps: &[f64]) -> (Vec<[f64; 2]>, usize) {
+    let (first, last) = ends(range_rate_mps);
+    let rows = range_rate_mps.len() as f64;
+    let span = if rows > 1.0 { (last - first) * rows / (rows - 1.0) } else { f64::INFINITY };
+    let lowest = first - 0.5 * span / rows;
+    let turns = |rate: f64| ((rate - lowest) / span).floor();
+    // In the last place a rate at the edge may be on either side.
+    let beyond = |rate: f64| !(-1e-6..1.0 + 1e-6).contains(&((rate - lowest) / span));
+    let mut count = 0;
+    let place = |d: &[f64; 2]| match span.is_finite() && d[1].is_finite() && beyond(d[1]) {
+        true => {
+            count += 1;
+            [d[0], d[1] - span * turns(d[1])]
+        }
+        false => *d,
+    };
+    (detections.iter().map(place).collect(), count)
 }
 
 pub(super) fn ends(v: &[f64]) -> (f64, f64) {
@@ -157,6 +185,17 @@ mod tests {
         assert_eq!(labels, ["detections (1)", "over the threshold, a (2)", "over the threshold, b (1)"]);
         assert_ne!(chart.keys[1].symbol, chart.keys[2].symbol);
         assert!(chart.unfounded_keys().is_empty());
+    }
+
+    #[test]
+    fn detections_beyond_the_map_are_folded_into_it() {
+        // Rows from -2.25 to 1.75 m/s: a span of 4.5 m/s, edges at -2.5 and 2.
+        let rates: Vec<f64> = (0..9).map(|i| -2.25 + 0.5 * f64::from(i)).collect();
+        let (places, count) = folded(&[[5.0, -10.0], [6.0, 1.9], [7.0, 2.5], [8.0, f64::NAN]], &rates);
+        assert_eq!(count, 2);
+        assert!((places[0][1] + 1.0).abs() < 1e-12 && (places[2][1] + 2.0).abs() < 1e-12, "{places:?}");
+        assert_eq!(places[1], [6.0, 1.9]);
+        assert_eq!(folded(&[[1.0, 9.0]], &[0.0]), (vec![[1.0, 9.0]], 0));
     }
 
     #[test]
