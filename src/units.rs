@@ -46,3 +46,25 @@ pub fn w_from_dbm(power_dbm: f64) -> f64 {
 pub fn dbsm_from_amplitude(s_abs_m: f64) -> f64 {
     db_from_power(4.0 * std::f64::consts::PI * s_abs_m * s_abs_m)
 }
+
+/// Level in dB below which a number says only that nothing is left: the rounding of f64 sums.
+pub const LEAST_DB: f64 = -200.0;
+
+/// A level in dB for people: `< -200` for what vanishes (-inf too), else with so many decimals.
+pub fn level_text(db: f64, decimals: usize) -> String {
+    if db < LEAST_DB { format!("< {LEAST_DB:.0}") } else { format!("{db:.decimals$}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vanishing_levels_are_said_in_words() {
+        assert_eq!(level_text(-347.2, 3), "< -200");
+        assert_eq!(level_text(db_from_power(0.0), 3), "< -200");
+        assert_eq!(level_text(-199.96, 1), "-200.0");
+        assert_eq!(level_text(-12.3456, 3), "-12.346");
+        assert_eq!(level_text(f64::NAN, 1), "NaN");
+    }
+}

@@ -435,3 +435,29 @@ fn accuracy_edges_and_receivers_on_the_command_line() {
     assert_eq!(mirror["rx_azimuth_deg"].as_f64(), Some(-60.0));
     assert!(level(&mirror) > level(&alone) + 20.0);
 }
+
+/// The table on stdout says where the receiver stands, and what vanishes in words; the CSV keeps the numbers.
+#[test]
+fn a_bistatic_table_for_people_names_receivers_and_the_floor() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let args = ["rcs", "plate", "--azimuth-deg", "60", "--bistatic-azimuth-deg", "-60,-58.5", "-o", "t.csv"];
+    let out = done(d, &args);
+    let mut rows = out.lines().skip_while(|l| l.starts_with('#'));
+    let header: Vec<&str> = rows.next().unwrap().split_whitespace().collect();
+    assert_eq!(header[3..6], ["rx_azimuth_deg", "rx_elevation_deg", "vv_dbsm"], "{out}");
+    let row = |line: &str| line.replace("< -200", "<-200").split_whitespace().map(String::from).collect();
+    let rows: Vec<Vec<String>> = rows.take(2).map(row).collect();
+    assert_eq!([rows[0][3].as_str(), rows[1][3].as_str()], ["-60.0000", "-58.5000"], "{out}");
+    assert!(rows.iter().all(|r| r.len() == header.len()), "{out}");
+    // A plate turned about the vertical does not change the polarisation.
+    let vh = header.iter().position(|h| *h == "vh_dbsm").unwrap();
+    assert_eq!(rows[0][vh], "<-200", "{out}");
+    let csv = std::fs::read_to_string(d.join("t.csv")).unwrap();
+    assert!(csv.lines().filter(|l| !l.starts_with('#')).all(|l| !l.contains('<')), "{csv}");
+    // The receiver that sees most is named when the table is too long to show.
+    let args = ["rcs", "plate", "--azimuth-deg", "60", "--bistatic-azimuth-deg", "-80:-40:0.5"];
+    assert!(done(d, &args).contains("receiver at azimuth -60.0000 deg"));
+    // One-station tables have no such columns.
+    assert!(!done(d, &["rcs", "plate"]).contains("rx_azimuth"));
+}

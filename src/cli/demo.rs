@@ -82,7 +82,7 @@ fn draw_marker(engine: &crate::engine::Engine, dir: &Path) -> Result<()> {
             .collect(),
     };
     let picture = rcs_polar(
-        &format!("marker of the road, {:.1} deg up, 77 GHz", elevation.to_degrees()),
+        &format!("marker of the road, 77 GHz, elevation {:.1}°", elevation.to_degrees()),
         &[curve("VV", 0), curve("HH", 1)],
     )?;
     let staged = StagedFile::new(dir.join("marker_rcs.png"), true)?;

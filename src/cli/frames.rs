@@ -5,12 +5,12 @@ use crate::cpu;
 use crate::dataset::frame::Frame;
 use crate::dataset::manifest::Axes;
 use crate::dataset::truth::{Truth, thermal_floor_w};
-use crate::detect::Point;
+use crate::detect::{Point, locate, unmarked};
 use crate::dsp::{Cell, RangeDoppler as Map};
 use crate::error::Result;
 use crate::plot::{
     BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,
-    RangeProfile, RoadLine, birds_eye, labels, mask_picture, range_doppler, range_profile,
+    RangeProfile, RoadLine, Unmarked, birds_eye, labels, mask_picture, range_doppler, range_profile,
 };
 use crate::road::TruthBox;
 use crate::road::actors::{actor_boxes, is_ground};
@@ -28,12 +28,22 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
     let (range_m, range_rate_mps) = (axes.range_m.values(), axes.range_rate_mps.values());
     let power_w: Vec<f32> = map.map.data.iter().map(|p| *p as f32).collect();
     let detections: Vec<[f64; 2]> = points.iter().map(|p| [p.range_m, p.range_rate_mps]).collect();
+    // The map is the first ramp's.
+    let part = radar.part(0);
+    let none: Vec<Unmarked> = unmarked::of_map(&part, map, points, &locate::accuracy(&part)?)
+        .into_iter()
+        .map(|(c, why)| Unmarked {
+            at: [range_m[c.range as usize], range_rate_mps[c.doppler as usize]],
+            why: why.text(),
+        })
+        .collect();
     range_doppler(&RangeDoppler {
         title: &format!("{title}: range-Doppler map, {} points", points.len()),
         power_w: &power_w,
         range_m: &range_m,
         range_rate_mps: &range_rate_mps,
         detections: &detections,
+        unmarked: &none,
     })?
     .write(dir.join("range_doppler.png"), true)?;
 
@@ -56,13 +66,19 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
         .filter(|c| c.doppler as usize == row)
         .map(|c| [range_m[c.range as usize], power[c.range as usize]])
         .collect();
+    let none: Vec<Unmarked> = unmarked::of_row(&part, map, row)
+        .into_iter()
+        .map(|(r, why)| Unmarked { at: [range_m[r], power[r]], why: why.text() })
+        .collect();
     range_profile(&RangeProfile {
-        title: &format!("{title}: range profile at {:.2} m/s range rate", range_rate_mps[row]),
+        title: &format!("{title}: range profile at {:.2} m/s range rate", range_rate_mps[row])
+            .replace('-', "−"),
         range_m: &range_m,
         power_dbm: &power,
         threshold_dbm: &threshold,
         noise_dbm: thermal_floor_w(radar).map(dbm),
         detections: &marks,
+        unmarked: &none,
     })?
     .write(dir.join("range_profile.png"), true)?;
     Ok(())

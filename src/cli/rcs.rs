@@ -16,7 +16,7 @@ use crate::rcs::{Aspect, Diffraction, Distance, Ground, Look, RcsOptions, Scatte
 use crate::road::target;
 use crate::scene::material;
 use crate::trace::Convention;
-use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
+use crate::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, level_text};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -321,11 +321,8 @@ impl Rcs {
         for (f, s) in frequencies.iter().zip(on_boresight) {
             let (az, el) = target.boresight_deg;
             let db = |m: &[[num_complex::Complex64; 2]; 2]| {
-                format!(
-                    "VV {:.3} HH {:.3} dBsm",
-                    dbsm_from_amplitude(m[0][0].norm()),
-                    dbsm_from_amplitude(m[1][1].norm())
-                )
+                let [vv, hh] = [0, 1].map(|i| level_text(dbsm_from_amplitude(m[i][i].norm()), 3));
+                format!("VV {vv} HH {hh} dBsm")
             };
             lines.push(format!(
                 "boresight (azimuth {az} deg, elevation {el:.4} deg) at {f} Hz: every {}; last {}",
@@ -343,29 +340,42 @@ impl Rcs {
         const SHOWN: usize = 40;
         let derived = self.derived();
         if table.rows.len() <= SHOWN {
+            // Where the receiver stands, in a bistatic run.
+            let bistatic = table.rows.iter().any(|r| r.receive.is_some());
             let more: String = derived.iter().flat_map(|d| d.names()).map(|n| format!(" {n:>9}")).collect();
+            let at = if bistatic { "  rx_azimuth_deg  rx_elevation_deg" } else { "" };
             print(&format!(
-                "   frequency_hz  azimuth_deg  elevation_deg   vv_dbsm   vh_dbsm   hv_dbsm   hh_dbsm{more}"
+                "   frequency_hz  azimuth_deg  elevation_deg{at}   vv_dbsm   vh_dbsm   hv_dbsm   hh_dbsm{more}"
             ))?;
             for r in &table.rows {
-                let more: String = derived_dbsm(r, &derived).map(|(_, x)| format!(" {x:>9.3}")).collect();
+                let at: String = r.receive.filter(|_| bistatic).map_or_else(String::new, |a| {
+                    format!(" {:>15.4} {:>17.4}", a.azimuth.to_degrees(), a.elevation.to_degrees())
+                });
+                let levels: String = [r.dbsm(0, 0), r.dbsm(0, 1), r.dbsm(1, 0), r.dbsm(1, 1)]
+                    .into_iter()
+                    .chain(derived_dbsm(r, &derived).map(|(_, x)| x))
+                    .map(|x| format!(" {:>9}", level_text(x, 3)))
+                    .collect();
                 print(&format!(
-                    "{:>15} {:>12.4} {:>14.4} {:>9.3} {:>9.3} {:>9.3} {:>9.3}{more}",
+                    "{:>15} {:>12.4} {:>14.4}{at}{levels}",
                     r.frequency_hz,
                     r.aspect.azimuth.to_degrees(),
                     r.aspect.elevation.to_degrees(),
-                    r.dbsm(0, 0),
-                    r.dbsm(0, 1),
-                    r.dbsm(1, 0),
-                    r.dbsm(1, 1)
                 ))?;
             }
         } else {
             for (name, i) in [("VV", 0), ("HH", 1)] {
                 if let Some(best) = table.rows.iter().max_by(|a, b| a.dbsm(i, i).total_cmp(&b.dbsm(i, i))) {
+                    let at = best.receive.map_or_else(String::new, |a| {
+                        format!(
+                            ", receiver at azimuth {:.4} deg, elevation {:.4} deg",
+                            a.azimuth.to_degrees(),
+                            a.elevation.to_degrees()
+                        )
+                    });
                     print(&format!(
-                        "{name}: largest {:.3} dBsm at azimuth {:.4} deg, elevation {:.4} deg, {} Hz ({} directions)",
-                        best.dbsm(i, i),
+                        "{name}: largest {} dBsm at azimuth {:.4} deg, elevation {:.4} deg{at}, {} Hz ({} directions)",
+                        level_text(best.dbsm(i, i), 3),
                         best.aspect.azimuth.to_degrees(),
                         best.aspect.elevation.to_degrees(),
                         best.frequency_hz,
@@ -438,7 +448,13 @@ fn plot_row(r: &Row) -> RcsRow {
         vh_dbsm: r.dbsm(0, 1),
         hv_dbsm: r.dbsm(1, 0),
         hh_dbsm: r.dbsm(1, 1),
+        receive_deg: r.receive.map(|a| [a.azimuth, a.elevation].map(rounded_degrees)),
     }
+}
+
+/// As the table's file has it.
+fn rounded_degrees(x_rad: f64) -> f64 {
+    (x_rad.to_degrees() * 1e9).round() / 1e9
 }
 
 /// Names and levels in the derived polarisations.
@@ -452,10 +468,9 @@ fn derived_dbsm<'a>(r: &'a Row, derived: &'a [Derived]) -> impl Iterator<Item = 
 
 fn json_row(r: &Row, derived: &[Derived]) -> JsonRow {
     let p = plot_row(r);
-    let degrees = |x: f64| (x.to_degrees() * 1e9).round() / 1e9;
     JsonRow {
-        rx_azimuth_deg: r.receive.map(|a| degrees(a.azimuth)),
-        rx_elevation_deg: r.receive.map(|a| degrees(a.elevation)),
+        rx_azimuth_deg: p.receive_deg.map(|a| a[0]),
+        rx_elevation_deg: p.receive_deg.map(|a| a[1]),
         frequency_hz: p.frequency_hz,
         azimuth_deg: p.azimuth_deg,
         elevation_deg: p.elevation_deg,

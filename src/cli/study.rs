@@ -7,6 +7,7 @@ use crate::study::file::{PictureKind, Study};
 use crate::study::parameter;
 use crate::study::report::{Given, searched};
 use crate::study::run::{self, RunOptions};
+use crate::units::level_text;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -65,7 +66,11 @@ impl RunStudy {
                     Some(e) => print(&format!("{}: did not run: {e}", s.name))?,
                 }
                 for f in &s.facts {
-                    let number = |x: Option<f64>| x.map_or("none".to_string(), |x| format!("{x:.2}"));
+                    let number = |x: Option<f64>| match x {
+                        None => "none".to_string(),
+                        Some(x) if f.unit.starts_with("dB") => level_text(x, 2),
+                        Some(x) => format!("{x:.2}"),
+                    };
                     let document = f.document.as_ref().map_or("not given".to_string(), |d| d.to_string());
                     print(&format!("    {}: {} {} (document: {document})", f.text, number(f.ours), f.unit))?;
                 }

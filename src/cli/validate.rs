@@ -2,6 +2,7 @@
 
 use super::{Global, Kept, print, print_json};
 use crate::error::{Error, Result};
+use crate::units::{LEAST_DB, level_text};
 use crate::validate::{GROUPS, Gate, Row};
 use clap::Args;
 use std::time::Instant;
@@ -77,6 +78,10 @@ fn number(x: f64) -> String {
 }
 
 fn line(r: &Row) -> String {
+    let level = |x: f64| match r.unit.starts_with("dB") && x < LEAST_DB {
+        true => level_text(x, 0),
+        false => number(x),
+    };
     let gate = match r.gate {
         Gate::Within(g) => format!("+-{}", number(g)),
         Gate::Share(g) => format!("+-{:.2} %", 100.0 * g),
@@ -97,9 +102,9 @@ fn line(r: &Row) -> String {
         "{verdict:5} {:15} {:62} {:>11} {:4} expected {:>11} error {:>10} gate {:>11}  ({})",
         r.group,
         r.what,
-        number(r.measured),
+        level(r.measured),
         r.unit,
-        r.expected.map_or("-".into(), number),
+        r.expected.map_or("-".into(), level),
         error,
         gate,
         r.source,

@@ -2,6 +2,7 @@
 //!
 //! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from, and whether it is
 //!   there; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
+//! * [`unmarked`]: why peaks over the threshold became no point.
 //! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
 //!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
 //! * [`ego_motion`]: the radar's own motion from standing points.
@@ -56,6 +57,7 @@ pub mod same_slope;
 pub mod slope_pairs;
 pub mod track_table;
 pub mod tracker;
+pub mod unmarked;
 
 pub use label::{Bodies, Labeller};
 pub use points::{Detected, Point};

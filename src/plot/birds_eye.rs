@@ -1,8 +1,9 @@
 //! The scene from above: what stands there, what the radar sees of it, and where the radar looks.
 
 use super::axis::Axis;
-use super::canvas::{BLACK, Pen, Picture, Rgb};
+use super::canvas::{Pen, Picture, Rgb};
 use super::chart::{Chart, ColourMap, Layer, Mark, Paint, Scale, Symbol, finite_range};
+use super::classes::{class_colour, class_name, is_ground};
 use crate::error::Result;
 
 /// A true object seen from above.
@@ -55,7 +56,7 @@ pub struct BirdsEye<'a> {
     pub colour_label: Option<&'a str>,
 }
 
-/// Top view with equal scales. Long scenes lie with x to the right and y (left) up; others stand with
+/// Top view with equal scales; what would be smaller than some pixels is drawn larger. Long scenes lie with x to the right and y (left) up; others stand with
 /// x up and y growing to the left: both are what one sees from above.
 pub fn birds_eye(input: &BirdsEye) -> Result<Picture> {
     birds_eye_chart(input).draw()
@@ -81,26 +82,42 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
     // Large areas first, so that a road does not hide what stands on it.
     let mut objects: Vec<&Outline> = input.objects.iter().filter(|o| shown(o, [x0, y0], [x1, y1])).collect();
     objects.sort_by(|a, b| area(&b.polygon).total_cmp(&area(&a.polygon)));
-    let classes = classes(&objects);
+    let metres_per_pixel = (chart.x.hi - chart.x.lo).abs() / chart.width;
+    let diamond = Mark::Diamond { radius: 5.0 };
+    // What the legend names, from large to small: a class, whether as points, and how it is drawn.
+    let mut named: Vec<(&str, bool, Symbol)> = Vec::new();
+    let mut enlarged: Vec<&str> = Vec::new();
     for o in &objects {
-        let colour = class_colour(&o.class, &classes);
-        if let [only] = o.polygon[..] {
-            let mark = Mark::Diamond { radius: 5.0 };
-            chart.layers.push(Layer::Marks { points: vec![turned(only)], mark, paint: Paint::Fixed(colour) });
-            continue;
+        let colour = class_colour(&o.class);
+        let symbol = if let [only] = o.polygon[..] {
+            let paint = Paint::Fixed(colour);
+            chart.layers.push(Layer::Marks { points: vec![turned(only)], mark: diamond, paint });
+            Symbol::Mark(diamond, colour)
+        } else {
+            let (fill, stroke) = area_style(&o.class, colour, o.piece);
+            let polygon = if o.piece { o.polygon.clone() } else { visible(&o.polygon, metres_per_pixel) };
+            if polygon != o.polygon {
+                enlarged.push(&o.class);
+            }
+            let polygon = polygon.into_iter().map(turned).collect();
+            let edge = (!o.piece).then_some(stroke);
+            chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: edge });
+            Symbol::Area { fill, stroke }
+        };
+        let point = matches!(symbol, Symbol::Mark(..));
+        if !named.iter().any(|n| (n.0, n.1) == (&o.class, point)) {
+            named.push((&o.class, point, symbol));
         }
-        let (mut fill, stroke) = area_style(&o.class, colour);
-        if o.piece {
-            fill = on_white(fill);
-        }
-        let polygon = o.polygon.iter().map(|p| turned(*p)).collect();
-        chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: (!o.piece).then_some(stroke) });
     }
-    for class in &classes {
-        let colour = class_colour(class, &classes);
-        let (fill, stroke) = area_style(class, colour);
-        let name = if class.is_empty() { "other".to_string() } else { class.replace('_', " ") };
-        chart.key(name, Symbol::Area { fill, stroke });
+    for (class, point, symbol) in &named {
+        let both = *point && named.iter().any(|n| n.0 == *class && !n.1);
+        let name = if class.is_empty() { "other".to_string() } else { class_name(class) };
+        let more = match (both, !point && enlarged.contains(class)) {
+            (true, _) => ", point",
+            (_, true) => " (enlarged)",
+            _ => "",
+        };
+        chart.key(name + more, *symbol);
     }
 
     let sight = Pen::dashed([90, 90, 90], 1.2, [6.0, 4.0]);
@@ -130,15 +147,31 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
         chart.key(format!("points ({})", input.points.len()), Symbol::Mark(mark, [150, 180, 215]));
     }
     if !input.radars.is_empty() {
-        let mark = Mark::Diamond { radius: 6.5 };
         let points = input.radars.iter().map(|r| turned([r.x_m, r.y_m])).collect();
-        chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(RADAR) });
-        chart.key("radar", Symbol::Mark(mark, RADAR));
+        chart.marks("radar", points, Mark::Diamond { radius: 6.5 }, class_colour("radar"));
     }
     (chart, turned)
 }
 
-const RADAR: Rgb = [230, 159, 0];
+/// Logical pixels that the larger side of a thing has at least.
+pub(super) const SMALLEST: f64 = 6.0;
+
+/// A polygon that would be too small to see, larger about its middle.
+fn visible(polygon: &[[f64; 2]], metres_per_pixel: f64) -> Vec<[f64; 2]> {
+    let sides = [0, 1].map(|i| finite_range(polygon.iter().map(|p| p[i])).unwrap_or((0.0, 0.0)));
+    let least = SMALLEST * metres_per_pixel;
+    let larger = sides.iter().map(|(lo, hi)| hi - lo).fold(0.0, f64::max);
+    if larger >= least {
+        return polygon.to_vec();
+    }
+    // In its own proportions, but not as a line.
+    let grown = |v: f64, (lo, hi): (f64, f64)| {
+        let (middle, side) = (0.5 * (lo + hi), hi - lo);
+        let wanted = (side * least / larger).max(0.5 * least);
+        if side > 0.0 { middle + (v - middle) * wanted / side } else { middle }
+    };
+    polygon.iter().map(|p| [grown(p[0], sides[0]), grown(p[1], sides[1])]).collect()
+}
 
 /// Everything but the fields of view, which often reach far beyond the scene.
 fn bounds(input: &BirdsEye) -> [[f64; 2]; 2] {
@@ -181,56 +214,13 @@ fn sector(r: &FieldOfView) -> Vec<[f64; 2]> {
     std::iter::once([r.x_m, r.y_m]).chain(arc).collect()
 }
 
-/// In order of first appearance, which is from large to small.
-fn classes(objects: &[&Outline]) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
-    for o in objects {
-        if !out.contains(&o.class) {
-            out.push(o.class.clone());
-        }
-    }
-    out
-}
-
-fn class_colour(class: &str, all: &[String]) -> Rgb {
-    const KNOWN: [(&str, Rgb); 16] = [
-        ("ground", [196, 198, 196]),
-        ("road", [196, 198, 196]),
-        ("asphalt", [196, 198, 196]),
-        ("terrain", [196, 210, 188]),
-        ("grass", [150, 190, 130]),
-        ("guard_rail", [70, 84, 104]),
-        ("post", [40, 46, 56]),
-        ("marker", [214, 130, 0]),
-        ("type1", [214, 130, 0]),
-        ("car", [92, 140, 190]),
-        ("truck", [120, 100, 170]),
-        ("vehicle", [92, 140, 190]),
-        ("wall", [170, 140, 110]),
-        ("manhole", [150, 70, 50]),
-        ("pole", [60, 110, 100]),
-        ("pedestrian", [190, 70, 140]),
-    ];
-    if let Some((_, c)) = KNOWN.iter().find(|(name, _)| class.starts_with(name)) {
-        return *c;
-    }
-    let i = all.iter().position(|c| c == class).unwrap_or(0);
-    let c = colorous::SET2[i % colorous::SET2.len()];
-    [c.r, c.g, c.b]
-}
-
-/// Ground is pale and without an edge; the rest is filled lightly and edged darker, so that an object
-/// smaller than a pixel still shows.
-/// The same colour without transparency: pieces of one thing overlap.
-fn on_white((colour, opacity): (Rgb, f64)) -> (Rgb, f64) {
-    (colour.map(|c| (255.0 - opacity * (255.0 - f64::from(c))).round() as u8), 1.0)
-}
-
-fn area_style(class: &str, colour: Rgb) -> ((Rgb, f64), Pen) {
-    let ground = ["ground", "road", "asphalt", "terrain", "grass"].iter().any(|g| class.starts_with(g));
-    if ground {
-        return ((colour, 0.3), Pen::solid(colour, 0.8));
-    }
-    let darker = [0, 1, 2].map(|i| (f64::from(colour[i]) * 0.72) as u8);
-    ((colour, 0.55), Pen::solid(if class.is_empty() { BLACK } else { darker }, 1.0))
+/// Fill and edge. Ground is pale; the rest is filled lightly and edged darker. Pieces of one thing overlap, so their
+/// colour is not transparent.
+fn area_style(class: &str, colour: Rgb, piece: bool) -> ((Rgb, f64), Pen) {
+    let (opacity, pen) = match is_ground(class) {
+        true => (0.35, Pen::solid(colour, 0.8)),
+        false => (0.55, Pen::solid(colour.map(|c| (f64::from(c) * 0.72) as u8), 1.0)),
+    };
+    let on_white = |c: u8| (255.0 - opacity * (255.0 - f64::from(c))).round() as u8;
+    (if piece { (colour.map(on_white), 1.0) } else { (colour, opacity) }, pen)
 }

@@ -73,6 +73,10 @@ pub enum Mark {
     Diamond {
         radius: f64,
     },
+    /// Two strokes that show on dark and on bright ground.
+    Cross {
+        radius: f64,
+    },
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -121,8 +125,15 @@ pub struct Key {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
     Line(Pen),
+    /// A line with marks on it in its colour.
+    Marked(Pen, Mark),
     Mark(Mark, Rgb),
-    Area { fill: (Rgb, f64), stroke: Pen },
+    Area {
+        fill: (Rgb, f64),
+        stroke: Pen,
+    },
+    /// Words alone, of what is not drawn.
+    Note,
 }
 
 /// A chart as plain data; [`draw`](Chart::draw) makes the picture.
@@ -174,6 +185,35 @@ impl Chart {
         self
     }
 
+    /// Marks and what the legend says of them.
+    pub fn marks(&mut self, label: impl Into<String>, points: Vec<[f64; 2]>, mark: Mark, colour: Rgb) {
+        self.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(colour) });
+        self.key(label, Symbol::Mark(mark, colour));
+    }
+
+    /// Labels of the legend whose symbol is drawn nowhere.
+    #[cfg(test)]
+    pub fn unfounded_keys(&self) -> Vec<&str> {
+        let drawn = |key: &Key| {
+            key.symbol == Symbol::Note
+                || self.layers.iter().any(|layer| match (layer, &key.symbol) {
+                    (Layer::Line { pen, .. }, Symbol::Line(p)) => pen == p,
+                    (Layer::Line { pen, .. }, Symbol::Marked(p, _)) => pen == p,
+                    (Layer::Area { fill: None, stroke: Some(pen), .. }, Symbol::Line(p)) => pen == p,
+                    (Layer::Marks { mark, paint: Paint::Fixed(c), .. }, Symbol::Mark(m, k)) => {
+                        (mark, c) == (m, k)
+                    }
+                    (Layer::Marks { mark, paint: Paint::Scaled(_), .. }, Symbol::Mark(m, _)) => mark == m,
+                    (Layer::Area { fill: Some(f), stroke, .. }, Symbol::Area { fill, stroke: s }) => {
+                        f == fill && stroke.is_none_or(|d| d == *s)
+                    }
+                    (Layer::Classes { colours, .. }, Symbol::Area { fill, .. }) => colours.contains(&fill.0),
+                    _ => false,
+                })
+        };
+        self.keys.iter().filter(|k| !drawn(k)).map(|k| k.label.as_str()).collect()
+    }
+
     /// # Errors
     /// Only when the rasteriser fails.
     pub fn draw(&self) -> Result<Picture> {
@@ -184,7 +224,7 @@ impl Chart {
 
         let left = (12.0 + 16.0 + 8.0 + widest(&y_labels) + 9.0).ceil();
         let rows = legend_rows(&self.keys, self.width);
-        let top = header_height(&self.title, rows.len());
+        let top = header_height(&self.title, self.width.round(), rows.len());
         let bottom = 52.0;
         let mut right = (8.0 + x_labels.last().map_or(0.0, |l| 0.5 * text_width(l, TICK_SIZE))).max(18.0);
         let bar = self.scale.as_ref().map(|scale| {
@@ -322,39 +362,50 @@ fn fitting_ticks(axis: &Axis, width: f64) -> Vec<f64> {
 }
 
 /// Height of title and legend above a frame.
-pub(super) fn header_height(title: &str, legend_rows: usize) -> f64 {
-    let title = if title.is_empty() { 12.0 } else { 36.0 };
-    title + if legend_rows > 0 { LEGEND_ROW * legend_rows as f64 + 5.0 } else { 0.0 }
+pub(super) fn header_height(title: &str, width: f64, legend_rows: usize) -> f64 {
+    title_height(title_lines(title, width).len())
+        + if legend_rows > 0 { LEGEND_ROW * legend_rows as f64 + 5.0 } else { 0.0 }
+}
+
+const TITLE_ROW: f64 = 20.0;
+
+fn title_height(lines: usize) -> f64 {
+    if lines == 0 { 12.0 } else { 16.0 + TITLE_ROW * lines as f64 }
 }
 
 /// Title and legend above `frame`.
 pub(super) fn draw_header(c: &mut Canvas, title: &str, rows: &[Vec<(f64, Key)>], frame: Rect) {
-    let mut y = frame.y - header_height(title, rows.len());
-    if !title.is_empty() {
-        c.text((frame.x, y + 24.0), title, TITLE_SIZE, Anchor::Start, BLACK);
-        y += 36.0;
-    } else {
-        y += 12.0;
+    let lines = title_lines(title, frame.w);
+    let mut y = frame.y - header_height(title, frame.w, rows.len());
+    for (i, line) in lines.iter().enumerate() {
+        c.text((frame.x, y + 24.0 + TITLE_ROW * i as f64), line, TITLE_SIZE, Anchor::Start, BLACK);
     }
+    y += title_height(lines.len());
     for row in rows {
         for (x, key) in row {
             let x = frame.x + x;
             let middle = y + 0.5 * LEGEND_ROW - 2.0;
             match key.symbol {
-                Symbol::Line(pen) => c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen),
-                Symbol::Mark(mark @ Mark::Ring { radius }, colour) => {
-                    // A ring is made for heat maps, so it is shown on their darkest colour.
-                    let centre = (x + 0.5 * SYMBOL, middle);
-                    c.circle(centre, radius + 3.0, Some(([68, 1, 84], 1.0)), None);
-                    draw_mark(c, centre, mark, colour);
+                Symbol::Line(pen) => {
+                    if pen.colour.iter().all(|v| *v > 235) {
+                        // A pale line is made for heat maps, so it is shown on their darkest colour.
+                        let ground = Rect { x, y: middle - 5.0, w: SYMBOL, h: 10.0 };
+                        c.rect(ground, [68, 1, 84], 1.0);
+                    }
+                    c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen);
+                }
+                Symbol::Marked(pen, mark) => {
+                    c.polyline(&[(x, middle), (x + SYMBOL, middle)], pen);
+                    draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, pen.colour);
                 }
                 Symbol::Mark(mark, colour) => draw_mark(c, (x + 0.5 * SYMBOL, middle), mark, colour),
                 Symbol::Area { fill, stroke } => {
                     let (x0, x1, y0, y1) = (x + 2.0, x + SYMBOL - 2.0, middle - 5.0, middle + 5.0);
                     c.polygon(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)], Some(fill), Some(stroke));
                 }
+                Symbol::Note => {}
             }
-            c.text((x + SYMBOL + 6.0, middle + 4.5), &key.label, TICK_SIZE, Anchor::Start, BLACK);
+            c.text((x + indent(key), middle + 4.5), &key.label, TICK_SIZE, Anchor::Start, BLACK);
         }
         y += LEGEND_ROW;
     }
@@ -362,12 +413,35 @@ pub(super) fn draw_header(c: &mut Canvas, title: &str, rows: &[Vec<(f64, Key)>],
 
 const SYMBOL: f64 = 24.0;
 
+/// What stands before an entry's words.
+fn indent(key: &Key) -> f64 {
+    if key.symbol == Symbol::Note { 0.0 } else { SYMBOL + 6.0 }
+}
+
+/// The title in lines no wider than `width`, broken after commas, else between words.
+fn title_lines(title: &str, width: f64) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut rest = title.trim();
+    while !rest.is_empty() {
+        let fits = |end: usize| text_width(rest[..end].trim_end(), TITLE_SIZE) <= width;
+        let ends =
+            |mark: &str| rest.match_indices(mark).map(|(at, m)| at + m.len()).filter(|e| fits(*e)).last();
+        let end = match fits(rest.len()) {
+            true => rest.len(),
+            false => ends(", ").or_else(|| ends(" ")).or_else(|| ends(",")).unwrap_or(rest.len()),
+        };
+        lines.push(rest[..end].trim_end().to_string());
+        rest = rest[end..].trim_start();
+    }
+    lines
+}
+
 /// Breaks the legend into rows no wider than `width`; each entry with its offset.
 pub(super) fn legend_rows(keys: &[Key], width: f64) -> Vec<Vec<(f64, Key)>> {
     let mut rows: Vec<Vec<(f64, Key)>> = Vec::new();
     let mut x = 0.0;
     for key in keys {
-        let needs = SYMBOL + 6.0 + text_width(&key.label, TICK_SIZE);
+        let needs = indent(key) + text_width(&key.label, TICK_SIZE);
         if rows.is_empty() || x + needs > width {
             rows.push(Vec::new());
             x = 0.0;
@@ -390,6 +464,12 @@ pub(super) fn draw_mark(c: &mut Canvas, (x, y): (f64, f64), mark: Mark, fill: Rg
         Mark::Diamond { radius: r } => {
             let corners = [(x, y - r), (x + r, y), (x, y + r), (x - r, y)];
             c.polygon(&corners, Some((fill, 1.0)), Some(Pen::solid(BLACK, 0.8)));
+        }
+        Mark::Cross { radius: r } => {
+            for (colour, width) in [(BLACK, 3.4), (fill, 1.6)] {
+                c.polyline(&[(x - r, y - r), (x + r, y + r)], Pen::solid(colour, width));
+                c.polyline(&[(x - r, y + r), (x + r, y - r)], Pen::solid(colour, width));
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::birds_eye::{BirdsEye, BirdsEyePoint, FieldOfView, birds_eye};
 use super::canvas::Picture;
 use super::chart::{ColourMap, Scale, heat_map};
-use super::range_doppler::{RangeDoppler, decibel_limits, ends, range_doppler};
+use super::range_doppler::{RangeDoppler, decibel_limits, ends, noise_scale, range_doppler};
 use super::rcs::{RcsRow, RcsStyle, rcs_picture};
 use crate::error::{BadInput, Result, json_in_words};
 use crate::formats::{csv::Table, input, npy, stage::MANIFEST};
@@ -92,6 +92,10 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
         let (f, az, el) = (column("frequency_hz")?, column("azimuth_deg")?, column("elevation_deg")?);
         let (vv, vh, hv, hh) =
             (column("vv_dbsm")?, column("vh_dbsm")?, column("hv_dbsm")?, column("hh_dbsm")?);
+        let receive = match table.has("rx_azimuth_deg") {
+            true => Some([column("rx_azimuth_deg")?, column("rx_elevation_deg")?]),
+            false => None,
+        };
         let rows: Vec<RcsRow> = (0..table.len())
             .map(|i| RcsRow {
                 frequency_hz: f[i],
@@ -101,6 +105,7 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
                 vh_dbsm: vh[i],
                 hv_dbsm: hv[i],
                 hh_dbsm: hh[i],
+                receive_deg: receive.as_ref().map(|[az, el]| [az[i], el[i]]),
             })
             .collect();
         let sums = rows.iter().flat_map(|r| {
@@ -163,11 +168,13 @@ fn npy_picture(path: &Path, title: &str) -> Result<(Picture, usize)> {
                     range_m,
                     range_rate_mps,
                     detections: &detections,
+                    ..Default::default()
                 };
                 return Ok((range_doppler(&input)?, gaps));
             }
             let values: Vec<f64> = map.data.iter().map(|p| dbm_from_w(f64::from(*p))).collect();
-            Ok((bins(title, "range bin", "Doppler bin", (*rows, *columns), values)?, gaps))
+            let scale = noise_scale(&values);
+            Ok((bins(title, ("range bin", "Doppler bin"), (*rows, *columns), values, scale)?, gaps))
         }
         ("complex64" | "complex128" | "float32" | "float64", [chirps, channels, samples])
             if chirps * channels * samples > 0 =>
@@ -179,7 +186,10 @@ fn npy_picture(path: &Path, title: &str) -> Result<(Picture, usize)> {
                 .collect();
             let gaps = gaps(path, values.iter().copied())?;
             let title = format!("{title}, channel 0");
-            Ok((bins(&title, "sample", "chirp", (*chirps, *samples), values)?, gaps))
+            // Samples are loud all over: the scale holds what is under their median.
+            let (lo, hi) = decibel_limits(&values, 15.0, 90.0);
+            let scale = Scale::new(ColourMap::Viridis, "power (dBm)", lo, hi);
+            Ok((bins(&title, ("sample", "chirp"), (*chirps, *samples), values, scale)?, gaps))
         }
         (dtype, shape) => Err(BadInput::new("an array of this kind cannot be plotted")
             .file(path)
@@ -189,9 +199,13 @@ fn npy_picture(path: &Path, title: &str) -> Result<(Picture, usize)> {
     }
 }
 
-fn bins(title: &str, x: &str, y: &str, (rows, columns): (usize, usize), values: Vec<f64>) -> Result<Picture> {
-    let (lo, hi) = decibel_limits(&values, 15.0, 90.0);
-    let scale = Scale::new(ColourMap::Viridis, "power (dBm)", lo, hi);
+fn bins(
+    title: &str,
+    (x, y): (&str, &str),
+    (rows, columns): (usize, usize),
+    values: Vec<f64>,
+    scale: Scale,
+) -> Result<Picture> {
     let last = |n: usize| (0.0, (n - 1) as f64);
     let mut chart = heat_map(title, (x, last(columns)), (y, last(rows)), (rows, columns), values, scale);
     (chart.width, chart.height) = (640.0, 440.0);

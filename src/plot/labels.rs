@@ -3,7 +3,8 @@
 use super::Axis;
 use super::birds_eye::{BirdsEye, birds_eye_turned};
 use super::canvas::{Pen, Picture, Rgb};
-use super::chart::{CURVE_COLOURS, Chart, Layer, Mark, Paint, Symbol};
+use super::chart::{Chart, Layer, Mark, Symbol};
+use super::classes::{class_colour, class_name};
 use crate::error::{Error, Result};
 
 /// A line on the road, (x forward, y left) in m.
@@ -34,36 +35,21 @@ pub struct Labels<'a> {
     pub points: &'a [LabelledPoint],
 }
 
-const FREE: Rgb = [120, 190, 120];
-const GHOST: Rgb = [220, 30, 30];
-const NONE: Rgb = [190, 190, 190];
-
-/// Colour of each class of the points, in the order of their names.
-fn classes(points: &[LabelledPoint]) -> Vec<(&str, Rgb)> {
-    let mut names: Vec<&str> = points.iter().map(|p| p.class.as_str()).collect();
-    names.sort_unstable();
-    names.dedup();
-    let mut colours = CURVE_COLOURS.iter().cycle();
-    names
-        .into_iter()
-        .map(|n| (n, if n.is_empty() { NONE } else { colours.next().copied().unwrap_or(NONE) }))
-        .collect()
-}
-
 /// The scene from above: boxes, lanes and lines, free space, points coloured by the class of their object, ghosts ringed.
 pub fn labels(input: &Labels) -> Result<Picture> {
     let (mut chart, turned) = birds_eye_turned(&BirdsEye { points: &[], ..input.scene.clone() });
     let all = |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|p| turned(*p)).collect() };
     // Under everything that stands.
     let mut below = Vec::new();
+    let free = class_colour("free space");
     if !input.free_space_m.is_empty() {
-        let pen = Pen::solid(FREE, 0.8);
+        let pen = Pen::solid(free, 0.8);
         below.push(Layer::Area {
             polygon: all(input.free_space_m),
-            fill: Some((FREE, 0.25)),
+            fill: Some((free, 0.25)),
             stroke: Some(pen),
         });
-        chart.key("free space", Symbol::Area { fill: (FREE, 0.25), stroke: pen });
+        chart.key("free space", Symbol::Area { fill: (free, 0.25), stroke: pen });
     }
     for (edge, name, pen) in [
         (true, "lane", Pen::solid([150, 150, 150], 0.8)),
@@ -82,19 +68,18 @@ pub fn labels(input: &Labels) -> Result<Picture> {
 }
 
 fn add_points(chart: &mut Chart, points: &[LabelledPoint], place: &dyn Fn([f64; 2]) -> [f64; 2]) {
-    let dot = Mark::Dot { radius: 3.0 };
-    for (class, colour) in classes(points) {
-        let mine = points.iter().filter(|p| p.class == class);
-        let list: Vec<[f64; 2]> = mine.map(|p| place(p.at_m)).collect();
-        let name = if class.is_empty() { "no object".into() } else { class.replace('_', " ") };
-        chart.key(format!("{name} ({})", list.len()), Symbol::Mark(dot, colour));
-        chart.layers.push(Layer::Marks { points: list, mark: dot, paint: Paint::Fixed(colour) });
+    let mut classes: Vec<&str> = points.iter().map(|p| p.class.as_str()).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    for class in classes {
+        let list: Vec<[f64; 2]> = points.iter().filter(|p| p.class == class).map(|p| place(p.at_m)).collect();
+        let label = format!("points: {} ({})", class_name(class), list.len());
+        chart.marks(label, list, Mark::Dot { radius: 3.0 }, class_colour(class));
     }
     let ghosts: Vec<[f64; 2]> = points.iter().filter(|p| p.ghost).map(|p| place(p.at_m)).collect();
     if !ghosts.is_empty() {
-        let mark = Mark::Ring { radius: 6.0 };
-        chart.key(format!("ghosts ({})", ghosts.len()), Symbol::Mark(mark, GHOST));
-        chart.layers.push(Layer::Marks { points: ghosts, mark, paint: Paint::Fixed(GHOST) });
+        let label = format!("ghosts ({})", ghosts.len());
+        chart.marks(label, ghosts, Mark::Ring { radius: 6.0 }, class_colour("ghost"));
     }
 }
 
@@ -114,15 +99,14 @@ pub struct MaskPicture<'a> {
     pub points: &'a [LabelledPoint],
 }
 
-const MASK_COLOURS: [Rgb; 5] =
-    [[255, 255, 255], [200, 212, 224], [92, 140, 190], [70, 84, 104], [214, 130, 0]];
-
 /// A mask as seen from above, forward up, left on the left, with points on it.
 ///
 /// # Errors
-/// When the cells are not as many as rows times columns, or hold a class without a name or colour.
+/// When the cells are not as many as rows times columns, or hold a class without a name.
 pub fn mask_picture(input: &MaskPicture) -> Result<Picture> {
-    let known = input.names.len().min(MASK_COLOURS.len());
+    // Names are classes in words.
+    let colours: Vec<Rgb> = input.names.iter().map(|n| class_colour(&n.replace(' ', "_"))).collect();
+    let known = colours.len();
     let fits = input.cells.len() == input.rows * input.columns && input.rows * input.columns > 0;
     if !fits || input.cells.iter().any(|c| usize::from(*c) >= known) {
         return Err(Error::Failed(format!(
@@ -142,11 +126,11 @@ pub fn mask_picture(input: &MaskPicture) -> Result<Picture> {
         rows: input.rows,
         columns: input.columns,
         values: input.cells.iter().map(|c| f64::from(*c)).collect(),
-        colours: MASK_COLOURS.to_vec(),
+        colours: colours.clone(),
     });
     for (i, name) in input.names.iter().enumerate().skip(1) {
         if input.cells.iter().any(|c| usize::from(*c) == i) {
-            let colour = MASK_COLOURS[i];
+            let colour = colours[i];
             chart.key(*name, Symbol::Area { fill: (colour, 1.0), stroke: Pen::solid(colour, 0.8) });
         }
     }

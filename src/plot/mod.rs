@@ -5,6 +5,7 @@ mod axis;
 mod birds_eye;
 mod canvas;
 mod chart;
+mod classes;
 mod file;
 mod labels;
 mod polar;
@@ -21,11 +22,12 @@ pub use chart::{
     Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map,
     lines, scatter,
 };
+pub use classes::{class_colour, class_name};
 pub use file::{PlotOptions, Plotted, plot_file};
 pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_picture};
 pub use polar::polar;
 pub use profile::{RangeProfile, range_profile};
-pub use range_doppler::{RangeDoppler, range_doppler};
+pub use range_doppler::{RangeDoppler, Unmarked, noise_scale, range_doppler};
 pub use rcs::{RcsRow, RcsStyle, rcs_lines, rcs_map, rcs_picture, rcs_polar};
 pub use solid::{SolidView, solid_picture, solid_sheet};
 pub use study::{Panel, study_picture};

@@ -9,27 +9,17 @@ use super::chart::{
 use crate::error::Result;
 
 /// Curves of (angle in degrees, value). The rings reach from the largest value down by at most 50;
-/// smaller values lie in the centre. Angles within -90 to 90 degrees make a half disc. A curve
+/// smaller values lie in the centre. A curve of which nothing is larger is left out, and named in the legend. Angles within -90 to 90 degrees make a half disc. A curve
 /// breaks at NaN and where its angles leap.
 pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Picture> {
-    let values = || curves.iter().flat_map(|c| c.points.iter().map(|p| p[1]));
-    let (min, max) = finite_range(values()).unwrap_or((-40.0, 0.0));
-    let top = (max / 5.0).ceil() * 5.0;
-    let bottom = ((min / 10.0).floor() * 10.0).clamp(top - 50.0, top - 20.0);
-    let radial = Axis::new(radial_label, bottom, top);
+    let Scaled { radial, shown, keys } = scaled(radial_label, curves);
     let half = curves.iter().all(|c| c.points.iter().all(|p| p[0].is_nan() || p[0].abs() <= 90.0 + 1e-6));
 
     const RADIUS: f64 = 270.0;
     const AROUND: f64 = 48.0;
-    let keys: Vec<Key> = curves
-        .iter()
-        .enumerate()
-        .map(|(i, c)| Key { label: c.label.clone(), symbol: Symbol::Line(curve_pen(i)) })
-        .collect();
-    let keys = if curves.len() > 1 { keys } else { Vec::new() };
     let width = 2.0 * (RADIUS + AROUND);
     let rows = legend_rows(&keys, width - 32.0);
-    let head = header_height(title, rows.len());
+    let head = header_height(title, width - 32.0, rows.len());
     let (cx, cy) = (0.5 * width, head + 26.0 + RADIUS);
     let ruler_y = if half { cy } else { cy + RADIUS + 32.0 };
     let mut c = Canvas::new(width, ruler_y + 50.0);
@@ -67,8 +57,8 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
         c.text((x, y + drop), &format!("{a:.0}°").replace('-', "−"), TICK_SIZE, anchor, BLACK);
     }
 
-    for (i, curve) in curves.iter().enumerate() {
-        for piece in pieces(&curve.points) {
+    for i in shown {
+        for piece in pieces(&curves[i].points) {
             let line: Vec<_> = piece.iter().map(|p| at(p[0], radius(p[1]))).collect();
             c.polyline(&line, curve_pen(i));
         }
@@ -91,6 +81,43 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
     c.text((cx + 0.5 * RADIUS, ruler_y + 38.0), &radial.label, LABEL_SIZE, Anchor::Middle, BLACK);
     c.circle((cx, cy), 2.0, Some((BLACK, 1.0)), Some((WHITE, 0.5)));
     c.finish()
+}
+
+/// What a disc shows: its scale, which curves, and its legend.
+struct Scaled {
+    radial: Axis,
+    shown: Vec<usize>,
+    keys: Vec<Key>,
+}
+
+fn scaled(label: &str, curves: &[Curve]) -> Scaled {
+    let values = curves.iter().flat_map(|c| c.points.iter().map(|p| p[1]));
+    let (min, max) = finite_range(values).unwrap_or((-40.0, 0.0));
+    let top = (max / 5.0).ceil() * 5.0;
+    let bottom = ((min / 10.0).floor() * 10.0).clamp(top - 50.0, top - 20.0);
+    let radial = Axis::new(label, bottom, top);
+    let above = |c: &Curve| c.points.iter().any(|p| p[1] > radial.lo);
+    let shown: Vec<usize> = (0..curves.len()).filter(|i| above(&curves[*i])).collect();
+    let mut keys = Vec::new();
+    if curves.len() > 1 {
+        let key = |i: &usize| Key { label: curves[*i].label.clone(), symbol: Symbol::Line(curve_pen(*i)) };
+        keys.extend(shown.iter().map(key));
+    }
+    keys.extend(left_out(curves.iter().filter(|c| !above(c)), radial.lo, label));
+    Scaled { radial, shown, keys }
+}
+
+/// What the legend says of curves that lie under the scale altogether. The unit is that of the axis, `RCS (dBsm)`.
+pub(super) fn left_out<'a>(
+    curves: impl Iterator<Item = &'a Curve>,
+    bottom_db: f64,
+    axis: &str,
+) -> Option<Key> {
+    let names: Vec<&str> = curves.map(|c| c.label.as_str()).collect();
+    let unit = axis.rsplit_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')'));
+    let bottom = format!("{bottom_db:.0}").replace('-', "−");
+    let label = format!("left out, below {bottom} {unit}: {}", names.join(", "));
+    (!names.is_empty()).then_some(Key { label, symbol: Symbol::Note })
 }
 
 /// Splits where a value is NaN or where the angle leaps by more than five times its usual step. The
@@ -127,6 +154,29 @@ fn pieces(points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn curves_under_the_scale_are_named_and_not_drawn() {
+        let flat = |label: &str, v: f64| Curve {
+            label: label.into(),
+            points: (-90..=90).map(|a| [f64::from(a), v]).collect(),
+        };
+        let curves = [flat("VV", 3.0), flat("VH", -347.0), flat("HH", -12.0), flat("HV", f64::NEG_INFINITY)];
+        let made = scaled("RCS (dBsm)", &curves);
+        assert_eq!(((made.radial.lo, made.radial.hi), made.shown), ((-45.0, 5.0), vec![0, 2]));
+        let keys: Vec<_> = made.keys.iter().map(|k| (k.label.as_str(), k.symbol)).collect();
+        assert_eq!(
+            keys,
+            [
+                ("VV", Symbol::Line(curve_pen(0))),
+                ("HH", Symbol::Line(curve_pen(2))),
+                ("left out, below −45 dBsm: VH, HV", Symbol::Note),
+            ]
+        );
+        // The only curve of a picture may be empty too.
+        let keys = scaled("RCS (dBsm)", &curves[3..]).keys;
+        assert_eq!(keys[0].label, "left out, below −40 dBsm: HV");
+    }
 
     #[test]
     fn breaks_and_closing() {

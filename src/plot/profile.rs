@@ -2,8 +2,8 @@
 
 use super::axis::Axis;
 use super::canvas::{GREY, Pen, Picture};
-use super::chart::{CURVE_COLOURS, Chart, Layer, Mark, Paint, Symbol, finite_range};
-use super::range_doppler::decibel_limits;
+use super::chart::{CURVE_COLOURS, Chart, Layer, Mark, Symbol, finite_range};
+use super::range_doppler::{Unmarked, add_unmarked, decibel_limits};
 use crate::error::Result;
 
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -17,6 +17,8 @@ pub struct RangeProfile<'a> {
     pub noise_dbm: Option<f64>,
     /// (range in m, power in dBm) of each detection.
     pub detections: &'a [[f64; 2]],
+    /// Peaks over the threshold that are none of them, at (range in m, power in dBm).
+    pub unmarked: &'a [Unmarked<'a>],
 }
 
 /// The lower limit is 12 dB under the noise (given, or the median), so that deep nulls are cut off.
@@ -31,11 +33,9 @@ pub(super) fn range_profile_chart(input: &RangeProfile) -> Chart {
     if let Some(noise) = input.noise_dbm.filter(|n| n.is_finite()) {
         lo = (((noise - 12.0) / 5.0).floor() * 5.0).clamp(hi - 110.0, hi - 20.0);
     }
-    let mut chart = Chart::new(
-        input.title,
-        Axis::new("range (m)", x0, x1),
-        Axis::new("power (dBm)", lo, hi + 5.0).to_ticks(8),
-    );
+    // Not to the next ticks: they would give the nulls under the noise more room.
+    let mut chart =
+        Chart::new(input.title, Axis::new("range (m)", x0, x1), Axis::new("power (dBm)", lo, hi + 5.0));
     (chart.width, chart.height) = (640.0, 360.0);
     let curve = |y: &[f64]| -> Vec<[f64; 2]> {
         input
@@ -59,14 +59,9 @@ pub(super) fn range_profile_chart(input: &RangeProfile) -> Chart {
         chart.key("thermal noise", Symbol::Line(pen));
     }
     if !input.detections.is_empty() {
-        let mark = Mark::Diamond { radius: 5.0 };
-        let colour = CURVE_COLOURS[5];
-        chart.layers.push(Layer::Marks {
-            points: input.detections.to_vec(),
-            mark,
-            paint: Paint::Fixed(colour),
-        });
-        chart.key(format!("detections ({})", input.detections.len()), Symbol::Mark(mark, colour));
+        let label = format!("detections ({})", input.detections.len());
+        chart.marks(label, input.detections.to_vec(), Mark::Diamond { radius: 5.0 }, CURVE_COLOURS[5]);
     }
+    add_unmarked(&mut chart, input.unmarked);
     chart
 }

@@ -3,8 +3,9 @@
 use super::axis::Axis;
 use super::canvas::{Pen, Picture};
 use super::chart::{
-    Chart, ColourMap, Curve, Layer, Mark, Paint, Scale, curve_pen, finite_range, heat_map, lines,
+    Chart, ColourMap, Curve, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map, lines,
 };
+use super::polar::left_out;
 use crate::error::Result;
 
 /// One panel of a sheet.
@@ -58,6 +59,15 @@ fn chart(panel: &Panel) -> Chart {
             let y = Axis::new(y_label.clone(), lo, hi);
             chart.y = if limits.is_some() { y } else { y.to_ticks(8) };
             let bottom = chart.y.lo;
+            let dot = Mark::Dot { radius: 3.0 };
+            let seen = |c: &Curve| !*decibels || c.points.iter().any(|p| p[1] >= bottom);
+            chart.keys.clear();
+            for (i, c) in curves.iter().enumerate().filter(|(_, c)| curves.len() > 1 && seen(c)) {
+                let pen = curve_pen(i);
+                let few = c.points.len() <= FEW;
+                chart.key(c.label.clone(), if few { Symbol::Marked(pen, dot) } else { Symbol::Line(pen) });
+            }
+            chart.keys.extend(left_out(curves.iter().filter(|c| !seen(c)), bottom, y_label));
             for layer in &mut chart.layers {
                 if let Layer::Line { points, .. } = layer {
                     // A zero amplitude is a point far below, not a gap.
@@ -67,7 +77,7 @@ fn chart(panel: &Panel) -> Chart {
             for (i, c) in curves.iter().enumerate().filter(|(_, c)| c.points.len() <= FEW) {
                 chart.layers.push(Layer::Marks {
                     points: c.points.clone(),
-                    mark: Mark::Dot { radius: 3.0 },
+                    mark: dot,
                     paint: Paint::Fixed(curve_pen(i).colour),
                 });
             }
@@ -90,12 +100,19 @@ fn chart(panel: &Panel) -> Chart {
                 values.clone(),
                 Scale::new(ColourMap::Viridis, label.clone(), lo, hi),
             );
+            let pen = Pen::solid([220, 30, 30], 1.4);
+            let mut outlined = Vec::new();
             for &level in contours {
-                for line in outline(&x.1, &y.1, values, level) {
-                    chart
-                        .layers
-                        .push(Layer::Line { points: line.to_vec(), pen: Pen::solid([220, 30, 30], 1.4) });
+                let pieces = outline(&x.1, &y.1, values, level);
+                if !pieces.is_empty() {
+                    outlined.push(level.to_string().replace('-', "−"));
                 }
+                chart
+                    .layers
+                    .extend(pieces.into_iter().map(|line| Layer::Line { points: line.to_vec(), pen }));
+            }
+            if !outlined.is_empty() {
+                chart.key(format!("{label} = {}", outlined.join(", ")), Symbol::Line(pen));
             }
             chart
         }
@@ -155,6 +172,38 @@ mod tests {
             length += (a[0] - b[0]).hypot(a[1] - b[1]);
         }
         assert!((length - std::f64::consts::TAU).abs() < 0.05, "{length}");
+    }
+
+    #[test]
+    fn legends_of_panels_show_dots_levels_and_what_is_left_out() {
+        let flat = |label: &str, v: f64, n: usize| Curve {
+            label: label.into(),
+            points: (0..n).map(|i| [i as f64, v]).collect(),
+        };
+        let panel = Panel::Curves {
+            title: String::new(),
+            x_label: "x".into(),
+            y_label: "RCS (dBsm)".into(),
+            curves: vec![flat("few", 3.0, 5), flat("many", -10.0, 99), flat("none", -300.0, 99)],
+            limits: None,
+            decibels: true,
+        };
+        let drawn = chart(&panel);
+        let dot = Mark::Dot { radius: 3.0 };
+        let symbols: Vec<Symbol> = drawn.keys.iter().map(|k| k.symbol).collect();
+        assert_eq!(symbols, [Symbol::Marked(curve_pen(0), dot), Symbol::Line(curve_pen(1)), Symbol::Note]);
+        assert!(drawn.keys[2].label.ends_with("dBsm: none"), "{:?}", drawn.keys);
+        let map = Panel::Map {
+            title: String::new(),
+            x: ("x".into(), vec![0.0, 1.0]),
+            y: ("y".into(), vec![0.0, 1.0]),
+            values: vec![-20.0, 0.0, -20.0, 0.0],
+            label: "RCS (dBsm)".into(),
+            limits: None,
+            contours: vec![-10.0, 50.0],
+        };
+        let labels: Vec<String> = chart(&map).keys.into_iter().map(|k| k.label).collect();
+        assert_eq!(labels, ["RCS (dBsm) = −10"]);
     }
 
     #[test]

@@ -163,6 +163,7 @@ fn range_doppler_map_of_a_road() {
         range_m: &r.range_m,
         range_rate_mps: &r.range_rate_mps,
         detections: &r.detections,
+        ..Default::default()
     })
     .unwrap();
     keep("range_doppler.png", &p);
@@ -187,6 +188,7 @@ fn a_detection_stands_where_its_numbers_say() {
             range_m: &range_m,
             range_rate_mps: &rate,
             detections: &[d],
+            ..Default::default()
         })
         .unwrap();
         let img = p.pixels();
@@ -227,6 +229,7 @@ fn one_bright_cell_survives_a_map_finer_than_the_picture() {
         range_m: &range_m,
         range_rate_mps: &rate,
         detections: &[],
+        ..Default::default()
     })
     .unwrap();
     let img = p.pixels();
@@ -261,7 +264,7 @@ fn labels_of_a_road() {
     let all = picture(&points, &lines, &[[0.0, 0.0], [40.0, -3.0], [40.0, 3.0]]);
     keep("labels.png", &all);
     // Ghosts are ringed in red, and only they.
-    let red = |p: &Picture| p.pixels().pixels().filter(|c| c.0 == [220, 30, 30]).count();
+    let red = |p: &Picture| p.pixels().pixels().filter(|c| c.0 == class_colour("ghost")).count();
     assert!(red(&all) > 50);
     let real: Vec<LabelledPoint> = points.iter().filter(|p| !p.ghost).cloned().collect();
     assert_eq!(red(&picture(&real, &[], &[])), 0);
@@ -286,8 +289,10 @@ fn mask_with_left_on_the_left() {
     let p = mask_picture(&input).unwrap();
     keep("mask.png", &p);
     let (w, h) = (f64::from(p.pixels().width()), f64::from(p.pixels().height()));
-    let vehicle =
-        p.pixels().enumerate_pixels().filter(|(_, y, c)| c.0 == [92, 140, 190] && f64::from(*y) > 0.1 * h);
+    let vehicle = p
+        .pixels()
+        .enumerate_pixels()
+        .filter(|(_, y, c)| c.0 == class_colour("vehicle") && f64::from(*y) > 0.1 * h);
     let (n, x, y) = vehicle
         .fold((0.0, 0.0, 0.0), |(n, sx, sy), (x, y, _)| (n + 1.0, sx + f64::from(x), sy + f64::from(y)));
     assert!(n > 1000.0 && x / n < 0.4 * w && y / n < 0.5 * h, "{n} {} {}", x / n / w, y / n / h);
@@ -392,6 +397,7 @@ fn range_profile_of_a_road() {
         threshold_dbm: &threshold,
         noise_dbm: Some(-122.0),
         detections: &detections,
+        ..Default::default()
     })
     .unwrap();
     keep("range_profile.png", &p);
@@ -467,6 +473,7 @@ fn odd_numbers_draw_something() {
             threshold_dbm: &powers,
             noise_dbm: Some(f64::NEG_INFINITY),
             detections: &points,
+            ..Default::default()
         })
         .unwrap();
         let above: Vec<_> =
@@ -481,6 +488,7 @@ fn odd_numbers_draw_something() {
             range_m: &[0.0, 1.0, 2.0, 3.0],
             range_rate_mps: &[-1.0, 0.0, 1.0],
             detections: &[],
+            ..Default::default()
         })
         .unwrap();
         assert!(colours(&p) > 10);
@@ -561,4 +569,61 @@ fn files_are_told_apart() {
     }
     let e = plot_file(&other, t.path().join("x.png"), &options).unwrap_err().to_string();
     assert!(e.contains("points.csv") && e.contains("adc.npy"), "{e}");
+}
+
+/// The drawing itself, not pixels: sizes, colours and the legend of a plan.
+#[test]
+fn plans_show_small_things_and_what_the_legend_says() {
+    let r = road();
+    let mut objects = r.objects.clone();
+    objects.push(Outline::whole("car", vec![[50.0, 3.0]]));
+    objects.push(Outline::whole("corner", vec![[60.0, 3.0]]));
+    let radars = [FieldOfView { half_angle_rad: 1.0, range_m: 62.0, ..Default::default() }];
+    let input = BirdsEye { objects: &objects, points: &r.points, radars: &radars, ..Default::default() };
+    let chart = birds_eye::birds_eye_chart(&input);
+    assert_eq!(chart.unfounded_keys(), Vec::<&str>::new());
+    let labels: Vec<&str> = chart.keys.iter().map(|k| k.label.as_str()).collect();
+    for wanted in
+        ["marker (enlarged)", "post (enlarged)", "car", "car, point", "corner", "guard rail", "radar"]
+    {
+        assert!(labels.contains(&wanted), "{labels:?}");
+    }
+    let pixel = (chart.x.hi - chart.x.lo).abs() / chart.width;
+    let mut seen = 0;
+    for layer in &chart.layers {
+        if let Layer::Area { polygon, fill: Some((colour, _)), .. } = layer {
+            let side = |i: usize| {
+                let (lo, hi) = finite_range(polygon.iter().map(|p| p[i])).unwrap();
+                (hi - lo) / pixel
+            };
+            assert!(side(0).max(side(1)) > birds_eye::SMALLEST - 1e-6, "{} {}", side(0), side(1));
+            let small = [class_colour("marker"), class_colour("post")].contains(colour);
+            assert!(!small || side(0).min(side(1)) > 0.5 * birds_eye::SMALLEST - 1e-6);
+            seen += usize::from(small);
+        }
+    }
+    assert_eq!(seen, 2 * (26 + 20));
+    // Near by they have their own size.
+    let near = BirdsEye { limits_m: Some([[19.0, 7.0], [21.0, 8.0]]), ..input };
+    let chart = birds_eye::birds_eye_chart(&near);
+    assert!(chart.keys.iter().all(|k| !k.label.contains("enlarged")), "{:?}", chart.keys);
+}
+
+#[test]
+fn long_titles_take_another_line() {
+    let title = "type1:width_m=0.16,height_m=0.004,length_m=0.117,thickness_m=0.002, 77 GHz, transmitter at azimuth 10°";
+    let height = |title: &str| lines(title, "x", "y", &[]).draw().unwrap().pixels().height();
+    assert!(height(title) > height("short"));
+    assert_eq!(height("short"), height("short, 77 GHz"));
+}
+
+#[test]
+fn a_white_line_shows_in_the_legend() {
+    let mut chart = Chart::new("", Axis::new("", 0.0, 1.0), Axis::new("", 0.0, 1.0));
+    let dark = |chart: &Chart| chart.draw().unwrap().pixels().pixels().filter(|p| p.0 == [68, 1, 84]).count();
+    chart.key("true", Symbol::Line(Pen::solid([0, 0, 0], 2.0)));
+    assert_eq!(dark(&chart), 0);
+    chart.key("true", Symbol::Line(Pen::solid([255, 255, 255], 2.0)));
+    // 24 x 10 logical pixels less the line.
+    assert!(dark(&chart) > 500);
 }

@@ -6,7 +6,7 @@ use super::parameter::{Value, word_of};
 use super::search::{Design, Search};
 use crate::error::{Error, Result};
 use crate::formats::csv::Writer;
-use crate::units::wavelength_m;
+use crate::units::{level_text, wavelength_m};
 use std::fmt::{Display, Write};
 
 /// What one study gave.
@@ -239,7 +239,7 @@ fn with_unit(x: f64, unit: &str) -> String {
         "" => short(x),
         u if u.starts_with("dB") => {
             let decimals = if x.abs() < 9.995 { 2 } else { 1 };
-            format!("{:.decimals$} {u}", x + 0.0).replace('-', "−")
+            format!("{} {u}", level_text(x + 0.0, decimals)).replace('-', "−")
         }
         u => format!("{} {u}", short(x)),
     }
@@ -271,6 +271,7 @@ mod tests {
         assert_eq!(short(7.5e6), "7.500e6");
         assert_eq!(short(0.0), "0");
         assert_eq!(with_unit(-0.0137, "dB"), "−0.01 dB");
+        assert_eq!(with_unit(-347.1, "dBsm"), "< −200 dBsm");
         assert_eq!(rounded(-0.0), "0");
         assert_eq!(rounded(f64::NAN), "");
     }

@@ -43,7 +43,7 @@ pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimat
     }
     chart.key("true lines", Symbol::Line(grey));
     chart.key("points", Symbol::Mark(DOT, SEEN));
-    chart.key("estimate, 2σ", Symbol::Line(red));
+    chart.key("estimate, 2σ", Symbol::Area { fill: (FOUND, 0.15), stroke: red });
     chart
 }
 

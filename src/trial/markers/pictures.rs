@@ -4,7 +4,10 @@ use super::tally::{View, tally, truth_in_view};
 use super::{Seen, Tally, excess_db, value};
 use crate::error::Result;
 use crate::lane::markers::{Markers, MarkersOptions};
-use crate::plot::{Axis, Chart, ColourMap, Layer, Mark, Paint, Pen, Picture, Rgb, Scale, Symbol, heat_map};
+use crate::plot::{
+    Axis, Chart, ColourMap, Layer, Mark, Paint, Pen, Picture, Rgb, Scale, Symbol, class_colour, class_name,
+    curve_pen, heat_map, noise_scale,
+};
 use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use crate::trial::{Drive, Given, Step};
 use crate::units::dbm_from_w;
@@ -12,8 +15,6 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// Of classes and lines, apart for colour-blind readers (Okabe and Ito 2008).
-const COLOURS: [Rgb; 6] =
-    [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [60, 60, 60]];
 const BLACK: Rgb = [0, 0, 0];
 const PALE: Rgb = [190, 205, 220];
 const RING: Mark = Mark::Ring { radius: 5.0 };
@@ -115,15 +116,10 @@ fn points(look: &Seen, view: &View) -> Chart {
     let mut classes: Vec<&str> = look.kept.classes.iter().map(String::as_str).collect();
     classes.sort_unstable();
     classes.dedup();
-    for (k, class) in classes.iter().enumerate() {
+    for class in &classes {
         let of = (0..look.kept.points.len()).filter(|i| look.kept.classes[*i] == *class);
-        let colour = match *class {
-            "" => PALE,
-            "marker" => FOUND,
-            _ => COLOURS[k % COLOURS.len()],
-        };
-        let name = if class.is_empty() { "no object" } else { class };
-        dots(&mut chart, places(look, of), DOT, colour, name);
+        let (colour, name) = (class_colour(class), class_name(class));
+        dots(&mut chart, places(look, of), DOT, colour, &name);
     }
     chart
 }
@@ -171,8 +167,7 @@ fn speed(map: &NearMap, look: &Seen) -> Option<Chart> {
         return None;
     }
     let dbm: Vec<f64> = map.dbm.iter().map(|d| f64::from(*d)).collect();
-    let top = dbm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let scale = Scale::new(ColourMap::Viridis, "power (dBm)", top - 100.0, top);
+    let scale = noise_scale(&dbm);
     let axes = (
         ("range (m)", (map.range_m[0], map.range_m[1])),
         ("range rate (m/s)", (map.rate_mps[0], map.rate_mps[1])),
@@ -303,7 +298,7 @@ fn levels(look: &Seen, options: &MarkersOptions) -> Option<Chart> {
     let x = Axis::new("distance (m)", 0.0, far + 2.0);
     let mut chart = Chart::new(title, x, Axis::new("cross section (dBsm)", lo - 3.0, hi + 3.0).to_ticks(8));
     for (k, line) in lines.iter().enumerate() {
-        let colour = COLOURS[k % COLOURS.len()];
+        let colour = curve_pen(k).colour;
         dots(
             &mut chart,
             line.iter().map(|(r, a, _)| [*r, *a]).collect(),

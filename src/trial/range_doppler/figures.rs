@@ -3,7 +3,7 @@
 use super::{Made, MapPicture, Settings, errors};
 use crate::error::Result;
 use crate::lane::range_doppler::{Foreseen, LaneFromMap};
-use crate::plot::{Axis, Chart, ColourMap, Layer, Mark, Paint, Pen, Rgb, Scale, Symbol, finite_range};
+use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, finite_range, noise_scale};
 use crate::trial::Trial;
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
 
@@ -48,13 +48,7 @@ fn map_chart(title: &str, map: &MapPicture, m: &Made, s: &Settings) -> Chart {
     let mut chart = Chart::new(title, x, y);
     (chart.width, chart.height, chart.grid) = (680.0, 440.0, false);
     let values: Vec<f64> = map.dbm.iter().map(|v| f64::from(*v)).collect();
-    let (_, top) = finite_range(values.iter().copied()).unwrap_or((-140.0, -60.0));
-    let mut sorted = values.clone();
-    let middle = sorted.len() / 2;
-    let floor = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let low = ((floor - 5.0) / 5.0).floor() * 5.0;
-    let high = ((top / 5.0).ceil() * 5.0).max(low + 20.0);
-    chart.scale = Some(Scale::new(ColourMap::Viridis, "power (dBm)", low, high));
+    chart.scale = Some(noise_scale(&values));
     let cells = (map.rows, map.columns);
     chart.layers.push(Layer::Cells {
         x: (map.range_m[0], map.range_m[1]),

@@ -6,7 +6,7 @@ use crate::lane::road_shape::image::SlopeImage;
 use crate::lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
 use crate::lane::score::TrueLanes;
 use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol};
-use crate::plot::{ColourMap, Scale, curve_pen, heat_map};
+use crate::plot::{ColourMap, Scale, class_colour, curve_pen, heat_map};
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use serde::{Deserialize, Serialize};
 
@@ -161,16 +161,16 @@ pub fn road(
     chart.layers.push(Layer::Marks {
         points: cars.to_vec(),
         mark: diamond,
-        paint: Paint::Fixed([255, 127, 14]),
+        paint: Paint::Fixed(class_colour("vehicle")),
     });
     chart.layers.push(Layer::Marks { points: rest, mark: dot, paint: Paint::Fixed(SEEN) });
     chart.layers.push(Layer::Marks { points: other, mark: dot, paint: Paint::Fixed(OTHER) });
     chart.key("true edges", Symbol::Line(grey));
-    chart.key("estimate, 2σ", Symbol::Line(red));
+    chart.key("estimate, 2σ", Symbol::Area { fill: (FOUND, 0.15), stroke: red });
     chart.key("standing", Symbol::Mark(dot, SEEN));
     chart.key("moving", Symbol::Mark(dot, OTHER));
     if !cars.is_empty() {
-        chart.key("vehicles (true)", Symbol::Mark(diamond, [255, 127, 14]));
+        chart.key("vehicles (true)", Symbol::Mark(diamond, class_colour("vehicle")));
     }
     chart.draw()
 }

@@ -4,7 +4,7 @@ use super::settings::StandsFor;
 use super::{Made, Run, Seen, Tuned, energy, failed, wide};
 use crate::error::Result;
 use crate::lane::uwb::{self, EventKind, Histogram};
-use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, finite_range};
+use crate::plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, class_colour, finite_range};
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use crate::trial::report::{Row, common_rows};
 use crate::trial::{Sheet, Step, Trial};
@@ -378,9 +378,7 @@ fn energy_chart(made: &Made<'_>, run: &Run, r: usize, e: usize, rule: &str) -> C
     }
     let covers: Vec<[f64; 2]> = run.covers[e].iter().map(|t| [*t, low + 0.03 * (top - low)]).collect();
     if !covers.is_empty() {
-        let diamond = Mark::Dot { radius: 5.0 };
-        chart.layers.push(Layer::Marks { points: covers, mark: diamond, paint: Paint::Fixed([60; 3]) });
-        chart.key("cover", Symbol::Mark(diamond, [60; 3]));
+        chart.marks("cover", covers, Mark::Dot { radius: 5.0 }, class_colour("manhole"));
     }
     chart.key("energy", Symbol::Line(blue));
     chart.key("threshold", Symbol::Line(red));
