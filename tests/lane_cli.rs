@@ -134,3 +134,60 @@ fn a_comparison_says_what_a_scenario_lacks() {
     }
     assert!(out.join("compare.csv").is_file());
 }
+
+/// The third road of the comparison with coarse radars, fewer echoes and one look a drive: every method takes it, and each run has another
+/// seed.
+#[test]
+fn the_third_road_is_compared_and_its_seeds_change() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |from: &str, to: &str, changes: &[(&str, &str)]| {
+        let mut text = fs::read_to_string(root().join("scenes").join(from)).unwrap();
+        for (old, new) in changes {
+            assert!(text.contains(old), "{from}: {old}");
+            text = text.replace(old, new);
+        }
+        fs::write(dir.path().join(to), text).unwrap();
+    };
+    write("lane/uwb9_scan.toml", "uwb9_scan.toml", &[]);
+    write("road/road_compare_truck.toml", "road.toml", &[("length_m = 320", "length_m = 110")]);
+    // A quarter of the band, the samples and the chirps.
+    let coarse = [
+        ("bandwidth_hz = 2.46e9", "bandwidth_hz = 0.615e9"),
+        ("sample_rate_hz = 62.5e6", "sample_rate_hz = 15.625e6"),
+        ("samples = 2048", "samples = 512"),
+        ("chirps = 512", "chirps = 128"),
+        ("doppler_fft = 1024", "doppler_fft = 128"),
+    ];
+    write("lane/compare_front.toml", "compare_front.toml", &coarse);
+    let small = [
+        ("../road/road_compare_truck.toml", "road.toml"),
+        ("bounces = 2", "bounces = 1"),
+        ("rays = 20_000", "rays = 200"),
+        ("facets = 4_000", "facets = 200"),
+        ("plate_class = \"plate\"", "plate_class = \"plate\"\nquiet_scans = 40"),
+        ("map_frames = 20", "map_frames = 2"),
+        ("[\"clear\", \"night\", \"fog\", \"glare\"]", "[\"clear\"]"),
+    ];
+    write("lane/compare_truck.toml", "truck.toml", &small);
+    let path = dir.path().join("truck.toml");
+    let out = dir.path().join("out");
+    let args = ["lane", "compare", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--json"];
+    let o = catseye(&[&args[..], &["--seed", "5", "--runs", "2", "--frames", "1"]].concat());
+    assert!(o.status.success(), "{}", self::text(&o.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&o.stdout).unwrap();
+    let table = report["notes"][0].as_str().unwrap();
+    assert!(!table.contains("cannot") && table.lines().count() > 8, "{table}");
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
+    assert_eq!(manifest["seed"], 5);
+    // A receiver of satellites has noise of its own in each run.
+    let looks = fs::read_to_string(out.join("1_hd-map/estimates.jsonl")).unwrap();
+    let estimates: Vec<serde_json::Value> = looks
+        .lines()
+        .map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap()["estimate"]["offset_m"].clone())
+        .collect();
+    assert!(
+        estimates.len() == 2 && estimates[0].is_object() && estimates[0] != estimates[1],
+        "{estimates:?}"
+    );
+}

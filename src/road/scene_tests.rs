@@ -14,10 +14,11 @@ use proptest::prelude::*;
 use std::collections::HashSet;
 use std::path::Path;
 
-const FILES: [(&str, &str); 29] = [
+const FILES: [(&str, &str); 30] = [
     ("coded", include_str!("../../scenes/road/road_coded.toml")),
     ("compare", include_str!("../../scenes/road/road_compare.toml")),
     ("compare_bend", include_str!("../../scenes/road/road_compare_bend.toml")),
+    ("compare_truck", include_str!("../../scenes/road/road_compare_truck.toml")),
     ("covers", include_str!("../../scenes/road/road_covers.toml")),
     ("crest", include_str!("../../scenes/road/road_crest.toml")),
     ("eight_lanes", include_str!("../../scenes/road/road_eight_lanes.toml")),
