@@ -3,6 +3,7 @@
 
 mod chain;
 pub mod devices;
+pub mod memory;
 pub mod sweep;
 
 use crate::adc::{self, Cube};

@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod frames;
+pub mod machine;
 pub mod units;
 
 pub mod rng;

@@ -108,7 +108,7 @@ fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Resu
         print(&format!("wrote {}", written.display()))?;
     }
     for (name, path) in recipe.files()? {
-        let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+        let bytes = crate::formats::input::read(&path, "a file of the recipe", u64::MAX - 1)?;
         let written = stage::write_file(out.join(name), global.force, &bytes)?;
         print(&format!("wrote {}", written.display()))?;
     }

@@ -76,13 +76,17 @@ pub enum PrecisionName {
 
 impl Global {
     pub fn engine(&self) -> Result<Engine> {
-        let precision = match self.precision {
-            PrecisionName::F32 => Precision::F32,
-            PrecisionName::F64 => Precision::F64,
-        };
-        let engine = Engine::open(&self.device, precision)?;
+        let engine = Engine::open(&self.device, self.precision())?;
         self.say(&format!("engine: {}", engine.describe()));
         Ok(engine)
+    }
+
+    /// Of the cpu engine.
+    pub fn precision(&self) -> Precision {
+        match self.precision {
+            PrecisionName::F32 => Precision::F32,
+            PrecisionName::F64 => Precision::F64,
+        }
     }
 
     /// A message for people, on stderr.
@@ -129,6 +133,9 @@ pub fn run() -> ExitCode {
         Err(e) => return usage(&e),
     };
     let g = &cli.global;
+    if let Some(remark) = crate::machine::start_threads() {
+        g.say(&remark);
+    }
     if let Err(e) = bar::watch() {
         g.say(&format!("Ctrl-C ends the program without a word: {e}"));
     }

@@ -71,6 +71,7 @@ impl Process {
         let (maps, points) = match streamed {
             true => self.by_blocks(&engine, &radar, &mut source, &mut seconds)?,
             false => {
+                engine.check_memory(&radar, 0)?;
                 let cube = whole(&engine, &mut source, self.input.frame)?;
                 detect(&engine, &radar, &cube, &Returns::default(), &Bodies::default(), &mut seconds)?
             }

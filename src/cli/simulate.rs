@@ -5,9 +5,12 @@ use super::{Global, Kept, print, print_json};
 use crate::cpu::trace::echoes;
 use crate::dataset::frame::{radar_pose, trace_options};
 use crate::dataset::run::{RunOptions, RunReport, run};
+use crate::engine::memory::FrameMemory;
 use crate::error::{BadInput, Error, Result};
 use crate::geom::Geometry;
+use crate::machine;
 use crate::road::site::Site;
+use crate::scene::radar::Radar;
 use crate::scene::scenario::Scenario;
 use crate::trace::windows::windows;
 use clap::Args;
@@ -166,6 +169,13 @@ struct DryRun {
     triangles: usize,
     echoes: usize,
     cube_bytes: u64,
+    /// Of the radar whose spectrum is largest, with both transforms' lengths.
+    spectrum_bytes: u64,
+    map_bytes: u64,
+    /// The most that a frame holds at once; radars take turns.
+    peak_bytes: u64,
+    /// What the machine has, where that is known.
+    available_bytes: Option<u64>,
     disk_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
@@ -174,22 +184,31 @@ struct DryRun {
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
-    let mut d = DryRun { frames: scenario.frames.count, ..Default::default() };
+    let available_bytes = machine::available_bytes();
+    let mut d = DryRun { frames: scenario.frames.count, available_bytes, ..Default::default() };
+    let precision = global.precision();
+    let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
+    scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
     for (which, radar) in scenario.radars.iter().enumerate() {
         let geometry = Geometry::build(scene, 0.0, radar.carrier_hz)?;
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
         let options = trace_options(scenario, which, 0)?;
         let echoes =
             echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
+        let needs = memory(radar, echoes);
+        needs.check(radar)?;
         let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
         let map = (radar.waveform.parts() * radar.doppler_rows() * radar.range_bins()) as u64;
         let o = &scenario.output;
         d.triangles = geometry.triangles.len();
         d.echoes += echoes;
-        d.cube_bytes += 8 * samples;
+        d.cube_bytes += needs.cube_bytes as u64;
+        d.spectrum_bytes = d.spectrum_bytes.max(needs.spectrum_bytes as u64);
+        d.map_bytes += needs.map_bytes as u64;
+        d.peak_bytes = d.peak_bytes.max(needs.peak_bytes as u64);
         d.disk_bytes_per_frame +=
             if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
-        d.echo_bytes += (echoes * size_of::<crate::trace::Return>()) as u64;
+        d.echo_bytes += needs.echo_bytes as u64;
     }
     d.disk_bytes = d.disk_bytes_per_frame * u64::from(scenario.frames.count);
     if global.json {
@@ -197,7 +216,15 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     }
     let mib = |b: u64| b as f64 / (1 << 20) as f64;
     print(&format!("{} frames, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
-    print(&format!("cube {:.1} MiB, echoes {:.1} MiB", mib(d.cube_bytes), mib(d.echo_bytes)))?;
+    print(&format!(
+        "cube {:.1} MiB, spectrum {:.1} MiB, maps {:.1} MiB, echoes {:.1} MiB",
+        mib(d.cube_bytes),
+        mib(d.spectrum_bytes),
+        mib(d.map_bytes),
+        mib(d.echo_bytes)
+    ))?;
+    let there = d.available_bytes.map_or(String::new(), |b| format!(" of {:.1} MiB that are free", mib(b)));
+    print(&format!("memory {:.1} MiB at most at one time{there}", mib(d.peak_bytes)))?;
     print(&format!(
         "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
         mib(d.disk_bytes_per_frame),

@@ -161,6 +161,7 @@ impl<'a> Prepared<'a> {
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
         let (scenario, scene) = (self.scenario, self.scene);
         let radar = &scenario.radars[which];
+        engine.check_memory(radar, 0)?;
         let seed = radar_seed(scenario, which);
         let time_s = scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
@@ -192,6 +193,7 @@ impl<'a> Prepared<'a> {
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
         let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
         let returns = engine.returns(geometry, radar, &pose, velocity_mps, &options);
+        engine.check_memory(radar, returns.returns.len())?;
         stages.trace_s = clock.lap();
         let interference = arrivals(scenario, scene, which, time_s)?;
         let (cube, front_end, mut maps) = engine.frame(

@@ -620,7 +620,7 @@ fn texts_in(path: &Path) -> Result<BTreeSet<String>> {
             }
         }
         Some("gltf") => {
-            let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+            let bytes = crate::scene::gltf::read_bytes(path)?;
             if let Ok(v) = serde_json::from_slice(&bytes) {
                 of_json(&v, &mut found);
             }

@@ -61,6 +61,7 @@ struct Note {
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
+    scenario.radars.iter().try_for_each(|r| engine.check_memory(r, 0))?;
     let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
     // Everything that decides on the bytes, the text of a calibration too: another one of these must not continue this
     // folder.

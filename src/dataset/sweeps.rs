@@ -6,8 +6,8 @@ use super::manifest::Axes;
 use crate::error::{BadInput, Error, Result};
 use crate::formats::csv::Table;
 use crate::formats::interop::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
-use crate::formats::npy;
 use crate::formats::stage::MANIFEST;
+use crate::formats::{input, npy};
 use crate::frames::{Pose, World};
 use crate::units::dbm_from_w;
 use glam::{DQuat, DVec3};
@@ -103,13 +103,10 @@ pub struct Run {
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
-    let bytes = match std::fs::read(path) {
-        Ok(b) => b,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(BadInput::new("no such file").file(path).remedy(missing).into());
-        }
-        Err(e) => return Err(Error::io(path, e)),
-    };
+    if matches!(std::fs::metadata(path), Err(e) if e.kind() == std::io::ErrorKind::NotFound) {
+        return Err(BadInput::new("no such file").file(path).remedy(missing).into());
+    }
+    let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
     serde_json::from_slice(&bytes).map_err(|e| {
         BadInput::new(format!("is not what catseye writes: {e}")).file(path).line(e.line()).into()
     })

@@ -1,6 +1,6 @@
 //! Comma-separated tables (RFC 4180) with one header line and comment lines that start with `#`.
 
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::error::{BadInput, Result, nearest};
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write;
@@ -26,13 +26,7 @@ impl Table {
     /// UTF-8, a name that occurs twice.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
-        let bytes = match std::fs::read(path) {
-            Ok(b) => b,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                return Err(BadInput::new("no such file").file(path).into());
-            }
-            Err(e) => return Err(Error::io(path, e)),
-        };
+        let bytes = super::input::read(path, "a CSV table", super::input::LARGEST_TEXT)?;
         let text = String::from_utf8(bytes).map_err(|_| BadInput::new("is not UTF-8 text").file(path))?;
         Table::parse(path, text)
     }

@@ -132,16 +132,7 @@ impl Source {
 
 /// Opens a file that has to be there.
 pub(super) fn open_file(path: &Path) -> Result<File> {
-    let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
-    match File::open(path) {
-        Ok(f) => match f.metadata() {
-            Ok(m) if !m.is_file() => Err(bad("is not a file")),
-            Err(e) => Err(Error::io(path, e)),
-            Ok(_) => Ok(f),
-        },
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(bad("no such file")),
-        Err(e) => Err(Error::io(path, e)),
-    }
+    super::input::open(path, "a file of samples")
 }
 
 fn extension(path: &Path) -> String {

@@ -6,6 +6,7 @@ pub mod cube;
 pub mod cube_layout;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
+pub mod input;
 pub mod interop;
 mod lock;
 pub mod npy;

@@ -152,16 +152,7 @@ pub fn read_header(path: impl AsRef<Path>) -> Result<Header> {
 }
 
 fn open(path: &Path) -> Result<BufReader<File>> {
-    let bad = |problem: String| Error::from(BadInput::new(problem).file(path));
-    match File::open(path) {
-        Ok(f) => match f.metadata() {
-            Ok(m) if !m.is_file() => Err(bad("is not a file".into())),
-            Err(e) => Err(Error::io(path, e)),
-            Ok(_) => Ok(BufReader::new(f)),
-        },
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(bad("no such file".into())),
-        Err(e) => Err(Error::io(path, e)),
-    }
+    Ok(BufReader::new(super::input::open(path, "a .npy file")?))
 }
 
 fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {

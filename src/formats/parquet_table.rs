@@ -38,10 +38,7 @@ impl Table {
                 .remedy("write it with columns of doubles, uncompressed or with snappy or zstd")
                 .into()
         };
-        let file = std::fs::File::open(path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => BadInput::new("the file does not exist").file(path).into(),
-            _ => Error::io(path, e),
-        })?;
+        let file = super::input::open(path, "a Parquet table")?;
         let reader = SerializedFileReader::new(file).map_err(bad)?;
         let meta = reader.metadata().file_metadata();
         let of_key = |kv: &KeyValue| (kv.key == COMMENTS).then(|| kv.value.clone()).flatten();

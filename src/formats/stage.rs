@@ -373,7 +373,7 @@ fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
 /// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
-    let mut file = fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut file = super::input::open(path, "a file")?;
     let mut hash = Sha256::new();
     let mut block = vec![0u8; 1 << 16];
     loop {

@@ -63,14 +63,11 @@ pub fn sidecar_path(bin: &Path) -> PathBuf {
 
 fn sidecar_of(bin: &Path) -> Result<Option<Sidecar>> {
     let path = sidecar_path(bin);
-    let file = match File::open(&path) {
-        Ok(f) => f,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(Error::io(&path, e)),
-    };
-    let mut text = String::new();
-    file.take(MAX_SIDECAR_BYTES).read_to_string(&mut text).map_err(|e| Error::io(&path, e))?;
-    let s: Sidecar = serde_json::from_str(&text).map_err(|e| {
+    if matches!(std::fs::metadata(&path), Err(e) if e.kind() == std::io::ErrorKind::NotFound) {
+        return Ok(None);
+    }
+    let text = super::input::read(&path, "a sidecar", MAX_SIDECAR_BYTES)?;
+    let s: Sidecar = serde_json::from_slice(&text).map_err(|e| {
         BadInput::new(format!("is not a sidecar of a recording: {e}"))
             .file(&path)
             .remedy("remove it, and say full scale and order on the command line")

@@ -98,22 +98,7 @@ impl TiRadar {
     pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
         let path = path.as_ref();
         let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
-        let meta = match std::fs::metadata(path) {
-            Ok(m) => m,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Err(bad("no such file")),
-            Err(e) => return Err(Error::io(path, e)),
-        };
-        if !meta.is_file() {
-            return Err(bad("is not a file"));
-        }
-        if meta.len() > MAX_BYTES {
-            return Err(BadInput::new("is too long for a .cfg file")
-                .file(path)
-                .value(format!("{} bytes", meta.len()))
-                .allowed(format!("up to {MAX_BYTES} bytes"))
-                .into());
-        }
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let bytes = super::input::read(path, "a .cfg file", MAX_BYTES)?;
         TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
     }
 

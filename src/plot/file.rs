@@ -6,7 +6,7 @@ use super::chart::{ColourMap, Scale, heat_map};
 use super::range_doppler::{RangeDoppler, decibel_limits, ends, range_doppler};
 use super::rcs::{RcsRow, RcsStyle, rcs_picture};
 use crate::error::{BadInput, Result};
-use crate::formats::{csv::Table, npy, stage::MANIFEST};
+use crate::formats::{csv::Table, input, npy, stage::MANIFEST};
 use crate::units::dbm_from_w;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -210,8 +210,8 @@ impl Axes {
         let manifest = match found {
             None => None,
             Some(file) => {
-                let text = std::fs::read_to_string(&file).map_err(|e| crate::error::Error::io(&file, e))?;
-                let value = serde_json::from_str(&text)
+                let text = input::read(&file, "a manifest", input::LARGEST_TEXT)?;
+                let value = serde_json::from_slice(&text)
                     .map_err(|e| BadInput::new(format!("is not JSON: {e}")).file(&file).line(e.line()))?;
                 Some((file, value))
             }

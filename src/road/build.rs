@@ -350,7 +350,8 @@ impl Builder<'_> {
             }
             for (a, b) in dashes.into_iter().filter(|(a, b)| b - a > 1e-3) {
                 let mut marks = vec![a, b];
-                add_marks(&mut marks, run.iter().copied());
+                let (after, until) = (run.partition_point(|s| *s <= a), run.partition_point(|s| *s < b));
+                add_marks(&mut marks, run[after..until.max(after)].iter().copied());
                 for middle in offsets {
                     let (r, l) = ((middle - 0.5) * paint.width_m, (middle + 0.5) * paint.width_m);
                     for w in marks.windows(2) {
@@ -755,7 +756,8 @@ pub(super) fn places(road: &Road, r: &RowPlan) -> Result<Vec<(f64, Option<usize>
     match &r.spacing {
         Spacing::Even { spacing_m, count } => {
             // By multiplication, so that no error adds up.
-            let mut all = steps(&(r.span_m.start..end), *spacing_m)?;
+            let last = count.map_or(end, |n| end.min(r.span_m.start + n as f64 * spacing_m));
+            let mut all = steps(&(r.span_m.start..last), *spacing_m)?;
             all.truncate(count.unwrap_or(usize::MAX));
             return Ok(all.into_iter().map(|s| (s, None)).collect());
         }

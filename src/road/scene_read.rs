@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result, nearest};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
-use crate::road::build::places;
-use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, Paint, Road, Side};
+use crate::road::build::{MAX_ROW, places};
+use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};
 use crate::road::opendrive;
 use crate::road::plan::{
     FencePlan, GantryPlan, LinePlan, RailPlan, RoadPlan, RowPlan, Source, Spacing, ThingPlan, VergePlan,
@@ -63,6 +63,16 @@ impl Reader<'_> {
             Some(a) => self.doc.in_range(a, Above { low: 0.0, high: 1e6 }, "give metres"),
             None => Ok(default),
         }
+    }
+
+    /// Errors when so many steps from `span_m`'s beginning to its end are more than [`MAX_ROW`].
+    fn few(&self, at: &Range<usize>, span_m: &Range<f64>, step_m: f64, what: &str) -> Result<()> {
+        let count = (span_m.end - span_m.start) / step_m;
+        if count <= MAX_ROW as f64 {
+            return Ok(());
+        }
+        let e = self.doc.bad(at, format!("makes {count:.0} {what}"));
+        Err(e.allowed(format!("up to {MAX_ROW}")).remedy("give larger distances, or a shorter span").into())
     }
 
     fn angle(&self, at: &At<f64>) -> Result<f64> {
@@ -289,7 +299,8 @@ impl Reader<'_> {
         let length = |at: &At<f64>| self.doc.in_range(at, Above { low: 0.0, high: 1000.0 }, "give metres");
         let paint = Paint {
             width_m: length(&p.width_m)?,
-            dash_m: length(&p.dash_m)?,
+            // Shorter ones than a millimetre are not painted.
+            dash_m: self.doc.in_range(&p.dash_m, Above { low: 1e-3, high: 1000.0 }, "give metres")?,
             gap_m: length(&p.gap_m)?,
             thickness_m: self.doc.in_range(&p.thickness_m, 1e-4..=0.05, "metres over the road")?,
             material: p.material.value.clone(),
@@ -340,6 +351,11 @@ impl Reader<'_> {
             },
         };
         road.check().map_err(here)?;
+        if road.centre_line == LineKind::Dashed || road.lanes().any(|(.., l)| l.line == LineKind::Dashed) {
+            let at = if t.paint.dash_m.span.is_empty() { &t.name.span } else { &t.paint.dash_m.span };
+            let period_m = road.paint.dash_m + road.paint.gap_m;
+            self.few(at, &(0.0..road.axis.length_m()), period_m, "dashes")?;
+        }
         let mut plan = RoadPlan {
             lines: Vec::new(),
             verges: Vec::new(),
@@ -355,13 +371,14 @@ impl Reader<'_> {
         for l in &t.line {
             let under = self.material(&l.under, under)?;
             let paint = l.paint.as_ref().map(|p| self.paint(p, &under, &l.lateral.span)).transpose()?;
-            plan.lines.push(LinePlan {
-                lateral: self.lateral(&plan.road, &l.lateral)?,
-                kind: l.kind,
-                paint: paint.unwrap_or_else(|| plan.road.paint.clone()),
-                under,
-                span_m: self.span(&plan.road, &l.from_m, &l.to_m)?,
-            });
+            let paint = paint.unwrap_or_else(|| plan.road.paint.clone());
+            let span_m = self.span(&plan.road, &l.from_m, &l.to_m)?;
+            if l.kind == LineKind::Dashed {
+                let at = l.paint.as_ref().map_or(&l.lateral.span, |p| &p.dash_m.span);
+                self.few(at, &span_m, paint.dash_m + paint.gap_m, "dashes")?;
+            }
+            let lateral = self.lateral(&plan.road, &l.lateral)?;
+            plan.lines.push(LinePlan { lateral, kind: l.kind, paint, under, span_m });
         }
         for v in &t.verge {
             plan.verges.push(VergePlan {
@@ -396,6 +413,9 @@ impl Reader<'_> {
         for r in &t.rail {
             let lateral = self.lateral(&plan.road, &r.lateral)?;
             let span_m = self.span(&plan.road, &r.from_m, &r.to_m)?;
+            if let Some(p) = r.post_spacing_m.as_ref().filter(|p| p.value > 0.0) {
+                self.few(&p.span, &span_m, p.value, "posts")?;
+            }
             let towards = if plan.road.t_m(&lateral, span_m.start) > 0.0 { Side::Right } else { Side::Left };
             plan.rails.push(RailPlan {
                 lateral,
@@ -426,9 +446,13 @@ impl Reader<'_> {
             }
         }
         for f in &t.fence {
+            let span_m = self.span(&plan.road, &f.from_m, &f.to_m)?;
+            if let Some(p) = &f.post_spacing_m {
+                self.few(&p.span, &span_m, self.length(&f.post_spacing_m, 0.0)?, "posts")?;
+            }
             plan.fences.push(FencePlan {
                 lateral: self.lateral(&plan.road, &f.lateral)?,
-                span_m: self.span(&plan.road, &f.from_m, &f.to_m)?,
+                span_m,
                 height_m: self.length(&f.height_m, 1.2)?,
                 post_spacing_m: self.length(&f.post_spacing_m, 2.5)?,
                 post_m: self.length(&f.post_m, 0.08)?,
@@ -544,7 +568,12 @@ impl Reader<'_> {
                 Spacing::Gaps(g.value.clone())
             }
             (Some(s), ..) => {
-                Spacing::Even { spacing_m: gap(s)?, count: r.count.as_ref().map(|c| c.value as usize) }
+                let spacing_m = gap(s)?;
+                let wanted = r.count.as_ref().map_or(f64::INFINITY, |c| f64::from(c.value) * spacing_m);
+                let span_m = self.span(road, &r.from_m, &r.to_m)?;
+                let end = span_m.end.min(span_m.start + wanted);
+                self.few(&s.span, &(span_m.start..end), spacing_m, "reflectors")?;
+                Spacing::Even { spacing_m, count: r.count.as_ref().map(|c| c.value as usize) }
             }
             (None, None, None) => Spacing::Gaps(Vec::new()),
         };

@@ -7,7 +7,7 @@ use super::profile::Profile;
 use super::{Library, build, builtin_truth, drive, glb, place, scene_toml};
 use crate::error::{BadInput, Error, Result};
 use crate::scene::scenario::{Ego, OnRoad, Scenario, SceneSource};
-use crate::scene::{Scene, material};
+use crate::scene::{Scene, gltf, material};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ impl Site {
                     SceneSource::Builtin(b) => builtin_truth(*b, &scene),
                     // What `catseye scene` left in a binary glTF file.
                     SceneSource::File { path, .. } if is_glb(path) => {
-                        glb::truth_of(&std::fs::read(path).map_err(|e| Error::io(path, e))?)?
+                        glb::truth_of(&gltf::read_bytes(path)?)?
                     }
                     _ => None,
                 };

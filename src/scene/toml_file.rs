@@ -2,7 +2,8 @@
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
 use super::exact::Exact;
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::error::{BadInput, Result, nearest};
+use crate::formats::input;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
@@ -68,26 +69,10 @@ pub struct Document<'a> {
     tree: DeTable<'a>,
 }
 
-/// The text of a TOML file. Errors: a missing file, a directory, more than 16 MiB, not UTF-8.
+/// The text of a TOML file. Errors: what is no regular file, more than 16 MiB, not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
-    let meta = match std::fs::metadata(path) {
-        Ok(m) => m,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(bad("no such file").remedy("check the path").into());
-        }
-        Err(e) => return Err(Error::io(path, e)),
-    };
-    if meta.is_dir() {
-        return Err(bad("is a directory").remedy("give a TOML file").into());
-    }
-    if meta.len() > MAX_BYTES {
-        return Err(bad("is too large for a TOML file")
-            .value(format!("{} bytes", meta.len()))
-            .allowed(format!("up to {MAX_BYTES} bytes"))
-            .into());
-    }
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let bytes = input::read(path, "a TOML file", MAX_BYTES)?;
     String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()

@@ -71,8 +71,9 @@ fn remove_leftovers(path: &Path) -> Result<()> {
 /// # Errors
 /// `BadInput` where it is missing.
 pub fn open(path: &Path) -> Result<File> {
-    match File::open(path) {
-        Ok(file) if file.metadata().map_err(|e| Error::io(path, e))?.is_file() => Ok(file),
+    // Looked at first: a pipe would wait for its writer.
+    match std::fs::metadata(path) {
+        Ok(m) if m.is_file() => File::open(path).map_err(|e| missing(path, e)),
         Ok(_) => Err(broken(path, "is not a file")),
         Err(e) => Err(missing(path, e)),
     }

@@ -1,6 +1,7 @@
 //! Bytes of a file and of what lies beside it.
 
 use crate::error::{BadInput, Error, Result};
+use crate::formats::input;
 use crate::scene::toml_file::clip;
 use std::path::{Component, Path, PathBuf};
 
@@ -60,7 +61,7 @@ pub(super) fn load_uri(file: &Path, folder: Option<&Path>, index: usize, uri: &s
             .ok_or_else(|| bad("is not base64".into()).remedy("export the file again").into());
     }
     let path = beside(file, folder, &format!("buffers[{index}].uri"), uri)?;
-    std::fs::read(&path).map_err(|e| Error::io(&path, e))
+    input::read(&path, "a buffer", super::MAX_BYTES)
 }
 
 /// The file behind a URI, which lies in or below the folder.

@@ -48,7 +48,8 @@ mod write;
 
 use super::Scene;
 use super::toml_file::clip;
-use crate::error::{BadInput, Error, Result};
+use crate::error::{BadInput, Result};
+use crate::formats::input;
 use read::Importer;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -142,6 +143,8 @@ pub fn up(name: &str) -> Result<Up> {
     }
 }
 
+/// Larger files, and buffers beside them, are refused before they are read.
+const MAX_BYTES: u64 = 1 << 36;
 /// Vertices and triangles above these are refused: a small file can claim many by repetition.
 const MAX_VERTICES: usize = 50_000_000;
 const MAX_TRIANGLES: usize = 100_000_000;
@@ -157,22 +160,16 @@ const RIGID: f64 = 2e-6;
 const HARMLESS: [&str; 5] =
     ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_punctual", "KHR_xmp_json_ld"];
 
+/// The bytes of a `.gltf` or `.glb` file. Errors: what is no regular file, or too large.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    input::read(path, "a .glb or .gltf file", MAX_BYTES)
+}
+
 /// Reads a `.gltf` or `.glb` file.
 ///
 /// Errors: anything that is wrong with the file, in one line with the place in it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
-    let bad = |problem: &str| BadInput::new(problem).file(path);
-    match std::fs::metadata(path) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(bad("no such file").remedy("check the path").into());
-        }
-        Err(e) => return Err(Error::io(path, e)),
-        Ok(m) if m.is_dir() => {
-            return Err(bad("is a directory").remedy("give a .glb or .gltf file").into());
-        }
-        Ok(_) => {}
-    }
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let bytes = read_bytes(path)?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
     import_bytes(&bytes, path, folder, options)
 }
