@@ -133,6 +133,9 @@ pub fn run() -> ExitCode {
         Err(e) => return usage(&e),
     };
     let g = &cli.global;
+    if let Some(remark) = crate::machine::start_threads() {
+        g.say(&remark);
+    }
     if let Err(e) = bar::watch() {
         g.say(&format!("Ctrl-C ends the program without a word: {e}"));
     }
