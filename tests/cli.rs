@@ -2,6 +2,7 @@
 
 mod common;
 
+use catseye::road::reflector::{Reflector, Value, kinds};
 use common::{catseye, refused, text};
 use std::path::Path;
 use std::process::Command;
@@ -460,4 +461,78 @@ fn a_bistatic_table_for_people_names_receivers_and_the_floor() {
     assert!(done(d, &args).contains("receiver at azimuth -60.0000 deg"));
     // One-station tables have no such columns.
     assert!(!done(d, &["rcs", "plate"]).contains("rx_azimuth"));
+}
+
+/// What a command would not heed is refused, before its name and after it; numbers of options are read in the words of files.
+#[test]
+fn options_that_would_change_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    refused(d, &["init", "radar", "--device", "cpu"], &["--device", "'init' has no such option"]);
+    refused(d, &["--seed", "3", "rcs", "plate"], &["--seed", "'rcs' has no such option"]);
+    refused(d, &["verify", "d", "--precision", "f64"], &["--precision", "'verify' has no such option"]);
+    refused(d, &["reflector", "plate", "--force", "--precision", "f64", "-o", "p.glb"], &["--precision"]);
+    refused(d, &["reflector", "plate", "--leg-m", "1", "-o", "p.glb"], &["plate:leg_m", "width_m, height_m"]);
+    refused(d, &["reflector", "plate", "--seed", "1", "-o", "p.glb"], &["plate:seed", "no such parameter"]);
+    refused(d, &["reflector", "plate", "--widht-m", "1", "-o", "p.glb"], &["--widht-m", "'--width-m'"]);
+    refused(
+        d,
+        &["rcs", "plate", "--range-m", "-5"],
+        &["--range-m = -5", "allowed: a positive number, or inf"],
+    );
+    refused(d, &["rcs", "plate", "--bounces", "-1"], &["--bounces = '-1'", "0 or more"]);
+    refused(d, &["rcs", "plate", "--bounces", "1.5"], &["--bounces = '1.5'", "is not a whole number"]);
+    refused(d, &["rcs", "plate", "--accuracy-db", "x"], &["--accuracy-db = 'x'", "is not a number"]);
+    assert_eq!(std::fs::read_dir(d).unwrap().count(), 0);
+    // A parameter's name may be that of a global option, and its value may be negative.
+    let file = |seed: &str| {
+        let o =
+            ["reflector", "chaff", "--seed", seed, "-o", "c.glb", "--preview", "none", "--force", "--quiet"];
+        done(d, &o);
+        std::fs::read(d.join("c.glb")).unwrap()
+    };
+    assert_ne!(file("1"), file("2"));
+    assert!(done(d, &["reflector", "type1", "--slant-deg", "-5", "-o", "t.glb"]).contains("slant_deg=-5"));
+    assert!(done(d, &["init", "radar", "--json"]).contains("\"file\": \"radar.toml\""));
+}
+
+/// Every kind with every parameter, its default and its unit, as the parser has them; and which features were built.
+#[test]
+fn help_lists_what_has_names() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let all = done(d, &["help", "reflectors"]);
+    for kind in kinds() {
+        let (_, own) = all.split_once(&format!("{}: {}\n", kind.name, kind.summary)).expect(kind.name);
+        let own = own.split("\n\n").next().unwrap();
+        for p in kind.params {
+            let row = own.lines().find(|l| l.split_whitespace().next() == Some(p.name));
+            let row = row.unwrap_or_else(|| panic!("{}: {} is not in\n{own}", kind.name, p.name));
+            assert!(row.contains(&format!("[{}]", p.allowed())) && row.ends_with(p.doc), "{row}");
+            assert!(!p.name.ends_with("_m") || p.allowed().ends_with(" m"), "{row}");
+            // What is shown as the default is read as one.
+            let shown = row.split_whitespace().nth(1).unwrap();
+            let near = Reflector::from_pairs(kind.name, &[(p.name, shown)]).unwrap().value(p.name).unwrap();
+            match (near, p.range.default_value()) {
+                (Value::Number(a), Value::Number(b)) => assert!((a - b).abs() <= 1e-3 * b.abs(), "{row}"),
+                (a, b) => assert_eq!(a, b, "{row}"),
+            }
+        }
+        assert!(all.contains(&done(d, &["help", "reflectors", kind.name])));
+    }
+    assert!(done(d, &["help", "materials"]).contains("\nasphalt "));
+    assert!(done(d, &["help", "radars"]).contains("\nfront77 "));
+    assert!(done(d, &["help", "rcs"]).contains("\nGlobal options:\n"));
+    assert!(done(d, &["help"]).contains("\nCommands:\n"));
+    refused(d, &["help", "reflector5"], &["did you mean 'reflector'?"]);
+    refused(d, &["help", "reflectors", "plat"], &["did you mean 'plate'?"]);
+    for short in ["-V", "--version"] {
+        let version = done(d, &[short]);
+        assert_eq!(version.trim_end().lines().count(), 1);
+        assert!(
+            version.starts_with(concat!("catseye ", env!("CARGO_PKG_VERSION"), " (features: ")),
+            "{version}"
+        );
+        assert_eq!(version.contains("hdf5"), cfg!(feature = "hdf5"), "{version}");
+    }
 }

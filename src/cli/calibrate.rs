@@ -21,18 +21,20 @@ pub struct Calibrate {
     /// Preset or radar TOML, with its channel errors
     #[arg(long)]
     pub radar: String,
-    /// Of the reflector in the radar's frame
+    /// Azimuths of the reflector in the radar's frame, positive left
     #[arg(long, default_value = "-60:60:1", value_name = "LIST", allow_hyphen_values = true)]
     pub azimuth_deg: String,
+    /// Elevations of the reflector in the radar's frame, positive up
     #[arg(long, default_value = "0", value_name = "LIST", allow_hyphen_values = true)]
     pub elevation_deg: String,
-    #[arg(long, default_value_t = 20.0)]
+    /// Distance of the reflector, m
+    #[arg(long, default_value_t = 20.0, value_name = "R")]
     pub range_m: f64,
-    /// Reflector, with its x axis towards the radar
+    /// Reflector, with its x axis towards the radar (catseye help reflectors lists all)
     #[arg(long, default_value = "point:rcs_dbsm=14.5")]
     pub target: String,
     /// Half width over which neighbouring angles are smoothed, degrees; 0 for none
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     pub smoothing_deg: f64,
     /// Keep the channels' levels, too, not their phases alone
     #[arg(long)]

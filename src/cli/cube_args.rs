@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Reading the cube")]
 pub struct CubeArgs {
     /// Axes of a .npy or .h5 file, slowest first, of frame, chirp, rx, sample, iq
     #[arg(long, value_name = "LIST")]

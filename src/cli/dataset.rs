@@ -103,14 +103,17 @@ fn shard_range(text: &str) -> Result<Range<u64>> {
 
 fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Result<()> {
     let drawn = recipe.draw(scene)?;
+    let mut written = Vec::new();
     for (name, text) in drawn.files() {
-        let written = stage::write_file(out.join(name), global.force, text.as_bytes())?;
-        print(&format!("wrote {}", written.display()))?;
+        written.push(stage::write_file(out.join(name), global.force, text.as_bytes())?);
     }
     for (name, path) in recipe.files()? {
         let bytes = crate::formats::input::read(&path, "a file of the recipe", u64::MAX - 1)?;
-        let written = stage::write_file(out.join(name), global.force, &bytes)?;
-        print(&format!("wrote {}", written.display()))?;
+        written.push(stage::write_file(out.join(name), global.force, &bytes)?);
+    }
+    match global.json {
+        true => print_json(&serde_json::json!({ "files": written }))?,
+        false => written.iter().try_for_each(|f| print(&format!("wrote {}", f.display())))?,
     }
     if drawn.redrawn + drawn.dropped > 0 {
         global.say(&format!(

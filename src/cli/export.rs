@@ -16,6 +16,7 @@ use std::path::PathBuf;
 pub struct Export {
     /// Folder that `catseye simulate` wrote, with points and truth
     pub run: PathBuf,
+    /// What to write
     #[arg(long)]
     pub format: Format,
     /// Folder (pcd, radarscenes) or file (mcap, osi: a name in _sd.osi tells readers what it is, tusimple) to write
@@ -30,6 +31,7 @@ pub struct Export {
 
 /// The camera of TuSimple's lane lines. Default focal length and place are those of nuScenes' front camera.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Camera of TuSimple's lane lines")]
 pub struct CameraArgs {
     /// tusimple: width and height of the picture, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]

@@ -1,6 +1,6 @@
 //! `catseye init`: a commented file to start from.
 
-use super::{Global, print};
+use super::{Global, print, print_json};
 use crate::error::Result;
 use crate::formats::{check_extension, stage};
 use crate::scene::scenario::template;
@@ -22,10 +22,16 @@ impl Init {
         let text = template(&self.kind)?;
         let path = self.output.clone().unwrap_or_else(|| format!("{}.toml", self.kind).into());
         if path.as_os_str() == "-" {
-            return print(text.trim_end());
+            return match global.json {
+                true => print_json(&serde_json::json!({ "text": text })),
+                false => print(text.trim_end()),
+            };
         }
         check_extension(&path, &["toml"])?;
         let written = stage::write_file(&path, global.force, text.as_bytes())?;
+        if global.json {
+            return print_json(&serde_json::json!({ "file": written }));
+        }
         print(&format!("wrote {}", written.display()))
     }
 }

@@ -12,6 +12,7 @@ mod devices;
 mod export;
 mod footprint;
 mod frames;
+mod help;
 mod init;
 mod lane;
 mod plot;
@@ -31,13 +32,15 @@ use bar::{Bar, Kept};
 
 use crate::engine::{Engine, Precision};
 use crate::error::{BadInput, Error, Result};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::parser::ValueSource;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::process::ExitCode;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Automotive-radar simulator: glTF road scenes to radar cross sections, ADC cubes, detections and points.
 #[derive(Debug, Parser)]
-#[command(name = "catseye", version, max_term_width = 110)]
+#[command(name = "catseye", version = VERSION.as_str(), max_term_width = 110, disable_help_subcommand = true)]
 struct Cli {
     #[command(flatten)]
     global: Global,
@@ -45,16 +48,31 @@ struct Cli {
     command: Command,
 }
 
-/// Options of every command.
+/// The version and what this build can do beyond the plain one.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let features = [
+        ("hdf5", cfg!(feature = "hdf5")),
+        ("mcap", cfg!(feature = "mcap")),
+        ("osi", cfg!(feature = "osi")),
+        ("parquet", cfg!(feature = "parquet")),
+        ("zarr", cfg!(feature = "zarr")),
+    ];
+    let built: Vec<&str> = features.iter().filter(|f| f.1).map(|f| f.0).collect();
+    let built = if built.is_empty() { "none".into() } else { built.join(", ") };
+    format!("{} (features: {built})", env!("CARGO_PKG_VERSION"))
+});
+
+/// Options of several commands, before or after the command's name. [`ACTING`] says which of them a command has.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = GLOBAL_HEADING)]
 pub struct Global {
     /// auto: a hardware GPU, else the cpu; cpu; gpu: a hardware GPU; or part of an adapter's name
     #[arg(long, global = true, default_value = "auto", value_name = "auto|cpu|gpu|NAME")]
     pub device: String,
-    /// Of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
+    /// Precision of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
     #[arg(long, global = true, default_value = "f32")]
     pub precision: PrecisionName,
-    /// Print one machine-readable object on stdout
+    /// Print one machine-readable object on stdout, in case of an error too
     #[arg(long, global = true)]
     pub json: bool,
     /// No progress and no messages on stderr
@@ -66,6 +84,72 @@ pub struct Global {
     /// Replace an existing result
     #[arg(long, global = true)]
     pub force: bool,
+}
+
+const GLOBAL_HEADING: &str = "Global options";
+
+/// The global options that act for each command. The others are not in its help, and it refuses them.
+const ACTING: [(&str, &[&str]); 19] = [
+    ("demo", &["device", "precision", "json", "quiet", "seed"]),
+    ("devices", &["json", "quiet"]),
+    ("init", &["json", "quiet", "force"]),
+    ("reflector", &["json", "quiet", "seed", "force"]),
+    ("scene", &["json", "quiet", "force"]),
+    ("rcs", &["device", "json", "quiet", "force"]),
+    ("study", &["device", "json", "quiet", "force"]),
+    ("simulate", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("dataset", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("lane", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("verify", &["json", "quiet"]),
+    ("process", &["device", "precision", "json", "quiet", "force"]),
+    ("convert", &["json", "quiet", "force"]),
+    ("export", &["json", "quiet", "force"]),
+    ("calibrate", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("plot", &["json", "quiet", "force"]),
+    ("validate", &["device", "precision", "json", "quiet"]),
+    ("bench", &["device", "precision", "json", "quiet", "seed"]),
+    ("help", &[]),
+];
+
+/// The global options that do not act for a command.
+fn idle<'a>(root: &'a clap::Command, command: &str) -> impl Iterator<Item = &'a clap::Arg> {
+    let acting = ACTING.iter().find(|(name, _)| *name == command).map_or(&[][..], |row| row.1);
+    root.get_arguments().filter(move |a| a.is_global_set() && !acting.contains(&a.get_id().as_str()))
+}
+
+/// The command line: each command with the global options that act for it, and with numbers that may be negative, so that what
+/// a number may be is said by whoever reads it.
+fn command() -> clap::Command {
+    let root = Cli::command();
+    let mut out = root.clone();
+    for (name, _) in ACTING {
+        out = out.mut_subcommand(name, |c| {
+            let c = c.mut_args(|a| match a.get_action().takes_values() {
+                true => a.allow_negative_numbers(true),
+                false => a,
+            });
+            c.args(idle(&root, name).map(|a| a.clone().hide(true)))
+        });
+    }
+    out
+}
+
+/// What is on the command line. Errors: what clap refuses, and a global option that the command does not have.
+fn parse() -> std::result::Result<Cli, ExitCode> {
+    let mut root = command();
+    let matches = root.try_get_matches_from_mut(std::env::args_os()).map_err(|e| usage(&e))?;
+    if let Some(name) = matches.subcommand_name()
+        && let Some(option) = idle(&Cli::command(), name)
+            .find(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine))
+    {
+        return Err(complain(
+            &BadInput::new(format!("'{name}' has no such option: it would change nothing"))
+                .key(format!("--{}", option.get_id()))
+                .remedy(format!("leave it out; see catseye {name} --help"))
+                .into(),
+        ));
+    }
+    Cli::from_arg_matches(&matches).map_err(|e| usage(&e))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -123,14 +207,15 @@ enum Command {
     Plot(plot::Plot),
     Validate(validate::Validate),
     Bench(bench::Bench),
+    Help(help::Help),
 }
 
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 130 interrupted, 1 anything else.
 pub fn run() -> ExitCode {
     crate::gpu::quieten_loader();
-    let cli = match Cli::try_parse() {
+    let cli = match parse() {
         Ok(cli) => cli,
-        Err(e) => return usage(&e),
+        Err(code) => return code,
     };
     let g = &cli.global;
     if let Some(remark) = crate::machine::start_threads() {
@@ -161,6 +246,7 @@ pub fn run() -> ExitCode {
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),
+        Command::Help(c) => c.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -183,6 +269,29 @@ fn complain(e: &Error) -> ExitCode {
     ExitCode::from(e.exit_code())
 }
 
+/// A value that clap cannot read, in the words of all other complaints.
+fn unreadable(e: &clap::Error) -> Option<BadInput> {
+    use clap::error::{ContextKind, ContextValue, ErrorKind};
+    let text = |kind: ContextKind| match e.get(kind)? {
+        ContextValue::String(text) => Some(text.as_str()),
+        _ => None,
+    };
+    if e.kind() != ErrorKind::ValueValidation {
+        return None;
+    }
+    let (option, value) =
+        (text(ContextKind::InvalidArg)?.split(' ').next()?, text(ContextKind::InvalidValue)?);
+    // What the parsers of numbers say; they have no other way to tell what they read.
+    let why = std::error::Error::source(e)?.to_string();
+    let (problem, allowed) = match why.split_once(" is not in ") {
+        Some((_, range)) => ("is out of range", range),
+        None if why.contains("float") => ("is not a number", "a number such as 0.5 or 77e9"),
+        None if value.parse::<i128>().is_ok() => ("is out of range", "a whole number, 0 or more"),
+        None => ("is not a whole number", "a whole number, 0 or more"),
+    };
+    Some(BadInput::new(problem).key(option).value(format!("'{value}'")).allowed(allowed))
+}
+
 /// Help and version go to stdout; a wrong command line is one line on stderr.
 fn usage(e: &clap::Error) -> ExitCode {
     if !e.use_stderr() {
@@ -192,6 +301,9 @@ fn usage(e: &clap::Error) -> ExitCode {
     if e.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         let _ = e.print();
         return ExitCode::from(2);
+    }
+    if let Some(bad) = unreadable(e) {
+        return complain(&bad.into());
     }
     let text = e.render().to_string();
     let parts: Vec<&str> = text
@@ -214,4 +326,51 @@ pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
 pub fn print(text: &str) -> Result<()> {
     use std::io::Write;
     writeln!(std::io::stdout(), "{text}").map_err(|e| Error::io("stdout", e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walk(command: &clap::Command, look: &mut impl FnMut(&clap::Command)) {
+        look(command);
+        command.get_subcommands().for_each(|c| walk(c, look));
+    }
+
+    /// Each argument says what it is, those of a command stand apart from the global ones, and of these a command shows those
+    /// that act and no others.
+    #[test]
+    fn every_option_is_described_under_its_heading() {
+        let mut root = command();
+        root.build();
+        root.clone().debug_assert();
+        let names: Vec<&str> = root.get_subcommands().map(clap::Command::get_name).collect();
+        assert_eq!(names, ACTING.map(|row| row.0), "one row of ACTING for each command, in their order");
+        let globals: Vec<String> = Cli::command()
+            .get_arguments()
+            .filter(|a| a.is_global_set())
+            .map(|a| a.get_id().to_string())
+            .collect();
+        assert_eq!(globals.len(), 6);
+        let mut seen = 0;
+        walk(&root, &mut |c| {
+            assert!(c.get_about().is_some_and(|a| !a.to_string().is_empty()), "{}", c.get_name());
+            for a in c.get_arguments() {
+                let (id, place) = (a.get_id().as_str(), format!("{} {}", c.get_name(), a.get_id()));
+                assert!(a.get_help().is_some_and(|h| h.to_string().len() > 3), "{place} has no help");
+                let global = globals.iter().any(|g| g == id);
+                assert_eq!(a.get_help_heading() == Some(GLOBAL_HEADING), global, "{place}");
+                // The heading of a group of options would go on for those after it.
+                assert!(id != "output" || a.get_help_heading().is_none(), "{place}");
+                if let Some((_, acting)) = ACTING.iter().find(|row| row.0 == c.get_name() && global) {
+                    assert_eq!(a.is_hide_set(), !acting.contains(&id), "{place}");
+                }
+                seen += 1;
+            }
+        });
+        assert!(seen > 150, "{seen}");
+        for (name, acting) in ACTING {
+            assert!(acting.iter().all(|a| globals.iter().any(|g| g == a)), "{name}: {acting:?}");
+        }
+    }
 }

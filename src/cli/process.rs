@@ -24,9 +24,10 @@ use std::time::Instant;
 pub struct Process {
     /// [chirp, rx_virtual, sample]: NumPy (.npy), TI DCA1000 recording (.bin with its .cfg), HDF5 (.h5)
     pub cube: PathBuf,
-    /// Preset (feng77, front77, demo77, fmcw76, uwb9) or radar TOML; a recording may do without
+    /// Preset (catseye help radars lists them) or radar TOML; a recording may do without
     #[arg(long)]
     pub radar: Option<String>,
+    /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Speed of the vehicle forward, m/s: range rates of what stands are then known beyond the radar's own limits

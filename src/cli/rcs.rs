@@ -23,17 +23,20 @@ use std::path::{Path, PathBuf};
 
 /// Radar cross section of a glTF file or of a reflector: table, CSV, plot
 #[derive(Debug, Args)]
-#[command(after_help = format!(
-    "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up.\n\
-     Reflectors (KIND:name=value,...):\n\n{}", crate::road::reflector::help()))]
+#[command(
+    after_help = "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up. \
+                  All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
+)]
 pub struct Rcs {
     /// A .glb or .gltf file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub target: String,
-    /// Value, START:STOP:STEP (both included) or list
+    /// Frequencies: a value, START:STOP:STEP (both included) or several with commas, as for every LIST
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]
     pub frequency_hz: String,
+    /// Azimuths of the radar seen from the target, positive left
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub azimuth_deg: String,
+    /// Elevations of the radar seen from the target, positive up
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub elevation_deg: String,
     /// Distance of the radar from the target's origin; inf is a plane wave
@@ -66,14 +69,14 @@ pub struct Rcs {
     /// More polarisations, after VV, VH, HV and HH (several with commas)
     #[arg(long, value_delimiter = ',', value_name = "linear45,circular")]
     pub polarisation: Vec<PolarisationName>,
-    #[command(flatten)]
-    pub import: ImportArgs,
     /// Table to write: CSV, or Parquet when the name says so (`--features parquet`)
     #[arg(short, long, value_name = "F.csv")]
     pub output: Option<PathBuf>,
     /// Picture to write
     #[arg(long, value_name = "F.png")]
     pub plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub import: ImportArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -8,19 +8,66 @@ use crate::plot::{SolidView, solid_picture};
 use crate::road::reflector::{self, Reflector, Value};
 use crate::scene::{gltf, material};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
-use clap::Args;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
-/// Make a reflector as glTF with its radar materials, and a picture of it beside it (F.png; --preview
-/// F.png puts it elsewhere, --preview none leaves it out)
+/// Make a reflector as glTF with its radar materials, and a picture of it
 #[derive(Debug, Args)]
-#[command(after_help = format!("Parameters of a KIND are options: --width-m 0.16 is width_m=0.16.\n\n{}", reflector::help()))]
+#[command(
+    after_help = "Parameters of a KIND are options as well: --width-m 0.16 is width_m=0.16. All kinds with their \
+                  parameters, defaults and units: catseye help reflectors; those of one: catseye help reflectors KIND."
+)]
 pub struct MakeReflector {
-    /// KIND, or KIND:name=value,...
+    /// KIND, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub kind: String,
-    /// Its parameters as options: --width-m 0.16 --height-m 0.004 ...
-    #[arg(allow_hyphen_values = true, trailing_var_arg = true, value_name = "--PARAMETER VALUE")]
-    pub parameters: Vec<String>,
+    #[command(flatten)]
+    pub parameters: Parameters,
+    /// Binary glTF to write
+    #[arg(short, long, value_name = "F.glb")]
+    pub output: PathBuf,
+    /// Picture to write (default: beside the glTF); none leaves it out
+    #[arg(long, value_name = "F.png|none")]
+    pub preview: Option<PathBuf>,
+}
+
+/// Names of the parameters of all kinds, each with its option. `--seed` is an option of other commands, too.
+static OPTIONS: LazyLock<BTreeMap<&'static str, String>> = LazyLock::new(|| {
+    let names = reflector::kinds().iter().flat_map(|k| k.params).map(|p| p.name);
+    let all = names.chain([reflector::MATERIAL_PARAM]).filter(|n| *n != "seed");
+    all.map(|n| (n, n.replace('_', "-"))).collect()
+});
+
+/// What stands for the parameters of a kind on the command line: (name, value). Whether the kind has them is
+/// [`Reflector`]'s to say.
+#[derive(Debug)]
+pub struct Parameters(Vec<(&'static str, String)>);
+
+impl Args for Parameters {
+    fn augment_args(command: Command) -> Command {
+        command.args(OPTIONS.iter().map(|(name, option)| {
+            let arg = Arg::new(*name).long(option.as_str()).hide(true).allow_hyphen_values(true);
+            arg.action(ArgAction::Append).help("A parameter of some kinds: catseye help reflectors")
+        }))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Parameters {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = |name: &&'static str| matches.get_many::<String>(name).into_iter().flatten().cloned();
+        let pairs = OPTIONS.keys().flat_map(|name| given(name).map(move |value| (*name, value)));
+        Ok(Parameters(pairs.collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
 #[derive(serde::Serialize)]
@@ -46,40 +93,10 @@ fn sagitta_text(sagitta_m: f64) -> String {
 
 impl MakeReflector {
     pub fn run(&self, global: &Global) -> Result<()> {
-        let mut global = global.clone();
-        let mut output: Option<PathBuf> = None;
-        let mut preview: Option<PathBuf> = None;
-        let mut pairs: Vec<(String, String)> = Vec::new();
-        let mut items = self.parameters.iter();
-        // clap hands over everything after KIND, for the parameters differ from kind to kind.
-        while let Some(item) = items.next() {
-            let (name, inline) = match item.split_once('=') {
-                Some((n, v)) => (n, Some(v.to_string())),
-                None => (item.as_str(), None),
-            };
-            match name {
-                "--json" => global.json = true,
-                "--quiet" => global.quiet = true,
-                "--force" => global.force = true,
-                _ => {
-                    let value = inline.or_else(|| items.next().cloned()).ok_or_else(|| {
-                        BadInput::new("has no value").key(name).remedy("write --PARAMETER VALUE")
-                    })?;
-                    match name {
-                        "-o" | "--output" => output = Some(value.into()),
-                        "--preview" => preview = Some(value.into()),
-                        "--device" | "--precision" | "--seed" => {}
-                        n if n.starts_with("--") => pairs.push((n[2..].replace('-', "_"), value)),
-                        _ => {
-                            return Err(BadInput::new("is not an option")
-                                .key(name)
-                                .remedy("write --PARAMETER VALUE, and -o FILE.glb")
-                                .into());
-                        }
-                    }
-                }
-            }
-        }
+        let seed = global.seed.map(|n| n.to_string());
+        let pairs: Vec<(&str, &str)> = (self.parameters.0.iter().map(|(n, v)| (*n, v.as_str())))
+            .chain(seed.iter().map(|n| ("seed", n.as_str())))
+            .collect();
         let reflector = match self.kind.contains(':') {
             true if pairs.is_empty() => Reflector::parse(&self.kind)?,
             true => {
@@ -89,17 +106,13 @@ impl MakeReflector {
                     .remedy("use one of the two")
                     .into());
             }
-            false => {
-                let pairs: Vec<(&str, &str)> = pairs.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-                Reflector::from_pairs(&self.kind, &pairs)?
-            }
+            false => Reflector::from_pairs(&self.kind, &pairs)?,
         };
-        let output = output
-            .ok_or_else(|| BadInput::new("no output file is given").key("-o").remedy("write -o FILE.glb"))?;
+        let (output, preview) = (&self.output, &self.preview);
         let outputs =
             std::iter::once(output.as_path()).chain(preview.as_deref().filter(|p| p.as_os_str() != "none"));
         stage::distinct(&outputs.collect::<Vec<_>>(), &[])?;
-        check_extension(&output, &["glb"])?;
+        check_extension(output, &["glb"])?;
         preview.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let scene = reflector.to_scene(&material::parse_spec)?;
         let mesh = reflector.mesh();
@@ -114,7 +127,7 @@ impl MakeReflector {
         }
         let bytes = gltf::to_glb(&scene)?;
         // Both or neither: the picture is made before the first file is written.
-        let picture = match (&mesh, &preview) {
+        let picture = match (&mesh, preview) {
             (Some(_), Some(p)) if p.as_os_str() == "none" => None,
             (Some(mesh), _) => {
                 let lines = lines(&reflector, mesh.triangles.len(), report.as_ref());
@@ -124,7 +137,7 @@ impl MakeReflector {
             }
             (None, _) => None,
         };
-        let file = stage::write_file(&output, global.force, &bytes)?;
+        let file = stage::write_file(output, global.force, &bytes)?;
         let preview = match picture {
             Some((path, picture)) => Some(picture.write(path, global.force)?),
             None => None,

@@ -7,6 +7,7 @@ use clap::Args;
 
 /// How to read a glTF file.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Reading a glTF file")]
 pub struct ImportArgs {
     /// Radar material for a material name of the file (may be given several times); layers of so many metres
     /// on it as in aluminium+water:0.0005

@@ -110,6 +110,33 @@ pub enum Range {
     Choice(&'static [&'static str]),
 }
 
+impl Kind {
+    /// Whether it has facets and thus a material: every kind but the point.
+    fn has_facets(&self) -> bool {
+        self.name != point::KIND.name
+    }
+}
+
+impl Param {
+    /// What its name says that it is measured in; nothing for counts and words.
+    pub fn unit(&self) -> Option<&'static str> {
+        match self.name.rsplit_once('_')?.1 {
+            "m" => Some("m"),
+            "deg" => Some("deg"),
+            "dbsm" => Some("dBsm"),
+            _ => None,
+        }
+    }
+
+    /// The allowed range with its unit.
+    pub fn allowed(&self) -> String {
+        match self.unit() {
+            Some(unit) => format!("{} {unit}", self.range),
+            None => self.range.to_string(),
+        }
+    }
+}
+
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -215,15 +242,51 @@ pub fn kinds() -> &'static [&'static Kind] {
 
 /// All kinds with their poses and parameters, for a help text.
 pub fn help() -> String {
-    let mut text = String::new();
-    for k in kinds() {
-        text += &format!("{}: {}; {}\n", k.name, k.summary, k.pose);
-        for p in k.params {
-            text +=
-                &format!("    {:16} {} [{}, default {}]\n", p.name, p.doc, p.range, p.range.default_value());
-        }
+    kinds().iter().map(|k| help_of(k)).collect::<Vec<_>>().join("\n")
+}
+
+/// A kind with its pose, its radar material and its parameters: name, default, range, unit and what it is.
+pub fn help_of(k: &Kind) -> String {
+    let mut text = format!("{}: {}\n    {}\n", k.name, k.summary, k.pose);
+    let mut row = |name: &str, default: String, range: String, doc: &str| {
+        text += &format!("      {:14} {:>9}  [{range}]  {doc}\n", name, default);
+    };
+    for p in k.params {
+        row(p.name, shown(&p.range.default_value()), p.allowed(), p.doc);
     }
-    text + &format!("    {MATERIAL_PARAM:16} radar material of every kind but point [default pec]\n")
+    if k.has_facets() {
+        row(MATERIAL_PARAM, k.material.into(), "MATERIAL".into(), "radar material of its facets");
+    }
+    text
+}
+
+/// A default with four digits, which are enough for the eye.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Number(x) if *x != 0.0 && x.abs() < 1e-3 => {
+            let text = format!("{x:.3e}");
+            let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+        }
+        Value::Number(x) => format!("{}", (x * 1e6).round() / 1e6),
+        other => other.to_string(),
+    }
+}
+
+/// The kind of that name. Errors: an unknown name, with the nearest and all names.
+pub fn kind_named(name: &str) -> Result<&'static Kind> {
+    kinds().iter().copied().find(|k| k.name == name).ok_or_else(|| {
+        let names: Vec<&str> = kinds().iter().map(|k| k.name).collect();
+        let e = BadInput::new("unknown kind of reflector")
+            .key("kind")
+            .value(format!("'{name}'"))
+            .allowed(names.join(", "));
+        match nearest(name, names.iter().copied()) {
+            Some(n) => e.remedy(format!("did you mean '{n}'?")),
+            None => e,
+        }
+        .into()
+    })
 }
 
 /// The parameter that every kind with facets has besides its own.
@@ -273,18 +336,8 @@ impl Reflector {
 
     /// The same from a kind and its parameters as text.
     pub fn from_pairs(kind_name: &str, pairs: &[(&str, &str)]) -> Result<Reflector> {
-        let kind: &'static Kind = kinds().iter().find(|k| k.name == kind_name).ok_or_else(|| {
-            let names: Vec<&str> = kinds().iter().map(|k| k.name).collect();
-            let e = BadInput::new("unknown kind of reflector")
-                .key("kind")
-                .value(format!("'{kind_name}'"))
-                .allowed(names.join(", "));
-            match nearest(kind_name, names.iter().copied()) {
-                Some(n) => e.remedy(format!("did you mean '{n}'?")),
-                None => e,
-            }
-        })?;
-        let has_facets = !std::ptr::eq(kind, &point::KIND);
+        let kind = kind_named(kind_name)?;
+        let has_facets = kind.has_facets();
         let mut values: Vec<Option<Value>> = vec![None; kind.params.len()];
         let mut material: Option<String> = None;
         for &(name, text) in pairs {
@@ -322,7 +375,7 @@ impl Reflector {
                 })
                 .key(&key)
                 .value(format!("'{text}'"))
-                .allowed(param.range.to_string())
+                .allowed(param.allowed())
                 .remedy(format!("the default is {}", param.range.default_value()))
             })?;
             if values[i].replace(value).is_some() {
@@ -364,7 +417,7 @@ impl Reflector {
     pub fn spec(&self) -> String {
         let mut items: Vec<String> =
             self.kind.params.iter().zip(&self.values).map(|(p, v)| format!("{}={v}", p.name)).collect();
-        if !std::ptr::eq(self.kind, &point::KIND) {
+        if self.kind.has_facets() {
             items.push(format!("{MATERIAL_PARAM}={}", self.material));
         }
         format!("{}:{}", self.kind.name, items.join(","))
