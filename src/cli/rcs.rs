@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
     "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up.\n\
      Reflectors (KIND:name=value,...):\n\n{}", crate::road::reflector::help()))]
 pub struct Rcs {
-    /// A .glb or .gltf file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
+    /// A .glb, .gltf, .stl or .obj file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub target: String,
     /// Value, START:STOP:STEP (both included) or list
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]

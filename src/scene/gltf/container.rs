@@ -147,3 +147,34 @@ pub(super) fn base64(text: &str) -> Option<Vec<u8>> {
     // A single character left over holds no whole byte.
     (held != 6).then_some(out)
 }
+
+/// Most bytes of a file that is read whole.
+const MAX_BYTES: u64 = 6 << 30;
+
+/// Errors: there is no such file, or it is something else.
+pub fn check_is_file(path: &Path) -> Result<()> {
+    let bad = |problem: &str| BadInput::new(problem).file(path);
+    match std::fs::metadata(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            Err(bad("no such file").remedy("check the path").into())
+        }
+        Err(e) => Err(Error::io(path, e)),
+        Ok(m) if m.is_dir() => {
+            Err(bad("is a directory").remedy("give a .glb, .gltf, .stl or .obj file").into())
+        }
+        // A pipe or a device need not end.
+        Ok(m) if !m.is_file() => {
+            Err(bad("is not a file").remedy("give a .glb, .gltf, .stl or .obj file").into())
+        }
+        Ok(m) if m.len() > MAX_BYTES => {
+            let allowed = format!("up to {MAX_BYTES} bytes");
+            Err(bad("is too large").value(format!("{} bytes", m.len())).allowed(allowed).into())
+        }
+        Ok(_) => Ok(()),
+    }
+}
+
+/// All of a file.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|e| Error::io(path, e))
+}
