@@ -120,6 +120,69 @@ fn a_reflector_file_has_the_same_cross_section() {
 }
 
 #[test]
+fn a_reflector_comes_back_from_stl_and_obj() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let level = |target: &[&str]| -> f64 {
+        let look = ["--elevation-deg", "30", "--azimuth-deg", "4", "--json"];
+        let args = [&["rcs"], target, &look, &["--accuracy-db", "0.02"]].concat();
+        let v: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
+        v["rows"][0]["vv_dbsm"].as_f64().unwrap()
+    };
+    for (kind, unit) in
+        [("trihedral:leg_m=0.06", None), ("type1:width_m=0.16,height_m=0.01", None), ("sphere", Some("in"))]
+    {
+        let expected = level(&[kind]);
+        for (file, material) in [("r.stl", &["--default-material", "pec"][..]), ("r.obj", &[])] {
+            let mut args = vec!["reflector", kind, "-o", file, "--force"];
+            args.extend(unit.iter().flat_map(|u| ["--unit", u]));
+            let out = catseye(d, &args);
+            assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+            let unit = unit.unwrap_or("mm");
+            let said = text(&out.stderr);
+            assert!(said.contains(&format!("{file} is in {unit} with x forward, y left and z up")), "{said}");
+            let back = level(&[&[file, "--unit", unit, "--up", "z"], material].concat());
+            assert!((back - expected).abs() < 0.01, "{kind} as {file}: {back} and {expected}");
+        }
+    }
+    assert!(!std::fs::read(d.join("r.stl")).unwrap().starts_with(b"solid"));
+    refused(d, &["reflector", "plate", "-o", "p.glb", "--unit", "mm"], &["--unit = mm", "glTF is in metres"]);
+    refused(d, &["reflector", "plate", "-o", "p.stl", "--unit", "yd"], &["unit = yd", "mm"]);
+    refused(d, &["reflector", "point", "-o", "p.stl"], &["p.stl", "no surface", ".glb"]);
+    // What the files do not state is asked for, all of it at once.
+    let ask = [
+        "r.stl: states no unit, no up axis and no material; add --unit mm",
+        "--up z",
+        "--default-material pec",
+    ];
+    refused(d, &["rcs", "r.stl"], &ask);
+    refused(
+        d,
+        &["rcs", "r.stl", "--unit", "mm", "--default-material", "pec"],
+        &["states no up axis; add --up z"],
+    );
+    refused(d, &["rcs", "r.obj", "--up", "z"], &["r.obj: states no unit; add --unit mm (m, cm, in, ft)"]);
+}
+
+#[test]
+fn a_file_name_is_no_kind_of_reflector() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    std::fs::write(d.join("part.step"), "ISO-10303-21;").unwrap();
+    std::fs::write(d.join("bare"), "x").unwrap();
+    refused(
+        d,
+        &["rcs", "part.step"],
+        &["part.step: is no file of a mesh that is read", ".glb, .gltf, .stl, .obj"],
+    );
+    refused(d, &["rcs", "bare"], &["bare: is no file of a mesh that is read"]);
+    for name in ["nosuch.glb", "nosuch.stl", "nosuch.step", "folder/nosuch"] {
+        refused(d, &["rcs", name], &[&format!("{name}: no such file")]);
+    }
+    refused(d, &["rcs", "typ1:width_m=0.16"], &["unknown kind of reflector", "did you mean 'type1'"]);
+}
+
+#[test]
 fn frames_points_and_signs() {
     let t = tempfile::tempdir().unwrap();
     let d = t.path();

@@ -391,7 +391,7 @@ READERS = [
     ("study", "study.toml", ["study", "study.toml", "-o", "out"]),
     ("cube", "cube.npy", PROCESS),
     ("glb", "mesh.glb", RCS),
-    ("stl", "mesh.stl", ["rcs", "mesh.stl", "--unit", "m", "--up", "z"]),
+    ("stl", "mesh.stl", ["rcs", "mesh.stl", "--unit", "m", "--up", "z", "--default-material", "pec"]),
     ("obj", "mesh.obj", ["rcs", "mesh.obj", "--unit", "m", "--up", "z"]),
     ("ti cfg", "ti.cfg", ["process", "ti.bin", "--cfg", "ti.cfg", "-o", "out"]),
     ("ti bin", "ti.bin", ["process", "ti.bin", "--cfg", "ti.cfg", "-o", "out"]),
@@ -452,12 +452,13 @@ def with_buffer(uri):
 
 for uri in ("../../../etc/passwd", "/etc/passwd", "https://example.org/x.bin", "missing.bin", "data:application/octet-stream;base64,!!!", "%00.bin"):
     case(f"glb buffer {uri[:20]}", RCS, {"mesh.glb": glb(with_buffer(uri))})
+case("stl without material", ["rcs", "mesh.stl", "--unit", "m", "--up", "z"], exits=2, words="--default-material")
 case("stl without unit", ["rcs", "mesh.stl", "--up", "z"], exits=2, words="--unit")
 case("stl without up", ["rcs", "mesh.stl", "--unit", "mm"], exits=2, words="--up")
 case("obj without unit", ["rcs", "mesh.obj"], exits=2, words="--unit")
-case("stl of a billion facets", ["rcs", "mesh.stl", "--unit", "m", "--up", "z"], {"mesh.stl": b"\0" * 80 + struct.pack("<I", 1_000_000_000)}, 2)
-case("stl binary", ["rcs", "mesh.stl", "--unit", "m", "--up", "z"], {"mesh.stl": STL_BINARY}, 0)
-case("stl binary of NaN", ["rcs", "mesh.stl", "--unit", "m", "--up", "z"],
+case("stl of a billion facets", ["rcs", "mesh.stl", "--unit", "m", "--up", "z", "--default-material", "pec"], {"mesh.stl": b"\0" * 80 + struct.pack("<I", 1_000_000_000)}, 2)
+case("stl binary", ["rcs", "mesh.stl", "--unit", "m", "--up", "z", "--default-material", "pec"], {"mesh.stl": STL_BINARY}, 0)
+case("stl binary of NaN", ["rcs", "mesh.stl", "--unit", "m", "--up", "z", "--default-material", "pec"],
      {"mesh.stl": b"\0" * 80 + struct.pack("<I", 1) + struct.pack("<12fH", 1, 0, 0, float("nan"), 0, 0, 0, 1, 0, 0, 0, 1, 0)}, 2)
 for text in (b"f 1 2 3\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n", b"v 0 0\nf 1 1 1\n", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
              b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9 2 3\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"):

@@ -1,9 +1,9 @@
-//! glTF files that are broken, absurd or hostile: each gives one line and exit code 2, none a panic,
+//! Files of meshes that are broken, absurd or hostile: each gives one line and exit code 2, none a panic,
 //! a large allocation or a file from elsewhere.
 
 use catseye::frames::Pose;
 use catseye::scene::gltf::{self, ImportOptions, import, import_bytes};
-use catseye::scene::{Mesh, Scene, Shape, material};
+use catseye::scene::{Mesh, Scene, Shape, material, mesh_file};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -288,7 +288,7 @@ fn buffers_come_only_from_the_folder() {
     v["buffers"][0]["uri"] = json!("b.bin");
     assert!(complaint_of(v.to_string().as_bytes()).contains("no folder to look in"));
     let e = import(dir.path(), &ImportOptions::default()).unwrap_err();
-    assert!(e.to_string().ends_with("is a directory; give a .glb or .gltf file"), "{e}");
+    assert!(e.to_string().ends_with("is a directory; give a .glb, .gltf, .stl or .obj file"), "{e}");
     let e = import(&dir.path().join("gone.glb"), &ImportOptions::default()).unwrap_err();
     assert!(e.to_string().contains("no such file") && e.exit_code() == 2);
 }
@@ -426,4 +426,144 @@ proptest! {
             prop_assert!(!e.to_string().contains('\n'), "{}", e);
         }
     }
+}
+
+/// What a file of this name with these bytes is read as, in millimetres with z up.
+fn mesh_of(name: &str, bytes: &[u8]) -> Result<Scene, String> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let options = ImportOptions {
+        unit_m: 1e-3,
+        unit_given: true,
+        up: gltf::Up::Z,
+        up_given: true,
+        default_material: name.ends_with(".stl").then(|| "steel".into()),
+        ..Default::default()
+    };
+    mesh_file::import(&path, &options).map_err(|e| {
+        assert_eq!(e.exit_code(), 2, "{e}");
+        let e = e.to_string();
+        assert!(e.contains(name) && !e.contains('\n'), "{e}");
+        e
+    })
+}
+
+fn binary_stl(head: &str, count: u32, corners: &[[f32; 9]]) -> Vec<u8> {
+    let mut out = head.as_bytes().to_vec();
+    out.resize(80, 0);
+    out.extend(count.to_le_bytes());
+    for facet in corners {
+        out.extend([0; 12]);
+        out.extend(facet.iter().flat_map(|x| x.to_le_bytes()));
+        out.extend([0, 0]);
+    }
+    out
+}
+
+#[test]
+fn stl_is_read_whole_or_refused() {
+    let square =
+        [[0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 5.0, 5.0], [0.0, 0.0, 0.0, 0.0, 5.0, 5.0, 0.0, 0.0, 5.0]];
+    // A binary file may begin like an ASCII one.
+    for head in ["", "solid of a CAD program"] {
+        let s = mesh_of("a.stl", &binary_stl(head, 2, &square)).unwrap();
+        assert_eq!((s.triangle_count(), s.meshes[0].positions_m.len()), (2, 4), "equal vertices are one");
+        assert_eq!(s.bounds_m(0.0).unwrap().1, DVec3::new(0.0, 5e-3, 5e-3));
+        assert_eq!((s.materials[0].name.as_str(), s.objects[0].name.as_str()), ("steel", "a"));
+    }
+    let text = "Solid lid\r\n facet normal 1 0 0\r\n outer loop\r\n vertex 0 0 0\r\n vertex 0 5 0\r\n VERTEX 0 0 5e0\r\n \
+                endloop\r\n endfacet\r\nendsolid lid\r\n";
+    let s = mesh_of("a.stl", text.as_bytes()).unwrap();
+    assert_eq!((s.triangle_count(), s.objects[0].name.as_str()), (1, "lid"));
+    let two = mesh_of("a.stl", format!("{text}{}", text.replace("lid", "box")).as_bytes()).unwrap();
+    assert_eq!(two.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(), ["lid", "box"]);
+
+    let mut nan = square;
+    nan[1][4] = f32::NAN;
+    let whole = binary_stl("", 2, &square);
+    let longer = [&whole[..], &[0; 7]].concat();
+    for (bytes, expect) in [
+        (Vec::new(), "the file is empty"),
+        (whole[..whole.len() - 1].to_vec(), "2 triangles are 184 bytes, and the file has 183"),
+        (longer, "2 triangles are 184 bytes, and the file has 191"),
+        (binary_stl("", u32::MAX, &square), "4294967295 triangles are 214748364834 bytes"),
+        (binary_stl("solid", u32::MAX, &square), "4294967295 triangles are"),
+        (binary_stl("", 0, &[]), "the file has no triangles"),
+        (binary_stl("", 2, &nan), "facet 1 has a vertex that is not finite"),
+        (binary_stl("", 1, &[[1.0; 9]]), "no triangles (1 had no area)"),
+        (vec![0; 50], "is no STL"),
+        (b"root:x:0".to_vec(), "is no STL"),
+        (text.as_bytes()[..100].to_vec(), "is cut off"),
+        (text.replace("0 5 0", "0 nan 0").into(), "a.stl:5: a vertex is not three finite numbers"),
+        (text.replace("0 5 0", "0 5").into(), "a.stl:5: a vertex is not three finite numbers"),
+        (text.replace(" vertex 0 5 0\r\n", "").into(), "a.stl:7: a facet has fewer than three vertices"),
+        (text.replace("outer loop", "vertex 1 2 3").into(), "a.stl:6: a facet has more than three vertices"),
+        (text.replace("outer", "inner").into(), "a.stl:3: is no line of an ASCII STL here"),
+        (b"solid x\nendsolid x\n".to_vec(), "the file has no triangles"),
+    ] {
+        let e = mesh_of("a.stl", &bytes).unwrap_err();
+        assert!(e.contains(expect), "{e}\n not {expect}");
+    }
+}
+
+#[test]
+fn obj_is_read_whole_or_refused() {
+    let square = "mtllib gone.mtl\nv 0 0 0\nv 0 5 0 1\nv 0 5 5 0.1 0.2 0.3\nv 0 0 5\nvn 1 0 0\nvt 0 0\n";
+    let area = |s: &Scene| -> f64 {
+        let m = |o: &catseye::scene::Object| match o.shape {
+            Shape::Mesh(m) => &s.meshes[m],
+            _ => panic!("{o:?}"),
+        };
+        let of = |m: &Mesh| -> f64 {
+            let p = |i: u32| m.positions_m[i as usize];
+            m.triangles.iter().map(|t| (p(t[1]) - p(t[0])).cross(p(t[2]) - p(t[0])).x / 2.0).sum()
+        };
+        s.objects.iter().map(|o| of(m(o))).sum()
+    };
+    for faces in [
+        "f 1 2 3 4",
+        "f -4 -3 -2 -1",
+        "f 1/1/1 2/1/1 3/1/1 4/1/1",
+        "f 1//1 2//1 3//1 4//1",
+        "f 1 2 3\nf 1/ 3/ 4/",
+        "g a b\ns off\nf 1 2 \\\n3 4",
+        "o one\nf 1 2 3\no two\nf 1 3 4",
+    ] {
+        let s = mesh_of("a.obj", format!("{square}usemtl steel\n{faces}\n").as_bytes()).unwrap();
+        assert!(s.triangle_count() == 2 && (area(&s) - 25e-6).abs() < 1e-15, "{faces}");
+        assert_eq!(s.materials[0].name, "steel");
+    }
+    let two = format!("{square}usemtl steel\no one\nf 1 2 3\no two\nusemtl concrete\nf 1 3 4\nl 1 2\n");
+    let s = mesh_of("a.obj", two.as_bytes()).unwrap();
+    assert_eq!(s.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(), ["one", "two"]);
+    assert_eq!((s.materials.len(), s.meshes[1].material[0], s.import.notes.len()), (2, 1, 1));
+    // A hollow polygon is not filled.
+    let ell = "v 0 0 0\nv 0 2 0\nv 0 2 1\nv 0 1 1\nv 0 1 2\nv 0 0 2\nusemtl steel\nf 2 3 4 5 6 1\n";
+    assert!((area(&mesh_of("a.obj", ell.as_bytes()).unwrap()) - 3e-6).abs() < 1e-15);
+    for (faces, expect) in [
+        ("", "the file has no triangles"),
+        ("usemtl steel\nf 1 2 9", "a.obj:9: f = 9: is no index of a vertex; allowed: 1..=4, or -4..=-1"),
+        ("f 0 1 2", "f = 0: is no index of a vertex"),
+        ("f -5 1 2", "f = -5: is no index"),
+        ("f -9223372036854775808 1 2", "is no index"),
+        ("f 1 2 99999999999999999999", "is no index"),
+        ("f 1//2 2//1 3//1", "is no index of a normal; allowed: 1..=1"),
+        ("f 1 2", "a face has fewer than three corners"),
+        ("f 1 x 2", "f = x: is no index"),
+        ("v nan 0 0", "a.obj:8: v: is not three finite numbers"),
+        ("vn 1 inf 0", "vn: is not three finite numbers"),
+        ("v 1 2", "v: is not three finite numbers"),
+        ("surf 0 1 0 1 1 2 3", "surf: freeform curves and surfaces are not read"),
+        ("root:x:0:0", "a.obj:8: is no line of an OBJ file"),
+        ("usemtl nonsense\nf 1 2 3", "usemtl = nonsense: no material is named"),
+        ("f 1 2 3", "a surface has no material"),
+        ("v 1e300 0 0\nusemtl steel\nf 1 2 5", "is not a finite position"),
+        ("f 1 1 1", "no triangles (1 had no area)"),
+    ] {
+        let e = mesh_of("a.obj", format!("{square}{faces}\n").as_bytes()).unwrap_err();
+        assert!(e.contains(expect), "{e}\n not {expect}");
+    }
+    assert!(mesh_of("a.obj", b"f 1 2 3\n").unwrap_err().contains("none before this line"));
+    assert!(mesh_of("a.obj", b"").unwrap_err().contains("the file is empty"));
 }

@@ -338,9 +338,59 @@ fn a_mesh_in_millimetres_is_a_question() {
     };
     assert!(complaint(object("")).contains("unit = \"mm\""));
     assert!(object("unit = \"mm\"\n").is_ok());
+    // A part of a road may have its unit, too.
+    let on_road = |more: &str| {
+        let object = format!("[[road.object]]\nfile = \"p.glb\"\ns_m = 5\nlateral = {{ lane = 1 }}\n{more}");
+        scene_toml::parse(&d.join("r.toml"), &format!("{ROAD}{object}"))
+    };
+    assert!(on_road("unit = \"mm\"\n").is_ok());
+    assert!(complaint(on_road("unit = \"yd\"\n")).contains("r.toml:13: road[0].object[0].unit = \"yd\""));
     // A whole scene may be long.
     let text = format!("{SCENARIO}[scene]\nfile = \"p.glb\"\n");
     assert!(scenario::parse(&d.join("s.toml"), &text).unwrap().build(&catseye::road::Library).is_ok());
+}
+
+#[test]
+fn what_stl_does_not_state_is_asked_for_by_its_keys() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let plate = catseye::road::target::load("plate:width_m=0.2,height_m=0.1", &Default::default()).unwrap();
+    for name in ["p.stl", "p.obj"] {
+        let written = catseye::scene::mesh_file::write(&plate.scene, Path::new(name), None).unwrap();
+        std::fs::write(d.join(name), written.bytes).unwrap();
+    }
+    let keys = "unit = \"mm\"\nup = \"z\"\ndefault_material = \"steel\"\n";
+    let scene = |name: &str, keys: &str| {
+        let text = format!("{SCENARIO}[[object]]\nfile = \"{name}\"\nposition_m = [9, 0, 0]\n{keys}");
+        let scenario = scenario::parse(&d.join("s.toml"), &text)?;
+        scenario.build(&catseye::road::Library)
+    };
+    let e = complaint(scene("p.stl", ""));
+    assert!(
+        e.contains("s.toml:4: object[0].file = \"p.stl\": states no unit, no up axis and no material"),
+        "{e}"
+    );
+    assert!(e.contains("add unit = \"mm\"") && e.contains("default_material = \"pec\""), "{e}");
+    assert!(complaint(scene("p.obj", "unit = \"mm\"\n")).contains("states no up axis; add up = \"z\""));
+    for (name, material) in [("p.stl", "steel"), ("p.obj", "pec")] {
+        let s = scene(name, keys).unwrap();
+        let (low, high) = s.bounds_m(0.0).unwrap();
+        assert!(((high - low).max_element() - 0.2).abs() < 1e-6 && s.materials[0].name == material, "{name}");
+    }
+    let on_road = |keys: &str| {
+        let object = format!("[[road.object]]\nfile = \"p.stl\"\ns_m = 5\nlateral = {{ lane = 1 }}\n{keys}");
+        scene_toml::parse(&d.join("r.toml"), &format!("{ROAD}{object}"))
+    };
+    assert!(complaint(on_road("")).contains("r.toml:10: road[0].object[0].file = \"p.stl\": states no unit"));
+    assert!(on_road(keys).is_ok());
+    let of_study = |keys: &str| {
+        let text = format!(
+            "name = \"x\"\ntitle = \"x\"\n[set]\ntarget = \"p.stl\"\n[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 1]\n{keys}"
+        );
+        study::parse(&d.join("study.toml"), &text, false)
+    };
+    assert!(complaint(of_study("")).contains("study.toml:4: set.target = \"p.stl\": states no unit"));
+    assert!(of_study(&format!("[import]\n{keys}")).is_ok());
 }
 
 #[test]

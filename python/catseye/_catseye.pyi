@@ -81,8 +81,8 @@ class Scene:
     def load(
         path: _Path,
         *,
-        unit: str = "m",
-        up: str = "y",
+        unit: str | None = None,
+        up: str | None = None,
         default_material: str | None = None,
         materials: Mapping[str, str] = ...,
     ) -> Scene: ...
@@ -90,8 +90,8 @@ class Scene:
     def from_glb(
         data: bytes,
         *,
-        unit: str = "m",
-        up: str = "y",
+        unit: str | None = None,
+        up: str | None = None,
         default_material: str | None = None,
         materials: Mapping[str, str] = ...,
     ) -> Scene: ...

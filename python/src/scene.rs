@@ -12,7 +12,7 @@ use catseye::road::reflector::Reflector;
 use catseye::road::{build, glb, reflector as library, scene_toml, target, truth_boxes};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::scenario::Label;
-use catseye::scene::{Scene as Contents, Shape, material};
+use catseye::scene::{Scene as Contents, Shape, material, mesh_file};
 use catseye::units::DEFAULT_FREQUENCY_HZ;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -33,11 +33,11 @@ pub struct Scene {
     pub boresight_deg: (f64, f64),
 }
 
-/// How a glTF file is read, from keyword arguments.
+/// How a file of a mesh is read, from keyword arguments.
 fn import_options(
     py: Python<'_>,
-    unit: &str,
-    up: &str,
+    unit: Option<&str>,
+    up: Option<&str>,
     default_material: Option<String>,
     materials: BTreeMap<String, String>,
 ) -> PyResult<ImportOptions> {
@@ -45,10 +45,10 @@ fn import_options(
         material::parse_spec(m).or_raise(py)?;
     }
     Ok(ImportOptions {
-        unit_m: gltf::unit_m(unit).or_raise(py)?,
-        // A file of whole roads is loaded in the same way.
-        unit_given: true,
-        up: gltf::up(up).or_raise(py)?,
+        unit_m: unit.map_or(Ok(1.0), gltf::unit_m).or_raise(py)?,
+        unit_given: unit.is_some(),
+        up: up.map_or(Ok(gltf::Up::Y), gltf::up).or_raise(py)?,
+        up_given: up.is_some(),
         default_material,
         material_map: materials.into_iter().collect(),
         ..ImportOptions::default()
@@ -81,32 +81,35 @@ impl Scene {
         Scene::of(String::new(), Contents::default())
     }
 
-    /// A .glb or .gltf file, or a reflector by its specification.
+    /// A .glb, .gltf, .stl or .obj file, or a reflector by its specification.
     ///
-    /// unit: of the file's coordinates (m, cm, mm, in, ft); up: its axis that points up (y, z); materials: radar
+    /// unit: of the file's coordinates (m, cm, mm, in, ft); up: its axis that points up (y, z): glTF is in m with y up, the
+    /// others state neither; materials: radar
     /// material for a material name of the file; default_material: for what has none.
     #[staticmethod]
-    #[pyo3(signature = (path, *, unit = "m", up = "y", default_material = None, materials = BTreeMap::new()))]
+    #[pyo3(signature = (path, *, unit = None, up = None, default_material = None, materials = BTreeMap::new()))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
-        unit: &str,
-        up: &str,
+        unit: Option<&str>,
+        up: Option<&str>,
         default_material: Option<String>,
         materials: BTreeMap<String, String>,
     ) -> PyResult<Scene> {
-        let options = import_options(py, unit, up, default_material, materials)?;
+        let mut options = import_options(py, unit, up, default_material, materials)?;
+        // A glTF file of whole roads is loaded in the same way: no size is doubted.
+        options.unit_given |= !mesh_file::leaves_unit_open(&path, &options);
         Scene::loaded(py, path.to_string_lossy().into_owned(), options)
     }
 
     /// The bytes of a .glb file.
     #[staticmethod]
-    #[pyo3(signature = (data, *, unit = "m", up = "y", default_material = None, materials = BTreeMap::new()))]
+    #[pyo3(signature = (data, *, unit = None, up = None, default_material = None, materials = BTreeMap::new()))]
     fn from_glb(
         py: Python<'_>,
         data: Vec<u8>,
-        unit: &str,
-        up: &str,
+        unit: Option<&str>,
+        up: Option<&str>,
         default_material: Option<String>,
         materials: BTreeMap<String, String>,
     ) -> PyResult<Scene> {
@@ -334,7 +337,7 @@ pub fn warnings(contents: &Contents, frequency_hz: f64) -> catseye::Result<Vec<S
     Ok(lines)
 }
 
-/// The scene that an argument means: a Scene, a reflector's specification, or a glTF file.
+/// The scene that an argument means: a Scene, a reflector's specification, or a file of a mesh.
 pub fn resolve(argument: &Bound<'_, PyAny>) -> PyResult<Scene> {
     if let Ok(scene) = argument.cast::<Scene>() {
         return Ok(scene.try_borrow()?.clone());

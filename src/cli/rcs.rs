@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
                   All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
 )]
 pub struct Rcs {
-    /// A .glb or .gltf file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
+    /// A .glb, .gltf, .stl or .obj file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub target: String,
     /// Frequencies: a value, START:STOP:STEP (both included) or several with commas, as for every LIST
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]

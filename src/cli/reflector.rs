@@ -1,4 +1,4 @@
-//! `catseye reflector`: a reflector as glTF with its radar materials, and a picture of it.
+//! `catseye reflector`: a reflector as glTF with its radar materials, as STL or OBJ, and a picture of it.
 
 use super::{Global, print, print_json};
 use crate::error::{BadInput, Result};
@@ -6,14 +6,15 @@ use crate::formats::{check_extension, stage};
 use crate::geom::validate::{MeshReport, check_mesh};
 use crate::plot::{SolidView, solid_picture};
 use crate::road::reflector::{self, Reflector, Value};
-use crate::scene::{gltf, material};
+use crate::scene::{material, mesh_file};
 use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-/// Make a reflector as glTF with its radar materials, and a picture of it
+/// Make a reflector as glTF with its radar materials (-o F.glb), or for a workshop as -o F.stl or F.obj (in mm, --unit in for another
+/// unit, with z up), and a picture of it beside it (F.png; --preview F.png puts it elsewhere, --preview none leaves it out)
 #[derive(Debug, Args)]
 #[command(
     after_help = "Parameters of a KIND are options as well: --width-m 0.16 is width_m=0.16. All kinds with their \
@@ -24,9 +25,12 @@ pub struct MakeReflector {
     pub kind: String,
     #[command(flatten)]
     pub parameters: Parameters,
-    /// Binary glTF to write
-    #[arg(short, long, value_name = "F.glb")]
+    /// Binary glTF to write, or STL or OBJ for a workshop
+    #[arg(short, long, value_name = "F.glb|F.stl|F.obj")]
     pub output: PathBuf,
+    /// Unit of STL and OBJ: mm (default), cm, m, in, ft
+    #[arg(long, value_name = "UNIT")]
+    pub unit: Option<String>,
     /// Picture to write (default: beside the glTF); none leaves it out
     #[arg(long, value_name = "F.png|none")]
     pub preview: Option<PathBuf>,
@@ -112,7 +116,7 @@ impl MakeReflector {
         let outputs =
             std::iter::once(output.as_path()).chain(preview.as_deref().filter(|p| p.as_os_str() != "none"));
         stage::distinct(&outputs.collect::<Vec<_>>(), &[])?;
-        check_extension(output, &["glb"])?;
+        check_extension(output, &["glb", "stl", "obj"])?;
         preview.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
         let scene = reflector.to_scene(&material::parse_spec)?;
         let mesh = reflector.mesh();
@@ -125,7 +129,7 @@ impl MakeReflector {
         if let Some(e) = report.as_ref().and_then(MeshReport::error) {
             return Err(e.key(reflector.spec()).into());
         }
-        let bytes = gltf::to_glb(&scene)?;
+        let written = mesh_file::write(&scene, output, self.unit.as_deref())?;
         // Both or neither: the picture is made before the first file is written.
         let picture = match (&mesh, preview) {
             (Some(_), Some(p)) if p.as_os_str() == "none" => None,
@@ -137,7 +141,7 @@ impl MakeReflector {
             }
             (None, _) => None,
         };
-        let file = stage::write_file(output, global.force, &bytes)?;
+        let file = stage::write_file(output, global.force, &written.bytes)?;
         let preview = match picture {
             Some((path, picture)) => Some(picture.write(path, global.force)?),
             None => None,
@@ -149,7 +153,7 @@ impl MakeReflector {
             triangles: scene.triangle_count(),
             sagitta_m: reflector.sagitta_m(),
             sagitta_in_wavelengths_at_77_ghz: reflector.sagitta_m().map(|s| s * DEFAULT_FREQUENCY_HZ / C0),
-            notes: report.as_ref().map_or_else(Vec::new, MeshReport::notes),
+            notes: [report.as_ref().map_or_else(Vec::new, MeshReport::notes), written.notes].concat(),
             warnings: report.as_ref().map_or_else(Vec::new, MeshReport::warnings),
             mesh: report,
         };

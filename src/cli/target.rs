@@ -1,11 +1,11 @@
-//! How a command's glTF file is to be read.
+//! How a command's file of a mesh is to be read.
 
 use crate::error::{BadInput, Result};
 use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::material;
 use clap::Args;
 
-/// How to read a glTF file.
+/// How to read a file of a mesh.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Reading a glTF file")]
 pub struct ImportArgs {
@@ -16,12 +16,13 @@ pub struct ImportArgs {
     /// Radar material for everything that has none
     #[arg(long, value_name = "MATERIAL")]
     pub default_material: Option<String>,
-    /// Unit of the file's coordinates: m, cm, mm, in, ft. Without it m, and sizes beyond 1 mm to 100 m are refused
+    /// Unit of the file's coordinates: m, cm, mm, in, ft. Without it glTF is in m, and sizes beyond 1 mm to 100 m are refused; STL and OBJ
+    /// need it
     #[arg(long)]
     pub unit: Option<String>,
-    /// The file's up axis: y or z
-    #[arg(long, default_value = "y")]
-    pub up: String,
+    /// The file's up axis: y or z. glTF has y; STL and OBJ need it
+    #[arg(long)]
+    pub up: Option<String>,
     /// Which of the file's animations move it: all that do not contradict each other, none, or one by its name
     #[arg(long, value_name = "NAME", default_value = "all")]
     pub animation: String,
@@ -46,7 +47,8 @@ impl ImportArgs {
         Ok(ImportOptions {
             unit_m: self.unit.as_deref().map_or(Ok(1.0), gltf::unit_m)?,
             unit_given: self.unit.is_some(),
-            up: gltf::up(&self.up)?,
+            up: self.up.as_deref().map_or(Ok(gltf::Up::Y), gltf::up)?,
+            up_given: self.up.is_some(),
             default_material: self.default_material.clone(),
             material_map,
             animations: gltf::Animations::from_name(&self.animation),

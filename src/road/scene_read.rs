@@ -17,8 +17,8 @@ use crate::road::scene_toml::{
 };
 use crate::road::traffic::VEHICLES;
 use crate::scene::drive::{self, Drive};
-use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::material;
+use crate::scene::mesh_file::{self, ImportTable};
 use crate::scene::toml_file::{Above, At, Document, read_text};
 use glam::DVec3;
 use std::ops::Range;
@@ -609,6 +609,16 @@ impl Reader<'_> {
     }
 
     fn object(&self, road: &Road, o: &ObjectTable, i: usize) -> Result<ThingPlan> {
+        let import = ImportTable {
+            unit: &o.unit,
+            up: &o.up,
+            animation: &o.animation,
+            default_material: &o.default_material,
+            materials: &o.materials,
+        };
+        if let (Some(span), None) = (import.first_span(), &o.file) {
+            return Err(self.doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
+        }
         let (source, class) = match (&o.reflector, &o.file) {
             (Some(r), None) => {
                 let r = self.reflector(r)?;
@@ -617,7 +627,8 @@ impl Reader<'_> {
             }
             (None, Some(f)) => {
                 let path = self.beside(f)?;
-                (Source::File(gltf::import_sized(&path, &ImportOptions::default(), 1e-3..=1e3)?), "")
+                let options = import.options_of(self.doc, f)?;
+                (Source::File(mesh_file::import_sized(&path, &options, 1e-3..=1e3)?), "")
             }
             _ => {
                 let e = self.doc.bad(&o.s_m.span, "the object is nothing, or two things");

@@ -10,6 +10,7 @@ use crate::scene::drive::DriveTable;
 use crate::scene::toml_file::{At, Document, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Roads with what stands on them. Lengths in metres, angles in degrees; `s_m` is the arc length along a road's
@@ -337,8 +338,19 @@ pub struct ObjectTable {
     /// Default: what the file says; "manhole" for manholes, "reflector" for others.
     pub class: Option<String>,
     pub reflector: Option<At<String>>,
-    /// A .glb or .gltf file below the folder of this file.
+    /// A .glb, .gltf, .stl or .obj file below the folder of this file.
     pub file: Option<At<String>>,
+    /// Of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    pub unit: Option<At<String>>,
+    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
+    pub up: Option<At<String>>,
+    /// Animations of the file that move it: all (default), none, or one by its name.
+    pub animation: Option<At<String>>,
+    /// For surfaces of the file whose material is missing or unknown.
+    pub default_material: Option<At<String>>,
+    /// Material of the file = material of the table.
+    #[serde(default)]
+    pub materials: BTreeMap<String, At<String>>,
     pub s_m: At<f64>,
     pub lateral: At<LateralTable>,
     /// Of its x axis against the direction of the road.

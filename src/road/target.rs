@@ -1,8 +1,9 @@
-//! What a cross section is taken of: a glTF file, or a reflector of the library with its parameters.
+//! What a cross section is taken of: a file of a mesh, or a reflector of the library with its parameters.
 
-use super::reflector::Reflector;
+use super::reflector::{Reflector, kinds};
 use crate::error::Result;
-use crate::scene::gltf::{self, ImportOptions};
+use crate::scene::gltf::ImportOptions;
+use crate::scene::mesh_file;
 use crate::scene::{Scene, material};
 use std::path::Path;
 
@@ -14,18 +15,14 @@ pub struct Target {
     pub boresight_deg: (f64, f64),
 }
 
-/// A target by its name: a path ends in .glb or .gltf, everything else is a reflector as [`Reflector::parse`] reads it. `options` are
-/// those of the file; their default material is also that of a reflector that names none.
+/// A target by its name: a file of a mesh, or a reflector as [`Reflector::parse`] reads it ([`is_file`] tells). `options` are those of
+/// the file; their default material is also that of a reflector that names none.
 ///
 /// Errors: those of the importer, of reflectors and of materials.
 pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     let path = Path::new(target);
-    let is_file = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-    if is_file || path.is_dir() {
-        let scene = gltf::import_sized(path, options, gltf::OBJECT_M)?;
+    if is_file(target) {
+        let scene = mesh_file::import_sized(path, options, mesh_file::OBJECT_M)?;
         return Ok(Target { name: target.into(), scene, boresight_deg: (0.0, 0.0) });
     }
     let mut reflector = Reflector::parse(target)?;
@@ -39,4 +36,10 @@ pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
         scene: reflector.to_scene(&material::parse_spec)?,
         boresight_deg: reflector.kind().boresight_deg,
     })
+}
+
+/// Whether a target is meant as a file: no kind of reflector has its name, and it looks like a file's.
+pub fn is_file(target: &str) -> bool {
+    let kind = target.split_once(':').map_or(target, |(kind, _)| kind).trim();
+    !kinds().iter().any(|k| k.name == kind) && mesh_file::is_file_name(target)
 }

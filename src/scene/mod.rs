@@ -8,6 +8,7 @@ pub mod front_end;
 pub mod gltf;
 pub mod interferer;
 pub mod material;
+pub mod mesh_file;
 pub mod motion;
 pub mod radar;
 pub mod radar_toml;

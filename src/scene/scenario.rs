@@ -2,8 +2,9 @@
 //! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
 
 use super::drive::{Drive, DriveTable};
-use super::gltf::{self, ImportOptions};
+use super::gltf::ImportOptions;
 use super::interferer::{self, Interferer, InterfererTable};
+use super::mesh_file::{self, ImportTable};
 use super::motion::{Joint, Motion, Moving};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
@@ -135,17 +136,17 @@ pub struct SceneTable {
     pub builtin: Option<At<Builtin>>,
     /// A road scene (TOML, as `catseye scene` takes it), relative to this file.
     pub road: Option<At<String>>,
-    /// A .glb or .gltf file, relative to this file.
+    /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// Unit of the glTF file: m (default), cm, mm, in or ft.
+    /// Unit of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// Axis of the glTF file that points up: y (default) or z.
+    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
     pub up: Option<At<String>>,
     /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
     pub animation: Option<At<String>>,
-    /// For surfaces of the glTF file whose material is missing or unknown.
+    /// For surfaces of the file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
-    /// Material of the glTF file = material of the table.
+    /// Material of the file = material of the table.
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
 }
@@ -165,7 +166,7 @@ pub struct PointTable {
     pub rcs_dbsm: At<f64>,
 }
 
-/// A glTF file, a reflector or a scattering table, placed in the world.
+/// A file of a mesh, a reflector or a scattering table, placed in the world.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
@@ -174,7 +175,7 @@ pub struct ObjectTable {
     /// Default: what the file says, "reflector" for a reflector.
     #[serde(default)]
     pub class: String,
-    /// A .glb or .gltf file, relative to this file.
+    /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
     /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
@@ -494,7 +495,9 @@ impl Scenario {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
             SceneSource::Builtin(b) => builder.builtin(*b)?,
             SceneSource::Road { path } => builder.road(path, self.duration_s())?,
-            SceneSource::File { path, options } => gltf::import_sized(path, options, gltf::SCENE_M)?,
+            SceneSource::File { path, options } => {
+                mesh_file::import_sized(path, options, mesh_file::SCENE_M)?
+            }
         };
         self.furnish(scene, builder)
     }
@@ -519,7 +522,7 @@ impl Scenario {
                 None => {
                     let built = match &o.source {
                         ObjectSource::File { path, options } => {
-                            gltf::import_sized(path, options, gltf::OBJECT_M)?
+                            mesh_file::import_sized(path, options, mesh_file::OBJECT_M)?
                         }
                         ObjectSource::Table { path } => table_scene(path)?,
                         ObjectSource::Reflector { spec, at } => {
@@ -681,7 +684,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
     let radars = radars(&doc, &f)?;
-    let options = |o: ImportTable<'_>| import_options(&doc, &o);
+    let options = |o: ImportTable<'_>, file: &At<String>| o.options_of(&doc, file);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
     if let (Some(span), true) = (given.clone().next(), given.clone().nth(1).is_some()) {
@@ -691,14 +694,15 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             .into());
     }
     let scene = match (&f.scene.road, &f.scene.file) {
-        (None, Some(path)) => {
-            SceneSource::File { options: options(ImportTable::from(&f.scene))?, path: doc.beside(path)? }
-        }
+        (None, Some(path)) => SceneSource::File {
+            options: options(ImportTable::from(&f.scene), path)?,
+            path: doc.beside(path)?,
+        },
         (road, _) => {
             let import = ImportTable::from(&f.scene);
             if let Some(span) = import.first_span() {
                 return Err(doc
-                    .bad(span, "belongs to a glTF file")
+                    .bad(span, "belongs to a file of a mesh")
                     .remedy("give file, or take it out")
                     .into());
             }
@@ -729,17 +733,17 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         let import = ImportTable::from(o);
         let source = match (&o.file, &o.reflector, &o.rcs_table) {
             (Some(path), None, None) => {
-                ObjectSource::File { options: options(import)?, path: doc.beside(path)? }
+                ObjectSource::File { options: options(import, path)?, path: doc.beside(path)? }
             }
             (None, None, Some(path)) => {
                 if let Some(span) = import.first_span() {
-                    return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
+                    return Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
                 }
                 ObjectSource::Table { path: doc.beside(path)? }
             }
             (None, Some(spec), None) => {
                 if let Some(span) = import.first_span() {
-                    return Err(doc.bad(span, "belongs to a glTF file").remedy("take it out").into());
+                    return Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
                 }
                 ObjectSource::Reflector { spec: spec.value.clone(), at: doc.bad(&spec.span, "") }
             }
@@ -897,15 +901,6 @@ fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {
     Err(doc.bad(&at.span, "is too fast").allowed("below 1e5 m/s").remedy("give metres per second").into())
 }
 
-/// The keys about a glTF file, of the scene or of an object.
-struct ImportTable<'a> {
-    unit: &'a Option<At<String>>,
-    up: &'a Option<At<String>>,
-    animation: &'a Option<At<String>>,
-    default_material: &'a Option<At<String>>,
-    materials: &'a BTreeMap<String, At<String>>,
-}
-
 impl<'a> From<&'a SceneTable> for ImportTable<'a> {
     fn from(t: &'a SceneTable) -> Self {
         ImportTable {
@@ -928,41 +923,6 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
             materials: &t.materials,
         }
     }
-}
-
-impl ImportTable<'_> {
-    fn first_span(&self) -> Option<&std::ops::Range<usize>> {
-        let given = [self.unit, self.up, self.animation, self.default_material];
-        given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
-    }
-}
-
-fn import_options(doc: &Document<'_>, t: &ImportTable<'_>) -> Result<ImportOptions> {
-    let mut o = ImportOptions::default();
-    let here = |at: &At<String>| {
-        let at = doc.bad(&at.span, "");
-        move |e: Error| match e {
-            // The file is the scenario's: its key and value say more than the callee's.
-            Error::Input(b) => b.placed(at).into(),
-            e => e,
-        }
-    };
-    if let Some(u) = t.unit {
-        o.unit_m = gltf::unit_m(&u.value).map_err(here(u))?;
-        o.unit_given = true;
-    }
-    if let Some(u) = t.up {
-        o.up = gltf::up(&u.value).map_err(here(u))?;
-    }
-    if let Some(a) = t.animation {
-        o.animations = gltf::Animations::from_name(&a.value);
-    }
-    for m in t.materials.values().chain(t.default_material) {
-        super::material::parse_spec(&m.value).map_err(here(m))?;
-    }
-    o.default_material = t.default_material.as_ref().map(|m| m.value.clone());
-    o.material_map = t.materials.iter().map(|(from, to)| (from.clone(), to.value.clone())).collect();
-    Ok(o)
 }
 
 /// A commented file to start from, for `catseye init`. Errors: an unknown kind, or one that is not

@@ -5,10 +5,13 @@ use super::outcome::Quantity;
 use super::parameter::{self, TARGET_PREFIX, Value, Values};
 use super::search::{Goal, Limit, Search};
 use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
-use super::solve::{self, Sources};
+use super::solve::Sources;
 use super::view::{Mount, Place, view};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::rcs::{Diffraction, Distance, Ground, RcsOptions};
+use crate::road::target::is_file;
+use crate::scene::gltf::ImportOptions;
+use crate::scene::mesh_file::{self, ImportTable};
 use crate::scene::toml_file::{Above, At, Document, read_text};
 use crate::scene::{material, radar_toml};
 use crate::trace::{Convention, MAX_BOUNCES};
@@ -45,6 +48,9 @@ pub struct StudyFile {
     pub sweep: Vec<SweepTable>,
     #[serde(default)]
     pub solver: SolverTable,
+    /// How targets that are files are read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<ImportKeys>,
     /// What sigma_min_dbsm and margin_db need.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection: Option<DetectionTable>,
@@ -100,6 +106,39 @@ pub enum Reduce {
     DetectionRange,
     /// Of margin_db over a distance: where it first turns negative after it was not.
     UnbrokenRange,
+}
+
+/// How files of meshes are read.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImportKeys {
+    /// m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<At<String>>,
+    /// y (default of glTF; STL and OBJ need it) or z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<At<String>>,
+    /// all (default), none, or the name of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub animation: Option<At<String>>,
+    /// For surfaces whose material is missing or unknown; STL needs it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub default_material: Option<At<String>>,
+    /// Material of the file = material of the table.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, At<String>>,
+}
+
+impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
+    fn from(t: &'a ImportKeys) -> Self {
+        ImportTable {
+            unit: &t.unit,
+            up: &t.up,
+            animation: &t.animation,
+            default_material: &t.default_material,
+            materials: &t.materials,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
@@ -323,6 +362,8 @@ pub struct Study {
     pub accuracy_db: f64,
     pub convention: Convention,
     pub diffraction: Diffraction,
+    /// Of targets that are files.
+    pub import: ImportOptions,
     pub detection: Option<Detection>,
     pub picture: PictureSpec,
     pub facts: Vec<Fact>,
@@ -497,6 +538,7 @@ impl Reader<'_> {
                 DiffractionName::None => Diffraction::None,
                 DiffractionName::Ptd => Diffraction::Ptd,
             },
+            import: self.import()?,
             detection,
             picture: self.picture()?,
             facts: Vec::new(),
@@ -528,12 +570,21 @@ impl Reader<'_> {
         Ok(out)
     }
 
-    /// Errors: the target is a file, and it is not there.
+    /// What the table says of files.
+    fn import(&self) -> Result<ImportOptions> {
+        self.table
+            .import
+            .as_ref()
+            .map_or_else(|| Ok(ImportOptions::default()), |t| ImportTable::from(t).options(self.doc))
+    }
+
+    /// Errors: the target is a file, and it is not there, or states no unit.
     fn target(&self, target: &str, span: &std::ops::Range<usize>) -> Result<()> {
-        match solve::is_file(target) {
-            true => self.doc.existing(span, &self.doc.file().parent().unwrap_or(Path::new("")).join(target)),
-            false => Ok(()),
+        if !is_file(target) {
+            return Ok(());
         }
+        self.doc.existing(span, &self.doc.file().parent().unwrap_or(Path::new("")).join(target))?;
+        mesh_file::check_stated(self.doc, span, target, &self.import()?)
     }
 
     fn quantity(&self, at: &At<String>) -> Result<Quantity> {
@@ -1017,7 +1068,7 @@ impl Study {
 
     /// Looks at each point once, so that whatever is wrong comes before the work.
     fn check_points(&self) -> Result<()> {
-        let mut sources = Sources::new(self.file.parent().unwrap_or(Path::new("")));
+        let mut sources = Sources::new(&self.file, &self.import);
         let mut base = self.clone();
         if let Some(s) = &self.search {
             for l in &s.limits {

@@ -9,7 +9,6 @@ use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::units::{db_from_power, power_from_db};
 use std::collections::HashMap;
-use std::path::Path;
 
 /// What a study may compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,7 +199,7 @@ impl Work {
     /// # Errors
     /// A point that has no meaning.
     pub fn collect(study: &Study, count: usize, values: &dyn Fn(usize) -> Values) -> Result<Work> {
-        let mut sources = Sources::new(study.file.parent().unwrap_or(Path::new("")));
+        let mut sources = Sources::new(&study.file, &study.import);
         let mut cases: Vec<Case> = Vec::new();
         let mut known: HashMap<(usize, u64, String, [u64; 3]), usize> = HashMap::new();
         let mut points = Vec::with_capacity(count);

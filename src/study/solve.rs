@@ -9,8 +9,9 @@ use crate::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use crate::frames::{Pose, Target};
 use crate::rcs::{Aspect, Distance, Look, RcsOptions, Scattering};
 use crate::road::reflector::Reflector;
-use crate::scene::gltf::{self, ImportOptions};
-use crate::scene::{Scene, material};
+use crate::road::target::is_file;
+use crate::scene::gltf::ImportOptions;
+use crate::scene::{Scene, material, mesh_file};
 use crate::trace::Convention;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -82,14 +83,16 @@ pub struct SceneSource {
 #[derive(Debug, Default)]
 pub struct Sources {
     folder: PathBuf,
+    import: ImportOptions,
     pub scenes: Vec<SceneSource>,
     index: HashMap<String, usize>,
 }
 
 impl Sources {
-    /// glTF files are looked for in `folder`.
-    pub fn new(folder: &Path) -> Self {
-        Sources { folder: folder.to_path_buf(), ..Default::default() }
+    /// Files are looked for beside the study's `file`.
+    pub fn new(file: &Path, import: &ImportOptions) -> Self {
+        let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
+        Sources { folder, import: import.clone(), ..Default::default() }
     }
 
     /// What the parameters name.
@@ -134,14 +137,18 @@ impl Sources {
     fn build(&self, target: &str, own: Vec<(&str, &Value)>, raise_rad: f64) -> Result<SceneSource> {
         let (mut scene, spec, identity, height_m) = if is_file(target) {
             if let Some((n, _)) = own.first() {
-                return Err(BadInput::new("a glTF file has no parameters")
+                return Err(BadInput::new("a file has no parameters")
                     .key(format!("{TARGET_PREFIX}{n}"))
                     .remedy("take the sweep out, or name a kind of reflector")
                     .into());
             }
             let path = self.folder.join(target);
-            let scene = gltf::import_sized(&path, &ImportOptions::default(), gltf::OBJECT_M)?;
-            (scene, target.to_string(), sha256_of_file(&path)?, None)
+            let scene = mesh_file::import_sized(&path, &self.import, mesh_file::OBJECT_M)?;
+            let mut identity = sha256_of_file(&path)?;
+            if self.import != ImportOptions::default() {
+                identity += &format!("|{:?}", self.import);
+            }
+            (scene, target.to_string(), identity, None)
         } else {
             let reflector = with_parameters(target, &own)?;
             let height = match reflector.value("height_m") {
@@ -154,11 +161,6 @@ impl Sources {
         let identity = format!("{identity}|{:x}", raise_rad.to_bits());
         Ok(SceneSource { spec, raise_rad, identity, scene, height_m })
     }
-}
-
-/// Whether a target is a glTF file by its name.
-pub(super) fn is_file(target: &str) -> bool {
-    [".glb", ".gltf"].iter().any(|e| target.to_ascii_lowercase().ends_with(e))
 }
 
 /// The reflector of `spec` with some of its parameters changed.

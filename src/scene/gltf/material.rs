@@ -1,5 +1,6 @@
 //! Materials, in and out.
 
+use super::ImportOptions;
 use super::read::Importer;
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::scene::backscatter::Backscatter;
@@ -9,6 +10,7 @@ use gltf::json;
 use json::mesh::Mode;
 use json::validation::Checked;
 use serde_json::{Map, Value};
+use std::path::Path;
 
 impl Importer<'_> {
     /// Fills `self.materials` for the materials that the scene uses, in file order.
@@ -37,66 +39,28 @@ impl Importer<'_> {
         }
         let names: Vec<String> =
             self.root.materials.iter().map(|m| m.name.clone().unwrap_or_default()).collect();
-        for (from, to) in &self.options.material_map {
-            material::parse_spec(to)?;
-            if !names.contains(from) {
-                let b = self.bad("material", "no material of the file has this name").value(clip(from));
-                let listed: Vec<&str> = names.iter().filter(|n| !n.is_empty()).map(String::as_str).collect();
-                let b = b.allowed(clip_list(&listed));
-                return Err(match nearest(from, listed) {
-                    Some(n) => b.remedy(format!("did you mean '{n}'?")),
-                    None => b.remedy("correct the name"),
-                }
-                .into());
-            }
-        }
-        let default = self.options.default_material.as_deref().map(material::parse_spec).transpose()?;
+        check_material_map(self.file, &names, self.options)?;
         for slot in (0..=count).filter(|s| used[*s]) {
-            let m = if slot == count {
-                default.clone().ok_or_else(|| {
-                    BadInput::new("a surface has no material")
-                        .file(self.file)
-                        .allowed_whole(material::names().collect::<Vec<_>>().join(", "))
-                        .remedy("give --default-material MATERIAL, or materials in the file")
-                })?
-            } else {
-                self.material(slot, &names[slot], default.as_ref())?
+            let m = match names.get(slot) {
+                Some(name) => self.material(slot, name)?,
+                None => choose_material(self.file, "", None, self.options)?.0,
             };
             self.materials[slot] = Some(self.scene.material_index(&m));
         }
         Ok(())
     }
 
-    pub(super) fn material(
-        &mut self,
-        slot: usize,
-        name: &str,
-        default: Option<&Material>,
-    ) -> Result<Material> {
-        if let Some((_, to)) = self.options.material_map.iter().find(|(from, _)| from == name) {
-            return material::parse_spec(to);
-        }
+    fn material(&mut self, slot: usize, name: &str) -> Result<Material> {
         let key = format!("materials[{slot}].extras.catseye");
-        let extras = self.extras(&self.root.materials[slot].extras, &key)?;
-        // Blender numbers copies: "steel.001" is steel.
-        let plain =
-            name.rsplit_once('.').filter(|(_, n)| n.len() == 3 && n.bytes().all(|b| b.is_ascii_digit()));
-        let row =
-            material::parse_spec(name).or_else(|e| plain.map_or(Err(e), |(base, _)| material::by_name(base)));
+        let mapped = self.options.material_map.iter().any(|(from, _)| from == name);
+        let extras = if mapped { None } else { self.extras(&self.root.materials[slot].extras, &key)? };
         let Some(extras) = extras else {
-            return match (row, default) {
-                (Ok(m), _) => Ok(m),
-                (Err(_), Some(d)) => {
-                    self.note(format!("material '{}' is taken as {}, the default", clip(name), d.name));
-                    Ok(d.clone())
-                }
-                (Err(Error::Input(e)), None) => {
-                    Err(e.file(self.file).key(format!("materials[{slot}].name")).value(clip(name)).into())
-                }
-                (Err(e), None) => Err(e),
-            };
+            let key = format!("materials[{slot}].name");
+            let (m, note) = choose_material(self.file, &key, Some(name), self.options)?;
+            note.into_iter().for_each(|n| self.note(n));
+            return Ok(m);
         };
-        self.custom_material(&key, name, &extras, row.ok())
+        self.custom_material(&key, name, &extras, row(name).ok())
     }
 
     /// `[{"material": "water", "thickness_m": 1e-4}, ...]`, the outermost first. Instead of a material's
@@ -273,6 +237,71 @@ impl Importer<'_> {
         }
         Ok(m)
     }
+}
+
+/// The row of the table with a file's name of a material. Blender numbers copies: "steel.001" is steel.
+fn row(name: &str) -> Result<Material> {
+    let plain = name.rsplit_once('.').filter(|(_, n)| n.len() == 3 && n.bytes().all(|b| b.is_ascii_digit()));
+    material::parse_spec(name).or_else(|e| plain.map_or(Err(e), |(base, _)| material::by_name(base)))
+}
+
+/// The radar material for a file's material of that name, or for surfaces without one: as the options map it, the row of the table, the
+/// options' default (with a note that it was taken). `key` is where the name stands in the file.
+///
+/// # Errors
+/// None of these says what it is.
+pub fn choose_material(
+    file: &Path,
+    key: &str,
+    name: Option<&str>,
+    options: &ImportOptions,
+) -> Result<(Material, Option<String>)> {
+    let default = options.default_material.as_deref().map(material::parse_spec).transpose()?;
+    let Some(name) = name else {
+        let missing = || {
+            BadInput::new("a surface has no material")
+                .file(file)
+                .allowed_whole(material::names().collect::<Vec<_>>().join(", "))
+                .remedy("give --default-material MATERIAL, or materials in the file")
+        };
+        return Ok((default.ok_or_else(missing)?, None));
+    };
+    if let Some((_, to)) = options.material_map.iter().find(|(from, _)| from == name) {
+        return Ok((material::parse_spec(to)?, None));
+    }
+    match (row(name), default) {
+        (Ok(m), _) => Ok((m, None)),
+        (Err(_), Some(d)) => {
+            let note = format!("material '{}' is taken as {}, the default", clip(name), d.name);
+            Ok((d, Some(note)))
+        }
+        (Err(Error::Input(e)), None) => Err(e.file(file).key(key).value(clip(name)).into()),
+        (Err(e), None) => Err(e),
+    }
+}
+
+/// Errors: the options name a material that is none, or one that is not among the file's `names`.
+pub fn check_material_map(file: &Path, names: &[String], options: &ImportOptions) -> Result<()> {
+    for (from, to) in &options.material_map {
+        material::parse_spec(to)?;
+        if names.contains(from) {
+            continue;
+        }
+        let listed: Vec<&str> = names.iter().filter(|n| !n.is_empty()).map(String::as_str).collect();
+        let b = BadInput::new("no material of the file has this name").file(file).key("material");
+        let b = b.value(clip(from)).allowed(clip_list(&listed));
+        return Err(match nearest(from, listed) {
+            Some(n) => b.remedy(format!("did you mean '{n}'?")),
+            None => b.remedy("correct the name"),
+        }
+        .into());
+    }
+    Ok(())
+}
+
+/// Whether a file that keeps only the name of a material says all of it.
+pub fn is_known_by_name(m: &Material) -> bool {
+    material_extras(m).is_ok_and(|extras| extras.is_empty())
 }
 
 /// Source of a material whose values stand in the file.

@@ -182,7 +182,7 @@ pub(super) struct Primitive {
     pub(super) material: u32,
 }
 
-pub(super) fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+pub fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
     u.cross(v).length() > 1e-12 * longest
@@ -190,7 +190,7 @@ pub(super) fn has_area([a, b, c]: [DVec3; 3]) -> bool {
 
 /// Forgets the normals of a mesh whose facets are all flat: most files have normals, and most of them
 /// say only what the facets say.
-pub(super) fn drop_flat_normals(mesh: &mut Mesh) {
+pub fn drop_flat_normals(mesh: &mut Mesh) {
     /// Cosine of the angle between a facet and the normal at its corner that still counts as flat: the
     /// rounding of single precision, on facets a hundred times longer than wide.
     const FLAT: f64 = 1.0 - 1e-8;
@@ -204,7 +204,7 @@ pub(super) fn drop_flat_normals(mesh: &mut Mesh) {
     }
 }
 
-pub(super) fn drop_unused_vertices(mesh: &mut Mesh) {
+pub fn drop_unused_vertices(mesh: &mut Mesh) {
     let mut new: Vec<u32> = vec![u32::MAX; mesh.positions_m.len()];
     for c in mesh.triangles.iter().flatten() {
         new[*c as usize] = 0;

@@ -50,8 +50,10 @@ use super::Scene;
 use super::toml_file::clip;
 use crate::error::{BadInput, Result};
 use crate::formats::input;
+use glam::{DMat3, DVec3};
+pub(super) use material::{check_material_map, choose_material, is_known_by_name};
+pub(super) use mesh::{drop_flat_normals, drop_unused_vertices, has_area};
 use read::Importer;
-use std::ops::RangeInclusive;
 use std::path::Path;
 pub use write::{export, to_glb};
 
@@ -63,6 +65,16 @@ pub enum Up {
     Y,
     /// The file already has ISO 8855 axes: +X forward, +Y left, +Z up.
     Z,
+}
+
+impl Up {
+    /// ISO axes from the file's.
+    pub fn axes(self) -> DMat3 {
+        match self {
+            Up::Y => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
+            Up::Z => DMat3::IDENTITY,
+        }
+    }
 }
 
 /// Which animations of a file move its nodes.
@@ -88,7 +100,7 @@ impl Animations {
     }
 }
 
-/// How to read a glTF file.
+/// How to read a glTF file, or another file of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportOptions {
     /// Length of the file's unit in metres (glTF prescribes 1).
@@ -96,6 +108,8 @@ pub struct ImportOptions {
     /// Somebody has said that unit: no size is then doubted.
     pub unit_given: bool,
     pub up: Up,
+    /// Somebody has said it.
+    pub up_given: bool,
     /// Table name of the material for surfaces without one, or with one that nothing else explains.
     pub default_material: Option<String>,
     /// (material of the file, table name).
@@ -109,10 +123,21 @@ impl Default for ImportOptions {
             unit_m: 1.0,
             unit_given: false,
             up: Up::Y,
+            up_given: false,
             default_material: None,
             material_map: Vec::new(),
             animations: Animations::All,
         }
+    }
+}
+
+impl ImportOptions {
+    /// Errors: a unit of no sensible length.
+    pub(super) fn check_unit(&self) -> Result<()> {
+        if self.unit_m.is_finite() && (1e-9..=1e6).contains(&self.unit_m) {
+            return Ok(());
+        }
+        Err(BadInput::new("is out of range").key("unit").value(self.unit_m).allowed("1e-9..=1e6 m").into())
     }
 }
 
@@ -124,7 +149,7 @@ pub fn unit_m(name: &str) -> Result<f64> {
             .key("unit")
             .value(clip(name))
             .allowed(UNITS.map(|(n, _)| n).join(", "))
-            .remedy("give the unit of the glTF file's coordinates")
+            .remedy("give the unit of the file's coordinates")
             .into()
     })
 }
@@ -138,7 +163,7 @@ pub fn up(name: &str) -> Result<Up> {
             .key("up")
             .value(clip(name))
             .allowed("y, z")
-            .remedy("glTF files have y up")
+            .remedy("glTF files have y up, CAD files mostly z")
             .into()),
     }
 }
@@ -146,8 +171,8 @@ pub fn up(name: &str) -> Result<Up> {
 /// Larger files, and buffers beside them, are refused before they are read.
 const MAX_BYTES: u64 = 1 << 36;
 /// Vertices and triangles above these are refused: a small file can claim many by repetition.
-const MAX_VERTICES: usize = 50_000_000;
-const MAX_TRIANGLES: usize = 100_000_000;
+pub(super) const MAX_VERTICES: usize = 50_000_000;
+pub(super) const MAX_TRIANGLES: usize = 100_000_000;
 /// Elements of an accessor that no bytes back.
 const MAX_UNBACKED: u64 = 1 << 22;
 const MAX_OBJECTS: usize = 10_000_000;
@@ -173,32 +198,6 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
     import_bytes(&bytes, path, folder, options)
 }
-
-/// As [`import`], of a file that holds things of `size_m` and not a landscape: exporters write millimetres where glTF has metres.
-///
-/// Errors: those of [`import`]; a size beyond that range in a unit that nobody has given.
-pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive<f64>) -> Result<Scene> {
-    let scene = import(path, options)?;
-    let is_mesh = |o: &super::Object| matches!(o.shape, super::Shape::Mesh(_));
-    let Some((low, high)) = scene.bounds_m(0.0).filter(|_| scene.objects.iter().any(is_mesh)) else {
-        return Ok(scene);
-    };
-    let longest_m = (high - low).max_element();
-    if options.unit_given || size_m.contains(&longest_m) {
-        return Ok(scene);
-    }
-    Err(BadInput::new(format!("the mesh is {longest_m:.3e} m long: its unit must be given"))
-        .file(path)
-        .key("unit")
-        .allowed(format!("{} m to {} m without a unit", size_m.start(), size_m.end()))
-        .remedy("give --unit mm (in a scenario unit = \"mm\"), or m if it is right")
-        .into())
-}
-
-/// Size of an object, m, that needs no unit.
-pub const OBJECT_M: RangeInclusive<f64> = 1e-3..=100.0;
-/// Of a whole scene.
-pub const SCENE_M: RangeInclusive<f64> = 1e-3..=1e5;
 
 /// Reads the bytes of a `.gltf` or `.glb` file. `name` is used in errors; buffers in other files are
 /// looked for in `folder`, and are an error without one.

@@ -5,7 +5,7 @@ use super::chain::Chain;
 use super::container::{load_uri, split_glb};
 use super::joints::Channels;
 use super::nodes::{Ids, NodeExtras};
-use super::{HARMLESS, ImportOptions, Up};
+use super::{HARMLESS, ImportOptions};
 use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::Scene;
 use crate::scene::toml_file::clip;
@@ -94,13 +94,7 @@ impl<'a> Importer<'a> {
         options: &'a ImportOptions,
     ) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(file);
-        if !(options.unit_m.is_finite() && (1e-9..=1e6).contains(&options.unit_m)) {
-            return Err(BadInput::new("is out of range")
-                .key("unit")
-                .value(options.unit_m)
-                .allowed("1e-9..=1e6 m")
-                .into());
-        }
+        options.check_unit()?;
         if bytes.is_empty() {
             return Err(bad("the file is empty".into()).remedy("give a .glb or .gltf file").into());
         }
@@ -165,10 +159,6 @@ impl<'a> Importer<'a> {
             }
             buffers.push(data);
         }
-        let axes = match options.up {
-            Up::Y => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
-            Up::Z => DMat3::IDENTITY,
-        };
         let materials = vec![None; root.materials.len() + 1];
         let mut importer = Importer {
             file,
@@ -177,7 +167,7 @@ impl<'a> Importer<'a> {
             root,
             nodes: precise.nodes,
             buffers,
-            axes,
+            axes: options.up.axes(),
             scene: Scene::default(),
             vertices: 0,
             materials,
