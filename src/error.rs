@@ -59,8 +59,8 @@ impl BadInput {
     }
 }
 
-/// Most characters of one error.
-pub const MAX_CHARS: usize = 290;
+/// Most characters of one error: 300 with the "error: " before it.
+pub const MAX_CHARS: usize = 293;
 
 impl fmt::Display for BadInput {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -462,3 +462,26 @@ fn errors_are_json_with_json() {
     assert_eq!((e["error"]["line"].as_u64(), e["error"]["value"].as_str()), (Some(7), Some("0")));
     assert!(e["error"]["file"].as_str().unwrap().ends_with("s.toml") && e["error"]["allowed"].is_string());
 }
+
+/// serde takes a list of a table's values for the table, and an empty list for one whose values all have defaults.
+#[test]
+fn a_list_is_no_table() {
+    let says = |e: String, key: &str| {
+        assert!(e.contains(&format!("{key} = []: is a list; allowed: a table")), "{e}")
+    };
+    says(of_road(&ROAD.replace("name = \"a\"\n", "name = \"a\"\npaint = []\n")), "road[0].paint");
+    for key in ["ego", "frames", "trace", "output", "weather"] {
+        says(of_scenario(&format!("{SCENARIO}{key} = []\n{POINT}")), key);
+    }
+    let e = of_scenario(&format!("{SCENARIO}frames = [3, 0.1]\n{POINT}"));
+    assert!(e.contains("frames = [3, 0.1]: is a list; allowed: a table"), "{e}");
+}
+
+/// A file that is no TOML may hold what its reader is not to see.
+#[test]
+fn a_line_that_is_no_toml_is_not_repeated() {
+    let e = of_scenario("root:x:0:0:secret:/root\n");
+    assert!(e.contains("s.toml:1: is not TOML") && !e.contains("secret"), "{e}");
+    let e = of_scenario("name = \"x\"\npassword = secret\n");
+    assert!(e.contains("s.toml:2: password: is not TOML") && !e.contains("secret"), "{e}");
+}

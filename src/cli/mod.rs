@@ -128,7 +128,14 @@ fn command() -> clap::Command {
                 true => a.allow_negative_numbers(true),
                 false => a,
             });
-            c.args(idle(&root, name).map(|a| a.clone().hide(true)))
+            c.args(idle(&root, name).map(|a| match a.get_action().takes_values() {
+                // Whatever its value is: what is wrong is that it is there.
+                true => {
+                    let a = a.clone().value_parser(clap::value_parser!(std::ffi::OsString));
+                    a.default_value(None::<&str>).hide(true)
+                }
+                false => a.clone().hide(true),
+            }))
         });
     }
     out
@@ -273,23 +280,34 @@ fn complain(e: &Error) -> ExitCode {
 fn unreadable(e: &clap::Error) -> Option<BadInput> {
     use clap::error::{ContextKind, ContextValue, ErrorKind};
     let text = |kind: ContextKind| match e.get(kind)? {
-        ContextValue::String(text) => Some(text.as_str()),
+        ContextValue::String(text) => Some(text.clone()),
+        ContextValue::Strings(words) => Some(words.join(", ")),
         _ => None,
     };
-    if e.kind() != ErrorKind::ValueValidation {
-        return None;
-    }
-    let (option, value) =
-        (text(ContextKind::InvalidArg)?.split(' ').next()?, text(ContextKind::InvalidValue)?);
-    // What the parsers of numbers say; they have no other way to tell what they read.
-    let why = std::error::Error::source(e)?.to_string();
-    let (problem, allowed) = match why.split_once(" is not in ") {
-        Some((_, range)) => ("is out of range", range),
-        None if why.contains("float") => ("is not a number", "a number such as 0.5 or 77e9"),
-        None if value.parse::<i128>().is_ok() => ("is out of range", "a whole number, 0 or more"),
-        None => ("is not a whole number", "a whole number, 0 or more"),
+    let (option, value) = (text(ContextKind::InvalidArg)?, text(ContextKind::InvalidValue)?);
+    let (problem, allowed) = match e.kind() {
+        ErrorKind::InvalidValue if value.is_empty() => return None,
+        ErrorKind::InvalidValue => ("is not one of the choices", text(ContextKind::ValidValue)?),
+        ErrorKind::ValueValidation => {
+            // What the parsers of numbers say; they have no other way to tell what they read.
+            let why = std::error::Error::source(e)?.to_string();
+            match why.split_once(" is not in ") {
+                Some((_, range)) => ("is out of range", range.into()),
+                None if why.contains("float") => ("is not a number", "a number such as 0.5 or 77e9".into()),
+                None if value.parse::<i128>().is_ok() => {
+                    ("is out of range", "a whole number, 0 or more".into())
+                }
+                None => ("is not a whole number", "a whole number, 0 or more".into()),
+            }
+        }
+        _ => return None,
     };
-    Some(BadInput::new(problem).key(option).value(format!("'{value}'")).allowed(allowed))
+    let bad = BadInput::new(problem).key(option.split(' ').next()?).value(format!("'{value}'"));
+    let bad = bad.allowed(allowed);
+    Some(match text(ContextKind::SuggestedValue) {
+        Some(near) => bad.remedy(format!("did you mean '{near}'?")),
+        None => bad,
+    })
 }
 
 /// Help and version go to stdout; a wrong command line is one line on stderr.

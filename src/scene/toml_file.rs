@@ -110,11 +110,13 @@ impl<'a> Document<'a> {
                 let at = e.span().map_or(0, |s| s.start);
                 let line = line_of(text, at);
                 let mut b = BadInput::new(format!("is not TOML: {}", one_line(e.message())));
-                let words = text.lines().nth(line - 1).unwrap_or("").trim();
+                // The line may be one of another kind of file, given by mistake or by somebody else: of its contents only a key
+                // is repeated.
+                let key =
+                    text.lines().nth(line - 1).and_then(|l| l.split_once('=')).map(|(key, _)| key.trim());
+                let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
                 match is_toml(&file) {
-                    true if words.contains(['=', '[']) => b = b.value(clip(words)),
-                    true => {}
-                    // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
+                    true => b.key = key.filter(|k| k.chars().all(plain)).map(clip),
                     false => b.problem = "is not TOML".into(),
                 }
                 Err(b.file(file).line(line).remedy("see https://toml.io for the syntax").into())
@@ -419,7 +421,7 @@ mod tests {
             "a.toml:2: sampling = \"iqq\": is not one of the choices; allowed: real, iq; did you mean 'iq'?"
         );
         let e = complaint("samples = 1\nx = = 2\n");
-        assert!(e.starts_with("a.toml:2: x = = 2: is not TOML"), "{e}");
+        assert!(e.starts_with("a.toml:2: x: is not TOML"), "{e}");
         let e = complaint("samples = 1\nsamples = 2\n");
         assert!(e.starts_with("a.toml:2: ") && e.contains("duplicate key"), "{e}");
     }
