@@ -526,15 +526,16 @@ fn a_bistatic_table_for_people_names_receivers_and_the_floor() {
     assert!(!done(d, &["rcs", "plate"]).contains("rx_azimuth"));
 }
 
-/// What a command would not heed is refused, before its name and after it; numbers of options are read in the words of files.
+/// What a command does not heed is said, before its name and after it, and parameters of other kinds are refused; numbers of options are read in the words of files.
 #[test]
-fn options_that_would_change_nothing_are_refused() {
+fn options_that_change_nothing_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
-    refused(d, &["init", "radar", "--device", "cpu"], &["--device", "'init' has no such option"]);
-    refused(d, &["--seed", "3", "rcs", "plate"], &["--seed", "'rcs' has no such option"]);
-    refused(d, &["verify", "d", "--precision", "f64"], &["--precision", "'verify' has no such option"]);
-    refused(d, &["reflector", "plate", "--force", "--precision", "f64", "-o", "p.glb"], &["--precision"]);
+    for args in [&["init", "radar", "-o", "-", "--device", "cpu"][..], &["--seed", "3", "rcs", "plate"]] {
+        let out = catseye(d, args);
+        let err = text(&out.stderr);
+        assert!(out.status.success() && err.contains("changes nothing in '"), "{args:?}: {err}");
+    }
     refused(d, &["reflector", "plate", "--leg-m", "1", "-o", "p.glb"], &["plate:leg_m", "width_m, height_m"]);
     refused(d, &["reflector", "plate", "--seed", "1", "-o", "p.glb"], &["plate:seed", "no such parameter"]);
     refused(d, &["reflector", "plate", "--widht-m", "1", "-o", "p.glb"], &["--widht-m", "'--width-m'"]);
@@ -598,4 +599,63 @@ fn help_lists_what_has_names() {
         );
         assert_eq!(version.contains("hdf5"), cfg!(feature = "hdf5"), "{version}");
     }
+}
+
+/// All scenes come with the program: listed, written with what they name, and read where they then lie. Their commands hold.
+#[test]
+fn examples_run_where_they_are_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let list = done(d, &["examples"]);
+    assert!(list.lines().count() > 100 && list.contains("lane/markers_turn  "), "{list}");
+    done(d, &["examples", "markers_turn"]);
+    assert!(d.join("scenes/lane/markers_turn.toml").is_file());
+    assert!(done(d, &["examples", "lane/markers_turn"]).contains("all of it is there already"));
+    std::fs::write(d.join("scenes/lane/markers_turn.toml"), "mine").unwrap();
+    refused(
+        d,
+        &["examples", "markers_turn"],
+        &["markers_turn.toml", "exists already, and differs", "--force"],
+    );
+    refused(d, &["examples", "marker_turn"], &["did you mean 'lane/markers_turn'?"]);
+    done(d, &["examples", "all", "--force"]);
+    let of = |folder: &str| {
+        let files = std::fs::read_dir(d.join("scenes").join(folder)).unwrap().map(|f| f.unwrap().path());
+        files.filter(|f| f.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
+    };
+    for file in of("road") {
+        catseye::road::scene_toml::load(&file).unwrap_or_else(|e| panic!("{e}"));
+    }
+    for file in of("recipes") {
+        let text = std::fs::read_to_string(&file).unwrap();
+        if text.contains("scenes = ") {
+            catseye::dataset::recipe::Recipe::parse(&file, &text.replace("\"zarr\"", "\"frames\""), None)
+                .unwrap();
+        }
+    }
+    for file in of("lane") {
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(!text.contains("#:schema"));
+        // Commands in the first remarks are complete: what they name is there.
+        for line in text.lines().take_while(|l| l.starts_with('#')).filter(|l| l.contains("catseye ")) {
+            let command = line.split_once("catseye ").unwrap().1.split("  ").next().unwrap();
+            let named: Vec<&str> = command.split_whitespace().filter(|w| w.contains(".toml")).collect();
+            for name in &named {
+                let name = name.trim_end_matches([',', '.', ')', '`']);
+                assert!(d.join(name).is_file(), "{}: {line}", file.display());
+            }
+        }
+    }
+    // Templates are good from the first.
+    done(d, &["init", "road"]);
+    done(d, &["init", "scenario"]);
+    done(d, &["init", "recipe"]);
+    assert!(done(d, &["scene", "road.toml", "-o", "road.glb"]).contains("2 lanes"));
+    let recipe = std::fs::read_to_string(d.join("recipe.toml")).unwrap();
+    catseye::dataset::recipe::Recipe::parse(&d.join("recipe.toml"), &recipe, None).unwrap();
+    let run = done(d, &["simulate", "scenario.toml", "-o", "run", "--device", "cpu", "--quiet"]);
+    let table = catseye::formats::csv::Table::read(d.join("run/frame_000000/points.csv")).unwrap();
+    let state = table.text("ambiguity").unwrap();
+    let settled = state.iter().filter(|s| ["resolved", "ego_speed", "unambiguous"].contains(&&***s)).count();
+    assert!(10 * settled >= 9 * state.len() && state.len() > 10, "{settled} of {}: {run}", state.len());
 }

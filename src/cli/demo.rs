@@ -24,7 +24,7 @@ pub struct Demo {
 }
 
 /// The scenario of the demo, as a user would write it.
-const SCENARIO: &str = include_str!("../../scenes/road/demo.toml");
+const SCENARIO: &str = include_str!("../../scenes/presets/demo.toml");
 
 impl Demo {
     pub fn run(&self, global: &Global) -> Result<()> {

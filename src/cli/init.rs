@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Write a commented file to start from
 #[derive(Debug, Args)]
 pub struct Init {
-    /// scenario, radar, study or recipe
+    /// scenario, road, radar, study or recipe
     pub kind: String,
     /// File to write (default: KIND.toml); - prints it
     #[arg(short, long)]

@@ -9,6 +9,7 @@ mod cube_args;
 mod dataset;
 mod demo;
 mod devices;
+mod examples;
 mod export;
 mod footprint;
 mod frames;
@@ -88,15 +89,16 @@ pub struct Global {
 
 const GLOBAL_HEADING: &str = "Global options";
 
-/// The global options that act for each command. The others are not in its help, and it refuses them.
-const ACTING: [(&str, &[&str]); 19] = [
+/// The global options that act for each command. The others are not in its help, and it says that they change nothing.
+const ACTING: [(&str, &[&str]); 20] = [
     ("demo", &["device", "precision", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
+    ("examples", &["json", "quiet", "force"]),
     ("reflector", &["json", "quiet", "seed", "force"]),
     ("scene", &["json", "quiet", "force"]),
-    ("rcs", &["device", "json", "quiet", "force"]),
-    ("study", &["device", "json", "quiet", "force"]),
+    ("rcs", &["device", "precision", "json", "quiet", "force"]),
+    ("study", &["device", "precision", "json", "quiet", "force"]),
     ("simulate", &["device", "precision", "json", "quiet", "seed", "force"]),
     ("dataset", &["device", "precision", "json", "quiet", "seed", "force"]),
     ("lane", &["device", "precision", "json", "quiet", "seed", "force"]),
@@ -128,35 +130,25 @@ fn command() -> clap::Command {
                 true => a.allow_negative_numbers(true),
                 false => a,
             });
-            c.args(idle(&root, name).map(|a| match a.get_action().takes_values() {
-                // Whatever its value is: what is wrong is that it is there.
-                true => {
-                    let a = a.clone().value_parser(clap::value_parser!(std::ffi::OsString));
-                    a.default_value(None::<&str>).hide(true)
-                }
-                false => a.clone().hide(true),
-            }))
+            c.args(idle(&root, name).map(|a| a.clone().hide(true)))
         });
     }
     out
 }
 
-/// What is on the command line. Errors: what clap refuses, and a global option that the command does not have.
-fn parse() -> std::result::Result<Cli, ExitCode> {
-    let mut root = command();
-    let matches = root.try_get_matches_from_mut(std::env::args_os()).map_err(|e| usage(&e))?;
-    if let Some(name) = matches.subcommand_name()
-        && let Some(option) = idle(&Cli::command(), name)
-            .find(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine))
-    {
-        return Err(complain(
-            &BadInput::new(format!("'{name}' has no such option: it would change nothing"))
-                .key(format!("--{}", option.get_id()))
-                .remedy(format!("leave it out; see catseye {name} --help"))
-                .into(),
-        ));
-    }
-    Cli::from_arg_matches(&matches).map_err(|e| usage(&e))
+/// What is on the command line, with a remark on the global options that the command knows and does not heed: scripts give the same
+/// ones to all commands. Errors: what clap refuses.
+fn parse() -> std::result::Result<(Cli, Option<String>), ExitCode> {
+    let matches = command().try_get_matches_from_mut(std::env::args_os()).map_err(|e| usage(&e))?;
+    let remark = matches.subcommand_name().and_then(|name| {
+        let root = Cli::command();
+        let given =
+            |a: &&clap::Arg| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine);
+        let idle: Vec<String> =
+            idle(&root, name).filter(given).map(|a| format!("--{}", a.get_id())).collect();
+        (!idle.is_empty()).then(|| format!("note: {} changes nothing in '{name}'", idle.join(", ")))
+    });
+    Ok((Cli::from_arg_matches(&matches).map_err(|e| usage(&e))?, remark))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -199,6 +191,7 @@ enum Command {
     Demo(demo::Demo),
     Devices(devices::Devices),
     Init(init::Init),
+    Examples(examples::Examples),
     Reflector(reflector::MakeReflector),
     Scene(scene::MakeScene),
     Rcs(rcs::Rcs),
@@ -220,24 +213,25 @@ enum Command {
 /// Runs the program: 0 done, 2 bad input (one line on stderr), 130 interrupted, 1 anything else.
 pub fn run() -> ExitCode {
     crate::gpu::quieten_loader();
-    let cli = match parse() {
-        Ok(cli) => cli,
+    let (cli, remark) = match parse() {
+        Ok(parsed) => parsed,
         Err(code) => return code,
     };
     let g = &cli.global;
+    if let Some(remark) = remark {
+        g.say(&remark);
+    }
     if let Some(remark) = crate::machine::start_threads() {
         g.say(&remark);
     }
     if let Err(e) = bar::watch() {
         g.say(&format!("Ctrl-C ends the program without a word: {e}"));
     }
-    if let Some(remark) = crate::machine::start_threads() {
-        g.say(&remark);
-    }
     let result = match &cli.command {
         Command::Demo(c) => c.run(g),
         Command::Devices(c) => c.run(g),
         Command::Init(c) => c.run(g),
+        Command::Examples(c) => c.run(g),
         Command::Reflector(c) => c.run(g),
         Command::Scene(c) => c.run(g),
         Command::Rcs(c) => c.run(g),

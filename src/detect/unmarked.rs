@@ -134,7 +134,7 @@ mod tests {
         let peaks = [(20, 40, 9.0), (21, 41, 5.0), (22, 43, 3.0), (40, 80, 8.0), (20, 120, 2.0)];
         let mut found = map(&radar, &peaks);
         let engine = crate::engine::Engine::Cpu(crate::engine::Precision::F64);
-        let points = locate::points(&engine, &radar, std::slice::from_mut(&mut found)).unwrap();
+        let points = locate::points(&engine, &radar, std::slice::from_mut(&mut found), None).unwrap();
         assert_eq!((points.len(), found.cells.len()), (2, 2));
         let cell = |doppler, range| Cell { doppler, range };
         let of_map = |points: &[Point]| of_map(&radar, &found, points, &accuracy);

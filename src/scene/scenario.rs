@@ -928,8 +928,9 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
 /// A commented file to start from, for `catseye init`. Errors: an unknown kind, or one that is not
 /// there yet.
 pub fn template(kind: &str) -> Result<&'static str> {
-    const KINDS: [&str; 4] = ["scenario", "radar", "recipe", "study"];
-    match kind {
+    const KINDS: [&str; 5] = ["scenario", "road", "radar", "recipe", "study"];
+    let text = match kind {
+        "road" => Ok(include_str!("../../scenes/presets/template_road.toml")),
         "scenario" => Ok(include_str!("../../scenes/presets/template_scenario.toml")),
         "radar" => Ok(include_str!("../../scenes/presets/template_radar.toml")),
         "study" => Ok(include_str!("../../scenes/presets/template_study.toml")),
@@ -942,6 +943,15 @@ pub fn template(kind: &str) -> Result<&'static str> {
             }
             .into())
         }
+    };
+    text.map(without_schema)
+}
+
+/// A text of the project's own folder without the line that tells editors where its schema is: elsewhere there is none.
+pub fn without_schema(text: &str) -> &str {
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("#:schema") => rest,
+        _ => text,
     }
 }
 
