@@ -485,3 +485,23 @@ fn a_line_that_is_no_toml_is_not_repeated() {
     let e = of_scenario("name = \"x\"\npassword = secret\n");
     assert!(e.contains("s.toml:2: password: is not TOML") && !e.contains("secret"), "{e}");
 }
+
+/// Meshes that stand in each other are there once: beams would cross all of them.
+#[test]
+fn coincident_instances_are_one() {
+    use catseye::geom::Geometry;
+    let one =
+        catseye::road::target::load("plate:width_m=0.2,height_m=0.1", &Default::default()).unwrap().scene;
+    let count = |scene: &catseye::scene::Scene| Geometry::build(scene, 0.0, 77e9).unwrap().triangles.len();
+    let mut many = one.clone();
+    for i in 0..1000 {
+        let mut o = one.objects[0].clone();
+        o.id = 10 + i;
+        many.objects.push(o);
+    }
+    assert_eq!(count(&many), count(&one));
+    // Side by side, or moving otherwise, they are others.
+    many.objects[1].pose.translation_m.x += 1.0;
+    many.objects[2].velocity_mps.x = 1.0;
+    assert_eq!(count(&many), 3 * count(&one));
+}

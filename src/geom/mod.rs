@@ -360,6 +360,7 @@ impl Geometry {
         let (mut triangles, mut bodies) = (Vec::new(), Vec::new());
         let (mut points, mut tables) = (Vec::new(), Vec::new());
         let (mut patch_base, mut dropped) = (0, 0);
+        let mut meshes_there = std::collections::HashSet::new();
         for object in &scene.objects {
             let now = object.at(time_s);
             let shifts = match reach_s > 0.0 {
@@ -389,6 +390,14 @@ impl Geometry {
                     });
                 }
                 Shape::Mesh(m) => {
+                    // A surface that lies on itself scatters once, and beams that cross many such would never end.
+                    let numbers =
+                        [now.translation_m, now.velocity_mps, now.spin_rad_per_s].map(|v| v.to_array());
+                    let place = numbers.map(|v| v.map(f64::to_bits));
+                    let motion = object.motion.as_ref().map_or(0, |m| std::sync::Arc::as_ptr(m) as usize);
+                    if !meshes_there.insert((m, motion, place, now.rotation.to_array().map(f64::to_bits))) {
+                        continue;
+                    }
                     let mesh = &scene.meshes[m];
                     let body = bodies.len() as u32;
                     bodies.push(Body {
