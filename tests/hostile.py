@@ -736,7 +736,11 @@ def killed(program, folder, args, shares, whole_s):
         process.communicate()
         if process.returncode == 0:
             break
-    return run(program, args, folder) if process.returncode != 0 else Result(0, "", "", 0)
+    if process.returncode == 0:
+        return Result(0, "", "", 0)
+    result = run(program, args, folder)
+    # Killed after all was in place.
+    return Result(0, "", "", 0) if result.code == 2 and "exists already" in result.err else result
 
 
 def add_kill(kind, args, files, share):
