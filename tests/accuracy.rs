@@ -82,7 +82,7 @@ fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler
 fn measure(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {
     let (found, _) = chain(radar, target, dbsm, seed);
     let engine = Engine::Cpu(Precision::F64);
-    locate::points(&engine, radar, &mut [found]).unwrap().into_iter().next()
+    locate::points(&engine, radar, &mut [found], None).unwrap().into_iter().next()
 }
 
 /// Root mean square of error over standard deviation, for targets anywhere between cells and beams, in

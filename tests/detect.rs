@@ -95,7 +95,7 @@ fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
     cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = cpu::dsp::process(&cube, radar).unwrap();
-    let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found]).unwrap();
+    let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found], None).unwrap();
     points::label(radar, &mut cloud, &returns, &bodies(objects));
     cloud
 }

@@ -50,7 +50,7 @@ fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>
     let returns = engine.returns(&geometry, radar, pose, velocity, &TraceOptions::default());
     let (cube, front_end) = engine.cube(radar, &returns, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
-    let mut points = locate::points(engine, radar, &mut [found]).unwrap();
+    let mut points = locate::points(engine, radar, &mut [found], None).unwrap();
     points::label(radar, &mut points, &returns, &Bodies::new(scene, 0.0, pose));
     let cube = match cube {
         AnyCube::F32(c) => c.to_f64().data,

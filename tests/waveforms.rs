@@ -399,7 +399,7 @@ fn levels_and_noise_of_points_of_every_multiplex() {
         for seed in 0..FRAMES {
             let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
             let mut maps = engine.maps(&radar, &cube).unwrap();
-            let p = locate::points(&engine, &radar, &mut maps).unwrap().swap_remove(0);
+            let p = locate::points(&engine, &radar, &mut maps, None).unwrap().swap_remove(0);
             assert!((p.range_rate_mps - rate).abs() < 0.1 * radar.velocity_bin_mps(), "{multiplex:?}: {p:?}");
             assert!((p.range_m - range).abs() < 0.03, "{multiplex:?}: {p:?}");
             assert!((p.azimuth_rad - u.y.asin()).abs() < 0.01, "{multiplex:?}: {p:?}");
@@ -462,7 +462,7 @@ fn folds_are_found_with_several_ramps() {
             assert!((found.azimuth_rad - azimuth).abs() < 0.01, "{ramps:?} {i}: {}", found.azimuth_rad);
         }
         if ramps[0].0 == ramps[1].0 {
-            let points = locate::points(&engine, &radar, &mut maps).unwrap();
+            let points = locate::points(&engine, &radar, &mut maps, None).unwrap();
             let p = &points[0];
             assert!((p.range_rate_mps - rate).abs() < 0.1 && (p.range_m - 25.0).abs() < 0.05, "{p:?}");
             assert!((p.azimuth_rad - azimuth).abs() < 0.01 && p.ambiguity == Ambiguity::Resolved, "{p:?}");
@@ -482,7 +482,7 @@ fn slow_ramps_have_the_right_angle() {
         let list = Returns { returns: vec![point_echo(u * range, u * rate, 1.0, 1)], rays: 0 };
         let engine = Engine::Cpu(Precision::F64);
         let cube = AnyCube::F64(cube(&radar, &list));
-        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap()).unwrap();
+        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
         let p = &points[0];
         println!("{:.4} m, {:.2} m/s, {:.4} rad", p.range_m, p.range_rate_mps, p.azimuth_rad);
         assert!((p.range_m - range).abs() < 0.05 && (p.range_rate_mps - rate).abs() < 0.3, "{p:?}");
@@ -506,7 +506,7 @@ fn equal_slopes_are_put_together() {
         let radar = with(bands);
         let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)], rays: 0 };
         let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
-        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap()).unwrap();
+        let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
         points.into_iter().next().unwrap_or_else(|| panic!("{bands:?}: nothing seen"))
     };
     let (a, b) = (150e6, 100e6);
