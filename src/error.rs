@@ -328,6 +328,11 @@ pub fn in_words(message: &str) -> (String, Option<String>) {
             _ => "a value of another kind",
         };
         format!("is {kind}")
+    } else if let Some(word) = found.split('`').nth(1).filter(|_| found.starts_with("unknown ")) {
+        // Short words only: what a file of something else holds stays in it.
+        let short = word.len() <= 32 && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let kind = if found.starts_with("unknown field") { "a key" } else { "a word" };
+        format!("has {kind} that is not known{}", if short { format!(" ('{word}')") } else { String::new() })
     } else {
         "is not allowed".into()
     };

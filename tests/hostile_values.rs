@@ -344,7 +344,7 @@ fn a_mesh_in_millimetres_is_a_question() {
         scene_toml::parse(&d.join("r.toml"), &format!("{ROAD}{object}"))
     };
     assert!(on_road("unit = \"mm\"\n").is_ok());
-    assert!(complaint(on_road("unit = \"yd\"\n")).contains("r.toml:13: road[0].object[0].unit = \"yd\""));
+    assert!(complaint(on_road("unit = \"yd\"\n")).contains("r.toml:14: road[0].object[0].unit = \"yd\""));
     // A whole scene may be long.
     let text = format!("{SCENARIO}[scene]\nfile = \"p.glb\"\n");
     assert!(scenario::parse(&d.join("s.toml"), &text).unwrap().build(&catseye::road::Library).is_ok());
@@ -381,7 +381,7 @@ fn what_stl_does_not_state_is_asked_for_by_its_keys() {
         let object = format!("[[road.object]]\nfile = \"p.stl\"\ns_m = 5\nlateral = {{ lane = 1 }}\n{keys}");
         scene_toml::parse(&d.join("r.toml"), &format!("{ROAD}{object}"))
     };
-    assert!(complaint(on_road("")).contains("r.toml:10: road[0].object[0].file = \"p.stl\": states no unit"));
+    assert!(complaint(on_road("")).contains("r.toml:11: road[0].object[0].file = \"p.stl\": states no unit"));
     assert!(on_road(keys).is_ok());
     let of_study = |keys: &str| {
         let text = format!(

@@ -91,7 +91,7 @@ fn passing_vehicles_are_given_their_lanes() {
         (of_road::map(&s, &at, &mut || 2.5).unwrap(), ())
     };
     std::fs::write(&wrong, file::to_json(&shifted).unwrap()).unwrap();
-    let settings = Settings { map: Some(wrong.display().to_string()), ..settings };
+    let settings = Settings { map: Some(wrong.display().to_string().into()), ..settings };
     let t = trial(&path, &scenario, &settings).unwrap();
     std::fs::remove_file(&wrong).unwrap();
     assert!(figure(&t, "straight: vehicles in the right lane") < 50.0);
@@ -314,5 +314,5 @@ fn scenarios_without_what_is_needed_are_told_so() {
     told(&scenario, &Settings { map_std_m: f64::NAN, ..Settings::default() }, "map_std_m");
     told(&scenario, &Settings { kinds: vec!["tank".into()], ..Settings::default() }, "tank");
     told(&scenario, &Settings { far_m: 10.0, ..Settings::default() }, "far_m");
-    told(&scenario, &Settings { map: Some("nowhere.json".into()), ..Settings::default() }, "nowhere.json");
+    told(&scenario, &Settings { map: Some("nowhere.json".to_string().into()), ..Settings::default() }, "nowhere.json");
 }

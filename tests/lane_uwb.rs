@@ -459,7 +459,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
     let lane = on("[ego]\non_road = { lane = 2, s_m = 5 }\n");
     let gate = Settings { gate_m: Some([1.0, 20.0]), ..s.clone() };
     assert!(refusal(&lane, &gate).contains("do not cover the gate"));
-    let missing = Settings { quiet_road: Some("nowhere.toml".into()), ..s.clone() };
+    let missing = Settings { quiet_road: Some("nowhere.toml".to_string().into()), ..s.clone() };
     let path = dir.join("s.toml");
     std::fs::write(&path, &lane).unwrap();
     let scenario = Scenario::load(&path).unwrap();

@@ -63,7 +63,7 @@ const BASE: &str = "name = \"t\"\nradar = \"demo77\"\n";
 #[test]
 fn templates_parse_without_error_and_match_their_presets() {
     let s = parse(scenario::template("scenario").unwrap()).unwrap();
-    assert_eq!(s.radars, [radar_toml::preset("front77").unwrap()]);
+    assert_eq!(s.radars, [radar_toml::preset("demo77").unwrap()]);
     let scene = s.build(&Stub).unwrap();
     let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
     assert_eq!(names, ["road", "corner", "marker"]);
@@ -171,7 +171,7 @@ fn objects_may_scatter_as_a_table_says() {
         format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nreflector = \"type1\"\nposition_m = [9, 0, 0]\n");
     assert!(complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("given twice"));
     let unit = format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nposition_m = [9, 0, 0]\nunit = \"mm\"\n");
-    assert!(complaint(&unit).contains("belongs to a glTF file"));
+    assert!(complaint(&unit).contains("belongs to a file of a mesh"));
     let gone = format!("{BASE}[[object]]\nrcs_table = \"gone.csv\"\nposition_m = [9, 0, 0]\n");
     assert!(complaint(&gone).contains("gone.csv: no such file"));
 }
@@ -224,7 +224,7 @@ fn mistakes_are_one_line_with_the_remedy() {
             format!("{BASE}[scene]\nbuiltin = \"w3\"\nfile = \"x.glb\"\n"),
             "s.toml:4: scene.builtin = \"w3\": the scene is given twice",
         ),
-        (format!("{BASE}[scene]\nunit = \"mm\"\n"), "s.toml:4: scene.unit = \"mm\": belongs to a glTF file"),
+        (format!("{BASE}[scene]\nunit = \"mm\"\n"), "s.toml:4: scene.unit = \"mm\": belongs to a file of a mesh"),
         (
             format!("{BASE}[scene]\nfile = \"x.glb\"\nunit = \"mile\"\n"),
             "s.toml:5: scene.unit = \"mile\": is not a unit of length; allowed: m, cm",
@@ -269,7 +269,7 @@ fn mistakes_are_one_line_with_the_remedy() {
         ),
         (
             format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\nreflector = \"x\"\nunit = \"mm\"\n"),
-            "belongs to a glTF file",
+            "belongs to a file of a mesh",
         ),
         (
             format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\nreflector = \"typo\"\n"),

@@ -43,7 +43,11 @@ fn name_of(path: &str) -> &str {
 /// The first sentence of a file's first remark.
 fn about(text: &str) -> String {
     let remarks = text.lines().filter(|l| !l.starts_with("#:")).map_while(|l| l.strip_prefix('#'));
-    let remark = remarks.map(str::trim).take(2).collect::<Vec<_>>().join(" ");
+    let mut remark = remarks.map(str::trim).take(2).collect::<Vec<_>>().join(" ");
+    if remark.is_empty() {
+        let title = text.lines().find_map(|l| l.strip_prefix("title = "));
+        remark = title.unwrap_or("").trim_matches('"').into();
+    }
     match remark.split_once(". ") {
         Some((first, _)) => first.to_string(),
         None => remark.trim_end_matches('.').to_string(),

@@ -219,6 +219,10 @@ impl RoadAxis {
         self.length_m
     }
 
+    pub fn height(&self) -> &Profile {
+        &self.height
+    }
+
     pub fn cross_slope(&self) -> &Profile {
         &self.cross_slope
     }

@@ -1,6 +1,6 @@
 //! What a road is made of across: lanes from the axis outwards, painted lines, and places given by lane or edge.
 
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 use crate::frames::Pose;
 use crate::road::axis::{RoadAxis, RoadPoint, pose_on};
 use crate::road::profile::Profile;
@@ -155,8 +155,18 @@ impl Road {
                 .remedy("give each lane a number of its own")
                 .into());
         }
+        let end = self.axis.length_m();
+        for (profile, what, most, steepest) in [
+            (self.axis.height(), "height", 1e5, 10.0),
+            (self.axis.cross_slope(), "cross slope", 1.0, 1.0),
+            (&self.lane_offset, "offset of the lanes", 1000.0, f64::INFINITY),
+        ] {
+            profile.check_gentle(end, most, steepest).map_err(|e| match e {
+                Error::Input(b) => Error::from((*b).key(format!("{what} of road '{}'", self.name))),
+                e => e,
+            })?;
+        }
         for (_, _, lane) in self.lanes() {
-            let end = self.axis.length_m();
             let places = lane.width.breaks_m().chain((0..=200).map(|i| end * f64::from(i) / 200.0));
             for s in places.filter(|s| (0.0..=end).contains(s)) {
                 let w = lane.width.value(s);
@@ -169,7 +179,6 @@ impl Road {
                 }
             }
         }
-        let end = self.axis.length_m();
         let places = self.stations_m(0.0, end, (1e-4 * end).max(0.05));
         for (side, i, lane) in self.lanes() {
             let edge = |s: f64| self.edge_t_m(side, i, true, s);

@@ -60,10 +60,13 @@ impl Xml<'_> {
 
     /// A chain of cubics, or zero.
     fn profile<'n>(&self, nodes: impl Iterator<Item = Node<'n, 'n>>) -> Result<Profile> {
-        let mut pieces = Vec::new();
+        let mut pieces: Vec<Piece> = Vec::new();
         for n in nodes {
-            pieces.push(self.cubic(n, self.number(n, "s")?)?);
-            Profile::cubics(pieces.clone()).map_err(|_| self.bad(n, "begins before the one before it"))?;
+            let piece = self.cubic(n, self.number(n, "s")?)?;
+            if pieces.last().is_some_and(|before| piece.s0_m < before.s0_m) {
+                return Err(self.bad(n, "begins before the one before it").value(piece.s0_m).into());
+            }
+            pieces.push(piece);
         }
         if pieces.is_empty() { Ok(Profile::constant(0.0)) } else { Profile::cubics(pieces) }
     }
@@ -445,6 +448,9 @@ mod tests {
         assert!(complaint("<line/>", "<wave/>").contains("a shape 'wave'"));
         assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is no number of a lane on the right"));
         assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is no width of a lane"));
+        // Bends without measure took memory without measure.
+        assert!(complaint("d=\"1e-6\"", "d=\"1e66\"").contains("height of road '7'"));
+        assert!(complaint("a=\"0.03\"", "a=\"1e9\"").contains("cross slope of road '7'"));
         assert!(complaint("<road id=\"7\"", "<rode id=\"7\"").contains("is not XML"));
     }
 }

@@ -84,6 +84,33 @@ impl Profile {
         at(u - half).max(at(u + half))
     }
 
+    /// Errors: an amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends needs a
+    /// number of steps that grows with them.
+    pub fn check_gentle(&self, end_m: f64, most: f64, steepest: f64) -> Result<()> {
+        for (i, p) in self.pieces.iter().enumerate() {
+            let next_m = self.pieces.get(i + 1).map_or(end_m, |n| n.s0_m.min(end_m));
+            let (from, to) = ((-p.s0_m).max(0.0), next_m - p.s0_m);
+            if from > to {
+                continue;
+            }
+            let [a, b, c, d] = p.coefficients;
+            // A slope is greatest at the ends or where it turns.
+            let turn = (-c / (3.0 * d)).clamp(from, to);
+            for u in [from, to, if turn.is_nan() { from } else { turn }] {
+                let (value, slope) = (a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d));
+                for (what, x, limit) in [("amounts to too much", value, most), ("is too steep", slope, steepest)] {
+                    if !(x.abs() <= limit) {
+                        return Err(BadInput::new(what)
+                            .value(format!("{x:.3e} at s = {:.3} m", p.s0_m + u))
+                            .allowed(format!("up to {limit}"))
+                            .into());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The places where pieces begin.
     pub fn breaks_m(&self) -> impl Iterator<Item = f64> + '_ {
         self.pieces.iter().map(|p| p.s0_m)

@@ -398,7 +398,7 @@ fn bad_files_are_refused_in_one_line() {
             "a.toml:9: road[0].rail[0].to_m = 20: ends where it begins, or before",
         ),
         (with("[[road.rail]]\nlateral = { t_m = 3 }\nto_m = 200"), "is out of range; allowed: 0..=100"),
-        (with("[[road.rail]]\nlateral = { t_m = 3 }\npost_spacing_m = 0.0001"), "needs too many objects"),
+        (with("[[road.rail]]\nlateral = { t_m = 3 }\npost_spacing_m = 0.0001"), "makes 1000000 posts"),
         (
             with("[[road.markers]]\nlateral = { t_m = 0 }\nreflector = \"type11\"\nspacing_m = 2"),
             "did you mean 'type1'?",

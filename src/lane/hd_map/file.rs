@@ -30,7 +30,7 @@ pub fn read(path: &Path) -> Result<HdMap> {
             BadInput::new(format!("is no map of lanes: {}", json_in_words(&e)))
                 .file(path)
                 .line(e.line())
-                .remedy("see lane/hd_map/file.rs")
+                .remedy("the documentation of lane::hd_map::file shows one")
         })?,
         false => Document::parse(path, &text)?.read()?,
     };

@@ -539,7 +539,7 @@ fn broken_animations_and_skins_are_named() {
     );
     check(
         &|d| d.v["extras"] = json!({"catseye": {"channels": {"places": []}}}),
-        "are not the channels of motions: unknown field `places`",
+        "are not the channels of motions: a value has a key that is not known ('places')",
     );
     check(
         &|d| d.v["nodes"] = json!([{"children": [1], "scale": [2, 2, 2]}, {"mesh": 0, "name": "hand", "extras": {"catseye": {"motion": [{"kind": "line", "velocity_mps": [1, 0, 0]}]}}}]),

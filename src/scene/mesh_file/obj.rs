@@ -245,6 +245,10 @@ fn triangles_of(at: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
         out.push([left[(k + m - 1) % m], left[k], left[(k + 1) % m]]);
         left.remove(k);
     }
+    // What is left of a polygon that does not cross itself turns as all of it does.
+    if turn(left[0], left[1], left[2]) < -small {
+        return Err("a polygon crosses itself".into());
+    }
     out.push([left[0], left[1], left[2]]);
     Ok(out)
 }
