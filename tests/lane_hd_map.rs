@@ -314,5 +314,9 @@ fn scenarios_without_what_is_needed_are_told_so() {
     told(&scenario, &Settings { map_std_m: f64::NAN, ..Settings::default() }, "map_std_m");
     told(&scenario, &Settings { kinds: vec!["tank".into()], ..Settings::default() }, "tank");
     told(&scenario, &Settings { far_m: 10.0, ..Settings::default() }, "far_m");
-    told(&scenario, &Settings { map: Some("nowhere.json".to_string().into()), ..Settings::default() }, "nowhere.json");
+    told(
+        &scenario,
+        &Settings { map: Some("nowhere.json".to_string().into()), ..Settings::default() },
+        "nowhere.json",
+    );
 }

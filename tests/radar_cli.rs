@@ -345,10 +345,7 @@ fn folds_beyond_the_cycle_are_decided_by_the_speed_alone() {
     check("run/frame_000000/points.csv", true);
     let cube = "run/frame_000000/adc.npy";
     done(d, &["process", cube, "--radar", "front77", "-o", "bare"]);
-    done(
-        d,
-        &["process", cube, "--radar", "front77", "-o", "told", "--ego-speed-mps", "20", "--device", "cpu"],
-    );
+    done(d, &["process", cube, "--radar", "front77", "-o", "told", "--ego-speed-mps", "20"]);
     check("bare/points.csv", false);
     check("told/points.csv", true);
 }

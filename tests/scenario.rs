@@ -70,8 +70,8 @@ fn templates_parse_without_error_and_match_their_presets() {
     let mut r = radar_toml::parse(Path::new("r.toml"), scenario::template("radar").unwrap()).unwrap();
     r.name = "front77".into();
     assert_eq!(r, radar_toml::preset("front77").unwrap());
-    let recipe = scenario::template("recipe").unwrap().replace("\"zarr\"", "\"frames\"");
-    catseye::dataset::recipe::Recipe::parse(Path::new("r.toml"), &recipe, None).unwrap().draw(0).unwrap();
+    let recipe = scenario::template("recipe").unwrap();
+    catseye::dataset::recipe::Recipe::parse(Path::new("r.toml"), recipe, None).unwrap().draw(0).unwrap();
     assert!(scenario::template("scenari").unwrap_err().to_string().contains("did you mean 'scenario'?"));
 }
 
@@ -224,7 +224,10 @@ fn mistakes_are_one_line_with_the_remedy() {
             format!("{BASE}[scene]\nbuiltin = \"w3\"\nfile = \"x.glb\"\n"),
             "s.toml:4: scene.builtin = \"w3\": the scene is given twice",
         ),
-        (format!("{BASE}[scene]\nunit = \"mm\"\n"), "s.toml:4: scene.unit = \"mm\": belongs to a file of a mesh"),
+        (
+            format!("{BASE}[scene]\nunit = \"mm\"\n"),
+            "s.toml:4: scene.unit = \"mm\": belongs to a file of a mesh",
+        ),
         (
             format!("{BASE}[scene]\nfile = \"x.glb\"\nunit = \"mile\"\n"),
             "s.toml:5: scene.unit = \"mile\": is not a unit of length; allowed: m, cm",

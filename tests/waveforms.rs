@@ -453,8 +453,9 @@ fn folds_are_found_with_several_ramps() {
                     z / decoded[0]
                 );
             }
-            let found = locate::detected(&engine, &part, &mut map.clone(), &locate::accuracy(&part).unwrap(), None)
-                .unwrap()[0];
+            let found =
+                locate::detected(&engine, &part, &mut map.clone(), &locate::accuracy(&part).unwrap(), None)
+                    .unwrap()[0];
             let got = range_rate_mps(&part, found.doppler_row) + found.unfolded_mps;
             println!("{ramps:?} {i}: {got:.2} m/s for {rate}, interval {interval:.2}, {:?}", found.ambiguity);
             assert_eq!(found.ambiguity, Ambiguity::Resolved);

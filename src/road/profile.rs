@@ -98,7 +98,9 @@ impl Profile {
             let turn = (-c / (3.0 * d)).clamp(from, to);
             for u in [from, to, if turn.is_nan() { from } else { turn }] {
                 let (value, slope) = (a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d));
-                for (what, x, limit) in [("amounts to too much", value, most), ("is too steep", slope, steepest)] {
+                for (what, x, limit) in
+                    [("amounts to too much", value, most), ("is too steep", slope, steepest)]
+                {
                     if !(x.abs() <= limit) {
                         return Err(BadInput::new(what)
                             .value(format!("{x:.3e} at s = {:.3} m", p.s0_m + u))
