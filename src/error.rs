@@ -213,6 +213,9 @@ pub enum Error {
     /// A result that cannot be right (NaN, an accuracy not reached): exit code 1.
     #[error("{}", shortened(.0, MAX_CHARS))]
     Failed(String),
+    /// Ended by Ctrl-C, with what is kept and how to go on: exit code 130.
+    #[error("interrupted: {0}")]
+    Interrupted(String),
 }
 
 impl Error {
@@ -222,6 +225,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) => 2,
+            Error::Interrupted(_) => 130,
             _ => 1,
         }
     }
@@ -244,10 +248,16 @@ impl Error {
             Error::Io { path, .. } => {
                 error.insert("file".into(), path.display().to_string().into());
             }
-            Error::Gpu { .. } | Error::Failed(_) => {}
+            Error::Gpu { .. } | Error::Failed(_) | Error::Interrupted(_) => {}
         }
         error.insert("exit_code".into(), self.exit_code().into());
         serde_json::json!({ "error": error })
+    }
+}
+
+impl From<Box<BadInput>> for Error {
+    fn from(b: Box<BadInput>) -> Self {
+        Error::Input(b)
     }
 }
 

@@ -88,14 +88,15 @@ const LEAST_GIB: f64 = 1.0;
 const THREAD_GIB: f64 = 0.125;
 
 /// Errors: limits of the process in which any work may fail for want of memory, halfway and without a word.
-pub fn check_limits() -> Result<(), BadInput> {
+pub fn check_limits() -> Result<(), Box<BadInput>> {
     let least = GIB * (LEAST_GIB + THREAD_GIB * rayon::current_num_threads() as f64);
     match limits().into_iter().find(|(_, limit, _)| (*limit as f64) < least) {
         Some((name, limit, _)) => Err(BadInput::new("leaves too little memory to work in")
             .key(name)
             .value(sized(limit as f64))
             .allowed(format!("from {}", sized(least)))
-            .remedy("raise the limit, or use fewer threads with RAYON_NUM_THREADS=1")),
+            .remedy("raise the limit, or use fewer threads with RAYON_NUM_THREADS=1")
+            .into()),
         None => Ok(()),
     }
 }
@@ -112,12 +113,13 @@ pub fn sized(bytes: f64) -> String {
 ///
 /// # Errors
 /// `bytes` is more than [`available_bytes`]; `what` needs them.
-pub fn require(bytes: f64, what: &str) -> Result<(), BadInput> {
+pub fn require(bytes: f64, what: &str) -> Result<(), Box<BadInput>> {
     match available_bytes() {
         Some(there) if bytes > there as f64 => {
             Err(BadInput::new(format!("{what} need {} of memory", sized(bytes)))
                 .allowed(format!("up to {}, which is free here", sized(there as f64)))
-                .remedy(format!("ask for less, or free memory; {MEMORY_VARIABLE}=N lets N GiB be used")))
+                .remedy(format!("ask for less, or free memory; {MEMORY_VARIABLE}=N lets N GiB be used"))
+                .into())
         }
         _ => Ok(()),
     }

@@ -246,6 +246,10 @@ pub fn watch() -> Result<()> {
             }
         };
         eprintln!("{said}");
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "the command itself cannot be told, and keeps nothing that is open"
+        )]
         exit(INTERRUPTED);
     });
     Ok(())

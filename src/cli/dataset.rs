@@ -81,8 +81,7 @@ impl Dataset {
                 0 if report.shards_complete == 0 => "no frame is complete".to_string(),
                 n => format!("{n} of {} frames are complete", report.frames),
             };
-            eprintln!("interrupted: {complete}; the same command goes on");
-            std::process::exit(bar::INTERRUPTED);
+            return Err(Error::Interrupted(format!("{complete}; the same command goes on")));
         }
         summary(&report, global)
     }

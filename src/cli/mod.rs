@@ -261,7 +261,10 @@ static PRINTED: AtomicBool = AtomicBool::new(false);
 
 /// An error is one line on stderr, and with `--json` one object on stdout, too, unless what was found stands there.
 fn complain(e: &Error) -> ExitCode {
-    eprintln!("error: {e}");
+    match e {
+        Error::Interrupted(_) => eprintln!("{e}"),
+        e => eprintln!("error: {e}"),
+    }
     // Read from the words themselves: a command line that clap refuses, or that a command reads by itself, has its `--json`, too.
     if !PRINTED.load(Relaxed) && std::env::args_os().any(|a| a == "--json") {
         // Nothing can be said where stdout is closed.

@@ -144,7 +144,7 @@ impl Process {
     /// The radar's velocity in its own frame, where the vehicle's speed is given. Errors: a speed of no vehicle.
     fn velocity_mps(&self, radar: &Radar) -> Result<Option<DVec3>> {
         let Some(v) = self.ego_speed_mps else { return Ok(None) };
-        if !(v.abs() <= 150.0) {
+        if v.is_nan() || v.abs() > 150.0 {
             let e = BadInput::new("is no speed of a vehicle").key("--ego-speed-mps").value(v);
             return Err(e.allowed("-150..=150 m/s").into());
         }

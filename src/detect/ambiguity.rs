@@ -96,6 +96,9 @@ impl Standing {
     }
 }
 
+/// Power of a beam, and its direction (azimuth, elevation).
+type Beam = (f64, (f64, f64));
+
 /// Probability with which bursts of the same body pass the test of agreement.
 const AGREEMENT: f64 = 0.999;
 /// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
@@ -295,7 +298,7 @@ impl TdmFolds {
 
     /// Largest |y|² of a snapshot over directions, all channels with the same weight, and where it is: the best of the
     /// grid, then between its directions.
-    fn sharpest(&self, x: &[Complex64]) -> (f64, (f64, f64)) {
+    fn sharpest(&self, x: &[Complex64]) -> Beam {
         let n = x.len() as f64;
         let (mut at, mut best) = ((0.0, 0.0), -1.0);
         for (steer, direction) in self.steering.chunks_exact(x.len()).zip(&self.directions) {
@@ -377,7 +380,7 @@ impl TdmFolds {
         standing: Option<&Standing>,
     ) -> FoldTest {
         let channels = self.channels.len() as f64;
-        let mut beams: Vec<(i32, (f64, (f64, f64)))> = self
+        let mut beams: Vec<(i32, Beam)> = self
             .folds(range_rate_mps)
             .map(|q| {
                 let x: Vec<Complex64> =

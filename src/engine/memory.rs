@@ -88,7 +88,7 @@ impl FrameMemory {
             "" => key,
             name => format!("radar '{name}': {key}"),
         };
-        Err(BadInput { key: Some(named), value: Some(value), ..e }.into())
+        Err(BadInput { key: Some(named), value: Some(value), ..*e }.into())
     }
 }
 

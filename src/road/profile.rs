@@ -101,7 +101,7 @@ impl Profile {
                 for (what, x, limit) in
                     [("amounts to too much", value, most), ("is too steep", slope, steepest)]
                 {
-                    if !(x.abs() <= limit) {
+                    if x.is_nan() || x.abs() > limit {
                         return Err(BadInput::new(what)
                             .value(format!("{x:.3e} at s = {:.3} m", p.s0_m + u))
                             .allowed(format!("up to {limit}"))
