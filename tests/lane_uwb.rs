@@ -243,7 +243,7 @@ fn fast_drive(speed_mps: f64, without: Option<u32>, seed: u32) -> catseye::lane:
             let plate = (from_m / 8.0).floor();
             let on_m = from_m - 8.0 * plate;
             let there = plate >= 0.0 && on_m < 3.0 && without.is_none_or(|k| plate != f64::from(k));
-            let weak = draws.uniform() < 0.5 && (on_m < 0.4 || on_m > 2.6);
+            let weak = draws.uniform() < 0.5 && !(0.4..=2.6).contains(&on_m);
             if there && !weak { 10.0 } else { 0.5 }
         })
         .collect();
