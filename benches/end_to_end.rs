@@ -1,8 +1,8 @@
 //! One frame of W3 at rest from the geometry to detected cells, and one direction of W1, on each engine.
 //! `CATSEYE_BENCH_DEVICE` as in `stages`.
 
-use catseye::bench::cross_section::{Sweep, trihedral};
-use catseye::bench::frame::Frame;
+use catseye_papers::bench::cross_section::{Sweep, trihedral};
+use catseye_papers::bench::frame::Frame;
 use catseye::cpu::adc::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::units::DEFAULT_FREQUENCY_HZ;

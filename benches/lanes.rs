@@ -2,7 +2,7 @@
 //! ten a second. A pass over all looks is timed, the first of which begins anew; divide by their number.
 
 use catseye::engine::{Engine, Precision};
-use catseye::trial::compare;
+use catseye_papers::trial::compare;
 use criterion::{Criterion, Throughput};
 use std::hint::black_box;
 use std::path::Path;
@@ -18,7 +18,7 @@ fn main() {
         .configure_from_args();
     let engine = Engine::open("cpu", Precision::F32).expect("the cpu engine opens");
     println!("{}", engine.describe());
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/lane/compare_straight.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/lane/compare_straight.toml");
     let driven = compare::driven(&engine, &path, FRAMES).expect("the drive of the repository");
     let mut group = criterion.benchmark_group("lane, a pass over 8 looks");
     for mut d in driven {

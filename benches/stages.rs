@@ -1,8 +1,8 @@
 //! Each stage of the chain on its own, on each engine. `CATSEYE_BENCH_DEVICE` names the device (as
 //! `--device` does); without it the cpu engine runs, and Mesa's software adapter where there is one.
 
-use catseye::bench::frame::Frame;
-use catseye::bench::{processing, ray_cast};
+use catseye_papers::bench::frame::Frame;
+use catseye_papers::bench::{processing, ray_cast};
 use catseye::cpu::adc::synthesis::Control;
 use catseye::dsp::PowerMap;
 use catseye::dsp::fft::Transform;

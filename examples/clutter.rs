@@ -6,7 +6,7 @@ use catseye::em::weather::{RainBackscatter, rain_attenuation_db_per_m};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::road::objects::ground;
 use catseye::scene::backscatter::Backscatter;
 use catseye::scene::radar::{Pattern, Radar};

@@ -7,7 +7,7 @@ use catseye::em::fresnel::{rayleigh_factor, reflection};
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Radar, Window};

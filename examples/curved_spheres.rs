@@ -3,7 +3,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{refined_scene, sagitta_m};
-use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::rcs::closed_form::mie_sphere;
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::reflector::Reflector;

@@ -1,7 +1,7 @@
 //! Draws every reflector of the library on one sheet: `cargo run --release --example reflector_sheet --
 //! docs/images/reflectors.png`.
 
-use catseye::plot::{SolidView, solid_sheet};
+use catseye_plot::{SolidView, solid_sheet};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::Mesh;
 

@@ -11,7 +11,7 @@ use catseye::dsp::doa_manifold::Manifold;
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::trace::TraceOptions;

@@ -3,7 +3,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
-use catseye::plot::{Axis, Chart, Layer, Pen, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, material};

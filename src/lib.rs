@@ -35,22 +35,8 @@ pub mod cpu;
 
 pub mod engine;
 
-pub mod study;
-
 pub mod detect;
 
-pub mod lane;
-
-pub mod dataset;
-
-pub mod validate;
-
-pub mod bench;
-
-pub mod plot;
-
-pub mod trial;
-
-pub mod cli;
+pub mod simulate;
 
 pub use error::{Error, Result};

@@ -6,8 +6,8 @@ use crate::work::{Afterwards, run_to};
 use crate::{arrays, engine};
 use catseye::error::BadInput;
 use catseye::frames::{Pose, Sensor, Vehicle};
-use catseye::lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Look, Measured};
-use catseye::trial::{self, Method, RunOptions, estimators};
+use catseye_lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Look, Measured};
+use catseye_papers::trial::{self, Method, RunOptions, estimators};
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -169,8 +169,8 @@ impl LaneEstimator {
             pulse: pulse.as_deref(),
             scans: &[],
             image: image.as_ref(),
-            place: place.map(|[lat, lon, height, azimuth]| catseye::lane::hd_map::RadarPose {
-                position: catseye::lane::hd_map::Wgs84::new(lat, lon, height),
+            place: place.map(|[lat, lon, height, azimuth]| catseye_lane::hd_map::RadarPose {
+                position: catseye_lane::hd_map::Wgs84::new(lat, lon, height),
                 azimuth_rad: azimuth.to_radians(),
             }),
         };
@@ -299,7 +299,7 @@ fn lane_tracks(table: &Bound<'_, PyAny>) -> PyResult<Vec<LaneTrack>> {
         .collect())
 }
 
-fn picture(array: &Bound<'_, PyAny>) -> PyResult<catseye::lane::camera_fusion::Image> {
+fn picture(array: &Bound<'_, PyAny>) -> PyResult<catseye_lane::camera_fusion::Image> {
     let py = array.py();
     let shape: Vec<usize> = py.import("numpy")?.call_method1("shape", (array,))?.extract()?;
     let [height, width] = shape[..] else {
@@ -307,6 +307,6 @@ fn picture(array: &Bound<'_, PyAny>) -> PyResult<catseye::lane::camera_fusion::I
         return refuse(py, b.allowed("two axes: height, width"));
     };
     let flat = arrays::floats(&array.call_method1("reshape", (-1,))?)?;
-    catseye::lane::camera_fusion::Image::new(width, height, flat.iter().map(|v| *v as f32).collect())
+    catseye_lane::camera_fusion::Image::new(width, height, flat.iter().map(|v| *v as f32).collect())
         .or_else(|e| refuse(py, BadInput::new(e.to_string()).key("image")))
 }

@@ -4,7 +4,7 @@ use crate::errors::refuse;
 use crate::simulate::{axes, maps, points};
 use crate::{arrays, engine, radar, work};
 use catseye::adc::Cube;
-use catseye::dataset::frame::{Stages, detect};
+use catseye::simulate::{Stages, detect};
 use catseye::detect::Bodies;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::error::BadInput;

@@ -2,7 +2,7 @@
 
 use crate::arrays::array;
 use crate::errors::OrRaise;
-use catseye::dataset::manifest::Axes;
+use catseye_io::manifest::Axes;
 use catseye::scene::radar::{Antenna, Radar as Described};
 use catseye::scene::radar_toml;
 use pyo3::prelude::*;

@@ -1,0 +1,92 @@
+//! `catseye bench`: the standard workloads on a device.
+
+use super::{Global, Kept, print, print_json};
+use catseye_papers::bench::{self, Outcome, Settings};
+use catseye::error::Result;
+use clap::Args;
+use serde_json::Value;
+
+/// Time the standard workloads on this device and check their results
+#[derive(Debug, Args)]
+#[command(after_help = format!("Workloads:\n{}", list()))]
+pub struct Bench {
+    /// Fewer directions and rays: minutes instead of a quarter of an hour
+    #[arg(long)]
+    pub quick: bool,
+    /// Only these workloads
+    #[arg(long, value_delimiter = ',', value_name = "W1,W4,...")]
+    pub only: Vec<String>,
+}
+
+fn list() -> String {
+    bench::WORKLOADS.map(|(name, title)| format!("  {name:<10} {title}")).join("\n")
+}
+
+impl Bench {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let settings = Settings { quick: self.quick, seed: global.seed.unwrap_or(1) };
+        let engine = global.engine()?;
+        let bar = global.bar("bench", 0, Kept::Nothing);
+        let say = |m: &str| bar.suspend(|| global.say(m));
+        let outcomes = bench::run(&engine, &self.only, &settings, &say)?;
+        drop(bar);
+        if global.json {
+            return print_json(&serde_json::json!({
+                "version": env!("CARGO_PKG_VERSION"),
+                "device": engine.report(),
+                "threads": rayon::current_num_threads(),
+                "quick": self.quick,
+                "seed": settings.seed,
+                "workloads": outcomes,
+            }));
+        }
+        print(&format!(
+            "device: {}; {} threads on the host",
+            engine.describe(),
+            rayon::current_num_threads()
+        ))?;
+        outcomes.iter().try_for_each(|o| print(&table(o)))
+    }
+}
+
+fn table(o: &Outcome) -> String {
+    let mut lines = vec![format!("\n{}: {}", o.workload, o.title)];
+    for s in &o.stages {
+        let runs = if s.runs > 1 { format!("median of {}", s.runs) } else { "one run".into() };
+        lines.push(format!("  {:<28} {:>12.4} s   {runs}", s.name, s.seconds));
+    }
+    let cores = o.core_seconds.map_or(String::new(), |c| format!("   {c:.2} core-seconds"));
+    lines.push(format!("  {:<28} {:>12.4} s{cores}", "total", o.total_seconds));
+    for (name, value) in o.counts.iter().chain(&o.accuracy) {
+        match value {
+            Value::Object(rows) => {
+                for (key, row) in rows {
+                    lines.push(format!("    {key:<12} {}", flat(row)));
+                }
+            }
+            value => lines.push(format!("  {name:<28} {:>12}", short(value))),
+        }
+    }
+    lines.extend(o.notes.iter().map(|n| format!("  note: {n}")));
+    lines.join("\n")
+}
+
+fn short(value: &Value) -> String {
+    match value {
+        Value::Number(n) if n.is_f64() => {
+            let x = n.as_f64().unwrap_or(f64::NAN);
+            if x != 0.0 && x.abs() < 1e-3 { format!("{x:.2e}") } else { format!("{x:.4}") }
+        }
+        Value::String(s) => s.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn flat(value: &Value) -> String {
+    match value {
+        Value::Object(map) => {
+            map.iter().map(|(k, v)| format!("{k} {}", short(v))).collect::<Vec<_>>().join(", ")
+        }
+        other => short(other),
+    }
+}

@@ -1,0 +1,72 @@
+//! `catseye convert`: a cube from one file format to another.
+
+use super::cube_args::CubeArgs;
+use super::{Global, Kept, print, print_json};
+use catseye_io::recording;
+use catseye::error::Result;
+use catseye_io::cube::{CubeAbout, write_cube};
+use catseye::formats::stage;
+use catseye::scene::radar_toml;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Convert a cube of samples: NumPy, TI DCA1000 recording with its .cfg, HDF5
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// A .npy, .bin (with its .cfg) or .h5 file
+    pub cube: PathBuf,
+    /// Preset or radar TOML; a recording may do without
+    #[arg(long)]
+    pub radar: Option<String>,
+    /// Ends in .npy, .bin or .h5
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Full scale of a .bin that is written (default: the lowest that cuts nothing)
+    #[arg(long, value_name = "DBM")]
+    pub output_full_scale_dbm: Option<f64>,
+    #[command(flatten)]
+    pub input: CubeArgs,
+}
+
+#[derive(serde::Serialize)]
+struct Report {
+    files: Vec<PathBuf>,
+    shape: [usize; 3],
+    clipped_words: u64,
+}
+
+impl Convert {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let radar_file = self.radar.as_deref().map(Path::new);
+        let inputs: Vec<&Path> = std::iter::once(self.cube.as_path()).chain(radar_file).collect();
+        stage::distinct(&[&self.output], &inputs)?;
+        let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
+        let is_bin = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("bin"));
+        let ti_radar = match (is_bin, source.ti_radar()) {
+            (false, _) => None,
+            (true, Some(ti)) => Some(ti.clone()),
+            (true, None) => Some(recording::ti_radar(&radar)?),
+        };
+        let about = CubeAbout {
+            radar_toml: Some(radar_toml::to_toml(&radar)?),
+            seed: None,
+            ti_radar,
+            full_scale_dbm: self.output_full_scale_dbm,
+        };
+        let shape = source.shape();
+        let bar = global.bar("converting", 0, Kept::Nothing);
+        let data = source.frame::<f32>(self.input.frame)?;
+        let written = write_cube(&self.output, shape, &data, &about, global.force)?;
+        let report = Report { files: written.files, shape, clipped_words: written.clipped_words };
+        drop(bar);
+        if global.json {
+            return print_json(&report);
+        }
+        let names: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();
+        print(&format!("{} x {} x {} samples; wrote {}", shape[0], shape[1], shape[2], names.join(", ")))?;
+        match report.clipped_words {
+            0 => Ok(()),
+            n => print(&format!("{n} words were cut to the converter's range")),
+        }
+    }
+}

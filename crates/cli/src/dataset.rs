@@ -1,0 +1,160 @@
+//! `catseye dataset`: frames of scenes that are drawn from a recipe.
+
+use super::frames::draw_frame;
+use super::{Global, Kept, bar, print, print_json};
+use catseye_io::produce::{Options, Phase, Progress, Report, produce};
+use catseye_io::recipe::Recipe;
+use catseye::error::{BadInput, Error, Result};
+use catseye::formats::stage;
+use clap::Args;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Make a dataset: scenes drawn from a recipe, their frames with labels in shards
+#[derive(Debug, Args)]
+pub struct Dataset {
+    /// Recipe TOML (`catseye init recipe` writes one)
+    pub recipe: PathBuf,
+    /// Folder to write; an interrupted run goes on when the same command is given again
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Write one drawn scene as files for `catseye simulate` and make no frames
+    #[arg(long, value_name = "N", conflicts_with_all = ["shards", "jobs"])]
+    pub scene: Option<u32>,
+    /// Shards to make, first:end without the end; others are left to other runs
+    #[arg(long, value_name = "A:B")]
+    pub shards: Option<String>,
+    /// Workers, each with its share of the cores (default: one a core, on a GPU one)
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<usize>,
+    /// Go on with a dataset that another device began
+    #[arg(long)]
+    pub mixed_devices: bool,
+}
+
+impl Dataset {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let recipe = Recipe::load(&self.recipe, global.seed)?;
+        if let Some(scene) = self.scene {
+            return write_scene(&recipe, scene, &self.output, global);
+        }
+        if self.jobs == Some(0) {
+            return Err(BadInput::new("nobody would work")
+                .key("--jobs")
+                .value(0)
+                .allowed("1 or more")
+                .into());
+        }
+        let shards = self.shards.as_deref().map(shard_range).transpose()?;
+        let engine = global.engine()?;
+        let bar = global.bar("scenes checked", 0, Kept::Itself);
+        let frames = AtomicBool::new(false);
+        let progress = |p: Progress| {
+            if p.phase == Phase::Frames && !frames.swap(true, Ordering::Relaxed) {
+                bar.reset();
+                bar.set_message("frames");
+            }
+            bar.set_length(p.all);
+            // Frames of several threads: the latest word is not always the highest.
+            if p.done > bar.position() || bar.position() > p.all {
+                bar.set_position(p.done);
+            }
+        };
+        let report = produce(
+            &engine,
+            &recipe,
+            &self.output,
+            &Options {
+                jobs: self.jobs,
+                shards,
+                mixed_devices: self.mixed_devices,
+                force: global.force,
+                cancel: bar::cancel(),
+                progress: &progress,
+                pictures: &draw_frame,
+            },
+        )?;
+        drop(bar);
+        if report.cancelled && !report.complete {
+            let complete = match report.tally.frames {
+                0 if report.shards_complete == 0 => "no frame is complete".to_string(),
+                n => format!("{n} of {} frames are complete", report.frames),
+            };
+            return Err(Error::Interrupted(format!("{complete}; the same command goes on")));
+        }
+        summary(&report, global)
+    }
+}
+
+fn shard_range(text: &str) -> Result<Range<u64>> {
+    let bad = || -> Error {
+        BadInput::new("is no range of shards")
+            .key("--shards")
+            .value(format!("'{text}'"))
+            .allowed("first:end, as in 0:16, without the end")
+            .into()
+    };
+    let (a, b) = text.split_once(':').ok_or_else(bad)?;
+    let number = |t: &str| t.parse::<u64>().map_err(|_| bad());
+    Ok(number(a)?..number(b)?)
+}
+
+fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Result<()> {
+    let drawn = recipe.draw(scene)?;
+    let mut written = Vec::new();
+    for (name, text) in drawn.files() {
+        written.push(stage::write_file(out.join(name), global.force, text.as_bytes())?);
+    }
+    for (name, path) in recipe.files()? {
+        let bytes = catseye::formats::input::read(&path, "a file of the recipe", u64::MAX - 1)?;
+        written.push(stage::write_file(out.join(name), global.force, &bytes)?);
+    }
+    match global.json {
+        true => print_json(&serde_json::json!({ "files": written }))?,
+        false => written.iter().try_for_each(|f| print(&format!("wrote {}", f.display())))?,
+    }
+    if drawn.redrawn + drawn.dropped > 0 {
+        global.say(&format!(
+            "vehicles that stood in others: {} draws were repeated, {} vehicles left out",
+            drawn.redrawn, drawn.dropped
+        ));
+    }
+    Ok(())
+}
+
+fn summary(report: &Report, global: &Global) -> Result<()> {
+    if global.json {
+        return print_json(report);
+    }
+    if report.shards_resumed > 0 {
+        global.say(&format!("{} shards were complete from an earlier run", report.shards_resumed));
+    }
+    if report.shards_kept > 0 {
+        global.say(&format!(
+            "{} shards of the earlier recipe are the same in this one and were kept",
+            report.shards_kept
+        ));
+    }
+    if report.shards_repaired > 0 {
+        global.say(&format!("{} shards had lost files and were made again", report.shards_repaired));
+    }
+    let t = &report.tally;
+    if t.redrawn + t.dropped > 0 {
+        global.say(&format!(
+            "vehicles that stood in others: {} draws were repeated, {} vehicles left out",
+            t.redrawn, t.dropped
+        ));
+    }
+    print(&format!(
+        "made {} frames; {} of {} shards are complete, {:.0} bytes a frame",
+        report.frames_made,
+        report.shards_complete,
+        report.shards,
+        report.bytes as f64 / t.frames.max(1) as f64
+    ))?;
+    match report.complete {
+        true => print(&format!("wrote {}", report.folder.display())),
+        false => print("the dataset is ended by the run that makes its last shard"),
+    }
+}

@@ -1,0 +1,166 @@
+//! `catseye process`: a cube, from wherever, to range-Doppler map, detections and points.
+
+use super::cube_args::CubeArgs;
+use super::frames::draw_map;
+use super::{Global, Kept, print, print_json};
+use catseye::adc::Cube;
+use catseye_io::files::{write_maps, write_point_file};
+use catseye::simulate::{Stages, detect, located};
+use catseye_io::manifest::{Axes, Manifest, PerRadar, keep_radars};
+use catseye::detect::Bodies;
+use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::error::{BadInput, Result};
+use catseye_io::cube::Source;
+use catseye::formats::stage::{self, StagedDir};
+use catseye::scene::radar::Radar;
+use catseye::trace::Returns;
+use clap::Args;
+use glam::DVec3;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Process a cube of samples: range-Doppler map, detections, points, pictures
+#[derive(Debug, Args)]
+pub struct Process {
+    /// [chirp, rx_virtual, sample]: NumPy (.npy), TI DCA1000 recording (.bin with its .cfg), HDF5 (.h5)
+    pub cube: PathBuf,
+    /// Preset (catseye help radars lists them) or radar TOML; a recording may do without
+    #[arg(long)]
+    pub radar: Option<String>,
+    /// Folder to write
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Speed of the vehicle forward, m/s: range rates of what stands are then known beyond the radar's own limits
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub ego_speed_mps: Option<f64>,
+    #[command(flatten)]
+    pub input: CubeArgs,
+}
+
+#[derive(serde::Serialize)]
+struct Report {
+    folder: PathBuf,
+    /// Whether levels are those at the receiver's input; counts of a converter have none.
+    calibrated: bool,
+    /// Read by blocks of channels, because the cube is large.
+    streamed: bool,
+    cells_over_threshold: usize,
+    points: usize,
+    seconds: Stages,
+}
+
+/// Samples beyond which a cube is read by blocks of channels (256 MiB in complex64).
+const STREAMED: usize = 1 << 25;
+
+impl Process {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        stage::distinct(&[&self.output], &[&self.cube])?;
+        let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
+        let own = self.velocity_mps(&radar)?;
+        let staged = StagedDir::new(&self.output, global.force, "process")?;
+        let engine = global.engine()?;
+        let calibrated = source.is_calibrated();
+        if !calibrated {
+            global.say(match source.ti_radar() {
+                Some(_) => {
+                    "the recording has no full scale: levels are relative (--full-scale-dbm gives one)"
+                }
+                None => {
+                    "the samples are integers: levels are relative (samples in sqrt(W) give absolute ones)"
+                }
+            });
+        }
+        let bar = global.bar("processing", 0, Kept::Nothing);
+        let size: usize = source.shape().iter().product();
+        let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
+        let mut seconds = Stages::default();
+        let (maps, points) = match streamed {
+            true => self.by_blocks(&engine, &radar, own, &mut source, &mut seconds)?,
+            false => {
+                engine.check_memory(&radar, 0)?;
+                let cube = whole(&engine, &mut source, self.input.frame)?;
+                let nothing = (&Returns::default(), &Bodies::default());
+                detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
+            }
+        };
+        write_maps(staged.path(), &maps)?;
+        write_point_file(staged.path(), &points)?;
+        let title = self.cube.file_name().map_or("cube".into(), |n| n.to_string_lossy().into_owned());
+        draw_map(&title, &radar, &maps[0], &points, staged.path())?;
+        Manifest {
+            catseye: env!("CARGO_PKG_VERSION"),
+            engine: engine.report(),
+            seed: 0,
+            scenario: None,
+            scenario_name: title,
+            radar: keep_radars(staged.path(), std::slice::from_ref(&radar))?,
+            axes: PerRadar::One(Axes::of(&radar)),
+            import: None,
+            frames: Vec::new(),
+        }
+        .write(staged.path())?;
+        let report = Report {
+            calibrated,
+            streamed,
+            cells_over_threshold: maps.iter().map(|m| m.detection.mask.iter().filter(|m| **m).count()).sum(),
+            points: points.len(),
+            seconds,
+            folder: staged.commit()?,
+        };
+        drop(bar);
+        if global.json {
+            return print_json(&report);
+        }
+        print(&format!(
+            "{} cells over the threshold, {} points, {:.2} s; wrote {}",
+            report.cells_over_threshold,
+            report.points,
+            report.seconds.total_s(),
+            report.folder.display()
+        ))
+    }
+
+    /// Memory holds one block of channels at a time.
+    fn by_blocks(
+        &self,
+        engine: &Engine,
+        radar: &Radar,
+        own: Option<DVec3>,
+        source: &mut Source,
+        seconds: &mut Stages,
+    ) -> Result<(Vec<catseye::dsp::RangeDoppler<f64>>, Vec<catseye::detect::Point>)> {
+        let start = Instant::now();
+        let frame = self.input.frame;
+        let mut maps = vec![engine.range_doppler_streamed(radar, &mut |channels, out| {
+            out.copy_from_slice(&source.channels::<f32>(frame, channels)?);
+            Ok(())
+        })?];
+        seconds.processing_s = start.elapsed().as_secs_f64();
+        let points = located(engine, radar, &mut maps, own, (&Returns::default(), &Bodies::default()))?;
+        seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
+        Ok((maps, points))
+    }
+
+    /// The radar's velocity in its own frame, where the vehicle's speed is given. Errors: a speed of no vehicle.
+    fn velocity_mps(&self, radar: &Radar) -> Result<Option<DVec3>> {
+        let Some(v) = self.ego_speed_mps else { return Ok(None) };
+        if v.is_nan() || v.abs() > 150.0 {
+            let e = BadInput::new("is no speed of a vehicle").key("--ego-speed-mps").value(v);
+            return Err(e.allowed("-150..=150 m/s").into());
+        }
+        Ok(Some(radar.mounting.inverse().direction(v * DVec3::X)))
+    }
+}
+
+fn is_f64(engine: &Engine) -> bool {
+    matches!(engine, Engine::Cpu(Precision::F64))
+}
+
+/// All samples of one frame in the engine's precision.
+pub(super) fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<AnyCube> {
+    let [chirps, channels, samples] = source.shape();
+    Ok(match is_f64(engine) {
+        true => AnyCube::F64(Cube { chirps, channels, samples, data: source.frame::<f64>(frame)? }),
+        false => AnyCube::F32(Cube { chirps, channels, samples, data: source.frame::<f32>(frame)? }),
+    })
+}

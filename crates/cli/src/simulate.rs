@@ -1,0 +1,233 @@
+//! `catseye simulate`: a scenario to frames.
+
+use super::frames::draw_frame;
+use super::{Global, Kept, print, print_json};
+use catseye::cpu::trace::echoes;
+use catseye::simulate::{radar_pose, trace_options};
+use catseye_io::run::{RunOptions, RunReport, run};
+use catseye::engine::memory::FrameMemory;
+use catseye::error::{BadInput, Error, Result};
+use catseye::geom::Geometry;
+use catseye::machine;
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::scene::scenario::Scenario;
+use catseye::trace::windows::windows;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Simulate the frames of a scenario: samples, range-Doppler maps, points, truth, pictures
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Scenario TOML (`catseye init scenario` writes one)
+    pub scenario: PathBuf,
+    /// Folder to write; an interrupted run goes on when the same command is given again
+    #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
+    pub output: Option<PathBuf>,
+    /// Number of frames instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub frames: Option<u32>,
+    /// Print echoes, memory and disk that a frame needs, and run nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate (three
+    /// times the work)
+    #[arg(long)]
+    pub convergence: bool,
+}
+
+/// The scenario with what the command line changes.
+pub fn load(path: &Path, frames: Option<u32>, seed: Option<u64>) -> Result<Scenario> {
+    let mut scenario = Scenario::load(path)?;
+    if let Some(n) = frames {
+        if n == 0 {
+            return Err(BadInput::new("a run has at least one frame")
+                .key("--frames")
+                .value(n)
+                .allowed("1 or more")
+                .into());
+        }
+        scenario.frames.count = n;
+    }
+    if let Some(seed) = seed {
+        scenario.seed = seed;
+    }
+    Ok(scenario)
+}
+
+impl Simulate {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let scenario = load(&self.scenario, self.frames, global.seed)?;
+        if self.dry_run {
+            return dry_run(&scenario, global).map_err(|e| of_scenario(e, &self.scenario));
+        }
+        let output = self
+            .output
+            .clone()
+            .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
+        let source = catseye::scene::toml_file::read_text(&self.scenario)?;
+        let report = simulate(&scenario, Some(source), &output, self.convergence, global)
+            .map_err(|e| of_scenario(e, &self.scenario))?;
+        summary(&report, global)
+    }
+}
+
+/// Names the scenario's file in a complaint about its vehicle, which is made when the scene is built.
+fn of_scenario(e: Error, file: &Path) -> Error {
+    match &e {
+        Error::Input(b) if b.key.as_ref().is_some_and(|k| k.starts_with("ego.")) => e.in_file(file),
+        _ => e,
+    }
+}
+
+/// Runs a scenario with a progress bar.
+pub fn simulate(
+    scenario: &Scenario,
+    source: Option<String>,
+    output: &Path,
+    convergence: bool,
+    global: &Global,
+) -> Result<RunReport> {
+    let engine = global.engine()?;
+    let bar = global.bar("frames", scenario.frames.count as u64, Kept::All);
+    let report = run(
+        &engine,
+        scenario,
+        output,
+        &RunOptions {
+            kind: "run",
+            force: global.force,
+            convergence,
+            source,
+            pictures: &draw_frame,
+            progress: &|done, found| {
+                bar.found(found.into());
+                bar.set_position(done.into());
+            },
+        },
+    )?;
+    drop(bar);
+    if report.resumed > 0 {
+        global.say(&format!("{} frames were complete from an earlier run", report.resumed));
+    }
+    if report.repaired > 0 {
+        global.say(&format!(
+            "{} frames of an earlier run had changed since and were made again",
+            report.repaired
+        ));
+    }
+    for f in &report.frames {
+        if f.front_end.dropped > 0 {
+            global.say(&format!(
+                "frame {}: {} echoes lie beyond the receiver's band and were filtered out",
+                f.index, f.front_end.dropped
+            ));
+        }
+    }
+    Ok(report)
+}
+
+/// What was written.
+pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
+    if global.json {
+        return print_json(report);
+    }
+    const SHOWN: usize = 20;
+    for f in report.frames.iter().take(SHOWN) {
+        print(&format!(
+            "frame {}: {} triangles, {} echoes, {} points, {:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
+            f.index,
+            f.triangles,
+            f.returns,
+            f.points,
+            f.seconds.total_s(),
+            f.seconds.trace_s,
+            f.seconds.synthesis_s,
+            f.seconds.processing_s
+        ))?;
+        if let Some(worst) =
+            f.convergence.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()))
+        {
+            print(&format!(
+                "    16 times finer the peak of object {} ({}) moves most, by {:.2} dB; manifest.json lists all {}",
+                worst.object_id,
+                worst.class,
+                worst.change_db,
+                f.convergence.len()
+            ))?;
+        }
+    }
+    if report.frames.len() > SHOWN {
+        print(&format!("... {} frames in all", report.frames.len()))?;
+    }
+    print(&format!("wrote {}", report.folder.display()))
+}
+
+#[derive(Default, serde::Serialize)]
+struct DryRun {
+    frames: u32,
+    triangles: usize,
+    echoes: usize,
+    cube_bytes: u64,
+    /// Of the radar whose spectrum is largest, with both transforms' lengths.
+    spectrum_bytes: u64,
+    map_bytes: u64,
+    /// The most that a frame holds at once; radars take turns.
+    peak_bytes: u64,
+    /// What the machine has, where that is known.
+    available_bytes: Option<u64>,
+    disk_bytes_per_frame: u64,
+    disk_bytes: u64,
+    echo_bytes: u64,
+}
+
+fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
+    let site = Site::new(scenario)?;
+    let (scenario, scene) = (&site.scenario, &site.scene);
+    let available_bytes = machine::available_bytes();
+    let mut d = DryRun { frames: scenario.frames.count, available_bytes, ..Default::default() };
+    let precision = global.precision();
+    let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
+    scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
+    for (which, radar) in scenario.radars.iter().enumerate() {
+        let geometry = Geometry::build(scene, 0.0, radar.carrier_hz)?;
+        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
+        let options = trace_options(scenario, which, 0)?;
+        let echoes =
+            echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
+        let needs = memory(radar, echoes);
+        needs.check(radar)?;
+        let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
+        let map = (radar.waveform.parts() * radar.doppler_rows() * radar.range_bins()) as u64;
+        let o = &scenario.output;
+        d.triangles = geometry.triangles.len();
+        d.echoes += echoes;
+        d.cube_bytes += needs.cube_bytes as u64;
+        d.spectrum_bytes = d.spectrum_bytes.max(needs.spectrum_bytes as u64);
+        d.map_bytes += needs.map_bytes as u64;
+        d.peak_bytes = d.peak_bytes.max(needs.peak_bytes as u64);
+        d.disk_bytes_per_frame +=
+            if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
+        d.echo_bytes += needs.echo_bytes as u64;
+    }
+    d.disk_bytes = d.disk_bytes_per_frame * u64::from(scenario.frames.count);
+    if global.json {
+        return print_json(&d);
+    }
+    let mib = |b: u64| b as f64 / (1 << 20) as f64;
+    print(&format!("{} frames, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
+    print(&format!(
+        "cube {:.1} MiB, spectrum {:.1} MiB, maps {:.1} MiB, echoes {:.1} MiB",
+        mib(d.cube_bytes),
+        mib(d.spectrum_bytes),
+        mib(d.map_bytes),
+        mib(d.echo_bytes)
+    ))?;
+    let there = d.available_bytes.map_or(String::new(), |b| format!(" of {:.1} MiB that are free", mib(b)));
+    print(&format!("memory {:.1} MiB at most at one time{there}", mib(d.peak_bytes)))?;
+    print(&format!(
+        "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
+        mib(d.disk_bytes_per_frame),
+        mib(d.disk_bytes)
+    ))
+}

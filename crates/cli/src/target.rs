@@ -1,0 +1,57 @@
+//! How a command's file of a mesh is to be read.
+
+use catseye::error::{BadInput, Result};
+use catseye::scene::gltf::{self, ImportOptions};
+use catseye::scene::material;
+use clap::Args;
+
+/// How to read a file of a mesh.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Reading a glTF file")]
+pub struct ImportArgs {
+    /// Radar material for a material name of the file (may be given several times); layers of so many metres
+    /// on it as in aluminium+water:0.0005
+    #[arg(long = "material", value_name = "NAME=MATERIAL")]
+    pub materials: Vec<String>,
+    /// Radar material for everything that has none
+    #[arg(long, value_name = "MATERIAL")]
+    pub default_material: Option<String>,
+    /// Unit of the file's coordinates: m, cm, mm, in, ft. Without it glTF is in m, and sizes beyond 1 mm to 100 m are refused; STL and OBJ
+    /// need it
+    #[arg(long)]
+    pub unit: Option<String>,
+    /// The file's up axis: y or z. glTF has y; STL and OBJ need it
+    #[arg(long)]
+    pub up: Option<String>,
+    /// Which of the file's animations move it: all that do not contradict each other, none, or one by its name
+    #[arg(long, value_name = "NAME", default_value = "all")]
+    pub animation: String,
+}
+
+impl ImportArgs {
+    pub fn options(&self) -> Result<ImportOptions> {
+        let material_map = self
+            .materials
+            .iter()
+            .map(|m| match m.split_once('=') {
+                Some((a, b)) => {
+                    material::parse_spec(b)?;
+                    Ok((a.to_string(), b.to_string()))
+                }
+                None => Err(BadInput::new("expected NAME=MATERIAL").key("--material").value(m).into()),
+            })
+            .collect::<Result<Vec<_>>>()?;
+        if let Some(m) = &self.default_material {
+            material::parse_spec(m)?;
+        }
+        Ok(ImportOptions {
+            unit_m: self.unit.as_deref().map_or(Ok(1.0), gltf::unit_m)?,
+            unit_given: self.unit.is_some(),
+            up: self.up.as_deref().map_or(Ok(gltf::Up::Y), gltf::up)?,
+            up_given: self.up.is_some(),
+            default_material: self.default_material.clone(),
+            material_map,
+            animations: gltf::Animations::from_name(&self.animation),
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! `catseye validate`: the canonical table, measured here and now.
+
+use super::{Global, Kept, print, print_json};
+use catseye::error::{Error, Result};
+use catseye::units::{LEAST_DB, level_text};
+use catseye_papers::validate::{GROUPS, Gate, Row};
+use clap::Args;
+use std::time::Instant;
+
+/// Measure known targets and radar quantities on the chosen engine against their gates
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code 1 when a row fails. Cross sections are at 77 GHz, far field, three bounces; \
+                        a row without a polarisation is VV, one without a convention is 'every'."
+)]
+pub struct Validate {}
+
+#[derive(serde::Serialize)]
+struct JsonRow {
+    #[serde(flatten)]
+    row: Row,
+    error: Option<f64>,
+    /// null for a row without a gate.
+    passed: Option<bool>,
+}
+
+impl Validate {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let engine = global.engine()?;
+        let start = Instant::now();
+        let bar = global.bar("groups", GROUPS.len() as u64, Kept::Nothing);
+        let mut rows = Vec::new();
+        for group in &GROUPS {
+            bar.set_message(group.name);
+            let measured = (group.measure)(&engine)?;
+            if !global.json {
+                bar.suspend(|| measured.iter().try_for_each(|r| print(&line(r))))?;
+            }
+            rows.extend(measured);
+            bar.inc(1);
+        }
+        drop(bar);
+        let failed = rows.iter().filter(|r| r.passes() == Some(false)).count();
+        let shown = rows.iter().filter(|r| r.passes().is_none()).count();
+        let seconds = start.elapsed().as_secs_f64();
+        if global.json {
+            let rows: Vec<JsonRow> = rows
+                .into_iter()
+                .map(|row| JsonRow { error: row.error(), passed: row.passes(), row })
+                .collect();
+            print_json(&serde_json::json!({
+                "engine": engine.report(),
+                "seconds": seconds,
+                "failed": failed,
+                "rows": rows,
+            }))?;
+        } else {
+            let gated = rows.len() - shown;
+            print(&format!(
+                "{} of {gated} gates passed, {shown} rows shown, {seconds:.1} s",
+                gated - failed
+            ))?;
+        }
+        match failed {
+            0 => Ok(()),
+            n => Err(Error::Failed(format!("{n} of the canonical table's gates failed"))),
+        }
+    }
+}
+
+/// Short and long numbers in the same column.
+fn number(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        a if (1e-2..1e5).contains(&a) => format!("{x:.4}"),
+        _ => format!("{x:.3e}"),
+    }
+}
+
+fn line(r: &Row) -> String {
+    let level = |x: f64| match r.unit.starts_with("dB") && x < LEAST_DB {
+        true => level_text(x, 0),
+        false => number(x),
+    };
+    let gate = match r.gate {
+        Gate::Within(g) => format!("+-{}", number(g)),
+        Gate::Share(g) => format!("+-{:.2} %", 100.0 * g),
+        Gate::AtMost(g) => format!("<= {}", number(g)),
+        Gate::Shown => "-".into(),
+    };
+    let error = match (r.gate, r.error()) {
+        (Gate::Share(_), Some(e)) => format!("{:.3} %", 100.0 * e),
+        (_, Some(e)) => number(e),
+        (_, None) => "-".into(),
+    };
+    let verdict = match r.passes() {
+        Some(true) => "pass",
+        Some(false) => "FAIL",
+        None => "shown",
+    };
+    format!(
+        "{verdict:5} {:15} {:62} {:>11} {:4} expected {:>11} error {:>10} gate {:>11}  ({})",
+        r.group,
+        r.what,
+        level(r.measured),
+        r.unit,
+        r.expected.map_or("-".into(), level),
+        error,
+        gate,
+        r.source,
+    )
+}

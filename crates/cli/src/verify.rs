@@ -1,0 +1,57 @@
+//! `catseye verify`: whether a dataset or a run is whole.
+
+use super::{Global, Kept, print, print_json};
+use catseye_io::verify::verify;
+use catseye::error::{BadInput, Result};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Check a dataset or a run: every shard and file there, once, with the bytes that were written, and nothing else beside
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// Folder that `catseye dataset` or `catseye simulate` wrote
+    pub folder: PathBuf,
+}
+
+impl Verify {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let bar = global.bar("files", 0, Kept::Nothing);
+        let found = verify(&self.folder, &|all| {
+            bar.set_length(all);
+            bar.inc(1);
+        })?;
+        drop(bar);
+        if global.json {
+            print_json(&found)?;
+        } else {
+            for p in &found.problems {
+                print(&p.line())?;
+            }
+        }
+        if !found.problems.is_empty() {
+            return Err(BadInput::new(match found.shards {
+                0 => "the run is not whole",
+                _ => "the dataset is not whole",
+            })
+            .file(&self.folder)
+            .value(found.problems.iter().map(|p| p.problem).collect::<Vec<_>>().join(", "))
+            .remedy("what is right stays as it is")
+            .into());
+        }
+        if global.json {
+            return Ok(());
+        }
+        let shards = match found.shards {
+            0 => String::new(),
+            n => format!(" in {n} shards"),
+        };
+        print(&format!(
+            "{}: '{}' is whole: {} frames{shards}, {} files, {} bytes",
+            found.folder.display(),
+            found.name,
+            found.frames,
+            found.files,
+            found.bytes
+        ))
+    }
+}

@@ -1,0 +1,662 @@
+//! The command line as a user meets it: exit codes, one-line errors, files, resuming.
+
+
+use catseye::road::reflector::{Reflector, Value, kinds};
+use crate::common::{catseye, refused, text};
+use std::path::Path;
+use std::process::Command;
+
+fn done(dir: &Path, args: &[&str]) -> String {
+    let out = catseye(dir, args);
+    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+    text(&out.stdout)
+}
+
+const SMALL: &str = r#"
+name = "two points"
+seed = 7
+radar = "radar.toml"
+[[point]]
+position_m = [20, 3, 0.5]
+velocity_mps = [-5, 0, 0]
+rcs_dbsm = 10
+class = "corner"
+[[point]]
+position_m = [35, -4, 0.5]
+velocity_mps = [6, 0, 0]
+rcs_dbsm = 10
+class = "corner"
+[frames]
+count = 2
+interval_s = 0.1
+[output]
+plots = false
+"#;
+
+fn small_radar() -> String {
+    include_str!("../../../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 32")
+}
+
+fn scenario(dir: &Path) {
+    std::fs::write(dir.join("radar.toml"), small_radar()).unwrap();
+    std::fs::write(dir.join("s.toml"), SMALL).unwrap();
+}
+
+#[test]
+fn wrong_input_is_one_line_and_code_2() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    refused(d, &["rcs", "trihedra"], &["trihedra", "did you mean 'trihedral'"]);
+    refused(d, &["rcs", "plate:width_m=-1"], &["plate:width_m", "-1"]);
+    refused(d, &["rcs", "sphere", "--azimuth-deg", "0:1e9:1e-3"], &["--azimuth-deg", "too many"]);
+    refused(d, &["rcs", "sphere", "--frequency-hz", "0"], &["--frequency-hz"]);
+    refused(d, &["rcs", "sphere", "--range-m", "0.001"], &["--range-m"]);
+    refused(d, &["rcs", "sphere", "--accuracy-db", "0"], &["--accuracy-db", "1e-4..=3"]);
+    refused(d, &["rcs", "missing.glb"], &["missing.glb", "no such file"]);
+    refused(d, &["rcs", "sphere", "--device", "voodoo2"], &["device", "voodoo2"]);
+    refused(d, &["rcs", "sphere", "--nonsense"], &["--nonsense"]);
+    refused(d, &["rcs", "sphere:material=unobtainium"], &["unobtainium", "aluminium"]);
+    refused(d, &["simulate", "missing.toml", "-o", "x"], &["missing.toml"]);
+    refused(d, &["init", "novel"], &["novel"]);
+    std::fs::write(d.join("s.toml"), "name = \"x\"\nradar = \"front77\"\n[frames]\ncuont = 3\n").unwrap();
+    refused(d, &["simulate", "s.toml", "-o", "x"], &["s.toml:4", "cuont", "count"]);
+    std::fs::write(d.join("bad.npy"), b"not an array").unwrap();
+    refused(d, &["process", "bad.npy", "--radar", "front77", "-o", "x"], &["bad.npy"]);
+    assert!(!d.join("x").exists());
+    let left: Vec<_> = std::fs::read_dir(d).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "nothing half-written: {left:?}");
+}
+
+#[test]
+fn a_table_is_written_once_and_reads_back() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let args = [
+        "rcs",
+        "plate:width_m=0.05,height_m=0.05",
+        "--azimuth-deg",
+        "-10:10:1",
+        "-o",
+        "p.csv",
+        "--plot",
+        "p.png",
+    ];
+    done(d, &args);
+    let table = std::fs::read_to_string(d.join("p.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(rows.len(), 22);
+    assert!(
+        rows[0].starts_with("frequency_hz,azimuth_deg,elevation_deg,vv_dbsm,vh_dbsm,hv_dbsm,hh_dbsm,vv_re_m")
+    );
+    // 4 pi (A / lambda)^2 on boresight.
+    let middle: Vec<f64> = rows[11].split(',').map(|x| x.parse().unwrap()).collect();
+    let lambda = 299_792_458.0 / 77e9;
+    let hand = 10.0 * (4.0 * std::f64::consts::PI * (0.05f64 * 0.05 / lambda).powi(2)).log10();
+    assert_eq!(middle[1], 0.0);
+    assert!((middle[3] - hand).abs() < 0.01, "{} {hand}", middle[3]);
+    assert!(table.contains("# convention: every") && table.contains("last VV"));
+    refused(d, &args, &["p.csv", "--force"]);
+    done(d, &["plot", "p.csv", "-o", "again.png"]);
+    let json = done(d, &["rcs", "plate", "--json", "--azimuth-deg", "-3,4"]);
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["rows"].as_array().unwrap().len(), 2);
+    assert_eq!(value["rows"][0]["azimuth_deg"], -3.0);
+}
+
+#[test]
+fn a_reflector_file_has_the_same_cross_section() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    done(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"]);
+    assert_eq!(&std::fs::read(d.join("t.png")).unwrap()[1..4], b"PNG");
+    refused(d, &["reflector", "trihedral", "--leg-m", "0.06", "-o", "t.glb"], &["t.glb", "--force"]);
+    let level = |target: &str| -> f64 {
+        let json = done(d, &["rcs", target, "--elevation-deg", "35.2644", "--json"]);
+        let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+        v["rows"][0]["vv_dbsm"].as_f64().unwrap()
+    };
+    assert!((level("t.glb") - level("trihedral:leg_m=0.06")).abs() < 0.01);
+}
+
+#[test]
+fn a_reflector_comes_back_from_stl_and_obj() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let level = |target: &[&str]| -> f64 {
+        let look = ["--elevation-deg", "30", "--azimuth-deg", "4", "--json"];
+        let args = [&["rcs"], target, &look, &["--accuracy-db", "0.02"]].concat();
+        let v: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
+        v["rows"][0]["vv_dbsm"].as_f64().unwrap()
+    };
+    for (kind, unit) in
+        [("trihedral:leg_m=0.06", None), ("type1:width_m=0.16,height_m=0.01", None), ("sphere", Some("in"))]
+    {
+        let expected = level(&[kind]);
+        for (file, material) in [("r.stl", &["--default-material", "pec"][..]), ("r.obj", &[])] {
+            let mut args = vec!["reflector", kind, "-o", file, "--force"];
+            args.extend(unit.iter().flat_map(|u| ["--unit", u]));
+            let out = catseye(d, &args);
+            assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+            let unit = unit.unwrap_or("mm");
+            let said = text(&out.stderr);
+            assert!(said.contains(&format!("{file} is in {unit} with x forward, y left and z up")), "{said}");
+            let back = level(&[&[file, "--unit", unit, "--up", "z"], material].concat());
+            // STL has no normals: of a sphere it keeps the facets.
+            let tolerance = if (kind, file) == ("sphere", "r.stl") { 0.05 } else { 0.01 };
+            assert!((back - expected).abs() < tolerance, "{kind} as {file}: {back} and {expected}");
+        }
+    }
+    assert!(!std::fs::read(d.join("r.stl")).unwrap().starts_with(b"solid"));
+    refused(d, &["reflector", "plate", "-o", "p.glb", "--unit", "mm"], &["--unit = mm", "glTF is in metres"]);
+    refused(d, &["reflector", "plate", "-o", "p.stl", "--unit", "yd"], &["unit = yd", "mm"]);
+    refused(d, &["reflector", "point", "-o", "p.stl"], &["p.stl", "no surface", ".glb"]);
+    // What the files do not state is asked for, all of it at once.
+    let ask = [
+        "r.stl: states no unit, no up axis and no material; add --unit mm",
+        "--up z",
+        "--default-material pec",
+    ];
+    refused(d, &["rcs", "r.stl"], &ask);
+    refused(
+        d,
+        &["rcs", "r.stl", "--unit", "mm", "--default-material", "pec"],
+        &["states no up axis; add --up z"],
+    );
+    refused(d, &["rcs", "r.obj", "--up", "z"], &["r.obj: states no unit; add --unit mm (m, cm, in, ft)"]);
+}
+
+#[test]
+fn a_file_name_is_no_kind_of_reflector() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    std::fs::write(d.join("part.step"), "ISO-10303-21;").unwrap();
+    std::fs::write(d.join("bare"), "x").unwrap();
+    refused(
+        d,
+        &["rcs", "part.step"],
+        &["part.step: is no file of a mesh that is read", ".glb, .gltf, .stl, .obj"],
+    );
+    refused(d, &["rcs", "bare"], &["bare: is no file of a mesh that is read"]);
+    for name in ["nosuch.glb", "nosuch.stl", "nosuch.step", "folder/nosuch"] {
+        refused(d, &["rcs", name], &[&format!("{name}: no such file")]);
+    }
+    refused(d, &["rcs", "typ1:width_m=0.16"], &["unknown kind of reflector", "did you mean 'type1'"]);
+}
+
+#[test]
+fn frames_points_and_signs() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    assert!(done(d, &["simulate", "s.toml", "--dry-run"]).contains("2 frames"));
+    done(d, &["simulate", "s.toml", "-o", "out"]);
+    refused(d, &["simulate", "s.toml", "-o", "out"], &["out", "--force"]);
+    for file in ["adc.npy", "range_doppler.npy", "points.csv", "returns.csv", "truth.json"] {
+        assert!(d.join("out/frame_000001").join(file).is_file(), "{file}");
+    }
+    assert!(!d.join(".out.unfinished").exists());
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(d.join("out/manifest.json")).unwrap()).unwrap();
+    assert_eq!(manifest["frames"].as_array().unwrap().len(), 2);
+    assert_eq!(manifest["seed"], 7);
+    assert_eq!(manifest["checksums"]["frame_000000/adc.npy"].as_str().unwrap().len(), 64);
+
+    // One approaches on the left, one recedes on the right.
+    let points = std::fs::read_to_string(d.join("out/frame_000000/points.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = points.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let near = |x: f64| {
+        rows.iter()
+            .map(|r| {
+                (
+                    r[1].parse::<f64>().unwrap(),
+                    r[2].parse::<f64>().unwrap(),
+                    r[4].parse::<f64>().unwrap(),
+                    r[11],
+                )
+            })
+            .find(|p| (p.2 - (x - 3.6)).abs() < 1.0)
+            .unwrap_or_else(|| panic!("no point near {x}: {points}"))
+    };
+    let (approaching, receding) = (near(20.0), near(35.0));
+    assert!(approaching.0 < -4.0 && approaching.1 > 5.0 && approaching.3 == "corner", "{approaching:?}");
+    assert!(receding.0 > 5.0 && receding.1 < -4.0 && receding.3 == "corner", "{receding:?}");
+
+    // The cube alone gives the same map.
+    done(d, &["process", "out/frame_000000/adc.npy", "--radar", "radar.toml", "-o", "again"]);
+    let same = |f: &str| std::fs::read(d.join(f)).unwrap();
+    assert!(same("again/range_doppler.npy") == same("out/frame_000000/range_doppler.npy"));
+    refused(
+        d,
+        &["process", "out/frame_000000/adc.npy", "--radar", "front77", "-o", "no"],
+        &["adc.npy", "shape", "[32, 12, 256]"],
+    );
+}
+
+#[test]
+fn an_interrupted_run_goes_on_and_gives_the_same_bytes() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    done(d, &["simulate", "s.toml", "-o", "whole"]);
+    // As a run leaves it that was killed in its second frame.
+    done(d, &["simulate", "s.toml", "-o", "part"]);
+    let bytes = |f: &str| std::fs::read(d.join(f)).unwrap();
+    for file in ["frame_000000/adc.npy", "frame_000001/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+    std::fs::remove_dir_all(d.join("part")).unwrap();
+    // Killed while it runs, wherever that is; then the same command again.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(["simulate", "s.toml", "-o", "part", "--frames", "12", "--quiet"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let partial = d.join(".part.unfinished/result/frame_000001");
+    while !partial.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+    let json = done(d, &["simulate", "s.toml", "-o", "part", "--frames", "12", "--json", "--force"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["frames"].as_array().unwrap().len(), 12);
+    for file in ["frame_000000/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+}
+
+/// A loss of power may leave files of finished frames empty; such a frame is made again, and the checksums are those of what was
+/// made.
+#[test]
+fn a_finished_frame_that_changed_is_made_again() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let run = ["simulate", "s.toml", "-o", "part", "--frames", "40", "--json"];
+    done(d, &["simulate", "s.toml", "-o", "whole"]);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(run)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Three notes: three frames are done.
+    let note = d.join(".part.unfinished/notes/frame_000002.json");
+    while !note.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+    let frames = d.join(".part.unfinished/result");
+    std::fs::write(frames.join("frame_000000/adc.npy"), "").unwrap();
+    std::fs::remove_file(frames.join("frame_000001/truth.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&done(d, &run)).unwrap();
+    assert_eq!(report["repaired"], 2);
+    assert!(report["resumed"].as_u64().unwrap() >= 1, "{report}");
+    let bytes = |f: &str| std::fs::read(d.join(f)).unwrap();
+    for file in ["frame_000000/adc.npy", "frame_000001/points.csv"] {
+        assert!(bytes(&format!("whole/{file}")) == bytes(&format!("part/{file}")), "{file}");
+    }
+    let manifest: serde_json::Value = serde_json::from_slice(&bytes("part/manifest.json")).unwrap();
+    for (file, sum) in manifest["checksums"].as_object().unwrap() {
+        let found = catseye::formats::stage::sha256_of_file(d.join("part").join(file)).unwrap();
+        assert_eq!(sum.as_str(), Some(found.as_str()), "{file}");
+    }
+}
+
+/// The second of two that write the same folder is told who writes it; what the first leaves is whole.
+#[test]
+fn two_processes_do_not_write_one_folder() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let mut first = Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(d)
+        .args(["simulate", "s.toml", "-o", "out", "--frames", "400", "--quiet"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !d.join(".out.unfinished/result/frame_000000").exists() {
+        assert!(first.try_wait().unwrap().is_none(), "the first ended before its first frame");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let holder = format!("process {}", first.id());
+    refused(d, &["simulate", "s.toml", "-o", "out", "--force"], &["out", &holder, "simulate"]);
+    refused(d, &["demo", "-o", "out", "--force"], &["out", &holder]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // The lock ends with its holder.
+    done(d, &["simulate", "s.toml", "-o", "out"]);
+    assert!(!d.join(".out.lock").exists());
+}
+
+/// What others made is not ours to replace, whatever is asked.
+#[test]
+fn no_command_replaces_what_others_made() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let site = d.join("site");
+    std::fs::create_dir(&site).unwrap();
+    std::fs::write(site.join("manifest.json"), r#"{"name": "app", "start_url": "/"}"#).unwrap();
+    std::fs::write(site.join("index.html"), "<html>").unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    for words in [
+        &["demo", "-o", "site"][..],
+        &["demo", "-o", "site", "--force"],
+        &["simulate", "s.toml", "-o", "site", "--force"],
+        &["process", cube, "--radar", "radar.toml", "-o", "site", "--force"],
+        &["export", "run", "--format", "pcd", "-o", "site", "--force"],
+        &["lane", "markers", "s.toml", "-o", "site", "--force"],
+    ] {
+        refused(d, words, &["site", "did not write"]);
+    }
+    assert_eq!(std::fs::read(site.join("index.html")).unwrap(), b"<html>");
+    // Our own of another kind, and with something added.
+    refused(d, &["process", cube, "--radar", "radar.toml", "-o", "run", "--force"], &["run"]);
+    std::fs::write(d.join("run/notes.txt"), "mine").unwrap();
+    refused(d, &["simulate", "s.toml", "-o", "run", "--force"], &["notes.txt"]);
+    std::fs::remove_file(d.join("run/notes.txt")).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run", "--force"]);
+}
+
+#[test]
+fn no_output_goes_over_an_input() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    done(d, &["reflector", "plate", "-o", "m.glb", "--preview", "none"]);
+    let mesh = std::fs::read(d.join("m.glb")).unwrap();
+    for words in [
+        &["rcs", "m.glb", "-o", "m.glb", "--force"][..],
+        &["rcs", "m.glb", "-o", "./m.glb", "--force"],
+        &["rcs", "plate", "--azimuth-deg", "0:9:1", "-o", "o.csv", "--plot", "o.csv"],
+        &["rcs", "plate", "--azimuth-deg", "0:9:1", "-o", "o.csv", "--plot", "./o.csv", "--force"],
+        &["calibrate", "--radar", "radar.toml", "-o", "radar.toml", "--force"],
+        &["calibrate", "--radar", "radar.toml", "-o", "c.csv", "--plot", "c.csv"],
+        &["reflector", "plate", "-o", "p.glb", "--preview", "p.glb"],
+    ] {
+        refused(d, words, &["another name"]);
+    }
+    assert_eq!(std::fs::read(d.join("m.glb")).unwrap(), mesh);
+    assert!(!d.join("o.csv").exists() && !d.join("c.csv").exists() && !d.join("p.glb").exists());
+}
+
+#[test]
+fn the_templates_run() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    done(d, &["init", "scenario"]);
+    done(d, &["init", "radar"]);
+    refused(d, &["init", "scenario"], &["scenario.toml", "--force"]);
+    assert!(done(d, &["simulate", "scenario.toml", "--dry-run"]).contains("echoes a frame"));
+}
+
+#[test]
+fn devices_are_listed() {
+    let t = tempfile::tempdir().unwrap();
+    let json = done(t.path(), &["devices", "--json"]);
+    let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(["cpu", "gpu"].contains(&v["auto"].as_str().unwrap()));
+    assert!(v["adapters"].as_array().unwrap().iter().any(|a| a["self_test"] == "passed"), "{json}");
+}
+
+#[test]
+fn ground_and_polarisations_on_the_command_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    // The two rays cancel at 26.97 m: elevation atan(0.15 / 26.967), distance 26.9674 m.
+    let at = |d: f64, ground: &str| -> serde_json::Value {
+        let (e, r) = (0.15f64.atan2(d).to_degrees().to_string(), d.hypot(0.15).to_string());
+        let args = [
+            "--device",
+            "cpu",
+            "--json",
+            "rcs",
+            "point:rcs_dbsm=0",
+            "--height-m",
+            "0.35",
+            "--ground",
+            ground,
+        ];
+        let more = ["--elevation-deg", &e, "--range-m", &r, "--polarisation", "circular,linear45"];
+        serde_json::from_str(&done(dir, &[&args[..], &more[..]].concat())).unwrap()
+    };
+    let level = |v: &serde_json::Value, key: &str| v["rows"][0][key].as_f64().unwrap_or(f64::NEG_INFINITY);
+    let (null, peak) = (at(26.967, "pec"), at(53.9, "pec"));
+    assert!(level(&null, "hh_dbsm") < -45.0, "{null}");
+    assert!((level(&peak, "hh_dbsm") - 12.041).abs() < 0.02, "{peak}");
+    assert!((level(&at(53.9, "none"), "hh_dbsm")).abs() < 0.02);
+    // At the null the plane sends H away and doubles V, which holds half of each circular wave.
+    let lr = null["rows"][0]["derived_dbsm"]["lr"].as_f64().unwrap();
+    assert!((lr - 6.02).abs() < 0.05, "{null}");
+    assert!((null["rows"][0]["derived_dbsm"]["p45p45"].as_f64().unwrap() - 6.02).abs() < 0.05, "{null}");
+
+    let csv = |more: &[&str]| {
+        let args = [
+            "--device",
+            "cpu",
+            "--quiet",
+            "--force",
+            "rcs",
+            "plate:width_m=0.02,height_m=0.004",
+            "-o",
+            "t.csv",
+        ];
+        done(dir, &[&args[..], more].concat());
+        std::fs::read_to_string(dir.join("t.csv")).unwrap()
+    };
+    assert!(csv(&[]).contains("hh_re_m,hh_im_m\n"));
+    let text = csv(&[
+        "--polarisation",
+        "circular",
+        "--height-m",
+        "0.002",
+        "--ground",
+        "pec",
+        "--elevation-deg",
+        "3",
+    ]);
+    assert!(text.contains("hh_re_m,hh_im_m,rr_dbsm,rl_dbsm,lr_dbsm,ll_dbsm\n"), "{text}");
+    assert!(text.contains("# ground: pec, target raised by 0.002 m"), "{text}");
+    assert!(text.contains("# warning: ground: at elevation 3.000 deg"), "{text}");
+    refused(dir, &["rcs", "point", "--ground", "pece"], &["--ground", "pece", "did you mean 'pec'?"]);
+    refused(
+        dir,
+        &["rcs", "point", "--ground", "pec", "--elevation-deg", "-1"],
+        &["elevation", "below the ground"],
+    );
+    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["reaches below the ground"]);
+    refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
+}
+
+/// The accuracy that is asked for at finite range is reached or said to be missed, and edges and a receiver
+/// elsewhere change the answer.
+#[test]
+fn accuracy_edges_and_receivers_on_the_command_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let spec = "type1:height_m=0.01";
+    let near = done(
+        d,
+        &["rcs", spec, "--azimuth-deg", "-40:40:2", "--elevation-deg", "2.9", "--range-m", "3", "--json"],
+    );
+    let near: serde_json::Value = serde_json::from_str(&near).unwrap();
+    let reached = near["convergence_db"].as_f64().unwrap();
+    assert!(reached > 0.0 && reached <= 0.1, "{reached}");
+    let plate = |more: &[&str]| {
+        let all: Vec<&str> =
+            ["rcs", "plate", "--azimuth-deg", "60", "--json"].iter().chain(more).copied().collect();
+        let out: serde_json::Value = serde_json::from_str(&done(d, &all)).unwrap();
+        out["rows"][0].clone()
+    };
+    let (alone, edges) = (plate(&[]), plate(&["--diffraction", "ptd"]));
+    let level = |row: &serde_json::Value| row["vv_dbsm"].as_f64().unwrap();
+    assert!((level(&alone) - level(&edges)).abs() > 0.5);
+    // The mirror direction of 60 deg is -60 deg.
+    let mirror = plate(&["--bistatic-azimuth-deg", "-60"]);
+    assert_eq!(mirror["rx_azimuth_deg"].as_f64(), Some(-60.0));
+    assert!(level(&mirror) > level(&alone) + 20.0);
+}
+
+/// The table on stdout says where the receiver stands, and what vanishes in words; the CSV keeps the numbers.
+#[test]
+fn a_bistatic_table_for_people_names_receivers_and_the_floor() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let args = ["rcs", "plate", "--azimuth-deg", "60", "--bistatic-azimuth-deg", "-60,-58.5", "-o", "t.csv"];
+    let out = done(d, &args);
+    let mut rows = out.lines().skip_while(|l| l.starts_with('#'));
+    let header: Vec<&str> = rows.next().unwrap().split_whitespace().collect();
+    assert_eq!(header[3..6], ["rx_azimuth_deg", "rx_elevation_deg", "vv_dbsm"], "{out}");
+    let row = |line: &str| line.replace("< -200", "<-200").split_whitespace().map(String::from).collect();
+    let rows: Vec<Vec<String>> = rows.take(2).map(row).collect();
+    assert_eq!([rows[0][3].as_str(), rows[1][3].as_str()], ["-60.0000", "-58.5000"], "{out}");
+    assert!(rows.iter().all(|r| r.len() == header.len()), "{out}");
+    // A plate turned about the vertical does not change the polarisation.
+    let vh = header.iter().position(|h| *h == "vh_dbsm").unwrap();
+    assert_eq!(rows[0][vh], "<-200", "{out}");
+    let csv = std::fs::read_to_string(d.join("t.csv")).unwrap();
+    assert!(csv.lines().filter(|l| !l.starts_with('#')).all(|l| !l.contains('<')), "{csv}");
+    // The receiver that sees most is named when the table is too long to show.
+    let args = ["rcs", "plate", "--azimuth-deg", "60", "--bistatic-azimuth-deg", "-80:-40:0.5"];
+    assert!(done(d, &args).contains("receiver at azimuth -60.0000 deg"));
+    // One-station tables have no such columns.
+    assert!(!done(d, &["rcs", "plate"]).contains("rx_azimuth"));
+}
+
+/// What a command does not heed is said, before its name and after it, and parameters of other kinds are refused; numbers of options are read in the words of files.
+#[test]
+fn options_that_change_nothing_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    for args in [&["init", "radar", "-o", "-", "--device", "cpu"][..], &["--seed", "3", "rcs", "plate"]] {
+        let out = catseye(d, args);
+        let err = text(&out.stderr);
+        assert!(out.status.success() && err.contains("changes nothing in '"), "{args:?}: {err}");
+    }
+    refused(d, &["reflector", "plate", "--leg-m", "1", "-o", "p.glb"], &["plate:leg_m", "width_m, height_m"]);
+    refused(d, &["reflector", "plate", "--seed", "1", "-o", "p.glb"], &["plate:seed", "no such parameter"]);
+    refused(d, &["reflector", "plate", "--widht-m", "1", "-o", "p.glb"], &["--widht-m", "'--width-m'"]);
+    refused(
+        d,
+        &["rcs", "plate", "--range-m", "-5"],
+        &["--range-m = -5", "allowed: a positive number, or inf"],
+    );
+    refused(d, &["rcs", "plate", "--bounces", "-1"], &["--bounces = '-1'", "0 or more"]);
+    refused(d, &["rcs", "plate", "--bounces", "1.5"], &["--bounces = '1.5'", "is not a whole number"]);
+    refused(d, &["rcs", "plate", "--accuracy-db", "x"], &["--accuracy-db = 'x'", "is not a number"]);
+    assert_eq!(std::fs::read_dir(d).unwrap().count(), 0);
+    // A parameter's name may be that of a global option, and its value may be negative.
+    let file = |seed: &str| {
+        let o =
+            ["reflector", "chaff", "--seed", seed, "-o", "c.glb", "--preview", "none", "--force", "--quiet"];
+        done(d, &o);
+        std::fs::read(d.join("c.glb")).unwrap()
+    };
+    assert_ne!(file("1"), file("2"));
+    assert!(done(d, &["reflector", "type1", "--slant-deg", "-5", "-o", "t.glb"]).contains("slant_deg=-5"));
+    assert!(done(d, &["init", "radar", "--json"]).contains("\"file\": \"radar.toml\""));
+}
+
+/// Every kind with every parameter, its default and its unit, as the parser has them; and which features were built.
+#[test]
+fn help_lists_what_has_names() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let all = done(d, &["help", "reflectors"]);
+    for kind in kinds() {
+        let (_, own) = all.split_once(&format!("{}: {}\n", kind.name, kind.summary)).expect(kind.name);
+        let own = own.split("\n\n").next().unwrap();
+        for p in kind.params {
+            let row = own.lines().find(|l| l.split_whitespace().next() == Some(p.name));
+            let row = row.unwrap_or_else(|| panic!("{}: {} is not in\n{own}", kind.name, p.name));
+            assert!(row.contains(&format!("[{}]", p.allowed())) && row.ends_with(p.doc), "{row}");
+            assert!(!p.name.ends_with("_m") || p.allowed().ends_with(" m"), "{row}");
+            // What is shown as the default is read as one.
+            let shown = row.split_whitespace().nth(1).unwrap();
+            let near = Reflector::from_pairs(kind.name, &[(p.name, shown)]).unwrap().value(p.name).unwrap();
+            match (near, p.range.default_value()) {
+                (Value::Number(a), Value::Number(b)) => assert!((a - b).abs() <= 1e-3 * b.abs(), "{row}"),
+                (a, b) => assert_eq!(a, b, "{row}"),
+            }
+        }
+        assert!(all.contains(&done(d, &["help", "reflectors", kind.name])));
+    }
+    assert!(done(d, &["help", "materials"]).contains("\nasphalt "));
+    assert!(done(d, &["help", "radars"]).contains("\nfront77 "));
+    assert!(done(d, &["help", "rcs"]).contains("\nGlobal options:\n"));
+    assert!(done(d, &["help"]).contains("\nCommands:\n"));
+    refused(d, &["help", "reflector5"], &["did you mean 'reflector'?"]);
+    refused(d, &["help", "reflectors", "plat"], &["did you mean 'plate'?"]);
+    for short in ["-V", "--version"] {
+        let version = done(d, &[short]);
+        assert_eq!(version.trim_end().lines().count(), 1);
+        assert!(
+            version.starts_with(concat!("catseye ", env!("CARGO_PKG_VERSION"), " (features: ")),
+            "{version}"
+        );
+        assert_eq!(version.contains("hdf5"), cfg!(feature = "hdf5"), "{version}");
+    }
+}
+
+/// All scenes come with the program: listed, written with what they name, and read where they then lie. Their commands hold.
+#[test]
+fn examples_run_where_they_are_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let list = done(d, &["examples"]);
+    assert!(list.lines().count() > 100 && list.contains("lane/markers_turn  "), "{list}");
+    done(d, &["examples", "markers_turn"]);
+    assert!(d.join("scenes/lane/markers_turn.toml").is_file());
+    assert!(done(d, &["examples", "lane/markers_turn"]).contains("all of it is there already"));
+    std::fs::write(d.join("scenes/lane/markers_turn.toml"), "mine").unwrap();
+    refused(
+        d,
+        &["examples", "markers_turn"],
+        &["markers_turn.toml", "exists already, and differs", "--force"],
+    );
+    refused(d, &["examples", "marker_turn"], &["did you mean 'markers_turn'?"]);
+    done(d, &["examples", "all", "--force"]);
+    let of = |folder: &str| {
+        let files = std::fs::read_dir(d.join("scenes").join(folder)).unwrap().map(|f| f.unwrap().path());
+        files.filter(|f| f.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
+    };
+    for file in of("road") {
+        catseye::road::scene_toml::load(&file).unwrap_or_else(|e| panic!("{e}"));
+    }
+    for file in of("recipes") {
+        let text = std::fs::read_to_string(&file).unwrap();
+        if text.contains("scenes = ") {
+            catseye_io::recipe::Recipe::parse(&file, &text.replace("\"zarr\"", "\"frames\""), None)
+                .unwrap();
+        }
+    }
+    for file in of("lane") {
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(!text.contains("#:schema"));
+        // Commands in the first remarks are complete: what they name is there.
+        for line in text.lines().take_while(|l| l.starts_with('#')).filter(|l| l.contains("catseye ")) {
+            let command = line.split_once("catseye ").unwrap().1.split("  ").next().unwrap();
+            let named: Vec<&str> = command.split_whitespace().filter(|w| w.contains(".toml")).collect();
+            for name in &named {
+                let name = name.trim_end_matches([',', '.', ')', '`']);
+                assert!(d.join(name).is_file(), "{}: {line}", file.display());
+            }
+        }
+    }
+    // Templates are good from the first.
+    done(d, &["init", "road"]);
+    done(d, &["init", "scenario"]);
+    done(d, &["init", "recipe"]);
+    assert!(done(d, &["scene", "road.toml", "-o", "road.glb"]).contains("2 lanes"));
+    let recipe = std::fs::read_to_string(d.join("recipe.toml")).unwrap();
+    catseye_io::recipe::Recipe::parse(&d.join("recipe.toml"), &recipe, None).unwrap();
+    let run = done(d, &["simulate", "scenario.toml", "-o", "run", "--device", "cpu", "--quiet"]);
+    let table = catseye::formats::csv::Table::read(d.join("run/frame_000000/points.csv")).unwrap();
+    let state = table.text("ambiguity").unwrap();
+    let settled = state.iter().filter(|s| ["resolved", "ego_speed", "unambiguous"].contains(&&***s)).count();
+    assert!(10 * settled >= 9 * state.len() && state.len() > 10, "{settled} of {}: {run}", state.len());
+}

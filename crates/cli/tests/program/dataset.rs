@@ -1,0 +1,482 @@
+//! Datasets as the program makes them: the same bytes whatever happens on the way, and damage that is found.
+
+
+use crate::common::{catseye, refused, text};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SCENES: u32 = 12;
+
+/// A folder with the test's recipe: `SCENES` scenes of three frames, two frames a shard.
+fn place() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let recipes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/recipes");
+    let recipe = fs::read_to_string(recipes.join("tiny.toml")).unwrap();
+    let recipe = recipe.replace("scenes = 4", &format!("scenes = {SCENES}"));
+    let recipe = recipe.replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", "train = 0.5\ntest = 0.5");
+    fs::write(dir.path().join("r.toml"), recipe).unwrap();
+    fs::copy(recipes.join("tiny_radar.toml"), dir.path().join("tiny_radar.toml")).unwrap();
+    dir
+}
+
+fn make(dir: &Path, out: &str, more: &[&str]) -> String {
+    let args = [&["dataset", "r.toml", "-o", out, "--device", "cpu"], more].concat();
+    let done = catseye(dir, &args);
+    assert_eq!(done.status.code(), Some(0), "{args:?}: {}", text(&done.stderr));
+    text(&done.stdout)
+}
+
+/// All files with their bytes.
+fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    fn walk(dir: &Path, top: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
+        for e in fs::read_dir(dir).unwrap() {
+            let path = e.unwrap().path();
+            if path.is_dir() {
+                walk(&path, top, all);
+            } else {
+                all.insert(path.strip_prefix(top).unwrap().into(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    let mut all = BTreeMap::new();
+    walk(dir, dir, &mut all);
+    all
+}
+
+fn same(a: &Path, b: &Path) {
+    let (a, b) = (files(a), files(b));
+    let names = |m: &BTreeMap<PathBuf, Vec<u8>>| m.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&a), names(&b));
+    for (name, bytes) in &a {
+        assert!(*bytes == b[name], "{} differs", name.display());
+    }
+}
+
+fn markers(out: &Path) -> usize {
+    let count = |d: fs::ReadDir| {
+        d.filter(|e| {
+            let name = e.as_ref().unwrap().file_name();
+            !name.to_string_lossy().starts_with('.')
+        })
+        .count()
+    };
+    fs::read_dir(out.join("shards")).map_or(0, count)
+}
+
+#[test]
+fn bytes_do_not_depend_on_kills_workers_and_shares() {
+    let dir = place();
+    let at = |name: &str| dir.path().join(name);
+    make(dir.path(), "whole", &[]);
+    let shards = (3 * SCENES).div_ceil(2) as usize;
+    assert_eq!(markers(&at("whole")), shards);
+
+    // Killed again and again, each time after some more shards.
+    let mut kills = 0;
+    for aim in [1, 4, 9] {
+        let args = ["dataset", "r.toml", "-o", "killed", "--device", "cpu", "--jobs", "2"];
+        let mut child = start(dir.path(), &args);
+        let start = Instant::now();
+        while markers(&at("killed")) < aim && child.try_wait().unwrap().is_none() {
+            assert!(start.elapsed() < Duration::from_secs(120), "no shard after two minutes");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!at("killed/manifest.json").exists() || markers(&at("killed")) == shards);
+    }
+    assert!(kills > 0, "the run was over before it could be killed");
+    // What a kill at a worse moment leaves.
+    fs::write(at("killed/shards/.000003.json.partial-1-0"), "{").unwrap();
+    fs::create_dir_all(at("killed/.frame_000030.partial")).unwrap();
+    fs::write(at("killed/.frame_000030.partial/adc.npy"), "half").unwrap();
+    fs::write(at("killed/.layout.json.partial-1-0"), "{").unwrap();
+    fs::create_dir_all(at("killed/previews/.frame_000000.partial-1")).unwrap();
+    fs::write(at("killed/previews/.frame_000000.partial-1/birds_eye.png"), "half").unwrap();
+    make(dir.path(), "killed", &[]);
+    same(&at("whole"), &at("killed"));
+
+    make(dir.path(), "one", &["--jobs", "1"]);
+    same(&at("whole"), &at("one"));
+
+    let half = shards / 2;
+    let said = make(dir.path(), "shares", &["--shards", &format!("{half}:{shards}")]);
+    assert!(said.contains(&format!("{} of {shards} shards are complete", shards - half)), "{said}");
+    assert!(!at("shares/manifest.json").exists());
+    make(dir.path(), "shares", &["--shards", &format!("0:{half}"), "--jobs", "3"]);
+    same(&at("whole"), &at("shares"));
+
+    // Complete already: nothing is made.
+    assert!(make(dir.path(), "whole", &[]).contains("made 0 frames"));
+    same(&at("whole"), &at("shares"));
+}
+
+fn start(dir: &Path, args: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_catseye"))
+        .current_dir(dir)
+        .args(args)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Killed at any moment, also in the middle of the datasheet, and completed by the same command: whole, and the same bytes.
+#[test]
+fn what_dead_runs_leave_is_cleared_up() {
+    let dir = place();
+    let begin = Instant::now();
+    make(dir.path(), "whole", &[]);
+    let whole = begin.elapsed();
+    let mut kills = 0;
+    for share in [0.1, 0.25, 0.4, 0.55, 0.65, 0.75, 0.85, 0.95] {
+        let out = format!("d{share}");
+        let mut child = start(dir.path(), &["dataset", "r.toml", "-o", &out, "--device", "cpu"]);
+        std::thread::sleep(whole.mul_f64(share));
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        make(dir.path(), &out, &[]);
+        let found = catseye(dir.path(), &["verify", &out]);
+        assert_eq!(found.status.code(), Some(0), "{share}: {}{}", text(&found.stdout), text(&found.stderr));
+        same(&dir.path().join("whole"), &dir.path().join(&out));
+    }
+    assert!(kills > 3, "{kills} of 8 runs were killed");
+}
+
+/// The frames of one scene in one shard are made by all workers, and the bytes are those of one worker.
+#[test]
+fn one_shard_of_one_scene_is_shared_out() {
+    let dir = place();
+    let recipe = fs::read_to_string(dir.path().join("r.toml")).unwrap();
+    let recipe =
+        recipe.replace("scenes = 12", "scenes = 1").replace("frames_per_scene = 3", "frames_per_scene = 21");
+    let recipe = recipe.replace("frames_per_shard = 2", "frames_per_shard = 100");
+    fs::write(dir.path().join("r.toml"), recipe.replace("train = 0.5\ntest = 0.5", "train = 1")).unwrap();
+    make(dir.path(), "one", &["--jobs", "1"]);
+    make(dir.path(), "four", &["--jobs", "4"]);
+    same(&dir.path().join("one"), &dir.path().join("four"));
+}
+
+/// Every scene is drawn and read before the first frame; a mended recipe keeps the shards that are the same, and the
+/// dataset is then that of the mended one.
+#[test]
+fn recipes_are_checked_first_and_can_be_mended() {
+    let dir = place();
+    let at = |name: &str| dir.path().join(name);
+    let recipe = fs::read_to_string(at("r.toml")).unwrap().replace("train = 0.5\ntest = 0.5", "train = 1");
+    let write = |from: &str, to: &str| fs::write(at("r.toml"), recipe.replace(from, to)).unwrap();
+    let rcs = "rcs_dbsm = { uniform = [0, 10] }";
+
+    write(rcs, "rcs_dbsm = { normal = [0, 150] }");
+    let args = ["dataset", "r.toml", "-o", "d", "--device", "cpu"];
+    let says = [
+        "r.toml:",
+        "scenario.point[0].rcs_dbsm = ",
+        "(drawn from { normal = [0, 150] }) in scene ",
+        "allowed: ",
+    ];
+    refused(dir.path(), &args, &says);
+    assert!(!at("d").exists(), "something was made");
+
+    let made = |out: &str| -> (u64, u64) {
+        let report = make(dir.path(), out, &["--json"]);
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["complete"], true);
+        (report["shards_kept"].as_u64().unwrap(), report["frames_made"].as_u64().unwrap())
+    };
+    write(rcs, "rcs_dbsm = { choice = [5, 6], weights = [3, 1] }");
+    assert_eq!(made("d"), (0, 36));
+    // Scenes that draw the second value change, the others stay.
+    write(rcs, "rcs_dbsm = { choice = [5, 7], weights = [3, 1] }");
+    let (kept, frames) = made("d");
+    assert!((1..18).contains(&kept) && frames == 36 - 2 * kept, "{kept} {frames}");
+    made("fresh");
+    same(&at("d"), &at("fresh"));
+    // Fewer scenes, and more.
+    for scenes in [8, 12, 13] {
+        let text = fs::read_to_string(at("r.toml")).unwrap();
+        let line = text.lines().find(|l| l.starts_with("scenes = ")).unwrap().to_string();
+        fs::write(at("r.toml"), text.replace(&line, &format!("scenes = {scenes}"))).unwrap();
+        assert!(made("d").0 >= 12);
+        made(&format!("fresh{scenes}"));
+        same(&at("d"), &at(&format!("fresh{scenes}")));
+    }
+    let whole = catseye(dir.path(), &["verify", "d"]);
+    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stdout));
+    // Where no shard was complete there is nothing to lose, and frames of it do not stay.
+    make(dir.path(), "e", &["--shards", "19:20"]);
+    fs::remove_file(at("e/shards/000019.json")).unwrap();
+    write(rcs, "rcs_dbsm = 3");
+    assert_eq!(made("e"), (0, 36));
+    made("f");
+    same(&at("e"), &at("f"));
+}
+
+/// Ctrl-C ends a run with 130 and says how to go on; SIGTERM does the same.
+#[cfg(unix)]
+#[test]
+fn interruptions_say_how_to_go_on() {
+    let dir = place();
+    let interrupt = |child: Child, signal: &str| -> String {
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        let out = child.wait_with_output().unwrap();
+        assert!(sent.success());
+        assert_eq!(out.status.code(), Some(130), "{}", text(&out.stderr));
+        text(&out.stderr)
+    };
+    let child = start(dir.path(), &["dataset", "r.toml", "-o", "d", "--device", "cpu", "--jobs", "1"]);
+    while markers(&dir.path().join("d")) < 2 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let said = interrupt(child, "-INT");
+    let line = said.lines().find(|l| l.starts_with("interrupted: ")).unwrap();
+    assert!(line.ends_with(" of 36 frames are complete; the same command goes on"), "{line}");
+    let frames: usize = line["interrupted: ".len()..].split(' ').next().unwrap().parse().unwrap();
+    assert_eq!(frames, 2 * markers(&dir.path().join("d")));
+    make(dir.path(), "d", &[]);
+    make(dir.path(), "whole", &[]);
+    same(&dir.path().join("d"), &dir.path().join("whole"));
+
+    let child = start(dir.path(), &["validate", "--device", "cpu"]);
+    std::thread::sleep(Duration::from_secs(1));
+    let said = interrupt(child, "-TERM");
+    assert!(said.contains("nothing is kept; the same command begins anew"), "{said}");
+}
+
+/// `verify` takes what `simulate` wrote too.
+#[test]
+fn runs_are_verified() {
+    let dir = place();
+    let run = |args: &[&str]| {
+        let out = catseye(dir.path(), args);
+        assert_eq!(out.status.code(), Some(0), "{}{}", text(&out.stdout), text(&out.stderr));
+        text(&out.stdout)
+    };
+    run(&["dataset", "r.toml", "--scene", "0", "-o", "s"]);
+    run(&["simulate", "s/scenario.toml", "-o", "run", "--device", "cpu"]);
+    assert!(run(&["verify", "run"]).contains("is whole: 3 frames, "));
+    let file = dir.path().join("run/frame_000001/points.csv");
+    fs::write(dir.path().join("run/notes.txt"), "mine").unwrap();
+    fs::write(&file, fs::read_to_string(&file).unwrap() + "\n").unwrap();
+    fs::remove_file(dir.path().join("run/frame_000002/points.csv")).unwrap();
+    let found = catseye(dir.path(), &["verify", "run"]);
+    assert_eq!(found.status.code(), Some(2));
+    let lines = text(&found.stdout);
+    for says in [
+        "foreign files: 1: notes.txt",
+        "missing files: 1: frame_000002/points.csv",
+        "wrong checksums: 1: frame_000001/points.csv",
+    ] {
+        assert!(lines.contains(says), "{says}: {lines}");
+    }
+}
+
+#[test]
+fn a_scene_by_itself_is_that_of_the_dataset() {
+    let dir = place();
+    make(dir.path(), "all", &[]);
+    let out = catseye(dir.path(), &["dataset", "r.toml", "--scene", "5", "-o", "five"]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let scenario = fs::read_to_string(dir.path().join("five/scenario.toml")).unwrap();
+    assert!(scenario.contains("count = 3") && scenario.contains("road = \"road.toml\""), "{scenario}");
+    assert!(dir.path().join("five/road.toml").exists() && dir.path().join("five/tiny_radar.toml").exists());
+    // Its seed is the one of the table.
+    let frames = fs::read_to_string(dir.path().join("all/frame_000015/frames.csv")).unwrap();
+    let seed = scenario.lines().find_map(|l| l.strip_prefix("seed = ")).unwrap();
+    assert!(frames.contains(&format!(",{seed},")), "{frames} {seed}");
+    refused(dir.path(), &["dataset", "r.toml", "--scene", "12", "-o", "no"], &["scene = 12", "0..=11"]);
+}
+
+#[test]
+fn foreign_folders_and_recipes_are_left_alone() {
+    let dir = place();
+    let run = |more: &[&'static str]| [&["dataset", "r.toml", "--device", "cpu"], more].concat();
+    make(dir.path(), "d", &["--shards", "0:1"]);
+    let before = files(&dir.path().join("d"));
+    let recipe = fs::read_to_string(dir.path().join("r.toml")).unwrap();
+    fs::write(dir.path().join("r.toml"), recipe.replace("seed = 3", "seed = 4")).unwrap();
+    refused(dir.path(), &run(&["-o", "d"]), &["holds a dataset of another recipe ('tiny')", "--force"]);
+    fs::write(dir.path().join("r.toml"), &recipe).unwrap();
+    refused(dir.path(), &run(&["-o", "d", "--seed", "9"]), &["holds a dataset of seed 3"]);
+    refused(dir.path(), &run(&["-o", "d", "--precision", "f64"]), &["another device", "--mixed-devices"]);
+    refused(dir.path(), &run(&["-o", "d", "--shards", "5:99"]), &["--shards = 5:99", "0:18"]);
+    refused(dir.path(), &run(&["-o", "d", "--shards", "3:3"]), &["no such shards"]);
+    refused(dir.path(), &run(&["-o", "d", "--shards", "x"]), &["is no range of shards", "0:16"]);
+    refused(dir.path(), &run(&["-o", "d", "--shards", "0:1", "--force"]), &["--force"]);
+    refused(dir.path(), &run(&["-o", "d", "--jobs", "0"]), &["--jobs = 0"]);
+    let radar = fs::read_to_string(dir.path().join("tiny_radar.toml")).unwrap();
+    fs::write(dir.path().join("tiny_radar.toml"), radar.replace("power_dbm = 12", "power_dbm = 9")).unwrap();
+    refused(dir.path(), &run(&["-o", "d"]), &["a file that it names has changed"]);
+    fs::write(dir.path().join("tiny_radar.toml"), radar).unwrap();
+    assert_eq!(files(&dir.path().join("d")), before, "something was changed");
+
+    fs::create_dir(dir.path().join("thesis")).unwrap();
+    fs::write(dir.path().join("thesis/chapter.tex"), "years").unwrap();
+    refused(dir.path(), &run(&["-o", "thesis"]), &["holds something else", "another name"]);
+    refused(dir.path(), &run(&["-o", "thesis", "--force"]), &["holds something else"]);
+    refused(dir.path(), &run(&["-o", "r.toml"]), &["is a file"]);
+    refused(dir.path(), &["verify", "thesis"], &["no dataset.json"]);
+    refused(dir.path(), &["verify", "nowhere"], &["no dataset.json"]);
+
+    // Another recipe by force: nothing of the first stays.
+    fs::write(dir.path().join("r.toml"), recipe.replace("seed = 3", "seed = 4")).unwrap();
+    fs::write(dir.path().join("d/shards/mine.txt"), "years").unwrap();
+    refused(
+        dir.path(),
+        &run(&["-o", "d", "--force"]),
+        &["holds 'shards/mine.txt', which catseye did not write"],
+    );
+    fs::remove_file(dir.path().join("d/shards/mine.txt")).unwrap();
+    make(dir.path(), "d", &["--force"]);
+    make(dir.path(), "e", &[]);
+    same(&dir.path().join("d"), &dir.path().join("e"));
+}
+
+#[test]
+fn damage_is_found_and_mended() {
+    let dir = place();
+    make(dir.path(), "d", &[]);
+    make(dir.path(), "good", &[]);
+    let d = dir.path().join("d");
+    let whole = catseye(dir.path(), &["verify", "d"]);
+    assert_eq!(whole.status.code(), Some(0), "{}{}", text(&whole.stdout), text(&whole.stderr));
+    assert!(text(&whole.stdout).contains("is whole: 36 frames in 18 shards"), "{}", text(&whole.stdout));
+
+    let found = |says: &[&str]| {
+        let out = catseye(dir.path(), &["verify", "d"]);
+        assert_eq!(out.status.code(), Some(2), "{says:?}");
+        let lines = text(&out.stdout);
+        for s in says {
+            assert!(lines.lines().any(|l| l.starts_with(s)), "{s}: {lines}");
+        }
+        assert_eq!(lines.lines().count(), says.len(), "{lines}");
+        let json = catseye(dir.path(), &["verify", "d", "--json"]);
+        let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+        assert_eq!(json["problems"].as_array().unwrap().len(), says.len());
+    };
+    let flip = |name: &str| {
+        let mut bytes = fs::read(d.join(name)).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(d.join(name), bytes).unwrap();
+    };
+    flip("frame_000004/adc.npy");
+    found(&["wrong checksums: 1: frame_000004/adc.npy"]);
+    flip("frame_000004/adc.npy");
+    flip("README.md");
+    found(&["wrong checksums: 1: README.md"]);
+    flip("README.md");
+    fs::remove_file(d.join("frame_000007/points.csv")).unwrap();
+    fs::write(d.join("frame_000002/notes.txt"), "mine").unwrap();
+    found(&["foreign files: 1: frame_000002/notes.txt", "missing files: 1: frame_000007/points.csv"]);
+    fs::remove_file(d.join("frame_000002/notes.txt")).unwrap();
+    // A run makes the shard again that has lost a file.
+    make(dir.path(), "d", &[]);
+    same(&d, &dir.path().join("good"));
+
+    let marker = fs::read_to_string(d.join("shards/000003.json")).unwrap();
+    fs::write(d.join("shards/000099.json"), &marker).unwrap();
+    found(&["foreign shards: 1: shards/000099.json"]);
+    fs::remove_file(d.join("shards/000099.json")).unwrap();
+    fs::copy(d.join("shards/000003.json"), d.join("shards/000004.json")).unwrap();
+    found(&["shards that overlap others: 1: shards/000004.json", "wrong checksums: 1: shards/000004.json"]);
+    make(dir.path(), "d", &[]);
+    same(&d, &dir.path().join("good"));
+    let hash = marker.find("\"recipe\": \"").unwrap() + 11;
+    let mut other = marker.clone().into_bytes();
+    other[hash] = if other[hash] == b'0' { b'1' } else { b'0' };
+    fs::write(d.join("shards/000003.json"), other).unwrap();
+    found(&["shards of another recipe: 1: shards/000003.json", "wrong checksums: 1: shards/000003.json"]);
+    fs::write(d.join("shards/000003.json"), "{").unwrap();
+    found(&["damaged markers: 1: shards/000003.json", "wrong checksums: 1: shards/000003.json"]);
+    fs::remove_file(d.join("shards/000003.json")).unwrap();
+    found(&["missing files: 1: shards/000003.json", "missing shards: 1: 3"]);
+    make(dir.path(), "d", &[]);
+    same(&d, &dir.path().join("good"));
+    fs::write(d.join("dataset.json"), "{").unwrap();
+    refused(dir.path(), &["verify", "d"], &["dataset.json", "damaged"]);
+    refused(dir.path(), &["dataset", "r.toml", "-o", "d", "--device", "cpu"], &["dataset.json", "damaged"]);
+}
+
+/// A disk that takes no more: what is complete stays, and a later run ends the dataset.
+#[test]
+fn a_failed_write_loses_nothing() {
+    let dir = place();
+    make(dir.path(), "good", &[]);
+    make(dir.path(), "d", &["--shards", "0:4"]);
+    // A file stands where a folder has to be made.
+    fs::write(dir.path().join("d/.frame_000013.partial"), "in the way").unwrap();
+    let out = catseye(dir.path(), &["dataset", "r.toml", "-o", "d", "--device", "cpu", "--jobs", "1"]);
+    let said = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(1), "{said}");
+    let line = said.lines().find(|l| l.starts_with("error:")).unwrap();
+    // Those before it, and one behind it that was in work when it failed.
+    let complete = markers(&dir.path().join("d"));
+    let told = format!("{complete} of 18 shards are complete");
+    assert!((6..=7).contains(&complete), "{line}");
+    assert!(line.contains(".frame_000013.partial") && line.contains(&told), "{line}");
+    fs::remove_file(dir.path().join("d/.frame_000013.partial")).unwrap();
+    make(dir.path(), "d", &[]);
+    same(&dir.path().join("d"), &dir.path().join("good"));
+}
+
+#[test]
+fn every_frame_is_described() {
+    let dir = place();
+    make(dir.path(), "d", &[]);
+    let d = dir.path().join("d");
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(d.join(name)).unwrap()).unwrap()
+    };
+    let statistics = json("statistics.json");
+    assert_eq!((&statistics["frames"], &statistics["scenes"]), (&36.into(), &12.into()));
+    // Counted again from the files.
+    let rows = |name: &str| -> usize {
+        (0..36)
+            .map(|f| {
+                fs::read_to_string(d.join(format!("frame_{f:06}/{name}.csv"))).unwrap().lines().count() - 1
+            })
+            .sum()
+    };
+    assert_eq!(statistics["points"].as_u64(), Some(rows("points") as u64));
+    assert!(rows("points") > 36);
+    let binned: u64 = statistics["points_by_range_m"]["counts"]
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|n| n.as_u64().unwrap())
+        .sum();
+    assert_eq!(binned, rows("points") as u64);
+    assert_eq!(rows("frames"), 36);
+    let schema = json("schema.json");
+    assert_eq!(schema["arrays"]["adc"]["shape"], serde_json::json!([36, 16, 4, 64]));
+    for table in ["frames", "radars", "points", "returns", "boxes", "lanes", "lines", "markers"] {
+        let header = fs::read_to_string(d.join(format!("frame_000000/{table}.csv"))).unwrap();
+        let columns: Vec<&str> = header.lines().next().unwrap().split(',').collect();
+        let known: Vec<&str> =
+            schema["tables"][table]["columns"].as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(columns, known, "{table}");
+    }
+    let readme = fs::read_to_string(d.join("README.md")).unwrap();
+    for says in [
+        "# tiny",
+        "36 frames",
+        "| train | 6 | 18 |",
+        "| test | 6 | 18 |",
+        "| car |",
+        "Not stated",
+        "previews/frame_000000/",
+    ] {
+        assert!(readme.contains(says), "{says}: {readme}");
+    }
+    for picture in ["range_doppler.png", "birds_eye.png"] {
+        assert!(d.join("previews/frame_000018").join(picture).exists());
+    }
+    let manifest = json("manifest.json");
+    assert_eq!(manifest["checksums"].as_object().unwrap().len() + 1, files(&d).len());
+}

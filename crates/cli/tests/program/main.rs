@@ -1,0 +1,9 @@
+//! The program as users run it.
+
+mod commands;
+mod common;
+mod dataset;
+mod export;
+mod hostile_values;
+mod lane;
+mod radar_cli;

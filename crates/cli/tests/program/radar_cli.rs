@@ -1,0 +1,350 @@
+//! Radars at the command line: cubes in other formats, several radars and their interference, calibration, tracks, and what
+//! is refused.
+
+
+use catseye::formats::csv::Table;
+use catseye::scene::radar_toml::parse;
+use crate::common::{catseye, text};
+use std::path::Path;
+
+fn done(dir: &Path, args: &[&str]) -> serde_json::Value {
+    let mut all = args.to_vec();
+    all.extend(["--json", "--quiet"]);
+    // Only the others have a device.
+    if args[0] != "convert" {
+        all.extend(["--device", "cpu"]);
+    }
+    let out = catseye(dir, &all);
+    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+/// One line with all of `parts`, and nothing under the name of the result.
+fn refused(dir: &Path, args: &[&str], parts: &[&str], result: &str) {
+    common::refused(dir, args, parts);
+    assert!(!dir.join(result).exists(), "{args:?} left {result}");
+}
+
+const POINTS: &str = r#"
+[[point]]
+position_m = [20, 3, 0.5]
+velocity_mps = [-5, 0, 0]
+rcs_dbsm = 10
+class = "car"
+[[point]]
+position_m = [30, -4, 0.5]
+rcs_dbsm = 10
+class = "post"
+"#;
+
+fn scenario(dir: &Path, radar: &str, more: &str) {
+    let text =
+        format!("name = \"s\"\nseed = 7\nradar = \"r.toml\"\n{POINTS}\n{more}\n[output]\nplots = false\n");
+    std::fs::write(dir.join("s.toml"), text).unwrap();
+    std::fs::write(dir.join("r.toml"), radar).unwrap();
+}
+
+fn demo() -> String {
+    include_str!("../../../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 32")
+}
+
+/// A cube that goes out as a recording or HDF5 and comes back gives the same points.
+#[test]
+fn cubes_go_round() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, &demo(), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    let first = done(d, &["process", cube, "--radar", "r.toml", "-o", "p0"]);
+    for name in ["c.bin", "c.h5"] {
+        let made = done(d, &["convert", cube, "--radar", "r.toml", "-o", name]);
+        assert_eq!(made["shape"], serde_json::json!([32, 12, 256]));
+        assert_eq!(made["clipped_words"], 0);
+        let back = done(d, &["process", name, "--radar", "r.toml", "-o", &format!("{name}.d")]);
+        assert_eq!(back["points"], first["points"], "{name}");
+        assert_eq!(back["calibrated"], true, "{name}");
+        let a = Table::read(d.join("p0/points.csv")).unwrap().numbers("power_dbm").unwrap();
+        let b = Table::read(d.join(format!("{name}.d/points.csv"))).unwrap().numbers("power_dbm").unwrap();
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 0.05, "{name}: {a} {b}");
+        }
+    }
+    // The recording's configuration is a radar of its own.
+    let own = done(d, &["process", "c.bin", "-o", "own"]);
+    assert!(own["points"].as_u64().unwrap() >= 2);
+    done(d, &["convert", "c.bin", "--radar", "r.toml", "-o", "again.npy"]);
+    // What contradicts is refused.
+    let bytes = std::fs::read(d.join("c.bin")).unwrap();
+    std::fs::write(d.join("cut.bin"), &bytes[..bytes.len() - 3]).unwrap();
+    std::fs::copy(d.join("c.cfg"), d.join("cut.cfg")).unwrap();
+    refused(d, &["process", "cut.bin", "-o", "no"], &["cut.bin"], "no");
+    refused(d, &["process", cube, "-o", "no"], &["--radar"], "no");
+    refused(d, &["process", cube, "--radar", "feng77", "-o", "no"], &["adc.npy", "shape"], "no");
+    refused(
+        d,
+        &["process", cube, "--radar", "r.toml", "--frame", "3", "-o", "no"],
+        &["--frame", "0..=0"],
+        "no",
+    );
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "x.wav"], &["x.wav"], "x.wav");
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "c.h5"], &["c.h5"], "no");
+    let slow = include_str!("../../../../scenes/presets/fmcw76.toml");
+    std::fs::write(d.join("two.toml"), slow).unwrap();
+    scenario(d, slow, "");
+    done(d, &["simulate", "s.toml", "-o", "slopes"]);
+    let cube = "slopes/frame_000000/adc.npy";
+    refused(d, &["convert", cube, "--radar", "r.toml", "-o", "t.bin"], &["one linear ramp"], "t.bin");
+}
+
+/// Slopes up and down: both bodies with range and speed from the pair of their peaks.
+#[test]
+fn slopes_give_range_and_speed() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, include_str!("../../../../scenes/presets/fmcw76.toml"), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let frame = d.join("run/frame_000000");
+    assert!(frame.join("range_doppler_1.npy").exists());
+    let table = Table::read(frame.join("points.csv")).unwrap();
+    let (range, rate) = (table.numbers("range_m").unwrap(), table.numbers("range_rate_mps").unwrap());
+    let class = table.text("class").unwrap();
+    // The radar stands 3.6 m forward and 0.5 m up.
+    for (x, y, v, name) in [(16.4f64, 3.0f64, -5.0, "car"), (26.4, -4.0, 0.0, "post")] {
+        let (r, v) = (x.hypot(y), v * x / x.hypot(y));
+        let near = (0..range.len()).find(|i| (range[*i] - r).abs() < 0.15 && (rate[*i] - v).abs() < 0.25);
+        let i =
+            near.unwrap_or_else(|| panic!("{name} at {r:.2} m, {v:.2} m/s is not in {range:?}, {rate:?}"));
+        assert_eq!(class[i], name);
+    }
+}
+
+/// Three radars in one run, which hear each other and another car's; the same bytes again.
+#[test]
+fn radars_side_by_side() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    std::fs::write(d.join("r.toml"), demo()).unwrap();
+    let head = |more: &str| {
+        format!(
+            "name = \"s\"\n{more}\n[[radars]]\nname = \"front\"\nradar = \"r.toml\"\n[[radars]]\nname = \"left\"\n\
+             radar = \"r.toml\"\nmounting = {{ position_m = [3.5, 0.9, 0.5], yaw_deg = 40 }}\n{POINTS}\n\
+             [output]\nplots = false\n"
+        )
+    };
+    let other = "\n[[interferer]]\nname = \"oncoming\"\ncarrier_hz = 77e9\nbandwidth_hz = 0.6e9\nramp_time_s = 20e-6\n\
+                 chirp_period_s = 25e-6\npower_dbm = 12\nposition_m = [50, 2, 0.5]\nyaw_deg = 180\n";
+    std::fs::write(d.join("quiet.toml"), head("")).unwrap();
+    std::fs::write(d.join("loud.toml"), head("mutual_interference = true") + other).unwrap();
+    for (file, out) in [("quiet.toml", "quiet"), ("loud.toml", "loud"), ("loud.toml", "loud2")] {
+        done(d, &["simulate", file, "-o", out]);
+    }
+    let adc = |run: &str, radar: &str| {
+        std::fs::read(d.join(format!("{run}/frame_000000/{radar}/adc.npy"))).unwrap()
+    };
+    for radar in ["front", "left"] {
+        assert!(adc("loud", radar) == adc("loud2", radar), "{radar} repeats");
+        assert!(adc("loud", radar) != adc("quiet", radar), "{radar} hears nobody");
+    }
+    assert!(adc("quiet", "front") != adc("quiet", "left"));
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(d.join("quiet/manifest.json")).unwrap()).unwrap();
+    assert!(manifest["axes"]["left"]["range_m"]["step"].is_number());
+    assert_eq!(manifest["frames"].as_array().unwrap().len(), 2);
+    // Both see the post of 10 dBsm, in places that agree in the vehicle's frame.
+    let place = |radar: &str, yaw: f64, at: [f64; 2]| {
+        let t = Table::read(d.join(format!("quiet/frame_000000/{radar}/points.csv"))).unwrap();
+        let i = t.text("class").unwrap().iter().position(|c| c == "post").unwrap();
+        let (x, y) = (t.numbers("x_m").unwrap()[i], t.numbers("y_m").unwrap()[i]);
+        let (s, c) = yaw.sin_cos();
+        [at[0] + c * x - s * y, at[1] + s * x + c * y]
+    };
+    let front = place("front", 0.0, [3.6, 0.0]);
+    assert!((front[0] - 30.0).abs() < 0.3 && (front[1] + 4.0).abs() < 0.4, "{front:?}");
+    let left = place("left", 40f64.to_radians(), [3.5, 0.9]);
+    assert!((left[0] - 30.0).abs() < 0.6 && (left[1] + 4.0).abs() < 0.9, "{left:?}");
+    for (text, parts) in [
+        (head("radar = \"r.toml\""), vec!["the radar is given twice"]),
+        (head("").replace("name = \"left\"", "name = \"front\""), vec!["names two radars"]),
+        (head("").replace("name = \"left\"", "name = \"a/b\""), vec!["cannot name a folder"]),
+        ("name = \"s\"\n".to_string(), vec!["has no radar"]),
+    ] {
+        std::fs::write(d.join("bad.toml"), text).unwrap();
+        refused(d, &["simulate", "bad.toml", "-o", "bad"], &parts, "bad");
+    }
+}
+
+/// A moving body is followed under one identity; the ego speed comes from the posts; a resumed run has the same files.
+#[test]
+fn runs_have_tracks() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let posts: String = (0..8)
+        .map(|i| {
+            let (x, y) = (14.0 + 5.0 * f64::from(i), if i % 2 == 0 { 7.0 } else { -7.0 });
+            format!("[[point]]\nposition_m = [{x}, {y}, 0.5]\nrcs_dbsm = 5\nclass = \"post\"\n")
+        })
+        .collect();
+    let more = format!("{posts}[ego]\nspeed_mps = 6\n[frames]\ncount = 6\ninterval_s = 0.1\n");
+    scenario(d, &demo(), &more);
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let ego = Table::read(d.join("run/ego_motion.csv")).unwrap();
+    assert_eq!(ego.len(), 6);
+    for (v, std) in ego.numbers("vx_mps").unwrap().iter().zip(ego.numbers("vx_std_mps").unwrap()) {
+        assert!((v - 6.0).abs() < 0.3 + 3.0 * std, "{v} +- {std}");
+    }
+    let tracks = Table::read(d.join("run/tracks.csv")).unwrap();
+    let column = |name: &str| tracks.numbers(name).unwrap();
+    let (frame, id) = (column("frame"), column("track_id"));
+    let last: Vec<usize> = (0..tracks.len()).filter(|i| frame[*i] == 5.0).collect();
+    let (x, y, v) = (column("x_m"), column("y_m"), column("vx_mps"));
+    // At 20 m, 3 m to the left, approaching at 5 m/s for half a second.
+    let car = last.iter().find(|i| (x[**i] - 17.5).abs() < 0.5 && (y[**i] - 3.0).abs() < 0.6);
+    let car = *car.unwrap_or_else(|| panic!("no track at the car: {x:?} {y:?}"));
+    assert!((v[car] + 5.0).abs() < 1.0, "{}", v[car]);
+    assert!((0..tracks.len()).filter(|i| id[*i] == id[car]).count() >= 3, "it was not followed");
+}
+
+#[test]
+fn calibration_makes_a_spoilt_array_right() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let spoilt = demo() + "\n[front_end]\nchannels = { phase_rms_deg = 40, gain_rms_db = 1, seed = 3 }\n";
+    scenario(d, &spoilt, "");
+    let made = done(
+        d,
+        &["calibrate", "--radar", "r.toml", "--azimuth-deg=-50:50:2", "-o", "cal.csv", "--plot", "cal.png"],
+    );
+    assert_eq!((made["angles"].as_u64(), made["channels"].as_u64()), (Some(51), Some(12)));
+    assert!(d.join("cal.png").exists());
+    // How far the two bodies are off in azimuth, from the radar 3.6 m ahead of the origin, in degrees.
+    let off = |out: &str| -> [f64; 2] {
+        done(d, &["simulate", "s.toml", "-o", out]);
+        let t = Table::read(d.join(out).join("frame_000000/points.csv")).unwrap();
+        let (class, azimuth) = (t.text("class").unwrap(), t.numbers("azimuth_deg").unwrap());
+        [("car", 3.0, 16.4), ("post", -4.0, 26.4)].map(|(name, y, x)| {
+            let i =
+                class.iter().position(|c| c == name).unwrap_or_else(|| panic!("{out}: no {name}: {class:?}"));
+            let off = (azimuth[i] - f64::atan2(y, x).to_degrees()).abs();
+            assert!(off.is_finite(), "{out}: {name} at {}", azimuth[i]);
+            off
+        })
+    };
+    let without = off("without");
+    let with = spoilt.replace(
+        "azimuth_bins",
+        "angle = { method = \"ml\", sources = 1, calibration_file = \"cal.csv\" }\nazimuth_bins",
+    );
+    assert_ne!(with, spoilt, "the preset has no azimuth_bins");
+    let with = with.replace("azimuth_max_deg = 60", "azimuth_max_deg = 45");
+    std::fs::write(d.join("r.toml"), with).unwrap();
+    let calibrated = off("with");
+    println!("{without:.3?} deg off without, {calibrated:.3?} deg with calibration");
+    // Errors of 40 deg in each antenna move a beam of 12 channels by some tenths of a degree (0.41 with this seed).
+    assert!(without.iter().all(|e| (0.2..2.0).contains(e)), "{without:?}");
+    assert!(calibrated.iter().all(|e| *e < 0.05), "{calibrated:?}");
+    // The run's folder holds what its radar reads: beside the copy, the manifest's radar is the same.
+    let run = d.join("with");
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(run.join("manifest.json")).unwrap()).unwrap();
+    let kept = parse(&run.join("radar.toml"), manifest["radar"].as_str().unwrap()).unwrap();
+    let text = std::fs::read_to_string(d.join("cal.csv")).unwrap();
+    assert_eq!(kept.processing.angle.calibration.unwrap().text, text);
+    assert!(manifest["checksums"]["calibration.csv"].is_string(), "{manifest}");
+    refused(
+        d,
+        &["calibrate", "--radar", "r.toml", "--range-m", "1e5", "-o", "no.csv"],
+        &["range_m", "below"],
+        "no.csv",
+    );
+}
+
+#[test]
+fn impossible_radars_are_one_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let base = demo();
+    let fmcw = "bandwidth_hz";
+    for (from, to, parts) in [
+        (fmcw, "kind = \"pulse\"\nbandwidth_hz", vec!["does not belong"]),
+        (fmcw, "step_hz = 1e6\nbandwidth_hz", vec!["step_hz", "does not belong"]),
+        (fmcw, "multiplex = \"xdm\"\nbandwidth_hz", vec!["multiplex"]),
+        (fmcw, "multiplex = \"ddm\"\nempty_bands = 2\nbandwidth_hz", vec!["multiple of 5"]),
+        (fmcw, "empty_bands = 1\nbandwidth_hz", vec!["only \"ddm\""]),
+        ("[receiver]", "[front_end]\nadc = { bits = 99, full_scale_dbm = -20 }\n[receiver]", vec!["bits"]),
+        ("[receiver]", "[front_end]\nadcs = 1\n[receiver]", vec!["unknown key"]),
+        ("azimuth_bins", "angle = { method = \"music\", sources = 50 }\nazimuth_bins", vec!["sources"]),
+        (
+            "azimuth_bins",
+            "angle = { method = \"ml\", calibration_file = \"x.csv\" }\nazimuth_bins",
+            vec!["x.csv"],
+        ),
+    ] {
+        assert!(base.contains(from), "{from}");
+        scenario(d, &base.replacen(from, to, 1), "");
+        refused(d, &["simulate", "s.toml", "-o", "no", "--device", "cpu"], &parts, "no");
+    }
+}
+
+/// Of a standing road at 20 m/s front77 sees rates that its chirps, 55 us apart, fold at 17.7 m/s: the flag says modulo what, and
+/// only the vehicle's speed decides.
+#[test]
+fn folds_beyond_the_cycle_are_decided_by_the_speed_alone() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let places: [[f64; 3]; 5] =
+        [[20.0, 0.0, 0.5], [28.0, 4.0, 0.5], [37.0, -6.0, 0.5], [46.0, 3.0, 0.5], [16.0, -5.0, 0.5]];
+    let mut text =
+        "name = \"s\"\nradar = \"front77\"\n[ego]\nposition_m = [0, 0, 0]\nspeed_mps = 20\n".to_string();
+    for p in places {
+        text += &format!("[[point]]\nposition_m = {p:?}\nrcs_dbsm = 10\n");
+    }
+    // Ahead, and drawing away at 5 m/s.
+    text += "[[point]]\nposition_m = [60, -2, 0.5]\nrcs_dbsm = 20\nvelocity_mps = [25, 0, 0]\n";
+    std::fs::write(d.join("s.toml"), text).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let read = |file: &str| -> Vec<(f64, f64, f64, String, String)> {
+        let table = catseye::formats::csv::Table::read(d.join(file)).unwrap();
+        let n = |name: &str| table.numbers(name).unwrap();
+        let (r, v, a) = (n("range_m"), n("range_rate_mps"), n("azimuth_deg"));
+        let (state, modulo) =
+            (table.text("ambiguity").unwrap(), table.text("range_rate_modulo_mps").unwrap());
+        (0..table.len()).map(|i| (r[i], v[i], a[i], state[i].to_string(), modulo[i].to_string())).collect()
+    };
+    let cycle_mps = 299_792_458.0 / 77e9 / (2.0 * 55e-6);
+    let check = |file: &str, known: bool| {
+        let points = read(file);
+        for p in places {
+            // The preset's radar stands 3.6 m ahead of the vehicle's origin.
+            let range = (p[0] - 3.6).hypot(p[1]);
+            let found = points
+                .iter()
+                .filter(|q| (q.0 - range).abs() < 1.0)
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let (_, rate, azimuth, state, modulo) =
+                found.unwrap_or_else(|| panic!("{file}: nothing at {range}"));
+            let stands = -20.0 * azimuth.to_radians().cos();
+            let modulo: f64 = modulo.parse().unwrap();
+            match known {
+                true => {
+                    assert!((rate - stands).abs() < 0.5 && state == "ego_speed", "{file}: {rate} {state}")
+                }
+                false => {
+                    assert!(
+                        (rate - stands - cycle_mps).abs() < 0.5 && state == "resolved",
+                        "{file}: {rate} {state}"
+                    );
+                    assert!((modulo - cycle_mps).abs() < 0.1, "{modulo}");
+                }
+            }
+        }
+        let car = points.iter().find(|q| (q.0 - 56.4).abs() < 1.0).unwrap();
+        assert!((car.1 - 5.0).abs() < 0.5 && car.3 == "resolved", "{file}: {car:?}");
+    };
+    check("run/frame_000000/points.csv", true);
+    let cube = "run/frame_000000/adc.npy";
+    done(d, &["process", cube, "--radar", "front77", "-o", "bare"]);
+    done(d, &["process", cube, "--radar", "front77", "-o", "told", "--ego-speed-mps", "20"]);
+    check("bare/points.csv", false);
+    check("told/points.csv", true);
+}

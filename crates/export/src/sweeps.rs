@@ -1,0 +1,439 @@
+//! The frames of a run folder (`catseye simulate`) as sweeps for the exporters of [`crate`]: points from
+//! `points.csv`, poses, boxes and lane lines from `truth.json`, maps from `range_doppler.npy`.
+
+use catseye_io::files::frame_name;
+use catseye_io::manifest::Axes;
+use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::csv::Table;
+use crate::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
+use catseye::formats::stage::MANIFEST;
+use catseye::formats::{input, npy};
+use catseye::frames::{Pose, World};
+use catseye::units::dbm_from_w;
+use glam::{DQuat, DVec3};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+
+/// What of `manifest.json` is needed here.
+#[derive(Deserialize)]
+struct Manifest {
+    #[serde(default)]
+    axes: Option<RunAxes>,
+    #[serde(default)]
+    frames: Vec<FrameHead>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum RunAxes {
+    One(Axes),
+    Several(BTreeMap<String, Axes>),
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct FrameHead {
+    index: u32,
+    radar: String,
+    time_s: f64,
+}
+
+/// What of `truth.json` is needed here.
+#[derive(Deserialize)]
+struct Truth {
+    ego: PoseRead,
+    radar: PoseRead,
+    #[serde(default)]
+    boxes: Vec<BoxRead>,
+    /// Boxes of whole things, where the run knows them.
+    actors: Option<Vec<BoxRead>>,
+    /// Lane lines are those that have points, under either name.
+    #[serde(default)]
+    lane_lines: Vec<LineRead>,
+    #[serde(default)]
+    lanes: Vec<LineRead>,
+}
+
+#[derive(Deserialize)]
+struct PoseRead {
+    position_m: [f64; 3],
+    rotation_xyzw: [f64; 4],
+    velocity_mps: [f64; 3],
+    spin_rad_per_s: Option<[f64; 3]>,
+}
+
+impl PoseRead {
+    fn pose<A>(&self) -> Pose<A, World> {
+        Pose::new(DQuat::from_array(self.rotation_xyzw).normalize(), DVec3::from_array(self.position_m))
+    }
+}
+
+#[derive(Deserialize)]
+struct BoxRead {
+    id: u32,
+    class: String,
+    centre_m: [f64; 3],
+    size_m: [f64; 3],
+    rotation_xyzw: [f64; 4],
+    velocity_mps: [f64; 3],
+    /// Ids of its objects.
+    #[serde(default)]
+    parts: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+struct LineRead {
+    #[serde(default)]
+    name: String,
+    #[serde(default)]
+    points_m: Vec<[f64; 3]>,
+}
+
+/// A run folder.
+pub struct Run {
+    folder: PathBuf,
+    /// Sorted by time, those of one time by radar as the run has them.
+    frames: Vec<FrameHead>,
+    axes: Option<RunAxes>,
+    several: bool,
+    /// By frame, where the truth does not say it.
+    yaw_rates: HashMap<u32, f64>,
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
+    if matches!(std::fs::metadata(path), Err(e) if e.kind() == std::io::ErrorKind::NotFound) {
+        return Err(BadInput::new("no such file").file(path).remedy(missing).into());
+    }
+    let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
+    serde_json::from_slice(&bytes).map_err(|e| {
+        BadInput::new(format!("is not what catseye writes: {}", json_in_words(&e)))
+            .file(path)
+            .line(e.line())
+            .into()
+    })
+}
+
+const NO_TRUTH: &str = "export needs the truth: simulate with [output] truth = true";
+
+impl Run {
+    /// # Errors
+    /// `BadInput` for a folder without `manifest.json`, one without frames (`catseye process` knows no poses), and for frames without
+    /// `truth.json`.
+    pub fn open(folder: &Path) -> Result<Run> {
+        let path = folder.join(MANIFEST);
+        let manifest: Manifest = read_json(&path, "give the folder that catseye simulate wrote")?;
+        if manifest.frames.is_empty() {
+            return Err(BadInput::new("the folder has no frames with poses")
+                .file(&path)
+                .key("frames")
+                .remedy("give a folder that catseye simulate wrote")
+                .into());
+        }
+        let mut frames = manifest.frames;
+        if let Some(bad) = frames.iter().find(|f| !f.time_s.is_finite()) {
+            return Err(BadInput::new("is no time").file(&path).key("time_s").value(bad.time_s).into());
+        }
+        frames.sort_by(|a, b| a.time_s.total_cmp(&b.time_s).then(a.index.cmp(&b.index)));
+        let radars: BTreeSet<&str> = frames.iter().map(|f| f.radar.as_str()).collect();
+        let several = radars.len() > 1;
+        let mut run = Run {
+            folder: folder.to_path_buf(),
+            frames,
+            axes: manifest.axes,
+            several,
+            yaw_rates: HashMap::new(),
+        };
+        run.yaw_rates = run.turning()?;
+        Ok(run)
+    }
+
+    /// Number of sweeps.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    fn dir(&self, head: &FrameHead) -> PathBuf {
+        let dir = self.folder.join(frame_name(head.index));
+        if self.several { dir.join(&head.radar) } else { dir }
+    }
+
+    /// Yaw rate of each frame from the headings beside it.
+    fn turning(&self) -> Result<HashMap<u32, f64>> {
+        let mut seen: Vec<(u32, f64, f64)> = Vec::new();
+        for head in &self.frames {
+            if seen.last().is_some_and(|s| s.0 == head.index) {
+                continue;
+            }
+            let truth: Truth = read_json(&self.dir(head).join("truth.json"), NO_TRUTH)?;
+            if truth.ego.spin_rad_per_s.is_some() {
+                // This run says it itself.
+                return Ok(HashMap::new());
+            }
+            let ahead = truth.ego.pose::<catseye::frames::Vehicle>().direction(DVec3::X);
+            seen.push((head.index, head.time_s, ahead.y.atan2(ahead.x)));
+        }
+        let rate = |i: usize| {
+            let (a, b) = (seen[i.saturating_sub(1)], seen[(i + 1).min(seen.len() - 1)]);
+            let turn = (b.2 - a.2 + PI).rem_euclid(TAU) - PI;
+            if b.1 > a.1 { turn / (b.1 - a.1) } else { 0.0 }
+        };
+        Ok((0..seen.len()).map(|i| (seen[i].0, rate(i))).collect())
+    }
+
+    /// Number `at` of the run's sweeps, in the order of time; `map` reads the range-Doppler map too, if there is one.
+    ///
+    /// # Errors
+    /// `BadInput` for files that are missing or not what the run wrote.
+    pub fn sweep(&self, at: usize, map: bool) -> Result<Sweep> {
+        let head = self.frames.get(at).ok_or_else(|| {
+            Error::Failed(format!("{}: sweep {at} of {}", self.folder.display(), self.frames.len()))
+        })?;
+        let dir = self.dir(head);
+        let truth: Truth = read_json(&dir.join("truth.json"), NO_TRUTH)?;
+        let vehicle_in_world = truth.ego.pose();
+        let spin = truth.ego.spin_rad_per_s.map(|s| s[2]);
+        let boxes = truth.actors.as_ref().unwrap_or(&truth.boxes);
+        let mut sweep = Sweep {
+            time_ns: (head.time_s * 1e9).round() as i64,
+            frame: u64::from(head.index),
+            radar: head.radar.clone(),
+            sensor_in_vehicle: truth.radar.pose().then(&vehicle_in_world.inverse()),
+            vehicle_in_world,
+            vehicle_velocity_mps: DVec3::from_array(truth.ego.velocity_mps),
+            yaw_rate_rad_per_s: spin.or(self.yaw_rates.get(&head.index).copied()).unwrap_or(0.0),
+            sensor_velocity_mps: DVec3::from_array(truth.radar.velocity_mps),
+            points: Vec::new(),
+            boxes: boxes.iter().map(read_box).collect(),
+            range_doppler: None,
+            lanes: lanes(&truth, &vehicle_in_world.inverse()),
+        };
+        sweep.points = read_points(&dir.join("points.csv"), boxes)?;
+        if map {
+            sweep.range_doppler = self.map(head)?;
+        }
+        Ok(sweep)
+    }
+
+    fn map(&self, head: &FrameHead) -> Result<Option<PowerImage>> {
+        let path = self.dir(head).join("range_doppler.npy");
+        let axes = match &self.axes {
+            Some(RunAxes::One(a)) => Some(a),
+            Some(RunAxes::Several(by_radar)) => by_radar.get(&head.radar),
+            None => None,
+        };
+        let Some(axes) = axes.filter(|_| path.is_file()) else {
+            return Ok(None);
+        };
+        let array = npy::read_f32(&path)?;
+        let expected = [axes.range_rate_mps.count, axes.range_m.count];
+        if array.shape != expected {
+            return Err(BadInput::new("the map is not of the size that manifest.json says")
+                .file(&path)
+                .key("shape")
+                .value(format!("{:?}", array.shape))
+                .allowed(format!("{expected:?}"))
+                .into());
+        }
+        Ok(Some(PowerImage {
+            doppler_rows: expected[0],
+            range_columns: expected[1],
+            power_w: array.data,
+            first_range_m: axes.range_m.first,
+            range_step_m: axes.range_m.step,
+            first_range_rate_mps: axes.range_rate_mps.first,
+            range_rate_step_mps: axes.range_rate_mps.step,
+        }))
+    }
+
+    /// The highest level of all maps, dBm; `None` where there is no map with power.
+    pub fn highest_dbm(&self) -> Result<Option<f64>> {
+        let mut highest = 0f32;
+        for head in &self.frames {
+            if let Some(map) = self.map(head)? {
+                highest = map.power_w.iter().fold(highest, |m, p| m.max(*p));
+            }
+        }
+        Ok((highest > 0.0).then(|| dbm_from_w(f64::from(highest))))
+    }
+}
+
+fn read_box(b: &BoxRead) -> SweepBox {
+    let velocity_mps = DVec3::from_array(b.velocity_mps);
+    SweepBox {
+        id: b.id,
+        class: b.class.clone(),
+        centre_m: DVec3::from_array(b.centre_m),
+        size_m: DVec3::from_array(b.size_m),
+        rotation: DQuat::from_array(b.rotation_xyzw).normalize(),
+        velocity_mps,
+        moving: velocity_mps != DVec3::ZERO,
+    }
+}
+
+fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::frames::Vehicle>) -> Vec<SweepLane> {
+    let lines = truth.lane_lines.iter().chain(&truth.lanes).filter(|l| !l.points_m.is_empty());
+    lines
+        .zip(1u32..)
+        .map(|(l, id)| SweepLane {
+            id,
+            name: l.name.clone(),
+            points_m: l.points_m.iter().map(|p| into_vehicle.point(DVec3::from_array(*p))).collect(),
+        })
+        .collect()
+}
+
+/// Points carry the id of the box that their object is a part of.
+fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
+    if !path.is_file() {
+        return Err(BadInput::new("no such file")
+            .file(path)
+            .remedy("export needs the points: simulate with [output] points = true")
+            .into());
+    }
+    let whole: HashMap<u32, &BoxRead> =
+        boxes.iter().flat_map(|b| b.parts.iter().chain([&b.id]).map(move |part| (*part, b))).collect();
+    let table = Table::read(path)?;
+    let numbers = |name: &str| table.numbers(name);
+    let (x, y, z) = (numbers("x_m")?, numbers("y_m")?, numbers("z_m")?);
+    let (range, rate) = (numbers("range_m")?, numbers("range_rate_mps")?);
+    let (azimuth, elevation) = (numbers("azimuth_deg")?, numbers("elevation_deg")?);
+    let (power, snr, rcs) = (numbers("power_dbm")?, numbers("snr_db")?, numbers("rcs_dbsm")?);
+    let (range_std, rate_std) = (numbers("range_std_m")?, numbers("range_rate_std_mps")?);
+    let (azimuth_std, elevation_std) = (numbers("azimuth_std_deg")?, numbers("elevation_std_deg")?);
+    let (id, class) = (numbers("object_id")?, table.text("class")?);
+    // Runs of older versions do not say it.
+    let ghost = if table.has("ghost") { Some(table.text("ghost")?) } else { None };
+    // An empty cell: the array does not tell the angle.
+    let known = |deg: f64| Some(deg.to_radians()).filter(|s| s.is_finite());
+    (0..table.len())
+        .map(|i| {
+            let object = id[i];
+            if !(object >= 0.0 && object <= f64::from(u32::MAX) && object.fract() == 0.0) {
+                return Err(BadInput::new("is no object's number")
+                    .file(path)
+                    .line(table.line(i))
+                    .key("object_id")
+                    .value(object)
+                    .allowed("0 to 4294967295")
+                    .into());
+            }
+            let object = object as u32;
+            let owner = whole.get(&object);
+            Ok(SweepPoint {
+                position_m: DVec3::new(x[i], y[i], z[i]),
+                range_m: range[i],
+                azimuth_rad: azimuth[i].to_radians(),
+                elevation_rad: elevation[i].to_radians(),
+                range_rate_mps: rate[i],
+                rcs_dbsm: rcs[i],
+                snr_db: snr[i],
+                power_dbm: power[i],
+                range_std_m: range_std[i],
+                azimuth_std_rad: known(azimuth_std[i]),
+                elevation_std_rad: known(elevation_std[i]),
+                range_rate_std_mps: rate_std[i],
+                object_id: owner.map_or(object, |b| b.id),
+                class: owner.map_or_else(|| class[i].to_string(), |b| b.class.clone()),
+                ghost: ghost.as_ref().is_some_and(|g| g[i] == "true"),
+                moving: owner.map(|b| b.velocity_mps != [0.0; 3]),
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const POINTS: &str = "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
+        range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share\n\
+        20,-3,30,0,17.3,10,0,-80,25,10,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,false,0.9\n\
+        25,1,-10,2,24.6,-4.3,0.9,-90,15,0,0,,0.01,0.02,,,unambiguous,2,true,0.5\n";
+
+    fn truth(x: f64, heading: f64, more: &str) -> String {
+        let (s, c) = (0.5 * heading).sin_cos();
+        format!(
+            r#"{{"frame":0,"time_s":0,"ego":{{"position_m":[{x},0,0],"rotation_xyzw":[0,0,{s},{c}],"velocity_mps":[1,0,0]}},
+            "radar":{{"position_m":[{},{},0.5],"rotation_xyzw":[0,0,{s},{c}],"velocity_mps":[1,0,0]}},
+            "boxes":[{{"id":3,"class":"car","centre_m":[20,1,0.7],"size_m":[4,2,1.4],"rotation_xyzw":[0,0,0,1],
+              "velocity_mps":[5,0,0]}}]{more}}}"#,
+            x + 2.0 * heading.cos(),
+            2.0 * heading.sin()
+        )
+    }
+
+    fn run(folder: &Path, more: &str) -> Result<Run> {
+        let head = |i: u32| format!(r#"{{"index":{i},"radar":"front","time_s":{}}}"#, 0.1 * f64::from(i));
+        let axes = r#"{"range_m":{"first":0,"step":0.5,"count":3},"range_rate_mps":{"first":-1,"step":1,"count":2}}"#;
+        // Not in the order of time.
+        let text = format!(r#"{{"axes":{axes},"frames":[{},{},{}]}}"#, head(1), head(0), head(2));
+        fs::write(folder.join(MANIFEST), text).unwrap();
+        for i in 0..3u32 {
+            let dir = folder.join(frame_name(i));
+            fs::create_dir_all(&dir).unwrap();
+            fs::write(dir.join("truth.json"), truth(f64::from(i), 3.1 + 0.05 * f64::from(i), more)).unwrap();
+            fs::write(dir.join("points.csv"), POINTS).unwrap();
+            npy::write(dir.join("range_doppler.npy"), &[2, 3], &[0f32, 1e-9, 0.0, 0.0, 0.0, 1e-12]).unwrap();
+        }
+        Run::open(folder)
+    }
+
+    #[test]
+    fn frames_in_order_with_poses_and_wholes() {
+        let t = tempfile::tempdir().unwrap();
+        let lines = r#","lanes":[{"name":"left","points_m":[[0,1,0],[9,1,0]]}]"#;
+        let r = run(t.path(), lines).unwrap();
+        assert_eq!(r.len(), 3);
+        let s = r.sweep(1, true).unwrap();
+        assert_eq!((s.frame, s.time_ns), (1, 100_000_000));
+        let mount = s.sensor_in_vehicle.translation_m;
+        assert!((mount - DVec3::new(2.0, 0.0, 0.5)).length() < 1e-12, "{mount}");
+        // Over the jump of the heading at pi.
+        assert!((s.yaw_rate_rad_per_s - 0.5).abs() < 1e-9);
+        assert!(
+            (s.vehicle_in_world.point(s.lanes[0].points_m[1]) - DVec3::new(9.0, 1.0, 0.0)).length() < 1e-12
+        );
+        // No actors here: object 4 is in no box.
+        assert_eq!((s.points[0].object_id, s.points[0].moving), (4, None));
+        assert_eq!((s.points[1].ghost, s.points[1].azimuth_std_rad), (true, None));
+        assert_eq!(s.range_doppler.unwrap().range_columns, 3);
+        assert!((r.highest_dbm().unwrap().unwrap() + 60.0).abs() < 1e-4);
+        // A run that knows wholes and turning.
+        let parts = r#","lanes":[{"number":1}],"lane_lines":[{"name":"l","points_m":[[0,0,0]]}],
+            "actors":[{"id":3,"class":"car","centre_m":[20,1,0.7],"size_m":[4,2,1.4],"rotation_xyzw":[0,0,0,1],
+            "velocity_mps":[5,0,0],"parts":[3,4]}]"#;
+        let s = run(t.path(), parts).unwrap().sweep(0, false).unwrap();
+        assert_eq!(
+            (s.points[0].object_id, s.points[0].class.as_str(), s.points[0].moving),
+            (3, "car", Some(true))
+        );
+        assert_eq!((s.lanes.len(), s.range_doppler), (1, None));
+    }
+
+    #[test]
+    fn what_is_missing() {
+        let t = tempfile::tempdir().unwrap();
+        let remedy = |e: Error| (e.exit_code(), e.to_string());
+        let (code, text) = remedy(Run::open(t.path()).err().unwrap());
+        assert!(code == 2 && text.contains("simulate"), "{text}");
+        let r = run(t.path(), "").unwrap();
+        fs::remove_file(t.path().join("frame_000001/points.csv")).unwrap();
+        let (code, text) = remedy(r.sweep(1, false).unwrap_err());
+        assert!(code == 2 && text.contains("points = true"), "{text}");
+        fs::write(t.path().join("frame_000002/truth.json"), "{}").unwrap();
+        let (code, text) = remedy(r.sweep(2, false).unwrap_err());
+        assert!(code == 2 && text.contains("truth.json"), "{text}");
+        npy::write(t.path().join("frame_000000/range_doppler.npy"), &[3, 2], &[0f32; 6]).unwrap();
+        assert_eq!(r.sweep(0, true).unwrap_err().exit_code(), 2);
+        r.sweep(0, false).unwrap();
+        fs::write(t.path().join(MANIFEST), r#"{"frames":[]}"#).unwrap();
+        assert_eq!(Run::open(t.path()).err().unwrap().exit_code(), 2);
+    }
+}

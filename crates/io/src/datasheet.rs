@@ -1,0 +1,362 @@
+//! What a complete dataset says of itself: README, schema, statistics, pictures of some frames, and the manifest with the
+//! checksum of every file.
+
+use super::files::Truth;
+use catseye::simulate::Prepared;
+use super::produce::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
+use super::recipe::{Recipe, SPLITS};
+use super::rows::TRUTH_RANGE_M;
+use super::run::Pictures;
+use super::store::{LAYOUT, Layout};
+use super::tally::Tally;
+use catseye::cpu::adc::synthesis::Control;
+use catseye::engine::Engine;
+use catseye::error::{Error, Result};
+use catseye::formats::stage::{self, MANIFEST, sha256_of_file};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+pub const README: &str = "README.md";
+pub const SCHEMA: &str = "schema.json";
+pub const STATISTICS: &str = "statistics.json";
+/// Folder of the pictures.
+pub const PREVIEWS: &str = "previews";
+/// Frames of which there are pictures.
+const PICTURED: u32 = 4;
+
+/// A dataset all of whose shards stand.
+pub struct Made<'a> {
+    pub recipe: &'a Recipe,
+    pub file: &'a DatasetFile,
+    pub layout: &'a Layout,
+    pub markers: &'a [Marker],
+    pub tally: &'a Tally,
+    /// Of all shards.
+    pub bytes: u64,
+}
+
+/// `manifest.json` of a dataset.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetManifest {
+    pub catseye: String,
+    pub name: String,
+    pub recipe: String,
+    pub seed: u64,
+    /// That made shards, in the order of the shards.
+    pub devices: Vec<Device>,
+    pub frames: u64,
+    pub shards: u64,
+    /// SHA-256 of every other file, by path.
+    pub checksums: BTreeMap<String, String>,
+}
+
+/// Whether a name is one of a file under construction.
+pub fn is_unfinished(name: &str) -> bool {
+    name.starts_with('.') && name.contains(".partial")
+}
+
+/// Whether a file of no shard belongs to a dataset.
+pub fn is_own(name: &str, shards: u64) -> bool {
+    let marker = || (0..shards).any(|s| name == Marker::name(s));
+    [DATASET, LAYOUT, README, SCHEMA, STATISTICS, MANIFEST].contains(&name)
+        || name == "zarr.json"
+        || name.ends_with("/zarr.json")
+        || (name.starts_with(PREVIEWS) && name.ends_with(".png"))
+        || (name.starts_with("shards/") && marker())
+}
+
+/// Writes all of it, the manifest last.
+pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_>) -> Result<()> {
+    tidy(out, false)?;
+    write_json(out, STATISTICS, &statistics(made))?;
+    write_json(out, SCHEMA, &schema(made.layout))?;
+    let pictured = previews(engine, made.recipe, out, pictures)?;
+    stage::write_file(out.join(README), true, readme(made, &pictured).as_bytes())?;
+    let mut known: BTreeMap<&str, &str> = BTreeMap::new();
+    for file in made.markers.iter().flat_map(|m| &m.files) {
+        known.insert(&file.path, &file.sha256);
+    }
+    let mut checksums = BTreeMap::new();
+    for name in stage::files_of(out)? {
+        if name == MANIFEST || name.split('/').any(is_unfinished) {
+            continue;
+        }
+        match known.get(name.as_str()) {
+            Some(sum) => checksums.insert(name.clone(), sum.to_string()),
+            None if is_own(&name, made.layout.shards()) => {
+                checksums.insert(name.clone(), sha256_of_file(out.join(&name))?)
+            }
+            // Somebody else's; `catseye verify` says so.
+            None => None,
+        };
+    }
+    let mut devices: Vec<Device> = Vec::new();
+    for m in made.markers {
+        if !devices.contains(&m.device) {
+            devices.push(m.device.clone());
+        }
+    }
+    let manifest = DatasetManifest {
+        catseye: made.file.catseye.clone(),
+        name: made.file.name.clone(),
+        recipe: made.file.recipe.clone(),
+        seed: made.file.seed,
+        devices,
+        frames: made.layout.frames,
+        shards: made.layout.shards(),
+        checksums,
+    };
+    write_json(out, MANIFEST, &manifest)
+}
+
+/// Removes what dead runs left. All shards stand, so nobody is at work on one; the files of the top and the pictures
+/// may be in the hands of another run, unless this one is `alone`.
+pub fn tidy(out: &Path, alone: bool) -> Result<()> {
+    fn walk(dir: &Path, spare_files: bool, alone: bool) -> Result<()> {
+        for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
+            let entry = entry.map_err(|e| Error::io(dir, e))?;
+            let path = entry.path();
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let is_dir = entry.file_type().map_err(|e| Error::io(&path, e))?.is_dir();
+            let gone = match (is_unfinished(&name), is_dir) {
+                (true, true) => fs::remove_dir_all(&path),
+                (true, false) if !spare_files => fs::remove_file(&path),
+                (false, true) if alone || name != PREVIEWS => {
+                    walk(&path, false, alone)?;
+                    Ok(())
+                }
+                _ => Ok(()),
+            };
+            match gone {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(&path, e)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+    walk(out, !alone, alone)
+}
+
+/// Pictures of the first frames of some scenes, spread over the dataset. Returns the frames.
+fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>) -> Result<Vec<u64>> {
+    let n = PICTURED.min(recipe.scenes);
+    let draw = |k: u32| -> Result<u64> {
+        let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(n)) as u32;
+        let number = u64::from(scene) * u64::from(recipe.frames_per_scene);
+        let folder = out.join(PREVIEWS).join(format!("frame_{number:06}"));
+        if folder.is_dir() {
+            return Ok(number);
+        }
+        let site = site(recipe, scene)?;
+        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let temporary = folder.with_file_name(format!(".frame_{number:06}.partial-{}", std::process::id()));
+        for frame in frames_of(engine, &site, &prepared, 0, Control::default())? {
+            let radar = &site.scenario.radars[frame.radar];
+            let dir = match site.scenario.radars.len() {
+                1 => temporary.clone(),
+                _ => temporary.join(&radar.name),
+            };
+            fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
+            let truth = Truth::new(&site.scenario, &site.scene, &frame, site.road.as_ref());
+            pictures(&site.scenario, &site.scene, &frame, &truth, &dir)?;
+        }
+        match fs::rename(&temporary, &folder) {
+            // Another run was quicker; its pictures are the same.
+            Err(_) if folder.is_dir() => {
+                fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?
+            }
+            Err(e) => return Err(Error::io(&folder, e)),
+            Ok(()) => {}
+        }
+        Ok(number)
+    };
+    (0..n).into_par_iter().map(draw).collect()
+}
+
+/// `statistics.json`.
+fn statistics(made: &Made<'_>) -> serde_json::Value {
+    let t = made.tally;
+    let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
+    serde_json::json!({
+        "frames": t.frames,
+        "scenes": t.scenes,
+        "frames_of_split": t.splits,
+        "bytes": made.bytes,
+        "bytes_a_frame": mean(made.bytes),
+        "array_bytes_a_frame_uncompressed": made.layout.array_bytes(),
+        "points": t.points,
+        "points_a_frame": { "mean": mean(t.points), "least_and_greatest": t.points_a_frame },
+        "echoes_a_frame_mean": mean(t.echoes),
+        "points_by_snr_db": { "bin_db": super::tally::SNR_BIN_DB, "counts": t.snr_db },
+        "points_by_range_m": { "bin_m": super::tally::RANGE_BIN_M, "counts": t.range_m },
+        "classes": t.classes,
+        "vehicles_drawn_again": t.redrawn,
+        "vehicles_left_out": t.dropped,
+    })
+}
+
+/// `schema.json`: what is stored, with types, shapes, units and meanings.
+fn schema(layout: &Layout) -> serde_json::Value {
+    let arrays: serde_json::Map<String, serde_json::Value> = layout
+        .arrays
+        .iter()
+        .map(|a| {
+            let mut dims = vec!["frame".to_string()];
+            dims.extend(a.dims.iter().cloned());
+            let mut shape = vec![layout.frames];
+            shape.extend(a.shape.iter().map(|n| *n as u64));
+            let v = serde_json::json!({
+                "type": a.kind, "dims": dims, "shape": shape, "unit": a.unit, "about": a.about,
+            });
+            (a.name.clone(), v)
+        })
+        .collect();
+    let tables: serde_json::Map<String, serde_json::Value> = layout
+        .tables
+        .iter()
+        .map(|t| {
+            let mut columns = serde_json::Map::new();
+            columns.insert(
+                "frame".into(),
+                serde_json::json!({ "type": "int64", "about": "number of the frame" }),
+            );
+            for c in &t.columns {
+                columns.insert(c.name.clone(), serde_json::json!({ "type": c.kind, "about": c.about }));
+            }
+            (t.name.clone(), serde_json::json!({ "about": t.about, "columns": columns }))
+        })
+        .collect();
+    serde_json::json!({
+        "format": layout.format,
+        "compression": layout.compression,
+        "frames": layout.frames,
+        "frames_per_shard": layout.frames_per_shard,
+        "axes": "ISO 8855: x forward, y left, z up; metres, seconds, degrees; units are the ends of names",
+        "arrays": arrays,
+        "tables": tables,
+    })
+}
+
+fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
+    let mut s = String::new();
+    // Writing to a String cannot fail.
+    let _ = text(&mut s, made, pictured);
+    s
+}
+
+fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
+    let (f, l, t) = (made.file, made.layout, made.tally);
+    writeln!(s, "# {}\n", f.name)?;
+    writeln!(
+        s,
+        "{} frames of automotive radar, simulated: {} scenes with {} frame{} each. Nothing here was measured.\n",
+        l.frames,
+        f.scenes,
+        f.frames_per_scene,
+        if f.frames_per_scene == 1 { "" } else { "s" }
+    )?;
+    writeln!(s, "## How it was made\n")?;
+    writeln!(
+        s,
+        "catseye {}, seed {}, recipe {}. The recipe is `recipe_text` of `{DATASET}`:\n",
+        f.catseye, f.seed, f.recipe
+    )?;
+    writeln!(s, "```\ncatseye dataset recipe.toml -o DIR --seed {}\n```\n", f.seed)?;
+    writeln!(
+        s,
+        "Each scene is drawn from (seed, number of the scene) alone, noise and speckle from (seed of the scene, number of the frame): any frame can be made again by itself. `catseye dataset recipe.toml --scene 17 -o DIR` writes a scene for `catseye simulate`, `catseye verify DIR` checks this folder.\n"
+    )?;
+    let devices: BTreeSet<String> = made
+        .markers
+        .iter()
+        .map(|m| {
+            format!("{} {} {}", m.device.adapter, m.device.driver, m.device.precision).replace("  ", " ")
+        })
+        .collect();
+    writeln!(s, "Made on: {}.\n", devices.into_iter().collect::<Vec<_>>().join("; "))?;
+    writeln!(s, "## Parts\n")?;
+    writeln!(
+        s,
+        "All frames of a scene are in one part (column `split` of table `frames`).\n\n| part | scenes | frames |\n|---|---|---|"
+    )?;
+    for (name, scenes) in SPLITS.iter().zip(made.recipe.split_counts()) {
+        writeln!(s, "| {name} | {scenes} | {} |", t.splits.get(*name).copied().unwrap_or(0))?;
+    }
+    writeln!(s, "\n## What is in a frame\n")?;
+    writeln!(
+        s,
+        "Format {}, compression {}, {} frames a shard, {:.0} bytes a frame as stored. Types, units and meanings of all columns: `{SCHEMA}`.\n",
+        l.format.name(),
+        l.compression,
+        l.frames_per_shard,
+        made.bytes as f64 / l.frames as f64
+    )?;
+    if !l.arrays.is_empty() {
+        writeln!(s, "| array | axes | shape of a frame | type | unit |\n|---|---|---|---|---|")?;
+        for a in &l.arrays {
+            writeln!(
+                s,
+                "| `{}` | {} | {:?} | {} | {} |",
+                a.name,
+                a.dims.join(", "),
+                a.shape,
+                a.kind.name(),
+                a.unit
+            )?;
+        }
+        writeln!(s)?;
+    }
+    writeln!(s, "| table | rows |\n|---|---|")?;
+    for table in &l.tables {
+        writeln!(s, "| `{}` | {} |", table.name, table.about)?;
+    }
+    writeln!(
+        s,
+        "\nAxes are those of ISO 8855: x forward, y left, z up. Points are in the frame of their radar, truth and poses in the world; a rotation (x, y, z, w) turns from the one to the other. Range rates are positive when the target recedes. Lanes, lines and markers reach {TRUTH_RANGE_M} m around the vehicle. `object_id` of points is `id` of `boxes` in the same frame, 0 for none.\n"
+    )?;
+    writeln!(s, "## Statistics\n")?;
+    let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
+    let [least, greatest] = t.points_a_frame.unwrap_or_default();
+    writeln!(
+        s,
+        "{:.1} points a frame ({least} to {greatest}), {:.0} echoes a frame. More in `{STATISTICS}`.\n",
+        mean(t.points),
+        mean(t.echoes)
+    )?;
+    writeln!(s, "| class | objects in all scenes | points |\n|---|---|---|")?;
+    for (class, n) in &t.classes {
+        let name = if class.is_empty() { "(none)" } else { class };
+        writeln!(s, "| {name} | {} | {} |", n.objects, n.points)?;
+    }
+    writeln!(
+        s,
+        "\n## Licence of the data\n\n{}\n",
+        f.licence.as_deref().unwrap_or("Not stated by its maker.")
+    )?;
+    writeln!(s, "## Limits\n")?;
+    writeln!(
+        s,
+        "* Simulated echoes: what the simulator leaves out, the data leave out (README of catseye)."
+    )?;
+    writeln!(s, "* Labels of points name the object whose echoes made them; points of noise have none.")?;
+    if t.dropped > 0 {
+        writeln!(s, "* {} vehicles were left out because no draw gave them room.", t.dropped)?;
+    }
+    if t.redrawn > 0 {
+        writeln!(
+            s,
+            "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.",
+            t.redrawn
+        )?;
+    }
+    writeln!(s, "\n## Pictures\n")?;
+    for frame in pictured {
+        writeln!(s, "* frame {frame}: `{PREVIEWS}/frame_{frame:06}/`")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,29 @@
+//! Frames as files: cubes of samples from elsewhere (NumPy, HDF5, TI's recordings with their configuration), the files of a frame,
+//! runs of many frames that can be interrupted and resumed, and datasets of drawn scenes in shards.
+#![deny(unsafe_code)]
+
+mod board;
+pub mod cube;
+pub mod cube_layout;
+pub mod datasheet;
+pub mod draw;
+pub mod files;
+pub mod follow;
+#[cfg(feature = "hdf5")]
+pub mod hdf5;
+mod hold;
+pub mod manifest;
+pub mod produce;
+pub mod recipe;
+pub mod recording;
+pub mod rows;
+pub mod run;
+pub mod site;
+pub mod store;
+pub mod tally;
+pub mod ti_bin;
+pub mod ti_cfg;
+mod ti_commands;
+pub mod traffic;
+pub mod turntable;
+pub mod verify;

@@ -1,0 +1,161 @@
+//! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
+
+use catseye::simulate::{Convergence, Frame, Stages};
+use catseye::adc::gridding::Methods;
+use catseye::adc::synthesis::FrontEnd;
+use catseye::engine::EngineReport;
+use catseye::error::{Error, Result};
+use catseye::formats::stage::MANIFEST;
+use catseye::scene::ImportReport;
+use catseye::scene::radar::Radar;
+use catseye::scene::radar_toml::to_toml;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Evenly spaced values.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Axis {
+    pub first: f64,
+    pub step: f64,
+    pub count: usize,
+}
+
+impl Axis {
+    pub fn values(&self) -> Vec<f64> {
+        (0..self.count).map(|i| self.first + i as f64 * self.step).collect()
+    }
+}
+
+/// Axes of the range-Doppler map (CONVENTIONS eq. 15 and 16).
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Axes {
+    pub range_m: Axis,
+    /// Positive receding.
+    pub range_rate_mps: Axis,
+}
+
+impl Axes {
+    pub fn of(radar: &Radar) -> Axes {
+        let rows = radar.doppler_rows();
+        let step = radar.velocity_bin_mps();
+        Axes {
+            range_m: Axis {
+                first: radar.first_range_m(),
+                step: radar.range_bin_m(),
+                count: radar.range_bins(),
+            },
+            range_rate_mps: Axis { first: -((rows / 2) as f64) * step, step, count: rows },
+        }
+    }
+}
+
+/// What the manifest keeps of a frame.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FrameRecord {
+    pub index: u32,
+    pub radar: String,
+    pub time_s: f64,
+    pub triangles: usize,
+    pub rays: u64,
+    pub returns: usize,
+    pub front_end: FrontEndRecord,
+    pub points: usize,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<Convergence>,
+    /// Not part of the result's identity.
+    pub seconds: Stages,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FrontEndRecord {
+    pub moving: u64,
+    /// Echoes that the anti-alias filter stopped, and their power.
+    pub dropped: u64,
+    pub dropped_power_w: f64,
+    /// How the echoes were summed.
+    pub synthesis: Methods,
+}
+
+impl FrameRecord {
+    pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
+        let FrontEnd { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
+        FrameRecord {
+            index: frame.index,
+            radar: radar.into(),
+            time_s: frame.time_s,
+            triangles: frame.triangles,
+            rays: frame.returns.rays,
+            returns: frame.returns.returns.len(),
+            front_end: FrontEndRecord { moving, dropped, dropped_power_w, synthesis },
+            points: frame.points.len(),
+            convergence,
+            seconds: frame.stages,
+        }
+    }
+}
+
+/// What a run with one radar says as it is, and one with several under their names.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum PerRadar<T> {
+    One(T),
+    Several(BTreeMap<String, T>),
+}
+
+impl<T> PerRadar<T> {
+    pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
+        match radars {
+            [one] => Ok(PerRadar::One(what(one)?)),
+            several => {
+                let list = several.iter().map(|r| Ok((r.name.clone(), what(r)?)));
+                Ok(PerRadar::Several(list.collect::<Result<_>>()?))
+            }
+        }
+    }
+}
+
+/// Radars in full, as TOML, with a copy of the calibration that each reads in `dir`: `calibration.csv`, with several radars
+/// `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar. Errors: a file that
+/// cannot be written.
+pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
+    PerRadar::of(radars, |radar| {
+        let mut kept = radar.clone();
+        if let Some(calibration) = &mut kept.processing.angle.calibration {
+            let name = match radars {
+                [_] => "calibration.csv".to_string(),
+                _ => format!("calibration_{}.csv", radar.name),
+            };
+            let path = dir.join(&name);
+            std::fs::write(&path, &calibration.text).map_err(|e| Error::io(&path, e))?;
+            calibration.path = name.into();
+        }
+        to_toml(&kept)
+    })
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Manifest {
+    pub catseye: &'static str,
+    pub engine: EngineReport,
+    pub seed: u64,
+    /// The scenario file as it was read, and its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    pub scenario_name: String,
+    /// The radar in full, as TOML ([`keep_radars`]).
+    pub radar: PerRadar<String>,
+    /// Of its maps.
+    pub axes: PerRadar<Axes>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<ImportReport>,
+    pub frames: Vec<FrameRecord>,
+}
+
+impl Manifest {
+    /// Writes the file into `dir`; `StagedDir::commit` adds kind and checksums.
+    pub fn write(&self, dir: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
+        let path = dir.join(MANIFEST);
+        std::fs::write(&path, text).map_err(|e| Error::io(&path, e))
+    }
+}

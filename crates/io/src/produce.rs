@@ -1,0 +1,747 @@
+//! The dataset engine: frames of drawn scenes into shards. A shard is complete when its marker
+//! stands in `shards/`, which is renamed into place last. A run that was killed at any moment goes on with what is
+//! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
+
+use super::board::{Board, Claim, Queue};
+use super::datasheet;
+use catseye::simulate::{Frame, Prepared};
+use super::hold::Hold;
+use super::recipe::Recipe;
+use super::rows;
+use super::run::Pictures;
+use super::site::Site;
+use super::store::{LAYOUT, Layout, Record, ShardFile};
+use super::tally::Tally;
+use catseye::cpu::adc::synthesis::Control;
+use catseye::engine::{Engine, EngineReport};
+use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::stage::{self, MANIFEST};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard};
+use std::thread::Scope;
+
+/// The file that says what a dataset is made from.
+pub const DATASET: &str = "dataset.json";
+/// The folder of the markers.
+pub const SHARDS: &str = "shards";
+
+/// The engine as far as it decides on bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Device {
+    pub engine: String,
+    pub precision: String,
+    pub adapter: String,
+    pub driver: String,
+}
+
+impl Device {
+    pub fn of(report: &EngineReport) -> Device {
+        // Of the cpu engine the driver is a number of threads, on which no byte depends.
+        let driver = match report.engine {
+            "cpu" => String::new(),
+            _ => format!("{} {}", report.driver, report.driver_info),
+        };
+        Device {
+            engine: report.engine.into(),
+            precision: format!("{:?}", report.precision).to_lowercase(),
+            adapter: report.adapter.clone(),
+            driver,
+        }
+    }
+}
+
+/// `dataset.json`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetFile {
+    /// Version of the program.
+    pub catseye: String,
+    pub name: String,
+    pub licence: Option<String>,
+    /// SHA-256 of the recipe, its seed, the files that it names, and the version.
+    pub recipe: String,
+    pub seed: u64,
+    pub scenes: u32,
+    pub frames_per_scene: u32,
+    pub device: Device,
+    pub recipe_text: String,
+}
+
+impl DatasetFile {
+    /// Errors: none there, or a damaged one.
+    pub fn read(dir: &Path) -> Result<DatasetFile> {
+        let path = dir.join(DATASET);
+        let bytes = match fs::read(&path) {
+            Ok(b) => b,
+            Err(e)
+                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
+            {
+                return Err(BadInput::new("is no dataset: it has no dataset.json")
+                    .file(dir)
+                    .remedy("name the folder that `catseye dataset` wrote")
+                    .into());
+            }
+            Err(e) => return Err(Error::io(path, e)),
+        };
+        serde_json::from_slice(&bytes).map_err(|e| {
+            BadInput::new(format!("damaged: {}", json_in_words(&e)))
+                .file(&path)
+                .remedy("bring back the file that was written")
+                .into()
+        })
+    }
+}
+
+/// `shards/000012.json`: the shard is complete.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    pub shard: u64,
+    /// First frame, and how many.
+    pub first_frame: u64,
+    pub frames: u64,
+    /// As in `dataset.json`.
+    pub recipe: String,
+    pub device: Device,
+    pub files: Vec<ShardFile>,
+    pub tally: Tally,
+    /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
+    /// the recipe was mended.
+    #[serde(default)]
+    pub drawn_from: String,
+}
+
+impl Marker {
+    /// Below the dataset's folder.
+    pub fn name(shard: u64) -> String {
+        format!("{SHARDS}/{shard:06}.json")
+    }
+
+    /// None where there is none, or none that can be read.
+    pub fn read(dir: &Path, shard: u64) -> Option<Marker> {
+        serde_json::from_slice(&fs::read(dir.join(Marker::name(shard))).ok()?).ok()
+    }
+
+    /// Whether it stands for this shard, with all files there and of their length.
+    fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
+        let frames = layout.frames_of(shard);
+        let there =
+            |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
+        self.shard == shard
+            && self.recipe == recipe
+            && self.first_frame == frames.start
+            && self.frames == frames.end - frames.start
+            && self.files.iter().all(there)
+    }
+}
+
+/// How to run.
+pub struct Options<'a> {
+    /// Workers, each with its share of the cores; default one a core on the cpu, one on a gpu.
+    pub jobs: Option<usize>,
+    /// Shards to make; default all.
+    pub shards: Option<Range<u64>>,
+    /// Go on with a dataset that another device began.
+    pub mixed_devices: bool,
+    /// Begin anew in a folder that holds another dataset.
+    pub force: bool,
+    /// When set, the run ends at the next safe point.
+    pub cancel: &'a AtomicBool,
+    /// Called after each scene that was checked and each frame, from any thread.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Draws the pictures of a frame.
+    pub pictures: Pictures<'a>,
+}
+
+/// What a run is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// All scenes are drawn and read, before the first frame.
+    Checks,
+    Frames,
+}
+
+/// Scenes that are checked, or frames of this run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    pub phase: Phase,
+    pub done: u64,
+    pub all: u64,
+}
+
+/// What a run left.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    pub folder: PathBuf,
+    pub frames: u64,
+    pub shards: u64,
+    /// Shards of the whole dataset that are complete.
+    pub shards_complete: u64,
+    /// Of them found complete.
+    pub shards_resumed: u64,
+    /// Shards that an earlier recipe had made, and that are the same in this one.
+    pub shards_kept: u64,
+    /// Shards that had a marker and not their files, and were made again.
+    pub shards_repaired: u64,
+    pub frames_made: u64,
+    /// Manifest and datasheet stand.
+    pub complete: bool,
+    pub cancelled: bool,
+    /// Of complete shards.
+    pub tally: Tally,
+    pub bytes: u64,
+}
+
+/// Makes what is missing of the dataset in `out`.
+///
+/// Errors: a folder of something else, of another recipe or device; shards that do not exist; a scene that cannot be
+/// drawn or built; what the disk says. What is complete stays.
+pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
+    if options.force && options.shards.is_some() {
+        return Err(BadInput::new("would remove the shards that others make")
+            .key("--force")
+            .remedy("leave it out with --shards")
+            .into());
+    }
+    let identity = recipe.identity()?;
+    let file = DatasetFile {
+        catseye: env!("CARGO_PKG_VERSION").into(),
+        name: recipe.name.clone(),
+        licence: recipe.licence.clone(),
+        recipe: identity.clone(),
+        seed: recipe.seed,
+        scenes: recipe.scenes,
+        frames_per_scene: recipe.frames_per_scene,
+        device: Device::of(&engine.report()),
+        recipe_text: recipe.text().to_string(),
+    };
+    let begun = begin(out, &file, options)?;
+    let begun = match begun {
+        Begun::Same => begun,
+        _ => {
+            let checked = AtomicU64::new(0);
+            let (phase, all) = (Phase::Checks, u64::from(recipe.scenes));
+            recipe.check(options.cancel, &|| {
+                let done = checked.fetch_add(1, Ordering::Relaxed) + 1;
+                (options.progress)(Progress { phase, done, all });
+            })?;
+            if options.cancel.load(Ordering::Relaxed) {
+                return Ok(nothing(out, recipe));
+            }
+            begun
+        }
+    };
+    let basis = recipe.basis()?;
+    let made = match begun {
+        Begun::Same => Some(out),
+        _ => None,
+    };
+    let layout = layout(engine, recipe, made)?;
+    let all = 0..layout.shards();
+    let wanted = options.shards.clone().unwrap_or(all.clone());
+    if wanted.start >= wanted.end || wanted.end > all.end {
+        return Err(BadInput::new("there are no such shards")
+            .key("--shards")
+            .value(format!("{}:{}", wanted.start, wanted.end))
+            .allowed(format!("0:{}", all.end))
+            .into());
+    }
+    fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
+    let basis = format!("{basis}{}\n", without_frames(&layout)?);
+    let mender = Mender { recipe, basis: &basis, layout: &layout, out, identity: &identity };
+    match begun {
+        Begun::Nothing => write_json(out, DATASET, &file)?,
+        Begun::Same => {}
+        Begun::Other { refusal } => {
+            let hold = Hold::only(out)?;
+            if options.force {
+                only_ours(out)?;
+                fs::remove_dir_all(out)
+                    .and_then(|()| fs::create_dir_all(out))
+                    .map_err(|e| Error::io(out, e))?;
+            } else {
+                mender.mend(refusal)?;
+            }
+            write_json(out, DATASET, &file)?;
+            drop(hold);
+        }
+    }
+    let hold = Hold::share(out);
+    layout.create(out)?;
+    let shards = out.join(SHARDS);
+    fs::create_dir_all(&shards).map_err(|e| Error::io(&shards, e))?;
+    // Also what an earlier run that mended did not come to.
+    let kept = mender.adopt(wanted.clone())?;
+
+    let complete = |shard: u64| match Marker::read(out, shard) {
+        Some(m) => m.holds(out, shard, &layout, &identity),
+        None => false,
+    };
+    let missing: Vec<u64> = wanted.clone().filter(|s| !complete(*s)).collect();
+    let is_broken = |s: &u64| {
+        let of_another = Marker::read(out, *s).is_some_and(|m| m.recipe != identity);
+        !of_another && out.join(Marker::name(*s)).exists()
+    };
+    let repaired = missing.iter().filter(|s| is_broken(s)).count() as u64;
+    for shard in &missing {
+        // A marker that does not hold says nothing while its shard is made again.
+        remove(&out.join(Marker::name(*shard)))?;
+    }
+    let cores = rayon::current_num_threads();
+    let default = if matches!(engine, Engine::Cpu(_)) { cores } else { 1 };
+    let jobs = options.jobs.unwrap_or(default).max(1);
+    let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
+    let frames: u64 = missing.iter().map(count).sum();
+    let run = Run {
+        engine,
+        recipe,
+        out,
+        layout: &layout,
+        file: &file,
+        jobs,
+        basis: &basis,
+        cancel: options.cancel,
+        progress: options.progress,
+        board: Board::new(recipe, &layout, &missing, jobs),
+        done: AtomicU64::new(0),
+        frames,
+        stop: AtomicBool::new(false),
+        failure: Mutex::new(None),
+    };
+    let failure = run.all(&missing)?;
+    let frames_made = run.done.load(Ordering::Relaxed);
+
+    let markers: Vec<Option<Marker>> =
+        all.clone().map(|s| Marker::read(out, s).filter(|m| m.holds(out, s, &layout, &identity))).collect();
+    let there = markers.iter().flatten().count() as u64;
+    if let Some(e) = failure {
+        return Err(match e {
+            Error::Io { .. } => Error::Failed(format!(
+                "{e}; {there} of {} shards are complete and stay, the same command goes on from there",
+                all.end
+            )),
+            e => e,
+        });
+    }
+    let mut tally = Tally::default();
+    markers.iter().flatten().for_each(|m| tally.add(&m.tally));
+    let bytes = markers.iter().flatten().flat_map(|m| &m.files).map(|f| f.bytes).sum();
+    let cancelled = options.cancel.load(Ordering::Relaxed);
+    let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
+    if let Some(markers) = &markers {
+        let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
+        datasheet::write(engine, &made, out, options.pictures)?;
+        // The last one who leaves clears up after all.
+        if hold.alone() == Some(true) {
+            datasheet::tidy(out, true)?;
+        }
+    }
+    Ok(Report {
+        folder: out.to_path_buf(),
+        frames: layout.frames,
+        shards: all.end,
+        shards_complete: there,
+        shards_resumed: wanted.end - wanted.start - missing.len() as u64,
+        shards_kept: kept,
+        shards_repaired: repaired,
+        frames_made,
+        complete: markers.is_some(),
+        cancelled,
+        tally,
+        bytes,
+    })
+}
+
+/// A run that was stopped before it made anything.
+fn nothing(out: &Path, recipe: &Recipe) -> Report {
+    Report {
+        folder: out.to_path_buf(),
+        frames: recipe.frames(),
+        shards: recipe.frames().div_ceil(recipe.frames_per_shard),
+        shards_complete: 0,
+        shards_resumed: 0,
+        shards_kept: 0,
+        shards_repaired: 0,
+        frames_made: 0,
+        complete: false,
+        cancelled: true,
+        tally: Tally::default(),
+        bytes: 0,
+    }
+}
+
+/// What stands in the folder.
+enum Begun {
+    Nothing,
+    /// This dataset.
+    Same,
+    /// One that was begun with something else; what is said where it can be neither mended nor removed.
+    Other {
+        refusal: Error,
+    },
+}
+
+/// Finds out what stands in `out`, and changes nothing. Errors: something that is no dataset, another device.
+fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun> {
+    if out.as_os_str().is_empty() {
+        return Err(BadInput::new("the output has no name").key("-o").into());
+    }
+    let bad = |problem: String| BadInput::new(problem).file(out);
+    let entries = match fs::read_dir(out) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Begun::Nothing),
+        Err(_) if out.is_file() => {
+            return Err(bad("is a file, and a folder is to be written".into())
+                .remedy("give another name")
+                .into());
+        }
+        Err(e) => return Err(Error::io(out, e)),
+    };
+    let names = entries.map(|e| e.map(|e| e.file_name().to_string_lossy().into_owned()));
+    let names: Vec<String> = names.collect::<std::io::Result<_>>().map_err(|e| Error::io(out, e))?;
+    if !names.iter().any(|n| n == DATASET) {
+        // A run that was killed before its first file leaves that one unfinished.
+        if names.iter().all(|n| n.starts_with(&format!(".{DATASET}."))) {
+            return Ok(Begun::Nothing);
+        }
+        return Err(bad(
+            "is a folder that holds something else (no dataset.json), so nothing is written there".into(),
+        )
+        .remedy("give another name for the output")
+        .into());
+    }
+    let found = DatasetFile::read(out)?;
+    if found.recipe != file.recipe {
+        let why = if found.recipe_text != file.recipe_text {
+            format!(
+                "holds a dataset of another recipe ('{}'), and no shard of it is the same in this one",
+                found.name
+            )
+        } else if found.seed != file.seed {
+            format!("holds a dataset of seed {}", found.seed)
+        } else if found.catseye != file.catseye {
+            format!("holds a dataset that catseye {} began", found.catseye)
+        } else {
+            "holds a dataset of the same recipe, but a file that it names has changed".into()
+        };
+        if found.device != file.device && !options.mixed_devices && !options.force {
+            return Err(another_device(out, &found.device, &file.device));
+        }
+        let refusal = bad(why).remedy("give another folder, or --force to remove that one");
+        return Ok(Begun::Other { refusal: refusal.into() });
+    }
+    if found.device != file.device && !options.mixed_devices {
+        let refusal = another_device(out, &found.device, &file.device);
+        if options.force {
+            return Ok(Begun::Other { refusal });
+        }
+        return Err(refusal);
+    }
+    Ok(Begun::Same)
+}
+
+fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
+    let name = |d: &Device| format!("{} {} {}", d.adapter, d.driver, d.precision).replace("  ", " ");
+    BadInput::new(format!("was begun on another device ({})", name(found)))
+        .file(out)
+        .value(name(here))
+        .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
+        .into()
+}
+
+/// The layout as far as it decides on the bytes of a shard.
+fn without_frames(layout: &Layout) -> Result<String> {
+    let layout = Layout { frames: 0, ..layout.clone() };
+    serde_json::to_string(&layout).map_err(|e| Error::Failed(format!("layout: {e}")))
+}
+
+/// Whether a file belongs to a frame or shard of this layout from these numbers on, its marker too.
+fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
+    let number = |text: Option<&str>| text.and_then(|t| t.split('.').next()?.parse::<u64>().ok());
+    let part = |text: &str| number(text.strip_prefix("part-"));
+    let parts: Vec<&str> = name.split('/').collect();
+    match parts[..] {
+        [SHARDS, marker] => number(Some(marker)).is_some_and(|n| n >= shards),
+        ["data", file] | ["tables", _, file] => part(file).is_some_and(|n| n >= shards),
+        [array, "c", n, ..] => layout.array(array).is_ok() && number(Some(n)).is_some_and(|n| n >= shards),
+        [folder, _] => number(folder.strip_prefix("frame_")).is_some_and(|n| n >= frames),
+        _ => false,
+    }
+}
+
+/// Errors: a file that no dataset has, so that the folder is not removed.
+fn only_ours(out: &Path) -> Result<()> {
+    let layout = Layout::open(out).ok();
+    let is_ours = |name: &String| {
+        datasheet::is_own(name, 0)
+            || name.split('/').any(datasheet::is_unfinished)
+            || layout.as_ref().is_some_and(|l| is_of(l, name, 0, 0))
+    };
+    match stage::files_of(out)?.into_iter().find(|name| !is_ours(name)) {
+        Some(foreign) => Err(BadInput::new(format!(
+            "holds '{foreign}', which catseye did not write, so it is not replaced"
+        ))
+        .file(out)
+        .remedy("give another name for the output")
+        .into()),
+        None => Ok(()),
+    }
+}
+
+/// Takes shards of an earlier recipe over into one in which they are the same.
+struct Mender<'a> {
+    recipe: &'a Recipe,
+    basis: &'a str,
+    layout: &'a Layout,
+    out: &'a Path,
+    identity: &'a str,
+}
+
+impl Mender<'_> {
+    /// Whether a marker, of whatever recipe, stands for what this recipe would make.
+    fn is_same(&self, marker: &Marker, shard: u64) -> Result<bool> {
+        if shard >= self.layout.shards() || !marker.holds(self.out, shard, self.layout, &marker.recipe) {
+            return Ok(false);
+        }
+        Ok(marker.drawn_from == self.recipe.drawn_from(self.basis, self.layout.frames_of(shard))?)
+    }
+
+    /// Removes from the folder what is of the earlier recipe alone, if a shard of it can stay or none is complete.
+    /// Shards that are made again stay until then. Errors: `refusal`, and nothing is changed.
+    fn mend(&self, refusal: Error) -> Result<()> {
+        let earlier = match self.out.join(LAYOUT).exists() {
+            true => Some(Layout::open(self.out)?),
+            // Killed before it had one, so it has no shards.
+            false => None,
+        };
+        let shards = earlier.as_ref().map_or(0, Layout::shards);
+        let markers: Vec<(u64, Marker)> =
+            (0..shards).filter_map(|s| Some((s, Marker::read(self.out, s)?))).collect();
+        let same: Vec<bool> = markers.par_iter().map(|(s, m)| self.is_same(m, *s)).collect::<Result<_>>()?;
+        if !markers.is_empty() && !same.contains(&true) {
+            return Err(refusal);
+        }
+        for name in [MANIFEST, LAYOUT, datasheet::README, datasheet::SCHEMA, datasheet::STATISTICS] {
+            remove(&self.out.join(name))?;
+        }
+        let previews = self.out.join(datasheet::PREVIEWS);
+        if previews.exists() {
+            fs::remove_dir_all(&previews).map_err(|e| Error::io(&previews, e))?;
+        }
+        // What lies behind the new end; all where no shard was complete, for then the layout may be another one.
+        let (frames, shards) = match markers.is_empty() {
+            true => (0, 0),
+            false => (self.layout.frames, self.layout.shards()),
+        };
+        if let Some(earlier) = &earlier {
+            for name in stage::files_of(self.out)? {
+                let is_metadata = name == "zarr.json" || name.ends_with("/zarr.json");
+                if is_of(earlier, &name, frames, shards) || (markers.is_empty() && is_metadata) {
+                    let path = self.out.join(&name);
+                    remove(&path)?;
+                    // A folder goes with its last file; others hold more and stay.
+                    let _ = path.parent().map(fs::remove_dir);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Has the markers of an earlier recipe say this one where they are the same. Returns how many.
+    fn adopt(&self, shards: Range<u64>) -> Result<u64> {
+        let adopt = |shard: u64| -> Result<u64> {
+            match Marker::read(self.out, shard) {
+                Some(m) if m.recipe != self.identity && self.is_same(&m, shard)? => {
+                    let marker = Marker { recipe: self.identity.into(), ..m };
+                    write_json(self.out, &Marker::name(shard), &marker)?;
+                    Ok(1)
+                }
+                _ => Ok(0),
+            }
+        };
+        shards.into_par_iter().map(adopt).sum()
+    }
+}
+
+/// What a frame of this dataset holds: as in the folder, else as its first frame has it.
+fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
+    // A run that was killed between the two files has none.
+    if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
+        return Layout::open(dir);
+    }
+    let site = site(recipe, 0)?;
+    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
+    Ok(Layout {
+        format: recipe.format,
+        compression: recipe.compression,
+        frames: recipe.frames(),
+        frames_per_shard: recipe.frames_per_shard,
+        arrays: record.arrays.iter().map(rows::array_spec).collect(),
+        tables: record.tables.iter().map(rows::table_spec).collect(),
+        attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
+    })
+}
+
+/// A scene of a recipe, built. Errors: as its readers and builders have them, with the scene's number.
+pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
+    Site::new(recipe.draw(scene)?).map_err(|e| match e {
+        Error::Input(mut b) => {
+            b.problem += &format!(" in scene {scene}");
+            b.file = b.file.or_else(|| Some(recipe.path().to_path_buf()));
+            Error::Input(b)
+        }
+        e => e,
+    })
+}
+
+/// A frame of all radars.
+pub fn frames_of(
+    engine: &Engine,
+    site: &Site,
+    prepared: &Prepared<'_>,
+    index: u32,
+    control: Control<'_>,
+) -> Result<Vec<Frame>> {
+    (0..site.scenario.radars.len()).map(|which| prepared.frame(engine, which, index, control)).collect()
+}
+
+/// A file below the dataset's folder, complete or not at all.
+pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
+    text.push('\n');
+    stage::write_file(dir.join(name), true, text.as_bytes()).map(|_| ())
+}
+
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(path, e)),
+        _ => Ok(()),
+    }
+}
+
+/// A frame on its way to the writer.
+type Item = Result<(Record, Tally)>;
+
+struct Run<'a> {
+    engine: &'a Engine,
+    recipe: &'a Recipe,
+    out: &'a Path,
+    layout: &'a Layout,
+    file: &'a DatasetFile,
+    jobs: usize,
+    basis: &'a str,
+    cancel: &'a AtomicBool,
+    progress: &'a (dyn Fn(Progress) + Sync),
+    board: Board<'a, Item>,
+    done: AtomicU64,
+    frames: u64,
+    stop: AtomicBool,
+    failure: Mutex<Option<Error>>,
+}
+
+impl Run<'_> {
+    /// The first failure, if any.
+    fn all(&self, missing: &[u64]) -> Result<Option<Error>> {
+        let cores = rayon::current_num_threads();
+        let jobs = self.jobs.min(self.board.most_workers(missing).max(1));
+        // A frame is small: threads of its own for each worker cost less than sharing every step among all.
+        let threads = (cores / jobs).max(1);
+        let pool = || {
+            let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            built.map_err(|e| Error::Failed(format!("threads: {e}")))
+        };
+        let pools: Vec<ThreadPool> = (0..jobs).map(|_| pool()).collect::<Result<_>>()?;
+        std::thread::scope(|scope| {
+            for pool in &pools {
+                scope.spawn(move || pool.install(|| self.compute(scope)));
+            }
+        });
+        Ok(self.failure().take())
+    }
+
+    fn failure(&self) -> MutexGuard<'_, Option<Error>> {
+        self.failure.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn fail(&self, e: Error) {
+        // What stopping others causes is no failure of its own.
+        if !self.stopped() {
+            self.failure().get_or_insert(e);
+        }
+        self.stop.store(true, Ordering::Relaxed);
+        self.board.close();
+    }
+
+    /// Makes frames until none is left, and begins the writers of the shards that they open.
+    fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
+        let mut own = None;
+        while let Some((claim, begun)) = self.board.claim(own, &|| self.stopped()) {
+            own = Some(claim.shard);
+            if let Some(queue) = begun {
+                scope.spawn(move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
+            }
+            if let Err(e) = self.frames(&claim) {
+                // A writer that is gone has said why.
+                let _ = claim.to.send(Err(e));
+            }
+        }
+        if self.stopped() {
+            self.board.close();
+        }
+    }
+
+    /// What was claimed, as long as it is wanted.
+    fn frames(&self, claim: &Claim<Item>) -> Result<()> {
+        let site = site(self.recipe, claim.scene)?;
+        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let control = Control { progress: None, cancel: Some(self.cancel) };
+        for index in claim.frames.clone() {
+            let of_scene = u64::from(self.recipe.frames_per_scene);
+            let number = u64::from(claim.scene) * of_scene + u64::from(index);
+            debug_assert_eq!(self.layout.shard_of(number), claim.shard);
+            let radars = frames_of(self.engine, &site, &prepared, index, control)?;
+            let tally = Tally::of(&site, self.recipe.split(claim.scene), &radars);
+            let record = rows::record(self.recipe, &site, number, radars)?;
+            if claim.to.send(Ok((record, tally))).is_err() || self.stopped() {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn write_shard(&self, mut queue: Queue<Item>) -> Result<()> {
+        let shard = queue.shard();
+        let mut tally = Tally::default();
+        let files = self.layout.write_shard(self.out, shard, &mut |_| {
+            let frame = queue.take(&self.board);
+            let (record, counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
+            tally.add(&counts);
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.progress)(Progress { phase: Phase::Frames, done, all: self.frames });
+            Ok(record)
+        })?;
+        let frames = self.layout.frames_of(shard);
+        let marker = Marker {
+            shard,
+            first_frame: frames.start,
+            frames: frames.end - frames.start,
+            recipe: self.file.recipe.clone(),
+            device: Device::of(&self.engine.report()),
+            files,
+            tally,
+            drawn_from: self.recipe.drawn_from(self.basis, frames)?,
+        };
+        write_json(self.out, &Marker::name(shard), &marker)
+    }
+}

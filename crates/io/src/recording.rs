@@ -1,0 +1,66 @@
+//! Our radars as devices whose recordings others read.
+
+use catseye::error::{BadInput, Error, Result};
+use crate::ti_cfg::{IqOrder, Multiplex as TiMultiplex, TiRadar};
+use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::waveform::{Multiplex, Waveform};
+
+/// The TI device that this radar would be: one ramp, transmitters in turn, up to three of them and four receivers.
+/// Errors: what such a device does not have.
+pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
+    let bad = |problem: &str, value: String, allowed: &str| {
+        Error::from(
+            BadInput::new(problem)
+                .key("radar")
+                .value(value)
+                .allowed(allowed)
+                .remedy("write .npy or .h5 instead"),
+        )
+    };
+    let ramp = match &radar.waveform {
+        Waveform::Fmcw(s) if s.ramps.len() == 1 => s.ramps[0],
+        other => {
+            return Err(bad(
+                "a .cfg describes one linear ramp",
+                format!("{} with {} ramps", other.kind(), other.parts()),
+                "fmcw with one ramp",
+            ));
+        }
+    };
+    if radar.multiplex != Multiplex::Tdm || radar.tx.len() > 3 {
+        return Err(bad(
+            "the .cfg is written for transmitters in turn",
+            format!("{:?} with {} transmitters", radar.multiplex, radar.tx.len()),
+            "tdm with up to 3",
+        ));
+    }
+    if radar.rx.len() > 4 {
+        return Err(bad("these devices have four receivers", radar.rx.len().to_string(), "1..=4"));
+    }
+    Ok(TiRadar {
+        start_hz: radar.start_hz(),
+        slope_hz_per_s: radar.slope_hz_per_s(),
+        idle_s: ramp.period_s - ramp.time_s,
+        adc_start_s: radar.adc_start_s,
+        ramp_end_s: ramp.time_s,
+        tx_start_s: 0.0,
+        samples: radar.samples,
+        sample_rate_hz: radar.sample_rate_hz,
+        loops: radar.chirps,
+        tx_masks: (0..radar.tx.len()).map(|k| 1 << k).collect(),
+        multiplex: TiMultiplex::Tdm,
+        rx: (0..radar.rx.len() as u32).collect(),
+        frames: Some(1),
+        frame_period_s: 2.0 * radar.frame_time_s(),
+        complex: radar.sampling == Sampling::Iq,
+        image_band: false,
+        adc_bits: 16,
+        iq_order: IqOrder::Qi,
+        interleaved: false,
+        power_backoff_db: [0; 3],
+        rx_gain: 30,
+        high_pass: [0; 2],
+        lvds: Some([0, 1, 0]),
+        others: Vec::new(),
+    })
+}

@@ -1,0 +1,274 @@
+//! Many frames into one folder. Each frame appears under its name when it is complete; an interrupted
+//! run goes on where it stopped; the folder gets its own name at the very end.
+
+use super::files::{Truth, frame_name, write_frame, write_masks};
+use super::follow;
+use catseye::simulate::{Frame, Prepared, convergence};
+use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
+use catseye::cpu::adc::synthesis::Control;
+use catseye::engine::Engine;
+use catseye::error::{Error, Result};
+use catseye::formats::stage::{
+    MANIFEST, StagedDir, checksums, files_of, sha256_of_bytes, sha256_of_file, sync_file, sync_folder,
+    sync_tree,
+};
+use catseye::road::site::Site;
+use catseye::scene::Scene;
+use catseye::scene::radar_toml::to_toml;
+use catseye::scene::scenario::Scenario;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Draws the pictures of a frame into a folder.
+pub type Pictures<'a> = &'a (dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
+
+/// How to run.
+pub struct RunOptions<'a> {
+    /// What the folder's manifest calls it; only a folder of the same kind is replaced.
+    pub kind: &'static str,
+    pub force: bool,
+    /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate.
+    pub convergence: bool,
+    /// The text of the scenario file, kept in the manifest.
+    pub source: Option<String>,
+    /// Draws the pictures of a frame into its folder.
+    pub pictures: Pictures<'a>,
+    /// Called with (frames done, of them found complete from an earlier run).
+    pub progress: &'a dyn Fn(u32, u32),
+}
+
+/// What a run left.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunReport {
+    pub folder: PathBuf,
+    /// Frames that an interrupted run had left complete.
+    pub resumed: u32,
+    /// Frames of an interrupted run whose files were not as they had been written; they were made again.
+    pub repaired: u32,
+    pub frames: Vec<FrameRecord>,
+}
+
+/// What is known of a frame that is complete. Written when all its files would survive a loss of power.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Note {
+    records: Vec<FrameRecord>,
+    /// SHA-256 of its files, by path below the frame's folder.
+    checksums: BTreeMap<String, String>,
+}
+
+/// Runs all frames of the scenario on `engine` into `out`.
+pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
+    let site = Site::new(scenario)?;
+    let (scenario, scene) = (&site.scenario, &site.scene);
+    scenario.radars.iter().try_for_each(|r| engine.check_memory(r, 0))?;
+    let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
+    // Everything that decides on the bytes, the text of a calibration too: another one of these must not continue this
+    // folder.
+    let identity = sha256_of_bytes(
+        format!(
+            "{} {:?} {scenario:?} {radars:?} {} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            engine.report(),
+            options.convergence,
+            scene
+        )
+        .as_bytes(),
+    );
+    let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
+    let prepared = Prepared::new(scenario, scene)?;
+    let mut records = Vec::new();
+    let (mut resumed, mut repaired) = (0, 0);
+    let mut sums = BTreeMap::new();
+    for index in 0..scenario.frames.count {
+        let folder = staged.path().join(frame_name(index));
+        // Written last: a frame with a note is complete if its files still are what they were.
+        let note_path = notes.join(format!("{}.json", frame_name(index)));
+        let keep = |note: Note, records: &mut Vec<FrameRecord>, sums: &mut BTreeMap<String, String>| {
+            records.extend(note.records);
+            let name = frame_name(index);
+            sums.extend(note.checksums.into_iter().map(|(file, sum)| (format!("{name}/{file}"), sum)));
+        };
+        if let Some(note) = read_note(&note_path) {
+            if checksums(&folder).is_ok_and(|found| found == note.checksums) {
+                keep(note, &mut records, &mut sums);
+                resumed += 1;
+                (options.progress)(index + 1, resumed);
+                continue;
+            }
+            repaired += 1;
+        }
+        let unfinished = staged.path().join(format!("{}.unfinished", frame_name(index)));
+        for old in [&folder, &unfinished] {
+            if old.exists() {
+                fs::remove_dir_all(old).map_err(|e| Error::io(old, e))?;
+            }
+        }
+        fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
+        let mut record = Vec::with_capacity(scenario.radars.len());
+        for (which, radar) in scenario.radars.iter().enumerate() {
+            let frame = prepared.frame(engine, which, index, Control::default())?;
+            let truth = Truth::new(scenario, scene, &frame, site.road.as_ref());
+            let dir = match scenario.radars.len() {
+                1 => unfinished.clone(),
+                _ => unfinished.join(&radar.name),
+            };
+            fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
+            write_frame(&dir, &scenario.output, radar, &frame, &truth)?;
+            if scenario.output.masks {
+                write_masks(&dir, scene, &frame, &truth)?;
+            }
+            if scenario.output.plots {
+                (options.pictures)(scenario, scene, &frame, &truth, &dir)?;
+            }
+            let moves = match options.convergence {
+                true => convergence(engine, scenario, scene, which, index)?,
+                false => Vec::new(),
+            };
+            record.push(FrameRecord::of(&radar.name, &frame, moves));
+        }
+        let note = Note { records: record, checksums: checksums(&unfinished)? };
+        sync_tree(&unfinished)?;
+        fs::rename(&unfinished, &folder).map_err(|e| Error::io(&folder, e))?;
+        sync_folder(staged.path())?;
+        let text = serde_json::to_string(&note).map_err(|e| Error::Failed(format!("note: {e}")))?;
+        fs::write(&note_path, text).map_err(|e| Error::io(&note_path, e))?;
+        sync_file(&note_path)?;
+        keep(note, &mut records, &mut sums);
+        (options.progress)(index + 1, resumed);
+    }
+    if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
+        follow::write(staged.path(), scenario)?;
+    }
+    Manifest {
+        catseye: env!("CARGO_PKG_VERSION"),
+        engine: engine.report(),
+        seed: scenario.seed,
+        scenario: options.source.clone(),
+        scenario_name: scenario.name.clone(),
+        radar: keep_radars(staged.path(), &scenario.radars)?,
+        axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
+        import: Some(scene.import.clone()),
+        frames: records.clone(),
+    }
+    .write(staged.path())?;
+    let sums = with_the_rest(staged.path(), sums)?;
+    let folder = staged.commit_with(sums)?;
+    Ok(RunReport { folder, resumed, repaired, frames: records })
+}
+
+fn read_note(path: &Path) -> Option<Note> {
+    serde_json::from_slice(&fs::read(path).ok()?).ok()
+}
+
+/// The frames' checksums and those of what lies beside them. The frames are not read again: what was written is what counts.
+fn with_the_rest(dir: &Path, mut sums: BTreeMap<String, String>) -> Result<BTreeMap<String, String>> {
+    for name in files_of(dir)? {
+        if name != MANIFEST && !sums.contains_key(&name) {
+            sums.insert(name.clone(), sha256_of_file(dir.join(name))?);
+        }
+    }
+    Ok(sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catseye::engine::Precision;
+    use catseye::scene::radar_toml;
+    use catseye::scene::scenario;
+
+    const SCENARIO: &str = "name = \"s\"\nseed = 7\n\
+        [[point]]\nposition_m = [20, 3, 0.5]\nrcs_dbsm = 10\nclass = \"car\"\n\
+        [frames]\ncount = 2\ninterval_s = 0.1\n[output]\nadc = false\nrange_doppler = false\n";
+
+    /// An ideal array's calibration over the field of view, and one that differs in a digit.
+    fn calibration(radar: &catseye::scene::radar::Radar) -> String {
+        use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
+        let manifold = catseye::dsp::doa_manifold::Manifold::of_radar(radar).unwrap();
+        let azimuth_deg: Vec<f64> = (-14..=14).map(|i| 5.0 * f64::from(i)).collect();
+        let snapshots: Vec<Vec<num_complex::Complex64>> =
+            azimuth_deg.iter().map(|a| manifold.steering(a.to_radians(), 0.0)).collect();
+        let c = Calibration::from_turntable(
+            &manifold,
+            azimuth_deg,
+            vec![0.0],
+            None,
+            &snapshots,
+            &TurntableOptions::default(),
+        );
+        let mut bytes = Vec::new();
+        c.unwrap().write(&mut bytes, &[]).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    /// What a radar reads beside its file is in the run's folder, and an interrupted run goes on only with the same.
+    #[test]
+    fn calibrations_are_kept_and_compared() {
+        let t = tempfile::tempdir().unwrap();
+        let preset = include_str!("../../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 16");
+        let text = calibration(&radar_toml::parse(Path::new("r.toml"), &preset).unwrap());
+        let with = preset.replace(
+            "azimuth_bins",
+            "angle = { method = \"ml\", sources = 1, calibration_file = \"deep/cal.csv\" }\nazimuth_bins",
+        );
+        fs::create_dir(t.path().join("deep")).unwrap();
+        let start = |names: &[&str], text: &str, stop: bool| {
+            fs::write(t.path().join("deep/cal.csv"), text).unwrap();
+            let mut radars = String::new();
+            for name in names {
+                let file = format!("{name}.toml");
+                fs::write(t.path().join(&file), &with).unwrap();
+                radars += &format!("[[radars]]\nname = \"{name}\"\nradar = \"{file}\"\n");
+            }
+            let scenario = match names {
+                [one] => format!("radar = \"{one}.toml\"\n{SCENARIO}"),
+                _ => format!("{SCENARIO}{radars}"),
+            };
+            let scenario = scenario::parse(&t.path().join("s.toml"), &scenario).unwrap();
+            let out = t.path().join(names.join("-"));
+            let options = RunOptions {
+                kind: "run",
+                force: true,
+                convergence: false,
+                source: None,
+                pictures: &|_, _, frame, _, _| match (stop, frame.index) {
+                    (true, 1) => Err(Error::Failed("stopped".into())),
+                    _ => Ok(()),
+                },
+                progress: &|_, _| (),
+            };
+            run(&Engine::Cpu(Precision::F64), &scenario, &out, &options).map(|r| (r, scenario))
+        };
+        assert!(start(&["one"], &text, true).is_err());
+        // The same text goes on, another does not.
+        let other = format!("# measured again\n{text}");
+        let (report, scenario) = start(&["one"], &text, false).unwrap();
+        assert_eq!((report.resumed, report.frames.len()), (1, 2));
+        assert!(start(&["one"], &text, true).is_err());
+        let (report, _) = start(&["one"], &other, false).unwrap();
+        assert_eq!(report.resumed, 0);
+        assert_eq!(fs::read_to_string(report.folder.join("calibration.csv")).unwrap(), other);
+        // The manifest's radar is read beside the copy.
+        let manifest = |folder: &Path| -> serde_json::Value {
+            serde_json::from_slice(&fs::read(folder.join("manifest.json")).unwrap()).unwrap()
+        };
+        let kept = manifest(&report.folder);
+        assert!(kept["checksums"]["calibration.csv"].is_string());
+        let file = report.folder.join("radar.toml");
+        let mut back = radar_toml::parse(&file, kept["radar"].as_str().unwrap()).unwrap();
+        let read = back.processing.angle.calibration.take().unwrap();
+        assert_eq!((read.path, read.text), (report.folder.join("calibration.csv"), other));
+        let mut radar = scenario.radars[0].clone();
+        radar.processing.angle.calibration = None;
+        assert_eq!(to_toml(&back).unwrap(), to_toml(&radar).unwrap());
+        // Two radars have one each.
+        let (report, _) = start(&["left", "right"], &text, false).unwrap();
+        let kept = manifest(&report.folder);
+        for name in ["left", "right"] {
+            let copy = format!("calibration_{name}.csv");
+            assert_eq!(fs::read_to_string(report.folder.join(&copy)).unwrap(), text);
+            assert!(kept["radar"][name].as_str().unwrap().contains(&copy), "{kept}");
+        }
+    }
+}

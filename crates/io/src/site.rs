@@ -1,0 +1,37 @@
+//! A drawn scene made ready: what stands there, what is known of its roads, who drives.
+
+use super::recipe::Drawn;
+use catseye::error::Result;
+use catseye::road::labels::RoadTruth;
+use catseye::road::site;
+use catseye::scene::Scene;
+use catseye::scene::scenario::Scenario;
+
+/// Scene and scenario together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// Number of the scene in its dataset.
+    pub number: u32,
+    pub scenario: Scenario,
+    pub scene: Scene,
+    /// Of a road scene.
+    pub road: Option<RoadTruth>,
+    /// Draws that were repeated because vehicles stood in one another, and vehicles that were left out.
+    pub redrawn: u32,
+    pub dropped: u32,
+}
+
+impl Site {
+    /// The only place where a drawn road and a drawn scenario come together.
+    ///
+    /// Errors: those of the builders.
+    pub fn new(drawn: Drawn) -> Result<Site> {
+        let made = match drawn.plan {
+            Some(plan) => site::Site::on(&drawn.parsed, plan)?,
+            None => site::Site::new(&drawn.parsed)?,
+        };
+        let site::Site { scenario, scene, road } = made;
+        let (redrawn, dropped) = (drawn.redrawn, drawn.dropped);
+        Ok(Site { number: drawn.scene, scenario, scene, road, redrawn, dropped })
+    }
+}

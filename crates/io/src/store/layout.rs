@@ -1,0 +1,592 @@
+//! What a dataset stores: arrays and tables of a frame, how frames are put into shards, and in which format.
+
+use super::record::{Column, Data, Record};
+use catseye::error::{BadInput, Error, Result, json_in_words, nearest};
+use catseye::formats::stage;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::fmt;
+use std::ops::Range;
+use std::path::Path;
+
+/// The file that says what a folder stores.
+pub const LAYOUT: &str = "layout.json";
+/// Of [`LAYOUT`]; a change that an older reader would misread raises it.
+const VERSION: u32 = 1;
+/// The column that every stored table begins with.
+pub const FRAME: &str = "frame";
+/// Offsets of frames among the rows of a table in an HDF5 shard.
+pub const ROW_OFFSETS: &str = "row_offsets";
+/// Folders that a dataset holds beside its arrays.
+const TAKEN: [&str; 5] = ["tables", "data", "shards", "preview", "previews"];
+/// Codecs of Zarr and chunks of HDF5 hold less than 2 GiB in one piece.
+const MOST_FRAME_BYTES: usize = i32::MAX as usize;
+/// Where the frames of a shard lie is read and written in one piece.
+const MOST_FRAMES_OF_SHARD: u64 = 1 << 20;
+
+/// Numbers of an array, little-endian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub enum ArrayKind {
+    #[serde(rename = "complex64")]
+    C32,
+    #[serde(rename = "float32")]
+    F32,
+    #[serde(rename = "uint8")]
+    U8,
+    #[serde(rename = "int32")]
+    I32,
+}
+
+impl ArrayKind {
+    /// NumPy's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            ArrayKind::C32 => "complex64",
+            ArrayKind::F32 => "float32",
+            ArrayKind::U8 => "uint8",
+            ArrayKind::I32 => "int32",
+        }
+    }
+
+    /// Of one number.
+    pub fn bytes(self) -> usize {
+        match self {
+            ArrayKind::C32 => 8,
+            ArrayKind::F32 | ArrayKind::I32 => 4,
+            ArrayKind::U8 => 1,
+        }
+    }
+}
+
+/// Type of a table's column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub enum ColumnKind {
+    #[serde(rename = "int64")]
+    I64,
+    #[serde(rename = "uint32")]
+    U32,
+    #[serde(rename = "float64")]
+    F64,
+    #[serde(rename = "float32")]
+    F32,
+    #[serde(rename = "bool")]
+    Bool,
+    #[serde(rename = "text")]
+    Text,
+}
+
+/// An array of which every frame has one, of the same shape.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArraySpec {
+    pub name: String,
+    /// Names of a frame's axes, slowest first; the axis `frame` stands before them in the files.
+    pub dims: Vec<String>,
+    /// Of one frame.
+    pub shape: Vec<usize>,
+    #[serde(rename = "type")]
+    pub kind: ArrayKind,
+    pub unit: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub about: String,
+}
+
+impl ArraySpec {
+    /// Numbers in one frame.
+    pub fn count(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Bytes of one frame before compression.
+    pub fn bytes(&self) -> usize {
+        self.count() * self.kind.bytes()
+    }
+}
+
+/// A column; its unit is the end of its name (`range_m`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnSpec {
+    pub name: String,
+    #[serde(rename = "type")]
+    pub kind: ColumnKind,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub about: String,
+}
+
+impl ColumnSpec {
+    pub fn new(name: &str, kind: ColumnKind) -> Self {
+        ColumnSpec { name: name.into(), kind, about: String::new() }
+    }
+}
+
+/// A table to which every frame adds any number of rows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    pub name: String,
+    /// Without the column `frame`, which the writer puts first.
+    pub columns: Vec<ColumnSpec>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub about: String,
+}
+
+/// How shards are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// A Zarr v3 group: an array is a folder with one file a shard, a table a folder with one Parquet file a shard.
+    #[default]
+    Zarr,
+    /// One HDF5 file a shard.
+    Hdf5,
+    /// A folder a frame, with NumPy arrays and CSV tables.
+    Frames,
+}
+
+impl Format {
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Zarr => "zarr",
+            Format::Hdf5 => "hdf5",
+            Format::Frames => "frames",
+        }
+    }
+
+    /// Whether this build reads and writes it.
+    pub fn is_built(self) -> bool {
+        match self {
+            Format::Zarr => cfg!(feature = "zarr"),
+            Format::Hdf5 => cfg!(feature = "hdf5"),
+            Format::Frames => true,
+        }
+    }
+}
+
+/// Of arrays. As text: `none`, `zstd:LEVEL` (1 to 22), `deflate:LEVEL` (1 to 9).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Compression {
+    #[default]
+    None,
+    /// Zarr.
+    Zstd(i32),
+    /// HDF5, after a shuffle of bytes.
+    Deflate(u32),
+}
+
+impl fmt::Display for Compression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Compression::None => write!(f, "none"),
+            Compression::Zstd(level) => write!(f, "zstd:{level}"),
+            Compression::Deflate(level) => write!(f, "deflate:{level}"),
+        }
+    }
+}
+
+impl From<Compression> for String {
+    fn from(c: Compression) -> String {
+        c.to_string()
+    }
+}
+
+impl TryFrom<String> for Compression {
+    type Error = BadInput;
+
+    fn try_from(text: String) -> std::result::Result<Self, BadInput> {
+        let (name, level) = match text.split_once(':') {
+            Some((name, level)) => (name, level.parse::<u32>().ok()),
+            None => (text.as_str(), Some(3)),
+        };
+        match (name, level) {
+            ("none", _) if text == "none" => Ok(Compression::None),
+            ("zstd", Some(level @ 1..=22)) => Ok(Compression::Zstd(level as i32)),
+            ("deflate", Some(level @ 1..=9)) => Ok(Compression::Deflate(level)),
+            _ => Err(BadInput::new("is no compression")
+                .key("compression")
+                .value(&text)
+                .allowed("none, zstd:LEVEL (1 to 22), deflate:LEVEL (1 to 9)")),
+        }
+    }
+}
+
+impl schemars::JsonSchema for Compression {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Compression".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "type": "string",
+            "description": "none, zstd:LEVEL (zarr, 1 to 22), deflate:LEVEL (hdf5, 1 to 9); without a level, 3",
+            "pattern": "^(none|zstd(:([1-9]|1[0-9]|2[0-2]))?|deflate(:[1-9])?)$"
+        })
+    }
+}
+
+/// What a folder stores.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layout {
+    pub format: Format,
+    pub compression: Compression,
+    /// Of the whole dataset.
+    pub frames: u64,
+    pub frames_per_shard: u64,
+    pub arrays: Vec<ArraySpec>,
+    pub tables: Vec<TableSpec>,
+    /// About the whole, of the user's own; in Zarr attributes of the group.
+    #[serde(default)]
+    pub attributes: serde_json::Map<String, serde_json::Value>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LayoutFile {
+    store: u32,
+    layout: Layout,
+}
+
+fn check_name(what: &str, name: &str) -> Result<()> {
+    let first = name.bytes().next().is_some_and(|b| b.is_ascii_lowercase());
+    let rest = name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_');
+    if first && rest && name.len() <= 64 {
+        return Ok(());
+    }
+    Err(BadInput::new("is no name")
+        .key(what)
+        .value(name.escape_default())
+        .allowed("a lower-case letter, then letters, digits and _, up to 64")
+        .into())
+}
+
+fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    match names.into_iter().find(|n| !seen.insert(*n)) {
+        Some(twice) => Err(BadInput::new("occurs twice").key(what).value(twice).into()),
+        None => Ok(()),
+    }
+}
+
+impl Layout {
+    /// Refuses a layout that cannot be stored, or not by this build.
+    pub fn check(&self) -> Result<()> {
+        let bad = |problem: &str| BadInput::new(problem);
+        let counts = [
+            ("frames", self.frames, u32::MAX.into()),
+            ("frames_per_shard", self.frames_per_shard, MOST_FRAMES_OF_SHARD),
+        ];
+        for (key, n, most) in counts {
+            if n == 0 || n > most {
+                return Err(bad("is no count of frames")
+                    .key(key)
+                    .value(n)
+                    .allowed(format!("1 to {most}"))
+                    .into());
+            }
+        }
+        if self.arrays.is_empty() && self.tables.is_empty() {
+            return Err(bad("nothing to store: no array and no table").remedy("keep at least one").into());
+        }
+        check_once("array", self.arrays.iter().map(|a| a.name.as_str()))?;
+        for array in &self.arrays {
+            check_name("array", &array.name)?;
+            if TAKEN.contains(&array.name.as_str()) {
+                return Err(bad("is the name of a folder of the dataset")
+                    .key("array")
+                    .value(&array.name)
+                    .remedy("give the array another name")
+                    .into());
+            }
+            let of = |problem: &str| bad(problem).key(format!("array {}", array.name));
+            for dim in &array.dims {
+                check_name("axis", dim)?;
+            }
+            check_once("axis", array.dims.iter().map(String::as_str).chain([FRAME]))?;
+            let shape = format!("{:?}", array.shape);
+            if array.dims.len() != array.shape.len() {
+                return Err(of("as many names of axes as axes are needed")
+                    .value(format!("{:?} for shape {shape}", array.dims))
+                    .into());
+            }
+            let bytes = array.shape.iter().try_fold(array.kind.bytes(), |n, d| n.checked_mul(*d));
+            if !matches!(bytes, Some(1..=MOST_FRAME_BYTES)) {
+                return Err(of("a frame of it cannot be stored")
+                    .value(format!("shape {shape} of {}", array.kind.name()))
+                    .allowed(format!("1 to {MOST_FRAME_BYTES} bytes a frame"))
+                    .into());
+            }
+        }
+        check_once("table", self.tables.iter().map(|t| t.name.as_str()))?;
+        for table in &self.tables {
+            check_name("table", &table.name)?;
+            if table.columns.is_empty() {
+                return Err(bad("has no columns").key(format!("table {}", table.name)).into());
+            }
+            for column in &table.columns {
+                check_name("column", &column.name)?;
+            }
+            let names = table.columns.iter().map(|c| c.name.as_str());
+            check_once(&format!("column of table {}", table.name), names.chain([FRAME, ROW_OFFSETS]))?;
+        }
+        let fits = match self.compression {
+            Compression::None => true,
+            Compression::Zstd(level) => self.format == Format::Zarr && (1..=22).contains(&level),
+            Compression::Deflate(level) => self.format == Format::Hdf5 && (1..=9).contains(&level),
+        };
+        if !fits {
+            let allowed = match self.format {
+                Format::Zarr => "none, zstd:1 to zstd:22",
+                Format::Hdf5 => "none, deflate:1 to deflate:9",
+                Format::Frames => "none",
+            };
+            return Err(bad(&format!("cannot be had in the format {}", self.format.name()))
+                .key("compression")
+                .value(self.compression)
+                .allowed(allowed)
+                .into());
+        }
+        if !self.format.is_built() {
+            let feature = self.format.name();
+            return Err(bad("this build does not have the format")
+                .key("format")
+                .value(feature)
+                .allowed(
+                    [Format::Zarr, Format::Hdf5, Format::Frames]
+                        .into_iter()
+                        .filter(|f| f.is_built())
+                        .map(Format::name)
+                        .collect::<Vec<_>>()
+                        .join(", "),
+                )
+                .remedy(format!("build with --features {feature}"))
+                .into());
+        }
+        Ok(())
+    }
+
+    /// How many shards there are; the last may hold fewer frames.
+    pub fn shards(&self) -> u64 {
+        self.frames.div_ceil(self.frames_per_shard.max(1))
+    }
+
+    /// Frames of a shard; empty beyond the last.
+    pub fn frames_of(&self, shard: u64) -> Range<u64> {
+        let end = |k: u64| k.saturating_mul(self.frames_per_shard).min(self.frames);
+        end(shard)..end(shard.saturating_add(1))
+    }
+
+    pub fn shard_of(&self, frame: u64) -> u64 {
+        frame / self.frames_per_shard.max(1)
+    }
+
+    /// Bytes of a frame's arrays before compression.
+    pub fn array_bytes(&self) -> usize {
+        self.arrays.iter().map(ArraySpec::bytes).sum()
+    }
+
+    /// The array of that name. Errors: `BadInput` with the names that are there.
+    pub fn array(&self, name: &str) -> Result<&ArraySpec> {
+        self.arrays
+            .iter()
+            .find(|a| a.name == name)
+            .ok_or_else(|| absent("array", name, self.arrays.iter().map(|a| a.name.as_str())))
+    }
+
+    /// The table of that name. Errors: `BadInput` with the names that are there.
+    pub fn table(&self, name: &str) -> Result<&TableSpec> {
+        self.tables
+            .iter()
+            .find(|t| t.name == name)
+            .ok_or_else(|| absent("table", name, self.tables.iter().map(|t| t.name.as_str())))
+    }
+
+    /// Reads `layout.json` of `dir`.
+    ///
+    /// # Errors
+    /// `BadInput` where there is none, for one that is damaged, of a later version, or that this build cannot read.
+    pub fn open(dir: &Path) -> Result<Layout> {
+        let layout = Layout::find(dir)?.ok_or_else(|| {
+            BadInput::new("is no dataset: it has no layout.json")
+                .file(dir)
+                .remedy("name the folder that `catseye dataset` wrote")
+        })?;
+        layout.check()?;
+        Ok(layout)
+    }
+
+    fn find(dir: &Path) -> Result<Option<Layout>> {
+        let path = dir.join(LAYOUT);
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e)
+                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
+            {
+                return Ok(None);
+            }
+            Err(e) => return Err(Error::io(path, e)),
+        };
+        let damaged = |e: serde_json::Error| {
+            BadInput::new(format!("damaged: {}", json_in_words(&e)))
+                .file(&path)
+                .line(e.line())
+                .remedy("bring back the file that `catseye dataset` wrote")
+        };
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(damaged)?;
+        let version = value.get("store").and_then(serde_json::Value::as_u64);
+        if version.is_some_and(|v| v > VERSION.into()) {
+            return Err(BadInput::new("written by a later version")
+                .file(&path)
+                .key("store")
+                .value(version.unwrap_or_default())
+                .allowed(format!("up to {VERSION}"))
+                .remedy("read it with that version of catseye")
+                .into());
+        }
+        let file: LayoutFile = serde_json::from_str(&text).map_err(damaged)?;
+        Ok(Some(file.layout))
+    }
+
+    /// Writes `layout.json` into `dir`, or finds it there.
+    ///
+    /// # Errors
+    /// `BadInput` when another layout is there.
+    pub(super) fn keep(&self, dir: &Path) -> Result<()> {
+        let path = dir.join(LAYOUT);
+        if let Some(there) = Layout::find(dir)? {
+            if there == *self {
+                return Ok(());
+            }
+            return Err(BadInput::new(format!("holds a dataset of another layout ({})", there.unlike(self)))
+                .file(dir)
+                .remedy("give another folder, or the recipe that this one was begun with")
+                .into());
+        }
+        let file = LayoutFile { store: VERSION, layout: self.clone() };
+        let mut text =
+            serde_json::to_string_pretty(&file).map_err(|e| Error::Failed(format!("{LAYOUT}: {e}")))?;
+        text.push('\n');
+        stage::write_file(path, true, text.as_bytes())?;
+        Ok(())
+    }
+
+    /// The first thing in which `self` differs from `other`.
+    fn unlike(&self, other: &Layout) -> String {
+        let names = |l: &Layout| -> Vec<String> {
+            l.arrays.iter().map(|a| &a.name).chain(l.tables.iter().map(|t| &t.name)).cloned().collect()
+        };
+        if self.format != other.format {
+            format!("format {}, not {}", self.format.name(), other.format.name())
+        } else if self.compression != other.compression {
+            format!("compression {}, not {}", self.compression, other.compression)
+        } else if self.frames != other.frames {
+            format!("{} frames, not {}", self.frames, other.frames)
+        } else if self.frames_per_shard != other.frames_per_shard {
+            format!("{} frames a shard, not {}", self.frames_per_shard, other.frames_per_shard)
+        } else if names(self) != names(other) {
+            format!("it holds {}, not {}", names(self).join(", "), names(other).join(", "))
+        } else if let Some((a, b)) = self.arrays.iter().zip(&other.arrays).find(|(a, b)| a != b) {
+            format!("array {} is {:?} {:?}, not {:?} {:?}", a.name, a.kind, a.shape, b.kind, b.shape)
+        } else if let Some((a, _)) = self.tables.iter().zip(&other.tables).find(|(a, b)| a != b) {
+            format!("other columns in table {}", a.name)
+        } else {
+            "other attributes".into()
+        }
+    }
+
+    /// Refuses a record that is not of this layout.
+    pub(super) fn check_record(&self, frame: u64, record: &Record) -> Result<()> {
+        let bad =
+            |what: String, problem: &str| BadInput::new(problem).key(format!("{what} of frame {frame}"));
+        if record.frame != frame {
+            return Err(Error::Failed(format!("frame {} came where {frame} was asked for", record.frame)));
+        }
+        check_once("array", record.arrays.iter().map(|a| a.name.as_str()))?;
+        check_once("table", record.tables.iter().map(|t| t.name.as_str()))?;
+        for array in &record.arrays {
+            let spec = self.array(&array.name)?;
+            let here = (array.data.kind(), &array.shape, &array.dims, &array.unit);
+            if here != (spec.kind, &spec.shape, &spec.dims, &spec.unit) {
+                let text = |kind: ArrayKind, shape: &[usize], dims: &[String], unit: &str| {
+                    format!("{} {shape:?} [{}] in {unit}", kind.name(), dims.join(", "))
+                };
+                return Err(bad(format!("array {}", array.name), "is not as in the layout")
+                    .value(text(here.0, here.1, here.2, here.3))
+                    .allowed(text(spec.kind, &spec.shape, &spec.dims, &spec.unit))
+                    .remedy("all frames of a dataset need cubes of one shape: draw nothing that changes it")
+                    .into());
+            }
+            if array.data.len() != spec.count() {
+                return Err(bad(
+                    format!("array {}", array.name),
+                    "does not hold as many numbers as its shape",
+                )
+                .value(array.data.len())
+                .allowed(spec.count().to_string())
+                .into());
+            }
+        }
+        for spec in &self.arrays {
+            if !record.arrays.iter().any(|a| a.name == spec.name) {
+                return Err(bad(format!("array {}", spec.name), "is missing").into());
+            }
+        }
+        for table in &record.tables {
+            let spec = self.table(&table.name)?;
+            let here = table.columns.iter().map(|(name, column)| (name.as_str(), column.kind()));
+            if !here.clone().eq(spec.columns.iter().map(|c| (c.name.as_str(), c.kind))) {
+                let text =
+                    |list: Vec<(&str, ColumnKind)>| list.iter().map(|(n, k)| format!("{n} {k:?}")).collect();
+                let join = |list: Vec<String>| list.join(", ");
+                return Err(bad(format!("table {}", table.name), "has not the columns of the layout")
+                    .value(join(text(here.collect())))
+                    .allowed(join(text(spec.columns.iter().map(|c| (c.name.as_str(), c.kind)).collect())))
+                    .into());
+            }
+            let rows = table.rows();
+            if let Some((name, column)) = table.columns.iter().find(|(_, c)| c.len() != rows) {
+                return Err(bad(format!("table {}", table.name), "its columns differ in length")
+                    .value(format!("{} in {name}", column.len()))
+                    .allowed(rows.to_string())
+                    .into());
+            }
+            // Text of fixed width, as in HDF5, ends at its zeros.
+            let zero =
+                |column: &Column| matches!(column, Column::Text(t) if t.iter().any(|s| s.contains('\0')));
+            if let Some((name, _)) = table.columns.iter().find(|(_, c)| zero(c)) {
+                return Err(bad(format!("table {}", table.name), "text holds a zero byte")
+                    .value(name)
+                    .into());
+            }
+        }
+        for spec in &self.tables {
+            if !record.tables.iter().any(|t| t.name == spec.name) {
+                return Err(bad(format!("table {}", spec.name), "is missing").into());
+            }
+        }
+        Ok(())
+    }
+}
+
+fn absent<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Error {
+    let hint = nearest(name, known.clone()).map_or(String::new(), |n| format!(" (nearest: {n})"));
+    let all: Vec<&str> = known.collect();
+    BadInput::new(format!("no such {what} in the dataset{hint}"))
+        .key(what)
+        .value(name)
+        .allowed(if all.is_empty() { "none".into() } else { all.join(", ") })
+        .into()
+}
+
+impl Data {
+    /// Type of the numbers.
+    pub fn kind(&self) -> ArrayKind {
+        match self {
+            Data::C32(_) => ArrayKind::C32,
+            Data::F32(_) => ArrayKind::F32,
+            Data::U8(_) => ArrayKind::U8,
+            Data::I32(_) => ArrayKind::I32,
+        }
+    }
+}

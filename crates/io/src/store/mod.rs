@@ -1,0 +1,165 @@
+//! Frames in shards: a dataset folder's arrays and tables in one of three formats behind one interface.
+//!
+//! | format | arrays | tables |
+//! |---|---|---|
+//! | `zarr` | Zarr v3 arrays `NAME`, `[frame, …]`: one chunk a frame, one file a shard | `tables/NAME/part-000000.parquet` a shard |
+//! | `hdf5` | `data/part-000000.h5` a shard, datasets `/NAME`, `[frame, …]`, chunks of a frame | groups `/tables/NAME`, a dataset a column |
+//! | `frames` | `frame_000000/NAME.npy` | `frame_000000/NAME.csv` |
+//!
+//! `layout.json` says for all of them what is stored. Numbers are little-endian. Complex numbers are complex64, in HDF5 a
+//! compound of `r` and `i`. Every table begins with the column `frame` (int64).
+//!
+//! A shard is a function of its records alone: written twice, by whomever, it has the same bytes. Its files appear under
+//! their names only when the disk has them whole. Chunks carry checksums (CRC-32C, in HDF5 Fletcher-32), so that a reader
+//! tells a broken shard from data; that a shard is the one that was written, its SHA-256 tells ([`ShardFile`]).
+
+mod files;
+mod frames;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod layout;
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
+mod part;
+mod record;
+#[cfg(feature = "zarr")]
+mod rows;
+#[cfg(test)]
+mod tests;
+#[cfg(feature = "zarr")]
+mod zarr;
+
+pub use files::ShardFile;
+pub use layout::{
+    ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Compression, FRAME, Format, LAYOUT, Layout, TableSpec,
+};
+
+pub use record::{Array, Column, Data, Record, Table};
+
+use catseye::error::{BadInput, Error, Result};
+use std::path::Path;
+
+/// A shard under construction. Dropped without `finish`, it leaves no file.
+trait ShardWriter {
+    /// The next frame, already checked against the layout.
+    fn push(&mut self, record: &Record) -> Result<()>;
+    /// Puts all files under their names.
+    fn finish(self: Box<Self>) -> Result<Vec<ShardFile>>;
+}
+
+impl Layout {
+    /// Makes `dir` a dataset of this layout without frames, or finds that it is one: then nothing is changed.
+    ///
+    /// # Errors
+    /// `BadInput` for a layout that cannot be stored and for a folder that holds another.
+    pub fn create(&self, dir: &Path) -> Result<()> {
+        self.check()?;
+        std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, e))?;
+        self.keep(dir)?;
+        #[cfg(feature = "zarr")]
+        if self.format == Format::Zarr {
+            zarr::create(self, dir)?;
+        }
+        Ok(())
+    }
+
+    /// Writes one shard into a folder that [`create`](Layout::create) made. `frames` is asked for each of its frames in
+    /// order; one is held at a time, with HDF5 all of the shard, and of tables in Zarr a group of rows. Files of an
+    /// earlier attempt are replaced.
+    ///
+    /// # Errors
+    /// Those of `frames`; `BadInput` for a record that is not of the layout or a shard that it does not have; what the disk
+    /// says. Nothing of the shard stands under its name then, but frames in the format `frames`.
+    pub fn write_shard(
+        &self,
+        dir: &Path,
+        shard: u64,
+        frames: &mut dyn FnMut(u64) -> Result<Record>,
+    ) -> Result<Vec<ShardFile>> {
+        self.check()?;
+        self.check_shard(shard)?;
+        let mut writer: Box<dyn ShardWriter + '_> = match self.format {
+            #[cfg(feature = "zarr")]
+            Format::Zarr => Box::new(zarr::Writer::new(self, dir, shard)?),
+            #[cfg(feature = "hdf5")]
+            Format::Hdf5 => Box::new(hdf5::Writer::new(self, dir, shard)?),
+            Format::Frames => Box::new(frames::Writer::new(dir)),
+            #[cfg(not(all(feature = "zarr", feature = "hdf5")))]
+            _ => return Err(Error::Failed(format!("no format {} in this build", self.format.name()))),
+        };
+        for frame in self.frames_of(shard) {
+            let record = frames(frame)?;
+            self.check_record(frame, &record)?;
+            writer.push(&record)?;
+        }
+        writer.finish()
+    }
+
+    /// All of one frame.
+    ///
+    /// # Errors
+    /// `BadInput` for a frame that the dataset does not have, a shard that is missing, broken or of another layout.
+    pub fn read(&self, dir: &Path, frame: u64) -> Result<Record> {
+        let arrays = self.arrays.iter().map(|a| self.read_array(dir, &a.name, frame));
+        let tables = self.tables.iter().map(|t| self.read_table(dir, &t.name, frame));
+        Ok(Record { frame, arrays: arrays.collect::<Result<_>>()?, tables: tables.collect::<Result<_>>()? })
+    }
+
+    /// One array of a frame.
+    ///
+    /// # Errors
+    /// As [`read`](Layout::read); a name that the dataset does not have.
+    pub fn read_array(&self, dir: &Path, name: &str, frame: u64) -> Result<Array> {
+        self.check_frame(frame)?;
+        let spec = self.array(name)?;
+        let data = match self.format {
+            #[cfg(feature = "zarr")]
+            Format::Zarr => zarr::read(self, spec, dir, frame)?,
+            #[cfg(feature = "hdf5")]
+            Format::Hdf5 => hdf5::read_array(self, spec, dir, frame)?,
+            Format::Frames => frames::read_array(spec, dir, frame)?,
+            #[cfg(not(all(feature = "zarr", feature = "hdf5")))]
+            _ => return Err(Error::Failed(format!("no format {} in this build", self.format.name()))),
+        };
+        Ok(Array::of(spec, data))
+    }
+
+    /// The rows of one table that belong to a frame.
+    ///
+    /// # Errors
+    /// As [`read_array`](Layout::read_array).
+    pub fn read_table(&self, dir: &Path, name: &str, frame: u64) -> Result<Table> {
+        self.check_frame(frame)?;
+        let spec = self.table(name)?;
+        match self.format {
+            #[cfg(feature = "zarr")]
+            Format::Zarr => rows::read(self, spec, dir, frame),
+            #[cfg(feature = "hdf5")]
+            Format::Hdf5 => hdf5::read_table(self, spec, dir, frame),
+            Format::Frames => frames::read_table(spec, dir, frame),
+            #[cfg(not(all(feature = "zarr", feature = "hdf5")))]
+            _ => Err(Error::Failed(format!("no format {} in this build", self.format.name()))),
+        }
+    }
+
+    fn check_frame(&self, frame: u64) -> Result<()> {
+        if frame < self.frames {
+            return Ok(());
+        }
+        Err(BadInput::new("the dataset has no such frame")
+            .key("frame")
+            .value(frame)
+            .allowed(format!("0 to {}", self.frames.saturating_sub(1)))
+            .into())
+    }
+
+    fn check_shard(&self, shard: u64) -> Result<()> {
+        if shard < self.shards() {
+            return Ok(());
+        }
+        Err(BadInput::new("the dataset has no such shard")
+            .key("shard")
+            .value(shard)
+            .allowed(format!("0 to {}", self.shards().saturating_sub(1)))
+            .into())
+    }
+}

@@ -1,0 +1,133 @@
+//! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
+
+use catseye::simulate::Frame;
+use super::site::Site;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Width of the bins of SNR, dB, and of range, m.
+pub const SNR_BIN_DB: f64 = 5.0;
+pub const RANGE_BIN_M: f64 = 10.0;
+
+/// Of some frames.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tally {
+    pub frames: u64,
+    /// Frames of each part.
+    pub splits: BTreeMap<String, u64>,
+    pub echoes: u64,
+    pub points: u64,
+    /// Least and greatest number of points in a frame, of all radars.
+    pub points_a_frame: Option<[u64; 2]>,
+    /// Points by the lower end of their bin, dB.
+    pub snr_db: BTreeMap<i32, u64>,
+    /// Points by the lower end of their bin, m.
+    pub range_m: BTreeMap<i32, u64>,
+    pub classes: BTreeMap<String, ClassTally>,
+    /// Scenes that begin in these frames.
+    pub scenes: u64,
+    /// Vehicles that were drawn again, and left out, because they stood in others.
+    pub redrawn: u64,
+    pub dropped: u64,
+}
+
+/// Of one class, "" for none.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClassTally {
+    /// Objects in the scenes, once a scene.
+    pub objects: u64,
+    /// Points that are labelled with it.
+    pub points: u64,
+}
+
+fn bin(x: f64, width: f64) -> i32 {
+    // Casts saturate; a value that is no number counts as 0.
+    (x / width).floor() as i32 * width as i32
+}
+
+impl Tally {
+    /// One frame of all radars of a site.
+    pub fn of(site: &Site, split: &str, radars: &[Frame]) -> Tally {
+        let mut t = Tally { frames: 1, ..Default::default() };
+        t.splits.insert(split.to_string(), 1);
+        for f in radars {
+            t.echoes += f.returns.returns.len() as u64;
+            t.points += f.points.len() as u64;
+            for p in &f.points {
+                // Of a cube without noise the ratio is infinite.
+                if p.snr_db.is_finite() {
+                    *t.snr_db.entry(bin(p.snr_db, SNR_BIN_DB)).or_default() += 1;
+                }
+                *t.range_m.entry(bin(p.range_m, RANGE_BIN_M)).or_default() += 1;
+                t.classes.entry(p.class.clone()).or_default().points += 1;
+            }
+        }
+        t.points_a_frame = Some([t.points; 2]);
+        if radars.first().is_some_and(|f| f.index == 0) {
+            t.scenes = 1;
+            (t.redrawn, t.dropped) = (site.redrawn.into(), site.dropped.into());
+            for o in &site.scene.objects {
+                t.classes.entry(o.class.clone()).or_default().objects += 1;
+            }
+        }
+        t
+    }
+
+    pub fn add(&mut self, o: &Tally) {
+        fn maps<K: Ord + Clone>(a: &mut BTreeMap<K, u64>, b: &BTreeMap<K, u64>) {
+            b.iter().for_each(|(k, n)| *a.entry(k.clone()).or_default() += n);
+        }
+        self.frames += o.frames;
+        self.echoes += o.echoes;
+        self.points += o.points;
+        self.scenes += o.scenes;
+        self.redrawn += o.redrawn;
+        self.dropped += o.dropped;
+        self.points_a_frame = match (self.points_a_frame, o.points_a_frame) {
+            (Some([a, b]), Some([c, d])) => Some([a.min(c), b.max(d)]),
+            (a, b) => a.or(b),
+        };
+        maps(&mut self.splits, &o.splits);
+        maps(&mut self.snr_db, &o.snr_db);
+        maps(&mut self.range_m, &o.range_m);
+        for (class, n) in &o.classes {
+            let here = self.classes.entry(class.clone()).or_default();
+            here.objects += n.objects;
+            here.points += n.points;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_begin_below_their_values() {
+        assert_eq!([-0.1, 0.0, 4.9, 5.0, 12.0].map(|x| bin(x, 5.0)), [-5, 0, 0, 5, 10]);
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_the_order() {
+        let one = |points: u64, class: &str| {
+            let mut t = Tally { frames: 1, points, points_a_frame: Some([points; 2]), ..Default::default() };
+            t.classes.insert(class.into(), ClassTally { objects: 1, points });
+            t.snr_db.insert(10, points);
+            t
+        };
+        let parts = [one(3, "car"), one(7, "marker"), one(5, "car")];
+        let sum = |order: [usize; 3]| {
+            let mut t = Tally::default();
+            order.iter().for_each(|i| t.add(&parts[*i]));
+            t
+        };
+        let t = sum([0, 1, 2]);
+        assert_eq!(t, sum([2, 0, 1]));
+        assert_eq!((t.points, t.points_a_frame, t.snr_db[&10]), (15, Some([3, 7]), 15));
+        assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8 });
+        let text = serde_json::to_string(&t).unwrap();
+        assert_eq!(serde_json::from_str::<Tally>(&text).unwrap(), t);
+    }
+}

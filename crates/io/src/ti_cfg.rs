@@ -1,0 +1,588 @@
+//! Configuration files of Texas Instruments' mmWave devices: the commands of the mmWave SDK's demo, one a
+//! line (mmWave SDK User's Guide, "Configuration (.cfg) File Format"). Fields that follow are in the
+//! units of the commands; [`TiRadar`] is in SI units.
+//!
+//! `channelCfg rx_mask tx_mask cascading` · `adcCfg bits format` ·
+//! `adcbufCfg [subframe] format sample_swap interleave threshold` ·
+//! `profileCfg id start_GHz idle_µs adc_start_µs ramp_end_µs power_backoff phase_shifter slope_MHz/µs
+//! tx_start_µs samples rate_ksps hpf1 hpf2 rx_gain` ·
+//! `chirpCfg first last profile start_Hz slope_kHz/µs idle_µs adc_start_µs tx_mask` ·
+//! `frameCfg first last loops frames period_ms trigger delay_ms` · `bpmCfg subframe on chirp0 chirp1` ·
+//! `lvdsStreamCfg subframe header format software`.
+
+use super::ti_commands::Commands;
+use catseye::error::{BadInput, Error, Result};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// A configuration has some fifty short lines.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// How the transmitters share the chirps of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Multiplex {
+    /// One transmitter in each chirp, each once in a loop.
+    Tdm,
+    /// Two transmitters in two chirps, S₁ + S₂ and S₁ − S₂ (TI SWRA554, section 4.2): see
+    /// [`bpm_separate`].
+    Bpm,
+    /// Several transmitters in a chirp with equal signs: one beam.
+    Together,
+}
+
+/// Order of the two words of a complex sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IqOrder {
+    /// In phase first (`sample_swap` 0).
+    Iq,
+    /// Quadrature first (`sample_swap` 1, which the SDK's demo uses).
+    Qi,
+}
+
+/// What a `.cfg` says of the radar. All chirps of a frame have one shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TiRadar {
+    /// Frequency where the ramp begins.
+    pub start_hz: f64,
+    /// Negative for a falling ramp.
+    pub slope_hz_per_s: f64,
+    /// From the end of a ramp to the start of the next.
+    pub idle_s: f64,
+    /// From the start of the ramp to the first sample.
+    pub adc_start_s: f64,
+    /// Length of the ramp.
+    pub ramp_end_s: f64,
+    /// When the transmitter is switched on, from the start of the ramp; negative is before it.
+    pub tx_start_s: f64,
+    /// Of one chirp.
+    pub samples: usize,
+    pub sample_rate_hz: f64,
+    /// Times that the chirps of `tx_masks` are repeated in a frame.
+    pub loops: usize,
+    /// Transmitters (bit 0 is TX1) of each chirp of a loop, in order.
+    pub tx_masks: Vec<u32>,
+    pub multiplex: Multiplex,
+    /// Receivers that are on, counted from 0, ascending.
+    pub rx: Vec<u32>,
+    /// `None` runs until it is stopped.
+    pub frames: Option<usize>,
+    pub frame_period_s: f64,
+    /// I and Q; else real samples.
+    pub complex: bool,
+    /// The image band is kept ("complex 2x").
+    pub image_band: bool,
+    /// 12, 14 or 16.
+    pub adc_bits: u32,
+    pub iq_order: IqOrder,
+    /// All receivers of a sample together (xWR14xx), else one receiver's chirp after another.
+    pub interleaved: bool,
+    /// Output power below the largest, in dB, of TX1, TX2, TX3.
+    pub power_backoff_db: [u8; 3],
+    /// As in `profileCfg`: bits 0 to 5 are the gain in dB.
+    pub rx_gain: u32,
+    /// Corner codes of the two high-pass filters, as in `profileCfg`.
+    pub high_pass: [u32; 2],
+    /// `[header, format, software]` of `lvdsStreamCfg`.
+    pub lvds: Option<[u32; 3]>,
+    /// Commands that say nothing of the samples, as they stood.
+    pub others: Vec<String>,
+}
+
+impl TiRadar {
+    /// Reads a `.cfg`.
+    ///
+    /// # Errors
+    /// `BadInput` with the line for a value that is no number or out of range, a chirp without its
+    /// profile, samples beyond the ramp, a frame shorter than its chirps, a mask of antennas that are off.
+    pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
+        let path = path.as_ref();
+        let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
+        let bytes = catseye::formats::input::read(path, "a .cfg file", MAX_BYTES)?;
+        TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
+    }
+
+    /// The radar of a text; `file` is named in errors.
+    pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
+        Commands::parse(file.as_ref(), text)?.radar()
+    }
+
+    /// Chirps of a loop.
+    pub fn slots(&self) -> usize {
+        self.tx_masks.len()
+    }
+
+    /// Rows of samples in a loop: chirps times receivers, the chirp running slower. With TDM these are
+    /// the virtual channels.
+    pub fn channels(&self) -> usize {
+        self.slots() * self.rx.len()
+    }
+
+    /// `[chirp, rx_virtual, sample]` of one frame.
+    pub fn shape(&self) -> [usize; 3] {
+        [self.loops, self.channels(), self.samples]
+    }
+
+    /// From the start of one chirp to the start of the next.
+    pub fn chirp_period_s(&self) -> f64 {
+        self.idle_s + self.ramp_end_s
+    }
+
+    /// Frequency in the middle of the ramp.
+    pub fn carrier_hz(&self) -> f64 {
+        self.start_hz + 0.5 * self.slope_hz_per_s * self.ramp_end_s
+    }
+
+    /// The `.cfg` with the commands that the mmWave SDK's demo (release 3) needs before it starts. Commands
+    /// of `others` take the place of the demo's defaults. Reads back with the same numbers.
+    pub fn to_cfg(&self) -> String {
+        let mask = |of: &[u32]| of.iter().fold(0, |m, r| m | 1u32 << r);
+        let tx = self.tx_masks.iter().fold(0, |m, t| m | t);
+        let bits = (self.adc_bits.saturating_sub(12)) / 2;
+        let format = if self.complex { 1 + u32::from(self.image_band) } else { 0 };
+        let [b0, b1, b2] = self.power_backoff_db;
+        let mut out = String::from("% Written by catseye\nsensorStop\nflushCfg\ndfeDataOutputMode 1\n");
+        let mut line = |l: std::fmt::Arguments<'_>| {
+            // Writing to a string does not fail.
+            let _ = writeln!(out, "{l}");
+        };
+        line(format_args!("channelCfg {} {tx} 0", mask(&self.rx)));
+        line(format_args!("adcCfg {bits} {format}"));
+        line(format_args!(
+            "adcbufCfg -1 {} {} {} 1",
+            u32::from(!self.complex),
+            u32::from(self.iq_order == IqOrder::Qi),
+            u32::from(!self.interleaved),
+        ));
+        line(format_args!(
+            "profileCfg 0 {} {} {} {} {} 0 {} {} {} {} {} {} {}",
+            shifted(self.start_hz, -9),
+            shifted(self.idle_s, 6),
+            shifted(self.adc_start_s, 6),
+            shifted(self.ramp_end_s, 6),
+            u32::from_le_bytes([b0, b1, b2, 0]),
+            shifted(self.slope_hz_per_s, -12),
+            shifted(self.tx_start_s, 6),
+            self.samples,
+            shifted(self.sample_rate_hz, -3),
+            self.high_pass[0],
+            self.high_pass[1],
+            self.rx_gain,
+        ));
+        for (i, t) in self.tx_masks.iter().enumerate() {
+            line(format_args!("chirpCfg {i} {i} 0 0 0 0 0 {t}"));
+        }
+        line(format_args!(
+            "frameCfg 0 {} {} {} {} 1 0",
+            self.slots() - 1,
+            self.loops,
+            self.frames.unwrap_or(0),
+            shifted(self.frame_period_s, 3)
+        ));
+        line(format_args!("bpmCfg -1 {} 0 1", u32::from(self.multiplex == Multiplex::Bpm)));
+        if let Some([header, format, software]) = self.lvds {
+            line(format_args!("lvdsStreamCfg -1 {header} {format} {software}"));
+        }
+        for default in DEMO_DEFAULTS {
+            let name = name_of(default);
+            let said = self.others.iter().any(|o| name_of(o) == name);
+            let own = name == "lvdsStreamCfg" && self.lvds.is_some();
+            if !(said || own) {
+                line(format_args!("{default}"));
+            }
+        }
+        for other in &self.others {
+            line(format_args!("{other}"));
+        }
+        line(format_args!("sensorStart"));
+        out
+    }
+
+    /// Refuses a stream over LVDS that holds more than plain samples.
+    ///
+    /// # Errors
+    /// `BadInput` for headers, chirp-quality words or the software's own stream.
+    pub fn check_plain_stream(&self, cfg: &Path) -> Result<()> {
+        let Some([header, format, software]) = self.lvds else { return Ok(()) };
+        if header != 0 || format > 1 || software != 0 {
+            return Err(BadInput::new("the recording holds more than samples")
+                .file(cfg)
+                .key("lvdsStreamCfg")
+                .value(format!("-1 {header} {format} {software}"))
+                .allowed("-1 0 1 0: samples without headers")
+                .remedy("record again with that line")
+                .into());
+        }
+        Ok(())
+    }
+
+    /// The text of a catseye radar: `carrier_hz` is the centre of the ramp.
+    ///
+    /// # Errors
+    /// `BadInput` for a falling ramp, and for transmitters that send together: those need a radar TOML of
+    /// their own.
+    pub fn to_radar_toml(&self, name: &str, board: Board) -> Result<String> {
+        let bad = |key: &str, value: String, problem: &str| {
+            Error::from(
+                BadInput::new(problem)
+                    .key(key)
+                    .value(value)
+                    .remedy("describe the radar in a TOML file and give it with --radar"),
+            )
+        };
+        if self.slope_hz_per_s <= 0.0 {
+            return Err(bad("profileCfg slope", format!("{:e} Hz/s", self.slope_hz_per_s), "the ramp falls"));
+        }
+        if self.multiplex != Multiplex::Tdm {
+            return Err(bad(
+                "chirpCfg tx_mask",
+                format!("{:?}", self.tx_masks),
+                "transmitters send together",
+            ));
+        }
+        let tx: Vec<u32> = self.tx_masks.iter().map(|m| m.trailing_zeros()).collect();
+        let power = POWER_DBM
+            - tx.iter()
+                .map(|t| f64::from(*self.power_backoff_db.get(*t as usize).unwrap_or(&0)))
+                .fold(f64::INFINITY, f64::min);
+        let name = name.replace(['\\', '"'], "'").replace(char::is_control, " ");
+        let mut out = String::new();
+        // Writing to a string does not fail.
+        let _ = write!(
+            out,
+            "# From a TI mmWave configuration. Antennas: {}.\n\
+             # Patterns are left isotropic, and counts of the converter have no level in dBm unless one is\n\
+             # given: levels of this radar are relative.\n\
+             name = \"{name}\"\n\n[waveform]\ncarrier_hz = {}\nbandwidth_hz = {}\nramp_time_s = {}\n\
+             chirp_period_s = {}\nchirps = {}\n\n[receiver]\nsampling = \"{}\"\nsample_rate_hz = {}\n\
+             samples = {}\nadc_start_s = {}\n\
+             noise_figure_db = {NOISE_FIGURE_DB:?} # of the AWR1243 at 76 to 77 GHz (TI)\n\n\
+             [transmitter]\npower_dbm = {power:?}\n",
+            board.note(),
+            number(self.carrier_hz()),
+            number(self.slope_hz_per_s * self.ramp_end_s),
+            number(self.ramp_end_s),
+            number(self.chirp_period_s()),
+            self.loops,
+            if self.complex { "iq" } else { "real" },
+            number(self.sample_rate_hz),
+            self.samples,
+            number(self.adc_start_s),
+        );
+        for (table, places) in [("tx", board.tx(&tx, self)), ("rx", board.rx(self))] {
+            for [x, y, z] in places {
+                let _ = write!(out, "\n[[{table}]]\nposition_half_wavelengths = [{x:?}, {y:?}, {z:?}]\n");
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Largest output of one transmitter of the first-generation devices (TI, sensing estimator: 12 dBm).
+const POWER_DBM: f64 = 12.0;
+/// As TI's engineers reckon for the AWR1243 (E2E 870322: 14 dB, −160 dBm/Hz).
+const NOISE_FIGURE_DB: f64 = 14.0;
+
+/// Where the antennas stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Board {
+    /// Receivers half a wavelength apart, transmitters in their order of sending as far apart as all
+    /// receivers together, so that the virtual array is a filled line.
+    #[default]
+    Line,
+    /// Receivers D = λ/2 apart; TX2 stands 2D to the side of TX1 and D above, TX3 2D further in TX1's row;
+    /// λ at 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
+    Iwr6843,
+}
+
+impl Board {
+    /// Wavelength at which the board's spacings are half of it.
+    const IWR6843_DESIGN_HZ: f64 = 62e9;
+
+    fn note(self) -> &'static str {
+        match self {
+            Board::Line => {
+                "a filled half-wavelength line in the order of sending, an assumption: a .cfg says nothing of it"
+            }
+            Board::Iwr6843 => "IWR6843 evaluation module (TI SWRU585, section 4.1), spacings for 62 GHz",
+        }
+    }
+
+    /// `[forward, left, up]` in half wavelengths of the carrier, the first receiver furthest to the right.
+    fn rx(self, radar: &TiRadar) -> Vec<[f64; 3]> {
+        match self {
+            Board::Line => (0..radar.rx.len()).map(|i| [0.0, i as f64, 0.0]).collect(),
+            Board::Iwr6843 => {
+                radar.rx.iter().map(|r| [0.0, f64::from(*r) * self.scale(radar), 0.0]).collect()
+            }
+        }
+    }
+
+    /// The same of transmitters, in their order of sending.
+    fn tx(self, order: &[u32], radar: &TiRadar) -> Vec<[f64; 3]> {
+        match self {
+            Board::Line => (0..order.len()).map(|i| [0.0, (i * radar.rx.len()) as f64, 0.0]).collect(),
+            Board::Iwr6843 => {
+                let k = self.scale(radar);
+                order.iter().map(|t| [0.0, 2.0 * f64::from(*t) * k, if *t == 1 { k } else { 0.0 }]).collect()
+            }
+        }
+    }
+
+    fn scale(self, radar: &TiRadar) -> f64 {
+        radar.carrier_hz() / Self::IWR6843_DESIGN_HZ
+    }
+}
+
+/// Separates two transmitters of BPM: on return `a` holds (a + b)/2 and `b` (a − b)/2, the echoes of the
+/// first and of the second (TI SWRA554, section 4.2). Exact for what stands still; a moving target turns by
+/// f_d times the chirp period between the two.
+pub fn bpm_separate<T>(a: &mut [num_complex::Complex<T>], b: &mut [num_complex::Complex<T>])
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Div<Output = T> + From<f32>,
+{
+    let two = T::from(2.0);
+    for (a, b) in a.iter_mut().zip(b) {
+        let (s, d) = ([a.re + b.re, a.im + b.im], [a.re - b.re, a.im - b.im]);
+        *a = num_complex::Complex::new(s[0] / two, s[1] / two);
+        *b = num_complex::Complex::new(d[0] / two, d[1] / two);
+    }
+}
+
+/// What the demo will not start without (release 3), with the values of its own sample profiles; the last
+/// but one lines keep every range and speed in its field of view.
+const DEMO_DEFAULTS: [&str; 18] = [
+    "lvdsStreamCfg -1 0 1 0",
+    "lowPower 0 0",
+    "guiMonitor -1 1 1 0 0 0 1",
+    "cfarCfg -1 0 2 8 4 3 0 15 1",
+    "cfarCfg -1 1 0 4 2 3 1 15 1",
+    "multiObjBeamForming -1 1 0.5",
+    "clutterRemoval -1 0",
+    "calibDcRangeSig -1 0 -5 8 256",
+    "extendedMaxVelocity -1 0",
+    "compRangeBiasAndRxChanPhase 0.0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0",
+    "measureRangeBiasAndRxChanPhase 0 1.5 0.2",
+    "CQRxSatMonitor 0 3 4 63 0",
+    "CQSigImgMonitor 0 63 4",
+    "analogMonitor 0 0",
+    "aoaFovCfg -1 -90 90 -90 90",
+    "cfarFovCfg -1 0 0 1000",
+    "cfarFovCfg -1 1 -100 100",
+    "calibData 0 0 0",
+];
+
+fn name_of(line: &str) -> &str {
+    line.split_whitespace().next().unwrap_or("")
+}
+
+/// The shortest decimal that reads back as `x`, its point moved by `power` places: exact both ways.
+pub(super) fn shifted(x: f64, power: i32) -> String {
+    let text = format!("{x:e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let (sign, mantissa) = mantissa.strip_prefix('-').map_or(("", mantissa), |m| ("-", m));
+    let digits: String = mantissa.chars().filter(|c| *c != '.').collect();
+    let point = exponent.parse::<i32>().unwrap_or(0) + power + 1;
+    let n = digits.len() as i32;
+    let plain = if point <= 0 {
+        format!("0.{}{digits}", "0".repeat(-point as usize))
+    } else if point >= n {
+        format!("{digits}{}", "0".repeat((point - n) as usize))
+    } else {
+        format!("{}.{}", &digits[..point as usize], &digits[point as usize..])
+    };
+    if x == 0.0 { "0".into() } else { format!("{sign}{plain}") }
+}
+
+/// A TOML float: the shortest that reads back the same, rounded to fifteen digits where sums left dust.
+fn number(x: f64) -> String {
+    let rounded: f64 = format!("{x:.14e}").parse().unwrap_or(x);
+    if rounded == 0.0 { "0.0".into() } else { format!("{rounded:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The demo's commands for an xWR1843 with three transmitters (SDK 3).
+    const XWR18: &str = "% a comment\n\
+        sensorStop\nflushCfg\ndfeDataOutputMode 1\nchannelCfg 15 7 0\nadcCfg 2 1\nadcbufCfg -1 0 1 1 1\n\
+        profileCfg 0 77 429 7 57.14 0 0 70 1 256 5209 0 0 30\n\
+        chirpCfg 0 0 0 0 0 0 0 1\nchirpCfg 1 1 0 0 0 0 0 4\nchirpCfg 2 2 0 0 0 0 0 2\n\
+        frameCfg 0 2 16 0 100 1 0\nlowPower 0 0 # kept\nguiMonitor -1 1 1 0 0 0 1\n\
+        lvdsStreamCfg -1 0 1 0\nsensorStart\n";
+
+    fn parsed(text: &str) -> TiRadar {
+        TiRadar::parse("a.cfg", text).unwrap()
+    }
+
+    fn message(text: &str) -> String {
+        let e = TiRadar::parse("a.cfg", text).unwrap_err();
+        assert_eq!(e.exit_code(), 2);
+        let s = e.to_string();
+        assert_eq!(s.lines().count(), 1, "{s}");
+        assert!(s.starts_with("a.cfg:"), "{s}");
+        s
+    }
+
+    #[test]
+    fn the_demo_profile_in_si_units() {
+        let r = parsed(XWR18);
+        assert_eq!(r.start_hz, 77e9);
+        assert_eq!(r.slope_hz_per_s, 70e12);
+        assert_eq!(r.idle_s, 429e-6);
+        assert_eq!(r.adc_start_s, 7e-6);
+        assert_eq!(r.ramp_end_s, 57.14e-6);
+        assert_eq!(r.tx_start_s, 1e-6);
+        assert_eq!((r.samples, r.sample_rate_hz), (256, 5.209e6));
+        assert_eq!((r.loops, r.tx_masks.as_slice()), (16, &[1, 4, 2][..]));
+        assert_eq!((r.multiplex, r.frames, r.frame_period_s), (Multiplex::Tdm, None, 0.1));
+        assert_eq!((r.rx.as_slice(), r.adc_bits), (&[0, 1, 2, 3][..], 16));
+        assert!(r.complex && !r.image_band && !r.interleaved);
+        assert_eq!((r.iq_order, r.lvds), (IqOrder::Qi, Some([0, 1, 0])));
+        assert_eq!(r.others, ["lowPower 0 0", "guiMonitor -1 1 1 0 0 0 1"]);
+        assert_eq!(r.shape(), [16, 12, 256]);
+        // 77 GHz + 70 MHz/us * 57.14 us / 2 = 78.9999 GHz.
+        assert!((r.carrier_hz() - 78.9999e9).abs() < 1.0);
+    }
+
+    #[test]
+    fn other_generations_and_orders() {
+        // xWR14xx: no subframe in adcbufCfg, channels together, real samples of 12 bits.
+        let r = parsed(
+            &XWR18.replace("adcbufCfg -1 0 1 1 1", "adcbufCfg 1 0 0 1").replace("adcCfg 2 1", "adcCfg 0 0"),
+        );
+        assert!(r.interleaved && !r.complex);
+        assert_eq!((r.iq_order, r.adc_bits), (IqOrder::Iq, 12));
+        // One transmitter in every chirp of the loop: as many chirps of one channel group.
+        let one = XWR18.replace("0 0 0 0 4\n", "0 0 0 0 1\n").replace("0 0 0 0 2\n", "0 0 0 0 1\n");
+        let r = parsed(&one);
+        assert_eq!((r.loops, r.tx_masks.as_slice()), (48, &[1][..]));
+        // Windows line ends, a byte-order mark, spaces.
+        let r = parsed(&format!("\u{feff}{}", XWR18.replace('\n', "  \r\n")));
+        assert_eq!(r, parsed(XWR18));
+        // Later commands count, and flushCfg forgets.
+        let r = parsed(&format!("profileCfg 1 60 1 1 1 0 0 1 1 2 9999 0 0 30\n{XWR18}"));
+        assert_eq!(r, parsed(XWR18));
+        // Variations of chirps are added.
+        let r = parsed(&["1", "4", "2"].iter().fold(XWR18.to_string(), |t, tx| {
+            t.replace(&format!("0 0 0 0 0 {tx}\n"), &format!("0 1000 0.5 1 0.5 {tx}\n"))
+        }));
+        assert_eq!(r.start_hz, 77e9 + 1e3);
+        assert_eq!(r.slope_hz_per_s, 70e12 + 0.5e9);
+        assert_eq!(r.idle_s, 429e-6 + 1e-6);
+        assert_eq!(r.adc_start_s, 7e-6 + 0.5e-6);
+    }
+
+    const BPM: &str = "channelCfg 15 5 0\nadcCfg 2 1\nadcbufCfg -1 0 1 1 1\n\
+        profileCfg 0 60 100 7 57 0 0 70 1 128 3000 0 0 30\nchirpCfg 0 1 0 0 0 0 0 5\n\
+        frameCfg 0 1 32 10 100 1 0\nbpmCfg -1 1 0 1\n";
+
+    #[test]
+    fn bpm_is_told_from_tdm_and_separates() {
+        let r = parsed(BPM);
+        assert_eq!((r.multiplex, r.loops, r.slots(), r.frames), (Multiplex::Bpm, 32, 2, Some(10)));
+        assert_eq!(parsed(&BPM.replace("bpmCfg -1 1", "bpmCfg -1 0")).multiplex, Multiplex::Together);
+        assert!(message(&BPM.replace("bpmCfg -1 1 0 1", "bpmCfg -1 1 2 3")).contains("BPM is two"));
+        let c = num_complex::Complex32::new;
+        let (s1, s2) = (c(1.0, 2.0), c(-3.0, 0.5));
+        let (mut a, mut b) = ([s1 + s2], [s1 - s2]);
+        bpm_separate(&mut a, &mut b);
+        assert_eq!((a[0], b[0]), (s1, s2));
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        for text in [XWR18, BPM, &XWR18.replace("adcCfg 2 1", "adcCfg 1 2").replace("0 1 1 1\n", "0 0 0 1\n")]
+        {
+            let a = parsed(text);
+            let written = a.to_cfg();
+            let mut b = parsed(&written);
+            assert!(a.others.iter().all(|o| b.others.contains(o)), "{written}");
+            b.others.clone_from(&a.others);
+            b.lvds = a.lvds;
+            assert_eq!(a, b);
+            // The demo counts a command twice as a contradiction, except per direction or chirp.
+            for name in ["guiMonitor", "lvdsStreamCfg", "bpmCfg", "lowPower"] {
+                assert_eq!(written.lines().filter(|l| name_of(l) == name).count(), 1, "{name}: {written}");
+            }
+        }
+    }
+
+    #[test]
+    fn mistakes_name_the_line() {
+        for (from, to, expect) in [
+            ("profileCfg 0 77 429 7 57.14 0 0 70 1 256 5209 0 0 30\n", "", "a.cfg: has no profileCfg"),
+            ("channelCfg 15 7 0\n", "", "has no channelCfg"),
+            ("adcCfg 2 1\n", "", "has no adcCfg"),
+            ("frameCfg 0 2 16 0 100 1 0\n", "", "has no frameCfg"),
+            ("chirpCfg 1 1 0", "chirpCfg 1 1 3", "differ in more than their transmitter"),
+            ("chirpCfg 2 2 0 0 0 0 0 2\n", "", "a.cfg:11: frameCfg = 0 2: chirp 2 has no chirpCfg"),
+            ("256 5209", "262 5209", "samples end 57.29"),
+            ("256 5209", "262 5209", "allowed: at most 261 samples here"),
+            ("16 0 100 1", "16 0 100000000 1", "allowed: 0.001..=100000"),
+            ("16 0 100 1", "16 0 23 1", "allowed: at least 23.33"),
+            ("channelCfg 15 7 0", "channelCfg 16 7 0", "a.cfg:5: channelCfg rx_mask = 16: is out of range"),
+            ("channelCfg 15 7 0", "channelCfg 0 7 0", "channelCfg rx_mask = 0: is out of range"),
+            ("channelCfg 15 7 0", "channelCfg 15 3 0", "bits of the mask 3 of channelCfg in line 5"),
+            ("dfeDataOutputMode 1", "dfeDataOutputMode 3", "only frames of chirps are read"),
+            ("0 77 429", "0 seventy 429", "profileCfg start = seventy: is not a number"),
+            ("0 77 429", "0 nan 429", "profileCfg start = nan: is out of range; allowed: 1"),
+            ("0 0 70 1", "0 0 0 1", "measures no range"),
+            (" 0 0 30\n", "\n", "has too few numbers"),
+            ("adcbufCfg -1 0", "adcbufCfg -1 1", "contradicts adcCfg"),
+            ("256 5209", "256.5 5209", "samples is not a whole number"),
+        ] {
+            assert!(XWR18.contains(from));
+            let e = message(&XWR18.replacen(from, to, 1));
+            assert!(e.contains(expect), "{from} -> {to}: {e}");
+        }
+        let all = XWR18.replace(" 0 0 0 0 0 1\n", " 3 0 0 0 0 1\n");
+        let all = all.replace(" 0 0 0 0 0 4\n", " 3 0 0 0 0 4\n").replace(" 0 0 0 0 0 2\n", " 3 0 0 0 0 2\n");
+        let e = message(&all);
+        assert!(e.contains("a.cfg:9: chirpCfg profile = 3: no such profileCfg; allowed: 0"), "{e}");
+        let uneven = XWR18.replace("0 0 0 0 2\n", "0 0 0 0 1\n");
+        assert!(message(&uneven).contains("TX1 sends twice"));
+        assert_eq!(TiRadar::read("/nonexistent.cfg").unwrap_err().exit_code(), 2);
+        assert_eq!(TiRadar::read("/").unwrap_err().exit_code(), 2);
+        let f = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(f.path(), b"channelCfg \xff\n").unwrap();
+        assert!(TiRadar::read(f.path()).unwrap_err().to_string().contains("UTF-8"));
+        for (line, fine) in [("-1 0 1 0", true), ("-1 0 0 0", true), ("-1 1 1 0", false), ("-1 0 4 0", false)]
+        {
+            let r = parsed(&XWR18.replace("lvdsStreamCfg -1 0 1 0", &format!("lvdsStreamCfg {line}")));
+            assert_eq!(r.check_plain_stream(Path::new("a.cfg")).is_ok(), fine, "{line}");
+        }
+    }
+
+    #[test]
+    fn decimals_move_without_rounding() {
+        for (x, power, text) in [
+            (77e9, -9, "77"),
+            (57.14e-6, 6, "57.14"),
+            (0.0, 6, "0"),
+            (-1.5e-6, 6, "-1.5"),
+            (1e-9, 6, "0.001"),
+            (5.209e6, -3, "5209"),
+        ] {
+            assert_eq!(shifted(x, power), text);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn hostile_words_never_panic(at in 0usize..90, word in "[-0-9.e+a]{0,12}", cut in 0usize..500) {
+            let mut words: Vec<String> = XWR18.split(' ').map(String::from).collect();
+            let n = words.len();
+            words[at % n] = word;
+            let text = words.join(" ");
+            for t in [text.as_str(), &text[..cut.min(text.len())]] {
+                match TiRadar::parse("a.cfg", t) {
+                    Ok(r) => prop_assert!(r.channels() > 0 && r.samples > 0),
+                    Err(e) => prop_assert_eq!(e.to_string().lines().count(), 1),
+                }
+            }
+        }
+    }
+}

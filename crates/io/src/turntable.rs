@@ -1,0 +1,123 @@
+//! A turntable run in simulation: a corner reflector at a fixed distance, the radar turned from angle to angle, through
+//! synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
+
+use catseye::cpu::adc::synthesis::Control;
+use catseye::detect::points;
+use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
+use catseye::dsp::doa_manifold::Manifold;
+use catseye::dsp::multiplex::decode;
+use catseye::engine::Engine;
+use catseye::error::{BadInput, Result};
+use catseye::frames::{Pose, Sensor, World};
+use catseye::geom::{Geometry, curved};
+use catseye::scene::Scene;
+use catseye::scene::radar::{Cfar, CfarKind, Radar};
+use catseye::scene::waveform::Multiplex;
+use catseye::trace::TraceOptions;
+use catseye::units::wavenumber;
+use glam::DVec3;
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Where the reflector stands and which angles are taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turntable {
+    pub range_m: f64,
+    /// Of the reflector in the sensor's frame, ascending.
+    pub azimuth_deg: Vec<f64>,
+    pub elevation_deg: Vec<f64>,
+    pub seed: u64,
+    pub options: TurntableOptions,
+}
+
+/// Chirps of one position: nothing moves.
+const CHIRPS: usize = 16;
+
+/// The calibration of `radar` with its front end and noise as they are. `target` is turned so that its x axis points at the
+/// radar, its origin `range_m` away. `watch` is told after each angle.
+///
+/// Errors: a reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
+pub fn run(
+    engine: &Engine,
+    radar: &Radar,
+    target: &Scene,
+    table: &Turntable,
+    watch: &mut dyn FnMut(),
+) -> Result<Calibration> {
+    for (key, axis) in [("azimuth_deg", &table.azimuth_deg), ("elevation_deg", &table.elevation_deg)] {
+        if axis.is_empty() || !axis.windows(2).all(|w| w[0] < w[1]) {
+            return Err(BadInput::new("the angles of a turntable rise").key(key).remedy("sort them").into());
+        }
+    }
+    let longest = radar.tx.iter().chain(&radar.rx).map(|a| a.position_m.length()).fold(0.0, f64::max);
+    if !(table.range_m > 4.0 * longest && table.range_m < radar.max_range_m()) {
+        return Err(BadInput::new("the reflector cannot stand there")
+            .key("range_m")
+            .value(table.range_m)
+            .allowed(format!("above {:.3}, below {:.1}", 4.0 * longest, radar.max_range_m()))
+            .into());
+    }
+    let mut short = radar.part(0);
+    let bands = match radar.multiplex {
+        Multiplex::Ddm { bands } => bands,
+        _ => 1,
+    };
+    short.chirps = CHIRPS.next_multiple_of(bands);
+    short.processing.doppler_fft = short.chirps;
+    short.processing.remove_static = false;
+    short.processing.keystone = false;
+    // Whatever detector the radar has: the reflector stands out by far.
+    let bins = short.range_bins();
+    let guard = 2.min(bins.saturating_sub(1) / 4);
+    let train = 16.min((bins.saturating_sub(1) / 2).saturating_sub(guard)).max(1);
+    short.processing.cfar =
+        Cfar { kind: CfarKind::Ca, guard: [0, guard], train: [0, train], pfa: radar.processing.cfar.pfa };
+    // The reflector at the origin of the world, looking along -x at a radar that stands there.
+    let mut scene = target.clone();
+    let turn: Pose<World, World> =
+        Pose::from_yaw_pitch_roll(DVec3::new(table.range_m, 0.0, 0.0), PI, 0.0, 0.0);
+    for o in &mut scene.objects {
+        o.pose = Pose::new(turn.rotation * o.pose.rotation, turn.point(o.pose.translation_m));
+    }
+    let sagitta_m = curved::sagitta_m(0.2, wavenumber(radar.carrier_hz));
+    let geometry = Geometry::build(&*curved::refined_scene(&scene, sagitta_m)?, 0.0, radar.carrier_hz)?;
+    let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() };
+    let reach = 2.0 + 0.01 * table.range_m;
+    let mut snapshots = Vec::with_capacity(table.azimuth_deg.len() * table.elevation_deg.len());
+    for e in &table.elevation_deg {
+        for a in &table.azimuth_deg {
+            // The radar turned so that +x of the world lies at (a, e) of its own frame.
+            let pose: Pose<Sensor, World> = Pose::new(
+                (glam::DQuat::from_rotation_z(a.to_radians())
+                    * glam::DQuat::from_rotation_y(-e.to_radians()))
+                .inverse(),
+                DVec3::ZERO,
+            );
+            let returns = engine.returns(&geometry, &short, &pose, DVec3::ZERO, &options);
+            let frame = snapshots.len() as u32;
+            let (cube, _) = engine.cube(&short, &returns, &[], table.seed, frame, Control::default())?;
+            let found = engine.range_doppler(&short, &cube)?;
+            let near = |i: &usize| {
+                let r = points::range_m(&short, found.cells[*i].range as f64, 0.0, 0.0);
+                (r - table.range_m).abs() < reach
+            };
+            let Some(at) = (0..found.cells.len()).find(near) else {
+                return Err(BadInput::new("the reflector is not seen")
+                    .key(format!("azimuth {a} deg, elevation {e} deg"))
+                    .remedy("bring it nearer, take a larger one, or narrow the angles")
+                    .into());
+            };
+            let snapshot: Vec<Complex64> = found.snapshots.of(at).to_vec();
+            snapshots.push(decode(&short, &snapshot, 0.0).channels);
+            watch();
+        }
+    }
+    Calibration::from_turntable(
+        &Manifold::of_radar(radar)?,
+        table.azimuth_deg.clone(),
+        table.elevation_deg.clone(),
+        Some(table.range_m),
+        &snapshots,
+        &table.options,
+    )
+}

@@ -1,0 +1,149 @@
+//! Cubes and configurations of others, through files on the disk and the radar TOML.
+
+use catseye_io::cube::{CubeAbout, CubeOptions, open_cube, write_cube};
+use catseye_io::ti_cfg::{Board, Multiplex, TiRadar};
+use catseye::scene::radar::Sampling;
+use catseye::scene::radar_toml;
+use num_complex::Complex64;
+use std::path::Path;
+
+const CFG: &str = "% xWR1843, two transmitters
+flushCfg
+dfeDataOutputMode 1
+channelCfg 15 5 0
+adcCfg 2 1
+adcbufCfg -1 0 1 1 1
+profileCfg 0 77 25 6 58 0 0 60 1 256 5000 0 0 30
+chirpCfg 0 0 0 0 0 0 0 1
+chirpCfg 1 1 0 0 0 0 0 4
+frameCfg 0 1 64 0 50 1 0
+lvdsStreamCfg -1 0 1 0
+";
+
+#[test]
+fn a_configuration_becomes_a_radar() {
+    let ti = TiRadar::parse("a.cfg", CFG).unwrap();
+    let text = ti.to_radar_toml("board \"a\"", Board::Line).unwrap();
+    let r = radar_toml::parse(Path::new("a.toml"), &text).unwrap();
+    // 77 GHz + 60 MHz/us * 58 us / 2.
+    assert_eq!((r.carrier_hz, r.bandwidth_hz()), (78.74e9, 3.48e9));
+    assert_eq!(r.start_hz(), 77e9);
+    assert!((r.slope_hz_per_s() / 60e12 - 1.0).abs() < 1e-14);
+    assert_eq!((r.waveform.ramp().unwrap().time_s, r.chirp_period_s(), r.adc_start_s), (58e-6, 83e-6, 6e-6));
+    assert_eq!((r.samples, r.sample_rate_hz, r.chirps), (256, 5e6, 64));
+    assert_eq!((r.sampling, r.tx.len(), r.rx.len(), r.tx_power_dbm), (Sampling::Iq, 2, 4, 12.0));
+    assert_eq!([r.chirps, r.channels(), r.samples], ti.shape());
+    // A filled line of eight: neighbours half a wavelength apart, to the left.
+    let half = 0.5 * r.wavelength_m();
+    for (c, (t, x)) in r.tx.iter().flat_map(|t| r.rx.iter().map(move |x| (t, x))).enumerate() {
+        assert!((t.position_m + x.position_m).distance(glam::DVec3::Y * (c as f64 * half)) < 1e-12);
+    }
+
+    // Real samples, less power, a sub-band in which the board's spacing is not half a wavelength.
+    let isk = CFG
+        .replace("adcCfg 2 1", "adcCfg 2 0")
+        .replace("adcbufCfg -1 0", "adcbufCfg -1 1")
+        .replace("0 77 25 6 58 0", "0 60 25 6 58 394758")
+        .replace("channelCfg 15 5", "channelCfg 15 7")
+        .replace("frameCfg 0 1", "chirpCfg 2 2 0 0 0 0 0 2\nframeCfg 0 2");
+    let ti = TiRadar::parse("a.cfg", &isk).unwrap();
+    let r =
+        radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("isk", Board::Iwr6843).unwrap()).unwrap();
+    assert_eq!((r.sampling, r.tx_power_dbm), (Sampling::Real, 6.0));
+    let d = 0.5 * 299_792_458.0 / 62e9;
+    for (a, b) in [
+        (r.rx[3].position_m - r.rx[2].position_m, [0.0, d, 0.0]),
+        // In the order of sending: TX1, TX3, TX2.
+        (r.tx[1].position_m - r.tx[0].position_m, [0.0, 4.0 * d, 0.0]),
+        (r.tx[2].position_m - r.tx[0].position_m, [0.0, 2.0 * d, d]),
+    ] {
+        assert!(a.distance(glam::DVec3::from(b)) < 1e-12, "{a}");
+    }
+
+    // What the TOML has no words for is refused.
+    let falling = TiRadar { slope_hz_per_s: -60e12, ..ti.clone() };
+    let together = TiRadar { multiplex: Multiplex::Together, ..ti };
+    for (radar, expect) in [(falling, "the ramp falls"), (together, "send together")] {
+        let e = radar.to_radar_toml("x", Board::Line).unwrap_err();
+        assert!(e.to_string().contains(expect) && e.exit_code() == 2, "{e}");
+    }
+}
+
+#[test]
+fn a_recording_keeps_a_target_in_its_cell() {
+    // A beat of 20 cycles over the samples and 5 over the chirps, in every layout of the words.
+    let dir = tempfile::tempdir().unwrap();
+    for (i, cfg) in [
+        CFG.to_string(),
+        CFG.replace("adcbufCfg -1 0 1 1", "adcbufCfg -1 0 0 1"),
+        CFG.replace("adcbufCfg -1 0 1 1", "adcbufCfg -1 0 0 0"),
+    ]
+    .iter()
+    .enumerate()
+    {
+        let ti = TiRadar::parse("a.cfg", cfg).unwrap();
+        let [chirps, channels, samples] = ti.shape();
+        let turn = |x: f64| Complex64::from_polar(1e-5, std::f64::consts::TAU * x);
+        let tone = |m: usize, c: usize, n: usize| {
+            turn(20.0 * n as f64 / samples as f64 + 5.0 * m as f64 / chirps as f64 + 0.125 * c as f64)
+        };
+        let mut cube = Vec::new();
+        for m in 0..chirps {
+            for c in 0..channels {
+                cube.extend((0..samples).map(|n| tone(m, c, n)));
+            }
+        }
+        let path = dir.path().join(format!("{i}.bin"));
+        let about = CubeAbout { ti_radar: Some(ti.clone()), ..Default::default() };
+        write_cube(&path, ti.shape(), &cube, &about, false).unwrap();
+        let mut source = open_cube(&path, &CubeOptions::default(), Some(ti.shape())).unwrap();
+        let back: Vec<Complex64> = source.channels(0, 3..6).unwrap();
+        // Matched sum: a conjugate or a swap of axes would leave nothing.
+        for c in 3..6 {
+            let mut sum = Complex64::default();
+            for m in 0..chirps {
+                for n in 0..samples {
+                    sum += back[(m * 3 + c - 3) * samples + n] * tone(m, c, n).conj();
+                }
+            }
+            let mean = sum / (chirps * samples) as f64 / 1e-10;
+            assert!((mean - 1.0).norm() < 1e-5, "{mean}");
+        }
+    }
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn what_h5py_writes_is_read() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/data/hdf5/cube_h5py.h5");
+    let cube = |scale: [f64; 2]| -> Vec<Complex64> {
+        (0..30)
+            .map(|i| {
+                let (chirp, rx, sample) = ((i / 10) as f64, (i / 5 % 2) as f64, (i % 5) as f64);
+                let re = (1000.0 * chirp + 100.0 * rx + sample) / 8.0;
+                Complex64::new(scale[0] * re, -scale[1] * (chirp - rx + 10.0 * sample) / 16.0)
+            })
+            .collect()
+    };
+    for (dataset, axes, scale) in [
+        ("complex64", None, [1.0, 1.0]),
+        ("complex128", None, [1.0, 1.0]),
+        ("big_endian", None, [1.0, 1.0]),
+        ("group/i,group/q", None, [8.0, 16.0]),
+        ("iq_last", None, [8.0, 16.0]),
+        ("sample_first", Some("sample,chirp,rx"), [1.0, 1.0]),
+    ] {
+        let options = CubeOptions {
+            dataset: Some(dataset.into()),
+            axes: axes.map(|a| catseye_io::cube_layout::axes_from(a).unwrap()),
+            ..Default::default()
+        };
+        let mut source = open_cube(&path, &options, Some([3, 2, 5])).unwrap();
+        assert!(source.is_complex());
+        assert_eq!(source.frame::<f64>(0).unwrap(), cube(scale), "{dataset}");
+        let one: Vec<Complex64> = source.channels(0, 1..2).unwrap();
+        assert_eq!(one[5..10], cube(scale)[15..20], "{dataset}");
+    }
+    let e = open_cube(&path, &CubeOptions::default(), None).err().unwrap().to_string();
+    assert!(e.contains("which of its 5 datasets is the cube?") && e.contains("complex64"), "{e}");
+}

@@ -1,0 +1,675 @@
+//! The method behind the interface of all lane methods: look after look, from pictures and tracks of any source.
+
+use super::camera::{Camera, Trapezoid};
+use super::curve::{Parabola, fit_parabola};
+use super::edges::edges;
+use super::near::{NearLane, NearSettings, find_near_lane};
+use super::pnn::{BendSettings, Pnn, generate_bends};
+use super::recognise::{
+    Blinding, CameraView, Part, RecogniseInput, RecogniseSettings, Recogniser, Recognition, Sources,
+};
+use super::targets::{EgoPath, EgoSample, Trail};
+use super::{Refusal, positive};
+use crate::body::Body;
+use crate::curve::{Shape, fit, fit_simplest};
+use crate::{LaneEstimate, LaneEstimator, Line, Look, NoLane};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// As on the command line.
+const METHOD: &str = "camera-fusion";
+/// A line's pieces leave its points by no more, m.
+const PIECE_M: f64 = 0.1;
+/// Least points of a way.
+const LEAST_POINTS: usize = 6;
+/// Points of a way about a parabola whose scatter is larger than this bend otherwise: only the younger half is used, m.
+const LARGEST_SCATTER_M: f64 = 0.4;
+/// Places of a track are off alike for so long: the tracker remembers, and an echo that wanders over a car takes its time, s.
+const ALIKE_S: f64 = 0.5;
+/// A track that was not told of for this long has ended, s.
+const GONE_S: f64 = 0.5;
+/// Standard deviation of how a road's curvature changes along it, 1/m²: that of a bend of 80 m radius after a clothoid of 60 m.
+const CURVATURE_RATE: f64 = 2e-4;
+/// Least speed away from the car that makes a track one of a car that drives ahead, m/s.
+const LEAST_AWAY_MPS: f64 = 0.5;
+
+/// Settings of [`CameraFusion`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct FusionOptions {
+    pub camera: Camera,
+    /// The near and the far side of the trapezoid on the ground, m ahead.
+    pub seen_m: [f64; 2],
+    /// To each side, m.
+    pub half_width_m: f64,
+    pub near: NearSettings,
+    pub recognise: RecogniseSettings,
+    /// Time of the tracks that one recognition takes, the document's t; neighbours share half of it. s.
+    pub period_s: f64,
+    /// Ways shorter than this say nothing of a road's shape, m.
+    pub least_way_m: f64,
+    /// Standard deviation of a car's middle from the middle of its lane, m.
+    pub in_lane_std_m: f64,
+    /// Echoes are moved to the middle of such a car; what that leaves unknown goes to the lines' covariances. None: they are taken as
+    /// they are, anywhere on the width of a passenger car.
+    pub body: Option<Body>,
+    /// Of the radar in the vehicle frame.
+    pub radar_at_m: DVec2,
+    /// Standard deviation of a car's axis from the direction of its way.
+    pub axis_std_rad: f64,
+    /// Standard deviation of the camera's pitch, rad: how far off its ground is.
+    pub pitch_std_rad: f64,
+    pub bends: BendSettings,
+    /// Bends that train the network: the units of its second layer.
+    pub units: usize,
+    /// Of these bends.
+    pub seed: u64,
+}
+
+impl FusionOptions {
+    /// The document's network (15 units), with a trapezoid from 6 to 35 m, and a radar in the front bumper.
+    pub fn new(camera: Camera) -> FusionOptions {
+        FusionOptions {
+            camera,
+            seen_m: [6.0, 35.0],
+            half_width_m: 6.0,
+            near: NearSettings::default(),
+            recognise: RecogniseSettings::default(),
+            period_s: 2.0,
+            least_way_m: 8.0,
+            in_lane_std_m: 0.25,
+            body: Some(Body::CAR),
+            radar_at_m: DVec2::new(3.6, 0.0),
+            axis_std_rad: 2f64.to_radians(),
+            pitch_std_rad: 0.1f64.to_radians(),
+            bends: BendSettings { even: true, ..BendSettings::default() },
+            units: 15,
+            seed: 1,
+        }
+    }
+}
+
+/// A track at one time, in the vehicle frame of that time.
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    time_s: f64,
+    at_m: DVec2,
+    velocity_mps: DVec2,
+    std_m: f64,
+}
+
+/// A track at one time and the radar that told of it, in the present vehicle frame.
+#[derive(Debug, Clone, Copy)]
+struct Echo {
+    time_s: f64,
+    at_m: DVec2,
+    radar_m: DVec2,
+    std_m: f64,
+}
+
+/// The way of one car ahead, in the present vehicle frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Way {
+    /// Of the track.
+    pub id: u64,
+    /// Moved to the car's middle.
+    pub points_m: Vec<DVec2>,
+    pub trail: Trail,
+    /// Standard deviation of the whole way from that of the car's middle, by where on the car its echoes lie.
+    pub echo_std_m: f64,
+}
+
+/// What the last look was made of.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Insight {
+    pub near: Option<NearLane>,
+    /// Why the camera gave nothing.
+    pub blinded: Option<Blinding>,
+    pub ways: Vec<Way>,
+    pub recognition: Option<Recognition>,
+}
+
+/// A reusable estimator that takes pictures, tracks and the vehicle's own motion from any source (document S).
+///
+/// A look without a picture rests on the radar alone, a look without tracks on the camera alone; what an estimate rests on stands in
+/// its provenance. Without a yaw rate the way that the vehicle drives bends as the camera's last lane does, as in the document.
+#[derive(Debug, Clone)]
+pub struct CameraFusion {
+    options: FusionOptions,
+    pnn: Pnn,
+    trapezoid: Trapezoid,
+    ego: Vec<EgoSample>,
+    told: BTreeMap<u64, Vec<Told>>,
+    /// Lanes of tracks, as they were matched last, counted from the own lane.
+    lanes: BTreeMap<u64, i32>,
+    /// Last places of tracks that ended with their lane known.
+    lost: Vec<(Told, i32)>,
+    /// Of the camera's last lane, 1/m.
+    seen_curvature: f64,
+    /// Of the recognition half a period ago, or longer.
+    before: Option<(f64, Recogniser)>,
+    insight: Insight,
+}
+
+impl CameraFusion {
+    /// Errors: a setting outside what is allowed, as one sentence.
+    pub fn new(options: FusionOptions) -> Result<CameraFusion, Refusal> {
+        let [near_m, far_m] = options.seen_m;
+        let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
+        let rows = trapezoid.bottom_v_px.min(options.camera.height_px as f64) - trapezoid.top_v_px.max(0.0);
+        if rows.is_nan() || rows < 8.0 {
+            return Err(Refusal::Degenerate {
+                what: "the near lane, as the trapezoid lies outside the picture",
+            });
+        }
+        positive("the period", options.period_s)?;
+        positive("the least way", options.least_way_m)?;
+        positive("the place in the lane's standard deviation", options.in_lane_std_m)?;
+        if !(options.radar_at_m.is_finite() && (0.0..=1.0).contains(&options.axis_std_rad)) {
+            let value = options.axis_std_rad;
+            return Err(Refusal::OutOfRange {
+                what: "the axis' standard deviation",
+                value,
+                allowed: "0 to 1",
+            });
+        }
+        if let Some(b) = options.body
+            && !(b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite())
+        {
+            return Err(Refusal::OutOfRange {
+                what: "the width of a car",
+                value: b.width_m,
+                allowed: "above 0",
+            });
+        }
+        if !(0.0..=0.1).contains(&options.pitch_std_rad) {
+            let value = options.pitch_std_rad;
+            return Err(Refusal::OutOfRange {
+                what: "the pitch's standard deviation",
+                value,
+                allowed: "0 to 0.1",
+            });
+        }
+        if !(10..=10_000).contains(&options.units) {
+            let value = options.units as f64;
+            return Err(Refusal::OutOfRange { what: "the network's units", value, allowed: "10 to 10000" });
+        }
+        let pnn = Pnn::train(&generate_bends(&options.bends, options.units, options.seed))?;
+        Ok(CameraFusion {
+            pnn,
+            trapezoid,
+            ego: Vec::new(),
+            told: BTreeMap::new(),
+            lanes: BTreeMap::new(),
+            lost: Vec::new(),
+            seen_curvature: 0.0,
+            before: None,
+            insight: Insight::default(),
+            options,
+        })
+    }
+
+    pub fn trapezoid(&self) -> &Trapezoid {
+        &self.trapezoid
+    }
+
+    pub fn pnn(&self) -> &Pnn {
+        &self.pnn
+    }
+
+    /// What the last estimate was made of.
+    pub fn insight(&self) -> &Insight {
+        &self.insight
+    }
+
+    /// Takes in tracks and own motion without an estimate: for frames between pictures.
+    ///
+    /// Errors: what makes a look useless; the estimator stays as it was.
+    pub fn observe(&mut self, look: &Look<'_>) -> Result<(), NoLane> {
+        let refused = |why: &str| NoLane::Refused { why: why.into() };
+        if !look.time_s.is_finite() {
+            return Err(refused("The time is not a finite number."));
+        }
+        if self.ego.last().is_some_and(|e| e.time_s > look.time_s) {
+            return Err(refused("Looks must come in the order of their times."));
+        }
+        let Some(speed) = look.speed_mps.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 200.0) else {
+            // Tracks of different times cannot be brought together.
+            self.forget();
+            return match look.tracks.is_empty() {
+                true => Ok(()),
+                false => Err(NoLane::NoSpeed),
+            };
+        };
+        let yaw_rate = look.yaw_rate_rad_per_s.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 10.0);
+        let curvature_1pm = match yaw_rate {
+            // At walking pace and below noise would make the way a knot.
+            Some(rate) if speed.abs() > 0.5 => rate / speed,
+            Some(_) => 0.0,
+            None => self.seen_curvature,
+        };
+        self.ego.push(EgoSample { time_s: look.time_s, speed_mps: speed, curvature_1pm });
+        for t in look.tracks {
+            let told = Told {
+                time_s: look.time_s,
+                at_m: DVec2::from_array(t.at_m),
+                velocity_mps: DVec2::from_array(t.velocity_mps),
+                std_m: DVec2::from_array(t.std_m).length(),
+            };
+            let sound = told.at_m.is_finite()
+                && told.at_m.length() < 1e4
+                && told.velocity_mps.is_finite()
+                && told.std_m.is_finite();
+            if sound {
+                self.told.entry(t.id).or_default().push(told);
+            }
+        }
+        // Half a period more than is used: the recognition before this one is moved along, too.
+        let oldest = look.time_s - 2.0 * self.options.period_s;
+        self.ego.retain(|e| e.time_s >= oldest);
+        let (lost, lanes) = (&mut self.lost, &self.lanes);
+        self.told.retain(|id, way| {
+            let goes_on = way.last().is_some_and(|t| look.time_s - t.time_s <= GONE_S);
+            if let (false, Some(last), Some(lane)) = (goes_on, way.last(), lanes.get(id)) {
+                lost.push((*last, *lane));
+            }
+            way.retain(|t| t.time_s >= oldest);
+            goes_on
+        });
+        self.lost.retain(|(t, _)| t.time_s >= oldest);
+        self.lanes.retain(|id, _| self.told.contains_key(id));
+        Ok(())
+    }
+
+    fn forget(&mut self) {
+        self.ego.clear();
+        self.told.clear();
+        self.lanes.clear();
+        self.lost.clear();
+        self.before = None;
+    }
+
+    /// The ways of the cars ahead, from the tracks of one period.
+    fn ways(&self, path: &EgoPath, now_s: f64) -> Vec<Way> {
+        let from_s = now_s - self.options.period_s - 1e-9;
+        let way = |(id, told): (&u64, &Vec<Told>)| {
+            let last = told.last()?;
+            let away = last.velocity_mps.dot(last.at_m.normalize_or_zero());
+            if away < LEAST_AWAY_MPS {
+                return None;
+            }
+            let used: Vec<Echo> = told
+                .iter()
+                .filter(|t| t.time_s >= from_s)
+                .filter_map(|t| {
+                    Some(Echo {
+                        time_s: t.time_s,
+                        at_m: path.moved(t.at_m, t.time_s, now_s).ok()?,
+                        radar_m: path.moved(self.options.radar_at_m, t.time_s, now_s).ok()?,
+                        std_m: t.std_m.max(0.02),
+                    })
+                })
+                .collect();
+            let (points_m, curve, echo_std_m) = match self.through(&used)? {
+                found if found.1.residual_m > LARGEST_SCATTER_M => {
+                    self.through(&used[used.len() / 2..]).unwrap_or(found)
+                }
+                found => found,
+            };
+            // Trails start at the end that is nearer to the car, and a car that drives away leaves them in that order.
+            let trail = Trail::new(curve).ok()?;
+            Some(Way { id: *id, points_m, trail, echo_std_m })
+        };
+        self.told.iter().filter_map(way).collect()
+    }
+
+    /// The way of the middle of the car that these echoes are of, and its standard deviation beside them. The car's axis is taken along
+    /// the way of its echoes.
+    fn through(&self, echoes: &[Echo]) -> Option<(Vec<DVec2>, Parabola, f64)> {
+        let weights: Vec<f64> = echoes.iter().map(|e| e.std_m.powi(-2)).collect();
+        let fitted = |points: &[DVec2]| -> Option<Parabola> {
+            let long = points.first()?.distance(*points.last()?) >= self.options.least_way_m;
+            (points.len() >= LEAST_POINTS && long)
+                .then(|| fit_parabola(points, Some(&weights), None).ok())
+                .flatten()
+        };
+        let seen: Vec<DVec2> = echoes.iter().map(|e| e.at_m).collect();
+        let curve = fitted(&seen)?;
+        let Some(body) = self.options.body else {
+            return Some((seen, curve, Body::CAR.width_m / 12f64.sqrt()));
+        };
+        let lasted_s = echoes.last()?.time_s - echoes.first()?.time_s;
+        // The fit takes neighbours to be off by themselves; of those that are, three are spent on its parameters.
+        let apart = (lasted_s / ALIKE_S + 1.0 - 3.0).max(0.5);
+        let alike = (echoes.len().saturating_sub(3) as f64 / apart).sqrt().max(1.0);
+        // One side for the whole way: the error of its direction is shared, and steps that differ would turn it.
+        let count = echoes.len() as f64;
+        let (mut aside, mut range, mut bend, mut middle, mut std) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for e in echoes {
+            let u = curve.coordinate(e.at_m);
+            let from = e.radar_m - e.at_m;
+            aside += from.dot(DVec2::from_angle(curve.heading_rad(u)).perp()) / count;
+            range += from.length() / count;
+            bend += curve.curvature_1pm(u) / count;
+            middle += u / count;
+            std += e.std_m / count;
+        }
+        // An echo may lie anywhere along its car, whose axis is that of the way at the car's middle.
+        let slip = bend * body.length_m / 12f64.sqrt();
+        let turn = self.options.axis_std_rad.hypot(alike * curve.sigma_slope(middle)).hypot(slip);
+        let step = body.left_m(aside, (range * turn).hypot(std));
+        let moved = |e: &Echo| {
+            let u = curve.coordinate(e.at_m);
+            e.at_m + DVec2::from_angle(curve.heading_rad(u)).perp() * step.value
+        };
+        // Not again with the new way's direction, which would bear out the step that it came from.
+        let points: Vec<DVec2> = echoes.iter().map(moved).collect();
+        let curve = fitted(&points)?;
+        Some((points, curve, step.std))
+    }
+
+    /// The lane of a car that was lost and is seen again under another name: the one that has gone on, at the speed that it had, from
+    /// where it was last to where this track begins. In a bend the chord is up to a tenth shorter than the way (a right angle).
+    fn lane_again(&self, id: u64, path: &EgoPath) -> Option<i32> {
+        let first = self.told.get(&id)?.first()?;
+        let fits = |(last, _): &&(Told, i32)| {
+            let passed_s = first.time_s - last.time_s;
+            let Ok(then) = path.moved(last.at_m, last.time_s, first.time_s) else { return false };
+            let gone_m = last.velocity_mps.length() * passed_s;
+            // A car's length more or less: another part of it may be seen.
+            passed_s > 0.0 && (0.9 * gone_m - 4.5..=gone_m + 4.5).contains(&then.distance(first.at_m))
+        };
+        let mut found = self.lost.iter().filter(fits).map(|l| l.1);
+        let lane = found.next()?;
+        // Two that fit in different lanes tell nothing.
+        found.all(|other| other == lane).then_some(lane)
+    }
+
+    /// The near lane of the look's picture, or why there is none.
+    fn see(&self, look: &Look<'_>) -> Result<CameraView, Refusal> {
+        let o = &self.options;
+        let Some(image) = look.image else { return Ok(CameraView::Blinded(Blinding::Covered)) };
+        match find_near_lane(&o.camera, image, &self.trapezoid, &o.near) {
+            Ok(lane) => Ok(CameraView::Lane(lane)),
+            Err(Refusal::NoLaneLine) => {
+                let found = edges(image, &self.trapezoid, &o.near.edges)?;
+                Ok(CameraView::Blinded(match (found.bright_share, found.dark_share) {
+                    (bright, _) if bright > 0.2 => Blinding::Glare,
+                    (_, dark) if dark > 0.5 => Blinding::Dark,
+                    _ => Blinding::NoLine,
+                }))
+            }
+            Err(other) => Err(other),
+        }
+    }
+
+    fn recognised(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
+        self.observe(look)?;
+        let camera = self.see(look).map_err(refused)?;
+        let path = EgoPath::new(&self.ego, 0.0);
+        let ways = path.as_ref().map_or_else(|_| Vec::new(), |p| self.ways(p, look.time_s));
+        self.insight = Insight { ways: ways.clone(), ..Insight::default() };
+        match &camera {
+            CameraView::Lane(lane) => self.insight.near = Some(lane.clone()),
+            CameraView::Blinded(why) => self.insight.blinded = Some(*why),
+        }
+        if look.image.is_none() && look.tracks.is_empty() {
+            return Err(NoLane::NotGiven { what: "a picture, or tracks of cars ahead".into() });
+        }
+        if let (CameraView::Blinded(why), true) = (&camera, ways.is_empty()) {
+            let why = format!(
+                "The camera is blinded by {why}, and no car ahead shows a way of {} m.",
+                self.options.least_way_m
+            );
+            return Err(NoLane::Refused { why });
+        }
+        let trails: Vec<Trail> = ways.iter().map(|w| w.trail.clone()).collect();
+        for w in &ways {
+            if let (false, Ok(path)) = (self.lanes.contains_key(&w.id), &path)
+                && let Some(lane) = self.lane_again(w.id, path)
+            {
+                self.lanes.insert(w.id, lane);
+            }
+        }
+        let known_lanes: Vec<Option<i32>> = ways.iter().map(|w| self.lanes.get(&w.id).copied()).collect();
+        let input = RecogniseInput { camera: &camera, trails: &trails, known_lanes: &known_lanes };
+        let mut recogniser = match &self.before {
+            Some((_, before)) => before.clone(),
+            None => Recogniser::new(self.options.recognise),
+        };
+        let then_s = self.before.as_ref().map_or(look.time_s, |b| b.0);
+        let joined = recogniser.step(&input, &self.pnn, |p| match &path {
+            Ok(path) => path.moved(p, then_s, look.time_s),
+            Err(e) => Err(e.clone()),
+        });
+        let found = match joined {
+            Ok(found) => found,
+            // What went before is too old to be moved here.
+            Err(_) if self.before.is_some() => {
+                recogniser = Recogniser::new(self.options.recognise);
+                recogniser.step(&input, &self.pnn, Ok).map_err(refused)?
+            }
+            Err(e) => return Err(refused(e)),
+        };
+        if self.before.as_ref().is_none_or(|b| look.time_s - b.0 >= 0.5 * self.options.period_s - 1e-6) {
+            self.before = Some((look.time_s, recogniser));
+        }
+        if let Some((i, lane, Some(_))) = &found.way {
+            self.lanes.insert(ways[*i].id, *lane);
+        }
+        if let CameraView::Lane(lane) = &camera {
+            let line = lane.left.as_ref().or(lane.right.as_ref());
+            self.seen_curvature = line.map_or(0.0, |l| l.curve.curvature_1pm(l.curve.span_m[0]));
+        }
+        let estimate = self.stated(look, &camera, &found, &ways);
+        self.insight.recognition = Some(found);
+        estimate
+    }
+
+    /// The recognition as lines with their covariance.
+    fn stated(
+        &self,
+        look: &Look<'_>,
+        camera: &CameraView,
+        found: &Recognition,
+        ways: &[Way],
+    ) -> Result<LaneEstimate, NoLane> {
+        let lane = match camera {
+            CameraView::Lane(lane) => Some(lane),
+            CameraView::Blinded(_) => None,
+        };
+        let matched = found.way.as_ref().and_then(|w| w.2).map_or(0.5, |m| m.r_squared.clamp(0.0, 1.0));
+        let (mut first, mut rest) = (Vec::new(), Vec::new());
+        for (left, points) in [(true, &found.left_m), (false, &found.right_m)] {
+            let seen = lane.and_then(|l| if left { l.left.as_ref() } else { l.right.as_ref() });
+            let near = found.parts.iter().take_while(|p| **p == Part::Camera).count();
+            if let Some(line) = seen {
+                first.extend(self.near_line(&line.curve));
+            } else if near > 3 {
+                // Half a lane of assumed width beside the other line.
+                let std = vec![self.options.in_lane_std_m * (near as f64).sqrt(); near];
+                let fitted = fit(&points[..near], &std, Shape::Arc);
+                first.extend(fitted.map(|fitted| Line { fitted, confidence: 0.5, members: Vec::new() }));
+            }
+            let (far, std) = self.far_points(points, found, ways, near);
+            let confidence = if lane.is_some() { 0.5 + 0.4 * matched } else { 0.5 };
+            let mut pieces = Vec::new();
+            split(&far, &std, confidence, &mut pieces);
+            if near == 0 && seen.is_none() && !pieces.is_empty() {
+                first.push(pieces.remove(0));
+            }
+            rest.extend(pieces);
+        }
+        if first.is_empty() {
+            return Err(NoLane::Refused { why: "The lines do not reach the vehicle.".into() });
+        }
+        let mut e = LaneEstimate::of_lines(METHOD, look.time_s, look.tracks.len(), first);
+        e.lines.extend(rest);
+        let sources = match found.sources {
+            Sources::CameraAndRadar => "camera and radar",
+            Sources::CameraAlone => "camera alone",
+            Sources::RadarAlone(_) => "radar alone",
+        };
+        e.provenance.method = format!("{METHOD} ({sources})");
+        e.provenance.used = usize::from(found.way.is_some());
+        Ok(e)
+    }
+
+    /// A line that the camera sees, drawn back to the car.
+    fn near_line(&self, curve: &Parabola) -> Option<Line> {
+        let [a, b] = curve.span_m;
+        let start = curve.coordinate(DVec2::ZERO).min(a);
+        let count = 30;
+        let (mut points, mut std) = (Vec::new(), Vec::new());
+        for i in 0..count {
+            let u = start + (b - start) * i as f64 / f64::from(count - 1);
+            let (p, heading) = (curve.point(u), curve.heading_rad(u));
+            // A pitch that is off by p moves the ground at x by x²p/h along the ray, and scales the offset alike.
+            let away = p - self.options.camera.position_m.truncate();
+            let stretch = away.length() * self.options.pitch_std_rad / self.options.camera.position_m.z;
+            let tilt = (away * stretch).perp_dot(DVec2::from_angle(heading)).abs();
+            points.push(p);
+            // Neighbours are off alike: three parameters count as three points.
+            let inside = curve.sigma_m(u).hypot(0.01);
+            // Behind the picture's lower edge the road may have bent otherwise.
+            let unseen =
+                CURVATURE_RATE * (0.5 * (a + b) - u).max(0.0).powi(3) / 6.0 * f64::from(u8::from(u < a));
+            std.push(inside.hypot(tilt).hypot(unseen) * (f64::from(count) / 3.0).sqrt());
+        }
+        let fitted = fit(&points, &std, Shape::Arc)?;
+        Some(Line { fitted, confidence: 0.95, members: Vec::new() })
+    }
+
+    /// The points behind the camera's part, with standard deviations that count a part as one measurement of where its cars drive.
+    fn far_points(
+        &self,
+        points: &[DVec2],
+        found: &Recognition,
+        ways: &[Way],
+        near: usize,
+    ) -> (Vec<DVec2>, Vec<f64>) {
+        let parts = &found.parts[near.min(found.parts.len())..];
+        let count = |p: Part| parts.iter().filter(|q| **q == p).count().max(1) as f64;
+        let (middle, radar) = (count(Part::Middle), count(Part::Radar));
+        let scatter =
+            found.way.as_ref().and_then(|w| ways.get(w.0)).map_or(0.3, |w| {
+                w.trail.curve.residual_m / (w.trail.curve.count as f64 / 3.0).max(1.0).sqrt()
+            });
+        let echo = found.way.as_ref().and_then(|w| ways.get(w.0)).map_or(0.0, |w| w.echo_std_m);
+        let far_std = self.options.in_lane_std_m.hypot(scatter).hypot(echo);
+        // With the camera's end at its start the middle is held at both ends, without it at one.
+        let blind = found.sources != Sources::CameraAndRadar;
+        let mut passed = 0.0;
+        let std = parts.iter().map(|p| match p {
+            Part::Middle => {
+                passed += 1.0;
+                let t = passed / middle;
+                let grown = if blind { 0.02 * middle * (1.0 - t) } else { 0.04 * middle * t * (1.0 - t) };
+                let held = if blind { far_std } else { far_std * t };
+                held.hypot(grown).max(0.03) * middle.sqrt()
+            }
+            _ => far_std * radar.sqrt(),
+        });
+        let std = std.collect();
+        (points[near.min(points.len())..].to_vec(), std)
+    }
+}
+
+/// Lines, arcs and clothoids that keep to the points, as few as halving gives.
+fn split(points: &[DVec2], std_m: &[f64], confidence: f64, out: &mut Vec<Line>) {
+    if points.len() < 4 || points.len() != std_m.len() {
+        return;
+    }
+    // Evenly weighted for the shape, so that a part of large doubt bends as drawn.
+    let even = vec![PIECE_M; points.len()];
+    let shaped = fit_simplest(points, &even, 1.0);
+    let off =
+        |c: &crate::curve::Clothoid| points.iter().map(|p| c.foot(*p).left_m.abs()).fold(0.0, f64::max);
+    match shaped {
+        Some(f) if off(&f.curve) <= PIECE_M || points.len() < 8 => {
+            // The doubt is that of the points.
+            let doubt = fit(points, std_m, f.shape).map_or(f.covariance, |d| d.covariance);
+            let fitted = crate::curve::Fitted { covariance: doubt, ..f };
+            out.push(Line { fitted, confidence, members: Vec::new() });
+        }
+        _ => {
+            let half = points.len() / 2;
+            split(&points[..=half], &std_m[..=half], confidence, out);
+            split(&points[half..], &std_m[half..], confidence, out);
+        }
+    }
+}
+
+impl LaneEstimator for CameraFusion {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        match self.recognised(look) {
+            Ok(e) => e,
+            Err(why) => LaneEstimate::none(METHOD, look.time_s, look.tracks.len(), why),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::Arc;
+    use super::super::synth::{Draws, camera};
+    use super::*;
+
+    fn fusion(body: Option<Body>) -> CameraFusion {
+        CameraFusion::new(FusionOptions { body, ..FusionOptions::new(camera()) }).unwrap()
+    }
+
+    /// A car on a road, two seconds at 12 m/s: it returns from `right_m` of its middle.
+    fn echoes(road: &Arc, right_m: f64, noise_m: f64) -> Vec<Echo> {
+        let mut draws = Draws::new(5, 0);
+        (0..20)
+            .map(|i| {
+                let s = 1.2 * f64::from(i);
+                let right = right_m + noise_m * draws.normal();
+                let left = DVec2::from_angle(road.heading_at(s)).perp();
+                Echo {
+                    time_s: 0.1 * f64::from(i),
+                    at_m: road.point(s) - left * right,
+                    radar_m: DVec2::new(3.6, 0.0),
+                    std_m: 0.05,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn ways_are_those_of_the_cars_middle() {
+        for side in [1.0, -1.0] {
+            // In the next lane of a bend: the side towards the radar returns.
+            let road = Arc {
+                point_m: DVec2::new(35.0, 5.0 * side),
+                heading_rad: 0.2 * side,
+                curvature_1pm: side / 150.0,
+            };
+            // From the left of the radar's line it shows its right side, and where it turns left, its left one.
+            let aside = DVec2::new(3.6, 0.0) - road.point_m;
+            let right = -0.9 * aside.dot(DVec2::from_angle(road.heading_rad).perp()).signum();
+            let off = |body| {
+                let (points, _, std) = fusion(body).through(&echoes(&road, right, 0.01)).unwrap();
+                let far = points.iter().enumerate().map(|(i, p)| p.distance(road.point(1.2 * i as f64)));
+                (far.fold(0.0, f64::max), std)
+            };
+            let (moved, std) = off(Some(Body::CAR));
+            assert!(moved < 0.15 && std < 0.3, "{side}: {moved} {std}");
+            let (kept, std) = off(None);
+            assert!((kept - 0.9).abs() < 0.1 && (std - 0.52).abs() < 0.01, "{side}: {kept} {std}");
+        }
+    }
+
+    #[test]
+    fn a_car_straight_ahead_has_no_side() {
+        let road = Arc { point_m: DVec2::new(30.0, 0.0), heading_rad: 0.0, curvature_1pm: 0.0 };
+        let (points, _, std) = fusion(Some(Body::CAR)).through(&echoes(&road, 0.0, 0.01)).unwrap();
+        assert!(points.iter().all(|p| p.y.abs() < 0.2), "{points:?}");
+        assert!(std > 0.4, "{std}");
+    }
+}

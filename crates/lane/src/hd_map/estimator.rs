@@ -1,0 +1,288 @@
+//! The map behind the interface of all methods: the lane number of every track of a look, which is document L's product, and the lane of
+//! the vehicle that carries the radar where it stands on a road of the map.
+
+use super::{
+    Assignment, Carriageway, HdMap, LaneKind, LocalMap, MapFault, RadarFrame, RadarPose, Settings, Target,
+};
+pub use crate::body::Body;
+use crate::body::Step;
+use crate::curve::fit_simplest;
+use crate::{LaneEstimate, LaneEstimator, LaneTrack, Line, Look, NoLane};
+use glam::{DMat2, DVec2};
+
+/// A line is taken to be no better known than this, m: its points are measured.
+const LEAST_LINE_STD_M: f64 = 0.02;
+/// Gain in squared deviations for which a line gets a further parameter (99.7 % of chi-square with one degree of freedom).
+const GAIN: f64 = 9.0;
+/// Slower tracks say nothing of their heading, m/s.
+const LEAST_SPEED_MPS: f64 = 1.0;
+/// A track that moves by more across the roads of the map does not follow them, rad.
+const ACROSS_ROAD_RAD: f64 = 0.5;
+
+/// How looks are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    pub settings: Settings,
+    /// Of the radar in the vehicle's level frame; [`Look::place`] is the radar's own place.
+    pub radar_at_m: [f64; 2],
+    /// Of the radar's boresight, positive left.
+    pub radar_yaw_rad: f64,
+    /// Standard deviation of the radar's place on each axis, and of its azimuth.
+    pub place_std_m: f64,
+    pub azimuth_std_rad: f64,
+    /// Lines are stated so far around the vehicle.
+    pub reach_m: f64,
+    /// Tracks are moved to the middle of such a vehicle, with what that leaves unknown in their covariance. None: they are taken as
+    /// they are.
+    pub body: Option<Body>,
+    /// Standard deviation of vehicles' axes from the direction of the road.
+    pub along_road_std_rad: f64,
+    /// Standard deviation of a track's direction, which tells a vehicle's axis where no road of the map does.
+    pub direction_std_rad: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            settings: Settings::default(),
+            radar_at_m: [0.0; 2],
+            radar_yaw_rad: 0.0,
+            place_std_m: 0.0,
+            azimuth_std_rad: 0.0,
+            reach_m: 100.0,
+            body: Some(Body::CAR),
+            along_road_std_rad: 2f64.to_radians(),
+            direction_std_rad: 5f64.to_radians(),
+        }
+    }
+}
+
+/// A map of lanes, read with the radar's place (method `hd-map`).
+#[derive(Debug, Clone)]
+pub struct MapLanes {
+    map: HdMap,
+    options: Options,
+    /// The map in the axes of the radar at that place: a radar that stands still converts it once.
+    local: Option<(RadarPose, LocalMap)>,
+}
+
+impl MapLanes {
+    pub const METHOD: &'static str = "hd-map";
+
+    /// Errors: the first fault of the map or of the settings.
+    pub fn new(map: HdMap, options: Options) -> Result<MapLanes, MapFault> {
+        map.check()?;
+        let o = &options;
+        for (name, value) in [
+            ("place_std_m", o.place_std_m),
+            ("azimuth_std_rad", o.azimuth_std_rad),
+            ("reach_m", o.reach_m),
+            ("along_road_std_rad", o.along_road_std_rad),
+            ("direction_std_rad", o.direction_std_rad),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(MapFault::BadSetting { name });
+            }
+        }
+        let [x, y] = o.radar_at_m;
+        if !(x.is_finite() && y.is_finite() && o.radar_yaw_rad.is_finite()) {
+            return Err(MapFault::BadSetting { name: "radar_at_m" });
+        }
+        // Edges and settings are checked on the way into a frame, wherever it is.
+        let anywhere = RadarPose { position: map.carriageways[0].inner_edge[0], azimuth_rad: 0.0 };
+        LocalMap::new(&map, &anywhere, options.settings)?;
+        Ok(MapLanes { map, options, local: None })
+    }
+
+    pub fn map(&self) -> &HdMap {
+        &self.map
+    }
+
+    /// Of the radar in the vehicle's level frame.
+    pub fn radar_at_m(&self) -> [f64; 2] {
+        self.options.radar_at_m
+    }
+
+    fn at(&mut self, look: &Look<'_>) -> Result<(RadarPose, &LocalMap), NoLane> {
+        let Some(pose) = look.place else {
+            return Err(NoLane::NotGiven { what: "the radar's place on the earth".into() });
+        };
+        if self.local.as_ref().is_none_or(|(p, _)| *p != pose) {
+            let local = LocalMap::new(&self.map, &pose, self.options.settings)
+                .map_err(|why| NoLane::Refused { why: why.to_string() })?;
+            self.local = Some((pose, local));
+        }
+        match &self.local {
+            Some((_, local)) => Ok((pose, local)),
+            None => Err(NoLane::Refused { why: "the map has no place".into() }),
+        }
+    }
+
+    /// The axis of a track's vehicle in the vehicle's level frame, with its standard deviation: along the road that it is on, in the
+    /// direction in which it moves. None for what hardly moves.
+    fn axis(&self, at_m: DVec2, velocity_mps: DVec2) -> Option<(f64, f64)> {
+        let o = &self.options;
+        if !velocity_mps.is_finite() || velocity_mps.length() < LEAST_SPEED_MPS {
+            return None;
+        }
+        let turn = DVec2::from_angle(o.radar_yaw_rad);
+        let seen = DVec2::from_angle(-o.radar_yaw_rad).rotate(at_m - DVec2::from_array(o.radar_at_m));
+        let towards = velocity_mps.normalize();
+        let roads = self.local.iter().flat_map(|(_, local)| local.directions(seen)).map(|d| {
+            let along = turn.rotate(d);
+            along * along.dot(towards).signum()
+        });
+        let nearest = roads.max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)));
+        match nearest.filter(|d| d.dot(towards) > ACROSS_ROAD_RAD.cos()) {
+            Some(road) => Some((road.to_angle(), o.along_road_std_rad)),
+            None => Some((towards.to_angle(), o.direction_std_rad)),
+        }
+    }
+
+    /// From a track to the middle of its vehicle. None where tracks are taken as they are, or nothing is known of the vehicle's axis.
+    fn step(&self, track: &LaneTrack) -> Option<Step> {
+        let at = DVec2::from_array(track.at_m);
+        let (heading_rad, heading_std_rad) = self.axis(at, DVec2::from_array(track.velocity_mps))?;
+        let from = at - DVec2::from_array(self.options.radar_at_m);
+        let across = (DVec2::from_array(track.std_m) * DVec2::from_angle(heading_rad).perp()).length();
+        Some(self.options.body?.to_middle(from, heading_rad, heading_std_rad, across))
+    }
+
+    /// Where the middle of a track's vehicle is taken to be, in the vehicle's level frame, by the map at the last look's place.
+    pub fn middle_m(&self, track: &LaneTrack) -> [f64; 2] {
+        (DVec2::from_array(track.at_m) + self.step(track).map_or(DVec2::ZERO, |s| s.by_m)).to_array()
+    }
+
+    /// A track of a look as a target in the radar's axes, moved to the middle of its vehicle, with the errors of that step and of the
+    /// radar's own place.
+    pub fn target(&self, track: &LaneTrack) -> Target {
+        let o = &self.options;
+        let back = DMat2::from_angle(-o.radar_yaw_rad);
+        let middle = DVec2::from_array(self.middle_m(track)) - DVec2::from_array(o.radar_at_m);
+        let std = DVec2::from_array(track.std_m);
+        let aside = middle.perp() * o.azimuth_std_rad;
+        let turned = DMat2::from_cols(aside * aside.x, aside * aside.y);
+        let body = self.step(track).map_or(DMat2::ZERO, |s| s.covariance_m2);
+        let own = DMat2::from_diagonal(std * std + DVec2::splat(o.place_std_m.powi(2))) + turned + body;
+        // Rounding leaves it symmetric to the last digits only.
+        let c = back * own * back.transpose();
+        let off = 0.5 * (c.x_axis.y + c.y_axis.x);
+        Target::new(back * middle, DMat2::from_cols(DVec2::new(c.x_axis.x, off), DVec2::new(off, c.y_axis.y)))
+    }
+
+    /// The lane of each track of a look, in order (document L's product).
+    ///
+    /// Errors: no place in the look; a place that is none.
+    pub fn targets(&mut self, look: &Look<'_>) -> Result<Vec<Assignment>, NoLane> {
+        self.at(look)?;
+        let targets: Vec<Target> = look.tracks.iter().map(|t| self.target(t)).collect();
+        Ok(self.at(look)?.1.assign(&targets))
+    }
+
+    /// The lane of a point of the vehicle's level frame, with no error: for comparison with what is true.
+    pub fn lane_at(&mut self, look: &Look<'_>, at_m: [f64; 2]) -> Result<Assignment, NoLane> {
+        let o = &self.options;
+        let from = DVec2::from_array(at_m) - DVec2::from_array(o.radar_at_m);
+        let target = Target::new(DMat2::from_angle(-o.radar_yaw_rad) * from, DMat2::ZERO);
+        Ok(Assignment { target: 0, lane: self.at(look)?.1.place(&target) })
+    }
+
+    fn own_lane(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        let o = self.options;
+        let own = DMat2::from_angle(-o.radar_yaw_rad) * -DVec2::from_array(o.radar_at_m);
+        let spread = o.place_std_m.powi(2) + (own.length() * o.azimuth_std_rad).powi(2);
+        let target = Target::new(own, DMat2::from_diagonal(DVec2::splat(spread)));
+        let (pose, local) = self.at(look)?;
+        let place = local.place(&target).map_err(|why| NoLane::Refused { why: why.to_string() })?;
+        if place.fit != super::Fit::Inside {
+            return Err(NoLane::Refused { why: "the vehicle stands beside the lanes of the map".into() });
+        }
+        let Some(frame) = RadarFrame::new(&pose) else {
+            return Err(NoLane::Refused { why: MapFault::BadPose.to_string() });
+        };
+        let turn = DMat2::from_angle(o.radar_yaw_rad);
+        let here = |p: &super::Wgs84| turn * frame.radar_m(p).truncate() + DVec2::from_array(o.radar_at_m);
+        let std = o.settings.map_std_m.max(LEAST_LINE_STD_M);
+        let mut lines = Vec::new();
+        for way in &self.map.carriageways {
+            for points in boundaries(way, here) {
+                if let Some(mut line) = line(&points, std, o.reach_m) {
+                    line.fitted.covariance[0][0] += spread;
+                    line.fitted.covariance[1][1] += o.azimuth_std_rad.powi(2);
+                    line.confidence = place.probability;
+                    lines.push(line);
+                }
+            }
+        }
+        if lines.is_empty() {
+            return Err(NoLane::Refused { why: "no line of the map has two points within reach".into() });
+        }
+        let mut estimate = LaneEstimate::of_lines(Self::METHOD, look.time_s, look.tracks.len(), lines);
+        estimate.lane_number = Some(place.number);
+        estimate.confidence = place.probability;
+        Ok(estimate)
+    }
+}
+
+impl LaneEstimator for MapLanes {
+    fn method(&self) -> &'static str {
+        Self::METHOD
+    }
+
+    /// The vehicle's own lane; lines of all carriageways within reach. That of others: [`MapLanes::targets`].
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        self.own_lane(look)
+            .unwrap_or_else(|why| LaneEstimate::none(Self::METHOD, look.time_s, look.tracks.len(), why))
+    }
+}
+
+/// The lines between and beside the lanes and strips of a carriageway: points beside those of its inner edge, where both lanes that
+/// they part, or one, have a width.
+fn boundaries(way: &Carriageway, here: impl Fn(&super::Wgs84) -> DVec2) -> Vec<Vec<DVec2>> {
+    let inner: Vec<DVec2> = way.inner_edge.iter().map(&here).collect();
+    let outer: Vec<DVec2> = way.outer_edge.iter().map(&here).collect();
+    let n = inner.len();
+    // Towards the outer edge.
+    let outwards = |i: usize, normal: DVec2| {
+        let near = outer.iter().min_by(|a, b| a.distance(inner[i]).total_cmp(&b.distance(inner[i])));
+        near.map_or(1.0, |q| normal.dot(*q - inner[i]).signum())
+    };
+    let mut stations = vec![0.0; n];
+    for i in 1..n {
+        stations[i] = stations[i - 1] + inner[i].distance(inner[i - 1]);
+    }
+    let medians = |s: f64| -> f64 {
+        way.lanes.iter().filter(|l| l.kind == LaneKind::Median).map(|l| l.width_m.at_m(s)).sum()
+    };
+    let mut out = vec![Vec::new(); way.lanes.len() + 1];
+    for i in 0..n {
+        let (a, b) = (inner[i.saturating_sub(1)], inner[(i + 1).min(n - 1)]);
+        let normal = (b - a).normalize_or(DVec2::X).perp();
+        let normal = normal * outwards(i, normal);
+        let mut across_m = -medians(stations[i]);
+        let mut before = 0.0;
+        for (k, line) in out.iter_mut().enumerate() {
+            let width = way.lanes.get(k).map_or(0.0, |l| l.width_m.at_m(stations[i]));
+            if before > 0.0 || width > 0.0 {
+                line.push(inner[i] + normal * across_m);
+            }
+            across_m += width;
+            before = width;
+        }
+    }
+    out
+}
+
+/// A curve through those points of a line that lie within reach, in the direction in which the vehicle looks.
+fn line(points: &[DVec2], std_m: f64, reach_m: f64) -> Option<Line> {
+    // One point more on each side, so that the line reaches as far as asked for.
+    let near = |i: &usize| points[*i].length() <= reach_m;
+    let first = (0..points.len()).find(near)?.saturating_sub(1);
+    let last = ((0..points.len()).rfind(near)? + 1).min(points.len().checked_sub(1)?);
+    let mut part = points[first..=last].to_vec();
+    if part.last()?.x < part.first()?.x {
+        part.reverse();
+    }
+    let fitted = fit_simplest(&part, &vec![std_m; part.len()], GAIN)?;
+    Some(Line { fitted, confidence: 0.0, members: Vec::new() })
+}

@@ -1,0 +1,44 @@
+//! Maps as files: TOML or JSON of one shape, places as `[latitude_deg, longitude_deg, height_m]` in WGS-84.
+//!
+//! ```toml
+//! [[carriageways]]                     # one direction of a road, or a ramp
+//! name = "up"
+//! inner_edge = [[39.9, 116.3, 40.0], [39.901, 116.3, 40.0]]      # between median and first lane, in order along the road
+//! outer_edge = [[39.9, 116.30017, 40.0], [39.901, 116.30017, 40.0]]
+//! lanes = [                            # from the inside out; numbers differ within the map
+//!     { number = 0, kind = "median", width_m = 1.0 },            # a strip inside the inner edge
+//!     { number = 1, width_m = 3.75 },                            # kind = "driving" when left out
+//!     { number = 2, kind = "emergency", width_m = 3.0 },
+//!     { number = 3, kind = "bay", width_m = [[40, 0], [55, 3.5], [95, 3.5], [110, 0]] },  # [m along the inner edge, m]
+//!     { number = 4, kind = "shoulder", width_m = 0.75 },         # a strip outside the outer edge
+//! ]
+//! ```
+
+use super::HdMap;
+use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::scene::toml_file::{Document, read_text};
+use std::path::Path;
+
+/// Reads and checks a map; by its name `.json`, otherwise TOML.
+///
+/// Errors: a file that cannot be read; keys and values that are not a map's, with their line; the first fault of the map.
+pub fn read(path: &Path) -> Result<HdMap> {
+    let text = read_text(path)?;
+    let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let map: HdMap = match json {
+        true => serde_json::from_str(&text).map_err(|e| {
+            BadInput::new(format!("is no map of lanes: {}", json_in_words(&e)))
+                .file(path)
+                .line(e.line())
+                .remedy("the documentation of lane::hd_map::file shows one")
+        })?,
+        false => Document::parse(path, &text)?.read()?,
+    };
+    map.check().map_err(|fault| BadInput::new(fault.to_string()).file(path))?;
+    Ok(map)
+}
+
+/// The map as JSON.
+pub fn to_json(map: &HdMap) -> Result<String> {
+    serde_json::to_string_pretty(map).map_err(|e| Error::Failed(format!("map: {e}")))
+}

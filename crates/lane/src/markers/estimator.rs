@@ -1,0 +1,176 @@
+//! The method behind the interface of all lane estimators: markers of one look, followed over looks.
+
+use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
+use catseye::error::{BadInput, Result};
+use crate::track::{EgoStep, LineTracker, TrackOptions};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Look, Measured};
+use std::f64::consts::{PI, TAU};
+
+/// Cross section of a marker over the direction from which it is seen: azimuth from its boresight and elevation, rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkerRcs {
+    azimuth_rad: Vec<f64>,
+    elevation_rad: Vec<f64>,
+    /// `[elevation, azimuth]`.
+    dbsm: Vec<f64>,
+}
+
+/// Levels so far under the strongest are not told apart, dB.
+const DEEPEST_DB: f64 = 60.0;
+
+impl MarkerRcs {
+    /// Azimuths and elevations rise; one value or more each; `dbsm` holds the azimuths of the first elevation, then of the next. Levels of
+    /// minus infinity (no echo) are allowed.
+    ///
+    /// Errors: axes that do not rise, another number of levels, levels that are no numbers.
+    pub fn new(azimuth_rad: Vec<f64>, elevation_rad: Vec<f64>, dbsm: Vec<f64>) -> Result<MarkerRcs> {
+        let bad = |what: &str| Err(BadInput::new(what).key("the marker's cross section").into());
+        let rising =
+            |v: &[f64]| !v.is_empty() && v.iter().all(|x| x.is_finite()) && v.windows(2).all(|w| w[0] < w[1]);
+        if !rising(&azimuth_rad) || !rising(&elevation_rad) {
+            return bad("its angles do not rise");
+        }
+        if dbsm.len() != azimuth_rad.len() * elevation_rad.len() {
+            return bad("it needs a level for each azimuth and elevation");
+        }
+        let top = dbsm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if dbsm.iter().any(|d| d.is_nan()) || !top.is_finite() {
+            return bad("its levels are no numbers");
+        }
+        let dbsm = dbsm.into_iter().map(|d| d.max(top - DEEPEST_DB)).collect();
+        Ok(MarkerRcs { azimuth_rad, elevation_rad, dbsm })
+    }
+
+    /// Between the directions of the table; that of its edge beyond them.
+    pub fn dbsm(&self, azimuth_rad: f64, elevation_rad: f64) -> f64 {
+        let azimuth = (azimuth_rad + PI).rem_euclid(TAU) - PI;
+        let ((i, t), (j, u)) =
+            (between(&self.azimuth_rad, azimuth), between(&self.elevation_rad, elevation_rad));
+        let n = self.azimuth_rad.len();
+        let at = |j: usize, i: usize| self.dbsm[j.min(self.elevation_rad.len() - 1) * n + i.min(n - 1)];
+        let along = |j: usize| at(j, i) * (1.0 - t) + at(j, i + 1) * t;
+        along(j) * (1.0 - u) + along(j + 1) * u
+    }
+}
+
+fn between(axis: &[f64], x: f64) -> (usize, f64) {
+    let i = axis.partition_point(|a| *a <= x).clamp(1, axis.len().max(2) - 1) - 1;
+    match axis.get(i + 1) {
+        None => (i, 0.0),
+        Some(next) => (i, ((x - axis[i]) / (next - axis[i])).clamp(0.0, 1.0)),
+    }
+}
+
+/// What [`Markers`] is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkersOptions {
+    /// One for each spacing of markers that is looked for; the first gives all that is not the spacing's.
+    pub patterns: Vec<MarkerOptions>,
+    /// None: each look by itself.
+    pub track: Option<TrackOptions>,
+    /// Of the radar before the axle that does not slip sideways, m: tells the yaw rate where the look does not.
+    pub radar_ahead_m: f64,
+    /// With it the levels along a row have to go with the marker's pose.
+    pub rcs: Option<MarkerRcs>,
+}
+
+impl Default for MarkersOptions {
+    fn default() -> Self {
+        MarkersOptions {
+            patterns: vec![MarkerOptions::default()],
+            track: Some(TrackOptions::default()),
+            radar_ahead_m: 3.6,
+            rcs: None,
+        }
+    }
+}
+
+/// Lanes from rows of markers.
+#[derive(Debug, Clone)]
+pub struct Markers {
+    options: MarkersOptions,
+    tracker: Option<LineTracker>,
+    /// Of the last look.
+    pub steps: Steps,
+    /// Of the last look by itself.
+    pub by_itself: Option<LaneEstimate>,
+    /// Motion at the last look.
+    last: Option<EgoStep>,
+}
+
+impl Markers {
+    pub fn new(options: MarkersOptions) -> Markers {
+        Markers {
+            tracker: options.track.map(LineTracker::new),
+            options,
+            steps: Steps::default(),
+            by_itself: None,
+            last: None,
+        }
+    }
+
+    pub fn options(&self) -> &MarkersOptions {
+        &self.options
+    }
+
+    /// The marker's level that is expected at a point of a row with that direction. Markers look back along their row.
+    pub fn expected_dbsm(&self, p: &LanePoint, row_rad: f64) -> Option<f64> {
+        let height = self.options.patterns.first()?.radar_height_m;
+        let elevation = (height / p.range_m.max(height).max(1e-3)).min(1.0).asin();
+        Some(self.options.rcs.as_ref()?.dbsm(p.azimuth_rad - row_rad, elevation))
+    }
+
+    /// The vehicle's motion: the bus's, and what points at rest say where that is silent.
+    fn ego(&self, look: &Look<'_>) -> Option<EgoStep> {
+        let motion = self.steps.motion?;
+        let [x, y] = motion.velocity_mps;
+        let std = |k: usize| motion.covariance[k][k].max(0.0).sqrt();
+        let by_points = || {
+            let ahead = self.options.radar_ahead_m;
+            (ahead.abs() > 0.5).then(|| Measured { value: y / ahead, std: std(1) / ahead.abs() })
+        };
+        let unknown = Measured { value: 0.0, std: 0.2 };
+        Some(EgoStep {
+            speed_mps: Measured { value: x, std: std(0) },
+            yaw_rate_rad_per_s: look.yaw_rate_rad_per_s.or_else(by_points).unwrap_or(unknown),
+        })
+    }
+}
+
+/// Motion from one look to the next by the motions at both: when in between it changed is not known.
+fn between_looks(before: &EgoStep, now: &EgoStep) -> EgoStep {
+    let mean = |a: Measured, b: Measured| {
+        let std = 0.5 * a.std.hypot(b.std);
+        Measured { value: 0.5 * (a.value + b.value), std: std.hypot((b.value - a.value) / 12f64.sqrt()) }
+    };
+    EgoStep {
+        speed_mps: mean(before.speed_mps, now.speed_mps),
+        yaw_rate_rad_per_s: mean(before.yaw_rate_rad_per_s, now.yaw_rate_rad_per_s),
+    }
+}
+
+impl LaneEstimator for Markers {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        let expected = |p: &LanePoint, row_rad: f64| self.expected_dbsm(p, row_rad).unwrap_or(0.0);
+        let scan = Scan {
+            time_s: look.time_s,
+            points: look.points,
+            speed_mps: look.speed_mps,
+            expected_rcs_dbsm: if self.options.rcs.is_some() { Some(&expected) } else { None },
+        };
+        let (estimate, steps) = estimate_all(&scan, &self.options.patterns);
+        self.steps = steps;
+        self.by_itself = Some(estimate.clone());
+        let now = self.ego(look);
+        let ego = now.map(|n| self.last.map_or(n, |l| between_looks(&l, &n)));
+        self.last = now;
+        match &mut self.tracker {
+            None => estimate,
+            Some(tracker) => tracker.update(estimate, look.points, ego),
+        }
+    }
+}

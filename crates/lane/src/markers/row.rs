@@ -1,0 +1,287 @@
+//! A row of markers as a line: the curve through a path, rid of what is not on it, with the markers that crowds had hidden.
+
+use super::pattern::Site;
+use super::{MarkerOptions, Scan};
+use crate::curve::{Fitted, Shape, fit, fit_simplest};
+use crate::track::{HALF_WEIGHT, robust};
+use crate::{LanePoint, Line};
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// How well a marker's echo stands for its place, m: it comes from somewhere on the marker, which was not laid to the millimetre.
+const PLACE_M: f64 = 0.02;
+
+/// Standard deviation of a point across a direction, m.
+fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
+    Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
+}
+
+/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
+const AT_FIRST_M: f64 = 0.08;
+/// Rounds in which points off the curve lose weight.
+const WEIGHINGS: usize = 3;
+
+/// Places of points in their order, and their deviations across the curve through them.
+fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
+    let places: Vec<DVec2> = members.iter().map(|i| DVec2::from_array(scan.points[*i].at_m)).collect();
+    let n = places.len();
+    let std = (0..n)
+        .map(|k| {
+            let (a, b) = (k.saturating_sub(2), (k + 2).min(n - 1));
+            across_m(&scan.points[members[k]], (places[b] - places[a]).normalize_or(DVec2::X))
+        })
+        .collect();
+    (places, std)
+}
+
+/// Curve through points of a row that grows, of the simplest shape that they bear out or of the one given. Points that stand beside
+/// what the others agree on have little weight: cells that hold several echoes give directions that are off by more than noise.
+fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<Fitted> {
+    let (places, std) = across(scan, members);
+    let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
+    let fitted = match shape {
+        Some(shape) => fit(&places, &first, shape),
+        None => fit_simplest(&places, &first, WHILE_GROWING),
+    }?;
+    let off = |p: &DVec2, s: f64| fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
+    let weighed: Vec<f64> =
+        std.iter().zip(&places).map(|(s, p)| s * (1.0 + off(p, *s).powi(2)).sqrt()).collect();
+    Some(fit(&places, &weighed, fitted.shape).unwrap_or(fitted))
+}
+
+/// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
+/// first, for they are the surest, and goes on outwards: far markers of two rows that the radar does not part stand between the
+/// rows, and a path may lead from a row to them.
+fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<(Vec<usize>, Fitted)> {
+    let n = path.len();
+    let seed = options.path_least.min(n).max(3);
+    let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
+    let mut best: Option<(Vec<usize>, Fitted)> = None;
+    // Straight unless the few show a bend, and bent where most of the path then lies beside it: five markers show no bend that 0.08 m
+    // would hide.
+    let begins = [0, n / 3, 2 * n / 3].map(|b| b.min(n - seed.min(n)));
+    for (begin, shape) in begins.iter().flat_map(|b| [(*b, None), (*b, Some(Shape::Arc))]) {
+        let mut taken: Vec<usize> = (begin..(begin + seed).min(n)).collect();
+        let fit_of = |taken: &[usize]| {
+            let members: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
+            growing(scan, &members, None)
+        };
+        let few: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
+        let Some(mut fitted) = growing(scan, &few, shape) else { continue };
+        let on = |f: &Fitted, k: usize| {
+            // On a bend the next marker stands on the bend, not on its tangent.
+            let more = 2.5 * options.spacing_m;
+            let curve = f.curve.extended(more, more);
+            let foot = curve.foot(place(path[k]));
+            let direction = DVec2::from_angle(curve.at(foot.s_m).heading_rad);
+            let std = across_m(&scan.points[path[k]], direction).hypot(f.lateral_std_m(foot.s_m - more));
+            foot.left_m.abs() <= options.sigmas * std
+        };
+        taken.retain(|k| on(&fitted, *k));
+        let ahead = (begin + seed..n).collect::<Vec<_>>();
+        let behind = (0..begin).rev().collect::<Vec<_>>();
+        let mut new = 0;
+        for k in ahead.into_iter().chain(behind) {
+            if !on(&fitted, k) {
+                continue;
+            }
+            taken.push(k);
+            new += 1;
+            if new == REFIT {
+                taken.sort_unstable();
+                fitted = fit_of(&taken).unwrap_or(fitted);
+                new = 0;
+            }
+        }
+        taken.sort_unstable();
+        if taken.len() < 3 {
+            continue;
+        }
+        let Some(fitted) = fit_of(&taken) else { continue };
+        let enough = taken.len() * 2 >= n;
+        if best.as_ref().is_none_or(|b| taken.len() > b.0.len()) {
+            best = Some((taken.into_iter().map(|k| path[k]).collect(), fitted));
+        }
+        if enough {
+            break;
+        }
+    }
+    best
+}
+
+/// New members after which the curve is fitted again.
+const REFIT: usize = 2;
+
+/// The line of a path: fitted, rid of what does not lie on it or has another level, with the markers that crowds had hidden.
+pub(super) fn line(
+    scan: &Scan<'_>,
+    rest: &[usize],
+    mut members: Vec<usize>,
+    options: &MarkerOptions,
+) -> Option<Line> {
+    // Away from the radar.
+    let range = |i: usize| scan.points[i].range_m;
+    if range(*members.first()?) > range(*members.last()?) {
+        members.reverse();
+    }
+    let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
+    let (mut members, mut fitted) = agreeing(scan, &members, options)?;
+    for _ in 0..ROUNDS {
+        let mut more = hidden(scan, rest, &members, &fitted, STEPS_ON, options);
+        if more.is_empty() {
+            // Over a gap, unless it leaves more of the row out than the row may miss.
+            more = hidden(scan, rest, &members, &fitted, options.gap as f64 + 0.5, options);
+            let all: Vec<f64> =
+                members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+            if more.is_empty() || fullness(&all, options) < LEAST_FULL {
+                break;
+            }
+        }
+        members.extend(more);
+        let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+        let mut order: Vec<usize> = (0..members.len()).collect();
+        order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
+        members = order.into_iter().map(|k| members[k]).collect();
+        fitted = growing(scan, &members, None)?;
+    }
+    let at = |i: usize| fitted.curve.foot(place(i)).s_m;
+    let mut level = 1.0;
+    if let Some(expected) = scan.expected_rcs_dbsm {
+        let heading = |i: usize| fitted.curve.at(at(i)).heading_rad;
+        let over: Vec<f64> = members
+            .iter()
+            .map(|i| scan.points[*i].rcs_dbsm - expected(&scan.points[*i], heading(*i)))
+            .collect();
+        // Water or dirt weakens all of a row alike, so only differences count.
+        let mut sorted: Vec<f64> = over.iter().copied().filter(|x| x.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let middle = sorted.get(sorted.len() / 2).copied()?;
+        let before = members.len();
+        let mut k = 0;
+        members.retain(|_| {
+            k += 1;
+            (over[k - 1] - middle).abs() <= LEVEL_DB
+        });
+        level = members.len() as f64 / before as f64;
+        if members.len() < options.path_least {
+            return None;
+        }
+    }
+    let (places, std) = across(scan, &members);
+    fitted = robust(&places, &std, IN_THE_END, WEIGHINGS)?;
+    // Each further parameter of the curve takes a point more to show.
+    if members.len() < options.path_least + fitted.shape.parameters() - 2 {
+        return None;
+    }
+    let at: Vec<f64> = members.iter().map(|i| fitted.curve.foot(place(*i)).s_m).collect();
+    let full = fullness(&at, options);
+    let levels: Vec<f64> = members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
+    let few = members.len() < options.path_least || full < LEAST_FULL;
+    if few || every_second(&at, &levels, options) || unlike(&at, &levels) {
+        return None;
+    }
+    // Each marker beyond the least makes chance less likely by the share of places that the tolerance leaves.
+    let by_chance =
+        (2.0 * options.tolerance_m / options.spacing_m).powi((members.len() + 2 - options.path_least) as i32);
+    Some(Line { confidence: (full * level * (1.0 - by_chance)).clamp(0.0, 1.0), fitted, members })
+}
+
+/// By how much a further parameter of the curve has to lower the sum of squares: while a row grows more, for a bend that noise
+/// feigns leads away from the next marker.
+const WHILE_GROWING: f64 = 25.0;
+const IN_THE_END: f64 = 12.0;
+/// Of the markers that a row of its length has, at least so many were seen.
+const LEAST_FULL: f64 = 0.6;
+/// Times that hidden markers are looked for, and spacings beyond the ends that are known.
+const ROUNDS: usize = 12;
+const STEPS_ON: f64 = 2.5;
+
+/// Of the markers that a row from the first to the last of these places has, the share that is there.
+fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
+    let (first, last) =
+        at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
+    (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
+}
+
+/// Where along the row its markers stand, from 0 to the spacing.
+fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
+    let turns: DVec2 = at_m.iter().map(|s| DVec2::from_angle(TAU * s / spacing_m)).sum();
+    turns.to_angle() / TAU * spacing_m
+}
+
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Whether hardly anything stands at every other place, or things of another kind: posts at twice the spacing, with stray points
+/// between them.
+fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
+    let phase = phase_m(at_m, options.spacing_m);
+    let place = |s: f64| ((s - phase) / options.spacing_m).round().rem_euclid(2.0);
+    let of = |odd: f64| -> Vec<f64> {
+        at_m.iter().zip(levels).filter(|(s, _)| place(**s) == odd).map(|(_, l)| *l).collect()
+    };
+    let (even, odd) = (of(0.0), of(1.0));
+    let few = even.len().min(odd.len()) * FEW_BETWEEN < even.len().max(odd.len());
+    few || middle(even).zip(middle(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
+}
+
+/// Markers that are missed by chance leave no less than one in so many at every other place.
+const FEW_BETWEEN: usize = 3;
+
+/// Whether levels jump from most members to the next: the road weakens a row over many markers, chance mixes.
+fn unlike(at_m: &[f64], levels: &[f64]) -> bool {
+    let mut along: Vec<(f64, f64)> = at_m.iter().copied().zip(levels.iter().copied()).collect();
+    along.sort_by(|a, b| a.0.total_cmp(&b.0));
+    middle(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
+}
+
+/// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are
+/// dense and were left out, those far away were lost to noise.
+fn hidden(
+    scan: &Scan<'_>,
+    rest: &[usize],
+    members: &[usize],
+    fitted: &Fitted,
+    steps_on: f64,
+    options: &MarkerOptions,
+) -> Vec<usize> {
+    let d_ps = options.spacing_m;
+    // On a bend the next marker stands on the bend, not on its tangent.
+    let more = steps_on * d_ps;
+    let curve = fitted.curve.extended(more, more);
+    let foot = |i: usize| curve.foot(DVec2::from_array(scan.points[i].at_m));
+    let mut taken: Vec<f64> = members.iter().map(|i| foot(*i).s_m).collect();
+    let phase = phase_m(&taken, d_ps);
+    let (first, last) = taken.iter().fold((f64::INFINITY, 0.0f64), |(a, b), s| (a.min(*s), b.max(*s)));
+    let mut near: Vec<(f64, usize, f64)> = Vec::new();
+    for &i in rest.iter().filter(|i| !members.contains(i)) {
+        let f = foot(i);
+        if !(first - more..last + more).contains(&f.s_m) {
+            continue;
+        }
+        let direction = DVec2::from_angle(curve.at(f.s_m).heading_rad);
+        let p = &scan.points[i];
+        let across = f.left_m.abs() / across_m(p, direction).hypot(fitted.lateral_std_m(f.s_m - more));
+        let off = (f.s_m - phase) / d_ps;
+        let off_m = (off - off.round()).abs() * d_ps;
+        let along = off_m / options.tolerance_m.hypot(2.0 * Site::of(p).along_m(direction));
+        if across <= 3.0 && along < 1.0 && f.left_m.abs() < 0.5 * d_ps {
+            near.push((across.hypot(along), i, f.s_m));
+        }
+    }
+    // The best at each place.
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut out = Vec::new();
+    for (_, i, s) in near {
+        if taken.iter().all(|t| (t - s).abs() > 0.5 * d_ps) {
+            taken.push(s);
+            out.push(i);
+        }
+    }
+    out
+}
+
+/// Levels of one row may differ by so much from what their places let expect, dB: fading over the road and scalloping.
+const LEVEL_DB: f64 = 8.0;

@@ -1,0 +1,442 @@
+//! The lane from range and range rate of points, look after look.
+
+use super::{
+    Along, Cell, LaneFromMap, LaneSettings, Parameter, Refusal, Sign, Speed, VALUES, lane_from_map, lane_near,
+};
+use crate::curve::{Clothoid, Fitted, Shape};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
+
+const METHOD: &str = "range-doppler";
+/// A last look that is older than this says nothing about where to search, s.
+const OLDEST_S: f64 = 1.0;
+/// The share of explained cells may fall by this much before the search starts anew.
+const WORSE: f64 = 0.1;
+/// Share of the turn of a near marker's range rate during a frame that its peak may be off: the peak stands in the middle of an even spread.
+const SMEAR: f64 = 0.1;
+/// Curvatures within so many standard deviations of zero are none.
+const SURE: f64 = 2.0;
+
+/// Where the radar stands and what its points are worth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Forward and left of the vehicle's reference point, m.
+    pub radar_at_m: [f64; 2],
+    /// Length of a frame, s: near markers turn while it lasts.
+    pub frame_time_s: f64,
+    /// Weaker points are noise, dB.
+    pub min_snr_db: f64,
+    /// What a marker is never more certain than, for its extent and its place in the row: m and m/s.
+    pub least_range_std_m: f64,
+    pub least_range_rate_std_mps: f64,
+    /// Whether the edge of the map gives the speed where the bus is silent.
+    pub speed_from_map: bool,
+    /// Every so many looks the whole search range is gone through, in between what lies near the last look's lane; 1: always.
+    pub search_every: u32,
+    pub lane: LaneSettings,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            radar_at_m: [0.0, 0.0],
+            frame_time_s: 0.05,
+            min_snr_db: 6.0,
+            least_range_std_m: 0.05,
+            least_range_rate_std_mps: 0.02,
+            speed_from_map: true,
+            search_every: 20,
+            lane: LaneSettings::default(),
+        }
+    }
+}
+
+/// What a look gives beyond a [`LaneEstimate`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneLook {
+    pub estimate: LaneEstimate,
+    /// As the core fitted it, of the radar; None where there is no lane.
+    pub lane: Option<LaneFromMap>,
+    /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
+    pub mirror: bool,
+    /// Whether the whole search range was gone through.
+    pub searched: bool,
+}
+
+struct Last {
+    time_s: f64,
+    lane: LaneFromMap,
+    share: f64,
+    /// Since the last whole search.
+    looks: u32,
+}
+
+/// Lane estimator on range and range rate alone; azimuths are not read (document F, section 3.6).
+pub struct RangeDopplerLane {
+    options: Options,
+    last: Option<Last>,
+}
+
+impl RangeDopplerLane {
+    /// Errors: the option that lies outside its range.
+    pub fn new(options: Options) -> Result<RangeDopplerLane, Refusal> {
+        options.lane.check()?;
+        let o = &options;
+        let good = |v: f64| v.is_finite() && v >= 0.0;
+        let rules = [
+            ("radar_at_m", o.radar_at_m.iter().all(|v| v.abs() <= 20.0)),
+            ("frame_time_s", good(o.frame_time_s) && o.frame_time_s <= 10.0),
+            ("min_snr_db", o.min_snr_db.is_finite()),
+            ("least_range_std_m", good(o.least_range_std_m)),
+            ("least_range_rate_std_mps", good(o.least_range_rate_std_mps)),
+            ("search_every", o.search_every > 0),
+        ];
+        match rules.iter().find(|r| !r.1) {
+            Some((name, _)) => Err(Refusal::Setting(name)),
+            None => Ok(RangeDopplerLane { options, last: None }),
+        }
+    }
+
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// As [`LaneEstimator::estimate`], with what the core says.
+    pub fn look(&mut self, look: &Look<'_>) -> LaneLook {
+        let found = self.find(look);
+        let time_s = look.time_s;
+        let none = |why| LaneLook {
+            estimate: LaneEstimate::none(METHOD, time_s, look.points.len(), why),
+            lane: None,
+            mirror: false,
+            searched: false,
+        };
+        match found {
+            Err(why) => {
+                self.last = None;
+                none(why)
+            }
+            Ok((lane, cells, slip_rad, searched)) => {
+                let share = lane.explained / cells.count.max(1) as f64;
+                let looks = match (&self.last, searched) {
+                    (Some(last), false) => last.looks + 1,
+                    _ => 0,
+                };
+                let mirror = lane.sign == Sign::Unknown;
+                let out = LaneEstimate { mirror, ..self.answer(look, &lane, &cells, slip_rad, share) };
+                self.last = Some(Last { time_s, lane: lane.clone(), share, looks });
+                LaneLook { estimate: out, mirror, lane: Some(lane), searched }
+            }
+        }
+    }
+
+    /// The lane, the cells it rests on, how far the radar's motion points left of the vehicle's axis, and whether all was searched.
+    fn find(&self, look: &Look<'_>) -> Result<(LaneFromMap, Cells, f64, bool), NoLane> {
+        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
+        if look.points.is_empty() {
+            return Err(NoLane::Empty);
+        }
+        if !look.time_s.is_finite() {
+            return Err(NoLane::NotGiven { what: "the time of the look".into() });
+        }
+        let o = &self.options;
+        let is_number =
+            |m: &Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0 && m.value.abs() < 1e3;
+        let speed = look.speed_mps.filter(is_number);
+        if speed.is_none() && !o.speed_from_map {
+            return Err(NoLane::NoSpeed);
+        }
+        // The radar moves with the vehicle's speed and round it.
+        let turn = look.yaw_rate_rad_per_s.filter(is_number);
+        let (yaw, yaw_std) = turn.map_or((0.0, 0.0), |m| (m.value, m.std));
+        let [ahead_m, left_m] = o.radar_at_m;
+        let (mut slip_rad, mut own) = (0.0, None);
+        if let Some(v) = speed {
+            let moved = DVec2::new(v.value - yaw * left_m, yaw * ahead_m);
+            if v.value > 0.0 {
+                slip_rad = moved.y.atan2(moved.x);
+            }
+            // Backwards stays backwards: the core says that it is too slow.
+            let mps = if v.value > 0.0 { moved.length() } else { v.value };
+            own = Some(Measured { value: mps, std: v.std.hypot(left_m * yaw_std) });
+        }
+        let cells = self.cells(look.points, own)?;
+        let speed = match own {
+            Some(v) => Speed::Known { mps: v.value, std_mps: v.std },
+            None => Speed::FromMap,
+        };
+        if let Some(last) = &self.last {
+            let dt = look.time_s - last.time_s;
+            if dt > 0.0 && dt <= OLDEST_S && last.looks + 1 < o.search_every {
+                let v = last.lane.speed_mps.value;
+                let (sin, cos) = last.lane.heading_rad.value.sin_cos();
+                let near = last.lane.moved(v * cos * dt, v * sin * dt, yaw * dt);
+                // The last look's speed is the start of this one's where the bus is silent.
+                let speed = match speed {
+                    Speed::FromMap => Speed::Known { mps: v, std_mps: (2.0 * dt).max(0.05) },
+                    known => known,
+                };
+                if let Ok(lane) = lane_near(&cells.cells, speed, &o.lane, &near)
+                    && lane.explained >= (last.share - WORSE) * cells.count as f64
+                {
+                    return Ok((lane, cells, slip_rad, false));
+                }
+            }
+        }
+        let lane = lane_from_map(&cells.cells, speed, &o.lane).map_err(|r| match r {
+            Refusal::TooFewCells { cells, .. } => NoLane::NoPattern { at_rest: cells },
+            Refusal::NoLane { cells, .. } => NoLane::NoPattern { at_rest: cells },
+            other => refused(other),
+        })?;
+        Ok((lane, cells, slip_rad, true))
+    }
+
+    /// Points that may be markers: numbers, strong enough, at rest as far as their range rate tells.
+    fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, NoLane> {
+        let o = &self.options;
+        let finite = |p: &&(usize, &LanePoint)| {
+            let p = p.1;
+            let std = [p.std_m[0], p.range_rate_std_mps];
+            p.range_m.is_finite()
+                && p.range_rate_mps.is_finite()
+                && std.iter().all(|s| s.is_finite() && *s >= 0.0)
+        };
+        let all: Vec<(usize, &LanePoint)> = points.iter().enumerate().collect();
+        let good: Vec<&(usize, &LanePoint)> = all.iter().filter(finite).collect();
+        if good.is_empty() {
+            return Err(NoLane::NotFinite { points: points.len() });
+        }
+        let mut out = Cells { cells: Vec::new(), members: Vec::new(), count: 0 };
+        for (i, p) in good {
+            let closing = -p.range_rate_mps;
+            let speed = own.map_or(closing.max(0.0), |v| v.value);
+            let mut rate_std = p.range_rate_std_mps.hypot(o.least_range_rate_std_mps);
+            if let Some(v) = own {
+                let margin = 4.0 * rate_std.hypot(v.std);
+                let least = v.value * o.lane.half_view_rad.cos();
+                if closing > v.value + margin || closing < least - margin {
+                    continue;
+                }
+            }
+            if !self.reachable(p.range_m, closing, speed) {
+                continue;
+            }
+            let strong = p.snr_db.is_nan() || p.snr_db >= o.min_snr_db;
+            let range = o.lane.near_m..=o.lane.far_m;
+            if !strong || !range.contains(&p.range_m) {
+                continue;
+            }
+            // How fast the range rate of what stands still changes, by the angle to the motion.
+            let change = (speed * speed - closing * closing).max(0.0) / p.range_m.max(0.1);
+            rate_std = rate_std.hypot(SMEAR * change * o.frame_time_s);
+            out.members.push(*i);
+            out.cells.push(Cell {
+                range_m: p.range_m,
+                range_rate_mps: p.range_rate_mps,
+                range_std_m: p.std_m[0].hypot(o.least_range_std_m),
+                range_rate_std_mps: rate_std,
+            });
+        }
+        out.count = out.cells.len();
+        match out.count {
+            0 => Err(NoLane::NothingAtRest),
+            _ => Ok(out),
+        }
+    }
+
+    /// Whether a lane within the search range has a marker so far from the way that the radar goes: rails and walls stand farther.
+    fn reachable(&self, range_m: f64, closing_mps: f64, speed_mps: f64) -> bool {
+        if speed_mps <= 0.0 {
+            return true;
+        }
+        let l = &self.options.lane;
+        let cos = (closing_mps / speed_mps).clamp(-1.0, 1.0);
+        let (ahead, aside) = (range_m * cos, range_m * (1.0 - cos * cos).sqrt());
+        let bend = (range_m / l.min_radius_m).min(FRAC_PI_2);
+        let turn = (l.max_heading_rad + bend).min(FRAC_PI_2);
+        let row = 0.5 * l.lane_width_m + l.max_offset_m;
+        // The range rate tells small angles badly.
+        aside <= row + ahead.abs() * turn.sin() + 0.05 * range_m + 0.5
+    }
+
+    /// The core's lane in the vehicle's frame.
+    fn answer(
+        &self,
+        look: &Look<'_>,
+        lane: &LaneFromMap,
+        cells: &Cells,
+        slip_rad: f64,
+        share: f64,
+    ) -> LaneEstimate {
+        let s = &self.options.lane;
+        let far_m = cells.cells.iter().map(|c| c.range_m).fold(0.0, f64::max);
+        let at = Standing::new(lane, self.options.radar_at_m, slip_rad);
+        let mut lines = Vec::new();
+        for is_left in [false, true] {
+            let members = cells.of_row(lane, is_left, s);
+            lines.extend(at.pieces(lane, is_left, s, far_m).into_iter().map(|fitted| Line {
+                fitted,
+                confidence: share.clamp(0.0, 1.0),
+                members: members.clone(),
+            }));
+        }
+        let used = lines.iter().flat_map(|l| &l.members).collect::<std::collections::BTreeSet<_>>().len();
+        let measured = |value: f64, j: [f64; VALUES]| {
+            let var: f64 = (0..VALUES)
+                .map(|a| (0..VALUES).map(|b| j[a] * lane.covariance[a][b] * j[b]).sum::<f64>())
+                .sum();
+            Some(Measured { value, std: var.max(0.0).sqrt() })
+        };
+        let mut estimate = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        estimate.lines.sort_by(|a, b| {
+            let y = |l: &Line| l.fitted.curve.foot(DVec2::ZERO).left_m;
+            y(b).total_cmp(&y(a)).then(a.fitted.curve.start_m[0].total_cmp(&b.fitted.curve.start_m[0]))
+        });
+        // The distance of the rows is a setting, no measurement.
+        estimate.width_m = None;
+        estimate.offset_m = measured(at.offset_m, [1.0, -at.behind_m, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        estimate.heading_rad = measured(at.heading_rad, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        // The bend ahead is not the lane's where the vehicle stands.
+        estimate.curvature_per_m = match at.bend {
+            Bend::Ahead => None,
+            _ => measured(lane.curvature_per_m.value, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        };
+        estimate.confidence = share.clamp(0.0, 1.0);
+        estimate.provenance.used = used;
+        estimate
+    }
+}
+
+impl LaneEstimator for RangeDopplerLane {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        self.look(look).estimate
+    }
+}
+
+struct Cells {
+    cells: Vec<Cell>,
+    /// Of each cell, the number of its point.
+    members: Vec<usize>,
+    count: usize,
+}
+
+impl Cells {
+    /// Points within three standard deviations of a marker of the row.
+    fn of_row(&self, lane: &LaneFromMap, is_left: bool, s: &LaneSettings) -> Vec<usize> {
+        let markers = lane.markers(s);
+        let near = |c: &Cell| {
+            markers.iter().any(|m| {
+                let e = [
+                    (c.range_m - m.range_m) / c.range_std_m,
+                    (c.range_rate_mps - m.range_rate_mps) / c.range_rate_std_mps,
+                ];
+                m.is_left == is_left && e[0].hypot(e[1]) < 3.0
+            })
+        };
+        self.cells.iter().zip(&self.members).filter(|(c, _)| near(c)).map(|(_, i)| *i).collect()
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Bend {
+    /// None within its standard deviation.
+    None,
+    Ahead,
+    /// The radar is in it.
+    Here,
+}
+
+/// The vehicle in the lane's axes: x along the lane from the radar, y left of its middle.
+struct Standing {
+    reference_m: DVec2,
+    /// Of the vehicle's axis against the axes.
+    axis_rad: f64,
+    /// How far the reference point lies behind the radar along the lane.
+    behind_m: f64,
+    offset_m: f64,
+    /// Against the lane where the reference point stands.
+    heading_rad: f64,
+    bend: Bend,
+}
+
+impl Standing {
+    fn new(lane: &LaneFromMap, radar_at_m: [f64; 2], slip_rad: f64) -> Standing {
+        let k = lane.curvature_per_m;
+        let start: Parameter = lane.curve_start_m;
+        let bend = match k.value.abs() > SURE * k.std {
+            false => Bend::None,
+            true if start.value <= start.std.min(1.0) => Bend::Here,
+            true => Bend::Ahead,
+        };
+        let axis_rad = lane.heading_rad.value - slip_rad;
+        let lever = DVec2::from_angle(axis_rad).rotate(DVec2::from_array(radar_at_m));
+        let reference_m = DVec2::new(0.0, lane.offset_m.value) - lever;
+        // The arc reaches back to the reference point.
+        let bent = if bend == Bend::Here { k.value } else { 0.0 };
+        Standing {
+            reference_m,
+            axis_rad,
+            behind_m: lever.x,
+            offset_m: reference_m.y - 0.5 * bent * lever.x * lever.x,
+            heading_rad: axis_rad + bent * lever.x,
+            bend,
+        }
+    }
+
+    /// A row as a straight piece and an arc.
+    fn pieces(&self, lane: &LaneFromMap, is_left: bool, s: &LaneSettings, far_m: f64) -> Vec<Fitted> {
+        let (k, side) = (lane.curvature_per_m.value, if is_left { 0.5 } else { -0.5 } * s.lane_width_m);
+        let seen = lane.curve(is_left, 0.25, s);
+        let last = seen.iter().filter(|m| m.range_m <= far_m).map(|m| m.along_m).fold(0.0, f64::max);
+        let back = DVec2::from_angle(-self.axis_rad);
+        let piece = |from: DVec2, curvature: f64, length_m: f64, covariance: [[f64; 4]; 4]| Fitted {
+            curve: Clothoid {
+                start_m: back.rotate(from - self.reference_m).to_array(),
+                heading_rad: -self.axis_rad,
+                curvature_per_m: curvature,
+                curvature_rate_per_m2: 0.0,
+                length_m,
+            },
+            shape: Shape::Arc,
+            covariance,
+            residual: 1.0,
+        };
+        // By offset, heading, curvature, start of the bend.
+        let spread = |j: [[f64; 4]; 3]| {
+            let mut out = [[0.0; 4]; 4];
+            for (a, ja) in j.iter().enumerate() {
+                for (b, jb) in j.iter().enumerate() {
+                    for (i, x) in ja.iter().enumerate() {
+                        for (l, y) in jb.iter().enumerate() {
+                            out[a][b] += x * lane.covariance[i][l] * y;
+                        }
+                    }
+                }
+            }
+            out
+        };
+        let begin = self.reference_m.x.min(0.0) - 1.0;
+        let start = if self.bend == Bend::None { f64::INFINITY } else { lane.curve_start_m.value.max(0.0) };
+        let mut out = Vec::new();
+        let straight = start.min(last.max(begin + 1.0));
+        // A straight line may be as bent as the cells allow; one before a bend is straight.
+        let open = if self.bend == Bend::None { 1.0 } else { 0.0 };
+        let at_begin = [[-1.0, -begin, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, open, 0.0]];
+        out.push(piece(DVec2::new(begin, side), 0.0, straight - begin, spread(at_begin)));
+        if last > start {
+            let per_m = 1.0 - k * side;
+            let bent =
+                [[-1.0, -start, 0.0, 0.0], [0.0, -1.0, 0.0, -k / per_m], [0.0, 0.0, per_m.powi(-2), 0.0]];
+            let length_m = (last - start) * if s.along == Along::Row { 1.0 } else { per_m };
+            out.push(piece(DVec2::new(start, side), k / per_m, length_m, spread(bent)));
+        }
+        out
+    }
+}

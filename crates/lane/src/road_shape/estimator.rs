@@ -1,0 +1,242 @@
+//! The road shape behind the interface of all lane methods.
+
+use super::{
+    EdgeStatus, Ego, Peak, RadarMount, Reason, RoadShape, RoadTracker, Side, TrackerSettings, ego_speed,
+    static_points,
+};
+use crate::curve::{Clothoid, Fitted, Shape};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, NoLane};
+use glam::DVec2;
+
+/// The name on the command line.
+pub const METHOD: &str = "road-shape";
+
+/// What [`RoadShapeEstimator`] is made with.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RoadShapeOptions {
+    /// Gate, vote, fit and filter. Its mounting is not used: points bring their place in the vehicle's frame with them.
+    pub tracker: TrackerSettings,
+    /// Where no look gives the speed, it is taken from the points if this share of them agrees on one; 0: never.
+    pub own_speed_share: f64,
+}
+
+/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (seed M, sections IV and V). Lines are
+/// edges of the road, not lines of lanes; there are at most two, one on each side of the vehicle.
+#[derive(Debug, Clone)]
+pub struct RoadShapeEstimator {
+    options: RoadShapeOptions,
+    tracker: RoadTracker,
+    last_s: Option<f64>,
+    /// How far ahead each edge is borne out by points, m.
+    reach_m: [f64; 2],
+    latest: Option<RoadShape>,
+}
+
+/// Direction from the radar and place of the radar that saw a point, as its range and its place say.
+fn seen_from(p: &LanePoint) -> RadarMount {
+    let back = DVec2::from_angle(p.azimuth_rad) * p.range_m;
+    RadarMount { x_m: p.at_m[0] - back.x, y_m: p.at_m[1] - back.y, yaw_rad: 0.0 }
+}
+
+fn is_finite(p: &LanePoint) -> bool {
+    let all = [p.at_m[0], p.at_m[1], p.std_m[0], p.std_m[1], p.range_rate_mps, p.range_rate_std_mps];
+    all.iter().all(|v| v.is_finite())
+        && p.range_m.is_finite()
+        && p.azimuth_rad.is_finite()
+        && p.snr_db.is_finite()
+        && p.range_m > 0.0
+}
+
+fn peak(p: &LanePoint) -> Peak {
+    Peak {
+        range_m: p.range_m,
+        azimuth_rad: p.azimuth_rad,
+        range_rate_mps: p.range_rate_mps,
+        power: 10f64.powf(0.1 * p.snr_db.clamp(-100.0, 100.0)),
+        range_std_m: p.std_m[0],
+        azimuth_std_rad: p.std_m[1] / p.range_m,
+        range_rate_std_mps: p.range_rate_std_mps,
+    }
+}
+
+impl RoadShapeEstimator {
+    /// Errors: settings that make no sense.
+    pub fn new(options: RoadShapeOptions) -> super::Result<RoadShapeEstimator> {
+        super::not_negative("own_speed_share", options.own_speed_share)?;
+        let tracker = RoadTracker::new(&options.tracker)?;
+        Ok(RoadShapeEstimator { options, tracker, last_s: None, reach_m: [0.0; 2], latest: None })
+    }
+
+    /// Points, fits and tracks of the latest look; None where it could not be used.
+    pub fn latest(&self) -> Option<&RoadShape> {
+        self.latest.as_ref()
+    }
+
+    fn ego(&self, look: &Look<'_>, points: &[LanePoint]) -> Result<Ego, NoLane> {
+        let sound = |m: &crate::Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0;
+        let yaw = look.yaw_rate_rad_per_s.filter(sound);
+        let known = match look.speed_mps.filter(sound) {
+            Some(v) => Ego { speed_mps: v.value, speed_std_mps: v.std, ..Ego::default() },
+            None if self.options.own_speed_share > 0.0 => {
+                let Some(first) = points.first() else { return Err(NoLane::Empty) };
+                let peaks: Vec<Peak> = points.iter().map(peak).collect();
+                let gate = &self.options.tracker.gate;
+                ego_speed(&peaks, &seen_from(first), gate, self.options.own_speed_share)
+                    .map_err(|_| NoLane::NoSpeed)?
+            }
+            None => return Err(NoLane::NoSpeed),
+        };
+        Ok(Ego {
+            yaw_rate_radps: yaw.map_or(0.0, |y| y.value),
+            yaw_rate_std_radps: yaw.map_or(0.0, |y| y.std),
+            ..known
+        })
+    }
+
+    fn step(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        self.latest = None;
+        if look.points.is_empty() {
+            // What is not seen is not stated; the tracks coast on at the next look.
+            return Err(NoLane::Empty);
+        }
+        let sound: Vec<(usize, LanePoint)> =
+            look.points.iter().copied().enumerate().filter(|(_, p)| is_finite(p)).collect();
+        if sound.is_empty() {
+            return Err(NoLane::NotFinite { points: look.points.len() });
+        }
+        let dt_s = match self.last_s {
+            _ if !look.time_s.is_finite() => {
+                return Err(NoLane::Refused { why: "the time of the look is no number".into() });
+            }
+            Some(last) if look.time_s < last => {
+                let why = format!("the look at {} s comes after that at {last} s", look.time_s);
+                return Err(NoLane::Refused { why });
+            }
+            Some(last) => look.time_s - last,
+            None => 0.0,
+        };
+        let all: Vec<LanePoint> = sound.iter().map(|(_, p)| *p).collect();
+        let ego = self.ego(look, &all)?;
+        let refused = |r: Reason| NoLane::Refused { why: r.to_string() };
+        let mut rest = Vec::new();
+        let mut members = Vec::new();
+        let mut moving = 0;
+        for (i, p) in &sound {
+            // Each by the place of its own radar.
+            let mount = seen_from(p);
+            let scan =
+                static_points(&[peak(p)], &mount, &ego, &self.options.tracker.gate).map_err(refused)?;
+            moving += scan.moving;
+            members.extend(scan.points.iter().map(|_| *i));
+            rest.extend(scan.points);
+        }
+        let at_rest = rest.len();
+        let shape = self.tracker.step_points(rest, moving, dt_s, &ego).map_err(refused)?;
+        self.last_s = Some(look.time_s);
+        let driven_m = ego.speed_mps * dt_s;
+        let mut lines = Vec::new();
+        let mut reasons = Vec::new();
+        for side in Side::BOTH {
+            let k = side.index();
+            self.reach_m[k] = match &shape.fits[k] {
+                Ok(fit) => fit.x_max_m,
+                Err(_) => self.reach_m[k] - driven_m.max(0.0),
+            };
+            match self.line(&shape, side, &members) {
+                Ok(line) => lines.push(line),
+                Err(why) => reasons.push(format!("{side} side: {why}")),
+            }
+        }
+        self.latest = Some(shape);
+        if lines.is_empty() {
+            return Err(match at_rest {
+                0 => NoLane::NothingAtRest,
+                _ => NoLane::Refused { why: reasons.join(" ") },
+            });
+        }
+        let mut out = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        if self.options.tracker.fit.heading_std_rad <= 0.0 {
+            // The model has no heading: what is not estimated is not stated.
+            out.heading_rad = None;
+        }
+        Ok(out)
+    }
+
+    fn line(&self, shape: &RoadShape, side: Side, members: &[usize]) -> Result<Line, String> {
+        let k = side.index();
+        let Some(track) = shape.edge(side) else {
+            return Err(match &shape.fits[k] {
+                Err(reason) => reason.to_string(),
+                Ok(_) => "The edge is new.".into(),
+            });
+        };
+        let s = &self.options.tracker;
+        if track.status == EdgeStatus::Tentative {
+            return Err(format!(
+                "An edge was seen in {} of {} scans that it takes.",
+                track.hits, s.confirm_scans
+            ));
+        }
+        let [c0, c1, b] = track.filter.state();
+        let reach_m = self.reach_m[k];
+        if reach_m <= 1.0 {
+            return Err("The edge that was seen lies behind.".into());
+        }
+        let heading_rad = match &shape.fits[k] {
+            Ok(fit) => fit.heading_rad,
+            Err(_) => 0.0,
+        };
+        let curve = Clothoid {
+            start_m: [0.0, b],
+            heading_rad,
+            curvature_per_m: c0,
+            curvature_rate_per_m2: c1,
+            length_m: reach_m,
+        };
+        // State [c0, c1, b]; the curve's lateral place, heading, curvature, rate.
+        let p = track.filter.covariance();
+        let place = [Some(2), None, Some(0), Some(1)];
+        let mut covariance = [[0.0; 4]; 4];
+        for (i, row) in covariance.iter_mut().enumerate() {
+            for (j, v) in row.iter_mut().enumerate() {
+                if let (Some(a), Some(b)) = (place[i], place[j]) {
+                    *v = p[a][b];
+                }
+            }
+        }
+        covariance[1][1] = s.fit.heading_std_rad.powi(2);
+        let mut fitted = Fitted { curve, shape: Shape::Clothoid, covariance, residual: 0.0 };
+        let mut on = Vec::new();
+        let mut squares = 0.0;
+        for (point, index) in shape.points.iter().zip(members) {
+            let foot = curve.foot(DVec2::new(point.x_m, point.y_m));
+            let [xx, xy, yy] = point.covariance_m2;
+            let left = DVec2::from_angle(curve.at(foot.s_m).heading_rad).perp();
+            let own = left.x * left.x * xx + 2.0 * left.x * left.y * xy + left.y * left.y * yy;
+            let variance = own + s.fit.floor_std_m.powi(2) + fitted.lateral_std_m(foot.s_m).powi(2);
+            if (0.0..=reach_m + 1.0).contains(&foot.s_m) && foot.left_m.powi(2) <= 9.0 * variance {
+                squares += foot.left_m.powi(2) / variance;
+                on.push(*index);
+            }
+        }
+        fitted.residual = (squares / on.len().max(1) as f64).sqrt();
+        // Half where the edge is uncertain by half a metre in the middle of what is seen, less the longer it is not seen.
+        let std_m = fitted.lateral_std_m(0.5 * reach_m);
+        let seen = (-track.unseen_s / s.coast_s.max(1e-3)).exp();
+        let confidence = seen / (1.0 + (std_m / 0.5).powi(2));
+        Ok(Line { fitted, confidence, members: on })
+    }
+}
+
+impl LaneEstimator for RoadShapeEstimator {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        match self.step(look) {
+            Ok(estimate) => estimate,
+            Err(why) => LaneEstimate::none(METHOD, look.time_s, look.points.len(), why),
+        }
+    }
+}

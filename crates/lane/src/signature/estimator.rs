@@ -1,0 +1,528 @@
+//! A place in a signature map behind the interface of lanes, and the lane there.
+
+use super::Refusal;
+use super::locate::{LocateSettings, Location, Search, locate};
+use super::map::{Pose, ScanPoint, SignatureMap, wrapped};
+use super::row::{RowOptions, RowReader};
+use super::words::{Reading, Zone};
+use crate::curve::{Fitted, fit_simplest};
+use crate::markers::speed_from_rest;
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane, Provenance};
+use glam::{DMat3, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// As on the command line.
+pub const METHOD: &str = "signature";
+
+/// Which points stand, from the vehicle's own motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StaticTest {
+    /// Place of the radar on the vehicle, m.
+    pub radar_m: [f64; 2],
+    pub sigmas: f64,
+    /// Range rates of standing things scatter by this beyond their noise, m/s.
+    pub tolerance_mps: f64,
+    /// Of the yaw rate where none is given, rad/s.
+    pub yaw_rate_std_rad_per_s: f64,
+    /// Width of the interval in which range rates are unambiguous, m/s; None: they are as they are.
+    pub fold_mps: Option<f64>,
+}
+
+impl Default for StaticTest {
+    fn default() -> Self {
+        StaticTest {
+            radar_m: [0.0; 2],
+            sigmas: 3.5,
+            tolerance_mps: 0.05,
+            yaw_rate_std_rad_per_s: 0.1,
+            fold_mps: None,
+        }
+    }
+}
+
+fn is_sound(p: &LanePoint) -> bool {
+    [p.at_m[0], p.at_m[1], p.std_m[0], p.std_m[1], p.range_m, p.azimuth_rad, p.range_rate_mps]
+        .iter()
+        .all(|x| x.is_finite() && x.abs() < 1e6)
+        && p.range_m > 0.0
+}
+
+impl StaticTest {
+    /// Which points stand, where the vehicle goes at that speed and turns at that rate. What is no number does not stand.
+    pub fn standing(&self, points: &[LanePoint], speed: Measured, yaw_rate: Option<Measured>) -> Vec<bool> {
+        let yaw = yaw_rate
+            .filter(|y| y.value.is_finite() && y.std.is_finite())
+            .unwrap_or(Measured { value: 0.0, std: self.yaw_rate_std_rad_per_s });
+        let [x, y] = self.radar_m;
+        let velocity = DVec2::new(speed.value - yaw.value * y, yaw.value * x);
+        let rests = |p: &LanePoint| {
+            let u = DVec2::from_angle(p.azimuth_rad);
+            let mut off = p.range_rate_mps + velocity.dot(u);
+            if let Some(fold) = self.fold_mps.filter(|f| *f > 0.0) {
+                off -= fold * (off / fold).round();
+            }
+            let turn = velocity.perp_dot(u) * (p.std_m[1] / p.range_m.max(0.1));
+            let lever = yaw.std * (x * u.y - y * u.x);
+            let std = [p.range_rate_std_mps, speed.std * u.x, turn, lever, self.tolerance_mps];
+            let variance: f64 = std.iter().filter(|s| s.is_finite()).map(|s| s * s).sum();
+            off.abs() <= self.sigmas * variance.sqrt()
+        };
+        points.iter().map(|p| is_sound(p) && rests(p)).collect()
+    }
+}
+
+/// A point of the interface as the map takes it, seen from the radar with the vehicle's axes. Its motion is judged before.
+pub fn scan_point(p: &LanePoint) -> ScanPoint {
+    ScanPoint {
+        range_m: p.range_m,
+        azimuth_rad: p.azimuth_rad,
+        range_std_m: p.std_m[0].max(1e-3),
+        azimuth_std_rad: (p.std_m[1] / p.range_m.max(0.1)).max(1e-4),
+        range_rate_mps: None,
+    }
+}
+
+/// A line beside the vehicle: how far to its left, its direction, its index in the map, and itself.
+type Beside = (f64, f64, usize, Line);
+
+/// A lane of the map: indices of its lines, in the direction in which they were given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MapLane {
+    pub number: i32,
+    pub right: usize,
+    pub left: usize,
+}
+
+/// Known lines of the road, in the map's coordinates.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapLanes {
+    pub lines_m: Vec<Vec<[f64; 2]>>,
+    /// Of the lines across, m: of the survey.
+    pub std_m: f64,
+    pub lanes: Vec<MapLane>,
+}
+
+/// What [`Signature`] is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignatureOptions {
+    pub at_rest: StaticTest,
+    /// Of the first search and of every one after the place is lost.
+    pub search: LocateSettings,
+    /// Half the strip beside the mapped route (m) and the angle (rad) of the first search.
+    pub beside_m: f64,
+    pub turn_rad: f64,
+    /// A rough first pose of the radar (as from GNSS), with half the square (m) to search; None: along the whole route.
+    pub rough: Option<(Pose, f64)>,
+    /// Of the searches near the last place.
+    pub track: LocateSettings,
+    pub track_half_m: f64,
+    pub track_turn_rad: f64,
+    /// A place less likely than this among those found is not told.
+    pub least_probability: f64,
+    /// Failed looks after which the place is searched everywhere again.
+    pub lost_after: u32,
+    /// Lines are given from this far behind the vehicle to this far ahead, m.
+    pub reach_m: [f64; 2],
+    /// Of the map itself, x, y (m) and heading (rad), which all looks share: in the covariance of places.
+    pub map_std: [f64; 3],
+    /// Rows of markers whose words are read.
+    pub rows: Vec<RowOptions>,
+}
+
+impl Default for SignatureOptions {
+    fn default() -> Self {
+        let search = LocateSettings { near_m: 3.0, floor_std_m: 0.05, ..LocateSettings::default() };
+        SignatureOptions {
+            at_rest: StaticTest::default(),
+            search,
+            beside_m: 2.0,
+            turn_rad: 0.1,
+            rough: None,
+            track: LocateSettings { candidates: 2, step_m: 0.3, ..search },
+            track_half_m: 0.6,
+            track_turn_rad: 0.035,
+            least_probability: 0.9,
+            lost_after: 4,
+            reach_m: [5.0, 40.0],
+            map_std: [0.0; 3],
+            rows: Vec::new(),
+        }
+    }
+}
+
+/// What was read from one row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ZoneSeen {
+    /// As [`RowOptions::name`].
+    pub row: String,
+    pub reading: Reading,
+    /// What the word says, where it is sure and has a meaning.
+    pub zone: Option<Zone>,
+}
+
+/// Where the vehicle is in the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    pub time_s: f64,
+    /// Of the vehicle's reference point.
+    pub vehicle: Pose,
+    /// Of x, y (m) and heading (rad).
+    pub covariance: [[f64; 3]; 3],
+    /// Of the radar, with its rivals.
+    pub radar: Location,
+    /// Whether it was searched near the last place alone.
+    pub tracked: bool,
+}
+
+/// Finds the vehicle in a signature map without GNSS and gives the lane lines that are known there; reads words of marker rows
+/// beside it. Takes points from any source.
+pub struct Signature {
+    map: SignatureMap,
+    lanes: MapLanes,
+    options: SignatureOptions,
+    last: Option<Place>,
+    failed: u32,
+    time_s: Option<f64>,
+    speed: Option<Measured>,
+    rows: Vec<RowReader>,
+}
+
+impl Signature {
+    /// `lanes` may be empty: then only places and words are told. Errors: settings outside their ranges.
+    pub fn new(map: SignatureMap, lanes: MapLanes, options: SignatureOptions) -> Result<Signature, Refusal> {
+        let reach = options.reach_m;
+        let rules: [(&'static str, bool); 8] = [
+            ("map_std", options.map_std.iter().all(|s| (0.0..=100.0).contains(s))),
+            ("beside_m", options.beside_m >= 0.0 && options.beside_m <= 20.0),
+            ("turn_rad", options.turn_rad >= 0.0 && options.turn_rad <= 3.2),
+            ("track_half_m", options.track_half_m > 0.0 && options.track_half_m <= 20.0),
+            ("track_turn_rad", options.track_turn_rad >= 0.0 && options.track_turn_rad <= 1.0),
+            ("least_probability", (0.0..=1.0).contains(&options.least_probability)),
+            ("reach_m", reach.iter().all(|r| (1.5..=500.0).contains(r))),
+            ("lanes", lanes.is_sound()),
+        ];
+        if let Some(rule) = rules.iter().find(|r| !r.1) {
+            return Err(Refusal::Setting(rule.0));
+        }
+        // A straight stretch may have its ends alone.
+        let dense = |line: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+            let line: Vec<DVec2> = line.iter().copied().map(DVec2::from_array).collect();
+            spread(&line, STEP_M).iter().map(DVec2::to_array).collect()
+        };
+        let lanes = MapLanes { lines_m: lanes.lines_m.iter().map(dense).collect(), ..lanes };
+        let rows = options.rows.iter().map(|r| RowReader::new(r.clone())).collect::<Result<_, _>>()?;
+        Ok(Signature { map, lanes, options, last: None, failed: 0, time_s: None, speed: None, rows })
+    }
+
+    pub fn map(&self) -> &SignatureMap {
+        &self.map
+    }
+
+    /// Of the last look; None where it told no place.
+    pub fn place(&self) -> Option<&Place> {
+        self.last.as_ref().filter(|_| self.failed == 0)
+    }
+
+    /// What stands in the rows beside the vehicle, of all looks so far. An error for each row that has no word.
+    pub fn zones(&self) -> Vec<Result<ZoneSeen, Refusal>> {
+        self.rows.iter().map(RowReader::zone).collect()
+    }
+
+    pub fn rows(&self) -> &[RowReader] {
+        &self.rows
+    }
+
+    fn expected(&self, last: &Place, dt_s: f64, speed: Measured, yaw_rate: Option<Measured>) -> Pose {
+        let v = &last.vehicle;
+        let turn = yaw_rate.map_or(0.0, |y| y.value) * dt_s;
+        let way = DVec2::from_angle(v.heading_rad + 0.5 * turn) * speed.value * dt_s;
+        Pose { x_m: v.x_m + way.x, y_m: v.y_m + way.y, heading_rad: v.heading_rad + turn }
+    }
+
+    fn radar_of(&self, vehicle: &Pose) -> Pose {
+        let arm =
+            DVec2::from_angle(vehicle.heading_rad).rotate(DVec2::from_array(self.options.at_rest.radar_m));
+        Pose { x_m: vehicle.x_m + arm.x, y_m: vehicle.y_m + arm.y, ..*vehicle }
+    }
+
+    fn locate(
+        &mut self,
+        look: &Look<'_>,
+        points: &[ScanPoint],
+        speed: Measured,
+        dt_s: f64,
+    ) -> Result<Place, Refusal> {
+        let o = &self.options;
+        let yaw = look.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
+        let near = self.last.as_ref().filter(|_| self.failed < o.lost_after && dt_s >= 0.0);
+        let (location, tracked) = match near {
+            Some(last) => {
+                let pose = self.radar_of(&self.expected(last, dt_s, speed, yaw));
+                // What was not seen since may have gone astray.
+                let half_m = o.track_half_m * f64::from(1 + self.failed);
+                let search = Search::Near { pose, half_m, turn_rad: o.track_turn_rad };
+                (locate(&self.map, points, &search, &o.track)?, true)
+            }
+            None => {
+                let search = match o.rough {
+                    Some((pose, half_m)) => Search::Near { pose, half_m, turn_rad: o.turn_rad },
+                    None => Search::Route { beside_m: o.beside_m, turn_rad: o.turn_rad },
+                };
+                (locate(&self.map, points, &search, &o.search)?, false)
+            }
+        };
+        let arm = DVec2::from_angle(location.pose.heading_rad).rotate(DVec2::from_array(o.at_rest.radar_m));
+        let vehicle = Pose {
+            x_m: location.pose.x_m - arm.x,
+            y_m: location.pose.y_m - arm.y,
+            heading_rad: location.pose.heading_rad,
+        };
+        // The vehicle's place turns about the radar with the heading.
+        let to = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(arm.y, -arm.x, 1.0));
+        let covariance = to * DMat3::from_cols_array_2d(&location.covariance) * to.transpose()
+            + DMat3::from_diagonal(DVec3::from_array(o.map_std.map(|s| s * s)));
+        Ok(Place {
+            time_s: look.time_s,
+            vehicle,
+            covariance: covariance.to_cols_array_2d(),
+            radar: location,
+            tracked,
+        })
+    }
+}
+
+impl LaneEstimator for Signature {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        let given = look.points.len();
+        let none = |why| LaneEstimate::none(METHOD, look.time_s, given, why);
+        // The way since the last look, with the speed of both.
+        let known =
+            look.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite() && s.value.abs() < 200.0);
+        let sound: Vec<LanePoint> = look.points.iter().filter(|p| is_sound(p)).copied().collect();
+        let speed = known.or_else(|| speed_from_rest(&sound));
+        let dt_s = self.time_s.map_or(0.0, |t| look.time_s - t);
+        let dt_s = if dt_s.is_finite() { dt_s } else { f64::NAN };
+        let failed = |me: &mut Signature, why| {
+            me.failed = me.failed.saturating_add(1);
+            LaneEstimate::none(METHOD, look.time_s, given, why)
+        };
+        let Some(speed) = speed else {
+            let why = match (given, sound.len()) {
+                (0, _) => NoLane::Empty,
+                (_, 0) => NoLane::NotFinite { points: given },
+                _ => NoLane::NoSpeed,
+            };
+            return failed(self, why);
+        };
+        let before = self.speed.map_or(speed.value, |s| s.value);
+        let way = Measured { value: 0.5 * (before + speed.value), std: speed.std };
+        if look.time_s.is_finite() {
+            self.time_s = Some(look.time_s);
+            self.speed = Some(speed);
+        }
+        let stands = self.options.at_rest.standing(look.points, speed, look.yaw_rate_rad_per_s);
+        let members: Vec<usize> = (0..given).filter(|i| stands[*i]).collect();
+        let scan: Vec<ScanPoint> = members.iter().map(|i| scan_point(&look.points[*i])).collect();
+        if dt_s.is_finite() {
+            let radar_m = self.options.at_rest.radar_m;
+            for row in &mut self.rows {
+                row.add(dt_s, way, look.yaw_rate_rad_per_s, radar_m, &scan);
+            }
+        }
+        if given == 0 {
+            return failed(self, NoLane::Empty);
+        }
+        if sound.is_empty() {
+            return failed(self, NoLane::NotFinite { points: given });
+        }
+        if scan.is_empty() {
+            return failed(self, NoLane::NothingAtRest);
+        }
+        if self.map.landmarks().is_empty() {
+            return failed(self, NoLane::NotGiven { what: "a signature map with landmarks".into() });
+        }
+        let place = match self.locate(look, &scan, way, dt_s) {
+            Ok(place) => place,
+            Err(why) => {
+                if let Some(last) = self.last.take() {
+                    // The place goes on with the vehicle.
+                    let vehicle = if dt_s.is_finite() {
+                        self.expected(&last, dt_s, way, look.yaw_rate_rad_per_s)
+                    } else {
+                        last.vehicle
+                    };
+                    self.last = vehicle.is_finite().then_some(Place { vehicle, ..last });
+                }
+                return failed(self, NoLane::Refused { why: why.to_string() });
+            }
+        };
+        let likely = place.radar.probability;
+        if likely < self.options.least_probability {
+            let rivals = place.radar.rivals.len();
+            // Which of them is not known: the next look searches everywhere again.
+            self.last = None;
+            let why =
+                format!("{rivals} other places fit about as well, the best with probability {likely:.2}");
+            return failed(self, NoLane::Refused { why });
+        }
+        self.failed = 0;
+        let out = self.lanes.estimate(&place, look.time_s, self.options.reach_m);
+        self.last = Some(place);
+        match out {
+            None if self.lanes.lines_m.is_empty() => {
+                none(NoLane::NotGiven { what: "lane lines in the map".into() })
+            }
+            None => none(NoLane::Refused { why: "no lane line of the map lies beside the vehicle".into() }),
+            Some(mut e) => {
+                e.provenance.given = given;
+                for line in &mut e.lines {
+                    line.members.clone_from(&members);
+                }
+                e.provenance.used = members.len();
+                e.confidence = likely;
+                e
+            }
+        }
+    }
+}
+
+/// Distance of places along a line, m.
+const STEP_M: f64 = 1.0;
+/// What a smoother curve has to lower the squares by.
+const GAIN: f64 = 6.0;
+/// A line farther to the side than this bounds no lane of the vehicle, m.
+const WIDEST_M: f64 = 8.0;
+
+/// Where a line passes beside the vehicle: how far along its y axis, and its direction against the vehicle's.
+fn beside(line: &[DVec2]) -> Option<(f64, f64)> {
+    line.windows(2)
+        .filter(|w| (w[0].x <= 0.0) != (w[1].x <= 0.0))
+        .map(|w| {
+            let part = w[0].x / (w[0].x - w[1].x);
+            (w[0].y + part * (w[1].y - w[0].y), (w[1] - w[0]).to_angle())
+        })
+        .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+}
+
+impl MapLanes {
+    fn is_sound(&self) -> bool {
+        self.std_m.is_finite()
+            && self.std_m >= 0.0
+            && self.lines_m.iter().flatten().flatten().all(|x| x.is_finite() && x.abs() < 1e7)
+            && self.lanes.iter().all(|l| l.right.max(l.left) < self.lines_m.len())
+    }
+
+    /// The lines round a place, and the lane there. None where no line lies beside the vehicle.
+    pub fn estimate(&self, place: &Place, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
+        let v = &place.vehicle;
+        let back = DVec2::from_angle(-v.heading_rad);
+        let c = DMat3::from_cols_array_2d(&place.covariance);
+        let across = DVec3::from((DVec2::from_angle(v.heading_rad).perp(), 0.0));
+        // Variance across, of the heading, and of both together, of the vehicle.
+        let (vy, vh, vyh) = (across.dot(c * across), c.z_axis.z, across.dot(c.z_axis));
+        if !(vy >= 0.0 && vh >= 0.0 && vyh.is_finite()) {
+            return None;
+        }
+        let std_m = self.std_m.max(1e-3);
+        let mut lines: Vec<(f64, f64, usize, Line)> = Vec::new();
+        for (i, line) in self.lines_m.iter().enumerate() {
+            let far = reach_m[0].max(reach_m[1]) + 2.0;
+            // The stretch that passes beside the vehicle.
+            let mut parts: Vec<Vec<DVec2>> = vec![Vec::new()];
+            for p in line {
+                let q = back.rotate(DVec2::from_array(*p) - v.place());
+                match q.x >= -reach_m[0] && q.length() < far {
+                    true => parts.last_mut().into_iter().for_each(|l| l.push(q)),
+                    false if parts.last().is_some_and(|l| !l.is_empty()) => parts.push(Vec::new()),
+                    false => {}
+                }
+            }
+            let found = parts.into_iter().filter_map(|p| Some((beside(&p)?, p)));
+            let Some(((y, direction), mut part)) = found.min_by(|a, b| a.0.0.abs().total_cmp(&b.0.0.abs()))
+            else {
+                continue;
+            };
+            let with = direction.cos() >= 0.0;
+            if !with {
+                part.reverse();
+            }
+            let Some(mut fitted) = fit_simplest(&part, &vec![std_m; part.len()], GAIN) else { continue };
+            // A fit through many places of one survey is no surer than the survey; the pose comes on top.
+            let fit_var = (std_m * fitted.residual.max(1.0)).powi(2);
+            let arm = fitted.curve.start_m[0];
+            let mut covariance = [[0.0; 4]; 4];
+            covariance[1][1] = vh + 1e-8;
+            // The start moves by −(δy + arm δθ) where the pose moves by δ; its direction turns by −δθ.
+            covariance[0][1] = vyh + arm * vh;
+            covariance[0][0] = vy + fit_var + arm * arm * vh + 2.0 * arm * vyh;
+            covariance[1][0] = covariance[0][1];
+            covariance[2][2] = fitted.covariance[2][2];
+            covariance[3][3] = fitted.covariance[3][3];
+            fitted.covariance = covariance;
+            let heading = if with { direction } else { wrapped(direction + std::f64::consts::PI) };
+            // Square to the line.
+            let y = y * direction.cos().abs();
+            lines.push((
+                y,
+                heading,
+                i,
+                Line { fitted, confidence: place.radar.probability, members: Vec::new() },
+            ));
+        }
+        lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let left = lines.iter().position(|l| l.0 > 0.0);
+        let right = left.unwrap_or(lines.len()).checked_sub(1);
+        let [right, left] = [right, left].map(|k| k.map(|k| &lines[k]).filter(|l| l.0.abs() < WIDEST_M));
+        if right.is_none() && left.is_none() {
+            return None;
+        }
+        let beside_std = vy.sqrt().hypot(std_m);
+        let (mut width_m, mut offset_m, mut lane_number) = (None, None, None);
+        if let (Some(r), Some(l)) = (right, left) {
+            width_m = Some(Measured { value: l.0 - r.0, std: std_m * 2f64.sqrt() });
+            offset_m = Some(Measured { value: -0.5 * (l.0 + r.0), std: beside_std });
+            let is_own = |m: &&MapLane| (m.right, m.left) == (r.2, l.2) || (m.right, m.left) == (l.2, r.2);
+            lane_number = self.lanes.iter().find(is_own).map(|m| m.number);
+        }
+        let own: Vec<_> = [right, left].into_iter().flatten().collect();
+        let mean =
+            |of: &dyn Fn(&Beside) -> f64| own.iter().map(|l| of(l)).sum::<f64>() / own.len().max(1) as f64;
+        let heading_rad = Some(Measured { value: -mean(&|l| l.1), std: vh.sqrt() });
+        let curve = |l: &Fitted| l.curve.at(l.curve.foot(DVec2::ZERO).s_m).curvature_per_m;
+        let curve_std = mean(&|l| l.3.fitted.covariance[2][2].sqrt()).max(1e-4);
+        let curvature_per_m = Some(Measured { value: mean(&|l| curve(&l.3.fitted)), std: curve_std });
+        Some(LaneEstimate {
+            time_s,
+            lane_number,
+            width_m,
+            offset_m,
+            heading_rad,
+            curvature_per_m,
+            confidence: place.radar.probability,
+            no_lane: None,
+            mirror: false,
+            provenance: Provenance { method: METHOD.into(), given: 0, used: 0 },
+            lines: lines.into_iter().map(|l| l.3).collect(),
+        })
+    }
+}
+
+/// Places along a polyline, `step_m` apart, its last one included.
+fn spread(line: &[DVec2], step_m: f64) -> Vec<DVec2> {
+    let mut out = Vec::new();
+    let mut left = 0.0;
+    for w in line.windows(2) {
+        let length = w[0].distance(w[1]);
+        while left < length {
+            out.push(w[0].lerp(w[1], left / length));
+            left += step_m;
+        }
+        left -= length;
+    }
+    out.extend(line.last().filter(|p| out.last().is_none_or(|q: &DVec2| q.distance(**p) > 1e-3)));
+    out
+}

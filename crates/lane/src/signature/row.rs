@@ -1,0 +1,365 @@
+//! The marker row beside a vehicle, out of its scans: points at rest are gathered along the vehicle's own way (dead reckoning over
+//! some ten metres), the row is the strip with most of them, and its points are turned to places along and beside it.
+
+use super::Refusal;
+use super::estimator::ZoneSeen;
+use super::map::{MapSettings, Pose, ScanPoint, SignatureMap};
+use super::words::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
+use crate::Measured;
+use glam::DVec2;
+
+/// Which row, and how it is written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowOptions {
+    pub name: String,
+    /// Where the row's line passes beside the vehicle, positive left, m: from and to.
+    pub beside_m: [f64; 2],
+    pub code: Code,
+    pub alphabet: Alphabet,
+    pub read: ReadSettings,
+    /// Points nearer or farther than this are not taken, m.
+    pub range_m: [f64; 2],
+    /// Half the width of the strip, m, beyond what the alphabet takes.
+    pub half_m: f64,
+    /// Scans in which a point was seen, at least.
+    pub least_hits: u32,
+    /// Way that is remembered, m.
+    pub memory_m: f64,
+    /// Of each point of the row beyond its own uncertainty: dead reckoning, and markers not quite in place, m.
+    pub floor_std_m: f64,
+    /// Of the angle of what lies ahead, rad: a pair of markers in one cell draws its angle aside over many scans, and does not
+    /// average out.
+    pub angle_floor_rad: f64,
+}
+
+impl RowOptions {
+    pub fn new(name: &str, beside_m: [f64; 2], code: Code, alphabet: Alphabet) -> RowOptions {
+        RowOptions {
+            name: name.into(),
+            beside_m,
+            code,
+            alphabet,
+            read: ReadSettings::default(),
+            range_m: [3.0, 30.0],
+            half_m: 0.2,
+            least_hits: 3,
+            memory_m: 40.0,
+            floor_std_m: 0.03,
+            angle_floor_rad: 0.004,
+        }
+    }
+
+    fn side_m(&self) -> f64 {
+        match self.alphabet {
+            Alphabet::Sides { side_m, .. } => side_m,
+            Alphabet::Gaps { .. } => 0.0,
+        }
+    }
+}
+
+/// A row as it was picked: its points, and where they lie in the frame of the points given.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Picked {
+    pub points: Vec<RowPoint>,
+    /// Indices of what was given.
+    pub members: Vec<usize>,
+}
+
+/// Largest slope (rad) and curvature (1/m) of a row against the way that the vehicle takes.
+const MOST_SLOPE: f64 = 0.06;
+const MOST_BEND_PER_M: f64 = 0.01;
+/// A row has at least so many points.
+const LEAST: usize = 5;
+
+/// Picks a row out of places given as (along, beside) the vehicle's way, with their standard deviations, the vehicle at (0, 0): of
+/// the lines that pass beside the vehicle within `options.beside_m` the one with most places near it. `bend_per_m`: curvature of the
+/// way, which makes lengths beside it longer or shorter. None where there are fewer than five.
+pub fn pick(places: &[(DVec2, [f64; 2])], options: &RowOptions, bend_per_m: f64) -> Option<Picked> {
+    let side = options.side_m();
+    let half = options.half_m + side;
+    let [low, high] = options.beside_m;
+    let usable: Vec<usize> = (0..places.len())
+        .filter(|i| {
+            let (p, std) = &places[*i];
+            p.is_finite() && std.iter().all(|s| s.is_finite() && *s > 0.0) && std[1] < half
+        })
+        .filter(|i| places[*i].0.y > low - 4.0 && places[*i].0.y < high + 4.0)
+        .collect();
+    let inside = |a: f64, b: f64, c: f64, half: f64| -> Vec<usize> {
+        let on = |i: &usize| {
+            let p = places[*i].0;
+            (p.y - a - p.x * (b + 0.5 * c * p.x)).abs() <= half
+        };
+        usable.iter().copied().filter(on).collect()
+    };
+    let mut best: (usize, f64, f64, f64) = (0, 0.0, 0.0, 0.0);
+    for (k, i) in usable.iter().enumerate() {
+        for j in &usable[k + 1..] {
+            let (p, q) = (places[*i].0, places[*j].0);
+            let along = q.x - p.x;
+            if along.abs() < 4.0 || (q.y - p.y).abs() > MOST_SLOPE * along.abs() + 2.0 * side {
+                continue;
+            }
+            let b = ((q.y - p.y) / along).clamp(-MOST_SLOPE, MOST_SLOPE);
+            let a = 0.5 * (p.y + q.y) - 0.5 * b * (p.x + q.x);
+            if a < low || a > high {
+                continue;
+            }
+            let n = inside(a, b, 0.0, half).len();
+            // The first of equals stays: the order of the places decides, not chance.
+            if n > best.0 {
+                best = (n, a, b, 0.0);
+            }
+        }
+    }
+    if best.0 < LEAST {
+        return None;
+    }
+    let (_, mut a, mut b, mut c) = best;
+    let mut members = inside(a, b, c, half);
+    for _ in 0..6 {
+        let fitted = parabola(&members.iter().map(|i| places[*i]).collect::<Vec<_>>())?;
+        [a, b, c] = fitted;
+        b = b.clamp(-2.0 * MOST_SLOPE, 2.0 * MOST_SLOPE);
+        c = c.clamp(-MOST_BEND_PER_M, MOST_BEND_PER_M);
+        if side > 0.0 {
+            a += middle(&members, places, [a, b, c]);
+        }
+        let next = inside(a, b, c, half);
+        if next == members {
+            break;
+        }
+        members = next;
+        if members.len() < LEAST {
+            return None;
+        }
+    }
+    members.sort_by(|i, j| places[*i].0.x.total_cmp(&places[*j].0.x));
+    let mut s = 0.0;
+    let mut last: Option<f64> = None;
+    let points = members
+        .iter()
+        .map(|i| {
+            let (p, std) = places[*i];
+            let slope = b + c * p.x;
+            if let Some(x) = last {
+                let (mid, mean) = (0.5 * (x + p.x), b + 0.5 * c * (x + p.x));
+                let beside = a + mid * (b + 0.5 * c * mid);
+                s += (p.x - x) * (1.0 - bend_per_m * beside).hypot(mean);
+            }
+            last = Some(p.x);
+            RowPoint {
+                s_m: s,
+                t_m: (p.y - a - p.x * (b + 0.5 * c * p.x)) / 1f64.hypot(slope),
+                s_std_m: std[0].hypot(options.floor_std_m),
+                t_std_m: std[1].hypot(options.floor_std_m),
+            }
+        })
+        .collect();
+    Some(Picked { points, members })
+}
+
+/// Least squares of y = a + b x + c x²/2; a line where the points do not bear a bend.
+fn parabola(points: &[(DVec2, [f64; 2])]) -> Option<[f64; 3]> {
+    use glam::{DMat3, DVec3};
+    let (mut m, mut r) = (DMat3::ZERO, DVec3::ZERO);
+    for (p, std) in points {
+        let j = DVec3::new(1.0, p.x, 0.5 * p.x * p.x);
+        let w = 1.0 / (std[1] * std[1] + 0.05 * 0.05);
+        m += DMat3::from_cols(j * j.x, j * j.y, j * j.z) * w;
+        r += j * (p.y * w);
+    }
+    // A row of a lane is nearly parallel to the way: slopes and bends are small until points say otherwise.
+    m.y_axis.y += 0.02f64.powi(-2);
+    m.z_axis.z += 0.002f64.powi(-2);
+    let out = m.inverse() * r;
+    out.is_finite().then(|| out.to_array())
+}
+
+/// Where the middle between both sides of a zigzag lies against the line: of all places, the one that leaves its points least far
+/// from a side.
+fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) -> f64 {
+    let off: Vec<f64> = members
+        .iter()
+        .map(|i| {
+            let p = places[*i].0;
+            p.y - a - p.x * (b + 0.5 * c * p.x)
+        })
+        .collect();
+    let (mut up, mut down) = (f64::NEG_INFINITY, f64::INFINITY);
+    off.iter().for_each(|o| (up, down) = (up.max(*o), down.min(*o)));
+    for _ in 0..20 {
+        let split = 0.5 * (up + down);
+        let mean = |above: bool| {
+            let v: Vec<f64> = off.iter().copied().filter(|o| (*o > split) == above).collect();
+            (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
+        };
+        let (Some(u), Some(d)) = (mean(true), mean(false)) else { break };
+        (up, down) = (u, d);
+    }
+    0.5 * (up + down)
+}
+
+/// Gathers one row along the way of a vehicle and reads its word.
+#[derive(Debug, Clone)]
+pub struct RowReader {
+    options: RowOptions,
+    reader: Reader,
+    map: SignatureMap,
+    /// Of the vehicle, by dead reckoning, one for each scan.
+    way: Vec<Pose>,
+    yaw_rate_rad_per_s: f64,
+    speed_mps: f64,
+}
+
+impl RowReader {
+    /// Errors: a code or settings outside their ranges.
+    pub fn new(options: RowOptions) -> Result<RowReader, Refusal> {
+        let [near, far] = options.range_m;
+        let rules: [(&'static str, bool); 6] = [
+            ("angle_floor_rad", (0.0..=0.2).contains(&options.angle_floor_rad)),
+            (
+                "beside_m",
+                options.beside_m[0] < options.beside_m[1] && options.beside_m.iter().all(|x| x.abs() < 50.0),
+            ),
+            ("range_m", near >= 0.0 && far > near && far <= 200.0),
+            ("half_m", options.half_m > 0.0 && options.half_m <= 2.0),
+            ("memory_m", options.memory_m >= 0.0 && options.memory_m <= 1000.0),
+            ("floor_std_m", options.floor_std_m > 0.0 && options.floor_std_m <= 1.0),
+        ];
+        if let Some(rule) = rules.iter().find(|r| !r.1) {
+            return Err(Refusal::Setting(rule.0));
+        }
+        let reader = Reader::new(options.code, options.alphabet, options.read)?;
+        let map = SignatureMap::new(RowReader::settings(&options))?;
+        Ok(RowReader { options, reader, map, way: Vec::new(), yaw_rate_rad_per_s: 0.0, speed_mps: 0.0 })
+    }
+
+    fn settings(options: &RowOptions) -> MapSettings {
+        let [near_m, far_m] = options.range_m;
+        MapSettings { near_m, far_m, half_view_rad: 1.5, ..MapSettings::default() }
+    }
+
+    pub fn options(&self) -> &RowOptions {
+        &self.options
+    }
+
+    pub fn reader(&self) -> &Reader {
+        &self.reader
+    }
+
+    /// Adds the standing points of a scan, taken `dt_s` after the one before, in which the vehicle went at a mean speed.
+    pub fn add(
+        &mut self,
+        dt_s: f64,
+        speed: Measured,
+        yaw_rate: Option<Measured>,
+        radar_m: [f64; 2],
+        points: &[ScanPoint],
+    ) {
+        let yaw = yaw_rate.map_or(0.0, |y| y.value);
+        if !(dt_s.is_finite() && speed.value.is_finite() && yaw.is_finite()) {
+            return;
+        }
+        let way_m = speed.value * dt_s;
+        // A jump in time or place: what was gathered is elsewhere.
+        if dt_s < 0.0 || way_m.abs() > 0.5 * self.options.memory_m.max(1.0) {
+            self.forget();
+        }
+        let last = self.way.last().copied().unwrap_or(Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 });
+        let step = DVec2::from_angle(last.heading_rad + 0.5 * yaw * dt_s.max(0.0))
+            * if self.way.is_empty() { 0.0 } else { way_m };
+        let turn = if self.way.is_empty() { 0.0 } else { yaw * dt_s };
+        let now =
+            Pose { x_m: last.x_m + step.x, y_m: last.y_m + step.y, heading_rad: last.heading_rad + turn };
+        (self.yaw_rate_rad_per_s, self.speed_mps) = (yaw, speed.value);
+        let arm = DVec2::from_angle(now.heading_rad).rotate(DVec2::from_array(radar_m));
+        let radar = Pose { x_m: now.x_m + arm.x, y_m: now.y_m + arm.y, ..now };
+        if self.map.add_scan(radar, [0.01, 0.01, 0.001], None, points).is_err() {
+            self.forget();
+            return;
+        }
+        self.way.push(now);
+        // What lies far behind is forgotten.
+        let most = self.options.memory_m + self.options.range_m[1];
+        let near = |l: &super::map::Landmark| DVec2::from_array(l.position_m).distance(now.place()) <= most;
+        if self.map.landmarks().iter().any(|l| !near(l)) {
+            let kept = self.map.landmarks().iter().filter(|l| near(l)).copied().collect();
+            if let Ok(map) = SignatureMap::from_parts(*self.map.settings(), kept, Vec::new()) {
+                self.map = map;
+            }
+        }
+        let excess = self.way.len().saturating_sub(5000);
+        self.way.drain(..excess);
+    }
+
+    /// Begins anew.
+    pub fn forget(&mut self) {
+        self.way.clear();
+        if let Ok(map) = SignatureMap::new(RowReader::settings(&self.options)) {
+            self.map = map;
+        }
+    }
+
+    /// The row as gathered so far.
+    pub fn picked(&self) -> Option<Picked> {
+        let now = *self.way.last()?;
+        let mut map = self.map.clone();
+        map.prune(self.options.least_hits, 0.0);
+        let bend = if self.speed_mps.abs() > 0.5 { self.yaw_rate_rad_per_s / self.speed_mps } else { 0.0 };
+        // Yaw rates are noisy: of the way itself, where there is enough of it.
+        let bend = self.bend_per_m().unwrap_or(bend);
+        let places: Vec<(DVec2, [f64; 2])> = map
+            .landmarks()
+            .iter()
+            .filter_map(|l| {
+                let q =
+                    DVec2::from_angle(-now.heading_rad).rotate(DVec2::from_array(l.position_m) - now.place());
+                let [xx, xy, yy] = l.covariance_m2;
+                // Along and beside the way where the place is.
+                let (along, beside) = along_arc(q, bend)?;
+                let u = DVec2::from_angle(now.heading_rad + bend * along);
+                let spread =
+                    |u: DVec2| (u.x * u.x * xx + 2.0 * u.x * u.y * xy + u.y * u.y * yy).max(1e-8).sqrt();
+                let across = spread(u.perp()).hypot(self.options.angle_floor_rad * along.max(0.0));
+                Some((DVec2::new(along, beside), [spread(u), across]))
+            })
+            .filter(|(p, _)| p.x >= -self.options.memory_m)
+            .collect();
+        pick(&places, &self.options, bend)
+    }
+
+    /// Of the way over the last twenty metres.
+    fn bend_per_m(&self) -> Option<f64> {
+        let last = self.way.last()?;
+        let first = self.way.iter().rev().find(|p| p.place().distance(last.place()) > 20.0)?;
+        Some((last.heading_rad - first.heading_rad) / last.place().distance(first.place()))
+    }
+
+    /// The word, of all that was gathered. Errors: no row, or no word in it.
+    pub fn read(&self) -> Result<Reading, Refusal> {
+        let picked = self.picked().ok_or(Refusal::TooFewPoints { points: 0, needed: LEAST })?;
+        self.reader.read(&[picked.points])
+    }
+
+    /// The word with what it says.
+    pub fn zone(&self) -> Result<ZoneSeen, Refusal> {
+        let reading = self.read()?;
+        let has_zones = self.options.code == Code::Bch15x7 && reading.sure;
+        let zone = has_zones.then(|| Zone::from_message(reading.message)).flatten();
+        Ok(ZoneSeen { row: self.options.name.clone(), reading, zone })
+    }
+}
+
+/// Along and to the left of a circle through the origin that starts along x; None beyond half of it.
+fn along_arc(p: DVec2, bend_per_m: f64) -> Option<(f64, f64)> {
+    if bend_per_m.abs() < 1e-6 {
+        return Some((p.x, p.y));
+    }
+    let radius = 1.0 / bend_per_m;
+    let from = p - DVec2::new(0.0, radius);
+    let angle = from.x.atan2(-from.y * radius.signum());
+    let along = angle * radius.abs();
+    let beside = radius - from.length() * radius.signum();
+    (angle.abs() < 1.5).then_some((along, beside))
+}

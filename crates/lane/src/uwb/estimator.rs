@@ -1,0 +1,661 @@
+//! The method behind the interface of all lane estimators: scans of one radar ([`UwbLanes`]) or of a left and a right one
+//! ([`UwbPairLanes`]), from any source.
+
+use crate::curve::{Clothoid, Fitted, Shape};
+use crate::uwb::{
+    Event, EventKind, GateEcho, RangeAxis, RangeGate, Reason, Side, Uwb, UwbConfig, UwbPair, Verdict,
+};
+use crate::{LaneEstimate, LaneEstimator, Line, Look, Measured, NoLane, Provenance};
+
+/// As on the command line.
+pub const METHOD: &str = "uwb";
+
+/// The mean scan of a road without markers. Taken from each scan it leaves what is not always there: the mirror reflection of a
+/// flat road under the radar is, and may be hundreds of times as strong as a marker beside it.
+///
+/// It holds while radar, height and road stay as they were.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Background {
+    mean: Vec<f64>,
+}
+
+impl Background {
+    /// Of scans of equal length. Errors: no scans, other lengths, samples that are no numbers.
+    pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, Reason> {
+        let mut mean: Vec<f64> = Vec::new();
+        let mut count = 0.0;
+        for scan in scans {
+            if count == 0.0 {
+                mean = vec![0.0; scan.len()];
+            }
+            if scan.len() != mean.len() {
+                let (found, expected) = (scan.len(), mean.len());
+                return Err(Reason::LengthMismatch { what: "samples of a scan", found, expected });
+            }
+            if let Some(i) = scan.iter().position(|v| !v.is_finite()) {
+                return Err(Reason::NotFinite { what: "sample", index: Some(i) });
+            }
+            count += 1.0;
+            mean.iter_mut().zip(scan).for_each(|(m, v)| *m += (v - *m) / count);
+        }
+        match mean.is_empty() {
+            true => Err(Reason::Empty { what: "scans" }),
+            false => Ok(Background { mean }),
+        }
+    }
+
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// The scan without the background. Errors: a scan of another length.
+    pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, Reason> {
+        if scan.len() != self.mean.len() {
+            let (found, expected) = (scan.len(), self.mean.len());
+            return Err(Reason::LengthMismatch { what: "samples of a scan", found, expected });
+        }
+        Ok(scan.iter().zip(&self.mean).map(|(v, m)| v - m).collect())
+    }
+}
+
+/// What one radar's scans mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UwbOptions {
+    /// Of the samples of [`Look::pulse`].
+    pub axis: RangeAxis,
+    pub gate: RangeGate,
+    /// Taken from each scan first; None takes the scans as they are, as document K does.
+    pub background: Option<Background>,
+    pub config: UwbConfig,
+    /// Of the line that the radar looks at.
+    pub side: Side,
+    /// Of the radar in the vehicle's level frame, m.
+    pub at_m: [f64; 2],
+    /// Standard deviation of the lateral distance that [`UwbConfig::offset`] gives, m.
+    pub offset_std_m: f64,
+    /// Without it a single line does not tell where the vehicle is in its lane.
+    pub lane_width_m: Option<f64>,
+}
+
+impl UwbOptions {
+    fn check(&self) -> Result<(), Reason> {
+        RangeGate::new(self.gate.min_m, self.gate.max_m)?;
+        let above = |what: &'static str, value: f64| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false if !value.is_finite() => Err(Reason::NotFinite { what, index: None }),
+            false => Err(Reason::OutOfRange { what, value, allowed: "above 0 m" }),
+        };
+        above("standard deviation of the offset", self.offset_std_m)?;
+        if let Some(w) = self.lane_width_m {
+            above("lane width", w)?;
+        }
+        match self.at_m.iter().all(|v| v.is_finite()) {
+            true => Ok(()),
+            false => Err(Reason::NotFinite { what: "place of the radar", index: None }),
+        }
+    }
+
+    /// Energy and strongest range of a scan, K (6).
+    ///
+    /// Errors: an empty scan, samples that are no numbers, samples that do not cover the gate.
+    pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, NoLane> {
+        if scan.is_empty() {
+            return Err(NoLane::Empty);
+        }
+        let wrong = scan.iter().filter(|v| !v.is_finite()).count();
+        if wrong > 0 {
+            return Err(NoLane::NotFinite { points: wrong });
+        }
+        match &self.background {
+            None => self.gate.echo_real(scan, &self.axis).map_err(refused),
+            Some(b) => {
+                let rest = b.taken_from(scan).map_err(refused)?;
+                self.gate.echo_real(&rest, &self.axis).map_err(refused)
+            }
+        }
+    }
+
+    /// What the last markers tell of the line; None where they told no offset.
+    fn course(&self, uwb: &Uwb) -> Option<Course> {
+        let mut last = uwb.offsets_since();
+        let (since_m, offset_m) = last.next()?;
+        let before = last.next().map(|(road_m, offset_m)| (road_m - since_m, offset_m));
+        Some(Course::of(offset_m, since_m, before, self.offset_std_m, self.config.spacing_m))
+    }
+
+    /// The line that the radar has seen: from the marker before the last one to where the next one is due, or to the radar if that is
+    /// farther. Nothing is known beyond; from the last marker on the deviation grows.
+    fn line(&self, course: &Course, confidence: f64) -> Line {
+        let y_m = self.at_m[1] + sign(self.side) * course.at_radar_m();
+        let heading_rad = sign(self.side) * course.slope.atan();
+        let behind = glam::DVec2::from_angle(heading_rad) * (course.apart_m + course.since_m);
+        let curve = Clothoid {
+            start_m: [self.at_m[0] - behind.x, y_m - behind.y],
+            heading_rad,
+            curvature_per_m: 0.0,
+            curvature_rate_per_m2: 0.0,
+            length_m: course.apart_m + self.config.spacing_m.max(course.since_m),
+        };
+        let mut covariance = [[0.0; 4]; 4];
+        covariance[0][0] = course.variance(-course.apart_m);
+        covariance[1][1] = course.slope_variance;
+        let across = course.covariance - course.apart_m * course.slope_variance;
+        (covariance[0][1], covariance[1][0]) = (across, across);
+        let fitted = Fitted { curve, shape: Shape::Line, covariance, residual: 1.0 };
+        Line { fitted, confidence, members: Vec::new() }
+    }
+
+    /// Of the vehicle against the line, positive left; None before two markers told it.
+    fn heading(&self, course: &Course) -> Option<Measured> {
+        let value = -sign(self.side) * course.slope.atan();
+        course.two.then(|| Measured { value, std: course.slope_variance.sqrt() })
+    }
+
+    /// Of the line from the vehicle's reference point, towards the radar's side.
+    fn beside_vehicle(&self, course: &Course) -> Measured {
+        let turn = course.slope.atan();
+        let from_radar_m = course.at_radar_m() + sign(self.side) * self.at_m[1];
+        let value = from_radar_m * turn.cos() - self.at_m[0] * turn.sin();
+        Measured { value, std: course.variance(course.since_m - self.at_m[0]).sqrt() }
+    }
+}
+
+/// Standard deviation of a vehicle's heading against its lane, before markers tell it: a degree, at 50 km/h 0.24 m/s to the side.
+const HEADING_STD_RAD: f64 = 0.0175;
+
+/// A straight line by the last two markers and by how far vehicles head away from their lane; more markers lie too far back for one that
+/// sways. Offsets are towards the line.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    /// At the last marker.
+    offset_m: f64,
+    /// Road since then.
+    since_m: f64,
+    /// From the marker before, or from where it would be.
+    apart_m: f64,
+    /// Metres of offset per metre of road.
+    slope: f64,
+    /// Two markers told it.
+    two: bool,
+    offset_variance: f64,
+    slope_variance: f64,
+    covariance: f64,
+}
+
+impl Course {
+    /// From the offset at the last marker, the road since, and the road from the marker before with the offset there: the most probable
+    /// line when each offset has the deviation `std_m`.
+    fn of(last_m: f64, since_m: f64, before: Option<(f64, f64)>, std_m: f64, spacing_m: f64) -> Course {
+        let (variance, turn) = (std_m * std_m, HEADING_STD_RAD * HEADING_STD_RAD);
+        let alone = Course {
+            offset_m: last_m,
+            since_m,
+            apart_m: spacing_m,
+            slope: 0.0,
+            two: false,
+            offset_variance: variance,
+            slope_variance: turn,
+            covariance: 0.0,
+        };
+        let Some((apart_m, before_m)) = before else { return alone };
+        // The marker before says what last - slope x apart is, with the variances of both.
+        let surprise = last_m - before_m;
+        let spread = 2.0 * variance + apart_m * apart_m * turn;
+        let (gain, slope_gain) = (variance / spread, apart_m * turn / spread);
+        Course {
+            offset_m: last_m - gain * surprise,
+            apart_m,
+            slope: slope_gain * surprise,
+            two: true,
+            offset_variance: variance * (1.0 - gain),
+            slope_variance: turn * (1.0 - slope_gain * apart_m),
+            covariance: gain * apart_m * turn,
+            ..alone
+        }
+    }
+
+    fn at_radar_m(&self) -> f64 {
+        self.offset_m + self.slope * self.since_m
+    }
+
+    /// Of the offset so far beyond the last marker.
+    fn variance(&self, beyond_m: f64) -> f64 {
+        self.offset_variance + beyond_m * (2.0 * self.covariance + beyond_m * self.slope_variance)
+    }
+}
+
+/// Positive to the left.
+fn sign(side: Side) -> f64 {
+    match side {
+        Side::Left => 1.0,
+        Side::Right => -1.0,
+    }
+}
+
+fn refused(reason: Reason) -> NoLane {
+    NoLane::Refused { why: reason.to_string() }
+}
+
+/// No vehicle is faster, m/s: a larger speed is a broken one.
+const FASTEST_MPS: f64 = 150.0;
+
+/// The bus speed of a look. Errors: none; one that no vehicle has.
+fn speed(look: &Look<'_>) -> Result<f64, NoLane> {
+    let value = look.speed_mps.ok_or(NoLane::NoSpeed)?.value;
+    match value > FASTEST_MPS {
+        true => {
+            Err(NoLane::Refused { why: format!("speed is {value} m/s; allowed: up to {FASTEST_MPS} m/s") })
+        }
+        false => Ok(value),
+    }
+}
+
+/// Samples of all scans of a look.
+fn given(look: &Look<'_>) -> usize {
+    look.scans.iter().map(|s| s.samples.len()).sum::<usize>() + look.pulse.map_or(0, <[f64]>::len)
+}
+
+/// What the last scan of a look leaves, those before it taken first.
+fn all_scans(
+    look: &Look<'_>,
+    mut take: impl FnMut(&Look<'_>) -> Result<LaneEstimate, NoLane>,
+) -> LaneEstimate {
+    let mut last = None;
+    for s in look.scans {
+        let own =
+            Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() };
+        last = Some(take(&own));
+    }
+    let answer = match last {
+        Some(answer) if look.pulse.is_none() => answer,
+        _ => take(look),
+    };
+    let mut estimate = answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given(look), why));
+    (estimate.time_s, estimate.provenance.given) = (look.time_s, given(look));
+    estimate
+}
+
+fn scan<'a>(look: &Look<'a>) -> Result<&'a [f64], NoLane> {
+    look.pulse.ok_or_else(|| NoLane::NotGiven { what: "a scan of an impulse radar".into() })
+}
+
+/// Why there is no lane at present, from what has come so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Story {
+    passes: usize,
+    /// Right spacings in a row that the lane stands on.
+    chain: usize,
+    /// Distance at which the missing marker was due.
+    left_at_m: Option<f64>,
+    /// Passes that did not end within a spacing, since the last that did.
+    endless: usize,
+}
+
+impl Story {
+    fn take(&mut self, event: &Event) {
+        match &event.kind {
+            EventKind::Marker(m) => {
+                (self.passes, self.endless) = (self.passes + 1, 0);
+                if m.verdict == Verdict::Lane {
+                    (self.chain, self.left_at_m) = (self.chain + 1, None);
+                }
+            }
+            EventKind::Departure(d) => (self.chain, self.left_at_m) = (0, Some(d.expected_m)),
+            EventKind::Gap { .. } => *self = Story::default(),
+            EventKind::TooLong { .. } => self.endless += 1,
+            EventKind::Quiet | EventKind::Isolated(_) => {}
+        }
+    }
+
+    fn why_not(&self, spacing_m: f64) -> String {
+        match (self.left_at_m, self.passes) {
+            _ if self.endless > 0 => format!(
+                "no plates at the spacing of {spacing_m} m: energies stay over the threshold for more than that; the gate holds something \
+                 else than plates, or the threshold is of another road"
+            ),
+            (Some(at), _) => {
+                format!("no plates at the spacing of {spacing_m} m: the one due at {at:.1} m did not come")
+            }
+            (None, 0) => format!("no plates at the spacing of {spacing_m} m: no pass over the threshold"),
+            (None, n) => {
+                format!(
+                    "no plates at the spacing of {spacing_m} m: {n} passes over metal, none a spacing after another"
+                )
+            }
+        }
+    }
+
+    /// One right spacing may be chance, many are not.
+    fn confidence(&self) -> f64 {
+        let n = self.chain.max(1) as f64;
+        n / (n + 1.0)
+    }
+}
+
+/// One radar and one line. [`Look::pulse`] and each of [`Look::scans`] is a scan of it.
+#[derive(Debug, Clone)]
+pub struct UwbLanes {
+    options: UwbOptions,
+    uwb: Uwb,
+    story: Story,
+    event: Option<Event>,
+}
+
+impl UwbLanes {
+    /// Refuses options that contradict each other.
+    pub fn new(options: UwbOptions) -> Result<UwbLanes, Reason> {
+        options.check()?;
+        let uwb = Uwb::new(options.config.clone())?;
+        Ok(UwbLanes { options, uwb, story: Story::default(), event: None })
+    }
+
+    /// What the last scan brought; None when it was refused.
+    pub fn event(&self) -> Option<&Event> {
+        self.event.as_ref()
+    }
+
+    /// The estimator itself: odometer, trend, distance.
+    pub fn core(&self) -> &Uwb {
+        &self.uwb
+    }
+
+    fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        self.event = None;
+        let o = &self.options;
+        let scan = scan(look)?;
+        let echo = o.echo(scan)?;
+        let speed_mps = speed(look)?;
+        let event = self
+            .uwb
+            .push_with_range(echo.energy, echo.strongest_range_m, look.time_s, speed_mps)
+            .map_err(refused)?;
+        self.story.take(&event);
+        self.event = Some(event);
+        if !self.uwb.lane_present() {
+            return Err(NoLane::Refused { why: self.story.why_not(o.config.spacing_m) });
+        }
+        let confidence = self.story.confidence();
+        let course = o.course(&self.uwb);
+        let heading_rad = course.as_ref().and_then(|c| o.heading(c));
+        // Without an offset the lane is there, and nobody knows where.
+        let lines: Vec<Line> = course.iter().map(|c| o.line(c, confidence)).collect();
+        let offset_m = course.zip(o.lane_width_m).map(|(c, width_m)| {
+            let aside = o.beside_vehicle(&c);
+            Measured { value: sign(o.side) * (0.5 * width_m - aside.value), ..aside }
+        });
+        Ok(found(look, scan.len(), self.story.chain, lines, offset_m, None, heading_rad, confidence))
+    }
+}
+
+impl LaneEstimator for UwbLanes {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        all_scans(look, |scan| self.taken(scan))
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "the fields of one struct, two callers")]
+fn found(
+    look: &Look<'_>,
+    given: usize,
+    used: usize,
+    lines: Vec<Line>,
+    offset_m: Option<Measured>,
+    width_m: Option<Measured>,
+    heading_rad: Option<Measured>,
+    confidence: f64,
+) -> LaneEstimate {
+    LaneEstimate {
+        time_s: look.time_s,
+        lines,
+        lane_number: None,
+        width_m,
+        offset_m,
+        heading_rad,
+        curvature_per_m: None,
+        confidence,
+        no_lane: None,
+        mirror: false,
+        provenance: Provenance { method: METHOD.into(), given, used },
+    }
+}
+
+/// A left and a right radar of the same kind. [`Look::pulse`] and each of [`Look::scans`] holds the left one's scan and then the right
+/// one's, equally long.
+#[derive(Debug, Clone)]
+pub struct UwbPairLanes {
+    /// Left, right.
+    options: [UwbOptions; 2],
+    pair: UwbPair,
+    stories: [Story; 2],
+    events: Option<[Event; 2]>,
+}
+
+impl UwbPairLanes {
+    /// Refuses options that contradict each other, a right radar that is left of the left one, and a missing lane width.
+    pub fn new(left: UwbOptions, right: UwbOptions) -> Result<UwbPairLanes, Reason> {
+        left.check()?;
+        right.check()?;
+        let width_m = left.lane_width_m.or(right.lane_width_m).ok_or(Reason::Empty { what: "lane width" })?;
+        let span_m = left.at_m[1] - right.at_m[1];
+        let pair = UwbPair::new(left.config.clone(), right.config.clone(), span_m, width_m)?;
+        Ok(UwbPairLanes {
+            options: [UwbOptions { side: Side::Left, ..left }, UwbOptions { side: Side::Right, ..right }],
+            pair,
+            stories: [Story::default(); 2],
+            events: None,
+        })
+    }
+
+    /// What the last scan brought, left and right; None when it was refused.
+    pub fn events(&self) -> Option<&[Event; 2]> {
+        self.events.as_ref()
+    }
+
+    pub fn core(&self) -> &UwbPair {
+        &self.pair
+    }
+
+    fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+        self.events = None;
+        let both = scan(look)?;
+        if both.is_empty() {
+            return Err(NoLane::Empty);
+        }
+        if both.len() % 2 == 1 {
+            return Err(NoLane::Refused { why: format!("{} samples are not two scans", both.len()) });
+        }
+        let (left, right) = both.split_at(both.len() / 2);
+        let echoes = [self.options[0].echo(left)?, self.options[1].echo(right)?];
+        let speed_mps = speed(look)?;
+        let event = self
+            .pair
+            .push(echoes.map(|e| e.energy), echoes.map(|e| e.strongest_range_m), look.time_s, speed_mps)
+            .map_err(refused)?;
+        self.stories[0].take(&event.left);
+        self.stories[1].take(&event.right);
+        self.events = Some([event.left, event.right]);
+        let sides = [&self.pair.left, &self.pair.right];
+        let there = sides.map(Uwb::lane_present);
+        if !there.contains(&true) {
+            let why = self.stories[1].why_not(self.options[1].config.spacing_m);
+            return Err(NoLane::Refused { why });
+        }
+        let mut lines = Vec::new();
+        let mut headings = Vec::new();
+        let mut asides = [None; 2];
+        // From right to left.
+        for i in [1, 0].into_iter().filter(|i| there[*i]) {
+            let (o, uwb, story) = (&self.options[i], sides[i], &self.stories[i]);
+            let Some(course) = o.course(uwb) else { continue };
+            lines.push(o.line(&course, story.confidence()));
+            headings.extend(o.heading(&course));
+            asides[i] = Some(o.beside_vehicle(&course));
+        }
+        let weight: f64 = headings.iter().map(|h| h.std.powi(-2)).sum();
+        let heading_rad = (!headings.is_empty()).then(|| Measured {
+            value: headings.iter().map(|h| h.value * h.std.powi(-2)).sum::<f64>() / weight,
+            std: weight.powf(-0.5),
+        });
+        let alone_m = self.pair.lane_width_m();
+        let offset = |value: f64, std: f64| Some(Measured { value, std });
+        let (offset_m, width_m) = match asides {
+            [Some(l), Some(r)] => {
+                let std = l.std.hypot(r.std);
+                let width_m = Measured { value: l.value + r.value, std };
+                (offset(0.5 * (r.value - l.value), 0.5 * std), Some(width_m))
+            }
+            [Some(l), None] => (offset(0.5 * alone_m - l.value, l.std), None),
+            [None, Some(r)] => (offset(r.value - 0.5 * alone_m, r.std), None),
+            [None, None] => (None, None),
+        };
+        let confidence = (0..2)
+            .filter(|i| there[*i])
+            .map(|i| self.stories[i].confidence())
+            .fold(1.0, |missing, c| missing * (1.0 - c));
+        let used = self.stories.iter().map(|s| s.chain).sum();
+        Ok(found(look, both.len(), used, lines, offset_m, width_m, heading_rad, 1.0 - confidence))
+    }
+}
+
+impl LaneEstimator for UwbPairLanes {
+    fn method(&self) -> &'static str {
+        METHOD
+    }
+
+    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+        all_scans(look, |scan| self.taken(scan))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PulseScan;
+    use crate::uwb::{OffsetSource, Threshold};
+
+    const STEP_M: f64 = 0.5;
+
+    /// One sample in the gate beside a plate at this range, and another where there is none. Energies of the bare road are 0 to 1.
+    fn lanes() -> UwbLanes {
+        let threshold = Threshold::maximum(&[0.0, 1.0]).unwrap();
+        let config = UwbConfig {
+            offset: OffsetSource::Range { height_m: 1.32 },
+            ..UwbConfig::new(8.0, 3.0, &threshold).unwrap()
+        };
+        UwbLanes::new(UwbOptions {
+            axis: RangeAxis { start_m: 1.0, step_m: 0.01 },
+            gate: RangeGate::new(1.3, 2.0).unwrap(),
+            background: None,
+            config,
+            side: Side::Right,
+            at_m: [2.0, -0.95],
+            offset_std_m: 0.1,
+            lane_width_m: Some(3.5),
+        })
+        .unwrap()
+    }
+
+    /// Scans along a road with plates of 3 m from 2 m on, 8 m apart, at 10 m/s; the line comes nearer by `slope`.
+    fn scans(to_m: f64, slope: f64, end_m: f64) -> Vec<PulseScan> {
+        (0..(to_m / STEP_M) as usize)
+            .map(|i| {
+                let way_m = i as f64 * STEP_M;
+                let mut samples = vec![0.0; 120];
+                if (way_m - 2.0).rem_euclid(8.0) <= 3.0 && (2.0..end_m).contains(&way_m) {
+                    let range_m = 1.32f64.hypot(1.0 - slope * way_m);
+                    samples[((range_m - 1.0) / 0.01).round() as usize] = 3.0;
+                }
+                PulseScan {
+                    time_s: way_m / 10.0,
+                    speed_mps: Some(Measured { value: 10.0, std: 0.1 }),
+                    samples,
+                }
+            })
+            .collect()
+    }
+
+    fn one(s: &PulseScan) -> Look<'_> {
+        Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() }
+    }
+
+    #[test]
+    fn scans_between_looks_are_taken_as_looks_are() {
+        let all = scans(40.0, 0.0, 100.0);
+        let (mut apart, mut together) = (lanes(), lanes());
+        let mut last = None;
+        for (k, group) in all.chunks(7).enumerate() {
+            for s in group {
+                last = Some(apart.estimate(&one(s)));
+            }
+            let time_s = group[group.len() - 1].time_s;
+            // The look's own scan may be one of them, or come by itself.
+            let own = if k % 2 == 0 { group.len() } else { group.len() - 1 };
+            let own_look = group.get(own).map(one).unwrap_or(Look { time_s, ..Look::default() });
+            let answer = together.estimate(&Look { scans: &group[..own], ..own_look });
+            let mut wanted = last.clone().unwrap();
+            assert_eq!(answer.provenance.given, 120 * group.len());
+            wanted.provenance.given = answer.provenance.given;
+            assert_eq!(answer, wanted, "{k}");
+        }
+        assert!(last.unwrap().no_lane.is_none());
+        let none = lanes().estimate(&Look { time_s: 1.0, ..Look::default() });
+        assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })), "{none:?}");
+    }
+
+    #[test]
+    fn a_gate_that_something_else_fills_is_told() {
+        let mut uwb = lanes();
+        let mut why = Vec::new();
+        for mut s in scans(30.0, 0.0, 100.0) {
+            s.samples[90] = 5.0;
+            why.push(uwb.estimate(&one(&s)).no_lane.map(|w| w.to_string()).unwrap_or_default());
+        }
+        assert!(why[0].contains("no pass over the threshold"), "{}", why[0]);
+        assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
+    }
+
+    /// Of a line that comes nearer by 2 % the two last markers tell the slope as far as their deviations let them; it ends where the next
+    /// one is due.
+    #[test]
+    fn a_line_is_stated_as_far_as_it_was_seen() {
+        let mut uwb = lanes();
+        let last = scans(45.5, 0.02, 100.0).iter().map(|s| uwb.estimate(&one(s))).last().unwrap();
+        // Last scan at 45 m, last middle at 43.5 m less the pass that is not complete: 35.5 m.
+        let line = &last.lines[0].fitted;
+        let end = line.curve.at(line.curve.length_m).at_m;
+        assert!((line.curve.length_m - 17.5).abs() < 0.3, "{}", line.curve.length_m);
+        assert!((end.x - 2.0).abs() < 0.1, "{end}");
+        // Offsets 0.45 m and 0.29 m at 27.5 and 35.5 m.
+        let slope = line.curve.heading_rad.tan();
+        let spread = 2.0 * 0.01 + 64.0 * HEADING_STD_RAD * HEADING_STD_RAD;
+        assert!((slope - 64.0 * HEADING_STD_RAD.powi(2) / spread * 0.02).abs() < 2e-3, "{slope}");
+        let std = |x_m: f64| line.lateral_std_m(line.curve.foot(glam::DVec2::new(x_m, -1.2)).s_m);
+        assert!(std(-7.5) < std(-3.0) && std(-3.0) < std(2.0) && std(2.0) > 0.14, "{}", std(2.0));
+        let offset = last.offset_m.unwrap();
+        assert!((offset.std - std(0.0)).abs() < 5e-3, "{} {}", offset.std, std(0.0));
+        // Right of the radar by 0.1 m, which stands 0.95 m right of the middle, in a lane of 3.5 m.
+        assert!((offset.value - (0.1 + 0.95 - 1.75)).abs() < 3.0 * offset.std, "{offset:?}");
+    }
+
+    /// Against the normal equations.
+    #[test]
+    fn the_course_is_the_most_probable_line() {
+        let (std, apart, last, before) = (0.07, 9.0, 0.5, 0.9);
+        let c = Course::of(last, 3.0, Some((apart, before)), std, 8.0);
+        let (w, h) = (1.0 / (std * std), 1.0 / (HEADING_STD_RAD * HEADING_STD_RAD));
+        let (a, b, d) = (2.0 * w, -apart * w, apart * apart * w + h);
+        let det = a * d - b * b;
+        let (r, s) = (w * (last + before), -apart * w * before);
+        assert!((c.offset_m - (d * r - b * s) / det).abs() < 1e-12);
+        assert!((c.slope - (a * s - b * r) / det).abs() < 1e-12);
+        assert!((c.offset_variance - d / det).abs() < 1e-12 && (c.slope_variance - a / det).abs() < 1e-12);
+        assert!((c.covariance + b / det).abs() < 1e-12);
+        let alone = Course::of(last, 3.0, None, std, 8.0);
+        assert!(!alone.two && alone.offset_m == last && alone.slope == 0.0 && alone.apart_m == 8.0);
+        assert!((alone.variance(4.0) - (std * std + 16.0 / h)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,8 @@
+//! What the documents say beside what catseye finds: drives of their lane methods, their studies and figures, the comparison of all
+//! methods, the gates that a build has to pass, and the workloads that its speed is measured on.
+#![deny(unsafe_code)]
+
+pub mod bench;
+pub mod study;
+pub mod trial;
+pub mod validate;

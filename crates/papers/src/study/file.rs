@@ -1,0 +1,1102 @@
+//! The study TOML: its keys, their checks, and the study that they describe.
+
+use super::fact::{Fact, FactKind};
+use super::outcome::Quantity;
+use super::parameter::{self, TARGET_PREFIX, Value, Values};
+use super::search::{Goal, Limit, Search};
+use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
+use super::solve::Sources;
+use super::view::{Mount, Place, view};
+use catseye::error::{BadInput, Error, Result, nearest};
+use catseye::rcs::{Diffraction, Distance, Ground, RcsOptions};
+use catseye::road::target::is_file;
+use catseye::scene::gltf::ImportOptions;
+use catseye::scene::mesh_file::{self, ImportTable};
+use catseye::scene::toml_file::{Above, At, Document, read_text};
+use catseye::scene::{material, radar_toml};
+use catseye::trace::{Convention, MAX_BOUNCES};
+use catseye::units::DEFAULT_FREQUENCY_HZ;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A study: quantities over sweeps. Lengths are in metres, angles in degrees.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "catseye study")]
+pub struct StudyFile {
+    /// Names the files that are written: letters, digits, '-', '_', '.'.
+    pub name: At<String>,
+    /// Heading of picture and report.
+    pub title: String,
+    /// What it is set beside, as "Feng 2019, figure 3.9".
+    #[serde(default)]
+    pub reference: String,
+    /// For the report.
+    #[serde(default)]
+    pub note: String,
+    /// What is computed (default rcs_dbsm).
+    #[serde(default)]
+    pub quantities: Vec<At<String>>,
+    /// Parameters that stay as they are.
+    #[serde(default)]
+    pub set: BTreeMap<String, At<Value>>,
+    /// Parameters that vary: the first is the axis to the right, the second makes curves (or the axis upwards of a
+    /// map), the third makes panels.
+    #[serde(default)]
+    pub sweep: Vec<SweepTable>,
+    #[serde(default)]
+    pub solver: SolverTable,
+    /// How targets that are files are read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<ImportKeys>,
+    /// What sigma_min_dbsm and margin_db need.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detection: Option<DetectionTable>,
+    /// Radars on the vehicle; a marker counts as seen when one of them sees it. Default: one.
+    #[serde(default)]
+    pub mount: Vec<MountTable>,
+    #[serde(default)]
+    pub picture: PictureTable,
+    /// Statements to compare with.
+    #[serde(default)]
+    pub fact: Vec<FactTable>,
+    /// Search the best parameters instead of tabulating the sweeps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search: Option<SearchTable>,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepTable {
+    /// A parameter, or target.NAME for one of the reflector's own.
+    pub parameter: At<String>,
+    /// First value of a grid; the last is `stop`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop: Option<At<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<At<f64>>,
+    /// Instead of a grid: the values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<At<Vec<Value>>>,
+    /// Names of the values in legend, facts and CSV.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub names: Option<At<Vec<String>>>,
+    /// Label of the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// Makes one number of the sweep instead of an axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reduce: Option<At<Reduce>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reduce {
+    /// Mean of the decibels.
+    MeanDb,
+    /// Mean of the powers, in decibels.
+    MeanPower,
+    Maximum,
+    Minimum,
+    /// Of margin_db over a distance: the largest at which it is not negative.
+    DetectionRange,
+    /// Of margin_db over a distance: where it first turns negative after it was not.
+    UnbrokenRange,
+}
+
+/// How files of meshes are read.
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImportKeys {
+    /// m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<At<String>>,
+    /// y (default of glTF; STL and OBJ need it) or z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<At<String>>,
+    /// all (default), none, or the name of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub animation: Option<At<String>>,
+    /// For surfaces whose material is missing or unknown; STL needs it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub default_material: Option<At<String>>,
+    /// Material of the file = material of the table.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, At<String>>,
+}
+
+impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
+    fn from(t: &'a ImportKeys) -> Self {
+        ImportTable {
+            unit: &t.unit,
+            up: &t.up,
+            animation: &t.animation,
+            default_material: &t.default_material,
+            materials: &t.materials,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolverTable {
+    /// Facets met by one beam (default 3).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounces: Option<At<usize>>,
+    /// Error that curved bodies and finite ranges may have (default 0.1).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_db: Option<At<f64>>,
+    /// "every" (default) or "last": which bounces radiate.
+    #[serde(default)]
+    pub convention: ConventionName,
+    /// "none" (default) or "ptd".
+    #[serde(default)]
+    pub diffraction: DiffractionName,
+}
+
+impl Default for SolverTable {
+    fn default() -> Self {
+        SolverTable {
+            bounces: None,
+            accuracy_db: None,
+            convention: ConventionName::Every,
+            diffraction: DiffractionName::None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ConventionName {
+    #[default]
+    Every,
+    Last,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DiffractionName {
+    #[default]
+    None,
+    Ptd,
+}
+
+/// sigma_min = sigma_ref - (M_ref - max(M_ground, M_noise + SNR)) + antenna compensation.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DetectionTable {
+    /// Preset or radar file: antenna patterns, and for the radar equation everything else.
+    pub radar: At<String>,
+    pub method: MethodName,
+    /// Cross section of the reference.
+    pub reference_rcs_dbsm: At<f64>,
+    /// Height of the reference above the radar that recorded it.
+    #[serde(default)]
+    pub reference_rise_m: At<f64>,
+    /// Measured: [q1, q2] of 20 lg(1/R^q1) + q2 through the peaks of the reference's magnitude.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peaks_fit: Option<At<[f64; 2]>>,
+    /// Measured: the same through its troughs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub troughs_fit: Option<At<[f64; 2]>>,
+    /// Measured: instead of the fits, [range in m, magnitude in dB].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_db: Option<At<Vec<[f64; 2]>>>,
+    /// Measured: magnitude of the noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_db: Option<At<f64>>,
+    /// Measured: magnitude of the ground, [range in m, magnitude in dB].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_db: Option<At<Vec<[f64; 2]>>>,
+    /// Radar equation: cross section of the ground per area.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_sigma0_db: Option<At<f64>>,
+    /// Radar equation: width of the patch of ground in one cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_beam_deg: Option<At<f64>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodName {
+    Measured,
+    RadarEquation,
+}
+
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MountTable {
+    /// From the place that the parameters name.
+    #[serde(default)]
+    pub forward_m: At<f64>,
+    #[serde(default)]
+    pub left_m: At<f64>,
+    /// Added to radar_azimuth_deg; positive left.
+    #[serde(default)]
+    pub azimuth_deg: At<f64>,
+    /// Added to radar_elevation_deg; positive up.
+    #[serde(default)]
+    pub elevation_deg: At<f64>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PictureTable {
+    /// Default: curves.
+    #[serde(default)]
+    pub kind: PictureKind,
+    /// Limits of the quantity in dB or its own unit: of the upward axis, or of the colours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<At<[f64; 2]>>,
+    /// Panels side by side (default 2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<At<usize>>,
+    /// Levels to outline on a map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contours: Option<At<Vec<f64>>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PictureKind {
+    #[default]
+    Curves,
+    Map,
+}
+
+/// A statement of a document beside what this study gives.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FactTable {
+    pub text: String,
+    /// The document's number, or its words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub document: Option<At<Value>>,
+    #[serde(default)]
+    pub unit: String,
+    /// How ours is had.
+    pub of: FactKind,
+    /// Default: the study's first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<At<String>>,
+    /// Where on the axes: a number (interpolated) or a value's name.
+    #[serde(default)]
+    pub at: BTreeMap<String, At<Value>>,
+    /// The same taken here is subtracted.
+    #[serde(default)]
+    pub minus: BTreeMap<String, At<Value>>,
+    /// Only this part of an axis, [lowest, highest].
+    #[serde(default)]
+    pub within: BTreeMap<String, At<[f64; 2]>>,
+    /// For width (dB below the maximum), crossing and share (the level).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<At<f64>>,
+    /// Why the two differ.
+    #[serde(default)]
+    pub why: String,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SearchTable {
+    pub goal: Goal,
+    /// The parameter that costs; the best of the others is sought for each of its values.
+    pub front: At<String>,
+    pub front_values: At<Vec<f64>>,
+    /// Parameters to search, each with its limits.
+    pub parameter: Vec<LimitTable>,
+    /// Places from which to start (default 6).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub starts: Option<At<usize>>,
+    /// Steps of the simplex from each start (default 40).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<At<u64>>,
+    #[serde(default)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitTable {
+    pub name: At<String>,
+    pub min: At<f64>,
+    pub max: At<f64>,
+}
+
+/// A parameter that varies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    pub parameter: String,
+    pub label: String,
+    pub values: Vec<Value>,
+    /// One for each value.
+    pub names: Vec<String>,
+    pub reduce: Option<Reduce>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct PictureSpec {
+    pub kind: PictureKind,
+    pub limits: Option<[f64; 2]>,
+    pub columns: usize,
+    pub contours: Vec<f64>,
+}
+
+/// A checked study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    pub name: String,
+    pub title: String,
+    pub reference: String,
+    pub note: String,
+    pub quantities: Vec<Quantity>,
+    pub fixed: Values,
+    pub sweeps: Vec<Sweep>,
+    pub place: Place,
+    pub mounts: Vec<Mount>,
+    pub bounces: usize,
+    pub accuracy_db: f64,
+    pub convention: Convention,
+    pub diffraction: Diffraction,
+    /// Of targets that are files.
+    pub import: ImportOptions,
+    pub detection: Option<Detection>,
+    pub picture: PictureSpec,
+    pub facts: Vec<Fact>,
+    pub search: Option<Search>,
+    /// Grids have a quarter of their steps.
+    pub quick: bool,
+    pub file: PathBuf,
+    /// The text of the file.
+    pub source: String,
+}
+
+/// More points than this are refused.
+pub const MOST_POINTS: usize = 4_000_000;
+
+/// A grid in `--quick`: a quarter of the steps, evenly between the same ends.
+fn thinned(values: Vec<f64>) -> Vec<f64> {
+    const LESS: usize = 4;
+    let steps = values.len().saturating_sub(1);
+    if steps < 2 * LESS {
+        return values;
+    }
+    let (first, last, n) = (values[0], values[steps], steps.div_ceil(LESS));
+    (0..=n).map(|i| first + (last - first) * i as f64 / n as f64).collect()
+}
+
+/// The study of a TOML file. With `quick`, grids are four times as coarse.
+///
+/// # Errors
+/// `BadInput` with line and key for anything that the study cannot run with.
+pub fn load(path: &Path, quick: bool) -> Result<Study> {
+    parse(path, &read_text(path)?, quick)
+}
+
+/// The same from text; `file` is named in errors, and files are looked for beside it.
+pub fn parse(file: &Path, text: &str, quick: bool) -> Result<Study> {
+    let doc = Document::parse(file, text)?;
+    let table: StudyFile = doc.read()?;
+    Reader { doc: &doc, table: &table, quick }.study(text)
+}
+
+struct Reader<'a> {
+    doc: &'a Document<'a>,
+    table: &'a StudyFile,
+    quick: bool,
+}
+
+impl Reader<'_> {
+    /// `b` with its place in the file.
+    fn here<T>(&self, at: &At<T>, b: BadInput) -> Error {
+        b.placed(self.doc.bad(&at.span, "")).into()
+    }
+
+    fn inside(&self, e: Error) -> Error {
+        match e {
+            Error::Input(b) if b.file.is_none() => (*b).file(self.doc.file()).into(),
+            e => e,
+        }
+    }
+
+    fn study(&self, source: &str) -> Result<Study> {
+        let t = self.table;
+        let name = &t.name.value;
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if name.is_empty() || name.len() > 80 || !name.chars().all(plain) || name.starts_with('.') {
+            return Err(self.here(
+                &t.name,
+                BadInput::new("cannot name a file")
+                    .allowed("letters, digits, '-', '_' and '.', at most 80, not starting with '.'"),
+            ));
+        }
+        let quantities = self.quantities()?;
+        let mut fixed = Values::new();
+        for (key, at) in &t.set {
+            if key.starts_with(TARGET_PREFIX) {
+                return Err(self.here(
+                    at,
+                    BadInput::new("belongs into the target's text")
+                        .remedy("write target = \"KIND:name=value,…\""),
+                ));
+            }
+            parameter::check(key, &at.value).map_err(|b| self.here(at, b))?;
+            if let ("target", Value::Word(target)) = (key.as_str(), &at.value) {
+                self.target(target, &at.span)?;
+            }
+            fixed.insert(key.clone(), at.value.clone());
+        }
+        let sweeps = t.sweep.iter().map(|s| self.sweep(s, &fixed)).collect::<Result<Vec<_>>>()?;
+        for (i, s) in sweeps.iter().enumerate() {
+            if sweeps[..i].iter().any(|o| o.parameter == s.parameter) {
+                return Err(
+                    self.here(&t.sweep[i].parameter, BadInput::new("is swept twice").remedy("keep one"))
+                );
+            }
+        }
+        let default = |fixed: &mut Values, name: &str, value: Value| {
+            if !sweeps.iter().any(|s| s.parameter == name) {
+                fixed.entry(name.into()).or_insert(value);
+            }
+        };
+        default(&mut fixed, "frequency_hz", Value::Number(DEFAULT_FREQUENCY_HZ));
+        default(&mut fixed, "polarisation", Value::Word("vv".into()));
+        default(&mut fixed, "ground", Value::Word("none".into()));
+        let searched: Vec<&str> =
+            t.search.iter().flat_map(|s| s.parameter.iter().map(|p| p.name.value.as_str())).collect();
+        let names = fixed.keys().map(String::as_str).chain(sweeps.iter().map(|s| s.parameter.as_str()));
+        let place = Place::of(names.chain(searched)).map_err(|b| Error::from(b.file(self.doc.file())))?;
+        let axes = sweeps.iter().filter(|s| s.reduce.is_none()).count();
+        if t.search.is_none() {
+            if axes == 0 {
+                return Err(BadInput::new("nothing varies")
+                    .file(self.doc.file())
+                    .key("sweep")
+                    .remedy("give a [[sweep]] with a parameter and its values")
+                    .into());
+            }
+            if axes > 3 {
+                return Err(BadInput::new("more sweeps than a picture has axes, curves and panels")
+                    .file(self.doc.file())
+                    .key("sweep")
+                    .value(axes)
+                    .allowed("at most 3 that are not reduced")
+                    .remedy("fix or reduce some, or write two studies")
+                    .into());
+            }
+        }
+        let points = sweeps.iter().fold(1usize, |n, s| n.saturating_mul(s.values.len()));
+        if points > MOST_POINTS {
+            return Err(BadInput::new("too many points")
+                .file(self.doc.file())
+                .key("sweep")
+                .value(points)
+                .allowed(format!("at most {MOST_POINTS}"))
+                .remedy("take larger steps or split the study")
+                .into());
+        }
+        let s = &t.solver;
+        let bounces = match &s.bounces {
+            Some(b) => self.doc.in_range(b, 1..=MAX_BOUNCES, "three are enough for a corner")?,
+            None => 3,
+        };
+        let accuracy_db = match &s.accuracy_db {
+            Some(a) => self.doc.in_range(a, 1e-4..=3.0, "give decibels, as in 0.1")?,
+            None => 0.1,
+        };
+        let detection = t.detection.as_ref().map(|d| self.detection(d)).transpose()?;
+        let needs = quantities.iter().any(|q| q.needs_detection())
+            || t.search.as_ref().is_some_and(|s| s.goal.needs_detection());
+        if needs && detection.is_none() {
+            return Err(BadInput::new("is missing")
+                .file(self.doc.file())
+                .key("detection")
+                .remedy("sigma_min_dbsm and margin_db need a [detection] table")
+                .into());
+        }
+        let mut study = Study {
+            name: name.clone(),
+            title: t.title.clone(),
+            reference: t.reference.clone(),
+            note: t.note.clone(),
+            quantities,
+            fixed,
+            sweeps,
+            place,
+            mounts: self.mounts()?,
+            bounces,
+            accuracy_db,
+            convention: match s.convention {
+                ConventionName::Every => Convention::Every,
+                ConventionName::Last => Convention::Last,
+            },
+            diffraction: match s.diffraction {
+                DiffractionName::None => Diffraction::None,
+                DiffractionName::Ptd => Diffraction::Ptd,
+            },
+            import: self.import()?,
+            detection,
+            picture: self.picture()?,
+            facts: Vec::new(),
+            search: None,
+            quick: self.quick,
+            file: self.doc.file().to_path_buf(),
+            source: source.to_string(),
+        };
+        self.check_reduce(&study)?;
+        study.search = t.search.as_ref().map(|s| self.search(s, &study)).transpose()?;
+        study.check_points().map_err(|e| self.inside(e))?;
+        study.facts = t.fact.iter().map(|f| self.fact(f, &study)).collect::<Result<_>>()?;
+        self.check_picture(&study)?;
+        Ok(study)
+    }
+
+    fn quantities(&self) -> Result<Vec<Quantity>> {
+        let mut out = Vec::new();
+        for q in &self.table.quantities {
+            let found = self.quantity(q)?;
+            if out.contains(&found) {
+                return Err(self.here(q, BadInput::new("is asked for twice").remedy("keep one")));
+            }
+            out.push(found);
+        }
+        if out.is_empty() {
+            out.push(Quantity::Rcs);
+        }
+        Ok(out)
+    }
+
+    /// What the table says of files.
+    fn import(&self) -> Result<ImportOptions> {
+        self.table
+            .import
+            .as_ref()
+            .map_or_else(|| Ok(ImportOptions::default()), |t| ImportTable::from(t).options(self.doc))
+    }
+
+    /// Errors: the target is a file, and it is not there, or states no unit.
+    fn target(&self, target: &str, span: &std::ops::Range<usize>) -> Result<()> {
+        if !is_file(target) {
+            return Ok(());
+        }
+        self.doc.existing(span, &self.doc.file().parent().unwrap_or(Path::new("")).join(target))?;
+        mesh_file::check_stated(self.doc, span, target, &self.import()?)
+    }
+
+    fn quantity(&self, at: &At<String>) -> Result<Quantity> {
+        Quantity::by_name(&at.value).ok_or_else(|| {
+            let names: Vec<&str> = Quantity::ALL.iter().map(|q| q.name()).collect();
+            let b = BadInput::new("is not a quantity").allowed(names.join(", "));
+            self.here(
+                at,
+                match nearest(&at.value, names.iter().copied()) {
+                    Some(n) => b.remedy(format!("did you mean '{n}'?")),
+                    None => b.remedy("choose one of them"),
+                },
+            )
+        })
+    }
+
+    fn sweep(&self, t: &SweepTable, fixed: &Values) -> Result<Sweep> {
+        let name = t.parameter.value.clone();
+        if fixed.contains_key(&name) {
+            return Err(
+                self.here(&t.parameter, BadInput::new("is set and swept").remedy("keep one of the two"))
+            );
+        }
+        if !name.starts_with(TARGET_PREFIX) && parameter::find(&name).is_none() {
+            return Err(self.here(&t.parameter, parameter::unknown(&name)));
+        }
+        let values = match (&t.values, &t.start, &t.stop, &t.step) {
+            (Some(v), None, None, None) => {
+                if v.value.is_empty() {
+                    return Err(self.here(v, BadInput::new("the list is empty").remedy("give values")));
+                }
+                for x in &v.value {
+                    parameter::check(&name, x).map_err(|b| self.here(v, b))?;
+                    if let ("target", Value::Word(target)) = (name.as_str(), x) {
+                        self.target(target, &v.span)?;
+                    }
+                }
+                v.value.clone()
+            }
+            (None, Some(a), Some(b), Some(step)) => {
+                let grid = grid(a.value, b.value, step.value).map_err(|e| self.here(step, e))?;
+                let grid = if self.quick { thinned(grid) } else { grid };
+                let grid: Vec<Value> = grid.into_iter().map(Value::Number).collect();
+                for x in &grid {
+                    parameter::check(&name, x).map_err(|b| self.here(a, b))?;
+                }
+                grid
+            }
+            _ => {
+                return Err(self.here(
+                    &t.parameter,
+                    BadInput::new("the sweep has no values").allowed("values, or all of start, stop, step"),
+                ));
+            }
+        };
+        let names = match &t.names {
+            Some(n) if n.value.len() == values.len() && t.values.is_some() => n.value.clone(),
+            Some(n) => {
+                return Err(self.here(
+                    n,
+                    BadInput::new(format!("{} names for {} values", n.value.len(), values.len()))
+                        .allowed("one name for each entry of values"),
+                ));
+            }
+            None => values.iter().map(Value::to_string).collect(),
+        };
+        Ok(Sweep {
+            label: t.label.clone().unwrap_or_else(|| parameter::label(&name)),
+            parameter: name,
+            values,
+            names,
+            reduce: t.reduce.as_ref().map(|r| r.value),
+        })
+    }
+
+    fn check_reduce(&self, study: &Study) -> Result<()> {
+        for (t, s) in self.table.sweep.iter().zip(&study.sweeps) {
+            let (Some(at), Some(reduce)) = (&t.reduce, s.reduce) else { continue };
+            if !matches!(reduce, Reduce::DetectionRange | Reduce::UnbrokenRange) {
+                continue;
+            }
+            if study.quantities != [Quantity::Margin] {
+                return Err(self.here(
+                    at,
+                    BadInput::new("a range is found from the margin")
+                        .allowed("quantities = [\"margin_db\"]")
+                        .remedy("ask for margin_db and nothing else"),
+                ));
+            }
+            let ascending = s.values.windows(2).all(|w| match (&w[0], &w[1]) {
+                (Value::Number(a), Value::Number(b)) => a < b,
+                _ => false,
+            });
+            if !ascending || s.values.len() < 2 {
+                return Err(self.here(
+                    at,
+                    BadInput::new("a range needs distances in growing order").remedy("sweep longitudinal_m"),
+                ));
+            }
+            if study.sweeps.iter().filter(|o| o.reduce.is_some()).count() > 1 {
+                return Err(self.here(
+                    at,
+                    BadInput::new("a detection range is the only thing that may be reduced")
+                        .remedy("keep one"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn mounts(&self) -> Result<Vec<Mount>> {
+        let doc = self.doc;
+        let turn = |a: &At<f64>| doc.in_range(a, -180.0..=180.0, "give degrees").map(|d: f64| d.to_radians());
+        let shift = |a: &At<f64>| doc.in_range(a, -100.0..=100.0, "give metres");
+        let mut mounts = Vec::new();
+        for m in &self.table.mount {
+            mounts.push(Mount {
+                forward_m: shift(&m.forward_m)?,
+                left_m: shift(&m.left_m)?,
+                azimuth_rad: turn(&m.azimuth_deg)?,
+                elevation_rad: turn(&m.elevation_deg)?,
+            });
+        }
+        if mounts.is_empty() {
+            mounts.push(Mount::default());
+        }
+        Ok(mounts)
+    }
+
+    fn picture(&self) -> Result<PictureSpec> {
+        let p = &self.table.picture;
+        if let Some(l) = &p.limits
+            && !(l.value[0] < l.value[1] && l.value.iter().all(|x| x.is_finite()))
+        {
+            return Err(self.here(l, BadInput::new("must be two growing numbers")));
+        }
+        let columns = match &p.columns {
+            Some(c) => self.doc.in_range(c, 1..=6, "panels side by side")?,
+            None => 2,
+        };
+        Ok(PictureSpec {
+            kind: p.kind,
+            limits: p.limits.as_ref().map(|l| l.value),
+            columns,
+            contours: p.contours.as_ref().map_or(Vec::new(), |c| c.value.clone()),
+        })
+    }
+
+    fn check_picture(&self, study: &Study) -> Result<()> {
+        if study.picture.kind != PictureKind::Map || study.search.is_some() {
+            return Ok(());
+        }
+        let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
+        let bad = |problem: &str| {
+            Err(BadInput::new(problem)
+                .file(self.doc.file())
+                .key("picture.kind")
+                .value("map")
+                .allowed("two sweeps of evenly spaced numbers first")
+                .remedy("use kind = \"curves\", or a grid")
+                .into())
+        };
+        if axes.len() < 2 {
+            return bad("a map has two axes");
+        }
+        for s in &axes[..2] {
+            let x: Vec<f64> = s
+                .values
+                .iter()
+                .map(|v| match v {
+                    Value::Number(x) => *x,
+                    Value::Word(_) => f64::NAN,
+                })
+                .collect();
+            let step = (x[x.len() - 1] - x[0]) / (x.len().max(2) - 1) as f64;
+            // A word on the axis is NaN and on no grid.
+            let on_grid = |(i, v): (usize, &f64)| (v - x[0] - i as f64 * step).abs() <= 1e-6 * step.abs();
+            if !x.iter().enumerate().all(on_grid) {
+                return bad("the axis of a map is evenly spaced");
+            }
+        }
+        Ok(())
+    }
+
+    fn detection(&self, d: &DetectionTable) -> Result<Detection> {
+        let radar = radar_toml::named(self.doc, &d.radar.value, &d.radar.span)?;
+        let doc = self.doc;
+        let db = |a: &At<f64>| doc.in_range(a, -1000.0..=1000.0, "give decibels");
+        let missing = |key: &str, remedy: &str| -> Error {
+            BadInput::new("is missing").file(doc.file()).key(format!("detection.{key}")).remedy(remedy).into()
+        };
+        let belongs = |span: &std::ops::Range<usize>, to: &str| -> Error {
+            doc.bad(span, format!("belongs to method = \"{to}\"")).remedy("take the key out").into()
+        };
+        let curve = |c: &At<Vec<[f64; 2]>>| -> Result<Vec<[f64; 2]>> {
+            let sound = !c.value.is_empty()
+                && c.value.iter().all(|p| p[0] > 0.0 && p.iter().all(|x| x.is_finite()))
+                && c.value.windows(2).all(|w| w[0][0] < w[1][0]);
+            match sound {
+                true => Ok(c.value.clone()),
+                false => Err(self.here(
+                    c,
+                    BadInput::new("is not a curve").allowed("[[range in m, dB], …] with growing ranges"),
+                )),
+            }
+        };
+        let magnitudes = match d.method {
+            MethodName::Measured => {
+                if let Some(s) = d.ground_sigma0_db.as_ref().or(d.ground_beam_deg.as_ref()) {
+                    return Err(belongs(&s.span, "radar-equation"));
+                }
+                let reference = match (&d.peaks_fit, &d.troughs_fit, &d.reference_db) {
+                    (Some(a), Some(b), None) => Curve::Fits([a.value, b.value]),
+                    (None, None, Some(p)) => Curve::Points(curve(p)?),
+                    _ => {
+                        return Err(missing(
+                            "reference_db",
+                            "give reference_db, or both peaks_fit and troughs_fit",
+                        ));
+                    }
+                };
+                let noise = d.noise_db.as_ref();
+                Magnitudes::Measured {
+                    reference,
+                    noise_db: db(noise.ok_or_else(|| missing("noise_db", "give the noise's magnitude"))?)?,
+                    ground: d.ground_db.as_ref().map(curve).transpose()?,
+                }
+            }
+            MethodName::RadarEquation => {
+                let spans = [
+                    d.peaks_fit.as_ref().map(|a| &a.span),
+                    d.troughs_fit.as_ref().map(|a| &a.span),
+                    d.reference_db.as_ref().map(|a| &a.span),
+                    d.noise_db.as_ref().map(|a| &a.span),
+                    d.ground_db.as_ref().map(|a| &a.span),
+                ];
+                if let Some(span) = spans.into_iter().flatten().next() {
+                    return Err(belongs(span, "measured"));
+                }
+                let ground = match (&d.ground_sigma0_db, &d.ground_beam_deg) {
+                    (Some(s), Some(b)) => Some(GroundClutter {
+                        sigma0_db: db(s)?,
+                        beam_rad: doc
+                            .in_range(b, Above { low: 0.0, high: 180.0 }, "give degrees")?
+                            .to_radians(),
+                        cell_m: radar.range_bin_m(),
+                    }),
+                    (None, None) => None,
+                    (Some(_), None) => {
+                        return Err(missing("ground_beam_deg", "the patch of ground has a width"));
+                    }
+                    (None, Some(_)) => {
+                        return Err(missing(
+                            "ground_sigma0_db",
+                            "the patch of ground has a cross section per area",
+                        ));
+                    }
+                };
+                Magnitudes::RadarEquation { noise_dbm: noise_dbm(&radar)?, ground }
+            }
+        };
+        let snr = self.table.set.contains_key("snr_db")
+            || self.table.sweep.iter().any(|s| s.parameter.value == "snr_db");
+        if !snr {
+            return Err(BadInput::new("is missing")
+                .file(doc.file())
+                .key("set.snr_db")
+                .remedy("give the signal-to-noise ratio at which a marker counts as detected, as in 10")
+                .into());
+        }
+        Ok(Detection {
+            magnitudes,
+            reference_dbsm: db(&d.reference_rcs_dbsm)?,
+            reference_rise_m: doc.in_range(&d.reference_rise_m, -100.0..=100.0, "give metres")?,
+            radar,
+        })
+    }
+
+    fn search(&self, t: &SearchTable, study: &Study) -> Result<Search> {
+        let own = |at: &At<String>| -> Result<()> {
+            let n = &at.value;
+            if study.fixed.contains_key(n) || study.sweeps.iter().any(|s| &s.parameter == n) {
+                return Err(
+                    self.here(at, BadInput::new("is set or swept as well").remedy("keep one of the two"))
+                );
+            }
+            let is_number =
+                matches!(parameter::find(n).map(|p| p.kind), Some(parameter::Kind::Number { .. }));
+            if n.starts_with(TARGET_PREFIX) || is_number {
+                return Ok(());
+            }
+            Err(self.here(at, parameter::unknown(n)))
+        };
+        own(&t.front)?;
+        let sound = !t.front_values.value.is_empty() && t.front_values.value.iter().all(|x| x.is_finite());
+        if !sound {
+            return Err(
+                self.here(&t.front_values, BadInput::new("must be finite numbers").remedy("give some"))
+            );
+        }
+        let mut limits = Vec::new();
+        for p in &t.parameter {
+            own(&p.name)?;
+            if p.name.value == t.front.value || limits.iter().any(|l: &Limit| l.name == p.name.value) {
+                return Err(self.here(&p.name, BadInput::new("is given twice").remedy("keep one")));
+            }
+            if !(p.min.value.is_finite() && p.max.value.is_finite() && p.min.value < p.max.value) {
+                return Err(self.here(
+                    &p.max,
+                    BadInput::new("must be larger than min").remedy("a fixed parameter goes into the target"),
+                ));
+            }
+            limits.push(Limit { name: p.name.value.clone(), min: p.min.value, max: p.max.value });
+        }
+        if limits.is_empty() || limits.len() > 8 {
+            return Err(BadInput::new("there is nothing to search, or too much")
+                .file(self.doc.file())
+                .key("search.parameter")
+                .value(limits.len())
+                .allowed("1..=8 parameters")
+                .into());
+        }
+        if t.goal == Goal::DetectionRange
+            && !study.sweeps.iter().any(|s| s.parameter == "longitudinal_m" && s.values.len() > 1)
+        {
+            return Err(BadInput::new("a detection range needs distances")
+                .file(self.doc.file())
+                .key("search.goal")
+                .remedy("sweep longitudinal_m")
+                .into());
+        }
+        Ok(Search {
+            goal: t.goal,
+            front: t.front.value.clone(),
+            front_values: t.front_values.value.clone(),
+            limits,
+            starts: t
+                .starts
+                .as_ref()
+                .map_or(Ok(6), |s| self.doc.in_range(s, 1..=1000, "a few are enough"))?,
+            steps: t
+                .steps
+                .as_ref()
+                .map_or(Ok(40), |s| self.doc.in_range(s, 1..=10_000, "some tens are enough"))?,
+            seed: t.seed,
+        })
+    }
+
+    fn fact(&self, t: &FactTable, study: &Study) -> Result<Fact> {
+        let quantity = match &t.quantity {
+            Some(q) => {
+                let found = self.quantity(q)?;
+                study.quantities.iter().position(|x| *x == found).ok_or_else(|| {
+                    self.here(q, BadInput::new("is not computed here").remedy("add it to quantities"))
+                })?
+            }
+            None => 0,
+        };
+        let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
+        let on_axis = |key: &str, at: &dyn Fn(BadInput) -> Error| -> Result<usize> {
+            axes.iter().position(|s| s.parameter == key).ok_or_else(|| {
+                let names: Vec<&str> = axes.iter().map(|s| s.parameter.as_str()).collect();
+                at(BadInput::new(format!("{key} is not an axis of the result")).allowed(names.join(", ")))
+            })
+        };
+        let chosen = |map: &BTreeMap<String, At<Value>>| -> Result<Vec<(usize, Value)>> {
+            map.iter()
+                .map(|(key, at)| {
+                    let i = on_axis(key, &|b| self.here(at, b))?;
+                    let s = axes[i];
+                    let named = s.names.iter().any(|n| *n == at.value.to_string());
+                    let between = match &at.value {
+                        Value::Number(x) => {
+                            let numbers: Vec<f64> = s
+                                .values
+                                .iter()
+                                .filter_map(|v| match v {
+                                    Value::Number(n) => Some(*n),
+                                    Value::Word(_) => None,
+                                })
+                                .collect();
+                            let lo = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+                            let hi = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                            numbers.len() == s.values.len() && (lo - 1e-9..=hi + 1e-9).contains(x)
+                        }
+                        Value::Word(_) => false,
+                    };
+                    if !named && !between {
+                        return Err(self.here(
+                            at,
+                            BadInput::new(format!("the sweep of {key} has no such value"))
+                                .allowed(s.names.iter().take(12).cloned().collect::<Vec<_>>().join(", ")),
+                        ));
+                    }
+                    Ok((i, at.value.clone()))
+                })
+                .collect()
+        };
+        let within = t
+            .within
+            .iter()
+            .map(|(key, at)| Ok((on_axis(key, &|b| self.here(at, b))?, at.value)))
+            .collect::<Result<Vec<_>>>()?;
+        let fact = Fact {
+            text: t.text.clone(),
+            document: t.document.as_ref().map(|d| d.value.clone()),
+            unit: t.unit.clone(),
+            kind: t.of,
+            quantity,
+            at: chosen(&t.at)?,
+            minus: chosen(&t.minus)?,
+            within,
+            level: t.level.as_ref().map(|l| self.doc.finite(l, "give a number")).transpose()?,
+            why: t.why.clone(),
+        };
+        if study.search.is_none() {
+            fact.check(axes.len()).map_err(|b| {
+                Error::from(b.file(self.doc.file()).key("fact").value(format!("\"{}\"", t.text)))
+            })?;
+        }
+        Ok(fact)
+    }
+}
+
+/// `start`, `start + step`, … up to and with `stop`.
+fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
+    if ![start, stop, step].iter().all(|x| x.is_finite()) || step == 0.0 || (stop - start) / step < 0.0 {
+        return Err(BadInput::new("the step does not lead from start to stop"));
+    }
+    let steps = ((stop - start) / step * (1.0 + 1e-12) + 1e-9).floor();
+    if steps >= MOST_POINTS as f64 {
+        return Err(BadInput::new(format!("{:.0} values are too many", steps + 1.0))
+            .allowed(format!("at most {MOST_POINTS}"))
+            .remedy("take a larger step"));
+    }
+    // Rounded to a billionth of the step: 0.30000000000000004 would end up in files.
+    let grain = 10f64.powf(step.abs().log10().floor() - 9.0);
+    Ok((0..=steps as usize).map(|i| ((start + i as f64 * step) / grain).round() * grain).collect())
+}
+
+impl Study {
+    /// The values of all parameters at point `index` (row-major, the last sweep runs fastest).
+    pub fn values_at(&self, index: usize) -> Values {
+        let mut values = self.fixed.clone();
+        let mut rest = index;
+        for s in self.sweeps.iter().rev() {
+            let n = s.values.len();
+            values.insert(s.parameter.clone(), s.values[rest % n].clone());
+            rest /= n;
+        }
+        values
+    }
+
+    pub fn points(&self) -> usize {
+        self.sweeps.iter().map(|s| s.values.len()).product()
+    }
+
+    /// Options of the solver for a ground and a distance.
+    ///
+    /// # Errors
+    /// A ground that no material is named after.
+    pub fn options(&self, ground: &str, range_m: f64) -> Result<RcsOptions> {
+        let ground = match ground {
+            "none" => Ground::None,
+            name => Ground::Plane(material::parse_spec(name)?),
+        };
+        Ok(RcsOptions {
+            bounces: self.bounces,
+            distance: if range_m.is_finite() { Distance::At(range_m) } else { Distance::Infinite },
+            accuracy_db: self.accuracy_db,
+            diffraction: self.diffraction,
+            ground,
+            last: self.convention == Convention::Last,
+        })
+    }
+
+    /// Whether any quantity needs a cross section.
+    pub fn needs_rcs(&self) -> bool {
+        self.search.is_some() || self.quantities.iter().any(|q| q.needs_rcs())
+    }
+
+    /// Looks at each point once, so that whatever is wrong comes before the work.
+    fn check_points(&self) -> Result<()> {
+        let mut sources = Sources::new(&self.file, &self.import);
+        let mut base = self.clone();
+        if let Some(s) = &self.search {
+            for l in &s.limits {
+                base.fixed.insert(l.name.clone(), Value::Number(l.min));
+            }
+            for &x in &s.front_values {
+                base.fixed.insert(s.front.clone(), Value::Number(x));
+                sources.of(&base.values_at(0))?;
+            }
+            for l in &s.limits {
+                base.fixed.insert(l.name.clone(), Value::Number(l.max));
+            }
+        }
+        for i in 0..base.points() {
+            let values = base.values_at(i);
+            for m in &self.mounts {
+                view(self.place, &values, m)?;
+            }
+            if self.needs_rcs() {
+                sources.of(&values)?;
+                self.options(parameter::word_of(&values, "ground").unwrap_or("none"), f64::INFINITY)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// JSON schema of the study TOML.
+pub fn schema() -> String {
+    serde_json::to_string_pretty(&schemars::schema_for!(StudyFile)).unwrap_or_default() + "\n"
+}

@@ -1,0 +1,449 @@
+//! What a study gives: quantities over the axes that are left after reducing.
+
+use super::file::{Reduce, Study};
+use super::parameter::{Value, Values, number_of, word_of};
+use super::sigma_min::snr_db;
+use super::solve::{Balls, Cache, Case, Matrix, Source, Sources, cross_section_m2, solve};
+use super::view::{View, view};
+use catseye::engine::Engine;
+use catseye::error::{Error, Result};
+use catseye::units::{db_from_power, power_from_db};
+use std::collections::HashMap;
+
+/// What a study may compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Radar cross section in the chosen polarisation.
+    Rcs,
+    /// The least that is detected, of the best radar.
+    SigmaMin,
+    /// Cross section less the least detectable, of the best radar.
+    Margin,
+    /// Of the radar seen from the marker.
+    ViewAzimuth,
+    ViewElevation,
+    ViewRange,
+    /// Of one metal ball.
+    BallRcs,
+    BallCount,
+}
+
+impl Quantity {
+    pub const ALL: [Quantity; 8] = [
+        Quantity::Rcs,
+        Quantity::SigmaMin,
+        Quantity::Margin,
+        Quantity::ViewAzimuth,
+        Quantity::ViewElevation,
+        Quantity::ViewRange,
+        Quantity::BallRcs,
+        Quantity::BallCount,
+    ];
+
+    /// In files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Rcs => "rcs_dbsm",
+            Quantity::SigmaMin => "sigma_min_dbsm",
+            Quantity::Margin => "margin_db",
+            Quantity::ViewAzimuth => "view_azimuth_deg",
+            Quantity::ViewElevation => "view_elevation_deg",
+            Quantity::ViewRange => "view_range_m",
+            Quantity::BallRcs => "ball_rcs_dbsm",
+            Quantity::BallCount => "ball_count",
+        }
+    }
+
+    pub fn by_name(name: &str) -> Option<Quantity> {
+        Quantity::ALL.into_iter().find(|q| q.name() == name)
+    }
+
+    /// In pictures.
+    pub fn label(self) -> &'static str {
+        match self {
+            Quantity::Rcs => "RCS (dBsm)",
+            Quantity::SigmaMin => "least detectable RCS (dBsm)",
+            Quantity::Margin => "RCS over the least detectable (dB)",
+            Quantity::ViewAzimuth => "azimuth at the marker (deg)",
+            Quantity::ViewElevation => "elevation at the marker (deg)",
+            Quantity::ViewRange => "range (m)",
+            Quantity::BallRcs => "RCS of one ball (dBsm)",
+            Quantity::BallCount => "number of balls",
+        }
+    }
+
+    pub fn needs_rcs(self) -> bool {
+        matches!(self, Quantity::Rcs | Quantity::Margin | Quantity::BallRcs | Quantity::BallCount)
+    }
+
+    pub fn needs_detection(self) -> bool {
+        matches!(self, Quantity::SigmaMin | Quantity::Margin)
+    }
+}
+
+/// One axis of the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    pub parameter: String,
+    pub label: String,
+    pub values: Vec<Value>,
+    pub names: Vec<String>,
+}
+
+impl Axis {
+    /// The numbers along the axis, or None when words stand on it.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        self.values
+            .iter()
+            .map(|v| match v {
+                Value::Number(x) => Some(*x),
+                Value::Word(_) => None,
+            })
+            .collect()
+    }
+}
+
+/// One quantity over the axes, row-major, the last axis fastest. NaN where there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    pub name: String,
+    pub label: String,
+    pub values: Vec<f64>,
+}
+
+/// What a study gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    pub axes: Vec<Axis>,
+    pub fields: Vec<Field>,
+    /// Different cross sections that were solved.
+    pub solved: usize,
+    /// Heights of the targets' standing parts, where their kind has one: (least, greatest).
+    pub heights_m: Option<(f64, f64)>,
+    /// The targets as text.
+    pub targets: Vec<String>,
+}
+
+/// Computes every quantity of `study`.
+///
+/// # Errors
+/// What the engine says; a quantity that is not a number.
+pub fn compute(
+    engine: &Engine,
+    study: &Study,
+    cache: Option<&Cache<'_>>,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Outcome> {
+    let mut work = Work::collect(study, study.points(), &|i| study.values_at(i))?;
+    let fields = work.fields(engine, study, &study.quantities, cache, progress)?;
+    let heights = work.sources.scenes.iter().filter_map(|s| s.height_m);
+    let heights_m = heights
+        .fold(None, |r: Option<(f64, f64)>, h| Some(r.map_or((h, h), |(lo, hi)| (lo.min(h), hi.max(h)))));
+    let all: Vec<Axis> = study
+        .sweeps
+        .iter()
+        .map(|s| Axis {
+            parameter: s.parameter.clone(),
+            label: s.label.clone(),
+            values: s.values.clone(),
+            names: s.names.clone(),
+        })
+        .collect();
+    let mut outcome = Outcome {
+        axes: all,
+        fields: study
+            .quantities
+            .iter()
+            .zip(fields)
+            .map(|(q, values)| Field { name: q.name().into(), label: q.label().into(), values })
+            .collect(),
+        solved: work.cases.len(),
+        heights_m,
+        targets: work.sources.scenes.iter().map(|s| s.spec.clone()).collect(),
+    };
+    // From the last, so that the indices of the others stay.
+    for (i, s) in study.sweeps.iter().enumerate().rev() {
+        if let Some(r) = s.reduce {
+            outcome.reduce(i, r);
+        }
+    }
+    Ok(outcome)
+}
+
+/// All that one point needs.
+struct Point {
+    views: Vec<View>,
+    /// For each view: the case, or the balls.
+    seen: Vec<Seen>,
+    polarisation: String,
+    frequency_hz: f64,
+    snr_db: f64,
+}
+
+enum Seen {
+    Case(usize),
+    Balls(Balls),
+    Nothing,
+}
+
+/// The points of a study and the different cases behind them.
+pub struct Work {
+    points: Vec<Point>,
+    pub cases: Vec<Case>,
+    pub sources: Sources,
+}
+
+impl Work {
+    /// Points `0..count` with the values that `values` gives.
+    ///
+    /// # Errors
+    /// A point that has no meaning.
+    pub fn collect(study: &Study, count: usize, values: &dyn Fn(usize) -> Values) -> Result<Work> {
+        let mut sources = Sources::new(&study.file, &study.import);
+        let mut cases: Vec<Case> = Vec::new();
+        let mut known: HashMap<(usize, u64, String, [u64; 3]), usize> = HashMap::new();
+        let mut points = Vec::with_capacity(count);
+        for i in 0..count {
+            let values = values(i);
+            let frequency_hz = number_of(&values, "frequency_hz").unwrap_or(f64::NAN);
+            let ground = word_of(&values, "ground").unwrap_or("none");
+            let source = study.needs_rcs().then(|| sources.of(&values)).transpose()?;
+            let mut views = Vec::new();
+            let mut seen = Vec::new();
+            for m in &study.mounts {
+                let v = view(study.place, &values, m)?;
+                views.push(v);
+                seen.push(match &source {
+                    Some(Source::Scene(scene)) => {
+                        let bits = [v.azimuth.to_bits(), v.elevation.to_bits(), v.range_m.to_bits()];
+                        let key = (*scene, frequency_hz.to_bits(), ground.to_string(), bits);
+                        Seen::Case(*known.entry(key).or_insert_with(|| {
+                            cases.push(Case::new(*scene, frequency_hz, ground, &v));
+                            cases.len() - 1
+                        }))
+                    }
+                    Some(Source::Balls(b)) => Seen::Balls(*b),
+                    None => Seen::Nothing,
+                });
+            }
+            points.push(Point {
+                views,
+                seen,
+                polarisation: word_of(&values, "polarisation").unwrap_or("vv").to_string(),
+                frequency_hz,
+                snr_db: snr_db(&values).unwrap_or(f64::NAN),
+            });
+        }
+        Ok(Work { points, cases, sources })
+    }
+
+    /// Each quantity at each point.
+    ///
+    /// # Errors
+    /// What the engine says; NaN.
+    pub fn fields(
+        &mut self,
+        engine: &Engine,
+        study: &Study,
+        quantities: &[Quantity],
+        cache: Option<&Cache<'_>>,
+        progress: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<Vec<Vec<f64>>> {
+        let total = self.cases.len() as u64;
+        progress(0, total);
+        let solved = solve(
+            engine,
+            &self.sources,
+            &self.cases,
+            study.convention,
+            &|ground, range| study.options(ground, range),
+            cache,
+            &|n| progress(n, total),
+        )?;
+        quantities
+            .iter()
+            .map(|&q| self.points.iter().map(|p| p.quantity(q, study, &solved)).collect::<Result<Vec<f64>>>())
+            .collect()
+    }
+}
+
+impl Point {
+    fn rcs_dbsm(&self, mount: usize, solved: &[Matrix]) -> Result<f64> {
+        Ok(db_from_power(match &self.seen[mount] {
+            Seen::Case(i) => cross_section_m2(&solved[*i], &self.polarisation),
+            // Balls turn no polarisation.
+            Seen::Balls(_) if matches!(self.polarisation.as_str(), "vh" | "hv") => 0.0,
+            Seen::Balls(b) => b.total_m2(self.frequency_hz, self.views[mount].elevation)?,
+            Seen::Nothing => f64::NAN,
+        }))
+    }
+
+    fn quantity(&self, quantity: Quantity, study: &Study, solved: &[Matrix]) -> Result<f64> {
+        let detection = || {
+            study
+                .detection
+                .as_ref()
+                .ok_or_else(|| Error::Failed("a study without [detection] asks for it".into()))
+        };
+        let first = &self.views[0];
+        let value = match quantity {
+            Quantity::Rcs => self.rcs_dbsm(0, solved)?,
+            Quantity::SigmaMin => {
+                let d = detection()?;
+                self.views.iter().map(|v| d.sigma_min_dbsm(v, self.snr_db)).fold(f64::INFINITY, f64::min)
+            }
+            Quantity::Margin => {
+                let d = detection()?;
+                let mut best = f64::NEG_INFINITY;
+                for (i, v) in self.views.iter().enumerate() {
+                    let least = d.sigma_min_dbsm(v, self.snr_db);
+                    // A radar that looks away needs an infinite cross section.
+                    if least < f64::INFINITY {
+                        best = best.max(self.rcs_dbsm(i, solved)? - least);
+                    }
+                }
+                best
+            }
+            Quantity::ViewAzimuth => first.azimuth.to_degrees(),
+            Quantity::ViewElevation => first.elevation.to_degrees(),
+            Quantity::ViewRange => first.range_m,
+            Quantity::BallRcs => match &self.seen[0] {
+                Seen::Balls(b) => db_from_power(b.one_m2(self.frequency_hz)?),
+                _ => f64::NAN,
+            },
+            Quantity::BallCount => match &self.seen[0] {
+                Seen::Balls(b) => b.count(),
+                _ => f64::NAN,
+            },
+        };
+        if value.is_nan() && !matches!(quantity, Quantity::BallRcs | Quantity::BallCount) {
+            return Err(Error::Failed(format!(
+                "{} of study {} is not a number",
+                quantity.name(),
+                study.name
+            )));
+        }
+        Ok(value)
+    }
+}
+
+impl Outcome {
+    pub fn shape(&self) -> Vec<usize> {
+        self.axes.iter().map(|a| a.values.len()).collect()
+    }
+
+    /// Replaces axis `i` by one number.
+    fn reduce(&mut self, i: usize, how: Reduce) {
+        let axis = self.axes.remove(i);
+        let n = axis.values.len();
+        let inner: usize = self.axes[i..].iter().map(|a| a.values.len()).product();
+        let numbers = axis.numbers().unwrap_or_else(|| vec![f64::NAN; n]);
+        for f in &mut self.fields {
+            let outer = f.values.len() / (n * inner);
+            let along = |o: usize, k: usize| -> Vec<f64> {
+                (0..n).map(|j| f.values[(o * n + j) * inner + k]).collect()
+            };
+            let values = (0..outer)
+                .flat_map(|o| (0..inner).map(move |k| (o, k)))
+                .map(|(o, k)| one(how, &numbers, &along(o, k)));
+            f.values = values.collect();
+            match how {
+                Reduce::DetectionRange => {
+                    f.name = "detection_range_m".into();
+                    f.label = "detection range (m)".into();
+                }
+                Reduce::UnbrokenRange => {
+                    f.name = "unbroken_range_m".into();
+                    f.label = "range of unbroken detection (m)".into();
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+fn one(how: Reduce, x: &[f64], y: &[f64]) -> f64 {
+    let n = y.len() as f64;
+    match how {
+        Reduce::MeanDb => y.iter().sum::<f64>() / n,
+        Reduce::MeanPower => db_from_power(y.iter().map(|v| power_from_db(*v)).sum::<f64>() / n),
+        Reduce::Maximum => y.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        Reduce::Minimum => y.iter().copied().fold(f64::INFINITY, f64::min),
+        Reduce::DetectionRange => detection_range(x, y),
+        Reduce::UnbrokenRange => unbroken_range(x, y),
+    }
+}
+
+/// The largest distance at which the margin is not negative: NaN when it always is, the last distance when it is
+/// not there ("at least"), else interpolated.
+pub fn detection_range(x: &[f64], margin: &[f64]) -> f64 {
+    match margin.iter().rposition(|m| *m >= 0.0) {
+        None => f64::NAN,
+        Some(i) => crossing(x, margin, i),
+    }
+}
+
+/// Where the margin first turns negative after it was not.
+pub fn unbroken_range(x: &[f64], margin: &[f64]) -> f64 {
+    let Some(first) = margin.iter().position(|m| *m >= 0.0) else { return f64::NAN };
+    let run = margin[first..].iter().take_while(|m| **m >= 0.0).count();
+    crossing(x, margin, first + run - 1)
+}
+
+/// Between point `i`, where the margin is not negative, and the next, where it is.
+fn crossing(x: &[f64], margin: &[f64], i: usize) -> f64 {
+    match (x.get(i + 1), margin.get(i + 1)) {
+        (Some(next), Some(m)) if m.is_finite() && margin[i].is_finite() => {
+            x[i] + (next - x[i]) * margin[i] / (margin[i] - m)
+        }
+        _ => x[i],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_detection() {
+        let x = [10.0, 20.0, 30.0, 40.0];
+        assert_eq!(detection_range(&x, &[5.0, -5.0, 10.0, -10.0]), 35.0);
+        assert_eq!(unbroken_range(&x, &[5.0, -5.0, 10.0, -10.0]), 15.0);
+        assert_eq!(unbroken_range(&x, &[-5.0, 5.0, 0.0, -10.0]), 30.0);
+        assert_eq!(detection_range(&x, &[1.0, 1.0, 1.0, 1.0]), 40.0);
+        assert!(detection_range(&x, &[-1.0; 4]).is_nan() && unbroken_range(&x, &[-1.0; 4]).is_nan());
+        assert_eq!(
+            detection_range(&x, &[1.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY]),
+            10.0
+        );
+    }
+
+    #[test]
+    fn an_axis_is_reduced_in_place() {
+        let axis = |name: &str, v: &[f64]| Axis {
+            parameter: name.into(),
+            label: name.into(),
+            values: v.iter().map(|x| Value::Number(*x)).collect(),
+            names: v.iter().map(f64::to_string).collect(),
+        };
+        let mut o = Outcome {
+            axes: vec![axis("a", &[0.0, 1.0]), axis("b", &[0.0, 1.0, 2.0]), axis("c", &[0.0, 1.0])],
+            fields: vec![Field {
+                name: "rcs_dbsm".into(),
+                label: String::new(),
+                values: (0..12).map(f64::from).collect(),
+            }],
+            solved: 0,
+            heights_m: None,
+            targets: vec![],
+        };
+        o.reduce(1, Reduce::MeanDb);
+        // Index 6 a + 2 b + c, mean over b.
+        assert_eq!(o.fields[0].values, [2.0, 3.0, 8.0, 9.0]);
+        assert_eq!(o.shape(), [2, 2]);
+        o.reduce(0, Reduce::Maximum);
+        assert_eq!(o.fields[0].values, [8.0, 9.0]);
+        // 0 and 10 dB: half of 11.
+        assert!((one(Reduce::MeanPower, &[], &[0.0, 10.0]) - 10.0 * 5.5f64.log10()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,208 @@
+//! The parameters that a study may fix or sweep, by name.
+
+use catseye::error::{BadInput, nearest};
+use serde::de::{self, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A parameter's value: a number, or a word such as a material's name.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    Number(f64),
+    Word(String),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(x) => write!(f, "{x}"),
+            Value::Word(w) => f.write_str(w),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = Value;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or a word")
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Value, E> {
+                Ok(Value::Number(v))
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Value, E> {
+                Ok(Value::Number(v as f64))
+            }
+            fn visit_u64<E: de::Error>(self, v: u64) -> Result<Value, E> {
+                Ok(Value::Number(v as f64))
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Value, E> {
+                Ok(Value::Word(v.to_string()))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Value::Number(x) => serializer.serialize_f64(*x),
+            Value::Word(w) => serializer.serialize_str(w),
+        }
+    }
+}
+
+impl schemars::JsonSchema for Value {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Value".into()
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": ["number", "string"] })
+    }
+}
+
+/// One row of [`PARAMETERS`].
+pub struct Parameter {
+    pub name: &'static str,
+    /// For axes and the help text, with the unit.
+    pub label: &'static str,
+    pub kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A number in `min..=max`.
+    Number { min: f64, max: f64 },
+    /// One of the words.
+    Choice(&'static [&'static str]),
+    /// Any word; whoever takes it checks it.
+    Word,
+}
+
+const fn number(name: &'static str, min: f64, max: f64, label: &'static str) -> Parameter {
+    Parameter { name, label, kind: Kind::Number { min, max } }
+}
+
+/// Received and sent polarisation: of S, or 45 degrees linear on both sides, or 45 degrees sent and the power of V
+/// and H received.
+pub const POLARISATIONS: [&str; 6] = ["vv", "hh", "45", "45-total", "vh", "hv"];
+
+/// All parameters but those of the target, which are `target.NAME` with the names of its kind.
+pub static PARAMETERS: [Parameter; 27] = [
+    Parameter { name: "target", label: "target", kind: Kind::Word },
+    Parameter { name: "ground", label: "ground", kind: Kind::Word },
+    Parameter { name: "polarisation", label: "polarisation", kind: Kind::Choice(&POLARISATIONS) },
+    number("frequency_hz", 1e8, 1e12, "frequency (Hz)"),
+    // Seen from the target, as in `catseye rcs`.
+    number("azimuth_deg", -360.0, 360.0, "azimuth (deg), positive left"),
+    number("elevation_deg", -90.0, 90.0, "elevation (deg)"),
+    number("range_m", 1e-2, f64::INFINITY, "range (m)"),
+    // Seen from the radar on a road.
+    number("longitudinal_m", -1e4, 1e4, "longitudinal distance (m)"),
+    number("lateral_m", -1e4, 1e4, "lateral distance (m), positive left"),
+    number("radar_height_m", 0.0, 1e4, "radar height (m)"),
+    number("radar_azimuth_deg", -180.0, 180.0, "turn of the radar (deg), positive left"),
+    number("radar_elevation_deg", -90.0, 90.0, "tilt of the radar (deg), positive up"),
+    number("marker_height_m", 0.0, 1e3, "height of the marker (m)"),
+    number("marker_yaw_deg", -360.0, 360.0, "turn of the marker (deg), positive left"),
+    number("marker_raise_deg", -45.0, 45.0, "raise of the marker's far side (deg)"),
+    number("view_m", 1e-2, 1e4, "distance from radar to marker (m)"),
+    number("curve_radius_m", 1e-1, 1e7, "radius of the road (m)"),
+    number("road_position_m", -1e5, 1e5, "position of the radar (m) from the start of the curve"),
+    number("grade_start_percent", -50.0, 50.0, "grade before the curve (percent)"),
+    number("grade_end_percent", -50.0, 50.0, "grade after the curve (percent)"),
+    number("curve_k_m", 1e-3, 1e4, "length of the curve for one percent of grade (m)"),
+    // Detection.
+    number("snr_db", -100.0, 100.0, "signal-to-noise ratio (dB)"),
+    // The target "balls": metal spheres spread over a marking.
+    Parameter { name: "ball_model", label: "balls counted", kind: Kind::Choice(&["all", "lit"]) },
+    number("ball_radius_m", 1e-6, 1.0, "radius of the balls (m)"),
+    number("marking_width_m", 1e-3, 1e3, "width of the marking (m)"),
+    number("marking_length_m", 1e-3, 1e3, "length of the marking (m)"),
+    number("range_cell_m", 1e-4, 1e3, "length of a range cell (m)"),
+];
+
+/// `target.NAME`: the reflector's own parameter NAME.
+pub const TARGET_PREFIX: &str = "target.";
+
+pub fn find(name: &str) -> Option<&'static Parameter> {
+    PARAMETERS.iter().find(|p| p.name == name)
+}
+
+/// The complaint about a name that is no parameter.
+pub fn unknown(name: &str) -> BadInput {
+    let names = || PARAMETERS.iter().map(|p| p.name);
+    let b = BadInput::new("is not a parameter of a study")
+        .allowed(format!("{}, target.NAME", names().collect::<Vec<_>>().join(", ")));
+    match nearest(name, names()) {
+        Some(n) => b.remedy(format!("did you mean '{n}'?")),
+        None => b.remedy("a parameter of the reflector is written target.NAME, as in target.height_m"),
+    }
+}
+
+/// Whether `value` is one that `name` may have.
+///
+/// # Errors
+/// What is wrong with it, without its place in a file.
+pub fn check(name: &str, value: &Value) -> Result<(), BadInput> {
+    if name.starts_with(TARGET_PREFIX) {
+        return Ok(());
+    }
+    let p = find(name).ok_or_else(|| unknown(name))?;
+    match (p.kind, value) {
+        (Kind::Number { min, max }, Value::Number(x)) => {
+            // NaN is in no range.
+            if (min..=max).contains(x) {
+                return Ok(());
+            }
+            Err(BadInput::new("is out of range").allowed(format!("{min}..={max}")))
+        }
+        (Kind::Number { .. }, Value::Word(_)) => Err(BadInput::new("must be a number")),
+        (Kind::Choice(words), Value::Word(w)) if words.contains(&w.as_str()) => Ok(()),
+        (Kind::Choice(words), _) => {
+            Err(BadInput::new("is not one of the choices").allowed(format!("\"{}\"", words.join("\", \""))))
+        }
+        (Kind::Word, Value::Word(_)) => Ok(()),
+        (Kind::Word, Value::Number(_)) => Err(BadInput::new("must be a word in quotes")),
+    }
+}
+
+/// The label of an axis.
+pub fn label(name: &str) -> String {
+    match find(name) {
+        Some(p) => p.label.to_string(),
+        None => match name.strip_prefix(TARGET_PREFIX) {
+            Some(n) => match n.rsplit_once('_') {
+                Some((what, unit @ ("m" | "deg" | "hz"))) => format!("{} ({unit})", what.replace('_', " ")),
+                _ => n.replace('_', " "),
+            },
+            None => name.to_string(),
+        },
+    }
+}
+
+/// Values of the parameters at one point of a study.
+pub type Values = BTreeMap<String, Value>;
+
+/// The number that a parameter has, if it has one.
+pub fn number_of(values: &Values, name: &str) -> Option<f64> {
+    match values.get(name) {
+        Some(Value::Number(x)) => Some(*x),
+        _ => None,
+    }
+}
+
+/// The word that a parameter has, if it has one.
+pub fn word_of<'a>(values: &'a Values, name: &str) -> Option<&'a str> {
+    match values.get(name) {
+        Some(Value::Word(w)) => Some(w),
+        _ => None,
+    }
+}

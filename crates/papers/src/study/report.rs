@@ -1,0 +1,278 @@
+//! The tables and the report that studies leave.
+
+use super::file::Study;
+use super::outcome::Outcome;
+use super::parameter::{Value, word_of};
+use super::search::{Design, Search};
+use catseye::error::{Error, Result};
+use catseye::formats::csv::Writer;
+use catseye::units::{level_text, wavelength_m};
+use std::fmt::{Display, Write};
+
+/// What one study gave.
+#[derive(Debug, Clone)]
+pub enum Given {
+    Table(Outcome),
+    Front(Vec<Design>),
+}
+
+/// A fact with our number.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Compared {
+    pub text: String,
+    /// The document's, as it gives it.
+    pub document: Option<Value>,
+    /// None where there is none.
+    pub ours: Option<f64>,
+    pub unit: String,
+    pub why: String,
+}
+
+/// Our number of each fact of a study.
+pub fn compare(study: &Study, given: &Given) -> Vec<Compared> {
+    let Given::Table(outcome) = given else { return Vec::new() };
+    study
+        .facts
+        .iter()
+        .map(|f| {
+            let ours = f.ours(outcome);
+            Compared {
+                text: f.text.clone(),
+                document: f.document.clone(),
+                ours: (!ours.is_nan()).then_some(ours),
+                unit: f.unit.clone(),
+                why: f.why.clone(),
+            }
+        })
+        .collect()
+}
+
+/// The lines that a CSV and the report share.
+pub fn header(study: &Study, engine: &str) -> Vec<String> {
+    let mut lines = vec![format!("study: {} ({})", study.name, study.title)];
+    if !study.reference.is_empty() {
+        lines.push(format!("beside: {}", study.reference));
+    }
+    let fixed: Vec<String> = study.fixed.iter().map(|(n, v)| format!("{n} = {v}")).collect();
+    lines.push(format!("fixed: {}", fixed.join(", ")));
+    if study.quick {
+        lines.push("grids: a quarter of the steps (quick)".into());
+    }
+    if study.needs_rcs() {
+        lines.push(format!(
+            "solver: physical optics, {} bounces, convention {}, diffraction {}, accuracy {} dB",
+            study.bounces,
+            format!("{:?}", study.convention).to_lowercase(),
+            format!("{:?}", study.diffraction).to_lowercase(),
+            study.accuracy_db
+        ));
+    }
+    lines.push(format!("engine: {engine}"));
+    lines.push(format!("version: catseye {}", env!("CARGO_PKG_VERSION")));
+    lines
+}
+
+/// One row for each point: the axes, then the quantities; an empty cell where there is none.
+///
+/// # Errors
+/// Only when memory cannot be written.
+pub fn csv(study: &Study, given: &Given, engine: &str) -> Result<Vec<u8>> {
+    let failed = |e: std::io::Error| Error::Failed(format!("the table cannot be written: {e}"));
+    let comments = header(study, engine);
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let columns: Vec<String> = match given {
+        Given::Table(o) => {
+            let shape = o.shape();
+            let points: usize = shape.iter().product();
+            for i in 0..points {
+                let mut rest = i;
+                let mut row = vec![String::new(); shape.len()];
+                for a in (0..shape.len()).rev() {
+                    row[a] = o.axes[a].names[rest % shape[a]].clone();
+                    rest /= shape[a];
+                }
+                row.extend(o.fields.iter().map(|f| rounded(f.values[i])));
+                rows.push(row);
+            }
+            o.axes
+                .iter()
+                .map(|a| a.parameter.clone())
+                .chain(o.fields.iter().map(|f| f.name.clone()))
+                .collect()
+        }
+        Given::Front(designs) => {
+            let search = searched(study)?;
+            for d in designs {
+                let mut row = vec![d.cost.to_string()];
+                row.extend(d.parameters.iter().map(f64::to_string));
+                row.push(rounded(d.worth));
+                row.push(u8::from(d.is_on_front(designs)).to_string());
+                row.push(d.tried.to_string());
+                rows.push(row);
+            }
+            let names =
+                std::iter::once(search.front.clone()).chain(search.limits.iter().map(|l| l.name.clone()));
+            names.chain([search.goal.name(), "on_front", "designs_tried"].map(String::from)).collect()
+        }
+    };
+    let header: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let mut w = Writer::new(Vec::new(), &comments, &header).map_err(failed)?;
+    for r in &rows {
+        w.row(r.iter().map(|c| c as &dyn Display)).map_err(failed)?;
+    }
+    w.finish().map_err(failed)
+}
+
+/// The search of a study that has one.
+pub fn searched(study: &Study) -> Result<&Search> {
+    study.search.as_ref().ok_or_else(|| Error::Failed("a front without a search".into()))
+}
+
+/// To a millionth; empty where there is no number.
+fn rounded(x: f64) -> String {
+    if x.is_nan() { String::new() } else { ((x * 1e6).round() / 1e6 + 0.0).to_string() }
+}
+
+/// The remark about what physical optics can and cannot say of the heights that were swept.
+fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
+    let (lo, hi) = outcome.heights_m?;
+    let flat = |t: &str| ["type1", "type2", "type3", "type4"].iter().any(|k| t.starts_with(k));
+    if !outcome.targets.iter().any(|t| flat(t)) {
+        return None;
+    }
+    let Some(Value::Number(f)) = study.fixed.get("frequency_hz") else { return None };
+    let waves = |h: f64| h / wavelength_m(*f);
+    if waves(lo) >= 2.0 {
+        return None;
+    }
+    let range = match lo == hi {
+        true => format!("{:.1} mm is {:.2} wavelengths", 1e3 * lo, waves(lo)),
+        false => format!(
+            "{:.1} to {:.1} mm are {:.2} to {:.2} wavelengths",
+            1e3 * lo,
+            1e3 * hi,
+            waves(lo),
+            waves(hi)
+        ),
+    };
+    Some(format!(
+        "Standing parts of {range}. Physical optics is within about 2 dB at two wavelengths of height and 3 to 4 dB at \
+         one; at half a wavelength and below its level is not a prediction, and HH near grazing is some 14 dB too high. \
+         The shape over azimuth survives."
+    ))
+}
+
+/// One section of the report.
+pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<String> {
+    let mut t = format!("## {}\n\n", study.title);
+    if !study.reference.is_empty() {
+        let _ = writeln!(t, "Set beside {}.\n", study.reference);
+    }
+    let _ = writeln!(t, "Files: [{0}.csv]({0}.csv), [{0}.png]({0}.png).\n", study.name);
+    if !study.note.is_empty() {
+        let _ = writeln!(t, "{}\n", study.note.trim());
+    }
+    let _ = writeln!(t, "![{}]({}.png)\n", study.title.replace(['[', ']'], ""), study.name);
+    match given {
+        Given::Table(outcome) => {
+            if !facts.is_empty() {
+                let _ =
+                    writeln!(t, "| fact | document | here | difference | remark |\n|---|---|---|---|---|");
+                for f in facts {
+                    let (document, difference) = match (&f.document, f.ours) {
+                        (Some(Value::Number(d)), Some(x)) => {
+                            (with_unit(*d, &f.unit), with_unit(x - d, &f.unit))
+                        }
+                        (Some(Value::Number(d)), None) => (with_unit(*d, &f.unit), "–".into()),
+                        (Some(Value::Word(w)), _) => (w.clone(), "–".into()),
+                        (None, _) => ("not given".into(), "–".into()),
+                    };
+                    let ours = f.ours.map_or("none".into(), |x| with_unit(x, &f.unit));
+                    let cell = |s: &str| s.replace('|', "\\|").replace('\n', " ");
+                    let _ = writeln!(
+                        t,
+                        "| {} | {} | {ours} | {difference} | {} |",
+                        cell(&f.text),
+                        cell(&document),
+                        cell(&f.why)
+                    );
+                }
+                t.push('\n');
+            }
+            if let Some(remark) = height_remark(outcome, study) {
+                let _ = writeln!(t, "{remark}\n");
+            }
+        }
+        Given::Front(designs) => {
+            let search = searched(study)?;
+            let names: Vec<&str> = search.limits.iter().map(|l| l.name.as_str()).collect();
+            let _ = writeln!(
+                t,
+                "The front of {} against {} ({} designs tried):\n\n| {} | {} | {} |\n|{}",
+                search.front,
+                search.goal.label(),
+                designs.iter().map(|d| d.tried).sum::<u64>(),
+                search.front,
+                names.join(" | "),
+                search.goal.name(),
+                "---|".repeat(names.len() + 2)
+            );
+            for d in designs.iter().filter(|d| d.is_on_front(designs)) {
+                let p: Vec<String> = d.parameters.iter().map(|x| short(*x)).collect();
+                let _ = writeln!(t, "| {} | {} | {} |", short(d.cost), p.join(" | "), short(d.worth));
+            }
+            t.push('\n');
+        }
+    }
+    if study.convention == catseye::trace::Convention::Last {
+        t.push_str("Only the bounce from which a ray leaves radiates here.\n\n");
+    }
+    let alone = word_of(&study.fixed, "ground").is_some_and(|g| g == "none");
+    if alone && matches!(given, Given::Table(o) if !o.targets.is_empty()) {
+        t.push_str("The target alone, without ground.\n\n");
+    }
+    Ok(t)
+}
+
+fn with_unit(x: f64, unit: &str) -> String {
+    match unit {
+        "" => short(x),
+        u if u.starts_with("dB") => {
+            let decimals = if x.abs() < 9.995 { 2 } else { 1 };
+            format!("{} {u}", level_text(x + 0.0, decimals)).replace('-', "−")
+        }
+        u => format!("{} {u}", short(x)),
+    }
+}
+
+/// Three or four digits.
+fn short(x: f64) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    let decimals = match x.abs() {
+        a if !(1e-4..1e6).contains(&a) => return format!("{x:.3e}"),
+        a if a >= 1000.0 => 0,
+        a if a >= 10.0 => 1,
+        a if a >= 0.1 => 2,
+        _ => 5,
+    };
+    format!("{x:.decimals$}").replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(short(-14.536), "−14.5");
+        assert_eq!(short(0.0043), "0.00430");
+        assert_eq!(short(7.5e6), "7.500e6");
+        assert_eq!(short(0.0), "0");
+        assert_eq!(with_unit(-0.0137, "dB"), "−0.01 dB");
+        assert_eq!(with_unit(-347.1, "dBsm"), "< −200 dBsm");
+        assert_eq!(rounded(-0.0), "0");
+        assert_eq!(rounded(f64::NAN), "");
+    }
+}

@@ -1,0 +1,270 @@
+//! Runs studies into a folder: a CSV and a picture of each, one report, a manifest. What was finished before
+//! an interruption is found again by its content.
+
+use super::file::{Study, load};
+use super::outcome::compute;
+use super::report::{Compared, Given, compare, csv, header, section};
+use super::search::{Design, best};
+use super::solve::Cache;
+use catseye::engine::{Engine, EngineReport};
+use catseye::error::{BadInput, Error, Result};
+use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Draws what a study gave as PNG bytes.
+pub type Picture<'a> = &'a dyn Fn(&Study, &Given) -> Result<Vec<u8>>;
+
+pub struct RunOptions<'a> {
+    pub force: bool,
+    pub picture: Picture<'a>,
+    /// Called with (study, newly done, of all); sizes are known once newly done is 0.
+    pub progress: &'a (dyn Fn(&Study, u64, u64) + Sync),
+}
+
+/// What one study left.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct StudyReport {
+    pub name: String,
+    pub title: String,
+    pub reference: String,
+    /// Names in the folder.
+    pub files: Vec<String>,
+    pub facts: Vec<Compared>,
+    /// The front of a design search.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub front: Option<Vec<Design>>,
+    /// Why it did not run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+#[derive(Debug, serde::Serialize)]
+pub struct RunReport {
+    pub folder: PathBuf,
+    pub studies: Vec<StudyReport>,
+    /// The first study that did not run.
+    #[serde(skip)]
+    pub failed: Option<Error>,
+}
+
+#[derive(serde::Serialize)]
+struct Manifest<'a> {
+    catseye: &'static str,
+    engine: EngineReport,
+    studies: &'a [StudyReport],
+    /// The texts of the study files.
+    sources: BTreeMap<String, String>,
+}
+
+/// The study files that a path names: itself, or every .toml of a folder in the order of their names.
+///
+/// # Errors
+/// A folder without any.
+pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let mut found = Vec::new();
+    for entry in fs::read_dir(path).map_err(|e| Error::io(path, e))? {
+        let p = entry.map_err(|e| Error::io(path, e))?.path();
+        if p.extension().is_some_and(|e| e == "toml") && p.is_file() {
+            found.push(p);
+        }
+    }
+    found.sort();
+    match found.is_empty() {
+        true => {
+            Err(BadInput::new("holds no study").file(path).remedy("give a folder with .toml files").into())
+        }
+        false => Ok(found),
+    }
+}
+
+/// The studies of `files`. With one file, its mistakes are the caller's; of several, those that cannot run are
+/// handed back beside the others.
+///
+/// # Errors
+/// One file that is wrong; two studies of one name.
+pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<Study>)>> {
+    if let [one] = files {
+        return Ok(vec![(one.clone(), Ok(load(one, quick)?))]);
+    }
+    let loaded: Vec<_> = files.iter().map(|f| (f.clone(), load(f, quick))).collect();
+    let mut names: BTreeMap<&str, &Path> = BTreeMap::new();
+    for (file, study) in &loaded {
+        if let Ok(s) = study
+            && let Some(other) = names.insert(&s.name, file)
+        {
+            return Err(BadInput::new(format!("{} has this name too", other.display()))
+                .file(file)
+                .key("name")
+                .value(&s.name)
+                .remedy("give each study its own name")
+                .into());
+        }
+    }
+    Ok(loaded)
+}
+
+/// Runs `studies` on `engine` into the folder `out`.
+///
+/// # Errors
+/// A folder that cannot be written; with a single study, what that study says.
+pub fn run(
+    engine: &Engine,
+    studies: Vec<(PathBuf, Result<Study>)>,
+    out: &Path,
+    options: &RunOptions<'_>,
+) -> Result<RunReport> {
+    let single = studies.len() == 1;
+    // Finished work is known by its content, so any earlier start in this folder may be gone on with.
+    let (staged, cache) = StagedDir::resumable(out, options.force, "study", "catseye studies 1")?;
+    for old in fs::read_dir(staged.path()).map_err(|e| Error::io(staged.path(), e))? {
+        // Results of an earlier start; what stays is their cache.
+        let p = old.map_err(|e| Error::io(staged.path(), e))?.path();
+        fs::remove_file(&p).map_err(|e| Error::io(&p, e))?;
+    }
+    let mut reports = Vec::new();
+    let mut text = String::new();
+    let mut failed = None;
+    let mut sources = BTreeMap::new();
+    for (file, study) in studies {
+        let done = match study {
+            Ok(study) => {
+                sources.insert(study.name.clone(), study.source.clone());
+                one(engine, &study, staged.path(), &cache, options)
+                    .map_err(|e| (study.name.clone(), study.title.clone(), e))
+            }
+            Err(e) => {
+                let name = file.file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());
+                Err((name.clone(), name, e))
+            }
+        };
+        match done {
+            Ok((report, part)) => {
+                reports.push(report);
+                text += &part;
+            }
+            Err((_, _, e)) if single => return Err(e),
+            Err((name, title, e)) => {
+                text += &format!("## {title}\n\nDid not run: {e}.\n\n");
+                reports.push(StudyReport {
+                    name,
+                    title,
+                    reference: String::new(),
+                    files: Vec::new(),
+                    facts: Vec::new(),
+                    front: None,
+                    error: Some(e.to_string()),
+                });
+                failed.get_or_insert(e);
+            }
+        }
+    }
+    let head = format!(
+        "# Studies\n\nWritten by catseye {} on {}. \"Document\" is what the text set beside a study states; \"here\" is what this \
+         program computes from the same description, with nothing tuned towards it.\n\n",
+        env!("CARGO_PKG_VERSION"),
+        described(&engine.report())
+    );
+    write_file(staged.path().join("REPORT.md"), true, format!("{head}{text}").as_bytes())?;
+    let manifest =
+        Manifest { catseye: env!("CARGO_PKG_VERSION"), engine: engine.report(), studies: &reports, sources };
+    let json = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
+    write_file(staged.path().join(MANIFEST), true, &json)?;
+    let folder = staged.commit()?;
+    Ok(RunReport { folder, studies: reports, failed })
+}
+
+/// Without the number of threads: equal results are equal bytes.
+fn described(r: &EngineReport) -> String {
+    match r.adapter == r.engine {
+        true => format!("{} ({:?})", r.engine, r.precision).to_lowercase(),
+        false => format!("{}: {} ({})", r.engine, r.adapter, r.driver),
+    }
+}
+
+fn one(
+    engine: &Engine,
+    study: &Study,
+    folder: &Path,
+    cache: &Path,
+    options: &RunOptions<'_>,
+) -> Result<(StudyReport, String)> {
+    let r = engine.report();
+    // The number of threads does not change a result.
+    let prefix = format!(
+        "{} {} {:?} {} {} {:?}",
+        env!("CARGO_PKG_VERSION"),
+        r.engine,
+        r.precision,
+        r.adapter,
+        r.driver,
+        study.convention
+    );
+    let given = match &study.search {
+        None => {
+            let kept = Cache { folder: cache, prefix };
+            let progress = |done: u64, all: u64| (options.progress)(study, done, all);
+            Given::Table(compute(engine, study, Some(&kept), &progress)?)
+        }
+        Some(search) => {
+            let all = search.front_values.len() as u64;
+            (options.progress)(study, 0, all);
+            let mut designs = Vec::new();
+            for (i, &cost) in search.front_values.iter().enumerate() {
+                let identity = format!(
+                    "{prefix}|{:?}|{:?}|{:?}|{i}|{:x}",
+                    study.fixed,
+                    study.sweeps,
+                    (search, study.options("none", 1.0)?, &study.detection, &study.mounts),
+                    cost.to_bits()
+                );
+                let file = cache.join(format!("{}.design", sha256_of_bytes(identity.as_bytes())));
+                let known: Option<Design> =
+                    fs::read(&file).ok().and_then(|b| serde_json::from_slice(&b).ok());
+                let design = match known {
+                    Some(d) => d,
+                    None => {
+                        let d = best(engine, study, search, cost, i as u32)?;
+                        let json =
+                            serde_json::to_vec(&d).map_err(|e| Error::Failed(format!("design: {e}")))?;
+                        write_file(&file, true, &json)?;
+                        d
+                    }
+                };
+                (options.progress)(study, 1, all);
+                designs.push(design);
+            }
+            Given::Front(designs)
+        }
+    };
+    let facts = compare(study, &given);
+    let (table, picture) = (format!("{}.csv", study.name), format!("{}.png", study.name));
+    let described = described(&r);
+    write_file(folder.join(&table), true, &csv(study, &given, &described)?)?;
+    write_file(folder.join(&picture), true, &(options.picture)(study, &given)?)?;
+    let mut part = section(study, &given, &facts)?;
+    part += &format!(
+        "<details><summary>settings</summary>\n\n{}\n\n</details>\n\n",
+        header(study, &described).join("  \n")
+    );
+    let front = match given {
+        Given::Front(d) => Some(d),
+        Given::Table(_) => None,
+    };
+    Ok((
+        StudyReport {
+            name: study.name.clone(),
+            title: study.title.clone(),
+            reference: study.reference.clone(),
+            files: vec![table, picture],
+            facts,
+            front,
+            error: None,
+        },
+        part,
+    ))
+}

@@ -1,0 +1,305 @@
+//! Design search: the best parameters of a reflector for each value of one that costs.
+//!
+//! The front of cost against worth is found by the epsilon-constraint method (Haimes, Lasdon and Wismer
+//! 1971): the cost is held at each of its values, and the others are sought with the simplex of Nelder and
+//! Mead (1965) from several places, because a cross section has many local maxima. Points that another one
+//! beats in both are left out of the front. The same seed gives the same numbers.
+
+use super::file::Study;
+use super::outcome::{Quantity, Work, detection_range};
+use super::parameter::{Value, Values};
+use catseye::engine::Engine;
+use catseye::error::{Error, Result};
+use catseye::rng::philox4x32_10;
+use argmin::core::{CostFunction, Executor, State};
+use argmin::solver::neldermead::NelderMead;
+use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+
+/// What is to be large. The window is every point of the study's sweeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Goal {
+    /// Percentage of the window in which the marker is detected.
+    Coverage,
+    /// The least margin over the least detectable cross section in the window.
+    LeastMargin,
+    /// The least cross section in the window.
+    LeastRcs,
+    /// The largest distance of detection, in the worst of the other sweeps.
+    DetectionRange,
+}
+
+impl Goal {
+    pub fn needs_detection(self) -> bool {
+        self != Goal::LeastRcs
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Goal::Coverage => "coverage_percent",
+            Goal::LeastMargin => "least_margin_db",
+            Goal::LeastRcs => "least_rcs_dbsm",
+            Goal::DetectionRange => "detection_range_m",
+        }
+    }
+
+    pub fn label(self) -> &'static str {
+        match self {
+            Goal::Coverage => "share of the window in which the marker is detected (percent)",
+            Goal::LeastMargin => "least margin in the window (dB)",
+            Goal::LeastRcs => "least RCS in the window (dBsm)",
+            Goal::DetectionRange => "detection range in the worst direction (m)",
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    pub name: String,
+    pub min: f64,
+    pub max: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Search {
+    pub goal: Goal,
+    pub front: String,
+    pub front_values: Vec<f64>,
+    pub limits: Vec<Limit>,
+    pub starts: usize,
+    pub steps: u64,
+    pub seed: u64,
+}
+
+/// The best design for one value of the parameter that costs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Design {
+    pub cost: f64,
+    /// One for each limit, in its order.
+    pub parameters: Vec<f64>,
+    /// The goal.
+    pub worth: f64,
+    /// Designs tried.
+    pub tried: u64,
+}
+
+impl Design {
+    /// Whether no other design costs no more and is worth more, or costs less and is worth as much.
+    pub fn is_on_front(&self, all: &[Design]) -> bool {
+        self.worth.is_finite()
+            && !all.iter().any(|o| {
+                o.cost <= self.cost && o.worth >= self.worth && (o.cost < self.cost || o.worth > self.worth)
+            })
+    }
+}
+
+/// Goal and a smooth value that leads to it.
+#[derive(Debug, Clone, Copy)]
+struct Score {
+    worth: f64,
+    guide: f64,
+}
+
+/// What a search has found so far.
+#[derive(Debug, Default)]
+struct Found {
+    best: Option<(Vec<f64>, Score)>,
+    tried: u64,
+}
+
+struct Problem<'a> {
+    engine: &'a Engine,
+    study: &'a Study,
+    search: &'a Search,
+    cost: f64,
+    found: RefCell<Found>,
+    /// The first real failure; the optimiser has its own error type.
+    failed: RefCell<Option<Error>>,
+}
+
+impl Problem<'_> {
+    /// Parameters for a place in the unit cube; places outside are mirrored back into it.
+    fn parameters(&self, unit: &[f64]) -> Vec<f64> {
+        unit.iter()
+            .zip(&self.search.limits)
+            .map(|(u, l)| {
+                let folded = u.rem_euclid(2.0);
+                let inside = if folded > 1.0 { 2.0 - folded } else { folded };
+                // A millionth of the interval is finer than any workshop.
+                l.min + (l.max - l.min) * (inside * 1e6).round() / 1e6
+            })
+            .collect()
+    }
+
+    fn score(&self, parameters: &[f64]) -> Result<Score> {
+        let mut fixed: Values = self.study.fixed.clone();
+        fixed.insert(self.search.front.clone(), Value::Number(self.cost));
+        for (l, x) in self.search.limits.iter().zip(parameters) {
+            fixed.insert(l.name.clone(), Value::Number(*x));
+        }
+        let study = Study { fixed, ..self.study.clone() };
+        let quantity = match self.search.goal {
+            Goal::LeastRcs => Quantity::Rcs,
+            _ => Quantity::Margin,
+        };
+        let mut work = Work::collect(&study, study.points(), &|i| study.values_at(i))?;
+        let field = work.fields(self.engine, &study, &[quantity], None, &|_, _| {})?.remove(0);
+        let least = field.iter().copied().fold(f64::INFINITY, f64::min);
+        Ok(match self.search.goal {
+            Goal::LeastRcs | Goal::LeastMargin => Score { worth: least, guide: least },
+            Goal::Coverage => {
+                let n = field.len() as f64;
+                let worth = 100.0 * field.iter().filter(|m| **m >= 0.0).count() as f64 / n;
+                // What is missing, so that designs with equal coverage differ.
+                let missing = field.iter().map(|m| m.clamp(-60.0, 0.0)).sum::<f64>() / n;
+                Score { worth, guide: worth + 0.1 * missing }
+            }
+            Goal::DetectionRange => {
+                let worth = worst_range(&study, &field);
+                let mean = field.iter().map(|m| m.clamp(-60.0, 0.0)).sum::<f64>() / field.len() as f64;
+                Score { worth, guide: worth + 0.01 * mean }
+            }
+        })
+    }
+}
+
+/// Detection range along `longitudinal_m` in the worst of the other sweeps; 0 where nothing is detected.
+fn worst_range(study: &Study, margin: &[f64]) -> f64 {
+    let shape: Vec<usize> = study.sweeps.iter().map(|s| s.values.len()).collect();
+    let Some(axis) = study.sweeps.iter().position(|s| s.parameter == "longitudinal_m") else {
+        return f64::NAN;
+    };
+    let x: Vec<f64> = study.sweeps[axis]
+        .values
+        .iter()
+        .map(|v| match v {
+            Value::Number(x) => *x,
+            Value::Word(_) => f64::NAN,
+        })
+        .collect();
+    let inner: usize = shape[axis + 1..].iter().product();
+    let outer: usize = shape[..axis].iter().product();
+    let mut worst = f64::INFINITY;
+    for o in 0..outer {
+        for k in 0..inner {
+            let along: Vec<f64> = (0..x.len()).map(|j| margin[(o * x.len() + j) * inner + k]).collect();
+            let r = detection_range(&x, &along);
+            worst = worst.min(if r.is_nan() { 0.0 } else { r });
+        }
+    }
+    worst
+}
+
+/// A place in the unit cube, with the arithmetic that the simplex needs.
+#[derive(Debug, Clone)]
+struct Place(Vec<f64>);
+
+impl ArgminAdd<Place, Place> for Place {
+    fn add(&self, other: &Place) -> Place {
+        Place(self.0.iter().zip(&other.0).map(|(a, b)| a + b).collect())
+    }
+}
+
+impl ArgminSub<Place, Place> for Place {
+    fn sub(&self, other: &Place) -> Place {
+        Place(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
+    }
+}
+
+impl ArgminMul<f64, Place> for Place {
+    fn mul(&self, factor: &f64) -> Place {
+        Place(self.0.iter().map(|a| a * factor).collect())
+    }
+}
+
+impl CostFunction for &Problem<'_> {
+    type Param = Place;
+    type Output = f64;
+
+    fn cost(&self, unit: &Place) -> Result<f64, argmin::core::Error> {
+        let parameters = self.parameters(&unit.0);
+        match self.score(&parameters) {
+            Ok(score) => {
+                let mut found = self.found.borrow_mut();
+                found.tried += 1;
+                if found.best.as_ref().is_none_or(|b| score.guide > b.1.guide) {
+                    found.best = Some((parameters, score));
+                }
+                // A simplex cannot step on infinities.
+                Ok(-score.guide.clamp(-1e6, 1e6))
+            }
+            // A shape that the reflector's builder refuses is a bad design, not a failure.
+            Err(Error::Input(_)) => Ok(1e6),
+            Err(e) => {
+                let text = e.to_string();
+                self.failed.borrow_mut().get_or_insert(e);
+                Err(argmin::core::Error::msg(text))
+            }
+        }
+    }
+}
+
+/// The best design of `study` at `cost`.
+///
+/// # Errors
+/// What the engine says; no design that can be built.
+pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u32) -> Result<Design> {
+    let problem =
+        Problem { engine, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
+    let n = search.limits.len();
+    for start in 0..search.starts {
+        let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
+        // A simplex of a quarter of each interval, towards the inside.
+        let mut simplex = vec![Place(origin.clone())];
+        for i in 0..n {
+            let mut corner = origin.clone();
+            corner[i] += if corner[i] > 0.5 { -0.25 } else { 0.25 };
+            simplex.push(Place(corner));
+        }
+        let solver = NelderMead::new(simplex)
+            .with_sd_tolerance(1e-4)
+            .map_err(|e| Error::Failed(format!("the search cannot start: {e}")))?;
+        let run = Executor::new(&problem, solver).configure(|s| s.max_iters(search.steps)).run();
+        if let Some(e) = problem.failed.take() {
+            return Err(e);
+        }
+        run.map(|r| r.state.get_iter()).map_err(|e| Error::Failed(format!("the search failed: {e}")))?;
+    }
+    let Found { best, tried } = problem.found.into_inner();
+    let (parameters, score) = best.ok_or_else(|| {
+        Error::Failed(format!("no design with {} = {cost} within the limits can be built", search.front))
+    })?;
+    Ok(Design { cost, parameters, worth: score.worth, tried })
+}
+
+/// In 0..1, the same for the same seed and place.
+fn uniform(seed: u64, front: u32, start: u32, parameter: u32) -> f64 {
+    let word = philox4x32_10([front, start, parameter, 0x7365_6172], [seed as u32, (seed >> 32) as u32])[0];
+    f64::from(word) / 4_294_967_296.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn designs_that_another_one_beats_are_left_out() {
+        let d = |cost: f64, worth: f64| Design { cost, worth, parameters: vec![], tried: 1 };
+        let all = [d(1.0, 10.0), d(2.0, 9.0), d(3.0, 30.0), d(4.0, 30.0), d(5.0, f64::NAN), d(6.0, 31.0)];
+        let front: Vec<f64> = all.iter().filter(|x| x.is_on_front(&all)).map(|x| x.cost).collect();
+        assert_eq!(front, [1.0, 3.0, 6.0]);
+    }
+
+    #[test]
+    fn starts_differ_and_repeat() {
+        assert_eq!(uniform(1, 2, 3, 4), uniform(1, 2, 3, 4));
+        let mut all: Vec<u64> = (0..100).map(|i| uniform(7, 0, i, 0).to_bits()).collect();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 100);
+        assert!((0..100).all(|i| (0.0..1.0).contains(&uniform(7, 0, i, 0))));
+    }
+}

@@ -1,0 +1,233 @@
+//! The document's figures: the picture with its trapezoid and lines (1, 11, 13), the lane on the ground (2, 12, 14), the fits to a way
+//! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
+
+use super::{Sensors, Settings, Shown};
+use catseye::error::Result;
+use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
+use catseye_lane::score::TrueLanes;
+use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
+use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE};
+use crate::trial::report::Trial;
+use glam::DVec2;
+
+const YELLOW: Rgb = [250, 210, 0];
+const GREYS: usize = 64;
+
+pub(super) fn draw(settings: &Settings, shown: &[Shown], trial: &mut Trial) -> Result<()> {
+    let camera = settings.camera.camera();
+    let Ok(trapezoid) =
+        Trapezoid::of_ground(&camera, settings.seen_m[0], settings.seen_m[1], settings.half_width_m)
+    else {
+        return Ok(());
+    };
+    let main: Vec<&Shown> = shown
+        .iter()
+        .filter(|s| s.sensors == Sensors::Both && s.condition == settings.conditions[0])
+        .collect();
+    // The look that shows most: the parts joined, and as late as can be.
+    let Some(best) = main.iter().rev().find(|s| joined(s)).or(main.last()) else { return Ok(()) };
+    let title = format!("Picture at {:.1} s", best.time_s);
+    trial.pictures.push((
+        "picture".into(),
+        image_chart(&title, &best.image, &camera, &trapezoid, &best.insight, 2).draw()?,
+    ));
+    let title = format!("Lane at {:.1} s: camera, built middle, radar", best.time_s);
+    trial.pictures.push(("lane".into(), ground(&title, best, 760.0, 520.0, true).draw()?));
+    if let Some(chart) = fits(best) {
+        trial.pictures.push(("fits".into(), chart.draw()?));
+    }
+    let steps: Vec<Picture> = main
+        .iter()
+        .take(6)
+        .map(|s| ground(&format!("Step at {:.1} s", s.time_s), s, 430.0, 330.0, false).draw())
+        .collect::<Result<_>>()?;
+    if steps.len() > 1 {
+        trial.pictures.push(("steps".into(), Picture::sheet(&steps, 3)));
+    }
+    if settings.conditions.len() > 1 {
+        trial.pictures.push(("conditions".into(), conditions(settings, shown, best, &camera, &trapezoid)?));
+    }
+    Ok(())
+}
+
+fn joined(s: &Shown) -> bool {
+    s.insight.recognition.as_ref().is_some_and(|r| r.choice.is_some())
+}
+
+/// For each condition a row: the picture, and the lane by the camera, by both and by the radar, at the time of `best`.
+fn conditions(
+    settings: &Settings,
+    shown: &[Shown],
+    best: &Shown,
+    camera: &Camera,
+    trapezoid: &Trapezoid,
+) -> Result<Picture> {
+    let mut out = Vec::new();
+    for condition in &settings.conditions {
+        for (k, sensors) in Sensors::ALL.iter().enumerate() {
+            let at =
+                |s: &&Shown| s.time_s == best.time_s && s.condition == *condition && s.sensors == *sensors;
+            let Some(s) = shown.iter().find(at) else { continue };
+            if k == 0 {
+                let title = format!("{}, {:.1} s", condition.name(), s.time_s);
+                out.push(image_chart(&title, &s.image, camera, trapezoid, &s.insight, 3).draw()?);
+            }
+            let title = match &s.step.estimate.no_lane {
+                None => format!("{}: {}", condition.name(), sensors.name()),
+                Some(_) => format!("{}: {}, no lane", condition.name(), sensors.name()),
+            };
+            out.push(ground(&title, s, 330.0, 260.0, false).draw()?);
+        }
+    }
+    Ok(Picture::sheet(&out, 4))
+}
+
+/// The grey picture, every pixel `1 / coarse` of its side in the file, with the trapezoid and the lines that were found.
+fn image_chart(
+    title: &str,
+    image: &Image,
+    camera: &Camera,
+    trapezoid: &Trapezoid,
+    insight: &Insight,
+    coarse: usize,
+) -> Chart {
+    let (w, h) = (image.width_px(), image.height_px());
+    let (columns, rows) = (w / coarse, h / coarse);
+    let mut values = Vec::with_capacity(rows * columns);
+    for r in 0..rows {
+        for c in 0..columns {
+            let block = (0..coarse).flat_map(|k| &image.row(r * coarse + k)[c * coarse..(c + 1) * coarse]);
+            let mean = f64::from(block.sum::<f32>()) / (coarse * coarse) as f64;
+            // As screens show it.
+            values.push((mean.clamp(0.0, 1.0).powf(1.0 / 2.2) * (GREYS - 1) as f64).round());
+        }
+    }
+    let colours = (0..GREYS).map(|k| [(k * 255 / (GREYS - 1)) as u8; 3]).collect();
+    let (wide, high) = (w as f64, h as f64);
+    let mut chart =
+        Chart::new(title, Axis::new("u (px)", 0.0, wide), Axis::new("v (px)", 0.0, high).reversed());
+    let width = if coarse > 2 { 360.0 } else { 720.0 };
+    (chart.width, chart.height) = (width, width * high / wide);
+    chart.grid = false;
+    let ends = ((0.0, (columns * coarse) as f64), (0.0, (rows * coarse) as f64));
+    chart.layers.push(Layer::Classes { x: ends.0, y: ends.1, rows, columns, values, colours });
+    let t = trapezoid;
+    let corners = vec![
+        [t.top_u_px[0], t.top_v_px],
+        [t.top_u_px[1], t.top_v_px],
+        [t.bottom_u_px[1], t.bottom_v_px],
+        [t.bottom_u_px[0], t.bottom_v_px],
+        [t.top_u_px[0], t.top_v_px],
+    ];
+    let yellow = Pen::solid(YELLOW, 1.5);
+    chart.layers.push(Layer::Line { points: corners, pen: yellow });
+    let green = Pen::solid(OTHER, 2.0);
+    for line in insight.near.iter().flat_map(|n| [&n.left, &n.right]).flatten() {
+        let points = line.curve.samples(40, 0.0).into_iter();
+        let points = points.filter_map(|p| camera.pixel_from_ground(p).ok()).map(|p| p.to_array()).collect();
+        chart.layers.push(Layer::Line { points, pen: green });
+    }
+    chart.key("trapezoid", Symbol::Line(yellow));
+    if insight.near.is_some() {
+        chart.key("lane lines found", Symbol::Line(green));
+    }
+    chart
+}
+
+/// Bounds that hold the lane and the ways.
+fn bounds(truth: &TrueLanes, insight: &Insight) -> ([f64; 2], [f64; 2]) {
+    let reach = truth.range_m[1];
+    let near = |p: &DVec2| p.x > -5.0 && p.length() < 1.3 * reach;
+    let lines = truth.lines.iter().flatten().map(|p| DVec2::from_array(*p)).filter(near);
+    let ways = insight.ways.iter().flat_map(|w| w.points_m.iter().copied()).filter(near);
+    let (mut lo, mut hi) = (DVec2::new(0.0, -6.0), DVec2::new(30.0, 6.0));
+    for p in lines.chain(ways) {
+        (lo, hi) = (lo.min(p), hi.max(p));
+    }
+    ([lo.x, hi.x + 2.0], [lo.y - 2.0, hi.y + 2.0])
+}
+
+/// The lane from above; `key` for a legend.
+fn ground(title: &str, s: &Shown, width: f64, height: f64, key: bool) -> Chart {
+    let (truth, insight) = (&s.step.truth, &s.insight);
+    let (x, y) = bounds(truth, insight);
+    let mut chart =
+        Chart::new(title, Axis::new("x forward (m)", x[0], x[1]), Axis::new("y left (m)", y[0], y[1]))
+            .equal_scale(width, height);
+    let grey = Pen::solid(TRUE, 3.0);
+    for line in &truth.lines {
+        chart.layers.push(Layer::Line { points: line.clone(), pen: grey });
+    }
+    let mut any_way = false;
+    for way in &insight.ways {
+        let points = way.points_m.iter().map(DVec2::to_array).collect();
+        chart.layers.push(Layer::Marks {
+            points,
+            mark: Mark::Dot { radius: 2.0 },
+            paint: Paint::Fixed(SEEN),
+        });
+        any_way = true;
+    }
+    let pen = |part: Part| match part {
+        Part::Camera => Pen::solid(OTHER, 2.0),
+        Part::Middle => Pen::dashed(FOUND, 2.0, [7.0, 4.0]),
+        Part::Radar => Pen::solid(SEEN, 2.0),
+    };
+    if let Some(r) = insight.recognition.as_ref().filter(|_| s.step.estimate.no_lane.is_none()) {
+        for points in [&r.left_m, &r.right_m] {
+            let mut from = 0;
+            for i in 1..=points.len() {
+                if i == points.len() || r.parts[i] != r.parts[from] {
+                    // On to the next part's first point, so that no gap shows.
+                    let to = (i + 1).min(points.len());
+                    let part = points[from..to].iter().map(DVec2::to_array).collect();
+                    chart.layers.push(Layer::Line { points: part, pen: pen(r.parts[from]) });
+                    from = i;
+                }
+            }
+        }
+    }
+    if key {
+        chart.key("true lines", Symbol::Line(grey));
+        chart.key("camera", Symbol::Line(pen(Part::Camera)));
+        chart.key("built middle", Symbol::Line(pen(Part::Middle)));
+        chart.key("radar", Symbol::Line(pen(Part::Radar)));
+        if any_way {
+            chart.key("tracks of cars ahead", Symbol::Mark(DOT, SEEN));
+        }
+    }
+    chart
+}
+
+/// A way with its parabola and its spline, in the way's own frame: along it and across it, which is drawn larger.
+fn fits(s: &Shown) -> Option<Chart> {
+    let way = s.insight.ways.iter().max_by_key(|w| w.points_m.len())?;
+    let c = compare_fits(&way.points_m, 5).ok()?;
+    let e = DVec2::from_angle(c.parabola.axis_rad);
+    let own = |p: DVec2| [(p - c.parabola.origin_m).dot(e), (p - c.parabola.origin_m).dot(e.perp())];
+    let points: Vec<[f64; 2]> = way.points_m.iter().map(|p| own(*p)).collect();
+    let [a, b] = c.parabola.span_m;
+    let along = (0..=100).map(|i| a + (b - a) * f64::from(i) / 100.0);
+    let parabola: Vec<[f64; 2]> = along.clone().map(|u| own(c.parabola.point(u))).collect();
+    let spline: Vec<[f64; 2]> = along.map(|u| own(c.spline.point(u))).collect();
+    let all = || points.iter().chain(&parabola).chain(&spline);
+    let most = all().map(|p| p[1].abs()).fold(0.05, f64::max);
+    let title = format!(
+        "Way of a car ahead: left-out errors {:.3} m (parabola), {:.3} m (B-spline)",
+        c.parabola_left_out_rms_m, c.spline_left_out_rms_m
+    );
+    let mut chart = Chart::new(
+        title,
+        Axis::new("along the way (m)", a - 1.0, b + 1.0),
+        Axis::new("across (m)", -1.2 * most, 1.2 * most),
+    );
+    (chart.width, chart.height) = (680.0, 330.0);
+    let (red, green) = (Pen::solid(FOUND, 2.0), Pen::solid(OTHER, 2.0));
+    chart.layers.push(Layer::Line { points: spline, pen: green });
+    chart.layers.push(Layer::Line { points: parabola, pen: red });
+    chart.layers.push(Layer::Marks { points, mark: DOT, paint: Paint::Fixed(SEEN) });
+    chart.key("track", Symbol::Mark(DOT, SEEN));
+    chart.key("parabola, least squares", Symbol::Line(red));
+    chart.key("cubic B-spline", Symbol::Line(green));
+    Some(chart)
+}

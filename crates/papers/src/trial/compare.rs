@@ -1,0 +1,570 @@
+//! `catseye lane compare`: all methods on the same drives. Each radar's frame is simulated once; what it gives, and what the vehicle's
+//! other sensors give, goes to every method that takes it. Lines are judged against the two lines of the vehicle's own lane, or against
+//! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
+//! markers) is no mistake.
+
+use super::drive::Drive;
+use super::report::{Row, Sheet, Step, Trial, mean_of_runs, number, rms_of_runs};
+use super::road_shape::Edges;
+use super::run::{LaneTable, Method, RunOptions, RunReport, Workshop, scenario};
+use super::sensors::{Bus, OwnedLook, Pursuit, Seen, lane_points};
+use super::{Given, pictures};
+use catseye::simulate::Frame;
+use catseye::engine::Engine;
+use catseye::error::{BadInput, Error, Result};
+use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
+use catseye_lane::{LaneEstimate, LaneEstimator};
+use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
+use catseye::road::site::Site;
+use catseye::scene::scenario::Scenario;
+use catseye::scene::waveform::Waveform;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Of the vehicle's bus.
+pub(super) const SPEED_STD_MPS: f64 = 0.1;
+const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
+
+/// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
+pub(super) type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedLook) -> Result<()>>;
+
+/// What a method is to find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Finds {
+    /// The two lines of the vehicle's own lane.
+    OwnLines,
+    /// The barriers that bound the road: lines, offset, heading and curvature are theirs.
+    RoadEdges,
+}
+
+/// A method that is ready to drive.
+pub(super) struct Rival {
+    pub estimator: Box<dyn LaneEstimator + Send>,
+    pub finds: Finds,
+    /// Radar whose frames it takes.
+    pub radar: Option<usize>,
+    /// Points of that radar's detector go to it.
+    pub points: bool,
+    /// Tracks of what moves, from that radar.
+    pub tracks: bool,
+    pub sense: Option<Sense>,
+}
+
+impl Rival {
+    /// One that takes the points of a radar.
+    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> Rival {
+        Rival {
+            estimator: Box::new(estimator),
+            finds: Finds::OwnLines,
+            radar: Some(radar),
+            points: true,
+            tracks: false,
+            sense: None,
+        }
+    }
+}
+
+/// A method as a comparison drives it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Entrant {
+    pub method: Method,
+    /// Sensors and light, for a method that drives with several; empty otherwise.
+    pub variant: String,
+}
+
+impl Entrant {
+    /// As tables name it.
+    pub fn name(&self) -> String {
+        match self.variant.as_str() {
+            "" => self.method.name().into(),
+            variant => format!("{} ({variant})", self.method.name()),
+        }
+    }
+
+    /// Its folder.
+    fn file_name(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        match self.variant.as_str() {
+            "" => self.method.name().into(),
+            variant => {
+                format!("{}_{}", self.method.name(), variant.replace(", ", "_")).chars().map(plain).collect()
+            }
+        }
+    }
+}
+
+/// A step as it is kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Kept {
+    frame: u32,
+    estimate: LaneEstimate,
+    truth: TrueLanes,
+    score: Score,
+    seconds: f64,
+}
+
+/// Of one method on one drive: its steps, or why it cannot take the scenario.
+type Course = std::result::Result<Vec<Kept>, String>;
+
+/// The first radar with chirps and directions.
+pub(super) fn chirp_radar(given: &Given<'_>) -> Result<usize> {
+    let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
+    let radars = &given.scenario.radars;
+    radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1).ok_or_else(|| {
+        BadInput::new("no radar of the scenario has chirps and several channels")
+            .file(given.path)
+            .key("radar")
+            .remedy("add one, as in radar = \"feng77\"")
+            .into()
+    })
+}
+
+/// A method after a drive, with the looks that it was given.
+pub struct Driven {
+    pub entrant: Entrant,
+    pub estimator: Box<dyn LaneEstimator + Send>,
+    pub looks: Vec<OwnedLook>,
+}
+
+/// The first drive of a scenario file: every method that can take it, with its looks.
+///
+/// Errors: those of the file.
+pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> {
+    let table = LaneTable::load(path)?;
+    let mut scenario = Scenario::load(path)?;
+    scenario.frames.count = frames;
+    let given = Given { scenario: &scenario, path, engine, runs: 1, keep: None, watch: &|_, _| {} };
+    let mut looks: BTreeMap<Entrant, Vec<OwnedLook>> = BTreeMap::new();
+    let mut told =
+        |entrant: &Entrant, look: &OwnedLook| looks.entry(entrant.clone()).or_default().push(look.clone());
+    let (rivals, _) = drive_once(&given, &table, 0, &mut told, &mut || {})?;
+    Ok(rivals
+        .into_iter()
+        .map(|(entrant, rival)| {
+            let looks = looks.remove(&entrant).unwrap_or_default();
+            Driven { entrant, estimator: rival.estimator, looks }
+        })
+        .collect())
+}
+
+/// One drive with all methods. `seen` is called with each look, `told` after each frame.
+fn drive_once(
+    given: &Given<'_>,
+    table: &LaneTable,
+    run: u32,
+    seen: &mut dyn FnMut(&Entrant, &OwnedLook),
+    told: &mut dyn FnMut(),
+) -> Result<(BTreeMap<Entrant, Rival>, BTreeMap<Entrant, Course>)> {
+    let site = Site::new(&given.scenario_of(run))?;
+    let drive = Drive::new(&site, given.engine)?;
+    let mut rivals = BTreeMap::new();
+    let mut out: BTreeMap<Entrant, Course> = BTreeMap::new();
+    for method in Method::ALL {
+        match table.rivals(method, given, &drive, run) {
+            Ok(found) => {
+                for (variant, rival) in found {
+                    let entrant = Entrant { method, variant };
+                    rivals.insert(entrant.clone(), rival);
+                    out.insert(entrant, Ok(Vec::new()));
+                }
+            }
+            // What a scenario lacks for a method is a result; what is wrong with a file or a device is not.
+            Err(Error::Input(why)) => {
+                out.insert(
+                    Entrant { method, variant: String::new() },
+                    Err(why.problem.clone() + &why.remedy.map_or(String::new(), |r| format!(" ({r})"))),
+                );
+            }
+            Err(e) => return Err(e),
+        }
+    }
+    let scenario = &site.scenario;
+    let edges = Edges::of(&site.scene, site.road.as_ref());
+    let mut bus = Bus::new(scenario.seed, SPEED_STD_MPS, 0.0, YAW_RATE_STD_DEG_PER_S.to_radians());
+    let mut pursuits: BTreeMap<usize, Pursuit> = BTreeMap::new();
+    for index in 0..drive.frames() {
+        let time_s = drive.time_s(index);
+        let level = drive.level(time_s);
+        let read = bus.read(&level);
+        let base = OwnedLook {
+            time_s,
+            speed_mps: Some(read.0),
+            yaw_rate_rad_per_s: Some(read.1),
+            ..OwnedLook::default()
+        };
+        let mut frames: BTreeMap<usize, (Frame, Vec<Seen>)> = BTreeMap::new();
+        let mut tracks = BTreeMap::new();
+        for rival in rivals.values() {
+            let Some(which) = rival.radar else { continue };
+            if let std::collections::btree_map::Entry::Vacant(free) = frames.entry(which) {
+                let frame = drive.frame(which, index)?;
+                let seen = frame.points.iter().filter_map(Seen::of).collect();
+                free.insert((frame, seen));
+            }
+            if rival.tracks && !tracks.contains_key(&which) {
+                let pursuit = match pursuits.entry(which) {
+                    std::collections::btree_map::Entry::Occupied(o) => o.into_mut(),
+                    std::collections::btree_map::Entry::Vacant(v) => v.insert(Pursuit::new()?),
+                };
+                let seen = &frames[&which].1;
+                tracks.insert(which, pursuit.step(scenario, drive.radar(which), index, seen, read)?);
+            }
+        }
+        let truth = own_lines(&drive, &edges, time_s);
+        let bounds = TrueLanes { also: truth.also.clone(), ..edges.truth(&level, RANGE_M) };
+        for (entrant, rival) in &mut rivals {
+            let mut look = base.clone();
+            let frame = rival.radar.and_then(|w| frames.get(&w));
+            if let (true, Some(which), Some((_, seen))) = (rival.points, rival.radar, frame) {
+                look.points = lane_points(drive.radar(which), seen);
+            }
+            if let (true, Some(which)) = (rival.tracks, rival.radar) {
+                look.tracks = tracks.get(&which).cloned().unwrap_or_default();
+            }
+            if let Some(sense) = &mut rival.sense {
+                sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
+            }
+            seen(entrant, &look);
+            let clock = Instant::now();
+            let estimate = rival.estimator.estimate(&look.look());
+            let seconds = clock.elapsed().as_secs_f64();
+            let truth = match rival.finds {
+                Finds::OwnLines => &truth,
+                Finds::RoadEdges => &bounds,
+            };
+            let score = score(&estimate, truth);
+            if let Some(Ok(course)) = out.get_mut(entrant) {
+                course.push(Kept { frame: index, estimate, truth: truth.clone(), score, seconds });
+            }
+        }
+        told();
+    }
+    Ok((rivals, out))
+}
+
+/// Distances within which lines are judged, m.
+const RANGE_M: [f64; 2] = [5.0, 40.0];
+
+/// The lines of the vehicle's own lane, and beside them all else that is a true line of the road.
+fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {
+    let all = drive.truth(time_s, RANGE_M);
+    // Radars and cameras look ahead: what lies behind is not to be found.
+    let ahead = |line: &Vec<[f64; 2]>| line.iter().copied().filter(|p| p[0] > 0.0).collect::<Vec<_>>();
+    let pick = |i: Option<usize>| i.and_then(|i| all.lines.get(i)).map(ahead);
+    let lines: Vec<Vec<[f64; 2]>> = all.own.iter().filter_map(|i| pick(*i)).collect();
+    let own = match (all.own[0], all.own[1]) {
+        (Some(_), Some(_)) => [Some(0), Some(1)],
+        (Some(_), None) => [Some(0), None],
+        (None, Some(_)) => [None, Some(0)],
+        _ => [None, None],
+    };
+    let mut also = all.lines.clone();
+    also.extend(drive.rows(time_s).into_iter().map(|r| r.1));
+    let near = edges.near(&drive.level(time_s), RANGE_M[1] + 20.0);
+    also.extend(near.sides.into_iter().flatten());
+    TrueLanes { lines, own, also, ..all }
+}
+
+/// What the table says of a method on a scenario.
+#[derive(Debug, Clone, Serialize)]
+struct Standing {
+    scenario: String,
+    entrant: Entrant,
+    /// Why there is nothing.
+    cannot: Option<String>,
+    looks: usize,
+    /// Mean and half of the 95 % interval over runs.
+    found_percent: Option<Figure>,
+    precision_percent: Option<Figure>,
+    recall_percent: Option<Figure>,
+    f1_percent: Option<Figure>,
+    lateral_m: [Option<Figure>; 4],
+    offset_m: Option<Figure>,
+    heading_deg: Option<Figure>,
+    curvature_per_m: Option<Figure>,
+    lane_percent: Option<Figure>,
+    /// The reason that was given most often where no lane was stated.
+    reason: Option<String>,
+}
+
+fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String>) -> Standing {
+    let percent = |of: &dyn Fn(&Step) -> Option<f64>| {
+        let v: Vec<f64> = mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect();
+        Figure::of(&v)
+    };
+    let rms = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&rms_of_runs(steps, of));
+    let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
+    for why in steps.iter().filter_map(|s| s.estimate.no_lane.as_ref()) {
+        *reasons.entry(why.to_string()).or_default() += 1;
+    }
+    Standing {
+        scenario: name.into(),
+        entrant: entrant.clone(),
+        cannot,
+        looks: steps.len(),
+        found_percent: percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
+        precision_percent: percent(&|s| s.score.precision),
+        recall_percent: percent(&|s| s.score.recall),
+        f1_percent: percent(&|s| s.score.f1),
+        lateral_m: std::array::from_fn(|k| rms(&|s| s.score.lateral_m[k])),
+        offset_m: rms(&|s| s.score.offset_error_m),
+        heading_deg: rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
+        curvature_per_m: rms(&|s| s.score.curvature_error_per_m),
+        lane_percent: percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+        reason: reasons.into_iter().max_by_key(|r| r.1).map(|r| r.0),
+    }
+}
+
+fn shown(figure: Option<Figure>) -> String {
+    match figure {
+        None => "–".into(),
+        Some(f) if f.half.is_finite() => format!("{} ± {}", number(Some(f.mean)), number(Some(f.half))),
+        Some(f) => number(Some(f.mean)),
+    }
+}
+
+const HEADS: [&str; 13] = [
+    "scenario",
+    "method",
+    "looks with a lane, %",
+    "precision, %",
+    "recall, %",
+    "F1, %",
+    "at 10 m, m",
+    "at 20 m, m",
+    "at 40 m, m",
+    "offset, m",
+    "heading, deg",
+    "curvature, 1/km",
+    "lane number, %",
+];
+
+fn cells(s: &Standing) -> Vec<String> {
+    let per_km = s.curvature_per_m.map(|f| Figure { mean: 1e3 * f.mean, half: 1e3 * f.half, ..f });
+    let mut out = vec![s.scenario.clone(), s.entrant.name()];
+    let figures = [
+        s.found_percent,
+        s.precision_percent,
+        s.recall_percent,
+        s.f1_percent,
+        s.lateral_m[0],
+        s.lateral_m[1],
+        s.lateral_m[2],
+        s.offset_m,
+        s.heading_deg,
+        per_km,
+        s.lane_percent,
+    ];
+    out.extend(figures.map(shown));
+    out
+}
+
+fn markdown(standings: &[Standing]) -> String {
+    let mut out = format!("| {} |\n|{}\n", HEADS.join(" | "), "---|".repeat(HEADS.len()));
+    for s in standings {
+        match &s.cannot {
+            None => out += &format!("| {} |\n", cells(s).join(" | ")),
+            Some(why) => {
+                out +=
+                    &format!("| {} | {} | cannot: {why} |{}\n", s.scenario, s.entrant.name(), " |".repeat(10))
+            }
+        }
+    }
+    out
+}
+
+fn sheet(standings: &[Standing]) -> Sheet {
+    let mut sheet = Sheet::new("compare", &["scenario", "method", "cannot", "looks"]);
+    let mut names: Vec<String> =
+        ["found_percent", "precision_percent", "recall_percent", "f1_percent"].map(String::from).into();
+    names.extend(DISTANCES_M.map(|d| format!("lateral_{d}_m")));
+    names.extend(["offset_m", "heading_deg", "curvature_per_m", "lane_percent"].map(String::from));
+    for n in &names {
+        sheet.columns.extend([n.clone(), format!("{n}_half")]);
+    }
+    sheet.columns.push("reason".into());
+    for s in standings {
+        let mut row = vec![
+            s.scenario.clone(),
+            s.entrant.name(),
+            s.cannot.clone().unwrap_or_default(),
+            s.looks.to_string(),
+        ];
+        let figures = [s.found_percent, s.precision_percent, s.recall_percent, s.f1_percent]
+            .into_iter()
+            .chain(s.lateral_m)
+            .chain([s.offset_m, s.heading_deg, s.curvature_per_m, s.lane_percent]);
+        for f in figures {
+            let text =
+                |v: Option<f64>| v.filter(|v| v.is_finite()).map_or(String::new(), |v| format!("{v:.6}"));
+            row.extend([text(f.map(|f| f.mean)), text(f.map(|f| f.half))]);
+        }
+        row.push(s.reason.clone().unwrap_or_default());
+        sheet.rows.push(row);
+    }
+    sheet
+}
+
+/// F1 of each method on each scenario, with intervals.
+fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
+    let entrants: Vec<&Entrant> =
+        standings.iter().map(|s| &s.entrant).collect::<BTreeSet<_>>().into_iter().collect();
+    let names = entrants.iter().enumerate().map(|(i, e)| (i as f64, e.name()));
+    let x = Axis::new("F1 (%)", 0.0, 105.0);
+    // The first on top.
+    let y = Axis::new("", entrants.len() as f64 - 0.4, -0.6).named(names);
+    let mut chart = Chart::new("F1 of the own lane's lines within 0.3 m", x, y);
+    let step = 0.6 / scenarios.len().max(1) as f64;
+    for (k, name) in scenarios.iter().enumerate() {
+        let pen = curve_pen(k);
+        let mut dots = Vec::new();
+        for s in standings.iter().filter(|s| s.scenario == *name) {
+            let place = entrants.iter().position(|e| **e == s.entrant).unwrap_or(0) as f64;
+            let at = place + step * (k as f64 - 0.5 * (scenarios.len() as f64 - 1.0));
+            if let Some(f) = s.f1_percent {
+                let half = if f.half.is_finite() { f.half } else { 0.0 };
+                // A share is no more than all of it.
+                let bar = vec![[(f.mean - half).max(0.0), at], [(f.mean + half).min(100.0), at]];
+                chart.layers.push(Layer::Line { points: bar, pen: Pen::solid(pen.colour, 2.0) });
+                dots.push([f.mean, at]);
+            }
+        }
+        let mark = Mark::Dot { radius: 4.0 };
+        chart.layers.push(Layer::Marks { points: dots, mark, paint: Paint::Fixed(pen.colour) });
+        chart.key(name.clone(), Symbol::Mark(mark, pen.colour));
+    }
+    chart
+}
+
+/// Compares all methods on scenario files, into `out`. An interrupted comparison goes on when the same is asked for again.
+///
+/// Errors: those of the files. A scenario that a method cannot take is no error: the table says what it lacks.
+pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_>) -> Result<RunReport> {
+    let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    let loaded =
+        paths.iter().map(|p| Ok((LaneTable::load(p)?, scenario(p, o)?))).collect::<Result<Vec<_>>>()?;
+    let shop = Workshop::open("lane compare", &paths, engine, out, o)?;
+    let all: u64 = loaded
+        .iter()
+        .map(|(t, s)| u64::from(o.runs.or(t.runs).unwrap_or(1)) * u64::from(s.frames.count))
+        .sum();
+    let mut done = 0;
+    let mut standings = Vec::new();
+    let mut names: Vec<String> = Vec::new();
+    let mut trial = Trial::new("compare", "Lane methods on the same drives");
+    let mut timed: BTreeMap<String, Trial> = BTreeMap::new();
+    for (number, ((table, scenario), path)) in loaded.iter().zip(&paths).enumerate() {
+        let name = match names.contains(&scenario.name) {
+            false => scenario.name.clone(),
+            true => format!("{} ({})", scenario.name, number + 1),
+        };
+        let runs = o.runs.or(table.runs).unwrap_or(1);
+        let mut courses: BTreeMap<Entrant, Vec<(u32, Course)>> = BTreeMap::new();
+        for run in 0..runs {
+            let given = Given { scenario, path, engine, runs, keep: Some(shop.keep.clone()), watch: o.watch };
+            let before = done;
+            let made: Vec<(Entrant, Course)> = given.kept(&format!("scenario{number}_run{run}"), || {
+                // Frames of a drive that is part of preparing a method are not told.
+                let inner = Given { watch: &|_, _| {}, keep: None, scenario, path, engine, runs };
+                let mut told = || {
+                    done += 1;
+                    (o.watch)(done, all);
+                };
+                let (_, courses) = drive_once(&inner, table, run, &mut |_, _| {}, &mut told)?;
+                Ok(courses.into_iter().collect())
+            })?;
+            done = before + u64::from(scenario.frames.count);
+            (o.watch)(done, all);
+            for (entrant, course) in made {
+                courses.entry(entrant).or_default().push((run, course));
+            }
+        }
+        let mut middle: Vec<(Entrant, Kept)> = Vec::new();
+        for (entrant, of_entrant) in courses {
+            let mut steps = Vec::new();
+            let mut cannot = None;
+            for (run, course) in of_entrant {
+                match course {
+                    Err(why) => cannot = Some(why),
+                    Ok(kept) => {
+                        if run == 0
+                            && let Some(k) = kept.get(kept.len() / 2)
+                        {
+                            middle.push((entrant.clone(), k.clone()));
+                        }
+                        steps.extend(kept.into_iter().map(|k| Step {
+                            run,
+                            frame: k.frame,
+                            estimate: k.estimate,
+                            truth: k.truth,
+                            score: k.score,
+                            seconds: k.seconds,
+                        }));
+                    }
+                }
+            }
+            let s = standing(&name, &entrant, &steps, cannot);
+            if s.cannot.is_none() {
+                let figure = |quantity: &str, unit: &str, f: Option<Figure>| {
+                    let half = f.map(|f| f.half).filter(|h| h.is_finite());
+                    let quantity = format!("{name}, {}: {quantity}", entrant.name());
+                    Row { half, ..Row::new(quantity, unit, f.map(|f| f.mean)) }
+                };
+                trial.rows.push(figure("F1 within 0.3 m", "%", s.f1_percent));
+                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.lateral_m[1]));
+            }
+            standings.push(s);
+            timed.entry(entrant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
+            let mut own = Trial::new(entrant.method.name(), format!("{name}: {}", entrant.name()));
+            own.steps = steps;
+            if !own.steps.is_empty() {
+                own.rows = super::report::common_rows(&own.steps);
+                let folder = shop.path().join(format!("{}_{}", number + 1, entrant.file_name()));
+                std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+                own.write(&folder)?;
+            }
+        }
+        // One line for each method; those of a method with several variants beside each other.
+        let several = |e: &Entrant| middle.iter().filter(|m| m.0.method == e.method).count() > 1;
+        let first = |e: &Entrant| middle.iter().find(|m| m.0.method == e.method).is_some_and(|m| m.0 == *e);
+        let of: [(&str, Vec<&(Entrant, Kept)>); 2] = [
+            ("lanes", middle.iter().filter(|m| first(&m.0)).collect()),
+            ("variants", middle.iter().filter(|m| several(&m.0)).collect()),
+        ];
+        for (file, shown) in of {
+            let shown: Vec<_> = shown.iter().map(|(e, k)| (e.name(), &k.estimate, &k.truth)).collect();
+            if !shown.is_empty() {
+                let chart = pictures::all_methods(&name, &shown);
+                trial.pictures.push((format!("{file}_{}", number + 1), chart.draw()?));
+            }
+        }
+        names.push(name);
+    }
+    trial.rows.retain(|r| r.ours.is_some());
+    trial.notes.push(markdown(&standings));
+    for s in standings.iter().filter(|s| s.reason.is_some()) {
+        let share = s.found_percent.map_or(0.0, |f| 100.0 - f.mean);
+        trial.notes.push(format!(
+            "{}, {}: no lane in {}% of looks, most often: {}.",
+            s.scenario,
+            s.entrant.name(),
+            number(Some(share)),
+            s.reason.clone().unwrap_or_default()
+        ));
+    }
+    trial.sheets.push(sheet(&standings));
+    trial.pictures.insert(0, ("f1".into(), chart(&standings, &names).draw()?));
+    trial.write(shop.path())?;
+    let trials: Vec<(String, &Trial)> = timed.iter().map(|(k, v)| (k.clone(), v)).collect();
+    let seed = loaded.first().map_or(0, |l| l.1.seed);
+    let folder = shop.finish(engine, "lane compare", (seed, o.runs.unwrap_or(0)), &paths, &trials)?;
+    Ok(RunReport {
+        folder,
+        method: "compare".into(),
+        title: trial.title,
+        rows: trial.rows,
+        notes: trial.notes,
+    })
+}

@@ -1,0 +1,309 @@
+//! A scenario frame by frame, and what is true of its road, both as lane estimators see them: in the vehicle's level frame, x forward,
+//! y left, the origin on the road under the vehicle's reference point.
+
+use catseye::cpu::adc::synthesis::Control;
+use catseye::simulate::{Frame, Prepared};
+use catseye::detect::ego_motion::Radial;
+use catseye::detect::points::Point;
+use catseye::detect::tracker::Track;
+use catseye::engine::Engine;
+use catseye::error::Result;
+use catseye_lane::score::TrueLanes;
+use catseye_lane::{LanePoint, LaneTrack};
+use catseye::road::labels::{Polyline, RoadTruth};
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::scene::waveform::Waveform;
+use glam::{DVec2, DVec3};
+
+/// A point is never taken to be more certain in angle than this, rad: arrays are not calibrated better.
+const LEAST_AZIMUTH_STD_RAD: f64 = 1e-3;
+/// A line this much farther than a lane is wide is not the vehicle's.
+const WIDEST_LANE_M: f64 = 8.0;
+
+/// A scenario that is driven.
+pub struct Drive<'a> {
+    pub site: &'a Site,
+    engine: &'a Engine,
+    prepared: Prepared<'a>,
+}
+
+/// Where the vehicle is and how it moves, in the world's plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    pub at_m: DVec2,
+    pub heading_rad: f64,
+    pub speed_mps: f64,
+    pub yaw_rate_rad_per_s: f64,
+}
+
+impl Level {
+    pub fn from_world(&self, p: DVec2) -> DVec2 {
+        DVec2::from_angle(-self.heading_rad).rotate(p - self.at_m)
+    }
+
+    pub fn to_world(&self, p: DVec2) -> DVec2 {
+        self.at_m + DVec2::from_angle(self.heading_rad).rotate(p)
+    }
+}
+
+impl<'a> Drive<'a> {
+    /// Errors: surfaces that cannot be cut.
+    pub fn new(site: &'a Site, engine: &'a Engine) -> Result<Drive<'a>> {
+        Ok(Drive { site, engine, prepared: Prepared::new(&site.scenario, &site.scene)? })
+    }
+
+    /// Frame `index` of radar number `which`, through the whole chain.
+    pub fn frame(&self, which: usize, index: u32) -> Result<Frame> {
+        self.prepared.frame(self.engine, which, index, Control::default())
+    }
+
+    pub fn engine(&self) -> &'a Engine {
+        self.engine
+    }
+
+    pub fn frames(&self) -> u32 {
+        self.site.scenario.frames.count
+    }
+
+    pub fn time_s(&self, index: u32) -> f64 {
+        self.site.scenario.frames.time_s(index)
+    }
+
+    pub fn radar(&self, which: usize) -> &Radar {
+        &self.site.scenario.radars[which]
+    }
+
+    pub fn level(&self, time_s: f64) -> Level {
+        level(&self.site.scenario.ego.at(time_s))
+    }
+
+    /// The lines of the road that the vehicle drives on, and its lane, as true at that time; lines are to be found between the
+    /// distances `range_m`. Empty where the scene has no road.
+    pub fn truth(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
+        match &self.site.road {
+            Some(road) => true_lanes(road, &self.level(time_s), range_m),
+            None => TrueLanes { range_m, ..TrueLanes::default() },
+        }
+    }
+
+    /// As [`Drive::truth`], with the rows of markers as the lines.
+    pub fn truth_of_rows(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
+        let level = self.level(time_s);
+        let lines = self.rows(time_s).into_iter().map(|(_, row)| row).filter(|r| r.len() > 1).collect();
+        let lane = self.truth(time_s, range_m);
+        with_own(TrueLanes { lines, ..lane }, &level)
+    }
+
+    /// Rows of markers with their names, in the level frame at that time.
+    pub fn rows(&self, time_s: f64) -> Vec<(String, Vec<[f64; 2]>)> {
+        let level = self.level(time_s);
+        let place = |p: [f64; 3]| level.from_world(DVec2::new(p[0], p[1])).to_array();
+        self.site
+            .road
+            .iter()
+            .flat_map(|r| &r.marker_rows)
+            .map(|row| (row.name.clone(), row.markers.iter().map(|m| place(m.position_m)).collect()))
+            .collect()
+    }
+
+    /// The points of a frame as lane estimators take them. Points without an angle are left out.
+    pub fn points(&self, frame: &Frame) -> Vec<LanePoint> {
+        frame.points.iter().filter_map(|p| lane_point(self.radar(frame.radar), p)).collect()
+    }
+}
+
+fn level(now: &catseye::scene::motion::Moving) -> Level {
+    let ahead = now.rotation * DVec3::X;
+    let heading = DVec2::new(ahead.x, ahead.y).normalize_or(DVec2::X);
+    Level {
+        at_m: now.translation_m.truncate(),
+        heading_rad: heading.y.atan2(heading.x),
+        speed_mps: now.velocity_mps.truncate().dot(heading),
+        yaw_rate_rad_per_s: now.spin_rad_per_s.z,
+    }
+}
+
+/// A radar's point in the vehicle's level frame, by the radar's mounting; None where it has no angle.
+pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
+    let azimuth_std_rad = p.std.azimuth_rad?.max(LEAST_AZIMUTH_STD_RAD);
+    let at = radar.mounting.point(p.position_m);
+    let from = at - radar.mounting.translation_m;
+    let ground_m = from.truncate().length();
+    Some(LanePoint {
+        at_m: [at.x, at.y],
+        std_m: [p.std.range_m, ground_m * azimuth_std_rad],
+        range_rate_mps: p.range_rate_mps,
+        range_rate_std_mps: p.std.range_rate_mps,
+        range_m: p.range_m,
+        azimuth_rad: from.y.atan2(from.x),
+        rcs_dbsm: p.rcs_dbsm,
+        snr_db: p.snr_db,
+    })
+}
+
+/// Range rates as the ego-motion fit takes them, in the radar's own frame.
+pub fn radials(points: &[Point], radar: usize) -> Vec<Radial> {
+    points
+        .iter()
+        .map(|p| Radial {
+            azimuth_rad: p.azimuth_rad,
+            elevation_rad: p.elevation_rad,
+            range_rate_mps: p.range_rate_mps,
+            range_rate_std_mps: p.std.range_rate_mps,
+            radar,
+        })
+        .collect()
+}
+
+/// The radar of a scenario that a method takes: the first whose waveform suits, by number. Impulse radars go with impulse
+/// methods, pairs of slopes with others that need them.
+pub fn suitable(radars: &[Radar], suits: impl Fn(&Waveform) -> bool) -> Option<usize> {
+    radars.iter().position(|r| suits(&r.waveform))
+}
+
+/// Longest piece of a line, m.
+const PIECE_M: f64 = 0.5;
+
+/// With places between its corners: a straight stretch may have its ends alone.
+fn dense(line: &Polyline) -> Vec<DVec2> {
+    let corners: Vec<DVec2> = line.iter().map(|p| DVec2::new(p[0], p[1])).collect();
+    let mut out = Vec::new();
+    for w in corners.windows(2) {
+        let n = (w[0].distance(w[1]) / PIECE_M).ceil().clamp(1.0, 1e5) as usize;
+        out.extend((0..n).map(|i| w[0].lerp(w[1], i as f64 / n as f64)));
+    }
+    out.extend(corners.last());
+    out
+}
+
+/// The piece of a line, by its first corner, that is nearest to a place, and how near.
+fn nearest_piece(line: &Polyline, at: DVec2) -> Option<(usize, f64)> {
+    let distance = |i: usize| {
+        let (a, b) = (DVec2::new(line[i][0], line[i][1]), DVec2::new(line[i + 1][0], line[i + 1][1]));
+        let along = ((at - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        a.lerp(b, along).distance(at)
+    };
+    (0..line.len().checked_sub(1)?).map(|i| (i, distance(i))).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn line_in(level: &Level, line: &Polyline, reach_m: f64) -> Vec<Vec<[f64; 2]>> {
+    // Stretches within reach: a road that comes back is more than one line.
+    let mut out: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut open = false;
+    for q in dense(line).into_iter().map(|p| level.from_world(p)) {
+        let near = q.length() <= reach_m;
+        match (near, open) {
+            (true, false) => out.push(vec![q.to_array()]),
+            (true, true) => out.last_mut().expect("one is open").push(q.to_array()),
+            _ => {}
+        }
+        open = near;
+    }
+    out.retain(|l| l.len() > 1);
+    out
+}
+
+/// Where a polyline passes the y axis nearest to the origin: (y, direction).
+fn beside(line: &[[f64; 2]]) -> Option<(f64, f64)> {
+    line.windows(2)
+        .filter_map(|w| {
+            let (a, b) = (w[0], w[1]);
+            if (a[0] <= 0.0) == (b[0] <= 0.0) {
+                return None;
+            }
+            let t = a[0] / (a[0] - b[0]);
+            let y = a[1] + t * (b[1] - a[1]);
+            let direction = (b[1] - a[1]).atan2(b[0] - a[0]);
+            Some((y, direction))
+        })
+        .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+}
+
+/// With the lines right and left of the vehicle found among `lines`, which are put in order from right to left.
+fn with_own(mut t: TrueLanes, _level: &Level) -> TrueLanes {
+    let place = |l: &Vec<[f64; 2]>| beside(l).map_or(f64::INFINITY, |(y, _)| y);
+    t.lines.sort_by(|a, b| place(a).total_cmp(&place(b)));
+    let y: Vec<f64> = t.lines.iter().map(place).collect();
+    let left = y.iter().position(|y| *y > 0.0 && *y < WIDEST_LANE_M);
+    let right = y.iter().rposition(|y| *y <= 0.0 && *y > -WIDEST_LANE_M);
+    t.own = [right, left];
+    t
+}
+
+/// The lines of the lanes of the road nearest to the vehicle, and its own lane.
+pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLanes {
+    let reach_m = range_m[1] + 20.0;
+    let distance =
+        |line: &Polyline| nearest_piece(line, level.at_m).map_or(f64::INFINITY, |(_, distance)| distance);
+    let Some(label) = road.roads.iter().min_by(|a, b| distance(&a.axis_m).total_cmp(&distance(&b.axis_m)))
+    else {
+        return TrueLanes { range_m, ..TrueLanes::default() };
+    };
+    // Neighbours share a line; a lane that is not there has none.
+    let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
+    for lane in &label.lanes {
+        for line in [&lane.left_m, &lane.right_m] {
+            for part in line_in(level, line, reach_m) {
+                let known = lines.iter().any(|l| l.len() == part.len() && close(l, &part));
+                if !known {
+                    lines.push(part);
+                }
+            }
+        }
+    }
+    // The lane that the vehicle stands in.
+    let near = |line: &Polyline| -> Option<(usize, f64, f64)> {
+        let at = |i: usize| level.from_world(DVec2::new(line[i][0], line[i][1]));
+        let (i, _) = nearest_piece(line, level.at_m)?;
+        let (a, b) = (at(i), at(i + 1));
+        let along = (b - a).normalize_or(DVec2::X);
+        // Positive when the vehicle is to its left.
+        Some((i, along.perp_dot(-a), along.y.atan2(along.x)))
+    };
+    let mut t = with_own(TrueLanes { lines, range_m, ..TrueLanes::default() }, level);
+    for lane in &label.lanes {
+        let Some((i, left_m, direction)) = near(&lane.centre_m) else { continue };
+        let width_m = lane.width_m.get(i).copied().unwrap_or(0.0);
+        if width_m > 0.5 && left_m.abs() <= 0.5 * width_m {
+            let curvature = label.curvature_per_m.get(i).copied().unwrap_or(0.0);
+            let with = direction.cos() >= 0.0;
+            t.lane_number = Some(lane.number);
+            t.offset_m = Some(if with { left_m } else { -left_m });
+            t.heading_rad = Some(if with { -direction } else { turned(-direction) });
+            // Of the lane's middle, by its distance from the axis.
+            let axis = near(&label.axis_m).map_or(0.0, |(_, l, _)| l) - left_m;
+            let own = curvature / (1.0 - curvature * axis);
+            t.curvature_per_m = Some(if with { own } else { -own });
+        }
+    }
+    t
+}
+
+fn turned(angle_rad: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    (angle_rad + TAU).rem_euclid(TAU) - PI
+}
+
+fn close(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
+    a.iter().zip(b).all(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-3)
+}
+
+/// A track of the tracker's world plane in the vehicle's level frame.
+pub fn lane_track(level: &Level, track: &Track) -> LaneTrack {
+    let [x, y, vx, vy] = track.estimate.state.to_array();
+    let c = &track.estimate.covariance;
+    let back = DVec2::from_angle(-level.heading_rad);
+    let std = |axis: DVec2| {
+        let spread =
+            axis.x * axis.x * c.x_axis.x + 2.0 * axis.x * axis.y * c.x_axis.y + axis.y * axis.y * c.y_axis.y;
+        spread.max(0.0).sqrt()
+    };
+    let ahead = DVec2::from_angle(level.heading_rad);
+    LaneTrack {
+        id: track.id,
+        at_m: level.from_world(DVec2::new(x, y)).to_array(),
+        std_m: [std(ahead), std(ahead.perp())],
+        velocity_mps: back.rotate(DVec2::new(vx, vy)).to_array(),
+    }
+}

@@ -1,0 +1,261 @@
+//! Estimators by name with options as JSON, for callers that bring their own points: what `catseye.LaneEstimator` of Python makes.
+
+use super::{Method, camera_fusion, road_shape};
+use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye_lane::LaneEstimator;
+use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
+use catseye_lane::hd_map::file;
+use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
+use catseye_lane::range_doppler::{Options as RangeDopplerOptions, RangeDopplerLane};
+use catseye_lane::road_shape::RoadShapeEstimator;
+use catseye_lane::signature::estimator::{MapLanes, Signature, SignatureOptions};
+use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
+use catseye_lane::track::TrackOptions;
+use catseye_lane::uwb::{
+    Background, MarkedLane, OffsetSource, RangeAxis, RangeGate, Side, Threshold, UwbConfig, UwbLanes,
+    UwbOptions,
+};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::path::PathBuf;
+
+/// Of rows of markers (document F).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MarkersJson {
+    /// Between neighbours of a row, one for each kind of row, m. Default 2.
+    pub spacing_m: Vec<f64>,
+    /// By which distances may differ from it, m. Default 0.2.
+    pub tolerance_m: f64,
+    /// Points nearer than this lie in the ground's clutter, m. Default 5.
+    pub nearest_m: f64,
+    /// What range rates miss beyond their deviations, m/s: a quarter of a Doppler cell. Default 0.005.
+    pub rate_error_mps: f64,
+    /// Of the radar over the road, and ahead of the rear axle, m. Defaults 0.15 and 3.6.
+    pub radar_height_m: f64,
+    pub radar_ahead_m: f64,
+    /// Whether lines are followed from look to look. Default true.
+    pub track: bool,
+}
+
+impl Default for MarkersJson {
+    fn default() -> Self {
+        let o = MarkerOptions::default();
+        MarkersJson {
+            spacing_m: vec![o.spacing_m],
+            tolerance_m: o.tolerance_m,
+            nearest_m: o.nearest_m,
+            rate_error_mps: o.rate_error_mps,
+            radar_height_m: o.radar_height_m,
+            radar_ahead_m: 3.6,
+            track: true,
+        }
+    }
+}
+
+/// Of an impulse radar (document K).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UwbJson {
+    /// Of the first sample of a scan, and from sample to sample, m.
+    pub range_start_m: f64,
+    pub range_step_m: f64,
+    /// Of the radar over the road, m, and its place on the vehicle.
+    pub height_m: f64,
+    pub at_m: [f64; 2],
+    /// left or right: the line that it looks at.
+    pub side: String,
+    /// Scans of the road without markers, from which background and threshold come: at least 20.
+    pub quiet: Vec<Vec<f64>>,
+    #[serde(default = "eight")]
+    pub spacing_m: f64,
+    #[serde(default = "three")]
+    pub plate_length_m: f64,
+    #[serde(default = "lane_width")]
+    pub lane_width_m: f64,
+    #[serde(default = "car_width")]
+    pub car_width_m: f64,
+}
+
+fn eight() -> f64 {
+    8.0
+}
+fn three() -> f64 {
+    3.0
+}
+fn lane_width() -> f64 {
+    3.5
+}
+fn car_width() -> f64 {
+    1.9
+}
+
+/// Of a map of lanes (document L).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HdMapJson {
+    /// Path of a map file (`lane/hd_map/file.rs`).
+    pub map: PathBuf,
+    /// Of the radar on the vehicle, m, and its yaw.
+    #[serde(default)]
+    pub radar_at_m: [f64; 2],
+    #[serde(default)]
+    pub radar_yaw_deg: f64,
+    /// Standard deviations of its place (m) and azimuth (deg) on the earth.
+    #[serde(default)]
+    pub place_std_m: f64,
+    #[serde(default)]
+    pub azimuth_std_deg: f64,
+}
+
+/// A scan that a signature map is made from.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScanJson {
+    /// Of the radar in the map.
+    pub pose: Pose,
+    /// Of its place (m, m) and heading (rad).
+    pub std: [f64; 3],
+    /// That stand.
+    pub points: Vec<ScanPoint>,
+}
+
+/// Of a map of static points (document F).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignatureJson {
+    pub scans: Vec<ScanJson>,
+    #[serde(default)]
+    pub map: MapSettings,
+    /// Scans in which a landmark was seen, at least.
+    #[serde(default = "hits")]
+    pub least_hits: u32,
+    /// Known lines of the road in the map.
+    #[serde(default)]
+    pub lanes: MapLanes,
+}
+
+fn hits() -> u32 {
+    3
+}
+
+fn read<T: DeserializeOwned>(method: Method, options: &str) -> Result<T> {
+    serde_json::from_str(options).map_err(|e| {
+        BadInput::new(json_in_words(&e))
+            .key(format!("options of '{}'", method.name()))
+            .remedy("see docs/lanes.md")
+            .into()
+    })
+}
+
+fn wrong(method: Method, why: impl ToString) -> Error {
+    BadInput::new(why.to_string())
+        .key(format!("options of '{}'", method.name()))
+        .remedy("see docs/lanes.md")
+        .into()
+}
+
+/// The estimator of a method; without options as its document has it.
+///
+/// Errors: options that are not known, are missing (uwb, hd-map and signature need some) or out of their ranges.
+pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEstimator + Send>> {
+    let text = options.unwrap_or("{}");
+    let bad = |why: &dyn ToString| wrong(method, why.to_string());
+    Ok(match method {
+        Method::Markers => {
+            let o: MarkersJson = read(method, text)?;
+            if o.spacing_m.is_empty() || o.spacing_m.iter().any(|d| !(0.3..=50.0).contains(d)) {
+                return Err(wrong(method, "spacing_m needs metres between 0.3 and 50, one number or more"));
+            }
+            let of = |spacing_m: &f64| MarkerOptions {
+                spacing_m: *spacing_m,
+                tolerance_m: o.tolerance_m.min(0.45 * spacing_m),
+                nearest_m: o.nearest_m,
+                rate_error_mps: o.rate_error_mps,
+                radar_height_m: o.radar_height_m,
+                ..MarkerOptions::default()
+            };
+            Box::new(Markers::new(MarkersOptions {
+                patterns: o.spacing_m.iter().map(of).collect(),
+                track: o.track.then(TrackOptions::default),
+                radar_ahead_m: o.radar_ahead_m,
+                rcs: None,
+            }))
+        }
+        Method::RangeDoppler => {
+            let o: RangeDopplerOptions = read(method, text)?;
+            Box::new(RangeDopplerLane::new(o).map_err(|e| bad(&e))?)
+        }
+        Method::RoadShape => {
+            let o: road_shape::Settings = read(method, text)?;
+            o.check()?;
+            Box::new(RoadShapeEstimator::new(o.options(None)).map_err(|e| bad(&e))?)
+        }
+        Method::CameraFusion => {
+            let o: camera_fusion::Settings = read(method, text)?;
+            o.check()?;
+            Box::new(o.estimator()?)
+        }
+        Method::HdMap => {
+            let o: HdMapJson = read(method, text)?;
+            let options = MapOptions {
+                radar_at_m: o.radar_at_m,
+                radar_yaw_rad: o.radar_yaw_deg.to_radians(),
+                place_std_m: o.place_std_m,
+                azimuth_std_rad: o.azimuth_std_deg.to_radians(),
+                ..MapOptions::default()
+            };
+            Box::new(MapMethod::new(file::read(&o.map)?, options).map_err(|e| bad(&e))?)
+        }
+        Method::Signature => {
+            let o: SignatureJson = read(method, text)?;
+            let mut map = SignatureMap::new(o.map).map_err(|e| bad(&e))?;
+            for s in &o.scans {
+                map.add_scan(s.pose, s.std, None, &s.points).map_err(|e| bad(&e))?;
+            }
+            map.prune(o.least_hits, 0.3);
+            Box::new(Signature::new(map, o.lanes, SignatureOptions::default()).map_err(|e| bad(&e))?)
+        }
+        Method::Uwb => {
+            let o: UwbJson = read(method, text)?;
+            let side = match o.side.as_str() {
+                "left" => Side::Left,
+                "right" => Side::Right,
+                _ => return Err(wrong(method, "side is left or right")),
+            };
+            let gate = RangeGate::from_marked_lane(&MarkedLane {
+                height_m: o.height_m,
+                lane_width_m: o.lane_width_m,
+                car_width_m: o.car_width_m,
+                spacing_m: o.spacing_m,
+                plate_length_m: o.plate_length_m,
+            })
+            .map_err(|e| bad(&e))?;
+            let background = Background::of(o.quiet.iter().map(Vec::as_slice)).map_err(|e| bad(&e))?;
+            let floor = Threshold::maximum(&[0.0, 1.0]).map_err(|e| bad(&e))?;
+            let config = |t: &Threshold| {
+                UwbConfig::new(o.spacing_m, o.plate_length_m, t)
+                    .map(|c| UwbConfig { offset: OffsetSource::Range { height_m: o.height_m }, ..c })
+            };
+            let mut options = UwbOptions {
+                axis: RangeAxis { start_m: o.range_start_m, step_m: o.range_step_m },
+                gate,
+                background: Some(background),
+                config: config(&floor).map_err(|e| bad(&e))?,
+                side,
+                at_m: o.at_m,
+                offset_std_m: 0.1,
+                lane_width_m: Some(o.lane_width_m),
+            };
+            let energies = o
+                .quiet
+                .iter()
+                .map(|s| options.echo(s).map(|e| e.energy))
+                .collect::<std::result::Result<Vec<f64>, _>>()
+                .map_err(|e| bad(&e))?;
+            let threshold = Threshold::maximum(&energies).map_err(|e| bad(&e))?;
+            options.config = config(&threshold).map_err(|e| bad(&e))?;
+            Box::new(UwbLanes::new(options).map_err(|e| bad(&e))?)
+        }
+    })
+}

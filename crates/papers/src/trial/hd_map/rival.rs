@@ -1,0 +1,40 @@
+//! The method among others on one drive: the lane of the vehicle itself, by its own place on the map.
+
+use super::{Change, Settings, estimator, map_of, place, stages};
+use catseye::error::{BadInput, Result};
+use catseye::rng::Draws;
+use crate::trial::compare::{Finds, Rival, chirp_radar};
+use crate::trial::sensors::OwnedLook;
+use crate::trial::{Drive, Given};
+
+pub(in crate::trial) fn rival(
+    given: &Given<'_>,
+    settings: &Settings,
+    drive: &Drive<'_>,
+    run: u32,
+) -> Result<Rival> {
+    let which = chirp_radar(given)?;
+    let settings = Settings { scene: Vec::new(), ..settings.clone() };
+    let seed = given.scenario_of(run).seed;
+    let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x3a90);
+    let stages = stages(given, &settings)?;
+    let map = match stages.first() {
+        Some(stage) => map_of(given, &settings, stage, &mut draws)?,
+        None => return Err(BadInput::new("the scenario has no road").key("scene.road").into()),
+    };
+    let survey = [draws.normal(), draws.normal(), draws.normal()];
+    let radar = drive.radar(which).clone();
+    let method = estimator(&settings, &map, &radar, &Change::default())?;
+    let sense = move |drive: &Drive<'_>, _: Option<&_>, _: u32, look: &mut OwnedLook| {
+        look.place = place(&settings, &drive.level(look.time_s), &radar, survey);
+        Ok(())
+    };
+    Ok(Rival {
+        estimator: Box::new(method),
+        finds: Finds::OwnLines,
+        radar: None,
+        points: false,
+        tracks: false,
+        sense: Some(Box::new(sense)),
+    })
+}

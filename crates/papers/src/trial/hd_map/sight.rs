@@ -1,0 +1,170 @@
+//! What the radar sees of what moves: points along the ground, clusters, tracks.
+
+use super::Settings;
+use catseye::simulate::Frame;
+use catseye::detect::cluster::{Dbscan, Place};
+use catseye::detect::kalman::Station;
+use catseye::detect::plot::{Plot, plots_of_clusters};
+use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
+use catseye::error::{BadInput, Result};
+use catseye_lane::LaneTrack;
+use catseye::scene::radar::Radar;
+use catseye::scene::waveform::Waveform;
+use crate::trial::Given;
+use crate::trial::drive::{Drive, Level, lane_track, suitable};
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Arrays are not calibrated better than this, rad.
+const LEAST_AZIMUTH_STD_RAD: f64 = 1e-3;
+/// Rates of what stands lie within so many standard deviations.
+const STANDING_SIGMAS: f64 = 4.0;
+
+/// A point of a frame, along the ground from the radar.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Mover {
+    pub range_m: f64,
+    /// Positive left, from the radar's boresight.
+    pub azimuth_rad: f64,
+    /// Of the range along the ground, positive when receding.
+    pub range_rate_mps: f64,
+    /// Of range, rate, azimuth.
+    pub std: [f64; 3],
+    /// The rate may be folded.
+    pub folded: bool,
+}
+
+/// One frame of points with an azimuth.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sight {
+    pub points: Vec<Mover>,
+}
+
+/// The radar of the scenario that tells azimuths. Errors: there is none.
+pub fn radar(given: &Given<'_>) -> Result<usize> {
+    let radars = &given.scenario.radars;
+    let found = suitable(radars, |w| !matches!(w, Waveform::Pulse { .. }))
+        .filter(|i| radars[*i].virtual_channels() > 1);
+    found.ok_or_else(|| {
+        BadInput::new("the method needs a radar that tells ranges and azimuths")
+            .file(given.path)
+            .key("radar")
+            .remedy("take an FMCW radar with several receivers, as front77")
+            .into()
+    })
+}
+
+/// The points of a frame along the ground. Where the array tells no elevation the echoes are taken to lie at
+/// [`Settings::echo_height_m`]: a linear array measures the sine of the angle from its own plane, whatever the elevation.
+pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
+    let radar = drive.radar(frame.radar);
+    let (height_m, level) = (radar.mounting.translation_m.z, radar.mounting.direction(DVec3::X));
+    let yaw = level.y.atan2(level.x);
+    let points = frame.points.iter().filter_map(|p| {
+        let azimuth_std = p.std.azimuth_rad?.max(LEAST_AZIMUTH_STD_RAD);
+        let at = match p.std.elevation_rad {
+            Some(_) => DVec2::from_angle(-yaw).rotate(radar.mounting.direction(p.position_m).truncate()),
+            None => {
+                let left = p.range_m * p.azimuth_rad.sin();
+                let down = height_m - settings.echo_height_m;
+                let ahead = p.range_m * p.range_m - left * left - down * down;
+                (ahead > 0.0).then(|| DVec2::new(ahead.sqrt(), left))?
+            }
+        };
+        let range_m = at.length();
+        let sound = range_m.is_finite() && range_m > 0.1 && p.range_rate_mps.is_finite();
+        let rate = p.range_rate_mps * p.range_m / range_m;
+        let known = p.ambiguity.is_settled();
+        sound.then_some(Mover {
+            range_m,
+            azimuth_rad: at.to_angle(),
+            range_rate_mps: rate,
+            std: [p.std.range_m, p.std.range_rate_mps.max(0.3 * radar.velocity_bin_mps()), azimuth_std],
+            folded: !known && radar.max_velocity_mps() < settings.fastest_mps,
+        })
+    });
+    Sight { points: points.collect() }
+}
+
+/// Tracks of what moves.
+pub struct Follower {
+    tracker: Tracker,
+}
+
+impl Follower {
+    /// Errors: none with the tracker's default settings.
+    pub fn new() -> Result<Follower> {
+        Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
+    }
+
+    /// Takes in a frame; confirmed tracks that were seen in it, in the vehicle's level frame. The radar's own motion is `speed_mps`
+    /// along the vehicle and its turn. Errors: frames that run back.
+    pub fn step(
+        &mut self,
+        sight: &Sight,
+        radar: &Radar,
+        level: &Level,
+        speed_mps: f64,
+        settings: &Settings,
+        time_s: f64,
+    ) -> Result<Vec<LaneTrack>> {
+        let (mount, ahead) = (radar.mounting.translation_m.truncate(), radar.mounting.direction(DVec3::X));
+        let mount_rad = ahead.y.atan2(ahead.x);
+        // One that stands knows so.
+        let stands = level.speed_mps == 0.0 && level.yaw_rate_rad_per_s == 0.0;
+        let speed_mps = if stands { 0.0 } else { speed_mps };
+        let mut station = Station::on_vehicle(
+            (mount, mount_rad),
+            level.at_m,
+            level.heading_rad,
+            speed_mps,
+            level.yaw_rate_rad_per_s,
+        );
+        station.velocity_std_mps = if stands { 0.0 } else { settings.speed_std_mps };
+        let own = DVec2::from_angle(-station.heading_rad).rotate(station.velocity_mps);
+        let span = 2.0 * radar.max_velocity_mps();
+        let moves = |p: &&Mover| {
+            let over = p.range_rate_mps + own.dot(DVec2::from_angle(p.azimuth_rad));
+            let over = if p.folded { over - span * (over / span).round() } else { over };
+            let aside = own.length() * p.std[2] * p.azimuth_rad.sin().abs();
+            let std = p.std[1].hypot(station.velocity_std_mps).hypot(aside);
+            over.abs() > settings.slowest_mps.max(STANDING_SIGMAS * std)
+        };
+        let plots: Vec<Plot> = sight
+            .points
+            .iter()
+            .filter(moves)
+            .map(|p| {
+                let doubt = if p.folded { settings.fastest_mps / 3.0 } else { 0.0 };
+                Plot::of_point(
+                    [p.range_m, p.range_rate_mps, p.azimuth_rad, 0.0],
+                    [p.std[0], p.std[1].hypot(doubt), p.std[2]],
+                )
+            })
+            .filter(|p| p.check(0).is_ok())
+            .collect();
+        let places: Vec<Place> = plots
+            .iter()
+            .map(|p| {
+                let at = p.position_m();
+                Place { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
+            })
+            .collect();
+        // A far car may be one point.
+        let labels = Dbscan { min_points: 1, ..Dbscan::default() }.labels(&places)?;
+        let plots = plots_of_clusters(&plots, &labels);
+        let coverage = Some(Coverage {
+            max_range_m: radar.max_range_m(),
+            azimuth_rad: radar.processing.azimuth_fov_rad,
+        });
+        self.tracker.step(&Scan { time_s, station, coverage, plots: &plots })?;
+        Ok(self
+            .tracker
+            .tracks()
+            .iter()
+            .filter(|t| t.state == TrackState::Confirmed)
+            .map(|t| lane_track(level, t))
+            .filter(|t| DVec2::from_array(t.velocity_mps).length() > settings.slowest_mps)
+            .collect())
+    }
+}

@@ -1,0 +1,25 @@
+//! The method among others on one drive.
+
+use super::{Settings, level};
+use catseye::error::Result;
+use catseye_lane::markers::{Markers, MarkersOptions};
+use catseye_lane::track::TrackOptions;
+use crate::trial::compare::{Rival, chirp_radar};
+use crate::trial::{Drive, Given};
+
+pub(in crate::trial) fn rival(
+    given: &Given<'_>,
+    settings: &Settings,
+    drive: &Drive<'_>,
+    _run: u32,
+) -> Result<Rival> {
+    let which = chirp_radar(given)?;
+    let radar = drive.radar(which);
+    let options = MarkersOptions {
+        patterns: settings.patterns(radar, drive.site.road.as_ref())?,
+        track: settings.track.then(TrackOptions::default),
+        radar_ahead_m: radar.mounting.translation_m.x,
+        rcs: if settings.levels { level::of_first_row(given, drive.site, radar)? } else { None },
+    };
+    Ok(Rival::of_points(Markers::new(options), which))
+}

@@ -1,0 +1,182 @@
+//! The table `[lane.markers]` of a scenario.
+
+use catseye::error::{BadInput, Result};
+use catseye_lane::markers::MarkerOptions;
+use catseye::road::labels::RoadTruth;
+use catseye::scene::radar::Radar;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
+
+/// How `catseye lane markers` looks for rows of markers.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Of the markers along their rows, m, one for each kind of row. Left out: the spacings with which the scene's rows were laid.
+    pub spacing_m: Vec<f64>,
+    /// By which the distance of neighbours may differ from it, m.
+    pub tolerance_m: f64,
+    /// Least points of a group.
+    pub least_of_group: u32,
+    /// Least points of a path.
+    pub least_of_path: u32,
+    /// Largest turn of a path from one step to the next, and of the turn itself, degrees.
+    pub turn_deg: [f64; 2],
+    /// Points nearer to the radar lie in the ground's clutter, m.
+    pub nearest_m: f64,
+    /// Spacings that a gap in a row may take up.
+    pub gap: u32,
+    /// Points that no path took are searched for lines, circles and parabolas by Hough's transform.
+    pub hough: bool,
+    /// What range rates miss beyond their noise, m/s. Left out: a quarter of the radar's Doppler cell.
+    pub rate_error_mps: Option<f64>,
+    /// Levels along a row have to go with the cross section of its markers, which is computed in free space. It takes out stones, and
+    /// true markers where two rows share cells and their power is not told apart.
+    pub levels: bool,
+    /// Lines are followed over frames.
+    pub track: bool,
+    /// Standard deviation of the speed that the vehicle's bus tells, m/s. Left out: the speed is taken from the points alone.
+    pub bus_speed_std_mps: Option<f64>,
+    /// Standard deviation of the yaw rate that the bus tells, degrees/s. Left out: taken from the points.
+    pub bus_yaw_rate_std_deg_per_s: Option<f64>,
+    /// Distances from the vehicle between which lines and markers are to be found, m.
+    pub reach_m: [f64; 2],
+    /// A marker is found where a member of a line lies so near, m.
+    pub within_m: f64,
+    /// Shares of points that are taken away after the chain, for the table of robustness.
+    pub missing_share: Vec<f64>,
+    /// Points at rest that are strewn over the road after the chain, for the same table.
+    pub extra_points: Vec<u32>,
+    /// Of the first run, for the pictures. Left out: the one with most points in rows.
+    pub picture_frame: Option<u32>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let o = MarkerOptions::default();
+        Settings {
+            spacing_m: Vec::new(),
+            tolerance_m: o.tolerance_m,
+            least_of_group: o.least as u32,
+            least_of_path: o.path_least as u32,
+            turn_deg: o.turn_rad.map(|t| t.to_degrees().round()),
+            nearest_m: o.nearest_m,
+            gap: o.gap as u32,
+            hough: true,
+            rate_error_mps: None,
+            levels: false,
+            track: true,
+            bus_speed_std_mps: None,
+            bus_yaw_rate_std_deg_per_s: None,
+            reach_m: [5.0, 35.0],
+            within_m: 0.3,
+            missing_share: vec![0.0, 0.2, 0.4],
+            extra_points: vec![0, 30],
+            picture_frame: None,
+        }
+    }
+}
+
+fn within(key: &str, value: f64, allowed: RangeInclusive<f64>, remedy: &str) -> Result<()> {
+    if allowed.contains(&value) {
+        return Ok(());
+    }
+    Err(BadInput::new("is out of range")
+        .key(format!("lane.markers.{key}"))
+        .value(value)
+        .allowed(format!("{}..={}", allowed.start(), allowed.end()))
+        .remedy(remedy)
+        .into())
+}
+
+impl Settings {
+    /// Errors: values out of their ranges.
+    pub fn check(&self) -> Result<()> {
+        for d in &self.spacing_m {
+            within("spacing_m", *d, 0.3..=50.0, "give the metres between neighbours of a row")?;
+            let least = 0.45 * d;
+            within(
+                "tolerance_m",
+                self.tolerance_m,
+                1e-3..=least,
+                "give less than half of the spacing, as in 0.2",
+            )?;
+        }
+        within("tolerance_m", self.tolerance_m, 1e-3..=20.0, "give metres, as in 0.2")?;
+        within("least_of_group", f64::from(self.least_of_group), 2.0..=1000.0, "the document has 4")?;
+        within("least_of_path", f64::from(self.least_of_path), 3.0..=1000.0, "the document has 5")?;
+        for t in self.turn_deg {
+            within("turn_deg", t, 0.1..=60.0, "give degrees, as in [20, 10]")?;
+        }
+        within("nearest_m", self.nearest_m, 0.0..=1000.0, "give metres, as in 5")?;
+        within("gap", f64::from(self.gap), 1.0..=50.0, "give a number of spacings, as in 5")?;
+        if let Some(e) = self.rate_error_mps {
+            within("rate_error_mps", e, 0.0..=10.0, "give metres per second, as in 0.005")?;
+        }
+        if let Some(s) = self.bus_speed_std_mps {
+            within("bus_speed_std_mps", s, 0.0..=10.0, "give metres per second, as in 0.05")?;
+        }
+        if let Some(s) = self.bus_yaw_rate_std_deg_per_s {
+            within("bus_yaw_rate_std_deg_per_s", s, 0.0..=90.0, "give degrees per second, as in 0.2")?;
+        }
+        let [near, far] = self.reach_m;
+        within("reach_m", near, 0.0..=1000.0, "give [nearest, farthest] in metres, as in [5, 35]")?;
+        within("reach_m", far, near + 1.0..=1000.0, "give [nearest, farthest] in metres, as in [5, 35]")?;
+        within("within_m", self.within_m, 0.01..=10.0, "give metres, as in 0.3")?;
+        for s in &self.missing_share {
+            within("missing_share", *s, 0.0..=1.0, "give shares, as in [0, 0.2]")?;
+        }
+        for n in &self.extra_points {
+            within("extra_points", f64::from(*n), 0.0..=10_000.0, "give numbers, as in [0, 10]")?;
+        }
+        Ok(())
+    }
+
+    /// One pattern for each spacing. Errors: no spacing is given and the scene has no rows.
+    pub(super) fn patterns(&self, radar: &Radar, road: Option<&RoadTruth>) -> Result<Vec<MarkerOptions>> {
+        let spacings = match self.spacing_m.is_empty() {
+            false => self.spacing_m.clone(),
+            true => laid(road),
+        };
+        if spacings.is_empty() {
+            return Err(BadInput::new("is not given, and the scene has no rows of markers that tell it")
+                .key("lane.markers.spacing_m")
+                .allowed("metres between neighbours of a row, one number for each kind of row")
+                .remedy("give it, as in spacing_m = [2], or add [[road.markers]] to the scene")
+                .into());
+        }
+        let of = |spacing_m: f64| MarkerOptions {
+            spacing_m,
+            tolerance_m: self.tolerance_m.min(0.45 * spacing_m),
+            least: self.least_of_group as usize,
+            path_least: self.least_of_path as usize,
+            turn_rad: self.turn_deg.map(f64::to_radians),
+            nearest_m: self.nearest_m,
+            gap: self.gap as usize,
+            rate_error_mps: self.rate_error_mps.unwrap_or(0.25 * radar.velocity_bin_mps()),
+            // The windows of many side lobe decibels have main lobes of about eight cells.
+            lobe_mps: 5.0 * radar.velocity_bin_mps(),
+            radar_height_m: radar.mounting.translation_m.z.max(0.0),
+            hough: self.hough,
+            ..MarkerOptions::default()
+        };
+        Ok(spacings.into_iter().map(of).collect())
+    }
+}
+
+/// The spacings with which rows were laid, to a centimetre, each once, rising: the middle one of each row's gaps.
+fn laid(road: Option<&RoadTruth>) -> Vec<f64> {
+    let mut out: Vec<f64> = road
+        .iter()
+        .flat_map(|r| &r.marker_rows)
+        .filter_map(|row| {
+            let mut gaps: Vec<f64> = row.markers.windows(2).map(|w| (w[1].s_m - w[0].s_m).abs()).collect();
+            gaps.sort_by(f64::total_cmp);
+            gaps.get(gaps.len() / 2).map(|g| (g * 100.0).round() / 100.0)
+        })
+        .filter(|g| (0.3..=50.0).contains(g))
+        .collect();
+    out.sort_by(f64::total_cmp);
+    out.dedup();
+    out
+}

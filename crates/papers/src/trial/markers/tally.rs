@@ -1,0 +1,162 @@
+//! Markers found and missed, and what a table of the look's figures holds.
+
+use catseye_lane::score::TrueLanes;
+use catseye_lane::{LaneEstimate, LanePoint};
+use catseye::scene::radar::Radar;
+use crate::trial::Drive;
+use glam::DVec2;
+
+/// Markers of one look.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Tally {
+    /// In the field of view and in reach.
+    pub markers: usize,
+    /// Of those, with a point near them.
+    pub detected: usize,
+    /// Of those, with a member of a line near them.
+    pub found: usize,
+    /// Members of lines, in reach, and those of them that are near a marker.
+    pub members: usize,
+    pub right: usize,
+}
+
+impl Tally {
+    pub fn add(&mut self, o: &Tally) {
+        self.markers += o.markers;
+        self.detected += o.detected;
+        self.found += o.found;
+        self.members += o.members;
+        self.right += o.right;
+    }
+
+    pub fn recall(&self) -> Option<f64> {
+        ratio(self.found, self.markers)
+    }
+
+    pub fn precision(&self) -> Option<f64> {
+        ratio(self.right, self.members)
+    }
+
+    pub fn detected_share(&self) -> Option<f64> {
+        ratio(self.detected, self.markers)
+    }
+
+    /// Of the detected markers those that are found.
+    pub fn of_detected(&self) -> Option<f64> {
+        ratio(self.found, self.detected)
+    }
+}
+
+fn ratio(a: usize, b: usize) -> Option<f64> {
+    (b > 0).then(|| a as f64 / b as f64)
+}
+
+/// What a radar sees of the level plane.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    pub at_m: DVec2,
+    pub heading_rad: f64,
+    pub half_rad: f64,
+    /// From the vehicle's origin.
+    pub reach_m: [f64; 2],
+    /// From the radar.
+    pub nearest_m: f64,
+}
+
+impl View {
+    pub fn of(radar: &Radar, reach_m: [f64; 2], nearest_m: f64) -> View {
+        let ahead = radar.mounting.rotation * glam::DVec3::X;
+        View {
+            at_m: radar.mounting.translation_m.truncate(),
+            heading_rad: ahead.y.atan2(ahead.x),
+            half_rad: radar.processing.azimuth_fov_rad,
+            reach_m,
+            nearest_m,
+        }
+    }
+
+    pub fn holds(&self, p: DVec2) -> bool {
+        let d = p - self.at_m;
+        let turn = DVec2::from_angle(-self.heading_rad).rotate(d).to_angle();
+        turn.abs() <= self.half_rad
+            && d.length() >= self.nearest_m
+            && (self.reach_m[0]..=self.reach_m[1]).contains(&p.length())
+    }
+}
+
+/// The markers in view at a time, level frame.
+pub fn markers_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> Vec<[f64; 2]> {
+    let rows = drive.rows(time_s).into_iter().flat_map(|(_, row)| row);
+    rows.filter(|p| view.holds(DVec2::from_array(*p))).collect()
+}
+
+/// The rows in view as the lines that are to be found, and the vehicle's lane. What a line says of a row that has left the view is
+/// right or wrong all the same.
+pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
+    let whole = drive.truth_of_rows(time_s, view.reach_m);
+    let mut lines = Vec::new();
+    // Where each line's first stretch in view went.
+    let mut first: Vec<Option<usize>> = Vec::new();
+    for line in &whole.lines {
+        let mut own = None;
+        for part in stretches(line, view) {
+            own = own.or(Some(lines.len()));
+            lines.push(part);
+        }
+        first.push(own);
+    }
+    let own = whole.own.map(|i| i.and_then(|i| first.get(i).copied().flatten()));
+    TrueLanes { lines, own, also: whole.lines, ..whole }
+}
+
+/// Places a quarter of a metre apart along a polyline, those in view, cut where it leaves the view.
+fn stretches(line: &[[f64; 2]], view: &View) -> Vec<Vec<[f64; 2]>> {
+    let mut out: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut open = false;
+    for w in line.windows(2) {
+        let (a, b) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]));
+        let n = (a.distance(b) / 0.25).ceil().max(1.0) as usize;
+        for k in 0..n {
+            let p = a.lerp(b, k as f64 / n as f64);
+            let seen = view.holds(p);
+            match out.last_mut() {
+                Some(part) if seen && open => part.push(p.to_array()),
+                _ if seen => out.push(vec![p.to_array()]),
+                _ => {}
+            }
+            open = seen;
+        }
+    }
+    out.retain(|l| l.len() > 1);
+    out
+}
+
+/// Of one estimate, whose members are indices of `points`.
+pub fn tally(
+    estimate: &LaneEstimate,
+    points: &[LanePoint],
+    markers: &[[f64; 2]],
+    every_marker: &[[f64; 2]],
+    view: &View,
+    within_m: f64,
+) -> Tally {
+    let members: Vec<DVec2> = estimate
+        .lines
+        .iter()
+        .flat_map(|l| &l.members)
+        .filter_map(|i| points.get(*i))
+        .map(|p| DVec2::from_array(p.at_m))
+        .collect();
+    let near =
+        |a: DVec2, list: &[[f64; 2]]| list.iter().any(|m| a.distance(DVec2::from_array(*m)) <= within_m);
+    let places: Vec<[f64; 2]> = points.iter().map(|p| p.at_m).collect();
+    let found: Vec<[f64; 2]> = members.iter().map(DVec2::to_array).collect();
+    let counted: Vec<&DVec2> = members.iter().filter(|m| view.holds(**m)).collect();
+    Tally {
+        markers: markers.len(),
+        detected: markers.iter().filter(|m| near(DVec2::from_array(**m), &places)).count(),
+        found: markers.iter().filter(|m| near(DVec2::from_array(**m), &found)).count(),
+        members: counted.len(),
+        right: counted.iter().filter(|m| near(***m, every_marker)).count(),
+    }
+}

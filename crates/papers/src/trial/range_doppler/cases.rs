@@ -1,0 +1,239 @@
+//! Single looks from poses that are set, each on a road of its own.
+
+use super::{Case, Looker, Made, Settings, errors, in_range};
+use catseye::error::{BadInput, Result};
+use catseye_lane::range_doppler::LaneFromMap;
+use catseye::rng::Draws;
+use catseye::road::scene_toml;
+use catseye::road::site::Site;
+use catseye::scene::scenario::{Ego, Scenario};
+use crate::trial::report::Row;
+use crate::trial::{Given, Trial};
+use glam::{DVec2, DVec3};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Radar's place along the road: rows reach back behind it by this much at least, m.
+const BEHIND_M: f64 = 10.0;
+/// At this range the distance of the two curves is stated, m.
+const APART_AT_M: f64 = 5.0;
+/// Widest strip beside the lane, m.
+const VERGE_M: f64 = 6.0;
+
+impl Case {
+    pub(super) fn check(&self, s: &Settings, i: usize) -> Result<()> {
+        let key = |k: &str| format!("lane.range_doppler.case[{i}].{k}");
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
+            return Err(BadInput::new("is no name of a case")
+                .key(key("name"))
+                .value(&self.name)
+                .allowed("1 to 60 letters, digits, _ and -")
+                .into());
+        }
+        in_range(&key("offset_m"), self.offset_m, -s.max_offset_m, s.max_offset_m)?;
+        in_range(&key("heading_deg"), self.heading_deg, -s.max_heading_deg, s.max_heading_deg)?;
+        in_range(&key("bend_after_m"), self.bend_after_m, 0.0, s.bend_within_m)?;
+        if self.radius_m != 0.0 {
+            // The lane's inner edge keeps a radius.
+            let least = s.min_radius_m.max(0.5 * s.lane_width_m + 0.3);
+            in_range(&key("radius_m"), self.radius_m.abs(), least, 1e5)?;
+        }
+        Ok(())
+    }
+
+    /// For pictures.
+    pub(super) fn title(&self) -> String {
+        let mut out = format!("{}: offset {} m", self.name, self.offset_m);
+        if self.heading_deg != 0.0 {
+            let _ = write!(out, ", heading {}°", self.heading_deg);
+        }
+        if self.radius_m != 0.0 {
+            let _ = write!(out, ", radius {} m after {} m", self.radius_m, self.bend_after_m);
+        }
+        out
+    }
+
+    fn radius_m(&self) -> Option<f64> {
+        (self.radius_m != 0.0).then_some(self.radius_m.abs())
+    }
+
+    /// The road of this case, its axis in the middle of the lane, along x from the origin to the bend.
+    fn road(&self, s: &Settings, radar_x_m: f64) -> String {
+        let reach = s.far_m + 5.0;
+        let straight = radar_x_m + if self.radius_m == 0.0 { reach } else { self.bend_after_m };
+        let mut plan = format!("{{ kind = \"straight\", length_m = {straight:.6} }}");
+        let mut verge = VERGE_M;
+        if let Some(radius) = self.radius_m() {
+            // Half a turn, or as far as the radar sees; it ends with no straight.
+            let length = (std::f64::consts::PI * radius).min(reach);
+            let turn = (length / radius).to_degrees().copysign(self.radius_m);
+            let (angle, side) = (turn.abs(), if turn < 0.0 { -radius } else { radius });
+            let _ = write!(plan, ", {{ kind = \"arc\", radius_m = {side:.6}, angle_deg = {angle:.6} }}");
+            verge = verge.min(0.5 * (radius - 0.5 * s.lane_width_m));
+        }
+        let lane = s.lane_width_m;
+        let inside = 0.5 * (lane - s.row_distance_m);
+        let mut text = format!(
+            "name = \"case\"\n[[road]]\nname = \"lane\"\nplan = [{plan}]\nlane_offset_m = {}\n\
+             right = [{{ width_m = {lane}, number = 1 }}]\n\
+             verge = [{{ side = \"left\", width_m = {verge:.4} }}, {{ side = \"right\", width_m = {verge:.4} }}]\n",
+            0.5 * lane
+        );
+        let right_spacing_m = if self.equal { s.left_spacing_m } else { s.right_spacing_m };
+        for (name, offset, spacing) in
+            [("left", -inside, s.left_spacing_m), ("right", inside, right_spacing_m)]
+        {
+            let _ = write!(
+                text,
+                "[[road.markers]]\nname = \"{name}\"\nreflector = {:?}\n\
+                 lateral = {{ lane = 1, side = \"{name}\", offset_m = {offset} }}\nfrom_m = 0.2\n\
+                 spacing_m = {spacing}\n",
+                s.marker
+            );
+        }
+        text
+    }
+
+    /// The radar in the lane of this case; along the row its place is drawn.
+    fn site(
+        &self,
+        scenario: &Scenario,
+        s: &Settings,
+        which: usize,
+        speed_mps: f64,
+        draws: &mut Draws,
+    ) -> Result<Site> {
+        let x_m = BEHIND_M + s.left_spacing_m.max(s.right_spacing_m) * draws.uniform();
+        let plan = scene_toml::parse(Path::new("case.toml"), &self.road(s, x_m))?;
+        let yaw_rad = self.heading_deg.to_radians();
+        let lever = scenario.radars[which].mounting.translation_m.truncate();
+        let at = DVec2::new(x_m, self.offset_m) - DVec2::from_angle(yaw_rad).rotate(lever);
+        let ego =
+            Ego { position_m: DVec3::new(at.x, at.y, 0.0), yaw_rad, speed_mps, on_road: None, motion: None };
+        Site::on(&Scenario { ego, ..scenario.clone() }, plan)
+    }
+}
+
+/// Each case once in each run.
+pub(super) fn looks(given: &Given<'_>, s: &Settings, which: usize) -> Result<Vec<Made>> {
+    let ego = &given.scenario.ego;
+    let speed_mps = ego.on_road.as_ref().map_or(ego.speed_mps, |on| on.drive.speed_mps(0.0));
+    in_range("ego.speed_mps", speed_mps, 0.5, 150.0)?;
+    let all = u64::from(given.runs) * s.case.len() as u64;
+    let mut out: Vec<Made> = Vec::new();
+    for run in 0..given.runs {
+        let mut scenario = given.scenario_of(run);
+        let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, 0xca5e);
+        for (i, case) in s.case.iter().enumerate() {
+            // Noise of its own for each case.
+            scenario.seed = given.scenario_of(run).seed.wrapping_add(1_000_003 * (i as u64 + 1));
+            let site = case.site(&scenario, s, which, speed_mps, &mut draws)?;
+            let equal = case.equal || s.left_spacing_m == s.right_spacing_m;
+            let mut looker = Looker::new(&site, given, which, s, equal)?;
+            let picture = run == 0 && i < s.pictures as usize;
+            let mut made = looker.look(given, &format!("run{run}_frame{i}"), 0, run, picture)?;
+            made.case = Some(i);
+            made.step.frame = i as u32;
+            out.push(made);
+            (given.watch)(out.len() as u64, all);
+        }
+    }
+    Ok(out)
+}
+
+/// What each case set and what came out, and what the curves look like.
+pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[Made]) {
+    let mut bends: Vec<f64> = Vec::new();
+    for (i, case) in s.case.iter().enumerate() {
+        let looks: Vec<&Made> = made.iter().filter(|m| m.case == Some(i)).collect();
+        let lanes = || looks.iter().filter_map(|m| Some((*m, m.look.lane.as_ref()?)));
+        let name = &case.name;
+        let sign = |m: &Made, v: f64, set: f64| match m.look.mirror {
+            // Up to the sign, which is the set one's here.
+            true => v.abs() * if set < 0.0 { -1.0 } else { 1.0 },
+            false => v,
+        };
+        let size = if case.equal { "size only: equal spacings; " } else { "" };
+        let offset: Vec<f64> = lanes().map(|(m, l)| sign(m, l.offset_m.value, case.offset_m)).collect();
+        let why = format!("{size}the value that is set; the document draws it and states no estimate");
+        let row = Row::mean(format!("offset, {name}"), "m", &offset);
+        trial.rows.push(row.document(case.offset_m).why(&why));
+        if case.heading_deg != 0.0 {
+            let heading: Vec<f64> =
+                lanes().map(|(m, l)| sign(m, l.heading_rad.value.to_degrees(), case.heading_deg)).collect();
+            let row = Row::mean(format!("heading, {name}"), "deg", &heading);
+            trial.rows.push(row.document(case.heading_deg).why(&why));
+            // The marker in the direction of motion has the vehicle's speed (Fig. 3.23).
+            let peak: Vec<f64> = lanes().filter_map(|(_, l)| peak_m(l, s)).collect();
+            let set = (0.5 * s.row_distance_m - case.offset_m * case.heading_deg.signum())
+                / case.heading_deg.to_radians().sin().abs();
+            let row = Row::mean(format!("range of the peak of the curves, {name}"), "m", &peak);
+            trial.rows.push(row.document(set).why("row distance and heading as set, by geometry"));
+        }
+        if let Some(radius) = case.radius_m() {
+            let told: Vec<f64> = lanes().filter_map(|(_, l)| Some(l.radius_m()?[0])).collect();
+            bends.extend(told.iter().map(|r| (r / radius - 1.0).abs() * 100.0));
+            let why = format!("told in {} of {} looks; {why}", told.len(), looks.len());
+            trial.rows.push(Row::mean(format!("radius, {name}"), "m", &told).document(radius).why(why));
+            let start: Vec<f64> = lanes()
+                .filter(|(_, l)| l.curve_start_m.observed)
+                .map(|(_, l)| l.curve_start_m.value)
+                .collect();
+            let row = Row::mean(format!("distance to the bend, {name}"), "m", &start);
+            trial.rows.push(row.document(case.bend_after_m).why("the value that is set here"));
+        } else {
+            let apart: Vec<f64> = lanes().filter_map(|(_, l)| apart_mps(l, s)).collect();
+            let v = looks.first().map_or(0.0, |m| m.speed_mps);
+            let set = set_apart_mps(case, s, v);
+            let row = Row::mean(format!("distance of the curves at {APART_AT_M} m, {name}"), "m/s", &apart);
+            trial
+                .rows
+                .push(row.document(set).why("set pose, by geometry: r' = -v cos of the angle to the motion"));
+        }
+    }
+    if !bends.is_empty() {
+        let row = Row::mean("radius, relative error (mean)", "%", &bends);
+        trial.rows.push(row.why("of all bends whose curvature is beyond two standard deviations"));
+    }
+    let gross = made.iter().filter(|m| is_gross(m)).count();
+    let row = Row::new("looks with a lane that is not the true one", "", Some(gross as f64));
+    trial.rows.push(row.why(format!("more than five standard deviations off, of {}", made.len())));
+}
+
+fn is_gross(m: &Made) -> bool {
+    let (Some(e), Some(l)) = (errors(m), m.look.lane.as_ref()) else { return false };
+    (e[0] / l.offset_m.std).abs().max((e[1] / l.heading_rad.std).abs()) > 5.0
+}
+
+/// Distance in range rate of two rows at one range ahead, for a straight lane.
+fn set_apart_mps(case: &Case, s: &Settings, v: f64) -> f64 {
+    let h = case.heading_deg.to_radians();
+    let rate = |side: f64| {
+        let y = side * 0.5 * s.row_distance_m - case.offset_m;
+        let x = (APART_AT_M * APART_AT_M - y * y).max(0.0).sqrt();
+        -v * DVec2::new(x, y).dot(DVec2::from_angle(h)) / APART_AT_M
+    };
+    (rate(1.0) - rate(-1.0)).abs()
+}
+
+fn apart_mps(l: &LaneFromMap, s: &Settings) -> Option<f64> {
+    let lane = s.lane_ahead();
+    let at = |is_left: bool| -> Option<f64> {
+        let curve = l.curve(is_left, 0.05, &lane);
+        let ahead: Vec<_> = curve.iter().filter(|m| m.along_m > 0.0).collect();
+        ahead.windows(2).find_map(|w| {
+            let (a, b) = (w[0], w[1]);
+            let t = (APART_AT_M - a.range_m) / (b.range_m - a.range_m);
+            (0.0..=1.0).contains(&t).then_some(a.range_rate_mps + t * (b.range_rate_mps - a.range_rate_mps))
+        })
+    };
+    Some((at(true)? - at(false)?).abs())
+}
+
+fn peak_m(l: &LaneFromMap, s: &Settings) -> Option<f64> {
+    let lane = s.lane_ahead();
+    let all = [true, false].map(|is_left| l.curve(is_left, 0.02, &lane));
+    let top = all.iter().flatten().min_by(|a, b| a.range_rate_mps.total_cmp(&b.range_rate_mps))?;
+    Some(top.range_m)
+}

@@ -1,0 +1,226 @@
+//! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
+
+use super::{Made, MapPicture, Settings, errors};
+use catseye::error::Result;
+use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
+use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, finite_range, noise_scale};
+use crate::trial::Trial;
+use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
+
+const LEFT: Rgb = [255, 127, 80];
+const RIGHT: Rgb = [120, 220, 255];
+/// Of markers behind the radar.
+const BEHIND: Rgb = [222, 180, 120];
+const WHITE: Rgb = [255, 255, 255];
+
+pub(super) fn draw(trial: &mut Trial, s: &Settings, made: &[Made]) -> Result<()> {
+    for m in made.iter().filter(|m| m.seen.map.is_some()) {
+        let (file, title) = match m.case {
+            Some(i) => (s.case[i].name.clone(), s.case[i].title()),
+            None => {
+                let t = m.step.estimate.time_s;
+                (format!("look_{:04}", m.step.frame), format!("{t:.2} s into the drive"))
+            }
+        };
+        if let Some(map) = &m.seen.map {
+            trial.pictures.push((format!("map_{file}"), map_chart(&title, map, m, s).draw()?));
+        }
+        let lanes = lanes_chart(&title, &m.seen.points, &m.step.truth, &m.step.estimate);
+        trial.pictures.push((format!("road_{file}"), lanes.draw()?));
+    }
+    match s.case.is_empty() {
+        true => drive(trial, made),
+        false => sweeps(trial, s, made),
+    }
+}
+
+/// The fitted rows as curves in the map; broken where they turn back.
+fn curves(lane: &LaneFromMap, s: &Settings) -> [Vec<[f64; 2]>; 2] {
+    let lane_ahead = s.lane_ahead();
+    let line = |c: Vec<Foreseen>| c.iter().map(|m| [m.range_m, m.range_rate_mps]).collect();
+    [true, false].map(|is_left| line(lane.curve(is_left, 0.1, &lane_ahead)))
+}
+
+/// The map of Fig. 3.21 and 3.22 with true markers, detections and fitted curves.
+fn map_chart(title: &str, map: &MapPicture, m: &Made, s: &Settings) -> Chart {
+    let x = Axis::new("range (m)", map.range_m[0].max(0.0), map.range_m[1]);
+    let y = Axis::new("range rate (m/s), positive receding", map.range_rate_mps[0], map.range_rate_mps[1]);
+    let mut chart = Chart::new(title, x, y);
+    (chart.width, chart.height, chart.grid) = (680.0, 440.0, false);
+    let values: Vec<f64> = map.dbm.iter().map(|v| f64::from(*v)).collect();
+    chart.scale = Some(noise_scale(&values));
+    let cells = (map.rows, map.columns);
+    chart.layers.push(Layer::Cells {
+        x: (map.range_m[0], map.range_m[1]),
+        y: (map.range_rate_mps[0], map.range_rate_mps[1]),
+        rows: cells.0,
+        columns: cells.1,
+        values,
+    });
+    let ring = Mark::Ring { radius: 4.0 };
+    let inside = |p: &[f64; 2]| p[1] >= map.range_rate_mps[0] && p[1] <= map.range_rate_mps[1];
+    let points: Vec<[f64; 2]> =
+        m.seen.points.iter().map(|p| [p.range_m, p.range_rate_mps]).filter(inside).collect();
+    chart.layers.push(Layer::Marks { points, mark: ring, paint: Paint::Fixed(WHITE) });
+    chart.key("points", Symbol::Mark(ring, WHITE));
+    if let Some(lane) = &m.look.lane {
+        for (curve, (colour, name)) in
+            curves(lane, s).into_iter().zip([(LEFT, "left row, fitted"), (RIGHT, "right row, fitted")])
+        {
+            let pen = Pen::solid(colour, 1.6);
+            chart.layers.push(Layer::Line { points: curve, pen });
+            chart.key(name, Symbol::Line(pen));
+        }
+    }
+    chart
+}
+
+/// Range rates of all markers, those behind the radar as diamonds (Fig. 3.22 b and d, 3.23, 3.24), and the fitted curves.
+fn rates_chart(title: &str, m: &Made, s: &Settings) -> Chart {
+    let v = m.speed_mps.abs().max(0.1);
+    let x = Axis::new("range (m)", 0.0, s.far_m);
+    let y = Axis::new("range rate (m/s), positive receding", -1.1 * v, 1.1 * v);
+    let mut chart = Chart::new(title, x, y);
+    (chart.width, chart.height) = (560.0, 400.0);
+    let of = |behind: bool| m.markers.iter().filter(|k| k.1 == behind).map(|k| k.0).collect::<Vec<_>>();
+    let (dot, ring) = (Mark::Dot { radius: 4.0 }, Mark::Diamond { radius: 3.5 });
+    chart.layers.push(Layer::Marks { points: of(true), mark: ring, paint: Paint::Fixed(BEHIND) });
+    chart.layers.push(Layer::Marks { points: of(false), mark: dot, paint: Paint::Fixed(TRUE) });
+    chart.key("markers", Symbol::Mark(dot, TRUE));
+    chart.key("behind", Symbol::Mark(ring, BEHIND));
+    let small = Mark::Dot { radius: 1.6 };
+    let strong = m.seen.points.iter().filter(|p| p.snr_db >= s.min_snr_db);
+    let points =
+        strong.map(|p| [p.range_m, p.range_rate_mps]).filter(|p| p[1].abs() < 1.1 * v && p[0] < s.far_m);
+    chart.layers.push(Layer::Marks { points: points.collect(), mark: small, paint: Paint::Fixed(SEEN) });
+    chart.key("points", Symbol::Mark(small, SEEN));
+    if let Some(lane) = &m.look.lane {
+        for (curve, colour) in curves(lane, s).into_iter().zip([FOUND, OTHER]) {
+            chart.layers.push(Layer::Line { points: curve, pen: Pen::solid(colour, 1.2) });
+        }
+        chart.key("left fitted", Symbol::Line(Pen::solid(FOUND, 1.2)));
+        chart.key("right fitted", Symbol::Line(Pen::solid(OTHER, 1.2)));
+    }
+    chart
+}
+
+/// A value over another with bars of two standard deviations and the truth as a line.
+fn over(title: &str, x: &str, y: &str, points: &[[f64; 3]], truth: Vec<[f64; 2]>) -> Chart {
+    let range = |values: Vec<f64>| {
+        let (lo, hi) = finite_range(values).unwrap_or((0.0, 1.0));
+        let pad = (0.06 * (hi - lo)).max(1e-3);
+        (lo - pad, hi + pad)
+    };
+    let xs = range(points.iter().map(|p| p[0]).chain(truth.iter().map(|t| t[0])).collect());
+    let ys = range(
+        points
+            .iter()
+            .flat_map(|p| [p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]])
+            .chain(truth.iter().map(|t| t[1]))
+            .collect(),
+    );
+    let mut chart = Chart::new(title, Axis::new(x, xs.0, xs.1), Axis::new(y, ys.0, ys.1));
+    let grey = Pen::solid(TRUE, 2.0);
+    chart.layers.push(Layer::Line { points: truth, pen: grey });
+    for [x, y, std] in points {
+        let points = vec![[*x, y - 2.0 * std], [*x, y + 2.0 * std]];
+        chart.layers.push(Layer::Line { points, pen: Pen::solid(SEEN, 1.0) });
+    }
+    let dot = Mark::Dot { radius: 2.5 };
+    let places = points.iter().map(|p| [p[0], p[1]]).collect();
+    chart.layers.push(Layer::Marks { points: places, mark: dot, paint: Paint::Fixed(SEEN) });
+    chart.key("true", Symbol::Line(grey));
+    chart.key("estimate, 2σ", Symbol::Mark(dot, SEEN));
+    chart
+}
+
+fn drive(trial: &mut Trial, made: &[Made]) -> Result<()> {
+    let first: Vec<&Made> = made.iter().filter(|m| m.step.run == 0).collect();
+    if first.len() < 2 {
+        return Ok(());
+    }
+    // A lane whose sign is open is drawn with the true one.
+    let points = |k: usize, factor: f64| -> Vec<[f64; 3]> {
+        first
+            .iter()
+            .filter_map(|m| {
+                let (l, e, r) = (m.look.lane.as_ref()?, errors(m)?, m.radar?);
+                let std = if k == 0 { l.offset_m.std } else { l.heading_rad.std };
+                Some([m.step.estimate.time_s, factor * (r[k] + e[k]), factor * std])
+            })
+            .collect()
+    };
+    let truth = |k: usize, factor: f64| -> Vec<[f64; 2]> {
+        first.iter().filter_map(|m| Some([m.step.estimate.time_s, factor * m.radar?[k]])).collect()
+    };
+    let degrees = 1f64.to_degrees();
+    let charts = [
+        ("offset", "offset of the radar (m)", 0, 1.0),
+        ("heading", "heading of its motion (deg)", 1, degrees),
+    ];
+    for (file, label, k, factor) in charts {
+        let chart = over("First drive", "time (s)", label, &points(k, factor), truth(k, factor));
+        trial.pictures.push((format!("{file}_over_time"), chart.draw()?));
+    }
+    let bend: Vec<[f64; 3]> = first
+        .iter()
+        .filter_map(|m| {
+            let k = m.look.lane.as_ref()?.curvature_per_m;
+            Some([m.step.estimate.time_s, k.value, k.std])
+        })
+        .collect();
+    let truth = first.iter().filter_map(|m| Some([m.step.estimate.time_s, m.step.truth.curvature_per_m?]));
+    let label = "curvature of the bend ahead (1/m)";
+    let mut chart = over("First drive", "time (s)", label, &bend, truth.collect());
+    if let Some(key) = chart.keys.first_mut() {
+        key.label = "true, where the vehicle stands".into();
+    }
+    trial.pictures.push(("curvature_over_time".into(), chart.draw()?));
+    Ok(())
+}
+
+fn sweeps(trial: &mut Trial, s: &Settings, made: &[Made]) -> Result<()> {
+    let mut charts = Vec::new();
+    for m in made.iter().filter(|m| m.step.run == 0 && m.seen.map.is_some()) {
+        let Some(case) = m.case.map(|i| &s.case[i]) else { continue };
+        charts.push(rates_chart(&case.title(), m, s).draw()?);
+    }
+    if !charts.is_empty() {
+        trial.pictures.push(("range_rates".into(), catseye_plot::Picture::sheet(&charts, 2)));
+    }
+    let set = |m: &Made| m.case.map(|i| &s.case[i]);
+    let of = |what: &dyn Fn(&Made) -> Option<[f64; 3]>| made.iter().filter_map(what).collect::<Vec<_>>();
+    let line = |p: &[[f64; 3]]| {
+        let (lo, hi) = finite_range(p.iter().map(|p| p[0])).unwrap_or((0.0, 1.0));
+        vec![[lo, lo], [hi, hi]]
+    };
+    let offsets = of(&|m| {
+        let (e, r, l) = (errors(m)?, m.radar?, m.look.lane.as_ref()?);
+        Some([r[0], r[0] + e[0], l.offset_m.std])
+    });
+    let headings = of(&|m| {
+        let (e, r, l) = (errors(m)?, m.radar?, m.look.lane.as_ref()?);
+        Some([r[1].to_degrees(), (r[1] + e[1]).to_degrees(), l.heading_rad.std.to_degrees()])
+    });
+    let curvatures = of(&|m| {
+        let (case, l) = (set(m).filter(|c| c.radius_m != 0.0)?, m.look.lane.as_ref()?);
+        let k = l.curvature_per_m;
+        let value = if m.look.mirror { k.value.abs().copysign(case.radius_m) } else { k.value };
+        Some([1.0 / case.radius_m, value, k.std])
+    });
+    let all = [
+        ("offsets", "offset of the radar (m)", offsets),
+        ("headings", "heading (deg)", headings),
+        ("curvatures", "curvature of the bend (1/m)", curvatures),
+    ];
+    for (file, what, points) in all {
+        let spread = finite_range(points.iter().map(|p| p[0])).map_or(0.0, |(lo, hi)| hi - lo);
+        if points.len() > 2 && spread > 1e-6 {
+            let truth = line(&points);
+            let chart =
+                over("All looks", &format!("set: {what}"), &format!("estimated: {what}"), &points, truth);
+            trial.pictures.push((file.into(), chart.draw()?));
+        }
+    }
+    Ok(())
+}

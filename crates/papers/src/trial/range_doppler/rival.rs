@@ -1,0 +1,17 @@
+//! The method among others on one drive.
+
+use super::Settings;
+use catseye::error::Result;
+use crate::trial::compare::{Rival, chirp_radar};
+use crate::trial::{Drive, Given};
+
+pub(in crate::trial) fn rival(
+    given: &Given<'_>,
+    settings: &Settings,
+    drive: &Drive<'_>,
+    _run: u32,
+) -> Result<Rival> {
+    let which = chirp_radar(given)?;
+    let equal = settings.left_spacing_m == settings.right_spacing_m;
+    Ok(Rival::of_points(settings.estimator(drive.radar(which), equal)?, which))
+}

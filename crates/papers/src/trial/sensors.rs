@@ -1,0 +1,223 @@
+//! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
+//! satellites; and what a frame leaves for estimators, so that it can be kept.
+
+use super::drive::{Drive, Level, lane_point, lane_track};
+use super::{Given, SpeedSensor};
+use catseye_io::follow::Follower;
+use catseye::detect::accuracy::PointStd;
+use catseye::detect::ambiguity::Ambiguity;
+use catseye::detect::points::Point;
+use catseye::error::Result;
+use catseye_lane::camera_fusion::Image;
+use catseye_lane::hd_map::RadarPose;
+use catseye_lane::{LanePoint, LaneTrack, Look, Measured, PulseScan};
+use catseye::rng::Draws;
+use catseye::scene::motion::{Joint, Motion};
+use catseye::scene::radar::Radar;
+use catseye::scene::scenario::Scenario;
+use glam::{DQuat, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A point of a frame without its labels: what an estimator may know.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    range_m: f64,
+    range_rate_mps: f64,
+    azimuth_rad: f64,
+    elevation_rad: f64,
+    position_m: [f64; 3],
+    power_dbm: f64,
+    snr_db: f64,
+    rcs_dbsm: f64,
+    std: PointStd,
+    beat_std_cells: f64,
+    ambiguity: Ambiguity,
+}
+
+impl Seen {
+    /// None where a number is infinite, as the cross section is where an antenna has no gain.
+    pub fn of(p: &Point) -> Option<Seen> {
+        let seen = Seen {
+            range_m: p.range_m,
+            range_rate_mps: p.range_rate_mps,
+            azimuth_rad: p.azimuth_rad,
+            elevation_rad: p.elevation_rad,
+            position_m: p.position_m.to_array(),
+            power_dbm: p.power_dbm,
+            snr_db: p.snr_db,
+            rcs_dbsm: p.rcs_dbsm,
+            std: p.std,
+            beat_std_cells: p.beat_std_cells,
+            ambiguity: p.ambiguity,
+        };
+        let numbers = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.rcs_dbsm, p.snr_db];
+        let stds = [p.std.range_m, p.std.range_rate_mps, p.beat_std_cells];
+        numbers.iter().chain(&stds).all(|v| v.is_finite()).then_some(seen)
+    }
+
+    pub fn point(&self) -> Point {
+        Point {
+            range_m: self.range_m,
+            range_rate_mps: self.range_rate_mps,
+            azimuth_rad: self.azimuth_rad,
+            elevation_rad: self.elevation_rad,
+            position_m: DVec3::from_array(self.position_m),
+            power_dbm: self.power_dbm,
+            snr_db: self.snr_db,
+            rcs_dbsm: self.rcs_dbsm,
+            std: self.std,
+            beat_std_cells: self.beat_std_cells,
+            ambiguity: self.ambiguity,
+            // Methods do not ask, and what is kept is JSON, which has no infinity.
+            modulo_mps: f64::INFINITY,
+            object_id: 0,
+            class: String::new(),
+            bounces: 0,
+            ghost: false,
+            share: 0.0,
+        }
+    }
+}
+
+/// The points of a frame, kept.
+pub fn seen_of(
+    given: &Given<'_>,
+    drive: &Drive<'_>,
+    which: usize,
+    key: &str,
+    index: u32,
+) -> Result<Vec<Seen>> {
+    given.kept(key, || Ok(drive.frame(which, index)?.points.iter().filter_map(Seen::of).collect()))
+}
+
+/// Those points as lane estimators take them.
+pub fn lane_points(radar: &Radar, seen: &[Seen]) -> Vec<LanePoint> {
+    seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
+}
+
+/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
+pub struct Bus {
+    speed: SpeedSensor,
+    gyro: Draws,
+    yaw_rate_std_rad_per_s: f64,
+}
+
+impl Bus {
+    pub fn new(seed: u64, speed_std_mps: f64, speed_step_mps: f64, yaw_rate_std_rad_per_s: f64) -> Bus {
+        let gyro = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x6759_726f);
+        Bus { speed: SpeedSensor::new(seed, speed_std_mps, speed_step_mps), gyro, yaw_rate_std_rad_per_s }
+    }
+
+    /// (speed, yaw rate).
+    pub fn read(&mut self, level: &Level) -> (Measured, Measured) {
+        let std = self.yaw_rate_std_rad_per_s;
+        let value = level.yaw_rate_rad_per_s + std * self.gyro.normal();
+        (self.speed.read(level.speed_mps), Measured { value, std })
+    }
+}
+
+/// Where a vehicle takes itself to be, by what its bus says; in a frame of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Odometer {
+    pub now: Level,
+    time_s: f64,
+}
+
+impl Odometer {
+    pub fn new(time_s: f64, speed_mps: f64, yaw_rate_rad_per_s: f64) -> Odometer {
+        Odometer { now: Level { at_m: DVec2::ZERO, heading_rad: 0.0, speed_mps, yaw_rate_rad_per_s }, time_s }
+    }
+
+    /// From the last time to this one with the means of both ends.
+    pub fn step(&mut self, time_s: f64, speed_mps: f64, yaw_rate_rad_per_s: f64) {
+        let dt = time_s - self.time_s;
+        let speed = 0.5 * (self.now.speed_mps + speed_mps);
+        let turn = 0.5 * (self.now.yaw_rate_rad_per_s + yaw_rate_rad_per_s) * dt;
+        self.now.at_m += DVec2::from_angle(self.now.heading_rad + 0.5 * turn) * (speed * dt);
+        self.now.heading_rad += turn;
+        (self.now.speed_mps, self.now.yaw_rate_rad_per_s) = (speed_mps, yaw_rate_rad_per_s);
+        self.time_s = time_s;
+    }
+
+    /// The scenario with the vehicle there and moving so, and with no other motion: for the tracker.
+    pub fn told(&self, scenario: &Scenario) -> Scenario {
+        let l = &self.now;
+        let velocity = (DVec2::from_angle(l.heading_rad) * l.speed_mps).extend(0.0);
+        let joints = vec![
+            Joint::Spin {
+                axis: DVec3::Z,
+                rate_rad_per_s: l.yaw_rate_rad_per_s,
+                angle_rad: l.heading_rad - l.yaw_rate_rad_per_s * self.time_s,
+            },
+            Joint::Fixed(DQuat::IDENTITY, l.at_m.extend(0.0) - velocity * self.time_s),
+            Joint::Line(velocity),
+        ];
+        let mut told = scenario.clone();
+        told.ego.motion = Some(Arc::new(Motion { joints }));
+        told
+    }
+}
+
+/// Tracks of what moves, told the vehicle's motion by its own bus.
+pub struct Pursuit {
+    follower: Follower,
+    odometer: Option<Odometer>,
+}
+
+impl Pursuit {
+    /// Errors: none with the default settings.
+    pub fn new() -> Result<Pursuit> {
+        Ok(Pursuit { follower: Follower::new()?, odometer: None })
+    }
+
+    /// The tracks that this frame's points went to, in the vehicle's level frame.
+    pub fn step(
+        &mut self,
+        scenario: &Scenario,
+        radar: &Radar,
+        index: u32,
+        seen: &[Seen],
+        (speed, yaw_rate): (Measured, Measured),
+    ) -> Result<Vec<LaneTrack>> {
+        let time_s = scenario.frames.time_s(index);
+        let odometer =
+            self.odometer.get_or_insert_with(|| Odometer::new(time_s, speed.value, yaw_rate.value));
+        odometer.step(time_s, speed.value, yaw_rate.value);
+        let points: Vec<Point> = seen.iter().map(Seen::point).collect();
+        self.follower.points(&odometer.told(scenario), radar, index, &points)?;
+        let now = odometer.now;
+        let fresh = self.follower.tracker.confirmed().filter(|t| t.seen_s == time_s);
+        Ok(fresh.map(|t| lane_track(&now, t)).collect())
+    }
+}
+
+/// A [`Look`] that owns what it holds.
+#[derive(Debug, Clone, Default)]
+pub struct OwnedLook {
+    pub time_s: f64,
+    pub speed_mps: Option<Measured>,
+    pub yaw_rate_rad_per_s: Option<Measured>,
+    pub points: Vec<LanePoint>,
+    pub tracks: Vec<LaneTrack>,
+    pub pulse: Option<Vec<f64>>,
+    pub scans: Vec<PulseScan>,
+    pub image: Option<Image>,
+    pub place: Option<RadarPose>,
+}
+
+impl OwnedLook {
+    pub fn look(&self) -> Look<'_> {
+        Look {
+            time_s: self.time_s,
+            speed_mps: self.speed_mps,
+            yaw_rate_rad_per_s: self.yaw_rate_rad_per_s,
+            points: &self.points,
+            tracks: &self.tracks,
+            pulse: self.pulse.as_deref(),
+            scans: &self.scans,
+            image: self.image.as_ref(),
+            place: self.place,
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! The method among others on one drive.
+
+use super::{Settings, estimator_on, map_drive, needs, on_road};
+use catseye::error::Result;
+use catseye::road::scene_toml;
+use crate::trial::compare::{Rival, chirp_radar};
+use crate::trial::{Drive, Given};
+
+/// The road is mapped first, on a drive of its own with other traffic.
+pub(in crate::trial) fn rival(
+    given: &Given<'_>,
+    settings: &Settings,
+    drive: &Drive<'_>,
+    _run: u32,
+) -> Result<Rival> {
+    let which = chirp_radar(given)?;
+    let (path, _) = on_road(given.scenario)?;
+    let plan = scene_toml::load(path)?;
+    let mapped = map_drive(given, settings, which, &plan, &mut |_| {})?;
+    let estimator = estimator_on(settings, drive, which, &mapped)
+        .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))?;
+    Ok(Rival::of_points(estimator, which))
+}

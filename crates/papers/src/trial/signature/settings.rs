@@ -1,0 +1,231 @@
+//! The table `[lane.signature]`.
+
+use catseye::error::{BadInput, Error, Result};
+use catseye_lane::signature::row::{RowOptions, RowReader};
+use catseye_lane::signature::words::{Alphabet, Code, ReadSettings};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A code for a row of markers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CodeName {
+    Hamming7x4,
+    Bch15x7,
+    Bch15x5,
+}
+
+/// Gaps between markers: one for each bit.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GapsTable {
+    /// Gap that is a zero, m.
+    pub zero_m: f64,
+    /// Gap that is a one, m.
+    pub one_m: f64,
+    /// Gap between a word and the next, m; default none.
+    pub sync_m: Option<f64>,
+}
+
+/// Markers on either side of their line: one for each bit, ones to the left.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SidesTable {
+    /// From one marker to the next, m.
+    pub pitch_m: f64,
+    /// Distance of the markers from their line, m.
+    pub side_m: f64,
+    /// From a word's last marker to the next word's first, m; default as within a word.
+    pub sync_m: Option<f64>,
+}
+
+/// A row of markers whose word is read.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RowTable {
+    pub name: String,
+    /// Where the row passes beside the vehicle, from and to, positive left, m.
+    pub beside_m: [f64; 2],
+    pub code: CodeName,
+    /// How bits are written: gaps or sides, one of the two.
+    pub gaps: Option<GapsTable>,
+    pub sides: Option<SidesTable>,
+    /// What is written, zeros and ones: to judge the readings by, not to read them.
+    pub word: Option<String>,
+}
+
+/// Table `[lane.signature]` of a scenario: the drive that is mapped and what the vehicle knows of its own motion.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Frames of the drive that is mapped, 1 to 10 000.
+    pub map_frames: u32,
+    /// Between them, s.
+    pub map_interval_s: f64,
+    /// Where that drive begins on the ego's road, m; default where the ego does.
+    pub map_s_m: Option<f64>,
+    /// Its place in the ego's lane, m, positive left.
+    pub map_offset_m: f64,
+    /// By how much vehicles stand further along their roads on that drive, m: other traffic.
+    pub map_traffic_m: f64,
+    /// Standard deviations of the mapping drive's poses: place (m, along each axis) and heading (deg), and the time over which
+    /// their errors last (s).
+    pub ins_std_m: f64,
+    pub ins_heading_std_deg: f64,
+    pub ins_lasting_s: f64,
+    /// Of the speed and of the yaw rate that the bus tells, m/s and deg/s.
+    pub speed_std_mps: f64,
+    pub yaw_rate_std_deg_per_s: f64,
+    /// Each run begins up to so much further on the road, and so much beside the ego's offset to either side, m.
+    pub vary_start_m: f64,
+    pub vary_offset_m: f64,
+    /// Of the survey of the lane lines, across them, m.
+    pub lines_std_m: f64,
+    /// Points nearer or farther than this are not taken, m.
+    pub range_m: [f64; 2],
+    /// Scans that a landmark of the map was seen in, at least.
+    pub least_hits: u32,
+    /// Lines are judged up to this far, m.
+    pub reach_m: f64,
+    /// Shares of a row's points that are taken away, and of others that are added, in readings made worse on purpose.
+    pub worse: f64,
+    /// Rows of markers whose words are read.
+    pub row: Vec<RowTable>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            map_frames: 40,
+            map_interval_s: 0.3,
+            map_s_m: None,
+            map_offset_m: 0.0,
+            map_traffic_m: 30.0,
+            ins_std_m: 0.03,
+            ins_heading_std_deg: 0.05,
+            ins_lasting_s: 3.0,
+            speed_std_mps: 0.05,
+            yaw_rate_std_deg_per_s: 0.2,
+            vary_start_m: 0.0,
+            vary_offset_m: 0.0,
+            lines_std_m: 0.03,
+            range_m: [3.0, 40.0],
+            least_hits: 3,
+            reach_m: 30.0,
+            worse: 0.1,
+            row: Vec::new(),
+        }
+    }
+}
+
+const NAMES: [&str; 3] = ["hamming7x4", "bch15x7", "bch15x5"];
+
+impl RowTable {
+    pub(super) fn code(&self) -> Code {
+        match self.code {
+            CodeName::Hamming7x4 => Code::Hamming7x4,
+            CodeName::Bch15x7 => Code::Bch15x7,
+            CodeName::Bch15x5 => Code::Bch15x5,
+        }
+    }
+
+    pub(super) fn alphabet(&self) -> Option<Alphabet> {
+        match (self.gaps, self.sides) {
+            (Some(g), None) => Some(Alphabet::Gaps { zero_m: g.zero_m, one_m: g.one_m, sync_m: g.sync_m }),
+            (None, Some(s)) => {
+                Some(Alphabet::Sides { pitch_m: s.pitch_m, side_m: s.side_m, sync_m: s.sync_m })
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn options(&self, range_m: [f64; 2]) -> Option<RowOptions> {
+        let read = ReadSettings { scale_std: 0.01, ..ReadSettings::default() };
+        let far = range_m[1].min(30.0);
+        Some(RowOptions {
+            read,
+            range_m: [range_m[0].min(far - 1.0), far],
+            ..RowOptions::new(&self.name, self.beside_m, self.code(), self.alphabet()?)
+        })
+    }
+
+    /// Of the word that is written: its bits, where they are a word of the code.
+    pub(super) fn written(&self) -> Option<Vec<bool>> {
+        Some(self.word.as_ref()?.chars().map(|c| c == '1').collect())
+    }
+}
+
+impl Settings {
+    /// Errors: values outside their ranges; rows that cannot be read.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, value: String, allowed: &str, remedy: &str| -> Error {
+            BadInput::new("is out of range")
+                .key(format!("lane.signature.{key}"))
+                .value(value)
+                .allowed(allowed)
+                .remedy(remedy)
+                .into()
+        };
+        let within = |x: f64, lo: f64, hi: f64| x.is_finite() && (lo..=hi).contains(&x);
+        if !(1..=10_000).contains(&self.map_frames) {
+            return Err(wrong("map_frames", self.map_frames.to_string(), "1..=10000", "as in 60"));
+        }
+        if !(1..=1000).contains(&self.least_hits) {
+            return Err(wrong("least_hits", self.least_hits.to_string(), "1..=1000", "as in 3"));
+        }
+        let numbers = [
+            ("map_interval_s", self.map_interval_s, 1e-3, 100.0, "seconds, as in 0.3"),
+            ("map_s_m", self.map_s_m.unwrap_or(0.0), 0.0, 1e6, "metres along the road"),
+            ("map_offset_m", self.map_offset_m, -20.0, 20.0, "metres, positive left"),
+            ("map_traffic_m", self.map_traffic_m, -1e5, 1e5, "metres along the road"),
+            ("ins_std_m", self.ins_std_m, 0.0, 5.0, "metres, as in 0.03"),
+            ("ins_heading_std_deg", self.ins_heading_std_deg, 0.0, 10.0, "degrees, as in 0.05"),
+            ("ins_lasting_s", self.ins_lasting_s, 1e-3, 1e6, "seconds, as in 3"),
+            ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "m/s, as in 0.05"),
+            ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 20.0, "deg/s, as in 0.2"),
+            ("vary_start_m", self.vary_start_m, 0.0, 1e5, "metres along the road"),
+            ("vary_offset_m", self.vary_offset_m, 0.0, 10.0, "metres"),
+            ("lines_std_m", self.lines_std_m, 0.0, 2.0, "metres, as in 0.03"),
+            ("reach_m", self.reach_m, 5.0, 200.0, "metres, as in 30"),
+            ("worse", self.worse, 0.0, 0.5, "a share, as in 0.1"),
+        ];
+        for (key, value, lo, hi, remedy) in numbers {
+            if !within(value, lo, hi) {
+                return Err(wrong(key, value.to_string(), &format!("{lo}..={hi}"), remedy));
+            }
+        }
+        let [near, far] = self.range_m;
+        if !(within(near, 0.0, 100.0) && within(far, near + 1.0, 300.0)) {
+            let value = format!("[{near}, {far}]");
+            return Err(wrong("range_m", value, "0 <= near, near + 1 <= far <= 300", "as in [3, 40]"));
+        }
+        for row in &self.row {
+            let key = |k: &str| format!("row.{k} of the row \"{}\"", row.name);
+            let Some(options) = row.options(self.range_m) else {
+                let value = format!("{} of the two", usize::from(row.gaps.is_some()) * 2);
+                return Err(wrong(&key("gaps"), value, "gaps or sides", "give one of gaps and sides"));
+            };
+            RowReader::new(options).map_err(|e| {
+                wrong(&key("code"), e.to_string(), "a code that can be read", "see the message")
+            })?;
+            if let Some(word) = &row.word {
+                let n = row.code().length();
+                let known = word.len() == n && word.chars().all(|c| c == '0' || c == '1');
+                let is_word = (0..1u32 << row.code().message_bits())
+                    .any(|m| row.code().encode(m).ok() == row.written());
+                if !known || !is_word {
+                    let name = NAMES[row.code as usize];
+                    let allowed = format!("{n} zeros and ones that are a word of {name}");
+                    let near = row.code().encode(0).unwrap_or_default();
+                    let remedy = format!("its first word is {}", bits(&near));
+                    return Err(wrong(&key("word"), word.clone(), &allowed, &remedy));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn bits(word: &[bool]) -> String {
+    word.iter().map(|b| if *b { '1' } else { '0' }).collect()
+}

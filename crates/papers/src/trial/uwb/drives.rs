@@ -1,0 +1,733 @@
+//! Scans: the bare road, the slow drive past the plates, the runs.
+
+use super::settings::Settings;
+use catseye::error::{BadInput, Result};
+use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Reason, Side};
+use catseye::rng::Draws;
+use catseye::road::labels::RoadLabel;
+use catseye::road::site::Site;
+use catseye::scene::backscatter::{Backscatter, Law};
+use catseye::scene::material::MaterialKind;
+use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
+use catseye::scene::toml_file::referred;
+use catseye::scene::waveform::Waveform;
+use catseye::scene::{Mesh, Object, Shape};
+use crate::trial::{Drive, Given};
+use catseye::units::C0;
+use glam::{DVec2, DVec3};
+use std::cell::Cell;
+
+/// Band for which the asphalt of the settings holds, Hz.
+const ASPHALT_HZ: (f64, f64) = (1e9, 40e9);
+/// Road at both ends that slow drives leave out, m.
+const END_M: f64 = 5.0;
+/// Room between the vehicle's side and the line on the drives without markers, m.
+const SIDE_M: f64 = 0.1;
+/// Frames that are kept in one file.
+const BLOCK: u32 = 40;
+/// Time between the draws of a run's speed, s, and how far these lie from its mean at most, m/s. Within a drive the document's
+/// tables hold speeds about 0.5 m/s round their mean.
+const SPEED_EVERY_S: f64 = 2.0;
+const SPEED_SPREAD_MPS: f64 = 0.5;
+/// Drives on the road without markers, from side to side of the lane.
+const LEAST_QUIET_DRIVES: u32 = 3;
+/// Scans of a run-up at most.
+const MOST_RUN_UP: u32 = 10_000;
+/// Streams of draws.
+const SPEEDS: u32 = 0x75_77_62;
+
+/// One impulse radar and what its samples mean.
+pub struct Eye {
+    /// Number of the radar in the scenario.
+    pub which: usize,
+    pub name: String,
+    pub side: Side,
+    pub height_m: f64,
+    /// In the vehicle's level frame.
+    pub at_m: [f64; 2],
+    pub axis: RangeAxis,
+    pub gate: RangeGate,
+    /// Samples up to the end of the gate.
+    pub samples: usize,
+}
+
+impl Eye {
+    /// Lateral distance up to which a marker beside the radar lies within the gate, m.
+    pub fn reach_m(&self) -> f64 {
+        (self.gate.max_m * self.gate.max_m - self.height_m * self.height_m).max(0.0).sqrt()
+    }
+}
+
+fn wrong(key: &str, reason: Reason) -> catseye::error::Error {
+    BadInput::new(reason.to_string()).key(key).into()
+}
+
+/// The impulse radars of a scenario: the first of each side, left before right.
+///
+/// Errors: none; one that is not real-valued, does not cover the gate, or stands on the ground.
+pub fn eyes(scenario: &Scenario, settings: &Settings) -> Result<Vec<Eye>> {
+    let mut found: Vec<Eye> = Vec::new();
+    for (which, radar) in scenario.radars.iter().enumerate() {
+        if !matches!(radar.waveform, Waveform::Pulse { .. }) {
+            continue;
+        }
+        let eye = eye(which, radar, settings)?;
+        if found.iter().all(|e| e.side != eye.side) {
+            found.push(eye);
+        }
+    }
+    found.sort_by_key(|e| e.side == Side::Right);
+    if found.is_empty() {
+        return Err(BadInput::new("the scenario has no impulse radar")
+            .key("radar")
+            .allowed("a radar with waveform.kind = \"pulse\"")
+            .remedy("radar = \"uwb9\", or a file of your own")
+            .into());
+    }
+    Ok(found)
+}
+
+fn eye(which: usize, radar: &Radar, settings: &Settings) -> Result<Eye> {
+    let bad = |problem: &str, key: &str| BadInput::new(problem).key(format!("{}: {key}", radar.name));
+    if radar.sampling != Sampling::Real {
+        let e = bad("the method takes samples of the wave itself", "receiver.sampling");
+        return Err(e.allowed("real").remedy("sampling = \"real\"").into());
+    }
+    let at = radar.mounting.translation_m;
+    if at.z <= 0.0 {
+        let e = bad("the radar does not stand above the road", "mounting.position_m").value(at.z);
+        return Err(e.allowed("a height above 0 m").into());
+    }
+    let lane = MarkedLane {
+        height_m: at.z,
+        lane_width_m: settings.lane_width_m,
+        car_width_m: settings.car_width_m,
+        spacing_m: settings.spacing_m,
+        plate_length_m: settings.plate_length_m,
+    };
+    let gate = match settings.gate_m {
+        Some([near, far]) => RangeGate::new(near, far),
+        None => RangeGate::from_marked_lane(&lane),
+    };
+    let gate =
+        gate.and_then(|g| g.widened(settings.gate_margin_m)).map_err(|r| wrong("lane.uwb.gate_m", r))?;
+    let axis = RangeAxis::from_time(radar.adc_start_s, radar.sample_rate_hz)
+        .map_err(|r| wrong("receiver.adc_start_s", r))?;
+    let last_m = axis.start_m + (radar.samples.max(1) - 1) as f64 * axis.step_m;
+    if gate.min_m < axis.start_m || gate.max_m > last_m {
+        return Err(bad("the samples do not cover the gate", "receiver.samples")
+            .value(format!("{:.2}..{:.2} m", axis.start_m, last_m))
+            .allowed(format!("{:.2}..{:.2} m and more", gate.min_m, gate.max_m))
+            .remedy("change adc_start_s or samples, or give lane.uwb.gate_m")
+            .into());
+    }
+    let samples = ((gate.max_m - axis.start_m) / axis.step_m).ceil() as usize + 1;
+    Ok(Eye {
+        which,
+        name: radar.name.clone(),
+        // Looks to the right: left of the middle is the left line.
+        side: if at.y > 0.0 { Side::Left } else { Side::Right },
+        height_m: at.z,
+        at_m: [at.x, at.y],
+        axis,
+        gate,
+        samples: samples.min(radar.samples),
+    })
+}
+
+/// The scenario's site, with the settings' asphalt, which is rough, in place of the table's mirror.
+pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
+    let mut site = Site::new(scenario)?;
+    let a = settings.asphalt;
+    let holds = |hz: f64, band: (f64, f64)| (band.0..=band.1).contains(&hz);
+    let hz = scenario.radars.iter().map(|r| r.carrier_hz);
+    for m in site.scene.materials.iter_mut().filter(|m| m.name == "asphalt") {
+        if !hz.clone().all(|f| holds(f, ASPHALT_HZ)) {
+            continue;
+        }
+        m.kind = MaterialKind::Dielectric {
+            eps_real: a.relative_permittivity,
+            eps_loss: 0.0,
+            conductivity_s_per_m: 0.0,
+        };
+        m.roughness_rms_m = a.roughness_mm * 1e-3;
+        m.backscatter = (a.roughness_mm > 0.0).then(|| Backscatter::of(Law::Oh));
+        m.valid_hz = ASPHALT_HZ;
+        m.source = "lane.uwb.asphalt".into();
+    }
+    Ok(site)
+}
+
+/// The scenario of a run, at a speed and with a sway of its own where the settings say so.
+pub fn scenario_of_run(given: &Given<'_>, settings: &Settings, run: u32) -> Scenario {
+    let mut scenario = given.scenario_of(run);
+    let duration_s = scenario.duration_s();
+    let Some(on) = &mut scenario.ego.on_road else { return scenario };
+    let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, SPEEDS);
+    if let Some(range) = settings.speed_range_kmh {
+        let [low, high] = range.map(|v| v / 3.6);
+        let mean = low + (high - low) * draws.uniform();
+        let count = (duration_s / SPEED_EVERY_S).ceil() as usize + 1;
+        let speed = |i: usize| {
+            let v = mean + SPEED_SPREAD_MPS * (2.0 * draws.uniform() - 1.0);
+            [i as f64 * SPEED_EVERY_S, v.clamp(low, high)]
+        };
+        on.drive.speed = (0..count).map(speed).collect();
+    }
+    if let Some(sway) = &mut on.drive.sway {
+        sway.phase = draws.uniform();
+    }
+    scenario
+}
+
+/// Counts frames over all drives.
+pub struct Progress<'a> {
+    given: &'a Given<'a>,
+    done: Cell<u64>,
+    pub all: u64,
+}
+
+impl<'a> Progress<'a> {
+    pub fn new(given: &'a Given<'a>, all: u64) -> Progress<'a> {
+        Progress { given, done: Cell::new(0), all }
+    }
+    fn step(&self, frames: u64) {
+        let done = self.done.get() + frames;
+        self.done.set(done);
+        (self.given.watch)(done, self.all.max(done));
+    }
+}
+
+/// Scans of all eyes, `[frame][eye]`, up to the end of each gate.
+pub type Scans = Vec<Vec<Vec<f32>>>;
+
+/// What of a site is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scenery {
+    All,
+    /// What comes near enough to show in the samples: the rest of a long road with much on it takes most of the time.
+    WithinReach,
+}
+
+/// Drives a site and takes the scans.
+pub fn scans(
+    given: &Given<'_>,
+    progress: &Progress<'_>,
+    key: &str,
+    site: &Site,
+    eyes: &[Eye],
+    scenery: Scenery,
+) -> Result<Scans> {
+    let whole = match scenery {
+        Scenery::All => Some(Drive::new(site, given.engine)?),
+        Scenery::WithinReach => None,
+    };
+    let count = site.scenario.frames.count;
+    let mut all = Scans::new();
+    let mut from = 0;
+    while from < count {
+        let to = (from + BLOCK).min(count);
+        let block: Scans = given.kept(&format!("{key}_frames{from}-{to}"), || {
+            let (near, part);
+            let drive = match &whole {
+                Some(drive) => drive,
+                None => {
+                    near = within_reach(site, eyes, from..to);
+                    part = Drive::new(&near, given.engine)?;
+                    &part
+                }
+            };
+            (from..to)
+                .map(|index| {
+                    let scan = |e: &Eye| {
+                        let cube = drive.frame(e.which, index)?.cube.into_f32();
+                        // One scan a frame: the first where a radar gives several.
+                        Ok(cube.row(0, 0).iter().take(e.samples).map(|z| z.re).collect())
+                    };
+                    eyes.iter().map(scan).collect::<Result<Vec<Vec<f32>>>>()
+                })
+                .collect()
+        })?;
+        progress.step(u64::from(to - from));
+        all.extend(block);
+        from = to;
+    }
+    Ok(all)
+}
+
+/// Lengths of a pulse, c / 2B, that an echo reaches at most.
+const ECHO_PULSES: f64 = 3.0;
+
+/// The site without what lies beyond the samples of all eyes in these frames. With one bounce nothing there shows in them: its echoes
+/// come later, and it hides nothing nearer.
+fn within_reach(site: &Site, eyes: &[Eye], frames: std::ops::Range<u32>) -> Site {
+    let scenario = &site.scenario;
+    let mut near = Bounds::EMPTY;
+    for eye in eyes {
+        let radar = &scenario.radars[eye.which];
+        let pulse_m = C0 / (2.0 * radar.bandwidth_hz());
+        let reach_m = eye.axis.start_m + eye.samples as f64 * eye.axis.step_m + ECHO_PULSES * pulse_m;
+        for index in frames.clone() {
+            let at = radar.mounting.then(&scenario.ego.pose(scenario.frames.time_s(index))).translation_m;
+            near = near.with(at - reach_m).with(at + reach_m);
+        }
+    }
+    let mut scene = site.scene.clone();
+    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+    scene.objects.retain_mut(|o| {
+        let Shape::Mesh(number) = o.shape else { return true };
+        if !still(o) {
+            return true;
+        }
+        let mesh = &scene.meshes[number];
+        let place = |i: u32| o.pose.point(mesh.positions_m[i as usize]);
+        let kept: Vec<usize> = (0..mesh.triangles.len())
+            .filter(|t| {
+                let corners = mesh.triangles[*t].map(place);
+                near.meets(&corners.into_iter().fold(Bounds::EMPTY, Bounds::with))
+            })
+            .collect();
+        if !kept.is_empty() && kept.len() < mesh.triangles.len() {
+            let part = Mesh {
+                triangles: kept.iter().map(|t| mesh.triangles[*t]).collect(),
+                material: kept.iter().map(|t| mesh.material[*t]).collect(),
+                ..mesh.clone()
+            };
+            o.shape = Shape::Mesh(scene.meshes.len());
+            scene.meshes.push(part);
+        }
+        !kept.is_empty()
+    });
+    Site { scenario: scenario.clone(), scene, road: site.road.clone() }
+}
+
+/// A box along the world's axes.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    const EMPTY: Bounds = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    fn with(self, p: DVec3) -> Bounds {
+        Bounds { low: self.low.min(p), high: self.high.max(p) }
+    }
+
+    fn meets(&self, other: &Bounds) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+}
+
+/// A slow drive without sway along the scenario's road.
+struct Slow {
+    s_m: f64,
+    offset_m: f64,
+    scans: u32,
+}
+
+/// Errors: a vehicle that is not on a road.
+pub fn check_road(scenario: &Scenario) -> Result<()> {
+    match scenario.ego.on_road {
+        Some(_) => Ok(()),
+        None => Err(missing("a vehicle on a road").into()),
+    }
+}
+
+fn missing(what: &str) -> BadInput {
+    BadInput::new(format!("the drive without markers needs {what}"))
+        .key("ego.on_road")
+        .remedy("scene.road = \"ROAD.toml\" and on_road = { lane = 1 }")
+}
+
+/// The vehicle's place on its road, and the road.
+fn road_of<'a>(site: &'a Site, scenario: &'a Scenario) -> Result<(&'a OnRoad, &'a RoadLabel)> {
+    let on = scenario.ego.on_road.as_ref().ok_or_else(|| missing("a vehicle on a road"))?;
+    let truth = site.road.as_ref().ok_or_else(|| missing("a road"))?;
+    let named = |name: &str| truth.roads.iter().find(|r| r.name == name);
+    let road = on.road.as_deref().map_or_else(|| truth.roads.first(), named);
+    Ok((on, road.ok_or_else(|| missing("a road"))?))
+}
+
+/// Which way the vehicle goes, from where the scenario puts it.
+fn goes_against(site: &Site, scenario: &Scenario) -> Result<bool> {
+    let (on, road) = road_of(site, scenario)?;
+    let now = site.scenario.ego.at(0.0);
+    let i = road.s_m.partition_point(|s| *s <= on.s_m).clamp(1, road.s_m.len().max(2) - 1);
+    let place = |k: usize| road.axis_m.get(k).map(|p| DVec2::new(p[0], p[1])).unwrap_or_default();
+    Ok((now.rotation * DVec3::X).truncate().dot(place(i) - place(i - 1)) < 0.0)
+}
+
+/// The scenario as the vehicle comes to where it is at time zero, a frame for each scan on the way; None where the road begins there, or
+/// the vehicle has stood there. The drive is the scenario's own at negative times.
+pub fn run_up(site: &Site, scenario: &Scenario, settings: &Settings) -> Result<Option<Scenario>> {
+    let (on, road) = road_of(site, scenario)?;
+    let against = goes_against(site, scenario)?;
+    let interval_s = scenario.frames.interval_s;
+    let before_s = |count: u32| -f64::from(count) * interval_s;
+    let way_m = |count: u32| -on.drive.distance_m(before_s(count));
+    let room_m = if against { road.length_m - on.s_m } else { on.s_m };
+    let most_m = settings.run_up_m().min(room_m);
+    let mut count = 0;
+    while count < MOST_RUN_UP && on.drive.speed_mps(before_s(count + 1)) > 0.0 && way_m(count + 1) <= most_m {
+        count += 1;
+    }
+    if count == 0 {
+        return Ok(None);
+    }
+    let later_s = -before_s(count);
+    let mut early = scenario.clone();
+    early.frames.count = count;
+    // Noise and asphalt of its own: frames count from its beginning.
+    early.seed = early.seed.wrapping_add(2_000_000);
+    if let Some(to) = &mut early.ego.on_road {
+        to.s_m = if against { on.s_m + way_m(count) } else { on.s_m - way_m(count) };
+        to.against = Some(against);
+        to.drive.speed.iter_mut().for_each(|p| p[0] += later_s);
+        to.drive.lane_changes.iter_mut().for_each(|c| c.at_s += later_s);
+        if let Some(sway) = &mut to.drive.sway {
+            sway.phase -= later_s / sway.period_s;
+        }
+    }
+    Ok(Some(early))
+}
+
+/// How the slow drives divide `count` scans over a road: as many lengths of it as needed, and `least` drives at least.
+fn slow_drives(
+    site: &Site,
+    scenario: &Scenario,
+    settings: &Settings,
+    count: u32,
+    least: u32,
+) -> Result<(Vec<Slow>, bool)> {
+    let (_, road) = road_of(site, scenario)?;
+    let step_m = settings.quiet_speed_kmh / 3.6 * scenario.frames.interval_s;
+    let each = ((road.length_m - 2.0 * END_M) / step_m).floor();
+    if each < 1.0 {
+        return Err(BadInput::new("the road is too short for a drive without markers")
+            .key("scene.road")
+            .value(format!("{} m", road.length_m))
+            .allowed(format!("{} m and more", 2.0 * END_M + step_m))
+            .into());
+    }
+    let against = goes_against(site, scenario)?;
+    let drives = (f64::from(count) / each).ceil().max(f64::from(least)) as u32;
+    let each = each.min((f64::from(count) / f64::from(drives)).ceil());
+    // Where one length of the road holds them all, one begins where the last ended.
+    let next_m = match f64::from(count) * step_m <= road.length_m - 2.0 * END_M {
+        true => each * step_m,
+        false => 0.0,
+    };
+    let fits_m = (0.5 * (settings.lane_width_m - settings.car_width_m) - SIDE_M).max(0.0);
+    let spare_m = settings.quiet_aside_m.unwrap_or(fits_m);
+    let slow = |k: u32| {
+        let share = if drives > 1 { 2.0 * f64::from(k) / f64::from(drives - 1) - 1.0 } else { 0.0 };
+        let left = count.saturating_sub(k * each as u32);
+        let from_m = END_M + f64::from(k) * next_m;
+        Slow {
+            s_m: if against { road.length_m - from_m } else { from_m },
+            offset_m: share * spare_m,
+            scans: left.min(each as u32),
+        }
+    };
+    Ok(((0..drives).map(slow).filter(|s| s.scans > 0).collect(), against))
+}
+
+fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) -> Scenario {
+    let mut s = scenario.clone();
+    s.frames.count = slow.scans;
+    if let Some(on) = &mut s.ego.on_road {
+        (on.s_m, on.offset_m, on.against) = (slow.s_m, slow.offset_m, Some(against));
+        on.drive = catseye::scene::drive::Drive::steady(settings.quiet_speed_kmh / 3.6);
+    }
+    s
+}
+
+/// Scans of the road without markers: several lengths of it, across the lane from side to side, each on other asphalt.
+///
+/// Errors: a scenario without a road and a vehicle on it; a road with nothing but objects.
+pub fn quiet(
+    given: &Given<'_>,
+    progress: &Progress<'_>,
+    settings: &Settings,
+    eyes: &[Eye],
+    scenery: Scenery,
+) -> Result<Scans> {
+    let mut scenario = given.scenario.clone();
+    if let Some(file) = &settings.quiet_road {
+        scenario.scene = SceneSource::Road { path: referred(given.path, file)? };
+    }
+    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+    let stays = |o: &Object| match (&settings.quiet_road, &settings.plate_class) {
+        (Some(_), _) => true,
+        (None, Some(plates)) => o.class != *plates && still(o),
+        (None, None) => matches!(o.class.as_str(), "road" | "verge" | "lane_line"),
+    };
+    (scenario.points, scenario.objects) = (Vec::new(), Vec::new());
+    let whole = site(&scenario, settings)?;
+    if let Some(class) = &settings.plate_class
+        && whole.scene.objects.iter().all(|o| o.class != *class)
+    {
+        return Err(BadInput::new("nothing of the scene has this class")
+            .key("lane.uwb.plate_class")
+            .value(class)
+            .remedy("give the class that the road file gives its plates")
+            .into());
+    }
+    let (drives, against) =
+        slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
+    let mut all = Scans::new();
+    for (k, slow) in drives.iter().enumerate() {
+        let mut one = slowly(&scenario, settings, slow, against);
+        // Seeds of runs count up from the scenario's; these count down.
+        one.seed = one.seed.wrapping_sub(1 + k as u64);
+        let mut site = site(&one, settings)?;
+        site.scene.objects.retain(stays);
+        if site.scene.objects.is_empty() {
+            return Err(BadInput::new("nothing is left of the road without its objects")
+                .key("lane.uwb.quiet_road")
+                .remedy("give a road file without markers")
+                .into());
+        }
+        all.extend(scans(given, progress, &format!("quiet{k}"), &site, eyes, scenery)?);
+    }
+    Ok(all)
+}
+
+/// The slow drive past the markers at the scenario's own place in the lane: the site, for what is true, and its scans.
+pub fn histogram(
+    given: &Given<'_>,
+    progress: &Progress<'_>,
+    settings: &Settings,
+    eyes: &[Eye],
+) -> Result<Vec<(Site, Scans)>> {
+    if settings.histogram_scans == 0 {
+        return Ok(Vec::new());
+    }
+    let scenario = given.scenario;
+    let whole = site(scenario, settings)?;
+    let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans, 1)?;
+    let own_m = scenario.ego.on_road.as_ref().map_or(0.0, |on| on.offset_m);
+    let mut all = Vec::new();
+    for (k, slow) in drives.iter().enumerate() {
+        let slow = Slow { offset_m: own_m, ..*slow };
+        let mut one = slowly(scenario, settings, &slow, against);
+        one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
+        let site = site(&one, settings)?;
+        let scans = scans(given, progress, &format!("slow{k}"), &site, eyes, Scenery::All)?;
+        all.push((site, scans));
+    }
+    Ok(all)
+}
+
+/// Scans that the quiet and the slow drive will take.
+pub fn slow_frames(settings: &Settings) -> u64 {
+    u64::from(settings.quiet_scans) + u64::from(settings.histogram_scans)
+}
+
+/// A marker as the eye passes it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    pub time_s: f64,
+    /// To the side, positive left, from the radar.
+    pub lateral_m: f64,
+}
+
+/// What is true of the markers of a drive for one eye: the passes within the gate, in order, and for each frame whether the radar
+/// is beside a plate and how far it is to the side, m.
+pub fn markers_of(drive: &Drive<'_>, eye: &Eye, settings: &Settings) -> (Vec<Passed>, Vec<Option<f64>>) {
+    let [rx, ry] = eye.at_m;
+    let mut passes = Vec::new();
+    let mut beside = Vec::new();
+    let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
+    for index in 0..drive.frames() {
+        let time_s = drive.time_s(index);
+        let now: Vec<[f64; 2]> = drive.rows(time_s).into_iter().flat_map(|r| r.1).collect();
+        let near = now.iter().filter(|p| (p[0] - rx).abs() <= 0.5 * settings.plate_length_m);
+        let lateral = near.map(|p| p[1] - ry).filter(|y| y.abs() <= eye.reach_m());
+        beside.push(lateral.min_by(|a, b| a.abs().total_cmp(&b.abs())));
+        if let Some((then_s, old)) = &before {
+            for (p, q) in old.iter().zip(&now) {
+                let (a, b) = (p[0] - rx, q[0] - rx);
+                let y = q[1] - ry;
+                if a > 0.0 && b <= 0.0 && y.abs() <= eye.reach_m() {
+                    let share = a / (a - b);
+                    passes.push(Passed { time_s: then_s + share * (time_s - then_s), lateral_m: y });
+                }
+            }
+        }
+        before = Some((time_s, now));
+    }
+    passes.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    passes.dedup_by(|b, a| b.time_s <= a.time_s);
+    (passes, beside)
+}
+
+/// Places of single things of metal (manhole covers) beside a drive: the times at which the eye passes them.
+pub fn covers_of(drive: &Drive<'_>, eye: &Eye) -> Vec<f64> {
+    let markers: Vec<u32> =
+        drive.site.road.iter().flat_map(|r| &r.marker_rows).flat_map(|r| &r.markers).map(|m| m.id).collect();
+    let things =
+        drive.site.scene.objects.iter().filter(|o| {
+            !matches!(o.class.as_str(), "road" | "verge" | "lane_line") && !markers.contains(&o.id)
+        });
+    let mut times = Vec::new();
+    for o in things {
+        let at = o.pose.translation_m.truncate();
+        let ahead = |index: u32| {
+            let p = drive.level(drive.time_s(index)).from_world(at);
+            (p.x - eye.at_m[0], p.y - eye.at_m[1])
+        };
+        for index in 1..drive.frames() {
+            let ((a, _), (b, y)) = (ahead(index - 1), ahead(index));
+            if a > 0.0 && b <= 0.0 && y.abs() <= eye.reach_m() {
+                let (t, u) = (drive.time_s(index - 1), drive.time_s(index));
+                times.push(t + a / (a - b) * (u - t));
+            }
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    times
+}
+
+/// One scan of the first eye at the middle of a marker for each lateral distance: (m, scan).
+pub fn sweep(
+    given: &Given<'_>,
+    progress: &Progress<'_>,
+    settings: &Settings,
+    eye: &Eye,
+    distances_m: &[f64],
+) -> Result<Vec<(f64, Vec<f32>)>> {
+    let Some(on) = &given.scenario.ego.on_road else { return Ok(Vec::new()) };
+    let against = goes_against(&site(given.scenario, settings)?, given.scenario)?;
+    let at = |s_m: f64, offset_m: f64| {
+        slowly(given.scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against)
+    };
+    let first = site(&at(on.s_m, on.offset_m), settings)?;
+    let rows = Drive::new(&first, given.engine)?.rows(0.0);
+    let near = rows.iter().flat_map(|r| &r.1).filter(|p| (p[1] - eye.at_m[1]).abs() <= eye.reach_m());
+    let Some(marker) = near.filter(|p| p[0] > eye.at_m[0]).min_by(|a, b| a[0].total_cmp(&b[0])) else {
+        return Ok(Vec::new());
+    };
+    let (ahead_m, lateral_m) = (marker[0] - eye.at_m[0], marker[1] - eye.at_m[1]);
+    let s_m = if against { on.s_m - ahead_m } else { on.s_m + ahead_m };
+    let sign = if eye.side == Side::Left { 1.0 } else { -1.0 };
+    let mut all = Vec::new();
+    for (k, distance_m) in distances_m.iter().enumerate() {
+        // The marker is lateral_m to the left now and is to be sign * distance.
+        let s = at(s_m, on.offset_m + lateral_m - sign * distance_m);
+        let site = site(&s, settings)?;
+        let own = std::slice::from_ref(eye);
+        let scan = scans(given, progress, &format!("sweep{k}"), &site, own, Scenery::All)?;
+        all.extend(scan.into_iter().flatten().next().map(|v| (*distance_m, v)));
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catseye::engine::{Engine, Precision};
+    use std::path::{Path, PathBuf};
+
+    fn path(file: &str) -> PathBuf {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/lane").join(file)
+    }
+
+    fn compared(file: &str) -> Scenario {
+        let mut scenario = Scenario::load(&path(file)).unwrap();
+        scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
+        scenario.frames.interval_s = 0.05;
+        scenario
+    }
+
+    fn compared_settings() -> Settings {
+        Settings { plate_class: Some("plate".into()), gate_m: Some([1.32, 2.07]), ..Settings::default() }
+    }
+
+    /// The vehicle comes to where the scenario has it, along the same way.
+    #[test]
+    fn a_run_up_leads_to_the_drive() {
+        let mut scenario = compared("compare_bend.toml");
+        let settings = Settings { run_up_m: Some(30.0), ..Settings::default() };
+        for (s_m, against, way_m) in [(60.0, false, 30.0), (20.0, false, 20.0), (240.0, true, 20.0)] {
+            let on = scenario.ego.on_road.as_mut().unwrap();
+            (on.s_m, on.against) = (s_m, Some(against));
+            on.drive.speed = vec![[0.0, 15.0], [0.5, 12.0]];
+            on.drive.lane_changes =
+                vec![catseye::scene::drive::LaneChange { at_s: -1.0, by_m: 0.4, over_s: 2.0 }];
+            let drive = Site::new(&scenario).unwrap();
+            let early = run_up(&drive, &scenario, &settings).unwrap().unwrap();
+            let count = early.frames.count;
+            assert_eq!(count, (way_m / (15.0 * 0.05)) as u32);
+            let before = Site::new(&early).unwrap();
+            let later_s = f64::from(count) * 0.05;
+            for t in [-0.9, -0.5, -0.05, 0.0, 0.3, 0.9] {
+                let (a, b) = (before.scenario.ego.at(later_s + t), drive.scenario.ego.at(t));
+                let apart = (a.translation_m - b.translation_m).length();
+                assert!(apart < 1e-4 && a.rotation.dot(b.rotation).abs() > 1.0 - 1e-8, "{s_m} {t}: {apart}");
+            }
+            assert!(early.seed != scenario.seed);
+        }
+        let standing = Settings { run_up_m: Some(0.0), ..settings.clone() };
+        assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &standing).unwrap().is_none());
+        scenario.ego.on_road.as_mut().unwrap().drive = catseye::scene::drive::Drive::steady(0.0);
+        assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &settings).unwrap().is_none());
+    }
+
+    /// What is left out does not show in the samples. Without rough surfaces, whose squares depend on how much of them there is.
+    #[test]
+    fn what_lies_beyond_the_samples_does_not_show() {
+        let mut scenario = compared("compare_straight.toml");
+        scenario.frames.count = BLOCK;
+        scenario.trace.rays = 0;
+        scenario.trace.bounces = 1;
+        let settings = compared_settings();
+        let eyes = eyes(&scenario, &settings).unwrap();
+        let site = site(&scenario, &settings).unwrap();
+        let near = within_reach(&site, &eyes, 0..BLOCK);
+        let triangles = |s: &Site| -> usize {
+            let mesh = |o: &Object| match o.shape {
+                Shape::Mesh(m) => s.scene.meshes[m].triangles.len(),
+                _ => 0,
+            };
+            s.scene.objects.iter().map(mesh).sum()
+        };
+        assert!(2 * triangles(&near) < triangles(&site), "{} of {}", triangles(&near), triangles(&site));
+        let engine = Engine::open("cpu", Precision::F32).unwrap();
+        // Beside a plate, between two, and by the end of what is left.
+        for index in [4, 33, BLOCK - 1] {
+            let scan = |site: &Site| -> Vec<f32> {
+                let cube = Drive::new(site, &engine).unwrap().frame(0, index).unwrap().cube.into_f32();
+                cube.row(0, 0).iter().take(eyes[0].samples).map(|z| z.re).collect()
+            };
+            let (all, part) = (scan(&site), scan(&near));
+            let peak = all.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+            let apart = all.iter().zip(&part).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
+            assert!(all.len() == part.len() && apart < 2e-4 * peak, "{index}: {apart} of {peak}");
+        }
+    }
+
+    #[test]
+    fn slow_drives_take_all_scans_from_side_to_side() {
+        let scenario = compared("compare_straight.toml");
+        let site = Site::new(&scenario).unwrap();
+        for (count, least) in [(600, 3), (20, 3), (2, 3), (5000, 3), (700, 1)] {
+            let (drives, against) =
+                slow_drives(&site, &scenario, &compared_settings(), count, least).unwrap();
+            assert!(!against && drives.iter().map(|d| d.scans).sum::<u32>() == count);
+            let step_m = 10.0 / 3.6 * 0.05;
+            let ends = |d: &Slow| (d.s_m, d.s_m + f64::from(d.scans) * step_m);
+            assert!(drives.iter().all(|d| ends(d).0 >= END_M && ends(d).1 <= 260.0 - END_M + 1e-9));
+            // One drive begins where the last ended, unless the road is too short for all.
+            let apart = drives.windows(2).all(|w| ends(&w[1]).0 >= ends(&w[0]).1 - 1e-9);
+            assert_eq!(apart, f64::from(count) * step_m <= 250.0, "{count}");
+            if count >= 20 && least == 3 {
+                let (first, last) = (drives[0].offset_m, drives[drives.len() - 1].offset_m);
+                assert!(drives.len() >= 3 && (first + 0.7).abs() < 1e-9 && (last - 0.7).abs() < 1e-9);
+            }
+        }
+    }
+}

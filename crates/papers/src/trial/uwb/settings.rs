@@ -1,0 +1,246 @@
+//! The table `[lane.uwb]` of a scenario file.
+
+use catseye::error::{BadInput, Result};
+use catseye_lane::uwb::Centre;
+use catseye::scene::toml_file::At;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What of document K a scenario stands for: the document's figures are printed beside ours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StandsFor {
+    /// No plates.
+    Scenario1,
+    /// 30 cm from the line.
+    Scenario2,
+    /// 120 cm from the line.
+    Scenario3,
+    /// Leaves the lane between plates 4 and 5.
+    Scenario4,
+    /// A round and a square manhole cover.
+    Manholes,
+}
+
+/// Which scan of a pass is its centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CentreOf {
+    /// The scan of the greatest energy, as in the document.
+    Maximum,
+    /// Centroid of the energy over the release level.
+    Centroid,
+    /// Midway between rise and fall.
+    Edges,
+    /// A window as long as a plate that holds the most energy.
+    Matched,
+    /// As matched, on the energy between release level and threshold: for plates whose echo changes while the radar passes them.
+    Level,
+}
+
+impl CentreOf {
+    pub fn core(self) -> Centre {
+        match self {
+            CentreOf::Maximum => Centre::Maximum,
+            CentreOf::Centroid => Centre::Centroid,
+            CentreOf::Edges => Centre::Edges,
+            CentreOf::Matched => Centre::Matched,
+            CentreOf::Level => Centre::Level,
+        }
+    }
+}
+
+/// Lanes by an impulse radar that looks down at metal plates (document K).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// What of the document the scenario stands for; default nothing, and no figures of the document.
+    pub stands_for: Option<StandsFor>,
+    /// From the beginning of a plate to that of the next, m.
+    pub spacing_m: f64,
+    /// m.
+    pub plate_length_m: f64,
+    /// m.
+    pub lane_width_m: f64,
+    /// m.
+    pub car_width_m: f64,
+    /// Nearest and farthest range that counts, m; default by K (2) and (3) from the height of the radar and the lengths above.
+    pub gate_m: Option<[f64; 2]>,
+    /// Room for the length of a pulse at both ends of the gate, m.
+    pub gate_margin_m: f64,
+    /// Whether the mean scan of the road without markers is taken from each scan first. The document's own rule, which keeps it, is
+    /// reported in any case.
+    pub take_background: bool,
+    pub centre: CentreOf,
+    /// Largest error of a spacing that still counts as right, m; default a third of a plate.
+    pub largest_error_m: Option<f64>,
+    /// Right spacings in a row that make a lane.
+    pub confirm_spacings: u32,
+    /// Missing plates in a row that raise the departure warning.
+    pub misses_to_warn: u32,
+    /// Share of scans without markers that may pass the threshold; default none of those seen, as in the document.
+    pub false_alarm_probability: Option<f64>,
+    /// Scans of the road without markers, from which the threshold comes.
+    pub quiet_scans: u32,
+    /// Speed of that drive and of the one past the plates for the histogram, km/h. Both are without sway.
+    pub quiet_speed_kmh: f64,
+    /// How far to either side of the lane's middle that drive goes, m; default as far as the vehicle fits into the lane.
+    pub quiet_aside_m: Option<f64>,
+    /// A road without markers, relative to the scenario; default the scenario's own road with nothing on it.
+    pub quiet_road: Option<At<String>>,
+    /// Class of the plates: the road without markers is then the scenario's own without these and without what moves.
+    pub plate_class: Option<String>,
+    /// Scans of the slow drive past the plates for the histogram; 0: none.
+    pub histogram_scans: u32,
+    /// Whether the energy at the middle of a plate is also told against the lateral distance.
+    pub offset_sweep: bool,
+    /// Each run drives at speeds drawn between these, km/h, in place of the scenario's; default as the scenario says.
+    pub speed_range_kmh: Option<[f64; 2]>,
+    /// Standard deviation of the bus speed, m/s.
+    pub speed_std_mps: f64,
+    /// Step of the bus speed, km/h; 0: not rounded.
+    pub speed_step_kmh: f64,
+    /// Standard deviation that the lateral distance to a line is said to have, m.
+    pub offset_std_m: f64,
+    pub asphalt: Asphalt,
+    /// In a comparison: time from scan to scan, s; default that of the radar's file, which is a frame of it.
+    pub scan_interval_s: Option<f64>,
+    /// In a comparison: way that the vehicle has come with the radar on before the first look, m, as far as the road reaches back;
+    /// default three spacings.
+    pub run_up_m: Option<f64>,
+}
+
+/// The asphalt of the road in the band of impulse radars: that of the table of materials is a mirror. It scatters by Oh's law
+/// (CONVENTIONS eq. 147).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Asphalt {
+    /// Relative permittivity; default that of ITU-R P.2040-3 for 1 to 40 GHz.
+    pub relative_permittivity: f64,
+    /// Standard deviation of its height, mm; 0: a mirror. The default is an assumption for a fine dense surface: no figure for this
+    /// band was found that could be checked.
+    pub roughness_mm: f64,
+}
+
+impl Default for Asphalt {
+    fn default() -> Self {
+        Asphalt { relative_permittivity: 4.83, roughness_mm: 0.3 }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            stands_for: None,
+            spacing_m: 8.0,
+            plate_length_m: 3.0,
+            lane_width_m: 3.5,
+            car_width_m: 1.9,
+            gate_m: None,
+            gate_margin_m: 0.0,
+            take_background: true,
+            centre: CentreOf::Level,
+            largest_error_m: None,
+            confirm_spacings: 1,
+            misses_to_warn: 1,
+            false_alarm_probability: None,
+            quiet_scans: 6000,
+            quiet_speed_kmh: 10.0,
+            quiet_aside_m: None,
+            quiet_road: None,
+            plate_class: None,
+            histogram_scans: 700,
+            offset_sweep: true,
+            speed_range_kmh: None,
+            speed_std_mps: 0.1,
+            speed_step_kmh: 1.0,
+            offset_std_m: 0.1,
+            asphalt: Asphalt::default(),
+            scan_interval_s: None,
+            run_up_m: None,
+        }
+    }
+}
+
+impl Settings {
+    pub fn run_up_m(&self) -> f64 {
+        self.run_up_m.unwrap_or(3.0 * self.spacing_m)
+    }
+
+    pub fn largest_error_m(&self) -> f64 {
+        self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
+    }
+
+    /// Errors: a value outside what is allowed, by its key.
+    pub fn check(&self) -> Result<()> {
+        let within = |key: &str, value: f64, low: f64, high: f64, remedy: &str| -> Result<()> {
+            match (low..=high).contains(&value) {
+                true => Ok(()),
+                false => Err(BadInput::new("is outside what is allowed")
+                    .key(format!("lane.uwb.{key}"))
+                    .value(value)
+                    .allowed(format!("{low}..={high}"))
+                    .remedy(remedy)
+                    .into()),
+            }
+        };
+        within("spacing_m", self.spacing_m, 0.5, 1000.0, "give metres from plate to plate, as in 8")?;
+        let most = 0.95 * self.spacing_m;
+        within("plate_length_m", self.plate_length_m, 0.05, most, "plates are shorter than their spacing")?;
+        within("lane_width_m", self.lane_width_m, 1.0, 10.0, "give metres, as in 3.5")?;
+        within("car_width_m", self.car_width_m, 0.3, self.lane_width_m, "a car is no wider than its lane")?;
+        within(
+            "gate_margin_m",
+            self.gate_margin_m,
+            0.0,
+            5.0,
+            "give metres; c / 2B is the length of a pulse",
+        )?;
+        if let Some([near, far]) = self.gate_m {
+            within("gate_m[0]", near, 0.0, 100.0, "give metres from the radar")?;
+            within("gate_m[1]", far, near + 0.01, 100.0, "the gate ends behind its beginning")?;
+        }
+        let half = 0.5 * self.spacing_m;
+        within("largest_error_m", self.largest_error_m(), 1e-3, half, "at most half the spacing")?;
+        within("confirm_spacings", self.confirm_spacings.into(), 1.0, 1000.0, "1 as in the document")?;
+        within("misses_to_warn", self.misses_to_warn.into(), 1.0, 1000.0, "1 as in the document")?;
+        if let Some(p) = self.false_alarm_probability {
+            within("false_alarm_probability", p, 1e-9, 0.05, "leave it out for the largest energy seen")?;
+        }
+        within("quiet_scans", self.quiet_scans.into(), 20.0, 1e6, "the document has about 6000")?;
+        if self.false_alarm_probability.is_some() {
+            within("quiet_scans", self.quiet_scans.into(), 200.0, 1e6, "a tail needs more scans")?;
+        }
+        within("quiet_speed_kmh", self.quiet_speed_kmh, 0.1, 200.0, "the document has 10")?;
+        within("histogram_scans", self.histogram_scans.into(), 0.0, 1e6, "0 for no histogram")?;
+        if let Some([low, high]) = self.speed_range_kmh {
+            within("speed_range_kmh[0]", low, 0.5, 300.0, "the document has [20, 30]")?;
+            within("speed_range_kmh[1]", high, low, 300.0, "the higher speed comes second")?;
+        }
+        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "give metres per second")?;
+        within("speed_step_kmh", self.speed_step_kmh, 0.0, 20.0, "0 for a speed that is not rounded")?;
+        within("offset_std_m", self.offset_std_m, 1e-3, 5.0, "give metres")?;
+        if let Some(m) = self.quiet_aside_m {
+            within("quiet_aside_m", m, 0.0, self.lane_width_m, "0 for a drive along the middle")?;
+        }
+        if let Some(s) = self.scan_interval_s {
+            within("scan_interval_s", s, 1e-4, 10.0, "the document has 0.05")?;
+        }
+        within("run_up_m", self.run_up_m(), 0.0, 1e4, "0 for a drive that begins with the first look")?;
+        if self.plate_class.is_some() && self.quiet_road.is_some() {
+            return Err(BadInput::new("the road without markers is given twice")
+                .key("lane.uwb.plate_class")
+                .remedy("keep quiet_road or plate_class")
+                .into());
+        }
+        let a = &self.asphalt;
+        within(
+            "asphalt.relative_permittivity",
+            a.relative_permittivity,
+            1.0,
+            100.0,
+            "4.83 by ITU-R P.2040-3",
+        )?;
+        within("asphalt.roughness_mm", a.roughness_mm, 0.0, 10.0, "give millimetres, 0 for a mirror")
+    }
+}

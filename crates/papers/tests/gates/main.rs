@@ -1,0 +1,10 @@
+//! Figures of the documents and gates of the build.
+
+mod austin;
+mod beam_times;
+mod echoes;
+mod gates;
+mod gpu_beams;
+mod radar_gates;
+mod scenario;
+mod study;

@@ -1,0 +1,9 @@
+//! The lane methods on points and drives.
+
+mod camera_fusion;
+mod hd_map;
+mod markers;
+mod range_doppler;
+mod road_shape;
+mod signature;
+mod uwb;

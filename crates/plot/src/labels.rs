@@ -1,0 +1,139 @@
+//! Pictures of labels: boxes, lanes and labelled points from above, and masks of classes.
+
+use super::Axis;
+use super::birds_eye::{BirdsEye, birds_eye_turned};
+use super::canvas::{Pen, Picture, Rgb};
+use super::chart::{Chart, Layer, Mark, Symbol};
+use super::classes::{class_colour, class_name};
+use catseye::error::{Error, Result};
+
+/// A line on the road, (x forward, y left) in m.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RoadLine {
+    pub points_m: Vec<[f64; 2]>,
+    /// The edge of a lane, not paint.
+    pub edge: bool,
+}
+
+/// A point of the cloud with its label.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LabelledPoint {
+    pub at_m: [f64; 2],
+    /// Decides the colour; "" for none.
+    pub class: String,
+    pub ghost: bool,
+}
+
+/// What is true of a scene and what the radar made of it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Labels<'a> {
+    /// Title, boxes, radars and limits; its points are left out.
+    pub scene: BirdsEye<'a>,
+    pub lines: &'a [RoadLine],
+    /// A polygon round the radar; empty for none.
+    pub free_space_m: &'a [[f64; 2]],
+    pub points: &'a [LabelledPoint],
+}
+
+/// The scene from above: boxes, lanes and lines, free space, points coloured by the class of their object, ghosts ringed.
+pub fn labels(input: &Labels) -> Result<Picture> {
+    let (mut chart, turned) = birds_eye_turned(&BirdsEye { points: &[], ..input.scene.clone() });
+    let all = |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|p| turned(*p)).collect() };
+    // Under everything that stands.
+    let mut below = Vec::new();
+    let free = class_colour("free space");
+    if !input.free_space_m.is_empty() {
+        let pen = Pen::solid(free, 0.8);
+        below.push(Layer::Area {
+            polygon: all(input.free_space_m),
+            fill: Some((free, 0.25)),
+            stroke: Some(pen),
+        });
+        chart.key("free space", Symbol::Area { fill: (free, 0.25), stroke: pen });
+    }
+    for (edge, name, pen) in [
+        (true, "lane", Pen::solid([150, 150, 150], 0.8)),
+        (false, "lane line", Pen::solid([40, 40, 40], 1.2)),
+    ] {
+        for line in input.lines.iter().filter(|l| l.edge == edge) {
+            below.push(Layer::Line { points: all(&line.points_m), pen });
+        }
+        if input.lines.iter().any(|l| l.edge == edge) {
+            chart.key(name, Symbol::Line(pen));
+        }
+    }
+    chart.layers.splice(0..0, below);
+    add_points(&mut chart, input.points, &turned);
+    chart.draw()
+}
+
+fn add_points(chart: &mut Chart, points: &[LabelledPoint], place: &dyn Fn([f64; 2]) -> [f64; 2]) {
+    let mut classes: Vec<&str> = points.iter().map(|p| p.class.as_str()).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    for class in classes {
+        let list: Vec<[f64; 2]> = points.iter().filter(|p| p.class == class).map(|p| place(p.at_m)).collect();
+        let label = format!("points: {} ({})", class_name(class), list.len());
+        chart.marks(label, list, Mark::Dot { radius: 3.0 }, class_colour(class));
+    }
+    let ghosts: Vec<[f64; 2]> = points.iter().filter(|p| p.ghost).map(|p| place(p.at_m)).collect();
+    if !ghosts.is_empty() {
+        let label = format!("ghosts ({})", ghosts.len());
+        chart.marks(label, ghosts, Mark::Ring { radius: 6.0 }, class_colour("ghost"));
+    }
+}
+
+/// Cells with a class each.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MaskPicture<'a> {
+    pub title: &'a str,
+    /// `[row, column]`: row 0 at the radar, column 0 farthest left.
+    pub cells: &'a [u8],
+    pub rows: usize,
+    pub columns: usize,
+    pub ahead_m: f64,
+    pub across_m: f64,
+    /// Name of each class number; number 0 is left white.
+    pub names: &'a [&'a str],
+    /// In the mask's axes, x forward and y left of the radar.
+    pub points: &'a [LabelledPoint],
+}
+
+/// A mask as seen from above, forward up, left on the left, with points on it.
+///
+/// # Errors
+/// When the cells are not as many as rows times columns, or hold a class without a name.
+pub fn mask_picture(input: &MaskPicture) -> Result<Picture> {
+    // Names are classes in words.
+    let colours: Vec<Rgb> = input.names.iter().map(|n| class_colour(&n.replace(' ', "_"))).collect();
+    let known = colours.len();
+    let fits = input.cells.len() == input.rows * input.columns && input.rows * input.columns > 0;
+    if !fits || input.cells.iter().any(|c| usize::from(*c) >= known) {
+        return Err(Error::Failed(format!(
+            "a mask of {} cells does not fit {} x {} cells of {known} classes",
+            input.cells.len(),
+            input.rows,
+            input.columns
+        )));
+    }
+    let half = 0.5 * input.across_m;
+    let across = Axis::new("y left (m)", -half, half).reversed();
+    let ahead = Axis::new("x forward (m)", 0.0, input.ahead_m);
+    let mut chart = Chart::new(input.title, across, ahead).equal_scale(560.0, 640.0);
+    chart.layers.push(Layer::Classes {
+        x: (half, -half),
+        y: (0.0, input.ahead_m),
+        rows: input.rows,
+        columns: input.columns,
+        values: input.cells.iter().map(|c| f64::from(*c)).collect(),
+        colours: colours.clone(),
+    });
+    for (i, name) in input.names.iter().enumerate().skip(1) {
+        if input.cells.iter().any(|c| usize::from(*c) == i) {
+            let colour = colours[i];
+            chart.key(*name, Symbol::Area { fill: (colour, 1.0), stroke: Pen::solid(colour, 0.8) });
+        }
+    }
+    add_points(&mut chart, input.points, &|p| [p[1], p[0]]);
+    chart.draw()
+}

@@ -1,0 +1,263 @@
+//! Radar cross section against angle or frequency.
+
+use super::axis::Axis;
+use super::canvas::Picture;
+use super::chart::{Chart, ColourMap, Curve, Layer, Scale, Symbol, curve_pen, finite_range, heat_map};
+use super::polar::{left_out, polar};
+use super::range_doppler::decibel_limits;
+use catseye::error::{BadInput, Result};
+
+/// One direction of an RCS table. The first letter is the received polarisation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RcsRow {
+    pub frequency_hz: f64,
+    pub azimuth_deg: f64,
+    pub elevation_deg: f64,
+    pub vv_dbsm: f64,
+    pub vh_dbsm: f64,
+    pub hv_dbsm: f64,
+    pub hh_dbsm: f64,
+    /// (azimuth, elevation) of a receiver that stands elsewhere.
+    pub receive_deg: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum RcsStyle {
+    /// Polar for an azimuth sweep of 120 degrees or more, else lines; a map for two angles.
+    #[default]
+    Auto,
+    Polar,
+    Lines,
+}
+
+const RCS_LABEL: &str = "RCS (dBsm)";
+/// Dynamic range of a line chart; what lies lower is cross-polarisation that symmetry forbids.
+const SPAN_DB: f64 = 60.0;
+
+/// Curves of (azimuth in degrees, RCS in dBsm) on a disc: 0 up, positive azimuth left.
+pub fn rcs_polar(title: &str, curves: &[Curve]) -> Result<Picture> {
+    polar(title, RCS_LABEL, curves)
+}
+
+/// Curves of (angle in degrees, RCS in dBsm). The axis spans at most 60 dB; curves that lie under it altogether are
+/// left out, and the legend names them.
+pub fn rcs_lines(title: &str, angle_label: &str, curves: &[Curve]) -> Result<Picture> {
+    rcs_chart(title, Axis::new(angle_label, 0.0, 1.0).degrees(), curves).draw()
+}
+
+fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
+    let all = || curves.iter().flat_map(|c| c.points.iter());
+    let (x0, x1) = finite_range(all().map(|p| p[0])).unwrap_or((0.0, 1.0));
+    let (min, max) = finite_range(all().map(|p| p[1])).unwrap_or((-40.0, 0.0));
+    let lowest = min.max(max - SPAN_DB).min(max - 3.0);
+    let y = Axis::new(RCS_LABEL, lowest, max + 0.3).to_ticks(8);
+    let bottom = y.lo;
+    let x = Axis { degrees: x.degrees, ..Axis::new(x.label, x0, x1) };
+    let mut chart = Chart::new(title, x, y);
+    let hidden = |c: &Curve| !c.points.iter().any(|p| p[1] >= bottom);
+    for (i, curve) in curves.iter().enumerate().filter(|(_, c)| !hidden(c)) {
+        let pen = curve_pen(i);
+        // A zero amplitude is a point far below, not a gap.
+        let points =
+            curve.points.iter().map(|p| [p[0], if p[1].is_nan() { p[1] } else { p[1].max(bottom - 1e3) }]);
+        chart.layers.push(Layer::Line { points: points.collect(), pen });
+        chart.key(curve.label.clone(), Symbol::Line(pen));
+    }
+    chart.keys.extend(left_out(curves.iter().filter(|c| hidden(c)), bottom, RCS_LABEL));
+    chart
+}
+
+/// RCS over azimuth and elevation, `rcs_dbsm` as `[elevation, azimuth]`; axes evenly spaced.
+pub fn rcs_map(title: &str, azimuth_deg: &[f64], elevation_deg: &[f64], rcs_dbsm: &[f64]) -> Result<Picture> {
+    rcs_map_chart(title, "", azimuth_deg, elevation_deg, rcs_dbsm).draw()
+}
+
+/// `who`: whose angles they are.
+fn rcs_map_chart(
+    title: &str,
+    who: &str,
+    azimuth_deg: &[f64],
+    elevation_deg: &[f64],
+    rcs_dbsm: &[f64],
+) -> Chart {
+    let (lo, hi) = decibel_limits(rcs_dbsm, 25.0, SPAN_DB);
+    let ends = |v: &[f64]| finite_range(v.iter().copied()).unwrap_or((0.0, 1.0));
+    let mut chart = heat_map(
+        title,
+        (&format!("{who}azimuth (deg), positive left"), ends(azimuth_deg)),
+        (&format!("{who}elevation (deg)"), ends(elevation_deg)),
+        (elevation_deg.len(), azimuth_deg.len()),
+        rcs_dbsm.to_vec(),
+        Scale::new(ColourMap::Viridis, RCS_LABEL, lo, hi),
+    );
+    chart.x = chart.x.degrees();
+    chart.y = chart.y.degrees();
+    chart
+}
+
+/// The picture of a whole table: a map of VV for a sweep of both angles, otherwise VV, HH, VH and HV
+/// against what varies; with several frequencies beside an angle, VV of each. The title names what does not vary.
+/// Angles are the receiver's where only those vary.
+///
+/// # Errors
+/// `BadInput` when the table holds one direction only, or none, or directions of both the transmitter and a receiver
+/// elsewhere.
+pub fn rcs_picture(title: &str, rows: &[RcsRow], style: RcsStyle) -> Result<Picture> {
+    let placed = |r: &&RcsRow| (r.frequency_hz + r.azimuth_deg + r.elevation_deg).is_finite();
+    let mut rows: Vec<RcsRow> = rows.iter().filter(placed).copied().collect();
+    let mut title = title.to_string();
+    let who = told_apart(&mut rows, &mut title)?;
+    let frequencies = distinct(rows.iter().map(|r| r.frequency_hz));
+    let azimuths = distinct(rows.iter().map(|r| r.azimuth_deg));
+    let elevations = distinct(rows.iter().map(|r| r.elevation_deg));
+    if rows.len() < 2 || frequencies.len().max(azimuths.len()).max(elevations.len()) < 2 {
+        return Err(BadInput::new("a single direction makes no picture")
+            .remedy("sweep the azimuth, the elevation or the frequency, e.g. --azimuth-deg -45:45:0.1")
+            .into());
+    }
+    let azimuth_sweep = azimuths.len() > 1;
+    let map = azimuth_sweep && elevations.len() > 1;
+    title += if map { ", VV" } else { "" };
+    if map || frequencies.len() == 1 {
+        title += &format!(", {} GHz", gigahertz(frequencies[0]));
+    }
+    for (name, list) in [("azimuth", &azimuths), ("elevation", &elevations)] {
+        if let [only] = list[..] {
+            title += &format!(", {who}{name} {}°", degrees(only));
+        }
+    }
+    let title = title.trim_start_matches(", ");
+    if map {
+        let f = frequencies[0];
+        let mut map = vec![f64::NAN; azimuths.len() * elevations.len()];
+        let place = |all: &[f64], v: f64| all.partition_point(|x| *x < v);
+        for r in rows.iter().filter(|r| r.frequency_hz == f) {
+            map[place(&elevations, r.elevation_deg) * azimuths.len() + place(&azimuths, r.azimuth_deg)] =
+                r.vv_dbsm;
+        }
+        return rcs_map_chart(title, who, &azimuths, &elevations, &map).draw();
+    }
+    let angle = |r: &RcsRow| if azimuth_sweep { r.azimuth_deg } else { r.elevation_deg };
+    type Channel = (&'static str, fn(&RcsRow) -> f64);
+    let channels: [Channel; 4] =
+        [("VV", |r| r.vv_dbsm), ("HH", |r| r.hh_dbsm), ("VH", |r| r.vh_dbsm), ("HV", |r| r.hv_dbsm)];
+    if !azimuth_sweep && elevations.len() == 1 {
+        let curves: Vec<Curve> = channels
+            .iter()
+            .map(|(name, value)| curve(name, rows.iter().map(|r| [r.frequency_hz * 1e-9, value(r)])))
+            .collect();
+        return rcs_chart(title, Axis::new("frequency (GHz)", 0.0, 1.0), &curves).draw();
+    }
+    let curves: Vec<Curve> = if frequencies.len() > 1 {
+        frequencies
+            .iter()
+            .map(|f| {
+                let points = rows.iter().filter(|r| r.frequency_hz == *f).map(|r| [angle(r), r.vv_dbsm]);
+                curve(&format!("VV, {} GHz", gigahertz(*f)), points)
+            })
+            .collect()
+    } else {
+        channels.iter().map(|(name, value)| curve(name, rows.iter().map(|r| [angle(r), value(r)]))).collect()
+    };
+    let sweep = if azimuth_sweep { &azimuths } else { &elevations };
+    let wide = azimuth_sweep && sweep[sweep.len() - 1] - sweep[0] >= 120.0;
+    match style {
+        RcsStyle::Polar => rcs_polar(title, &curves),
+        RcsStyle::Auto if wide => rcs_polar(title, &curves),
+        _ if azimuth_sweep => rcs_lines(title, &format!("{who}azimuth (deg), positive left"), &curves),
+        _ => rcs_lines(title, &format!("{who}elevation (deg)"), &curves),
+    }
+}
+
+/// Of rows with receivers elsewhere: where the receiver is, when it stays, stands in the title; when it moves, its
+/// angles take the place of the transmitter's. Gives whose angles those of the rows are, for labels.
+fn told_apart(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
+    let angles = |of: &dyn Fn(&RcsRow, usize) -> f64| [0, 1].map(|i| distinct(rows.iter().map(|r| of(r, i))));
+    let transmit = angles(&|r, i| [r.azimuth_deg, r.elevation_deg][i]);
+    let receive = angles(&|r, i| r.receive_deg.map_or(f64::NAN, |a| a[i]));
+    let place = |a: &[Vec<f64>; 2]| match a {
+        [az, el] if az.len() == 1 && el.len() == 1 => {
+            Some(format!("azimuth {}°, elevation {}°", degrees(az[0]), degrees(el[0])))
+        }
+        _ => None,
+    };
+    match (place(&transmit), place(&receive)) {
+        _ if receive.iter().all(Vec::is_empty) => Ok(""),
+        (_, Some(at)) => {
+            *title += &format!(", receiver at {at}");
+            Ok("transmitter ")
+        }
+        (Some(at), None) => {
+            *title += &format!(", transmitter at {at}");
+            for r in rows {
+                [r.azimuth_deg, r.elevation_deg] = r.receive_deg.unwrap_or([f64::NAN; 2]);
+            }
+            Ok("receiver ")
+        }
+        (None, None) => {
+            Err(BadInput::new("directions of both the transmitter and the receiver make no picture")
+                .remedy("give one of them a single direction")
+                .into())
+        }
+    }
+}
+
+/// An angle for a title.
+fn degrees(angle_deg: f64) -> String {
+    ((angle_deg * 1e3).round() / 1e3 + 0.0).to_string().replace('-', "−")
+}
+
+fn curve(label: &str, points: impl Iterator<Item = [f64; 2]>) -> Curve {
+    let mut points: Vec<[f64; 2]> = points.collect();
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    Curve { label: label.into(), points }
+}
+
+fn gigahertz(f_hz: f64) -> f64 {
+    (f_hz * 1e-6).round() * 1e-3
+}
+
+fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut v: Vec<f64> = values.filter(|x| x.is_finite()).collect();
+    v.sort_by(f64::total_cmp);
+    v.dedup();
+    v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bistatic_table_is_drawn_over_the_angles_that_vary() {
+        let row = |azimuth_deg: f64, rx: f64| RcsRow {
+            frequency_hz: 77e9,
+            azimuth_deg,
+            receive_deg: Some([rx, 0.0]),
+            vv_dbsm: -0.1 * rx,
+            ..Default::default()
+        };
+        let mut title = "plate".to_string();
+        let mut rows = [row(60.0, -70.0), row(60.0, -60.0)];
+        assert_eq!(told_apart(&mut rows, &mut title).unwrap(), "receiver ");
+        assert_eq!(title, "plate, transmitter at azimuth 60°, elevation 0°");
+        assert_eq!([rows[0].azimuth_deg, rows[1].azimuth_deg], [-70.0, -60.0]);
+        let mut title = String::new();
+        assert_eq!(told_apart(&mut [row(0.0, -2.5), row(1.0, -2.5)], &mut title).unwrap(), "transmitter ");
+        assert_eq!(title, ", receiver at azimuth −2.5°, elevation 0°");
+        let e = rcs_picture("", &[row(0.0, 1.0), row(1.0, 2.0)], RcsStyle::Auto).unwrap_err();
+        assert!(e.to_string().contains("both the transmitter and the receiver"), "{e}");
+    }
+
+    #[test]
+    fn curves_that_are_not_drawn_are_named() {
+        let flat = |label: &str, v: f64| Curve { label: label.into(), points: vec![[0.0, v], [1.0, v]] };
+        let curves = [flat("VV", 3.0), flat("HV", f64::NEG_INFINITY), flat("HH", -12.0)];
+        let chart = rcs_chart("", Axis::new("", 0.0, 1.0), &curves);
+        assert_eq!(chart.layers.len(), 2);
+        assert_eq!(chart.unfounded_keys(), Vec::<&str>::new());
+        assert!(
+            chart.keys[2].label.starts_with("left out, below −") && chart.keys[2].label.ends_with(": HV")
+        );
+    }
+}

@@ -1,0 +1,398 @@
+//! The whole chain for one frame.
+
+pub mod truth;
+
+use truth::thermal_floor_w;
+use crate::adc::interference::{self, Arrival, Place};
+use crate::adc::synthesis::{FrontEnd, Levels};
+use crate::cpu::adc::synthesis::Control;
+use crate::detect::points::{self, Point};
+use crate::detect::{Bodies, locate};
+use crate::dsp::RangeDoppler;
+use crate::engine::{AnyCube, Engine};
+use crate::error::Result;
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::{Geometry, curved};
+use crate::scene::interferer::Interferer;
+use crate::scene::radar::Radar;
+use crate::scene::scenario::{BounceConvention, Ego, Scenario};
+use crate::scene::{Object, Scene, Shape};
+use crate::trace::air::Air;
+use crate::trace::{Convention, Returns, TraceOptions};
+use crate::units::{power_from_db, wavenumber};
+use glam::DVec3;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+/// Seconds of each stage of a frame, on the host's clock.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Stages {
+    pub geometry_s: f64,
+    pub trace_s: f64,
+    pub synthesis_s: f64,
+    pub processing_s: f64,
+    pub angles_s: f64,
+}
+
+impl Stages {
+    pub fn total_s(&self) -> f64 {
+        self.geometry_s + self.trace_s + self.synthesis_s + self.processing_s + self.angles_s
+    }
+}
+
+/// All that one frame gives.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    pub index: u32,
+    /// Number of the radar in the scenario.
+    pub radar: usize,
+    /// Middle of the frame, from the middle of frame 0.
+    pub time_s: f64,
+    /// Of the radar, at that time.
+    pub pose: Pose<Sensor, World>,
+    pub velocity_mps: DVec3,
+    pub triangles: usize,
+    pub returns: Returns,
+    pub front_end: FrontEnd,
+    pub cube: AnyCube,
+    /// One for each ramp.
+    pub maps: Vec<RangeDoppler<f64>>,
+    pub points: Vec<Point>,
+    pub stages: Stages,
+}
+
+/// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
+pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
+    let now = ego.at(time_s);
+    let pose = radar.mounting.then(&ego.pose(time_s));
+    (pose, now.velocity_at(pose.translation_m))
+}
+
+/// Each radar has noise of its own.
+fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
+    scenario.seed ^ ((which as u64) << 48)
+}
+
+/// Settings of a scenario's frame as the tracer takes them.
+///
+/// Errors: weather at a frequency for which it is not known.
+pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
+    let settings = &scenario.trace;
+    let radar = &scenario.radars[which];
+    // In one cell of the map, and of the angles from all channels.
+    let noise_w = thermal_floor_w(radar).map(|w| w / radar.virtual_channels() as f64);
+    let least = match (settings.floor_db, noise_w) {
+        (Some(db), Some(w)) => (w * power_from_db(db)).sqrt() / Levels::new(radar).full_gain(),
+        _ => 0.0,
+    };
+    Ok(TraceOptions {
+        least,
+        bounces: settings.bounces as usize,
+        convention: match settings.convention {
+            BounceConvention::Every => Convention::Every,
+            BounceConvention::Last => Convention::Last,
+        },
+        accuracy_db: settings.accuracy_db,
+        bandwidth_hz: scenario.radars[which].bandwidth_hz(),
+        rays: settings.rays,
+        // All radars see the same ground.
+        seed: scenario.seed,
+        frame,
+        air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
+        ..Default::default()
+    })
+}
+
+/// Frame `index` of a scenario's first radar, from `scene` (what `Scenario::build` gave) to points. The same scenario,
+/// seed, engine and index give the same frame, whatever was run before.
+pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
+    simulate_with(engine, scenario, scene, 0, index, Control::default())
+}
+
+/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis.
+pub fn simulate_with(
+    engine: &Engine,
+    scenario: &Scenario,
+    scene: &Scene,
+    which: usize,
+    index: u32,
+    control: Control<'_>,
+) -> Result<Frame> {
+    Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
+}
+
+/// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, and the
+/// geometry where nothing moves.
+pub struct Prepared<'a> {
+    scenario: &'a Scenario,
+    scene: &'a Scene,
+    first: usize,
+    radars: Vec<Seen<'a>>,
+}
+
+/// What one radar needs of the scene.
+struct Seen<'a> {
+    refined: Cow<'a, Scene>,
+    still: OnceLock<Geometry>,
+}
+
+impl<'a> Prepared<'a> {
+    /// For all radars. Errors: surfaces that cannot be cut.
+    pub fn new(scenario: &'a Scenario, scene: &'a Scene) -> Result<Prepared<'a>> {
+        Prepared::of(scenario, scene, 0..scenario.radars.len())
+    }
+
+    fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
+        let seen = |radar: &Radar| {
+            let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
+            let refined = curved::refined_within(scene, sagitta_m, scenario.trace.facets as usize)?;
+            Ok(Seen { refined, still: OnceLock::new() })
+        };
+        let first = radars.start;
+        Ok(Prepared {
+            scenario,
+            scene,
+            first,
+            radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
+        })
+    }
+
+    /// Frame `index` of radar number `which`.
+    pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
+        let (scenario, scene) = (self.scenario, self.scene);
+        let radar = &scenario.radars[which];
+        engine.check_memory(radar, 0)?;
+        let seed = radar_seed(scenario, which);
+        let time_s = scenario.frames.time_s(index);
+        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+        let mut stages = Stages::default();
+        let mut clock = Clock::start();
+
+        let reach_s = 0.5 * radar.frame_time_s();
+        let seen = &self.radars[which - self.first];
+        let moving;
+        let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+        let geometry = match scene.objects.iter().all(still) {
+            false => {
+                moving = Geometry::of_frame(&seen.refined, time_s, radar.carrier_hz, reach_s)?;
+                &moving
+            }
+            true => match seen.still.get() {
+                Some(known) => known,
+                None => {
+                    let new = Geometry::of_frame(&seen.refined, 0.0, radar.carrier_hz, reach_s)?;
+                    seen.still.get_or_init(|| new)
+                }
+            },
+        };
+        stages.geometry_s = clock.lap();
+        let sway = |dt: f64| {
+            let (then, _) = radar_pose(radar, &scenario.ego, time_s + dt);
+            then.translation_m - (pose.translation_m + velocity_mps * dt)
+        };
+        let radar_sway_m = [sway(-reach_s), sway(reach_s)];
+        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
+        let returns = engine.returns(geometry, radar, &pose, velocity_mps, &options);
+        engine.check_memory(radar, returns.returns.len())?;
+        stages.trace_s = clock.lap();
+        let interference = arrivals(scenario, scene, which, time_s)?;
+        let (cube, front_end, mut maps) = engine.frame(
+            radar,
+            &returns,
+            &interference,
+            (seed, index),
+            control,
+            &mut |synthesis, processing| {
+                (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
+            },
+        )?;
+        clock.lap();
+        let bodies = Bodies::new(scene, time_s, &pose);
+        let own = pose.inverse().direction(velocity_mps);
+        let points = located(engine, radar, &mut maps, Some(own), (&returns, &bodies))?;
+        stages.angles_s = clock.lap();
+        Ok(Frame {
+            index,
+            radar: which,
+            time_s,
+            pose,
+            velocity_mps,
+            triangles: geometry.triangles.len(),
+            returns,
+            front_end,
+            cube,
+            maps,
+            points,
+            stages,
+        })
+    }
+}
+
+/// What other radars send to radar number `which`: straight, and by way of the scene's point targets.
+fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Result<Vec<Arrival>> {
+    let radar = &scenario.radars[which];
+    let place = |r: &Radar| {
+        let (pose, velocity_mps) = radar_pose(r, &scenario.ego, time_s);
+        Place { pose, velocity_mps }
+    };
+    let mut senders: Vec<(Interferer, Place)> = scenario
+        .interferers
+        .iter()
+        .map(|i| {
+            let at = i.pose.translation_m + i.velocity_mps * time_s;
+            (i.clone(), Place { pose: Pose::new(i.pose.rotation, at), velocity_mps: i.velocity_mps })
+        })
+        .collect();
+    if scenario.mutual_interference {
+        for other in scenario.radars.iter().enumerate().filter(|(k, _)| *k != which).map(|(_, r)| r) {
+            let at = place(other);
+            if let Some(sender) = Interferer::of_radar(other, at.pose, at.velocity_mps) {
+                let at = Place { pose: sender.pose, ..at };
+                senders.push((sender, at));
+            }
+        }
+    }
+    let at = place(radar);
+    let mut list = Vec::new();
+    for (number, (sender, from)) in senders.iter().enumerate() {
+        list.push(interference::direct(sender, number as u32, *from, radar, at)?);
+        for o in &scene.objects {
+            if let Shape::Point { rcs_dbsm } = o.shape {
+                let now = o.at(time_s);
+                let body = (now.translation_m, now.velocity_mps, power_from_db(rcs_dbsm));
+                list.push(interference::scattered(sender, number as u32, *from, radar, at, body));
+            }
+        }
+    }
+    Ok(list)
+}
+
+/// From a cube to maps, one for each ramp, and points. `velocity_mps` is the radar's own in its frame, where it is known;
+/// `returns` and `bodies` label the points, and both may be empty.
+///
+/// Errors: a cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
+/// allow.
+pub fn detect(
+    engine: &Engine,
+    radar: &Radar,
+    cube: &AnyCube,
+    velocity_mps: Option<DVec3>,
+    (returns, bodies): (&Returns, &Bodies),
+    stages: &mut Stages,
+) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
+    let mut clock = Clock::start();
+    let mut maps = engine.maps(radar, cube)?;
+    stages.processing_s = clock.lap();
+    let cloud = located(engine, radar, &mut maps, velocity_mps, (returns, bodies))?;
+    stages.angles_s = clock.lap();
+    Ok((maps, cloud))
+}
+
+/// Points of maps, with labels.
+pub fn located(
+    engine: &Engine,
+    radar: &Radar,
+    maps: &mut [RangeDoppler<f64>],
+    velocity_mps: Option<DVec3>,
+    (returns, bodies): (&Returns, &Bodies),
+) -> Result<Vec<Point>> {
+    let mut cloud = locate::points(engine, radar, maps, velocity_mps)?;
+    points::label(radar, &mut cloud, returns, bodies);
+    Ok(cloud)
+}
+
+/// How far an object's peak in the range-Doppler map moves when the coherent sums are made 16 times more
+/// accurate (phases across a stretch of a quarter).
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Convergence {
+    pub object_id: u32,
+    pub class: String,
+    pub range_m: f64,
+    pub range_rate_mps: f64,
+    /// Level at the peak with the scenario's accuracy.
+    pub power_dbm: f64,
+    /// Change of the level.
+    pub change_db: f64,
+}
+
+/// Runs frame `index` without noise at the scenario's accuracy and 16 times finer, and compares the map at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
+pub fn convergence(
+    engine: &Engine,
+    scenario: &Scenario,
+    scene: &Scene,
+    which: usize,
+    index: u32,
+) -> Result<Vec<Convergence>> {
+    let mut quiet = scenario.clone();
+    quiet.radars[which].thermal_noise = false;
+    let run = |s: &Scenario| simulate_with(engine, s, scene, which, index, Control::default());
+    let coarse = run(&quiet)?;
+    quiet.trace.accuracy_db /= 16.0;
+    let fine = run(&quiet)?;
+    let radar = &scenario.radars[which];
+    let noise_w = crate::adc::noise::Noise::thermal(radar, 0, 0)
+        .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64);
+    Ok(scene
+        .objects
+        .iter()
+        .filter_map(|o| {
+            let (range_m, range_rate_mps, cell) = strongest_cell(radar, &coarse, o.id)?;
+            let (a, b) = (coarse.maps[0].map.data[cell], fine.maps[0].map.data[cell]);
+            (a > noise_w).then(|| Convergence {
+                object_id: o.id,
+                class: o.class.clone(),
+                range_m,
+                range_rate_mps,
+                power_dbm: crate::units::dbm_from_w(a),
+                change_db: crate::units::db_from_power(b / a),
+            })
+        })
+        .collect())
+}
+
+/// Range, range rate and index in the map of the largest cell near the object's strongest echo.
+fn strongest_cell(radar: &Radar, frame: &Frame, id: u32) -> Option<(f64, f64, usize)> {
+    let best = frame
+        .returns
+        .returns
+        .iter()
+        .filter(|r| r.object_id() == id)
+        .max_by(|a, b| crate::trace::strength(a).total_cmp(&crate::trace::strength(b)))?;
+    let map = &frame.maps[0].map;
+    let rate = best.range_rate_mps();
+    let beat_m = best.range_m() + rate * radar.range_per_rate_s();
+    let column = ((beat_m - radar.first_range_m()) / radar.range_bin_m()).round();
+    if !(0.0..map.range_bins as f64).contains(&column) {
+        return None;
+    }
+    let rows = map.doppler_bins as i64;
+    let row = (rate / radar.velocity_bin_mps()).round() as i64 + rows / 2;
+    let mut top: Option<(f64, usize)> = None;
+    for d in -1..=1 {
+        for r in -1..=1 {
+            let c = column as i64 + r;
+            if (0..map.range_bins as i64).contains(&c) {
+                let at = ((row + d).rem_euclid(rows) * map.range_bins as i64 + c) as usize;
+                if top.is_none_or(|(p, _)| map.data[at] > p) {
+                    top = Some((map.data[at], at));
+                }
+            }
+        }
+    }
+    top.map(|(_, at)| (best.range_m(), rate, at))
+}
+
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Self {
+        Clock(Instant::now())
+    }
+    fn lap(&mut self) -> f64 {
+        let s = self.0.elapsed().as_secs_f64();
+        self.0 = Instant::now();
+        s
+    }
+}

@@ -1,0 +1,229 @@
+//! `truth.json`: what is true of one frame, beside what the radar made of it.
+
+use super::Frame;
+use crate::adc::noise::Noise;
+use crate::adc::synthesis::{Levels, passes};
+use crate::detect::label::object_of;
+use crate::dsp::window::coefficients;
+use crate::road::actors::is_ground;
+use crate::road::free_space::{FreeSpace, free_space};
+use crate::road::labels::RoadTruth;
+use crate::road::near::{LaneLine, LanePlace, LaneTruth, lane_at, lanes_near, lines_near};
+use crate::road::{TruthBox, actor_truth, truth_boxes};
+use crate::scene::Scene;
+use crate::scene::radar::Radar;
+use crate::scene::scenario::Scenario;
+use crate::units::{dbm_from_w, wavenumber};
+use glam::DVec3;
+use num_complex::Complex64;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+
+/// Lanes, lines and free space are given this far from the radar.
+pub const REACH_M: f64 = 150.0;
+
+/// Position, rotation and motion of a frame of reference in the world.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PoseRecord {
+    pub position_m: [f64; 3],
+    /// Quaternion x, y, z, w: rotates from the frame to the world.
+    pub rotation_xyzw: [f64; 4],
+    pub velocity_mps: [f64; 3],
+    /// In the world, right-handed about its direction.
+    pub spin_rad_per_s: [f64; 3],
+}
+
+/// An actor: a car with its wheels, a reflector, a rail.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ActorTruth {
+    /// Around all its parts along the axes of the first; id, name, class and motion are those of the first part.
+    #[serde(flatten)]
+    pub whole: TruthBox,
+    /// Ids of its objects, the first part first.
+    pub parts: Vec<u32>,
+    #[serde(flatten)]
+    pub seen: Seen,
+}
+
+/// What came back from an actor in this frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    /// Its strongest cell lies above the thermal noise of a cell.
+    pub visible: bool,
+    /// Echoes of it in the receiver's band.
+    pub returns: usize,
+    /// Power of the coherent sum of its echoes in the cell of range and range rate where it is largest, mean over channels; None
+    /// without echoes.
+    pub power_dbm: Option<f64>,
+    /// Points that are labelled with one of its objects, ghosts left out.
+    pub points: usize,
+    /// Points that are ghosts of it.
+    pub ghosts: usize,
+}
+
+/// An object of class `marker`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MarkerTruth {
+    pub id: u32,
+    /// Of its origin, in the world.
+    pub position_m: [f64; 3],
+    /// The row that it stands in.
+    pub row: Option<String>,
+    /// The code word that the gaps of its row spell.
+    pub word: Option<String>,
+    /// Position in the word of the bit that the gap behind it spells.
+    pub bit: Option<usize>,
+}
+
+/// `truth.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    pub frame: u32,
+    /// Middle of the frame, from the middle of frame 0.
+    pub time_s: f64,
+    pub ego: PoseRecord,
+    pub radar: PoseRecord,
+    /// Of all objects, in the order of the scene, in the world.
+    pub boxes: Vec<TruthBox>,
+    /// Of all actors but the ground.
+    pub actors: Vec<ActorTruth>,
+    /// Within [`REACH_M`] of the radar, where the road is known; so are the next three.
+    pub lanes: Vec<LaneTruth>,
+    pub lane_lines: Vec<LaneLine>,
+    /// The lane that the ego's origin is in.
+    pub ego_lane: Option<LanePlace>,
+    pub free_space: Option<FreeSpace>,
+    pub markers: Vec<MarkerTruth>,
+}
+
+impl Truth {
+    /// `scene` is what the frame was made from; `road` its labels, where there are any.
+    pub fn new(scenario: &Scenario, scene: &Scene, frame: &Frame, road: Option<&RoadTruth>) -> Truth {
+        let ego = scenario.ego.pose(frame.time_s);
+        let moving = scenario.ego.at(frame.time_s);
+        let spin_rad_per_s = moving.spin_rad_per_s.to_array();
+        let at = frame.pose.translation_m.truncate();
+        let ahead = |rotation: glam::DQuat| {
+            let x = rotation * DVec3::X;
+            x.y.atan2(x.x)
+        };
+        let seen = seen(&scenario.radars[frame.radar], frame, scene);
+        let actors = actor_truth(scene, frame.time_s)
+            .into_iter()
+            .filter(|(_, whole)| !is_ground(&whole.class))
+            .map(|(b, whole)| ActorTruth {
+                seen: seen.get(&whole.id).copied().unwrap_or_default(),
+                parts: b.parts.iter().map(|i| scene.objects[*i].id).collect(),
+                whole,
+            });
+        Truth {
+            frame: frame.index,
+            time_s: frame.time_s,
+            ego: PoseRecord {
+                position_m: ego.translation_m.to_array(),
+                rotation_xyzw: ego.rotation.to_array(),
+                velocity_mps: moving.velocity_mps.to_array(),
+                spin_rad_per_s,
+            },
+            radar: PoseRecord {
+                position_m: frame.pose.translation_m.to_array(),
+                rotation_xyzw: frame.pose.rotation.to_array(),
+                velocity_mps: frame.velocity_mps.to_array(),
+                spin_rad_per_s,
+            },
+            boxes: truth_boxes(scene, frame.time_s),
+            actors: actors.collect(),
+            lanes: road.map_or_else(Vec::new, |r| lanes_near(r, at, REACH_M)),
+            lane_lines: road.map_or_else(Vec::new, |r| lines_near(r, at, REACH_M)),
+            ego_lane: road.and_then(|r| lane_at(r, ego.translation_m, ahead(ego.rotation))),
+            free_space: road
+                .map(|r| free_space(r, scene, frame.time_s, at, ahead(frame.pose.rotation), REACH_M)),
+            markers: markers(scene, frame.time_s, road),
+        }
+    }
+}
+
+fn markers(scene: &Scene, time_s: f64, road: Option<&RoadTruth>) -> Vec<MarkerTruth> {
+    let rows = road.into_iter().flat_map(|r| &r.marker_rows);
+    let known: HashMap<u32, _> =
+        rows.flat_map(|r| r.markers.iter().map(move |m| (m.id, (r, m.bit)))).collect();
+    let of = |o: &crate::scene::Object| {
+        let row = known.get(&o.id);
+        MarkerTruth {
+            id: o.id,
+            position_m: o.at(time_s).translation_m.to_array(),
+            row: row.map(|(r, _)| r.name.clone()),
+            word: row.and_then(|(r, _)| r.word.clone()),
+            bit: row.and_then(|(_, bit)| *bit),
+        }
+    };
+    scene.objects.iter().filter(|o| o.class == "marker").map(of).collect()
+}
+
+/// Mean thermal noise in a cell of the map, W: windows widen the noise bandwidth. None without thermal noise.
+pub fn thermal_floor_w(radar: &Radar) -> Option<f64> {
+    let noise = Noise::thermal(radar, 0, 0)?;
+    let spread = |w, n: usize| -> Option<f64> {
+        let c = coefficients(w, n).ok()?;
+        let sum: f64 = c.iter().sum();
+        Some(c.iter().map(|x| x * x).sum::<f64>() / (sum * sum))
+    };
+    let p = &radar.processing;
+    // A real sample has half the variance of a complex one, and its spectrum is doubled.
+    Some(
+        2.0 * noise.sigma
+            * noise.sigma
+            * spread(p.range_window, radar.samples)?
+            * spread(p.doppler_window, radar.chirps)?,
+    )
+}
+
+/// By the id of an actor's first part.
+fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Seen> {
+    let (mut head, mut class) = (HashMap::new(), HashMap::new());
+    for parts in crate::road::actors::actors(&scene.objects) {
+        for i in &parts {
+            let o = &scene.objects[*i];
+            head.insert(o.id, scene.objects[parts[0]].id);
+            class.insert(o.id, o.class.as_str());
+        }
+    }
+    let k = wavenumber(radar.carrier_hz);
+    let levels = Levels::new(radar);
+    let (range_m, rate_mps) = (radar.range_bin_m(), radar.velocity_bin_mps());
+    let cell = |x: f64, bin: f64| if bin.is_finite() && bin > 0.0 { (x / bin).round() as i64 } else { 0 };
+    // (actor, range cell, rate cell) and the amplitude of each echo.
+    let mut echoes: Vec<((u32, i64, i64), Complex64)> = frame
+        .returns
+        .returns
+        .par_iter()
+        .filter(|r| passes(radar, r))
+        .filter_map(|r| {
+            let actor = *head.get(&object_of(r, |id| class.get(&id).copied().unwrap_or("")))?;
+            let key = (actor, cell(r.range_m(), range_m), cell(r.range_rate_mps(), rate_mps));
+            Some((key, levels.amplitude(r) * Complex64::cis(-k * r.path_length_m)))
+        })
+        .collect();
+    // Stable, so that sums repeat.
+    echoes.par_sort_by_key(|e| e.0);
+    let floor_w = thermal_floor_w(radar).unwrap_or(0.0);
+    let mut out = BTreeMap::<u32, Seen>::new();
+    for run in echoes.chunk_by(|a, b| a.0 == b.0) {
+        let power_w = run.iter().map(|e| e.1).sum::<Complex64>().norm_sqr();
+        let seen = out.entry(run[0].0.0).or_default();
+        seen.returns += run.len();
+        seen.visible |= power_w > floor_w;
+        let power_dbm = dbm_from_w(power_w);
+        if power_dbm.is_finite() && seen.power_dbm.is_none_or(|p| power_dbm > p) {
+            seen.power_dbm = Some(power_dbm);
+        }
+    }
+    for p in &frame.points {
+        if let Some(actor) = head.get(&p.object_id) {
+            let seen = out.entry(*actor).or_default();
+            if p.ghost { seen.ghosts += 1 } else { seen.points += 1 }
+        }
+    }
+    out
+}

@@ -1,0 +1,241 @@
+//! Labels of points and the truth of a frame: ghosts, shares, visibility, sides.
+
+use catseye::simulate::simulate;
+use catseye::simulate::truth::Truth;
+use catseye::detect::accuracy::PointStd;
+use catseye::detect::ambiguity::Ambiguity;
+use catseye::detect::{Bodies, Labeller, Point};
+use catseye::engine::{Engine, Precision};
+use catseye::frames::{Pose, Sensor, World, angles_from_direction};
+use catseye::road::reflector::Reflector;
+use catseye::road::shape::cuboid;
+use catseye::road::{Library, site::Site};
+use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::{Scene, material, radar_toml};
+use catseye::trace::{Return, Returns};
+use catseye::units::power_from_db;
+use glam::DVec3;
+use std::path::Path;
+
+const RADAR_HEIGHT_M: f64 = 0.5;
+
+fn scenario(text: &str) -> Scenario {
+    scenario::parse(Path::new("s.toml"), text).unwrap()
+}
+
+/// The shortest way to a box along its own axes.
+fn outside_m(p: DVec3, pose: &Pose<catseye::frames::Target, World>, half: DVec3) -> f64 {
+    let q = pose.inverse().point(p);
+    (q.abs() - half).max(DVec3::ZERO).length()
+}
+
+/// A metal block left of the way, and a metal wall to the right in which its near face is seen square on.
+fn walled() -> (Scene, Pose<catseye::frames::Target, World>, DVec3) {
+    let mut s = Scene::default();
+    let metal = s.material_index(&material::by_name("pec").unwrap());
+    let size = DVec3::new(3.0, 1.8, 1.5);
+    let at = DVec3::new(15.0, 1.0, 0.75);
+    // Of the radar's image in the wall at y = -4.
+    let image = DVec3::new(0.0, -8.0, RADAR_HEIGHT_M);
+    let to = image - at;
+    let pose = Pose::from_yaw_pitch_roll(at, to.y.atan2(to.x), 0.0, 0.0);
+    s.add_mesh("car", "car", cuboid(size, DVec3::ZERO, metal), pose);
+    let wall = cuboid(DVec3::new(40.0, 0.2, 3.0), DVec3::new(20.0, -4.1, 1.5), metal);
+    s.add_mesh("wall", "wall", wall, Pose::IDENTITY);
+    (s, pose, 0.5 * size)
+}
+
+#[test]
+fn a_car_beside_a_wall_has_a_ghost_behind_it() {
+    let (scene, pose, half) = walled();
+    let mut s = scenario(
+        "name = \"wall\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
+         [trace]\nbounces = 3\n",
+    );
+    // The radar, not the vehicle, stands where the wall's image of the block looks square.
+    s.ego.position_m = DVec3::Z * RADAR_HEIGHT_M - s.radars[0].mounting.translation_m;
+    let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+    let mine: Vec<&Point> = frame.points.iter().filter(|p| p.class == "car").collect();
+    let world = |p: &Point| frame.pose.point(p.position_m);
+    for p in &mine {
+        println!(
+            "{:.2} {} bounces {} share {:.2} {:.1} dBm",
+            world(p),
+            p.ghost,
+            p.bounces,
+            p.share,
+            p.power_dbm
+        );
+    }
+    // Behind the wall stands nothing: what the radar sees there is a ghost of the car.
+    let behind: Vec<_> = mine.iter().filter(|p| world(p).y < -4.5).collect();
+    assert!(!behind.is_empty() && behind.iter().all(|p| p.ghost && p.bounces == 3), "{}", behind.len());
+    // Its image in the wall.
+    let mirrored = |p: DVec3| DVec3::new(p.x, -8.0 - p.y, p.z);
+    let strongest = behind.iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap();
+    assert!(outside_m(mirrored(world(strongest)), &pose, half) < 0.5, "{}", world(strongest));
+    assert!(strongest.share > 0.9);
+    // Turned to the radar, the block itself is none.
+    let (mut facing, at) = (scene.clone(), pose.translation_m);
+    let turned = Pose::from_yaw_pitch_roll(at, (-at.y).atan2(-at.x), 0.0, 0.0);
+    facing.objects.iter_mut().find(|o| o.class == "car").unwrap().pose = turned;
+    let seen = simulate(&Engine::Cpu(Precision::F32), &s, &facing, 0).unwrap();
+    let place = |p: &Point| outside_m(seen.pose.point(p.position_m), &turned, half);
+    let there: Vec<_> = seen.points.iter().filter(|p| p.class == "car" && place(p) < 0.3).collect();
+    assert!(!there.is_empty() && there.iter().all(|p| !p.ghost), "{there:?}");
+    // The truth counts them apart.
+    let truth = Truth::new(&s, &scene, &frame, None);
+    let car = truth.actors.iter().find(|a| a.whole.class == "car").unwrap();
+    assert!(car.seen.visible && car.seen.returns > 0);
+    assert_eq!(car.seen.points + car.seen.ghosts, mine.len());
+    assert_eq!(car.seen.ghosts, mine.iter().filter(|p| p.ghost).count());
+    assert!(truth.free_space.is_none() && truth.lanes.is_empty());
+}
+
+#[test]
+fn bounces_in_one_body_are_no_ghost() {
+    let mut scene = Scene::default();
+    let reflector = Reflector::parse("trihedral:leg_m=0.15").unwrap();
+    let look = Pose::from_yaw_pitch_roll(DVec3::new(12.0, 1.0, 0.3), std::f64::consts::PI, 0.0, 0.0);
+    reflector.add_to(&mut scene, &material::by_name, ("corner", "reflector"), look, DVec3::ZERO).unwrap();
+    let s = scenario("name = \"t\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n");
+    let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+    let p = frame.points.iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap();
+    assert_eq!((p.class.as_str(), p.ghost), ("reflector", false));
+    assert!(p.bounces >= 2, "{}", p.bounces);
+    assert!(p.share > 0.999, "{}", p.share);
+}
+
+/// A road, a car of two parts on it, a lamp over it.
+fn street() -> Scene {
+    let mut s = Scene::default();
+    let at = |x: f64, y: f64, z: f64| Pose::new(glam::DQuat::IDENTITY, DVec3::new(x, y, z));
+    let block = |size: DVec3| cuboid(size, DVec3::ZERO, 0);
+    s.add_mesh("road", "road", block(DVec3::new(200.0, 20.0, 0.2)), at(50.0, 0.0, -0.1));
+    s.add_mesh("car", "car", block(DVec3::new(4.0, 1.8, 1.4)), at(30.0, 0.0, 0.75));
+    s.add_mesh("car wheel", "car.wheel", block(DVec3::new(0.6, 0.2, 0.6)), at(28.7, 0.9, 0.3));
+    s.add_mesh("lamp", "pole", block(DVec3::new(0.2, 0.2, 0.2)), at(25.0, 3.0, 8.0));
+    s
+}
+
+fn sensor() -> Pose<Sensor, World> {
+    Pose::new(glam::DQuat::IDENTITY, DVec3::new(0.0, 0.0, RADAR_HEIGHT_M))
+}
+
+/// A point and the echo that made it, at a place in the world, over the objects of a chain.
+fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Return) {
+    let at = place - sensor().translation_m;
+    let (azimuth_rad, elevation_rad) = angles_from_direction(at);
+    let mut echo = catseye::adc::synthesis::point_echo(at, DVec3::ZERO, power_from_db(10.0), chain[0]);
+    echo.chain[..chain.len()].copy_from_slice(chain);
+    echo.bounces = chain.len() as u8;
+    // An array on a line reads u_y and takes the rest for level.
+    let (azimuth_rad, elevation) = match with_elevation {
+        true => (azimuth_rad, elevation_rad),
+        false => ((at.y / at.length()).asin(), 0.0),
+    };
+    let point = Point {
+        range_m: at.length(),
+        range_rate_mps: 0.0,
+        azimuth_rad,
+        elevation_rad: elevation,
+        position_m: at,
+        power_dbm: -80.0,
+        snr_db: 30.0,
+        rcs_dbsm: 10.0,
+        object_id: 0,
+        class: String::new(),
+        bounces: 0,
+        ghost: false,
+        share: 0.0,
+        std: PointStd {
+            range_m: 0.01,
+            range_rate_mps: 0.02,
+            azimuth_rad: Some(0.002),
+            elevation_rad: with_elevation.then_some(0.004),
+        },
+        beat_std_cells: 0.1,
+        ambiguity: Ambiguity::Unresolved,
+        modulo_mps: f64::INFINITY,
+    };
+    (point, echo)
+}
+
+#[test]
+fn ghosts_by_chain_and_place() {
+    let radar = radar_toml::preset("front77").unwrap();
+    let scene = street();
+    let bodies = Bodies::new(&scene, 0.0, &sensor());
+    let (road, car, wheel, lamp) = (1, 2, 3, 4);
+    let ghost = |place: [f64; 3], chain: &[u32], with_elevation: bool| {
+        let (point, echo) = seen(DVec3::from_array(place), chain, with_elevation);
+        let returns = Returns { returns: vec![echo], rays: 0 };
+        let label = Labeller::new(&radar, &returns, &bodies).label(&point);
+        assert_eq!((usize::from(label.bounces), label.share), (chain.len(), 1.0));
+        (label.object_id, label.ghost)
+    };
+    // Over the road and back by it, at the car's own place: it is there.
+    assert_eq!(ghost([28.0, 0.2, 0.7], &[road, car, road], true), (car, false));
+    assert_eq!(ghost([28.05, 0.2, -0.7], &[road, car, road], false), (car, false));
+    // Its image under the road, where elevation is measured.
+    assert_eq!(ghost([28.0, 0.2, -0.7], &[road, car, road], true), (car, true));
+    // Between two things, at neither of them.
+    assert_eq!(ghost([26.5, 1.5, 4.0], &[car, lamp], true), (car, true));
+    assert_eq!(ghost([25.0, 3.0, 8.0], &[lamp, car], true), (lamp, false));
+    // A car and its own wheel are one, wherever that lands.
+    assert_eq!(ghost([33.0, 4.0, 0.5], &[car, wheel], true), (car, false));
+    // One object alone is never a ghost.
+    assert_eq!(ghost([35.0, 3.0, 0.5], &[car, car, car], true), (car, false));
+    // Three standard deviations: 3 x 0.002 x 28 = 0.17 m beside the body's 0.9 m.
+    assert_eq!(ghost([28.0, -1.05, 0.7], &[road, car], true), (car, false));
+    assert_eq!(ghost([28.0, -1.10, 0.7], &[road, car], true), (car, true));
+    // Without elevation the lamp's height is no offence: u_y and the range are right.
+    assert_eq!(ghost([25.0, 3.0, 8.0], &[road, lamp], false), (lamp, false));
+    assert_eq!(ghost([25.5, 3.0, 8.0], &[road, lamp], false), (lamp, true));
+    // The ground is everywhere and no place to stand.
+    assert_eq!(ghost([60.0, 0.0, -0.05], &[road, car, road], true), (car, true));
+}
+
+#[test]
+fn truth_of_the_marked_road() {
+    let text = "name = \"m\"\nradar = \"demo77\"\n[scene]\nbuiltin = \"marked-road\"\n\
+                [ego]\nposition_m = [2, -1.5, 0]\nyaw_deg = 2\nspeed_mps = 10\n";
+    let s = scenario(text);
+    let scene = s.build(&Library).unwrap();
+    let road = Site::new(&s).unwrap().road.unwrap();
+    let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+    let truth = Truth::new(&s, &scene, &frame, Some(&road));
+    let place = truth.ego_lane.as_ref().unwrap();
+    assert_eq!(place.number, 3);
+    assert!((place.s_m - 2.0).abs() < 1e-9 && (place.width_m - 3.5).abs() < 1e-9);
+    assert!((place.offset_m - 0.25).abs() < 1e-12 && (place.heading_rad - 2f64.to_radians()).abs() < 1e-12);
+    assert_eq!((truth.lanes.len(), truth.lane_lines.len(), truth.markers.len()), (4, 3, 60));
+    assert!(truth.markers.iter().all(|m| m.row.is_some() && m.word.is_none()));
+    assert_eq!(truth.markers[0].position_m, [5.0, 3.5, 0.002]);
+    // No ground among the actors; posts, markers, cars are.
+    assert_eq!(truth.actors.len(), scene.objects.len() - 3);
+    assert!(truth.actors.iter().all(|a| a.whole.class != "road" && a.parts == [a.whole.id]));
+    let cars: Vec<_> = truth.actors.iter().filter(|a| a.whole.class == "car").collect();
+    assert!(cars.iter().all(|c| c.seen.visible && c.seen.returns > 0), "{cars:?}");
+    let points: usize = truth.actors.iter().map(|a| a.seen.points + a.seen.ghosts).sum();
+    let labelled = frame.points.iter().filter(|p| !["", "road", "verge"].contains(&p.class.as_str()));
+    assert_eq!(points, labelled.count());
+    // The way ahead: the standing car's tail at x = 62 - 2.2 or so, its lane to the right of the axis.
+    let free = truth.free_space.as_ref().unwrap();
+    let ahead = &free.distance_m[170..190];
+    assert!(ahead.iter().any(|d| (50.0..61.0).contains(d)), "{ahead:?}");
+    assert!(free.distance_m.iter().all(|d| *d <= 98.1));
+    // To the side the edge of the pavement: 4.5 m from the axis.
+    let radar = frame.pose.translation_m;
+    let left = free.distance_m[180 + 88];
+    assert!((left - (4.5 - radar.y)).abs() < 0.02, "{left}");
+    // The text holds the same truth.
+    let text = serde_json::to_string(&truth).unwrap();
+    let back: Truth = serde_json::from_str(&text).unwrap();
+    assert_eq!(back.actors.len(), truth.actors.len());
+    let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-9);
+    assert_eq!(back.lanes.len(), 4);
+    for (a, b) in back.lanes.iter().zip(&truth.lanes) {
+        assert!(a.number == b.number && a.left_m.iter().zip(&b.left_m).all(|(p, q)| near(p, q)));
+    }
+}
