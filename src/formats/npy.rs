@@ -60,18 +60,14 @@ pub struct Header {
     pub descr: String,
     pub fortran_order: bool,
     pub shape: Vec<usize>,
-    data_at: usize,
+    /// Where the numbers begin, in bytes.
+    pub data_at: usize,
 }
 
 impl Header {
     /// `complex64` and so on, or the raw dtype string of a type that is not read here.
     pub fn dtype(&self) -> &str {
         name_of(&self.descr).unwrap_or(&self.descr)
-    }
-
-    /// Where the numbers begin, in bytes.
-    pub(super) fn data_at(&self) -> usize {
-        self.data_at
     }
 }
 

@@ -253,7 +253,7 @@ fn open_npy(path: &Path, options: &CubeOptions) -> Result<Kind> {
             .value(format!("{:?}", header.shape))
             .allowed("[chirp, rx_virtual, sample], or as --axes names them; real pairs [..., 2]")
     })?;
-    let data_at = header.data_at() as u64;
+    let data_at = header.data_at as u64;
     let there = file.metadata().map_err(|e| Error::io(path, e))?.len().saturating_sub(data_at);
     if there != layout.bytes() {
         let problem = if there < layout.bytes() { "truncated" } else { "longer than its array" };

@@ -21,7 +21,7 @@ fn done(dir: &Path, args: &[&str]) -> serde_json::Value {
 
 /// One line with all of `parts`, and nothing under the name of the result.
 fn refused(dir: &Path, args: &[&str], parts: &[&str], result: &str) {
-    common::refused(dir, args, parts);
+    super::common::refused(dir, args, parts);
     assert!(!dir.join(result).exists(), "{args:?} left {result}");
 }
 
