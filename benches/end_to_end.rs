@@ -1,11 +1,11 @@
 //! One frame of W3 at rest from the geometry to detected cells, and one direction of W1, on each engine.
 //! `CATSEYE_BENCH_DEVICE` as in `stages`.
 
-use catseye_papers::bench::cross_section::{Sweep, trihedral};
-use catseye_papers::bench::frame::Frame;
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::units::DEFAULT_FREQUENCY_HZ;
+use catseye_papers::bench::cross_section::{Sweep, trihedral};
+use catseye_papers::bench::frame::Frame;
 use criterion::{BenchmarkId, Criterion};
 use std::hint::black_box;
 use std::time::Duration;

@@ -18,7 +18,8 @@ fn main() {
         .configure_from_args();
     let engine = Engine::open("cpu", Precision::F32).expect("the cpu engine opens");
     println!("{}", engine.describe());
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/lane/compare_straight.toml");
+    let path =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/lane/compare_straight.toml");
     let driven = compare::driven(&engine, &path, FRAMES).expect("the drive of the repository");
     let mut group = criterion.benchmark_group("lane, a pass over 8 looks");
     for mut d in driven {

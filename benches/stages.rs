@@ -1,13 +1,13 @@
 //! Each stage of the chain on its own, on each engine. `CATSEYE_BENCH_DEVICE` names the device (as
 //! `--device` does); without it the cpu engine runs, and Mesa's software adapter where there is one.
 
-use catseye_papers::bench::frame::Frame;
-use catseye_papers::bench::{processing, ray_cast};
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::dsp::PowerMap;
 use catseye::dsp::fft::Transform;
+use catseye::dsp::{self, cpu};
 use catseye::engine::{Engine, Precision};
-use catseye::{cpu, dsp};
+use catseye_papers::bench::frame::Frame;
+use catseye_papers::bench::{processing, ray_cast};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::hint::black_box;
 use std::time::Duration;
@@ -85,13 +85,13 @@ fn processing(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let radar = processing::radar().unwrap();
     let cube = processing::cube(&radar, 1);
     let transform = Transform::of_cube(&cube, &radar).unwrap();
-    let spectrum = cpu::dsp::fft::spectrum(&cube, &transform);
-    let map: PowerMap<f32> = cpu::dsp::power::power(&spectrum);
+    let spectrum = cpu::fft::spectrum(&cube, &transform);
+    let map: PowerMap<f32> = cpu::power::power(&spectrum);
     let (cfar, channels) = (&radar.processing.cfar, radar.channels());
     group.throughput(Throughput::Elements(cube.data.len() as u64));
     group.bench_function(BenchmarkId::new("FFT 12x512x1024", name), |b| match engine {
         Engine::Cpu(Precision::F64) => unreachable!("the benches open the cpu engine in f32"),
-        Engine::Cpu(Precision::F32) => b.iter(|| black_box(cpu::dsp::fft::spectrum(&cube, &transform))),
+        Engine::Cpu(Precision::F32) => b.iter(|| black_box(cpu::fft::spectrum(&cube, &transform))),
         Engine::Gpu(gpu) => b.iter(|| {
             let mut recorder = gpu.recorder("fft");
             let spectrum = dsp::fft::record(&mut recorder, gpu, &cube, &transform).unwrap();
@@ -101,7 +101,7 @@ fn processing(criterion: &mut Criterion, name: &str, engine: &Engine) {
     });
     group.throughput(Throughput::Elements(map.data.len() as u64));
     group.bench_function(BenchmarkId::new("OS-CFAR 512x1024, 216 cells", name), |b| match engine {
-        Engine::Cpu(_) => b.iter(|| black_box(cpu::dsp::detect(&map, cfar, channels).unwrap())),
+        Engine::Cpu(_) => b.iter(|| black_box(cpu::detect(&map, cfar, channels).unwrap())),
         Engine::Gpu(gpu) => b.iter(|| black_box(dsp::device::detect(gpu, &map, cfar, channels).unwrap())),
     });
     group.finish();

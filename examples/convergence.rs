@@ -2,14 +2,14 @@
 //! against the one that is allowed. Writes `convergence_grid.png` and `convergence_asked.png` into the folder
 //! that is named, or into the present one.
 
-use catseye_papers::bench::frame::Frame;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
-use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::units::wavenumber;
+use catseye_papers::bench::frame::Frame;
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use num_complex::Complex64;
 use std::path::Path;
 

@@ -3,12 +3,12 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{refined_scene, sagitta_m};
-use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::rcs::closed_form::mie_sphere;
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, wavenumber};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 
 const RADIUS_M: f64 = 0.05;
 

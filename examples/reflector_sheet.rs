@@ -1,9 +1,9 @@
 //! Draws every reflector of the library on one sheet: `cargo run --release --example reflector_sheet --
 //! docs/images/reflectors.png`.
 
-use catseye_plot::{SolidView, solid_sheet};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::Mesh;
+use catseye_plot::{SolidView, solid_sheet};
 
 /// What is drawn instead of the defaults where those are too thin, too many or too far apart to be seen.
 const SHOWN: [(&str, &str); 12] = [

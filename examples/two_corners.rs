@@ -2,8 +2,8 @@
 //! the beamformer and the directions of ESPRIT, from one snapshot through the whole chain. Prints what a Bi-SVD update costs beside
 //! a full decomposition. Writes `two_corners.png`, or the file that is named.
 
-use catseye::cpu::adc::synthesis::Control;
-use catseye::cpu::dsp::doa_spectrum::spectra;
+use catseye::adc::cpu::synthesis::Control;
+use catseye::dsp::cpu::doa_spectrum::spectra;
 use catseye::dsp::doa_beamform::Grid;
 use catseye::dsp::doa_bisvd::{costs, times};
 use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, SourceNumber};
@@ -11,10 +11,10 @@ use catseye::dsp::doa_manifold::Manifold;
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::trace::TraceOptions;
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;

@@ -3,11 +3,11 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
-use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, material};
 use catseye::units::{dbsm_from_amplitude, wavelength_m};
+use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::DVec3;
 
 const FREQUENCY_HZ: f64 = 77e9;

@@ -7,19 +7,18 @@ pub mod memory;
 pub mod sweep;
 
 use crate::adc::{self, Cube};
-use crate::cpu;
-use crate::cpu::rcs::beam_sum::{self, Tone};
-use crate::cpu::rcs::ptd;
-use crate::cpu::trace::refract::Media;
 use crate::dsp;
 use crate::error::{BadInput, Error, Result};
 use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
+use crate::rcs::cpu::beam_sum::{self, Tone};
+use crate::rcs::cpu::ptd;
 use crate::rcs::{
     self, Aspect, Diffraction, Distance, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum,
 };
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
+use crate::trace::cpu::refract::Media;
 use crate::trace::{beam_ahead, beam_clip, closest, scan};
 use crate::units::{power_from_db, wavenumber};
 use num_complex::Complex64;
@@ -358,7 +357,7 @@ impl Engine {
         options: &RayGrid,
     ) -> Result<Vec<Scattering>> {
         let mut swept = match self {
-            Engine::Cpu(_) => cpu::rcs::po_sum::sweep(geometry, aspects, options),
+            Engine::Cpu(_) => crate::rcs::cpu::po_sum::sweep(geometry, aspects, options),
             Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
         };
         for (s, a) in swept.iter_mut().zip(aspects) {

@@ -11,6 +11,8 @@ pub mod units;
 
 pub mod rng;
 
+pub mod simd;
+
 pub mod gpu;
 
 pub mod formats;
@@ -30,8 +32,6 @@ pub mod rcs;
 pub mod adc;
 
 pub mod dsp;
-
-pub mod cpu;
 
 pub mod engine;
 

@@ -2,9 +2,9 @@
 
 use crate::arrays::array;
 use crate::errors::OrRaise;
-use catseye_io::manifest::Axes;
 use catseye::scene::radar::{Antenna, Radar as Described};
 use catseye::scene::radar_toml;
+use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

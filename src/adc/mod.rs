@@ -1,6 +1,7 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
 pub mod convert;
+pub mod cpu;
 pub mod front_end;
 pub mod grid_fft;
 pub mod grid_lines;

@@ -2,7 +2,6 @@
 
 use super::accuracy::PointAccuracy;
 use super::points::{Point, range_m};
-use crate::cpu;
 use crate::dsp::peaks::group;
 use crate::dsp::{Cell, RangeDoppler};
 use crate::scene::radar::Radar;
@@ -34,7 +33,7 @@ impl Why {
 
 /// Peaks of a whole map that are not among its cells, strongest first. `found` is as [`super::locate::points`] leaves it.
 fn dropped(radar: &Radar, found: &RangeDoppler<f64>) -> Vec<(Cell, Why)> {
-    let all = cpu::dsp::peaks::peaks(&found.map, &found.detection.mask);
+    let all = crate::dsp::cpu::peaks::peaks(&found.map, &found.detection.mask);
     let kept: HashSet<[u32; 2]> = found.cells.iter().map(key).collect();
     // Without an extent every peak stands for itself.
     let groups = group(&found.map, &all, radar.processing.group);
@@ -113,7 +112,7 @@ mod tests {
         }
         let map = PowerMap { doppler_bins: rows, range_bins: bins, data };
         let mask: Vec<bool> = map.data.iter().map(|p| *p > 1.0).collect();
-        let cells = cpu::dsp::peaks::peaks(&map, &mask);
+        let cells = crate::dsp::cpu::peaks::peaks(&map, &mask);
         let channels = radar.channels();
         RangeDoppler {
             detection: Detection { mask, ratio: vec![10.0; bins] },

@@ -3,7 +3,7 @@
 
 use super::doa_manifold::Matrix;
 use crate::error::{BadInput, Error, Result};
-use catseye_linalg::NoConvergence;
+use catseye_math::NoConvergence;
 use num_complex::Complex64;
 
 /// Phase advance from row to row and from column to column, rad within ±pi, of each source.

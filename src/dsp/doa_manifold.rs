@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Matrices of the angle estimators.
-pub use catseye_linalg::Matrix;
+pub use catseye_math::Matrix;
 
 /// Channels (pairs of a transmitter and a receiver) with their gains, seen at one wavelength.
 #[derive(Debug, Clone, PartialEq)]

@@ -53,6 +53,6 @@ pub fn kernel(n: usize, m: usize) -> Vec<Complex64> {
         b[i] = c.conj() / m as f64;
         b[(m - i) % m] = b[i];
     }
-    catseye_fft::forward(m).process(&mut b);
+    catseye_math::fft::forward(m).process(&mut b);
     b
 }

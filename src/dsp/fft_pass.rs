@@ -370,9 +370,9 @@ mod tests {
         let c = fft_chirp::chirp(n);
         let kernel = fft_chirp::kernel(n, m);
         let mut a: Vec<Complex64> = (0..m).map(|i| if i < n { x[i] * c[i] } else { 0.0.into() }).collect();
-        catseye_fft::forward(m).process(&mut a);
+        catseye_math::fft::forward(m).process(&mut a);
         a.iter_mut().zip(&kernel).for_each(|(a, k)| *a *= k);
-        catseye_fft::inverse(m).process(&mut a);
+        catseye_math::fft::inverse(m).process(&mut a);
         for k in 0..n {
             let want: Complex64 =
                 (0..n).map(|i| x[i] * Complex64::cis(-TAU * (i * k % n) as f64 / n as f64)).sum();

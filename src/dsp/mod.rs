@@ -11,6 +11,7 @@ pub mod cfar_ca;
 pub mod cfar_go_so;
 pub mod cfar_noise;
 pub mod cfar_os;
+pub mod cpu;
 pub mod device;
 pub mod doa_beamform;
 pub mod doa_bisvd;
@@ -45,7 +46,9 @@ pub mod window;
 pub mod zero_doppler;
 
 /// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.
-pub trait Real: catseye_fft::Plan + catseye_fft::num_traits::Float + Default + std::iter::Sum {
+pub trait Real:
+    catseye_math::fft::Plan + catseye_math::fft::num_traits::Float + Default + std::iter::Sum
+{
     /// Rounds to this type.
     fn of(x: f64) -> Self;
     /// The same value in f64.

@@ -92,7 +92,7 @@ fn dolph_chebyshev(n: usize, side_lobe_db: f64) -> Result<Vec<f64>> {
             chebyshev(n - 1, x0 * x.cos()) * if even { Complex64::cis(x) } else { Complex64::new(1.0, 0.0) }
         })
         .collect();
-    catseye_fft::forward(n).process(&mut p);
+    catseye_math::fft::forward(n).process(&mut p);
     // p[1] (even) or p[0] (odd) lies in the middle of the window; the second half mirrors the first.
     let half: Vec<f64> = if even { &p[1..=n / 2] } else { &p[..=n / 2] }.iter().map(|z| z.re).collect();
     let mirrored = half.iter().skip(usize::from(!even)).rev();

@@ -1,6 +1,7 @@
 //! Electromagnetic formulas in f64: reflection at surfaces and layers, rough surfaces, mixtures and
 //! coverings, spheres.
 
+pub mod aperture;
 pub mod clutter;
 pub mod covering;
 pub mod fresnel;

@@ -2,6 +2,8 @@
 
 use super::{AnyCube, Engine, Precision};
 use crate::adc::convert::Convert;
+use crate::adc::cpu::front_end::Inputs;
+use crate::adc::cpu::synthesis::Control;
 use crate::adc::front_end::{Chain, channels};
 use crate::adc::gridding::{self, Methods};
 use crate::adc::interference::Arrival;
@@ -9,9 +11,6 @@ use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
 use crate::adc::synthesis::{FrontEnd, Plan};
 use crate::adc::{Cube, DeviceCube};
-use crate::cpu;
-use crate::cpu::adc::front_end::Inputs;
-use crate::cpu::adc::synthesis::Control;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::fft::Transform;
@@ -33,7 +32,7 @@ use std::time::Instant;
 
 /// What the samples can be made of.
 trait Precise:
-    cpu::adc::synthesis::Precision + cpu::adc::noise::Precision + dsp::Real + std::ops::AddAssign
+    crate::adc::cpu::synthesis::Precision + crate::adc::cpu::noise::Precision + dsp::Real + std::ops::AddAssign
 {
     /// Lines of a plan by the cpu engine, and how they were summed.
     fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<Self>, Methods)>;
@@ -41,14 +40,14 @@ trait Precise:
 
 impl Precise for f32 {
     fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<f32>, Methods)> {
-        cpu::adc::gridding::synthesise(plan, control)
+        crate::adc::cpu::gridding::synthesise(plan, control)
     }
 }
 
 /// The direct sum always: the truth.
 impl Precise for f64 {
     fn lines(plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<f64>, Methods)> {
-        Ok((cpu::adc::synthesis::synthesise(plan, control)?, Methods::default()))
+        Ok((crate::adc::cpu::synthesis::synthesise(plan, control)?, Methods::default()))
     }
 }
 
@@ -95,9 +94,9 @@ impl Engine {
         options: &TraceOptions,
     ) -> Returns {
         let windows = windows(radar, pose);
-        let mut all = cpu::trace::echoes::returns(geometry, &windows, pose, velocity_mps, options);
+        let mut all = crate::trace::cpu::echoes::returns(geometry, &windows, pose, velocity_mps, options);
         if let Some(air) = &options.air {
-            all.returns.extend(cpu::trace::volume::returns(
+            all.returns.extend(crate::trace::cpu::volume::returns(
                 geometry,
                 radar,
                 pose,
@@ -250,7 +249,7 @@ impl Engine {
                 frame: with.frame,
                 interference_seed: with.seed,
             };
-            made.push(cpu::adc::front_end::apply(clean, margin, &chain, inputs)?);
+            made.push(crate::adc::cpu::front_end::apply(clean, margin, &chain, inputs)?);
         }
         Ok((interleaved(made), front_end))
     }
@@ -277,7 +276,7 @@ impl Engine {
             if order == 0 {
                 seen = FrontEnd { synthesis, ..plan.front_end };
             }
-            cpu::adc::shaping::add(&shaping, &lines, order, &mut samples);
+            crate::adc::cpu::shaping::add(&shaping, &lines, order, &mut samples);
         }
         Ok((samples, seen))
     }
@@ -293,7 +292,10 @@ impl Engine {
                 let mut done = recorder.submit()?;
                 let cube = device.take(&mut done, pending);
                 let round = |z: &Complex32| {
-                    <T as cpu::adc::synthesis::Precision>::round(Complex64::new(z.re.into(), z.im.into()))
+                    <T as crate::adc::cpu::synthesis::Precision>::round(Complex64::new(
+                        z.re.into(),
+                        z.im.into(),
+                    ))
                 };
                 let data = cube.data.iter().map(round).collect();
                 (Cube { chirps: cube.chirps, channels: cube.channels, samples: cube.samples, data }, methods)
@@ -305,11 +307,13 @@ impl Engine {
     /// From samples to detected cells of one ramp (`radar` is [`Radar::part`] of it; a radar with one ramp as it is). The stages run
     /// in the precision of the engine; what they found is handed on in f64.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
-        use cpu::dsp::lines::prepared as lines;
+        use crate::dsp::cpu::lines::prepared as lines;
         match (self, cube) {
-            (Engine::Cpu(_), AnyCube::F64(cube)) => Ok(cpu::dsp::process(&*lines(cube, radar)?, radar)?.1),
+            (Engine::Cpu(_), AnyCube::F64(cube)) => {
+                Ok(crate::dsp::cpu::process(&*lines(cube, radar)?, radar)?.1)
+            }
             (Engine::Cpu(_), AnyCube::F32(cube)) => {
-                Ok(cpu::dsp::process(&*lines(cube, radar)?, radar)?.1.widened())
+                Ok(crate::dsp::cpu::process(&*lines(cube, radar)?, radar)?.1.widened())
             }
             (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
                 Ok(dsp::device::process(gpu, &*lines(cube, radar)?, radar)?.1.widened())
@@ -344,7 +348,9 @@ impl Engine {
         let transform = Transform::of_shape(shape, radar)?;
         let cfar = &radar.processing.cfar;
         Ok(match self {
-            Engine::Cpu(_) => cpu::dsp::stream::process(&transform, cfar, STREAM_BYTES, source)?.widened(),
+            Engine::Cpu(_) => {
+                crate::dsp::cpu::stream::process(&transform, cfar, STREAM_BYTES, source)?.widened()
+            }
             Engine::Gpu(gpu) => dsp::stream::process(gpu, &transform, cfar, source)?.widened(),
         })
     }
@@ -353,8 +359,8 @@ impl Engine {
     pub fn forms(&self, steering: &Steering, forms: &Forms) -> Result<Vec<f64>> {
         let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
         Ok(match self {
-            Engine::Cpu(Precision::F64) => cpu::dsp::doa_spectrum::spectra(steering, forms),
-            Engine::Cpu(Precision::F32) => widen(cpu::dsp::doa_spectrum::spectra(steering, forms)),
+            Engine::Cpu(Precision::F64) => crate::dsp::cpu::doa_spectrum::spectra(steering, forms),
+            Engine::Cpu(Precision::F32) => widen(crate::dsp::cpu::doa_spectrum::spectra(steering, forms)),
             Engine::Gpu(gpu) => widen(dsp::doa_spectrum::spectra(gpu, steering, forms)?),
         })
     }
@@ -368,9 +374,11 @@ impl Engine {
     ) -> Result<Vec<f64>> {
         let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
         Ok(match self {
-            Engine::Cpu(Precision::F64) => cpu::dsp::doa_beamform::spectra(beam, snapshots, range_rates_mps),
+            Engine::Cpu(Precision::F64) => {
+                crate::dsp::cpu::doa_beamform::spectra(beam, snapshots, range_rates_mps)
+            }
             Engine::Cpu(Precision::F32) => {
-                widen(cpu::dsp::doa_beamform::spectra(beam, &snapshots.narrowed(), range_rates_mps))
+                widen(crate::dsp::cpu::doa_beamform::spectra(beam, &snapshots.narrowed(), range_rates_mps))
             }
             Engine::Gpu(gpu) => {
                 widen(dsp::doa_beamform::spectra(gpu, beam, &snapshots.narrowed(), range_rates_mps)?)

@@ -64,7 +64,7 @@ const THREADS: [usize; 2] = [1 << 15, 1016];
 const HALVINGS: u32 = 4;
 
 /// S of the geometry's facets for each look and each tone (`[look][tone]`), as
-/// `cpu::rcs::beam_sum::sweep` gives it.
+/// `rcs::cpu::beam_sum::sweep` gives it.
 ///
 /// Errors: a polygon with more corners or pieces than a thread has room for, or more work than the adapter's
 /// driver allows it; a single look that does not fit the adapter's buffers.

@@ -2,6 +2,7 @@
 
 pub mod beam_sum;
 pub mod closed_form;
+pub mod cpu;
 pub mod diffuse;
 pub mod ground;
 pub mod po_sum;

@@ -101,7 +101,7 @@ const TUBES_PER_BLOCK: u32 = 256;
 /// workgroups per dimension.
 const BLOCKS_PER_DISPATCH: usize = 8192;
 
-/// S of the geometry for each aspect (monostatic), as `cpu::rcs::po_sum::sweep` gives it.
+/// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::sweep` gives it.
 pub fn sweep(
     gpu: &Gpu,
     geometry: &Geometry,

@@ -58,9 +58,9 @@ impl Derived {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::rcs::po_sum::sweep;
     use crate::frames::{Pose, direction_from_angles, polarisation_basis};
     use crate::geom::Geometry;
+    use crate::rcs::cpu::po_sum::sweep;
     use crate::rcs::{Aspect, Distance, RayGrid};
     use crate::scene::{Material, Mesh, Scene};
     use glam::DVec3;

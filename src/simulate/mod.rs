@@ -2,10 +2,9 @@
 
 pub mod truth;
 
-use truth::thermal_floor_w;
+use crate::adc::cpu::synthesis::Control;
 use crate::adc::interference::{self, Arrival, Place};
 use crate::adc::synthesis::{FrontEnd, Levels};
-use crate::cpu::adc::synthesis::Control;
 use crate::detect::points::{self, Point};
 use crate::detect::{Bodies, locate};
 use crate::dsp::RangeDoppler;
@@ -25,6 +24,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::time::Instant;
+use truth::thermal_floor_w;
 
 /// Seconds of each stage of a frame, on the host's clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -7,6 +7,7 @@ pub mod beam_ahead;
 pub mod beam_clip;
 pub mod beams;
 pub mod closest;
+pub mod cpu;
 pub mod launch;
 pub mod scan;
 pub mod upload;

@@ -1,10 +1,9 @@
 //! Standard deviations of points against what the chain makes of targets in noise.
 
 use catseye::adc::Cube;
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
-use catseye::cpu;
-use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::detect::ambiguity::{Ambiguity, TdmFolds};
 use catseye::detect::points::peaks;
 use catseye::detect::{Point, locate};
@@ -75,8 +74,8 @@ fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler
     let u = direction_from_angles(azimuth, elevation);
     let returns = Returns { returns: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
-    cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
-    (cpu::dsp::process(&cube, radar).unwrap().1, returns)
+    catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
+    (catseye::dsp::cpu::process(&cube, radar).unwrap().1, returns)
 }
 
 fn measure(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {

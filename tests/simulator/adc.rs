@@ -1,12 +1,12 @@
 //! Synthesis and noise against closed forms and the formulas evaluated sample by sample.
 
+use catseye::adc::cpu::noise;
+use catseye::adc::cpu::synthesis::{Control, Precision, synthesise};
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{
     Plan, beat_frequency_hz, channel_path_m, passes_filter, point_echo, power_gain,
 };
 use catseye::adc::{Cube, synthesis};
-use catseye::cpu::adc::noise;
-use catseye::cpu::adc::synthesis::{Control, Precision, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
@@ -687,7 +687,7 @@ fn speed() {
     radar.chirps = 16;
     let list = many(3 * 4000, 20.0);
     let plan = Plan::new(&radar, &list).unwrap();
-    println!("{:?}, {}", plan.front_end, catseye::cpu::simd::level());
+    println!("{:?}, {}", plan.front_end, catseye::simd::level());
     let still = plan.set(synthesis::Set::Still).len();
     let work = (plan.front_end.moving as usize * plan.chirps + still) * plan.channels * plan.samples;
     // The best of several: others use this machine too.

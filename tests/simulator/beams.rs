@@ -1,10 +1,10 @@
 //! Exact beams on the cpu engine: closed forms, the grid of rays as an independent check, invariances.
 
-use catseye::cpu::rcs::beam_sum::{Tone, sweep};
-use catseye::cpu::rcs::po_sum;
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::rcs::closed_form::po_plate;
+use catseye::rcs::cpu::beam_sum::{Tone, sweep};
+use catseye::rcs::cpu::po_sum;
 use catseye::rcs::{Aspect, Distance, Look, RayGrid, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, Mesh, Scene, material};

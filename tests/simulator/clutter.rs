@@ -1,7 +1,6 @@
 //! Clutter of ground and rain: its level against closed forms through the chain, its statistics, and that it belongs to places.
 
-use catseye::cpu::adc::synthesis::Control;
-use catseye::cpu::trace::echoes;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::em::clutter::kulemin;
 use catseye::em::weather::{RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m};
 use catseye::engine::{AnyCube, Engine, Precision};
@@ -14,6 +13,7 @@ use catseye::scene::radar::{Pattern, Radar, Sampling};
 use catseye::scene::weather::Weather;
 use catseye::scene::{Material, Scene, Shape, material, radar_toml};
 use catseye::trace::air::Air;
+use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Return, TraceOptions};
 use catseye::units::{C0, power_from_db, w_from_dbm, wavenumber};

@@ -1,10 +1,9 @@
 //! Points from cubes: places, signs, absolute levels, labels, files.
 
 use catseye::adc::Cube;
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
-use catseye::cpu;
-use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::{Bodies, Detected, Labeller, Point, files, label, locate, points};
@@ -93,8 +92,8 @@ fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, 
 fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
     let returns = Returns { returns: list, rays: 0 };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
-    cpu::adc::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
-    let (_, found) = cpu::dsp::process(&cube, radar).unwrap();
+    catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
+    let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found], None).unwrap();
     points::label(radar, &mut cloud, &returns, &bodies(objects));
     cloud

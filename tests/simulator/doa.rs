@@ -2,9 +2,8 @@
 //! and the GPU against the cpu engine.
 
 use catseye::adc::Cube;
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::{Plan, point_echo};
-use catseye::cpu;
-use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::dsp::doa_beamform::{Beamformer, Grid};
 use catseye::dsp::doa_bisvd::BiSvd;
 use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
@@ -67,7 +66,7 @@ fn both(deg: f64, count: usize) -> Grid {
 }
 
 fn on_cpu(steering: &Steering, forms: &Forms) -> Result<Vec<f64>> {
-    Ok(cpu::dsp::doa_spectrum::spectra(steering, forms))
+    Ok(catseye::dsp::cpu::doa_spectrum::spectra(steering, forms))
 }
 
 /// Waves of amplitude sqrt(power) and independent normal amplitudes in noise, `[snapshot, channel]`.
@@ -147,7 +146,7 @@ fn chain(radar: &Radar, targets: &[(DVec3, f64)]) -> Vec<Complex64> {
     let echoes = list.map(|(i, (p, sigma))| point_echo(*p, DVec3::ZERO, *sigma, i as u32 + 1)).collect();
     let returns = Returns { returns: echoes, rays: 0 };
     let cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
-    let (spectrum, found) = cpu::dsp::process(&cube, radar).unwrap();
+    let (spectrum, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let strongest =
         (0..found.map.data.len()).max_by(|a, b| found.map.data[*a].total_cmp(&found.map.data[*b]));
     let cell = strongest.unwrap();
@@ -685,7 +684,7 @@ fn the_cpu_engine_is_the_plain_sum() {
     let m = rectangle(2, 3);
     let steering = Steering::new(&m, &both(40.0, 7));
     let f = forms(6, 3, 4);
-    let got: Vec<f64> = cpu::dsp::doa_spectrum::spectra(&steering, &f);
+    let got: Vec<f64> = catseye::dsp::cpu::doa_spectrum::spectra(&steering, &f);
     for cell in 0..3 {
         // a^H B a with B = F F^H spelt out.
         let f = &f.data[cell * 24..(cell + 1) * 24];
@@ -708,7 +707,7 @@ fn gpu_spectra_agree_with_the_cpu() {
     ] {
         let steering = Steering::new(&m, &grid);
         let f = forms(m.channels(), cells, rank);
-        let want: Vec<f64> = cpu::dsp::doa_spectrum::spectra(&steering, &f);
+        let want: Vec<f64> = catseye::dsp::cpu::doa_spectrum::spectra(&steering, &f);
         let got = doa_spectrum::spectra(test_gpu(), &steering, &f).unwrap();
         let d = check_close(&got, &want, doa_spectrum::KERNEL.tolerance.relative_l2).unwrap();
         println!("{} channels, rank {rank}: {:.2e}", m.channels(), d.relative_l2);

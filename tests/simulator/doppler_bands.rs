@@ -1,10 +1,10 @@
 //! Doppler bands (DDM), range migration and the removal of what rests, one by one and together, on both engines.
 
+use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
 use catseye::adc::{Cube, CubePiece, DeviceCube};
-use catseye::cpu::adc::synthesis::Control;
-use catseye::cpu::dsp as cpu;
 use catseye::detect::points::range_rate_mps;
+use catseye::dsp::cpu;
 use catseye::dsp::keystone::{self, Keystone};
 use catseye::dsp::multiplex::decode;
 use catseye::dsp::{Cell, RangeDoppler, device, fft, peaks, power, stream, zero_doppler};

@@ -2,7 +2,7 @@
 //! against the cpu engine.
 
 use catseye::adc::{Cube, CubePiece, DeviceCube};
-use catseye::cpu::dsp as cpu;
+use catseye::dsp::cpu;
 use catseye::dsp::doa_beamform::{self, Beamformer};
 use catseye::dsp::{
     Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, integrate,

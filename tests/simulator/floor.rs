@@ -1,10 +1,10 @@
 //! `trace.floor_db`: echoes far under the noise are left out, and nothing that shows.
 
 use catseye::adc::noise::Noise;
-use catseye::simulate::{Frame, simulate, trace_options};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::road::site;
 use catseye::scene::scenario::{self, Scenario};
+use catseye::simulate::{Frame, simulate, trace_options};
 use num_complex::Complex64;
 use std::path::Path;
 

@@ -2,11 +2,11 @@
 
 use catseye::adc::Cube;
 use catseye::adc::convert::{self, Convert, full_scale_snr_db, peak};
+use catseye::adc::cpu::front_end::{Inputs, Runner, apply};
 use catseye::adc::front_end::phase_noise::{line, stretches};
 use catseye::adc::front_end::{Chain, jitter};
 use catseye::adc::interference::{self, Arrival, Place, burst_s, ghost_range_m};
 use catseye::adc::noise::Noise;
-use catseye::cpu::adc::front_end::{Inputs, Runner, apply};
 use catseye::frames::Pose;
 use catseye::scene::front_end::*;
 use catseye::scene::interferer::Interferer;
@@ -78,7 +78,7 @@ fn quiet(seed: u64) -> Inputs<'static> {
 
 fn spectrum(x: &[Complex64]) -> Vec<Complex64> {
     let mut y = x.to_vec();
-    catseye_fft::forward(x.len()).process(&mut y);
+    catseye_math::fft::forward(x.len()).process(&mut y);
     y
 }
 
@@ -447,7 +447,7 @@ fn quantiser_has_its_levels() {
         let mut seen = std::collections::BTreeSet::new();
         for i in -400..=400 {
             let x = i as f64 * 0.01;
-            let y = catseye::cpu::adc::convert::sample(&c, Complex64::new(x, 5.0));
+            let y = catseye::adc::cpu::convert::sample(&c, Complex64::new(x, 5.0));
             assert_eq!(y.im, 0.0);
             let level = levels.iter().find(|l| (y.re / step - **l).abs() < 1e-12).expect("a level");
             seen.insert((level * 2.0) as i64);
@@ -762,7 +762,7 @@ fn white_noise_is_the_plain_one() {
         Inputs { noise: Some(&noise), seed: 8, interference_seed: 8, frame: 2, ..Default::default() };
     let got = apply(Cube::<f32>::zeros(9, 2, 512), 0, &off(&r), inputs).unwrap();
     let mut plain = Cube::<f32>::zeros(9, 2, 512);
-    catseye::cpu::adc::noise::add(&mut plain, &noise);
+    catseye::adc::cpu::noise::add(&mut plain, &noise);
     assert!(got == plain);
 }
 
@@ -832,7 +832,7 @@ fn kernel_agrees_with_the_processor() {
         c.record(&mut recorder, &device);
         let pending = device.read(&mut recorder);
         let got = device.take(&mut recorder.submit().unwrap(), pending);
-        catseye::cpu::adc::convert::apply(&mut host, &c);
+        catseye::adc::cpu::convert::apply(&mut host, &c);
         let wide = |c: &Cube<f32>| -> Vec<Complex64> {
             c.data.iter().map(|z: &Complex<f32>| Complex64::new(z.re as f64, z.im as f64)).collect()
         };

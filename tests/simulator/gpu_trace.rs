@@ -1,7 +1,6 @@
 //! Tracing and cross sections: the shaders against the f64 engine, on the adapter that
 //! CATSEYE_TEST_DEVICE names (default: the software Vulkan driver).
 
-use catseye::cpu;
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::gpu::compare;
@@ -47,7 +46,7 @@ fn flat(s: &[Scattering]) -> (Vec<f64>, Vec<f64>) {
 fn compare_sweeps(scene: &Scene, aspects: &[Aspect], options: &RayGrid) {
     let gpu = compare::test_gpu();
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
-    let truth = flat(&cpu::rcs::po_sum::sweep(&geometry, aspects, options));
+    let truth = flat(&catseye::rcs::cpu::po_sum::sweep(&geometry, aspects, options));
     let found = flat(&po_sum::sweep(gpu, &geometry, aspects, options).unwrap());
     for (name, t, f) in [("every", &truth.0, &found.0), ("last", &truth.1, &found.1)] {
         let f32s: Vec<f32> = f.iter().map(|x| *x as f32).collect();

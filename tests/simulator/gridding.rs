@@ -1,12 +1,12 @@
 //! Synthesis by gridding against the direct sum in f64.
 
 use catseye::adc::Cube;
+use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::gridding::{
     Bell, Costs, DEVICE_COSTS, ECHOES_KEPT, Echoes, Layout, Method, Methods, TAPS, record_with,
 };
 use catseye::adc::synthesis::{Plan, Set, point_echo};
-use catseye::cpu::adc::gridding::{COSTS, add, synthesise_with};
-use catseye::cpu::adc::synthesis::{Control, synthesise};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};

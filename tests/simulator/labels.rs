@@ -1,7 +1,5 @@
 //! Labels of points and the truth of a frame: ghosts, shares, visibility, sides.
 
-use catseye::simulate::simulate;
-use catseye::simulate::truth::Truth;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::{Bodies, Labeller, Point};
@@ -12,6 +10,8 @@ use catseye::road::shape::cuboid;
 use catseye::road::{Library, site::Site};
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, material, radar_toml};
+use catseye::simulate::simulate;
+use catseye::simulate::truth::Truth;
 use catseye::trace::{Return, Returns};
 use catseye::units::power_from_db;
 use glam::DVec3;

@@ -1,11 +1,11 @@
 //! Layered materials from their names to cross sections, against the Austin RCS Benchmark Suite, set II.C
 //! (a thin dielectric plate, method of moments), and closed forms.
 
-use catseye::cpu::rcs::po_sum::sweep;
 use catseye::em::covering::coverings;
 use catseye::em::layers::{Backing, Stack};
 use catseye::frames::Pose;
 use catseye::geom::{Geometry, Surface};
+use catseye::rcs::cpu::po_sum::sweep;
 use catseye::rcs::{Aspect, Distance, RayGrid, Scattering};
 use catseye::scene::material::{self, Layer, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};

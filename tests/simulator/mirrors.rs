@@ -1,11 +1,11 @@
 //! Ghosts in walls, and roads that are not quite flat.
 
-use catseye::cpu::trace::echoes;
 use catseye::frames::{Pose, Sensor, Target, World, angles_from_direction};
 use catseye::geom::{Geometry, Surface};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Mesh, Scene, material};
+use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Return, TraceOptions};
 use catseye::units::wavenumber;

@@ -1,10 +1,8 @@
 //! Paths of a frame in which something moves: what an echo says of its path at the frame's start and end against the same scene
 //! traced then.
 
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::Plan;
-use catseye::cpu::adc::synthesis::{Control, synthesise};
-use catseye::cpu::trace::echoes;
-use catseye::simulate::{radar_pose, simulate, trace_options};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
@@ -13,6 +11,8 @@ use catseye::road::shape::cuboid;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, Shape, material};
+use catseye::simulate::{radar_pose, simulate, trace_options};
+use catseye::trace::cpu::echoes;
 use catseye::trace::windows::windows;
 use catseye::trace::{Return, Returns, TraceOptions, strength};
 use glam::{DQuat, DVec2, DVec3};

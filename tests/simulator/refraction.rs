@@ -1,11 +1,11 @@
 //! Waves that pass through bodies and sheets (CONVENTIONS eq. 70-75): layered stacks, Snell's law, filled
 //! corners, limits.
 
-use catseye::cpu::rcs::beam_sum::{Tone, sweep};
 use catseye::em::layers::{Backing, Layer, Stack};
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, angles_from_direction, direction_from_angles, polarisation_basis};
 use catseye::geom::Geometry;
+use catseye::rcs::cpu::beam_sum::{Tone, sweep};
 use catseye::rcs::{Aspect, Distance, Look, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Mesh, Scene, material};

@@ -1,10 +1,8 @@
 //! Objects that carry a scattering table echo as the facets that the table was made of.
 
-use catseye::cpu;
-use catseye::cpu::rcs::beam_sum::{Tone, between, sweep};
-use catseye::cpu::trace::points::point_returns;
 use catseye::frames::{Pose, Sensor, World, polarisation_basis};
 use catseye::geom::Geometry;
+use catseye::rcs::cpu::beam_sum::{Tone, between, sweep};
 use catseye::rcs::table::{RcsTable, Row};
 use catseye::rcs::{Aspect, Distance, Look, point_sum};
 use catseye::road::reflector::Reflector;
@@ -12,6 +10,7 @@ use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::TraceOptions;
 use catseye::trace::beams::{BeamOptions, Port};
+use catseye::trace::cpu::points::point_returns;
 use catseye::trace::windows::around;
 use catseye::units::wavenumber;
 use glam::DVec3;
@@ -112,7 +111,8 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     let echo = |g: &Geometry, radar: &Pose<Sensor, World>| {
         let options = TraceOptions { amplitude_floor: 0.0, accuracy_db: 0.02, ..Default::default() };
         let mut s = [[Complex64::ZERO; 2]; 2];
-        for r in cpu::trace::echoes::returns(g, &around(radar), radar, DVec3::ZERO, &options).returns {
+        for r in catseye::trace::cpu::echoes::returns(g, &around(radar), radar, DVec3::ZERO, &options).returns
+        {
             for (z, x) in s.as_flattened_mut().iter_mut().zip(r.spread.as_flattened()) {
                 *z += x
                     * Complex64::cis(-k * (r.path_length_m - 2.0 * place.length()))

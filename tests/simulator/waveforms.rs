@@ -1,7 +1,7 @@
 //! Every waveform against its own formula evaluated sample by sample, and through the chain.
 
+use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
-use catseye::cpu::adc::synthesis::Control;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::locate;
 use catseye::detect::points::range_rate_mps;
@@ -601,8 +601,8 @@ fn ranges_belong_to_the_middle_of_the_frame() {
         let seen: Vec<f64> = (0..2)
             .map(|i| {
                 let part = radar.part(i);
-                let map = catseye::cpu::dsp::process(
-                    &*catseye::cpu::dsp::lines::prepared(&cube, &part).unwrap(),
+                let map = catseye::dsp::cpu::process(
+                    &*catseye::dsp::cpu::lines::prepared(&cube, &part).unwrap(),
                     &part,
                 )
                 .unwrap()

@@ -1,8 +1,8 @@
 //! `catseye bench`: the standard workloads on a device.
 
 use super::{Global, Kept, print, print_json};
-use catseye_papers::bench::{self, Outcome, Settings};
 use catseye::error::Result;
+use catseye_papers::bench::{self, Outcome, Settings};
 use clap::Args;
 use serde_json::Value;
 

@@ -2,14 +2,14 @@
 
 use super::angles::parse_list;
 use super::{Global, Kept, print, print_json};
-use catseye_io::turntable::{Turntable, run};
 use catseye::dsp::doa_calibration::TurntableOptions;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage::{StagedFile, distinct};
-use catseye_plot::{ColourMap, Scale, heat_map};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{material, radar_toml};
+use catseye_io::turntable::{Turntable, run};
+use catseye_plot::{ColourMap, Scale, heat_map};
 use clap::Args;
 use std::fs::File;
 use std::io::BufWriter;

@@ -2,11 +2,11 @@
 
 use super::cube_args::CubeArgs;
 use super::{Global, Kept, print, print_json};
-use catseye_io::recording;
 use catseye::error::Result;
-use catseye_io::cube::{CubeAbout, write_cube};
 use catseye::formats::stage;
 use catseye::scene::radar_toml;
+use catseye_io::cube::{CubeAbout, write_cube};
+use catseye_io::recording;
 use clap::Args;
 use std::path::{Path, PathBuf};
 

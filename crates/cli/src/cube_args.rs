@@ -1,12 +1,12 @@
 //! Options for reading cubes of others.
 
 use catseye::error::{BadInput, Result};
+use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeOptions, Source, open_cube};
 use catseye_io::cube_layout::axes_from;
 use catseye_io::ti_bin::BinOptions;
 use catseye_io::ti_cfg::{Board, IqOrder};
-use catseye::scene::radar::{Radar, Sampling};
-use catseye::scene::radar_toml;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 

@@ -2,10 +2,10 @@
 
 use super::frames::draw_frame;
 use super::{Global, Kept, bar, print, print_json};
-use catseye_io::produce::{Options, Phase, Progress, Report, produce};
-use catseye_io::recipe::Recipe;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage;
+use catseye_io::produce::{Options, Phase, Progress, Report, produce};
+use catseye_io::recipe::Recipe;
 use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

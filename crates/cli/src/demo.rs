@@ -3,15 +3,15 @@
 use super::frames::draw_frame;
 use super::simulate::summary;
 use super::{Global, Kept, print};
-use catseye_io::run::{RunOptions, run};
 use catseye::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
-use catseye_plot::{Curve, rcs_polar};
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::demo::MARKER;
 use catseye::road::reflector::Reflector;
 use catseye::scene::{material, scenario};
 use catseye::units::dbsm_from_amplitude;
+use catseye_io::run::{RunOptions, run};
+use catseye_plot::{Curve, rcs_polar};
 use clap::Args;
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,12 @@
 //! `catseye export`: a run as files that other tools read.
 
 use super::{Global, Kept, print, print_json};
-use catseye_export::sweeps::Run;
 use catseye::error::{BadInput, Result};
 use catseye::formats::check_extension;
+use catseye::formats::stage;
+use catseye_export::sweeps::Run;
 use catseye_export::tusimple::{Camera, LaneFile};
 use catseye_export::{Exporter, pcd};
-use catseye::formats::stage;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;

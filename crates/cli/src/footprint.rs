@@ -1,7 +1,7 @@
 //! What an object covers seen from above, as polygons for a picture.
 
-use catseye_plot::Outline;
 use catseye::scene::{Object, Scene, Shape};
+use catseye_plot::Outline;
 use glam::DVec3;
 use std::collections::BTreeMap;
 

@@ -1,24 +1,23 @@
 //! What `simulate`, `process` and `demo` share: the pictures of a frame.
 
 use super::footprint::footprint;
-use catseye::cpu;
-use catseye::simulate::Frame;
-use catseye_io::manifest::Axes;
-use catseye::simulate::truth::{Truth, thermal_floor_w};
 use catseye::detect::{Point, locate, unmarked};
 use catseye::dsp::{Cell, RangeDoppler as Map};
 use catseye::error::Result;
-use catseye_plot::{
-    BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,
-    RangeProfile, RoadLine, Unmarked, birds_eye, labels, mask_picture, range_doppler, range_profile,
-};
 use catseye::road::TruthBox;
 use catseye::road::actors::{actor_boxes, is_ground};
 use catseye::road::mask::{self, CellClass, Grid, Level};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::{Object, Scene, Shape};
+use catseye::simulate::Frame;
+use catseye::simulate::truth::{Truth, thermal_floor_w};
 use catseye::units::dbm_from_w;
+use catseye_io::manifest::Axes;
+use catseye_plot::{
+    BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,
+    RangeProfile, RoadLine, Unmarked, birds_eye, labels, mask_picture, range_doppler, range_profile,
+};
 use glam::DVec3;
 use std::path::Path;
 
@@ -58,7 +57,7 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
     let dbm = |w: f64| dbm_from_w(w);
     let power: Vec<f64> = map.map.data[cells.clone()].iter().map(|p| dbm(*p)).collect();
     let line: Vec<Cell> = (0..bins).map(|r| Cell { doppler: row as u32, range: r as u32 }).collect();
-    let noise = cpu::dsp::noise(&map.map, &radar.processing.cfar, map.snapshots.channels, &line)?;
+    let noise = catseye::dsp::cpu::noise(&map.map, &radar.processing.cfar, map.snapshots.channels, &line)?;
     let threshold: Vec<f64> = noise.iter().zip(&map.detection.ratio).map(|(n, r)| dbm(n * r)).collect();
     let marks: Vec<[f64; 2]> = map
         .cells
@@ -246,12 +245,12 @@ fn limits(scene: &Scene, truth: &Truth, radar: DVec3, range_m: f64) -> Option<[[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catseye_io::files::write_masks;
-    use catseye::simulate::simulate;
     use catseye::engine::{Engine, Precision};
     use catseye::formats::npy;
     use catseye::road::{build, scene_toml};
     use catseye::scene::{material, scenario};
+    use catseye::simulate::simulate;
+    use catseye_io::files::write_masks;
     use std::time::Instant;
 
     const ROAD: &str = r#"

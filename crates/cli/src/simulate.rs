@@ -2,9 +2,6 @@
 
 use super::frames::draw_frame;
 use super::{Global, Kept, print, print_json};
-use catseye::cpu::trace::echoes;
-use catseye::simulate::{radar_pose, trace_options};
-use catseye_io::run::{RunOptions, RunReport, run};
 use catseye::engine::memory::FrameMemory;
 use catseye::error::{BadInput, Error, Result};
 use catseye::geom::Geometry;
@@ -12,7 +9,10 @@ use catseye::machine;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
+use catseye::simulate::{radar_pose, trace_options};
+use catseye::trace::cpu::echoes;
 use catseye::trace::windows::windows;
+use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
 use std::path::{Path, PathBuf};
 

@@ -2,12 +2,12 @@
 
 use super::{Global, Kept, print, print_json};
 use catseye::error::Result;
-use catseye_plot::{Panel, study_picture};
+use catseye::units::level_text;
 use catseye_papers::study::file::{PictureKind, Study};
 use catseye_papers::study::parameter;
 use catseye_papers::study::report::{Given, searched};
 use catseye_papers::study::run::{self, RunOptions};
-use catseye::units::level_text;
+use catseye_plot::{Panel, study_picture};
 use clap::Args;
 use std::path::PathBuf;
 

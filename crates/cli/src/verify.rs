@@ -1,8 +1,8 @@
 //! `catseye verify`: whether a dataset or a run is whole.
 
 use super::{Global, Kept, print, print_json};
-use catseye_io::verify::verify;
 use catseye::error::{BadInput, Result};
+use catseye_io::verify::verify;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -31,7 +31,10 @@ fn linked_files_exist() {
             .filter_map(|rest| rest.split_once(')'))
             .chain(page.split("src=\"").skip(1).filter_map(|rest| rest.split_once('"')));
         for (target, _) in targets.filter(|(t, _)| !t.starts_with("http") && !t.starts_with('#')) {
-            assert!(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(target).exists(), "{file} links to {target}");
+            assert!(
+                Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(target).exists(),
+                "{file} links to {target}"
+            );
             links += 1;
         }
     }

@@ -1,15 +1,15 @@
 //! The frames of a run folder (`catseye simulate`) as sweeps for the exporters of [`crate`]: points from
 //! `points.csv`, poses, boxes and lane lines from `truth.json`, maps from `range_doppler.npy`.
 
-use catseye_io::files::frame_name;
-use catseye_io::manifest::Axes;
+use crate::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::csv::Table;
-use crate::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
 use catseye::formats::stage::MANIFEST;
 use catseye::formats::{input, npy};
 use catseye::frames::{Pose, World};
 use catseye::units::dbm_from_w;
+use catseye_io::files::frame_name;
+use catseye_io::manifest::Axes;
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;

@@ -4,11 +4,11 @@
 use super::cube_layout::{Axis, Layout, Number, Real, array_layout};
 #[cfg(feature = "hdf5")]
 use super::hdf5;
-use catseye::formats::npy;
-use catseye::formats::stage::StagedFile;
 use super::ti_bin::{self, BinOptions, fetch};
 use super::ti_cfg::TiRadar;
 use catseye::error::{BadInput, Error, Result};
+use catseye::formats::npy;
+use catseye::formats::stage::StagedFile;
 use num_complex::Complex;
 use std::fs::File;
 use std::ops::Range;

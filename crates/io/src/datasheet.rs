@@ -2,17 +2,17 @@
 //! checksum of every file.
 
 use super::files::Truth;
-use catseye::simulate::Prepared;
 use super::produce::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
 use super::run::Pictures;
 use super::store::{LAYOUT, Layout};
 use super::tally::Tally;
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::formats::stage::{self, MANIFEST, sha256_of_file};
+use catseye::simulate::Prepared;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,5 @@
 //! The files of one frame (their names, shapes and columns are what users rely on).
 
-use catseye::simulate::Frame;
-pub use catseye::simulate::truth::{PoseRecord, Truth};
 use catseye::detect::files::{write_points, write_returns};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
@@ -13,6 +11,8 @@ use catseye::road::mask::{self, Grid};
 use catseye::scene::Scene;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Output;
+use catseye::simulate::Frame;
+pub use catseye::simulate::truth::{PoseRecord, Truth};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;

@@ -2,7 +2,6 @@
 //! made from the files of the frames, so that a resumed run gives the same bytes.
 
 use super::files::frame_name;
-use catseye::simulate::radar_pose;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::cluster::{Dbscan, Place};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
@@ -17,6 +16,7 @@ use catseye::formats::csv::{Table, Writer};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Multiplex;
+use catseye::simulate::radar_pose;
 use glam::{DVec2, DVec3};
 use std::fmt::Display;
 use std::fs::File;

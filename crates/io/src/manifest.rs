@@ -1,6 +1,5 @@
 //! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
 
-use catseye::simulate::{Convergence, Frame, Stages};
 use catseye::adc::gridding::Methods;
 use catseye::adc::synthesis::FrontEnd;
 use catseye::engine::EngineReport;
@@ -9,6 +8,7 @@ use catseye::formats::stage::MANIFEST;
 use catseye::scene::ImportReport;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::to_toml;
+use catseye::simulate::{Convergence, Frame, Stages};
 use std::collections::BTreeMap;
 use std::path::Path;
 

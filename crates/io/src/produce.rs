@@ -4,7 +4,6 @@
 
 use super::board::{Board, Claim, Queue};
 use super::datasheet;
-use catseye::simulate::{Frame, Prepared};
 use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
@@ -12,10 +11,11 @@ use super::run::Pictures;
 use super::site::Site;
 use super::store::{LAYOUT, Layout, Record, ShardFile};
 use super::tally::Tally;
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::{Engine, EngineReport};
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::stage::{self, MANIFEST};
+use catseye::simulate::{Frame, Prepared};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

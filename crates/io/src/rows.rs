@@ -1,6 +1,5 @@
 //! A frame as a dataset stores it: arrays of samples and powers, tables of points, echoes and truth.
 
-use catseye::simulate::Frame;
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
 use super::site::Site;
@@ -12,6 +11,7 @@ use catseye::frames::angles_from_direction;
 use catseye::road::labels::Polyline;
 use catseye::road::truth_boxes;
 use catseye::scene::radar::Radar;
+use catseye::simulate::Frame;
 use catseye::trace::Return;
 use catseye::units::dbm_from_w;
 use serde::Serialize;

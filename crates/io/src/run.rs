@@ -3,9 +3,8 @@
 
 use super::files::{Truth, frame_name, write_frame, write_masks};
 use super::follow;
-use catseye::simulate::{Frame, Prepared, convergence};
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::formats::stage::{
@@ -16,6 +15,7 @@ use catseye::road::site::Site;
 use catseye::scene::Scene;
 use catseye::scene::radar_toml::to_toml;
 use catseye::scene::scenario::Scenario;
+use catseye::simulate::{Frame, Prepared, convergence};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -206,7 +206,8 @@ mod tests {
     #[test]
     fn calibrations_are_kept_and_compared() {
         let t = tempfile::tempdir().unwrap();
-        let preset = include_str!("../../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 16");
+        let preset =
+            include_str!("../../../scenes/presets/demo77.toml").replace("chirps = 128", "chirps = 16");
         let text = calibration(&radar_toml::parse(Path::new("r.toml"), &preset).unwrap());
         let with = preset.replace(
             "azimuth_bins",

@@ -1,7 +1,7 @@
 //! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
 
-use catseye::simulate::Frame;
 use super::site::Site;
+use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -12,9 +12,9 @@
 //! counts.
 
 use super::cube_layout::{Axis, Dim, Layout, Number, Real};
-use catseye::formats::stage::StagedFile;
 use super::ti_cfg::{IqOrder, TiRadar};
 use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::stage::StagedFile;
 use catseye::units::w_from_dbm;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};

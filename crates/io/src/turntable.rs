@@ -1,7 +1,7 @@
 //! A turntable run in simulation: a corner reflector at a fixed distance, the radar turned from angle to angle, through
 //! synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
 
-use catseye::cpu::adc::synthesis::Control;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::detect::points;
 use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
 use catseye::dsp::doa_manifold::Manifold;

@@ -4,7 +4,7 @@
 
 use super::curve::{Clothoid, Fitted, Shape, fit};
 use super::{LaneEstimate, LanePoint, Line, Measured};
-use catseye_linalg::Matrix;
+use catseye_math::Matrix;
 use glam::{DMat2, DVec2};
 
 /// How lines are followed.

@@ -4,9 +4,8 @@
 //! which, and how near the measurement has to come. Cross sections are at 77 GHz, far field,
 //! three bounces, VV unless the row says otherwise.
 
+use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::{Plan, channel_path_m, point_echo};
-use catseye::cpu::adc::synthesis::{Control, synthesise};
-use catseye::cpu::trace::points::point_returns;
 use catseye::detect::locate;
 use catseye::dsp::doa_beamform::Beamformer;
 use catseye::dsp::{Snapshots, cfar_ca, cfar_os, window};
@@ -23,6 +22,7 @@ use catseye::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use catseye::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use catseye::scene::waveform::Waveform;
 use catseye::scene::{Scene, Shape, material, radar_toml};
+use catseye::trace::cpu::points::point_returns;
 use catseye::trace::{Return, Returns, TraceOptions};
 use catseye::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
 use glam::{DVec2, DVec3};

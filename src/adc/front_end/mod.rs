@@ -1,5 +1,5 @@
 //! What lies between the ideal mixer and the samples: parameters in, closed forms out. The effects are
-//! applied to a cube by `cpu::adc::front_end`, in this order (CONVENTIONS eq. 100-111):
+//! applied to a cube by `adc::cpu::front_end`, in this order (CONVENTIONS eq. 100-111):
 //!
 //! 1. leakage and cover as further echoes ([`spill`]); the filters' gain at its beat frequency and the error of
 //!    its channel are part of each echo, [`Chain::echo_gain`] ([`filters`], [`channels`]);

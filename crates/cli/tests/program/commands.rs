@@ -1,8 +1,7 @@
 //! The command line as a user meets it: exit codes, one-line errors, files, resuming.
 
-
-use catseye::road::reflector::{Reflector, Value, kinds};
 use crate::common::{catseye, refused, text};
+use catseye::road::reflector::{Reflector, Value, kinds};
 use std::path::Path;
 use std::process::Command;
 
@@ -630,8 +629,7 @@ fn examples_run_where_they_are_written() {
     for file in of("recipes") {
         let text = std::fs::read_to_string(&file).unwrap();
         if text.contains("scenes = ") {
-            catseye_io::recipe::Recipe::parse(&file, &text.replace("\"zarr\"", "\"frames\""), None)
-                .unwrap();
+            catseye_io::recipe::Recipe::parse(&file, &text.replace("\"zarr\"", "\"frames\""), None).unwrap();
         }
     }
     for file in of("lane") {

@@ -1,6 +1,5 @@
 //! Datasets as the program makes them: the same bytes whatever happens on the way, and damage that is found.
 
-
 use crate::common::{catseye, refused, text};
 use std::collections::BTreeMap;
 use std::fs;

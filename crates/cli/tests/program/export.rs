@@ -1,6 +1,5 @@
 //! `catseye export` on a run of `catseye simulate`: what stands at known places is found there in every format.
 
-
 use crate::common::{catseye, refused, text};
 use std::path::Path;
 

@@ -1,13 +1,12 @@
 //! Values that no reader may take in silence, and what is said about them: one line of at most 300 characters with file, line
 //! and key, in the file's words, without what stands in files of others; with `--json` an object, too.
 
-
+use crate::common::{catseye, refused, text};
 use catseye::road::site::Site;
 use catseye::road::{opendrive, scene_toml};
 use catseye::scene::radar_toml;
 use catseye::scene::scenario::{self, Scenario};
 use catseye_papers::study::file as study;
-use crate::common::{catseye, refused, text};
 use std::path::Path;
 
 const SCENARIO: &str = "name = \"x\"\nradar = \"front77\"\n";

@@ -1,10 +1,9 @@
 //! Radars at the command line: cubes in other formats, several radars and their interference, calibration, tracks, and what
 //! is refused.
 
-
+use crate::common::{catseye, text};
 use catseye::formats::csv::Table;
 use catseye::scene::radar_toml::parse;
-use crate::common::{catseye, text};
 use std::path::Path;
 
 fn done(dir: &Path, args: &[&str]) -> serde_json::Value {

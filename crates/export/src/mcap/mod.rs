@@ -19,11 +19,11 @@ mod schema;
 
 use super::class::{RoadUser, road_user};
 use super::{Exporter, Finished, Order, PowerImage, Sweep, SweepBox};
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::write::{WriteOptions, Writer};
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::StagedFile;
 use catseye::units::dbm_from_w;
-use ::mcap::records::{MessageHeader, Metadata};
-use ::mcap::write::{WriteOptions, Writer};
 use glam::{DQuat, DVec3};
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};

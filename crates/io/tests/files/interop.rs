@@ -1,9 +1,9 @@
 //! Cubes and configurations of others, through files on the disk and the radar TOML.
 
-use catseye_io::cube::{CubeAbout, CubeOptions, open_cube, write_cube};
-use catseye_io::ti_cfg::{Board, Multiplex, TiRadar};
 use catseye::scene::radar::Sampling;
 use catseye::scene::radar_toml;
+use catseye_io::cube::{CubeAbout, CubeOptions, open_cube, write_cube};
+use catseye_io::ti_cfg::{Board, Multiplex, TiRadar};
 use num_complex::Complex64;
 use std::path::Path;
 

@@ -583,8 +583,7 @@ fn split(points: &[DVec2], std_m: &[f64], confidence: f64, out: &mut Vec<Line>) 
     // Evenly weighted for the shape, so that a part of large doubt bends as drawn.
     let even = vec![PIECE_M; points.len()];
     let shaped = fit_simplest(points, &even, 1.0);
-    let off =
-        |c: &crate::curve::Clothoid| points.iter().map(|p| c.foot(*p).left_m.abs()).fold(0.0, f64::max);
+    let off = |c: &crate::curve::Clothoid| points.iter().map(|p| c.foot(*p).left_m.abs()).fold(0.0, f64::max);
     match shaped {
         Some(f) if off(&f.curve) <= PIECE_M || points.len() < 8 => {
             // The doubt is that of the points.

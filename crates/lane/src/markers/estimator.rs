@@ -1,9 +1,9 @@
 //! The method behind the interface of all lane estimators: markers of one look, followed over looks.
 
 use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
-use catseye::error::{BadInput, Result};
 use crate::track::{EgoStep, LineTracker, TrackOptions};
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Look, Measured};
+use catseye::error::{BadInput, Result};
 use std::f64::consts::{PI, TAU};
 
 /// Cross section of a marker over the direction from which it is seen: azimuth from its boresight and elevation, rad.

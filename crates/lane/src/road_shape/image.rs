@@ -2,12 +2,12 @@
 //! III and Fig. 3), its peaks, and which peak of one slope goes with which of the other.
 
 use super::{Ego, RadarMount, expected_range_rate_mps};
-use catseye::cpu::dsp::{fft, lines};
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::assignment::assign;
 use catseye::detect::locate::accuracy;
 use catseye::detect::points::{Detected, Point, point};
 use catseye::detect::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
+use catseye::dsp::cpu::{fft, lines};
 use catseye::dsp::doa_beamform::Grid;
 use catseye::dsp::doa_bisvd::BiSvd;
 use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, Source, SourceNumber};

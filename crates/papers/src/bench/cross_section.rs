@@ -1,7 +1,6 @@
 //! W1 and W2: sweeps of a reflector by exact beams, against beams in f64 and a dense grid of rays.
 
 use super::{Outcome, Settings, Sheet};
-use catseye::cpu;
 use catseye::engine::{Engine, Precision};
 use catseye::error::Result;
 use catseye::geom::Geometry;
@@ -125,7 +124,7 @@ fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> 
     let geometry = Geometry::build(&scene, 0.0, DEFAULT_FREQUENCY_HZ)?;
     let grid = |aspects: &[Aspect], rays_per_wavelength| {
         let grid = RayGrid { bounces: 3, rays_per_wavelength, distance: Distance::Infinite };
-        cpu::rcs::po_sum::sweep(&geometry, aspects, &grid)
+        catseye::rcs::cpu::po_sum::sweep(&geometry, aspects, &grid)
     };
     let (some, got) = thin(sweep.every[0]);
     let (rays_worst, rays_mean, rays_compared) = compare(&got, &grid(&some, sweep.reference[0]), floor);

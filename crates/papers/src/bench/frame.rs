@@ -1,9 +1,9 @@
 //! W3: one frame of a road from the scene to points, against the same frame with a stricter accuracy.
 
 use super::{Outcome, Settings, Sheet, median, relative_l2};
+use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Levels, beat_frequency_hz};
-use catseye::cpu::adc::synthesis::Control;
 use catseye::detect::{Bodies, locate, points};
 use catseye::dsp::PowerMap;
 use catseye::engine::Engine;

@@ -3,7 +3,6 @@
 use super::{Outcome, Settings, Sheet, relative_l2};
 use catseye::adc::Cube;
 use catseye::adc::noise::Noise;
-use catseye::cpu;
 use catseye::detect::{locate, points};
 use catseye::dsp::doa_beamform::Beamformer;
 use catseye::dsp::fft::Transform;
@@ -46,7 +45,7 @@ pub fn cube(radar: &Radar, seed: u64) -> Cube<f32> {
     cube.data.par_chunks_mut(samples).enumerate().for_each(|(row, out)| {
         let (chirp, channel) = (row / channels, row % channels);
         for (n, z) in out.iter_mut().enumerate() {
-            let mut sum = cpu::adc::noise::sample(&noise, (row * samples + n) as u64);
+            let mut sum = catseye::adc::cpu::noise::sample(&noise, (row * samples + n) as u64);
             for t in 0..16 {
                 let t = f64::from(t);
                 let turns = (0.03 + 0.0571 * t) * n as f64
@@ -79,7 +78,7 @@ pub(super) fn w4(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     sheet.count("peaks", found.cells.len());
     sheet.count("cells_beamformed", rates.len());
 
-    let (spectrum, truth) = cpu::dsp::process(&wide, &radar)?;
+    let (spectrum, truth) = catseye::dsp::cpu::process(&wide, &radar)?;
     sheet.accuracy(
         "map_relative_l2",
         relative_l2(found.map.data.iter().copied(), truth.map.data.iter().copied()),
@@ -89,7 +88,7 @@ pub(super) fn w4(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
         (0..truth.map.data.len()).filter(|i| truth.detection.mask[*i] != found.detection.mask[*i]).collect();
     let cells: Vec<dsp::Cell> =
         differ.iter().map(|i| dsp::Cell { doppler: (i / bins) as u32, range: (i % bins) as u32 }).collect();
-    let noise = cpu::dsp::noise(&truth.map, &radar.processing.cfar, radar.channels(), &cells)?;
+    let noise = catseye::dsp::cpu::noise(&truth.map, &radar.processing.cfar, radar.channels(), &cells)?;
     let close = |(i, noise): (&usize, &f64)| {
         (truth.map.data[*i] / (noise * truth.detection.ratio[i % bins]) - 1.0).abs() <= TIE
     };
@@ -97,8 +96,8 @@ pub(super) fn w4(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     sheet.accuracy("mask_differs", differ.len());
     sheet.accuracy("mask_differs_other_than_ties", differ.iter().zip(&noise).filter(|x| !close(*x)).count());
     let at: Vec<dsp::Cell> = found.cells.iter().take(rates.len()).copied().collect();
-    let snapshots: Snapshots<f64> = cpu::dsp::snapshot::snapshots(&spectrum, &at);
-    let beams = cpu::dsp::doa_beamform::spectra(&beam, &snapshots, &rates);
+    let snapshots: Snapshots<f64> = catseye::dsp::cpu::snapshot::snapshots(&spectrum, &at);
+    let beams = catseye::dsp::cpu::doa_beamform::spectra(&beam, &snapshots, &rates);
     sheet.accuracy("beams_relative_l2", relative_l2(power.iter().copied(), beams.iter().copied()));
     sheet.note(format!(
         "range_doppler is the whole chain from the cube on the host to cells; fft, power and cfar are its parts, \
@@ -120,14 +119,14 @@ fn parts(
     let transform = Transform::of_cube(cube, radar)?;
     match engine {
         Engine::Cpu(catseye::engine::Precision::F32) => {
-            let spectrum = sheet.part("fft", || Ok(cpu::dsp::fft::spectrum(cube, &transform)))?;
-            let map = sheet.part("power", || Ok(cpu::dsp::power::power(&spectrum)))?;
-            sheet.part("cfar", || cpu::dsp::detect(&map, cfar, channels))?;
+            let spectrum = sheet.part("fft", || Ok(catseye::dsp::cpu::fft::spectrum(cube, &transform)))?;
+            let map = sheet.part("power", || Ok(catseye::dsp::cpu::power::power(&spectrum)))?;
+            sheet.part("cfar", || catseye::dsp::cpu::detect(&map, cfar, channels))?;
         }
         Engine::Cpu(catseye::engine::Precision::F64) => {
-            let spectrum = sheet.part("fft", || Ok(cpu::dsp::fft::spectrum(wide, &transform)))?;
-            let map = sheet.part("power", || Ok(cpu::dsp::power::power(&spectrum)))?;
-            sheet.part("cfar", || cpu::dsp::detect(&map, cfar, channels))?;
+            let spectrum = sheet.part("fft", || Ok(catseye::dsp::cpu::fft::spectrum(wide, &transform)))?;
+            let map = sheet.part("power", || Ok(catseye::dsp::cpu::power::power(&spectrum)))?;
+            sheet.part("cfar", || catseye::dsp::cpu::detect(&map, cfar, channels))?;
         }
         Engine::Gpu(gpu) => {
             let spectrum = sheet.part("fft", || {

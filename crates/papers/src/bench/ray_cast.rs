@@ -1,7 +1,6 @@
 //! W6: closest hits on a terrain of a million triangles, against f64.
 
 use super::{Outcome, RUNS, Settings, Sheet, Stage, median};
-use catseye::cpu;
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::Pose;
@@ -112,7 +111,7 @@ impl<'a> Caster<'a> {
         }
         let (tree, triangles) = (&self.geometry.bvh.cwbvh, &self.arrays.triangles);
         let start = Instant::now();
-        let hits = cpu::trace::closest::hits(tree, triangles, Find::Closest, rays, &skip);
+        let hits = catseye::trace::cpu::closest::hits(tree, triangles, Find::Closest, rays, &skip);
         Ok((hits, start.elapsed().as_secs_f64()))
     }
 }

@@ -1,15 +1,15 @@
 //! W5: many frames of W3 in a row, written while the next is computed.
 
 use super::{Outcome, Settings, Sheet};
-use catseye::cpu::adc::synthesis::Control;
-use catseye::simulate::{Frame, Prepared};
-use catseye_io::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::frames::Pose;
 use catseye::road::Library;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::scene::scenario::{self, Scenario};
+use catseye::simulate::{Frame, Prepared};
+use catseye_io::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
 use glam::{DQuat, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;

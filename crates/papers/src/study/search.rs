@@ -8,12 +8,12 @@
 use super::file::Study;
 use super::outcome::{Quantity, Work, detection_range};
 use super::parameter::{Value, Values};
-use catseye::engine::Engine;
-use catseye::error::{Error, Result};
-use catseye::rng::philox4x32_10;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
+use catseye::engine::Engine;
+use catseye::error::{Error, Result};
+use catseye::rng::philox4x32_10;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;

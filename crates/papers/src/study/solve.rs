@@ -182,8 +182,12 @@ fn raise(scene: &mut Scene, angle: f64) {
     }
     let lowest = |s: &Scene| s.bounds_m(0.0).map_or(0.0, |b| b.0.z);
     let before = lowest(scene);
-    let turn =
-        Pose::<catseye::frames::World, catseye::frames::World>::from_yaw_pitch_roll(DVec3::ZERO, 0.0, angle, 0.0);
+    let turn = Pose::<catseye::frames::World, catseye::frames::World>::from_yaw_pitch_roll(
+        DVec3::ZERO,
+        0.0,
+        angle,
+        0.0,
+    );
     for o in &mut scene.objects {
         o.pose = o.pose.then(&turn);
     }

@@ -7,10 +7,10 @@
 use catseye::error::{BadInput, Result};
 use catseye::frames::{Pose, Vehicle, World};
 use catseye::geom::Geometry;
-use catseye_lane::camera_fusion::{Camera, Image};
 use catseye::rng::{Draws, philox4x32_10};
 use catseye::road::actors::is_vehicle;
 use catseye::scene::{Material, Scene};
+use catseye_lane::camera_fusion::{Camera, Image};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};

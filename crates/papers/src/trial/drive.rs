@@ -1,19 +1,19 @@
 //! A scenario frame by frame, and what is true of its road, both as lane estimators see them: in the vehicle's level frame, x forward,
 //! y left, the origin on the road under the vehicle's reference point.
 
-use catseye::cpu::adc::synthesis::Control;
-use catseye::simulate::{Frame, Prepared};
+use catseye::adc::cpu::synthesis::Control;
 use catseye::detect::ego_motion::Radial;
 use catseye::detect::points::Point;
 use catseye::detect::tracker::Track;
 use catseye::engine::Engine;
 use catseye::error::Result;
-use catseye_lane::score::TrueLanes;
-use catseye_lane::{LanePoint, LaneTrack};
 use catseye::road::labels::{Polyline, RoadTruth};
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
+use catseye::simulate::{Frame, Prepared};
+use catseye_lane::score::TrueLanes;
+use catseye_lane::{LanePoint, LaneTrack};
 use glam::{DVec2, DVec3};
 
 /// A point is never taken to be more certain in angle than this, rad: arrays are not calibrated better.

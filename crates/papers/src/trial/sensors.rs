@@ -3,18 +3,18 @@
 
 use super::drive::{Drive, Level, lane_point, lane_track};
 use super::{Given, SpeedSensor};
-use catseye_io::follow::Follower;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::points::Point;
 use catseye::error::Result;
-use catseye_lane::camera_fusion::Image;
-use catseye_lane::hd_map::RadarPose;
-use catseye_lane::{LanePoint, LaneTrack, Look, Measured, PulseScan};
 use catseye::rng::Draws;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
+use catseye_io::follow::Follower;
+use catseye_lane::camera_fusion::Image;
+use catseye_lane::hd_map::RadarPose;
+use catseye_lane::{LanePoint, LaneTrack, Look, Measured, PulseScan};
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -3,18 +3,18 @@
 //! reference's lobes, where a difference in dB means something; a peak of ours may lie one step of the
 //! reference's half degree to the side.
 
-use catseye::cpu::rcs::ptd;
 use catseye::em::wedge::Wedge;
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::geom::Geometry;
 use catseye::geom::edges::{SMOOTH_RAD, find};
-use catseye_plot::{Curve, rcs_lines};
 use catseye::rcs::closed_form::{po_cylinder, po_plate};
+use catseye::rcs::cpu::ptd;
 use catseye::rcs::{Aspect, Distance, Look};
 use catseye::road::reflector::{Builder, Cylinder};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::Port;
 use catseye::units::{dbsm_from_amplitude, wavenumber};
+use catseye_plot::{Curve, rcs_lines};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::path::Path;
@@ -32,7 +32,8 @@ struct Cut {
 }
 
 fn cut(file: &str) -> Cut {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/data/austin_rcs").join(file);
+    let path =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/data/austin_rcs").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}"));
     let rows: Vec<Vec<f64>> = text
         .lines()

@@ -1,16 +1,16 @@
 //! Times of exact beams on the cpu engine, one thread:
 //! `cargo test --release --test beam_times -- --ignored --nocapture --test-threads 1`.
 
-use catseye_papers::bench::cross_section;
-use catseye::cpu::rcs::beam_sum::{Tone, sweep};
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::geom::curved::{refined_scene, sagitta_m};
+use catseye::rcs::cpu::beam_sum::{Tone, sweep};
 use catseye::rcs::{Aspect, Distance, Look, Scattering};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
 use catseye::units::wavenumber;
+use catseye_papers::bench::cross_section;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;

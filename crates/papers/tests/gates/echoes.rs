@@ -1,18 +1,18 @@
 //! Echoes of frames from exact beams: against the dense sum of cells, over the band, and W3.
 
-use catseye_papers::bench::{self, Settings};
-use catseye::cpu::rcs::beam_sum::{Tone, between};
-use catseye::cpu::trace::echoes;
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
+use catseye::rcs::cpu::beam_sum::{Tone, between};
 use catseye::road::objects::{ground, standing_box};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, Scene, Shape, material};
 use catseye::trace::beams::{BeamOptions, Frame, Port};
+use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Returns, TraceOptions, strength};
 use catseye::units::wavenumber;
+use catseye_papers::bench::{self, Settings};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 

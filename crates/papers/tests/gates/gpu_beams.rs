@@ -1,8 +1,6 @@
 //! Exact beams: the shaders against the f64 engine, on the adapter that CATSEYE_TEST_DEVICE names (default:
 //! the software Vulkan driver).
 
-use catseye_papers::bench::cross_section;
-use catseye::cpu;
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
@@ -13,6 +11,7 @@ use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
 use catseye::units::{dbsm_from_amplitude, wavenumber};
+use catseye_papers::bench::cross_section;
 use glam::DVec3;
 
 const FREQ_HZ: f64 = 77e9;
@@ -131,7 +130,8 @@ impl<'a> Case<'a> {
         let tones: Vec<Tone> =
             self.freqs_hz.iter().map(|f| Tone { wavenumber: wavenumber(*f), surfaces }).collect();
         let options = BeamOptions::new(self.bounces, self.accuracy_db, true);
-        let truth = cpu::rcs::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options);
+        let truth =
+            catseye::rcs::cpu::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options);
         let gpu = compare::test_gpu();
         let found =
             beam_sum::sweep(gpu, self.geometry, &tones, &self.looks, self.distance, &options).unwrap();
@@ -341,7 +341,13 @@ fn times_of_w1_and_w2() {
                     beam_sum::sweep(&gpu, &geometry, &tones, &looks, Distance::Infinite, &options).unwrap();
                 times[0].push(start.elapsed().as_secs_f64());
                 let start = std::time::Instant::now();
-                truth = cpu::rcs::beam_sum::sweep(&geometry, &tones, &looks, Distance::Infinite, &options);
+                truth = catseye::rcs::cpu::beam_sum::sweep(
+                    &geometry,
+                    &tones,
+                    &looks,
+                    Distance::Infinite,
+                    &options,
+                );
                 times[1].push(start.elapsed().as_secs_f64());
             }
             println!("{} last {last}: gpu {:.4?} cpu {:.4?}", sweep.spec, times[0], times[1]);

@@ -1,7 +1,7 @@
 //! The whole chain on every engine: from a scene to points, with the right place, sign and level.
 
+use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::FrontEnd;
-use catseye::cpu::adc::synthesis::Control;
 use catseye::detect::Point;
 use catseye::detect::{Bodies, locate, points};
 use catseye::engine::{AnyCube, Engine, Precision};

@@ -3,14 +3,14 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
+use catseye::road::site::Site;
+use catseye::scene::scenario::Scenario;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{
     Camera, CameraFusion, FusionOptions, Image, NearSettings, Refusal, Trapezoid, edges, find_near_lane,
     hough_lines,
 };
 use catseye_lane::{LaneEstimator, LaneTrack, Look, Measured, NoLane};
-use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
 use catseye_papers::trial::camera::{Light, View};
 use catseye_papers::trial::camera_fusion::{CameraTable, Settings, run};
 use catseye_papers::trial::{Drive, Given};

@@ -1,16 +1,16 @@
 //! Lane numbers by radar tracks and a map, from the scene to the figures, and what nobody should give an estimator.
 
 use catseye::engine::{Engine, Precision};
-use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
-use catseye_lane::hd_map::of_road::{self, Stripes};
-use catseye_lane::hd_map::{self, HdMap, RadarPose, Wgs84, file};
-use catseye_lane::score::score;
-use catseye_lane::{LaneEstimator, LaneTrack, Look, NoLane};
 use catseye::rng::Draws;
 use catseye::road::labels::RoadTruth;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
+use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
+use catseye_lane::hd_map::of_road::{self, Stripes};
+use catseye_lane::hd_map::{self, HdMap, RadarPose, Wgs84, file};
+use catseye_lane::score::score;
+use catseye_lane::{LaneEstimator, LaneTrack, Look, NoLane};
 use catseye_papers::trial::drive::true_lanes;
 use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings, run};
 use catseye_papers::trial::{Given, Trial, drive::Level};

@@ -1,9 +1,9 @@
 //! Rows of markers from the whole chain, and what the estimator does with input that makes no sense.
 
 use catseye::engine::{Engine, Precision};
+use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
 use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
-use catseye::scene::scenario::Scenario;
 use catseye_papers::trial::markers::{Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};

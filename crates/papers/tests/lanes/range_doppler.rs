@@ -2,10 +2,10 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::error::Error;
-use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
 use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
+use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
+use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
 use catseye_papers::trial::range_doppler::{Case, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};

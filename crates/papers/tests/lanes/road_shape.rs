@@ -1,11 +1,11 @@
 //! Road shape end to end: files of `scenes/lane` through the whole chain, and the estimator on what no radar should give.
 
 use catseye::engine::{Engine, Precision};
+use catseye::rng::Draws;
+use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
 use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
-use catseye::rng::Draws;
-use catseye::scene::scenario::Scenario;
 use catseye_papers::trial::road_shape::{Settings, Task, run, subspace_seconds};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};

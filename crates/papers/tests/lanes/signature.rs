@@ -1,14 +1,14 @@
 //! The signature method from a road file to the lane, through the whole simulated chain, and hostile input.
 
 use catseye::engine::{Engine, Precision};
+use catseye::rng::Draws;
+use catseye::scene::scenario::Scenario;
 use catseye_lane::curve::Clothoid;
 use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureOptions, scan_point};
 use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 use catseye_lane::signature::words::{Alphabet, Code, Zone};
 use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
-use catseye::rng::Draws;
-use catseye::scene::scenario::Scenario;
 use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use glam::DVec2;

@@ -2,13 +2,13 @@
 //! through the whole chain.
 
 use catseye::engine::{Engine, Precision};
+use catseye::road::site::Site;
+use catseye::scene::scenario::Scenario;
 use catseye_lane::uwb::{
     Background, Centre, EventKind, OffsetSource, RangeAxis, RangeGate, Side, Threshold, Uwb, UwbConfig,
     UwbLanes, UwbOptions, UwbPairLanes,
 };
 use catseye_lane::{LaneEstimate, LaneEstimator, Look, Measured, NoLane};
-use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
 use catseye_papers::trial::uwb::Settings;
 use catseye_papers::trial::{Drive, Given, Trial, uwb};
 use std::f64::consts::TAU;

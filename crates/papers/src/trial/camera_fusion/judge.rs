@@ -1,9 +1,9 @@
 //! What the document's steps give, against the true lane.
 
 use super::Settings;
+use crate::trial::report::{Row, Sheet, Step, number};
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use catseye_lane::score::TrueLanes;
-use crate::trial::report::{Row, Sheet, Step, number};
 use glam::DVec2;
 use std::collections::BTreeMap;
 

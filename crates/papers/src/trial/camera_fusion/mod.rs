@@ -12,6 +12,11 @@ use super::sensors::{Pursuit, seen_of};
 use super::{Given, SpeedSensor};
 use catseye::error::{BadInput, Error, Result};
 use catseye::geom::Geometry;
+use catseye::rng::Draws;
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::scene::scenario::Scenario;
+use catseye::scene::waveform::Waveform;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{
     BendSettings, Camera, CameraFusion, FusionOptions, Image, Insight, Pnn, RecogniseSettings, RoadModel,
@@ -19,11 +24,6 @@ use catseye_lane::camera_fusion::{
 };
 use catseye_lane::score::score;
 use catseye_lane::{LaneEstimator, Look, Measured};
-use catseye::rng::Draws;
-use catseye::road::site::Site;
-use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
-use catseye::scene::waveform::Waveform;
 use glam::{DVec2, DVec3};
 use judge::Judged;
 pub(super) use rival::rivals;

@@ -2,12 +2,12 @@
 //! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
 
 use super::{Sensors, Settings, Shown};
+use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE};
+use crate::trial::report::Trial;
 use catseye::error::Result;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
 use catseye_lane::score::TrueLanes;
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
-use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE};
-use crate::trial::report::Trial;
 use glam::DVec2;
 
 const YELLOW: Rgb = [250, 210, 0];

@@ -2,13 +2,13 @@
 
 use super::super::camera::View;
 use super::{Condition, Settings};
-use catseye::error::Result;
-use catseye::geom::Geometry;
-use catseye_lane::camera_fusion::Image;
-use catseye::rng::Draws;
 use crate::trial::compare::{Finds, Rival, Sense, chirp_radar};
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given};
+use catseye::error::Result;
+use catseye::geom::Geometry;
+use catseye::rng::Draws;
+use catseye_lane::camera_fusion::Image;
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -14,10 +14,6 @@ pub use sight::{Mover, Sight};
 
 use super::{Given, SpeedSensor, Trial};
 use catseye::error::{BadInput, Error, Result};
-use catseye_lane::hd_map::accuracy::SceneKind;
-use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
-use catseye_lane::hd_map::of_road::{self, Stripes};
-use catseye_lane::hd_map::{self, Across, HdMap, RadarPose, Wgs84, file};
 use catseye::rng::Draws;
 use catseye::road::plan::ScenePlan;
 use catseye::road::scene_toml;
@@ -25,6 +21,10 @@ use catseye::road::site::Site;
 use catseye::road::traffic::VEHICLES;
 use catseye::scene::scenario::{Scenario, SceneSource};
 use catseye::scene::toml_file::{At, referred};
+use catseye_lane::hd_map::accuracy::SceneKind;
+use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
+use catseye_lane::hd_map::of_road::{self, Stripes};
+use catseye_lane::hd_map::{self, Across, HdMap, RadarPose, Wgs84, file};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,14 +1,14 @@
 //! Tracks and the vehicles that they belong to: for the score only, the estimator does not know.
 
 use super::traffic::{COUNTED, Group};
+use crate::trial::drive::Level;
+use catseye::road::actor_truth;
+use catseye::road::actors::{base_class, is_vehicle};
+use catseye::scene::Scene;
 use catseye_lane::Look;
 use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
-use catseye::road::actor_truth;
-use catseye::road::actors::{base_class, is_vehicle};
-use catseye::scene::Scene;
-use crate::trial::drive::Level;
 use glam::DVec2;
 
 /// A track belongs to a vehicle within these distances of its box, along and across, m, and of its speed, m/s.

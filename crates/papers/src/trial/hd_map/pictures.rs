@@ -2,9 +2,9 @@
 
 use super::passes::Passes;
 use super::report::{READINGS, Scene};
+use crate::trial::drive::Drive;
 use catseye_lane::hd_map::of_road::Stripes;
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
-use crate::trial::drive::Drive;
 
 /// Colours of lanes by the last digit of their numbers.
 const LANES: [Rgb; 10] = [

@@ -2,16 +2,16 @@
 
 use super::passes::{Pass, Passes, Scan};
 use super::{Settings, Stage, pictures};
+use crate::trial::Given;
+use crate::trial::drive::{Drive, Level};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
+use catseye::road::layout::LaneKind;
 use catseye_lane::LaneEstimate;
 use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, SceneKind, Tally, scan_of_pass};
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
 use catseye_lane::score::score;
-use catseye::road::layout::LaneKind;
-use crate::trial::Given;
-use crate::trial::drive::{Drive, Level};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
 
 /// Lines of the vehicle's own lane are compared between these distances, m.
 const OWN_RANGE_M: [f64; 2] = [3.0, 80.0];

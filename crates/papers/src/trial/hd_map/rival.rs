@@ -1,11 +1,11 @@
 //! The method among others on one drive: the lane of the vehicle itself, by its own place on the map.
 
 use super::{Change, Settings, estimator, map_of, place, stages};
-use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
 use crate::trial::compare::{Finds, Rival, chirp_radar};
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given};
+use catseye::error::{BadInput, Result};
+use catseye::rng::Draws;
 
 pub(in crate::trial) fn rival(
     given: &Given<'_>,

@@ -1,17 +1,17 @@
 //! What the radar sees of what moves: points along the ground, clusters, tracks.
 
 use super::Settings;
-use catseye::simulate::Frame;
+use crate::trial::Given;
+use crate::trial::drive::{Drive, Level, lane_track, suitable};
 use catseye::detect::cluster::{Dbscan, Place};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
 use catseye::error::{BadInput, Result};
-use catseye_lane::LaneTrack;
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
-use crate::trial::Given;
-use crate::trial::drive::{Drive, Level, lane_track, suitable};
+use catseye::simulate::Frame;
+use catseye_lane::LaneTrack;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 

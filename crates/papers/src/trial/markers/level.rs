@@ -1,13 +1,13 @@
 //! The cross section of a scene's markers, for the check of levels (Feng 2019, section 5.1.5).
 
+use crate::trial::Given;
 use catseye::error::Result;
-use catseye_lane::markers::estimator::MarkerRcs;
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::road::site::Site;
 use catseye::scene::material;
 use catseye::scene::radar::Radar;
-use crate::trial::Given;
+use catseye_lane::markers::estimator::MarkerRcs;
 use serde::{Deserialize, Serialize};
 
 /// Distances for whose elevations it is computed, m.

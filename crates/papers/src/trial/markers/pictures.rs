@@ -2,15 +2,15 @@
 
 use super::tally::{View, tally, truth_in_view};
 use super::{Seen, Tally, excess_db, value};
+use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::{Drive, Given, Step};
 use catseye::error::Result;
+use catseye::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_plot::{
     Axis, Chart, ColourMap, Layer, Mark, Paint, Pen, Picture, Rgb, Scale, Symbol, class_colour, class_name,
     curve_pen, heat_map, noise_scale,
 };
-use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::{Drive, Given, Step};
-use catseye::units::dbm_from_w;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 

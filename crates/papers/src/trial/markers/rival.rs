@@ -1,11 +1,11 @@
 //! The method among others on one drive.
 
 use super::{Settings, level};
+use crate::trial::compare::{Rival, chirp_radar};
+use crate::trial::{Drive, Given};
 use catseye::error::Result;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::track::TrackOptions;
-use crate::trial::compare::{Rival, chirp_radar};
-use crate::trial::{Drive, Given};
 
 pub(in crate::trial) fn rival(
     given: &Given<'_>,

@@ -1,9 +1,9 @@
 //! The table `[lane.markers]` of a scenario.
 
 use catseye::error::{BadInput, Result};
-use catseye_lane::markers::MarkerOptions;
 use catseye::road::labels::RoadTruth;
 use catseye::scene::radar::Radar;
+use catseye_lane::markers::MarkerOptions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;

@@ -1,9 +1,9 @@
 //! Markers found and missed, and what a table of the look's figures holds.
 
+use crate::trial::Drive;
+use catseye::scene::radar::Radar;
 use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LanePoint};
-use catseye::scene::radar::Radar;
-use crate::trial::Drive;
 use glam::DVec2;
 
 /// Markers of one look.

@@ -1,14 +1,14 @@
 //! Single looks from poses that are set, each on a road of its own.
 
 use super::{Case, Looker, Made, Settings, errors, in_range};
+use crate::trial::report::Row;
+use crate::trial::{Given, Trial};
 use catseye::error::{BadInput, Result};
-use catseye_lane::range_doppler::LaneFromMap;
 use catseye::rng::Draws;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
 use catseye::scene::scenario::{Ego, Scenario};
-use crate::trial::report::Row;
-use crate::trial::{Given, Trial};
+use catseye_lane::range_doppler::LaneFromMap;
 use glam::{DVec2, DVec3};
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,11 +1,11 @@
 //! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
 
 use super::{Made, MapPicture, Settings, errors};
+use crate::trial::Trial;
+use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use catseye::error::Result;
 use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, finite_range, noise_scale};
-use crate::trial::Trial;
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
 
 const LEFT: Rgb = [255, 127, 80];
 const RIGHT: Rgb = [120, 220, 255];

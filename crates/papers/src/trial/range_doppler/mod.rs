@@ -8,18 +8,18 @@ mod rival;
 use super::drive::{suitable, true_lanes};
 use super::report::{Sheet, common_rows};
 use super::{Drive, Given, SpeedSensor, Step, Trial};
-use catseye::simulate::Frame;
 use catseye::detect::points::range_rate_mps;
 use catseye::error::{BadInput, Result};
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::scene::scenario::Scenario;
+use catseye::scene::waveform::Waveform;
+use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{
     CurveStart, LaneFromMap, LaneLook, LaneSettings, Options, RangeDopplerLane, Refusal,
 };
 use catseye_lane::score::{TrueLanes, score};
 use catseye_lane::{LanePoint, Look, Measured};
-use catseye::road::site::Site;
-use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
-use catseye::scene::waveform::Waveform;
 use glam::DVec2;
 pub(super) use rival::rival;
 use schemars::JsonSchema;
@@ -382,7 +382,8 @@ fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
             snr_db: finite(p.snr_db, 200.0),
         }
     };
-    let is_number = |p: &&catseye::detect::points::Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();
+    let is_number =
+        |p: &&catseye::detect::points::Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();
     frame.points.iter().filter(is_number).map(point).collect()
 }
 

@@ -1,9 +1,9 @@
 //! The method among others on one drive.
 
 use super::Settings;
-use catseye::error::Result;
 use crate::trial::compare::{Rival, chirp_radar};
 use crate::trial::{Drive, Given};
+use catseye::error::Result;
 
 pub(in crate::trial) fn rival(
     given: &Given<'_>,

@@ -2,15 +2,15 @@
 //! the subspace costs against decomposing (M, Table I).
 
 use super::{Settings, chosen};
+use crate::trial::pictures::TRUE;
+use crate::trial::{Drive, Given, Row, Sheet, Trial};
 use catseye::dsp::doa_bisvd::{BiSvd, costs};
 use catseye::dsp::doa_covariance::{add_outer, eigen};
 use catseye::dsp::doa_manifold::Matrix;
 use catseye::error::{BadInput, Error, Result};
+use catseye::road::site::Site;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol, curve_pen};
-use catseye::road::site::Site;
-use crate::trial::pictures::TRUE;
-use crate::trial::{Drive, Given, Row, Sheet, Trial};
 use glam::DVec3;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};

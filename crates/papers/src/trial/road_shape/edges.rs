@@ -1,9 +1,9 @@
 //! Where the edges of a road truly are: the faces of its walls, rails and fences, cut out of the scene's own triangles.
 
-use catseye_lane::score::TrueLanes;
+use crate::trial::drive::Level;
 use catseye::road::labels::{Polyline, RoadTruth};
 use catseye::scene::{Scene, Shape};
-use crate::trial::drive::Level;
+use catseye_lane::score::TrueLanes;
 use glam::{DVec2, DVec3};
 
 /// Stations along the axis, m.

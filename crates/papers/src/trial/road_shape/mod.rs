@@ -10,7 +10,12 @@ pub use corners::subspace_seconds;
 pub use edges::{Edges, NearEdges};
 pub(super) use rival::rival;
 
+use crate::trial::report::{common_rows, mean_of_runs};
+use crate::trial::{Drive, Given, Row, Sheet, SpeedSensor, Step, Trial};
 use catseye::error::{BadInput, Result};
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::scene::waveform::Waveform;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager, suits};
 use catseye_lane::road_shape::{
     Curve, EdgeStatus, Ego, HoughSettings, RadarMount, RoadShapeEstimator, RoadShapeOptions, Side,
@@ -18,11 +23,6 @@ use catseye_lane::road_shape::{
 };
 use catseye_lane::score::{TrueLanes, score};
 use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Look};
-use catseye::road::site::Site;
-use catseye::scene::radar::Radar;
-use catseye::scene::waveform::Waveform;
-use crate::trial::report::{common_rows, mean_of_runs};
-use crate::trial::{Drive, Given, Row, Sheet, SpeedSensor, Step, Trial};
 use glam::DVec2;
 use pictures::{KeptImage, Tracked};
 use schemars::JsonSchema;

@@ -1,13 +1,13 @@
 //! Pictures as the document's figures 2 to 7.
 
 use super::Seen;
+use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use catseye::error::Result;
 use catseye_lane::road_shape::image::SlopeImage;
 use catseye_lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
 use catseye_lane::score::TrueLanes;
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol};
 use catseye_plot::{ColourMap, Scale, class_colour, curve_pen, heat_map};
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use serde::{Deserialize, Serialize};
 
 const RING: Mark = Mark::Ring { radius: 5.0 };

@@ -1,14 +1,14 @@
 //! The method among others on one drive.
 
 use super::{Settings, chosen, kept_whole};
-use catseye::simulate::Frame;
-use catseye::error::{BadInput, Result};
-use catseye_lane::road_shape::image::Imager;
-use catseye_lane::road_shape::{Ego, RadarMount, RoadShapeEstimator};
 use crate::trial::compare::{Finds, Rival};
 use crate::trial::drive::lane_point;
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given};
+use catseye::error::{BadInput, Result};
+use catseye::simulate::Frame;
+use catseye_lane::road_shape::image::Imager;
+use catseye_lane::road_shape::{Ego, RadarMount, RoadShapeEstimator};
 
 pub(in crate::trial) fn rival(
     given: &Given<'_>,

@@ -2,11 +2,11 @@
 
 use super::settings::{CodeName, Settings, bits};
 use super::{Located, Moving, RowPicture, WordRead, Worse};
+use crate::trial::{Row, Sheet, Step};
 use catseye_lane::NoLane;
 use catseye_lane::signature::estimator::Place;
 use catseye_lane::signature::map::SignatureMap;
 use catseye_lane::signature::words::Zone;
-use crate::trial::{Row, Sheet, Step};
 use glam::DVec2;
 
 pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {

@@ -2,13 +2,13 @@
 
 use super::figures::stds;
 use super::{Located, RowPicture, RowTable};
+use crate::trial::Step;
+use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use catseye::error::Result;
+use catseye::road::labels::RoadTruth;
 use catseye_lane::LanePoint;
 use catseye_lane::signature::map::SignatureMap;
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
-use catseye::road::labels::RoadTruth;
-use crate::trial::Step;
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
 
 const SMALL: Mark = Mark::Dot { radius: 1.6 };
 const BIG: Mark = Mark::Dot { radius: 3.4 };

@@ -1,10 +1,10 @@
 //! The method among others on one drive.
 
 use super::{Settings, estimator_on, map_drive, needs, on_road};
-use catseye::error::Result;
-use catseye::road::scene_toml;
 use crate::trial::compare::{Rival, chirp_radar};
 use crate::trial::{Drive, Given};
+use catseye::error::Result;
+use catseye::road::scene_toml;
 
 /// The road is mapped first, on a drive of its own with other traffic.
 pub(in crate::trial) fn rival(

@@ -1,8 +1,8 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
 use super::settings::Settings;
+use crate::trial::{Drive, Given};
 use catseye::error::{BadInput, Result};
-use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Reason, Side};
 use catseye::rng::Draws;
 use catseye::road::labels::RoadLabel;
 use catseye::road::site::Site;
@@ -13,8 +13,8 @@ use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
 use catseye::scene::toml_file::referred;
 use catseye::scene::waveform::Waveform;
 use catseye::scene::{Mesh, Object, Shape};
-use crate::trial::{Drive, Given};
 use catseye::units::C0;
+use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Reason, Side};
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
 

@@ -2,12 +2,12 @@
 
 use super::settings::StandsFor;
 use super::{Made, Run, Seen, Tuned, energy, failed, wide};
-use catseye::error::Result;
-use catseye_lane::uwb::{self, EventKind, Histogram};
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, class_colour, finite_range};
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use crate::trial::report::{Row, common_rows};
 use crate::trial::{Sheet, Step, Trial};
+use catseye::error::Result;
+use catseye_lane::uwb::{self, EventKind, Histogram};
+use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, class_colour, finite_range};
 
 /// Bins of the histograms.
 const BINS: usize = 60;

@@ -12,14 +12,14 @@ mod settings;
 pub(super) use rival::rival;
 pub use settings::{Asphalt, CentreOf, Settings, StandsFor};
 
+use crate::trial::{Drive, Given, SpeedSensor, Step, Trial};
 use catseye::error::{BadInput, Error, Result};
+use catseye::scene::scenario::Scenario;
 use catseye_lane::score::{TrueLanes, score};
 use catseye_lane::uwb::{
     Background, OffsetSource, Reason, Threshold, Uwb, UwbConfig, UwbLanes, UwbOptions, UwbPairLanes,
 };
 use catseye_lane::{LaneEstimator, Look, NoLane, uwb};
-use catseye::scene::scenario::Scenario;
-use crate::trial::{Drive, Given, SpeedSensor, Step, Trial};
 use drives::{Eye, Passed, Progress, Scans, Scenery};
 use std::time::Instant;
 

@@ -3,13 +3,13 @@
 
 use super::drives::{self, Eye, Progress, Scenery};
 use super::{Estimator, Settings, check_speed, rules, tune, wide};
-use catseye::error::Result;
-use catseye_lane::{LaneEstimator, PulseScan};
-use catseye::scene::scenario::{Frames, Scenario};
-use catseye::scene::waveform::Waveform;
 use crate::trial::compare::{Finds, Rival, SPEED_STD_MPS};
 use crate::trial::sensors::OwnedLook;
 use crate::trial::{Drive, Given, SpeedSensor};
+use catseye::error::Result;
+use catseye::scene::scenario::{Frames, Scenario};
+use catseye::scene::waveform::Waveform;
+use catseye_lane::{LaneEstimator, PulseScan};
 use std::collections::VecDeque;
 
 /// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
@@ -119,9 +119,9 @@ fn frames(scenario: &Scenario, eyes: &[Eye], settings: &Settings) -> Frames {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trial::LaneTable;
     use catseye::engine::{Engine, Precision};
     use catseye::road::site::Site;
-    use crate::trial::LaneTable;
     use std::path::Path;
 
     /// Scans come at the radar's rate from before the first look on, none twice, and plates beside a guard rail are a lane at once.

@@ -1,8 +1,8 @@
 //! The table `[lane.uwb]` of a scenario file.
 
 use catseye::error::{BadInput, Result};
-use catseye_lane::uwb::Centre;
 use catseye::scene::toml_file::At;
+use catseye_lane::uwb::Centre;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

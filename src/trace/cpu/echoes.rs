@@ -1,0 +1,468 @@
+//! Echoes of a frame's smooth surfaces, from exact beams (CONVENTIONS eq. 50-52, 60-63).
+//!
+//! What beams light of one plane by one chain of mirrors is one region, whatever faces and windows it is
+//! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
+//! has corners and places of stationary phase.
+
+use super::beams::{Clipped, Piece, Polygon, clip_windows};
+use super::bend::{Bends, End, Keeps, Mirror};
+use super::boundary::{Holds, Plane, Wave, spread_for};
+use super::diffuse;
+use super::field::{Bounce, sent};
+use super::points::point_returns;
+use crate::em::aperture::{Moments, phase_integral};
+use crate::frames::{Pose, Sensor, World};
+use crate::geom::Geometry;
+use crate::geom::faces::Face;
+use crate::geom::hash::FastMap;
+use crate::geom::outline::outline;
+use crate::trace::beams::{BeamOptions, Frame};
+use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak, strength};
+use crate::units::wavenumber;
+use glam::{DVec2, DVec3};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Corners nearer to one another than this share of the scene's radius are one.
+const SAME: f64 = 1e-9;
+
+/// Radians from the place of mirror reflection to a wave up to which the amplitude's change about that place
+/// is looked at.
+const NEAR: f64 = 12.0;
+/// More than what 1 m^2 radiates back of a unit field, but for k / 4 pi: a conductor's current is twice the field across it.
+const MOST_RADIATED: f64 = 4.0;
+/// Step of its derivative, as a share of the distance.
+const STEP: f64 = 1e-3;
+
+type Matrix = [[Complex64; 2]; 2];
+
+fn is_finite(r: &Return) -> bool {
+    r.spread.iter().flatten().all(|z| z.is_finite())
+        && r.path_rate_mps.is_finite()
+        && r.path_bend.iter().all(|b| b.is_finite())
+}
+
+/// The same way backwards.
+fn reversed(r: &Return) -> Return {
+    let n = r.bounces as usize;
+    let mut chain = r.chain;
+    chain[..n].reverse();
+    let [[vv, vh], [hv, hh]] = r.spread;
+    Return {
+        departure: r.arrival,
+        first_range_m: r.last_range_m,
+        arrival: r.departure,
+        last_range_m: r.first_range_m,
+        spread: [[vv, hv], [vh, hh]],
+        chain,
+        ..*r
+    }
+}
+
+/// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
+/// same order whatever the number of threads. Point targets and scattering tables included.
+pub fn returns(
+    geometry: &Geometry,
+    windows: &[Frame],
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Returns {
+    let last = options.convention == Convention::Last;
+    let images = options.images && !last;
+    let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
+    let clipped = clip_windows(geometry.faces(), windows, &beams);
+    from_clipped(geometry, &clipped, pose, velocity_mps, options)
+}
+
+/// The same from what beams have met.
+pub fn from_clipped(
+    geometry: &Geometry,
+    clipped: &Clipped,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Returns {
+    let last = options.convention == Convention::Last;
+    let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
+    let direct = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
+    let imaged = regions(geometry, clipped, &clipped.imaged);
+    let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
+    let spread_m = spread_for(options.bandwidth_hz);
+    let least = options.least;
+    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m, least };
+    let images = options.images && !last;
+    let all = direct.par_iter().map(|r| match images {
+        true => radar.with_reciprocals(r),
+        false => radar.echoes(r, false),
+    });
+    let lists: Vec<Vec<Return>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
+    let counts = |r: &Return| strength(r) >= options.least;
+    let mut all: Vec<Return> = lists.into_iter().flatten().filter(counts).collect();
+    let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
+    let rays = rough.len() as u64;
+    all.append(&mut rough);
+    all.extend(point_returns(geometry, pose, velocity_mps, options));
+    drop_weak(&mut all, options.amplitude_floor);
+    Returns { returns: all, rays }
+}
+
+/// What of one plane is lit by one chain of planes.
+struct Region {
+    /// One of the nodes; the others have the same images of the radar.
+    node: u32,
+    /// On the face of that node.
+    pieces: Vec<Polygon>,
+}
+
+fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Region> {
+    let faces = geometry.faces();
+    let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
+    let mut found: FastMap<(u32, u32), u32> = FastMap::default();
+    let mut regions: Vec<Region> = Vec::new();
+    for (i, node) in clipped.nodes.iter().enumerate() {
+        let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
+        let patch = faces.faces[node.face as usize].patch;
+        let region = *found.entry((parent, patch)).or_insert_with(|| {
+            regions.push(Region { node: i as u32, pieces: Vec::new() });
+            regions.len() as u32 - 1
+        });
+        of_node.push(region);
+    }
+    for piece in pieces {
+        let region = &mut regions[of_node[piece.node as usize] as usize];
+        let face = |node: u32| &faces.faces[clipped.nodes[node as usize].face as usize];
+        let (own, all) = (face(piece.node), face(region.node));
+        region.pieces.push(if own.first == all.first {
+            piece.polygon
+        } else {
+            let shift = faces.corners[own.first as usize] - faces.corners[all.first as usize];
+            piece.polygon.mapped(|p| on_axes(all, shift + own.axis[0] * p.x + own.axis[1] * p.y))
+        });
+    }
+    regions.retain(|r| !r.pieces.is_empty());
+    regions
+}
+
+fn on_axes(face: &Face, d: DVec3) -> DVec2 {
+    DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
+}
+
+/// Change of the amplitude with the gradient of the path about the place of mirror reflection (CONVENTIONS
+/// eq. 61), from what an area returns `at` a place.
+fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Return) -> [Matrix; 2] {
+    let mirror = plane.path(plane.mirror);
+    let step = STEP * mirror.nearest;
+    let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
+        let (a, b) = (at(plane.mirror - d * step).spread, at(plane.mirror + d * step).spread);
+        [0, 1].map(|rx| [0, 1].map(|tx| (b[rx][tx] - a[rx][tx]) / (2.0 * step)))
+    });
+    // From places to gradients of the path: the inverse of its second derivatives.
+    let [xx, yy, xy] = mirror.bend;
+    let det = xx * yy - xy * xy;
+    let turned = |p: f64, q: f64| [0, 1].map(|rx| [0, 1].map(|tx| (x[rx][tx] * p + y[rx][tx] * q) / det));
+    [turned(yy, -xy), turned(-xy, xx)]
+}
+
+/// The radar of one frame.
+struct Station<'a> {
+    geometry: &'a Geometry,
+    clipped: &'a Clipped,
+    pose: &'a Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    bends: Bends,
+    tau: f64,
+    spread_m: f64,
+    /// As `TraceOptions::least`.
+    least: f64,
+}
+
+impl Station<'_> {
+    /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 65): where the chain
+    /// begins with a mirror of what follows, also those of the chain the other way round, which then give none of their own.
+    fn with_reciprocals(&self, region: &Region) -> Vec<Return> {
+        let faces = self.geometry.faces();
+        let patch = |i: &u32| faces.faces[self.clipped.nodes[*i as usize].face as usize].patch;
+        let chain: Vec<u32> = self.chain(region.node).iter().map(patch).collect();
+        let n = chain.len();
+        if n < 2 {
+            return self.echoes(region, false);
+        }
+        let begins = faces.mirrors(chain[0], chain[1]);
+        let ends = faces.mirrors(chain[n - 1], chain[n - 2]);
+        match (begins, ends) {
+            (true, true) if chain[0] == chain[n - 1] => Vec::new(),
+            (false, true) => Vec::new(),
+            (true, false) => {
+                let mut list = self.echoes(region, false);
+                let back: Vec<Return> = list.iter().map(reversed).collect();
+                list.extend(back);
+                list
+            }
+            _ => self.echoes(region, false),
+        }
+    }
+
+    /// `over`: the way back leads over the first plane of the chain.
+    fn echoes(&self, region: &Region, over: bool) -> Vec<Return> {
+        let faces = self.geometry.faces();
+        let node = &self.clipped.nodes[region.node as usize];
+        let face = &faces.faces[node.face as usize];
+        let corner = faces.corners[face.first as usize];
+        let chain = self.chain(region.node);
+        let receiver = match over {
+            false => self.pose.translation_m,
+            true => self.clipped.nodes[chain[1] as usize].frame.origin,
+        };
+        let stations = [node.frame.origin, receiver].map(|p| p - corner);
+        let height = stations.map(|d| node.normal.dot(d));
+        if height.iter().any(|h| *h <= 0.0) {
+            return Vec::new();
+        }
+        let k = wavenumber(self.geometry.freq_hz);
+        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
+        let place = |p: DVec2| corner + face.axis[0] * p.x + face.axis[1] * p.y;
+        if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
+            return Vec::new();
+        }
+        let at = |p: DVec2| self.echo(&chain, place(p), over);
+        let mut waves: Vec<Wave> = Vec::new();
+        if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
+            let mut whole = at(centre);
+            whole.spread = Matrix::default();
+            for w in cells {
+                let of = at(w.place).spread;
+                for (sum, a) in whole.spread.as_flattened_mut().iter_mut().zip(of.as_flattened()) {
+                    *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
+                }
+            }
+            self.bend(&chain, place(centre), Keeps::Place, over, &mut whole);
+            return is_finite(&whole).then_some(whole).into_iter().collect();
+        } else {
+            let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
+            // The waves of the two sides of a corner are one echo.
+            let mut numbers: FastMap<[u64; 2], usize> = FastMap::default();
+            plane.waves(&sides, |w| {
+                let i = *numbers.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
+                match waves.get_mut(i) {
+                    Some(first) => {
+                        first.value += w.value;
+                        first.flux.iter_mut().zip(w.flux).for_each(|(a, b)| *a += b);
+                    }
+                    None => waves.push(w),
+                }
+            });
+        }
+        // Far from the place of mirror reflection each wave's own amplitude says enough.
+        let mirror = plane.path(plane.mirror).length;
+        let near = |w: &Wave| k * (w.length_m - mirror) <= NEAR;
+        let about = if waves.iter().any(near) { slopes(&plane, &at) } else { Default::default() };
+        let counts = |w: &&Wave| {
+            let [out, back] = plane.ranges(w.place);
+            near(w) || MOST_RADIATED * k / (4.0 * PI) * w.value.norm() >= self.least * out * back
+        };
+        waves
+            .iter()
+            .filter(counts)
+            .filter_map(|w| {
+                let mut echo = at(w.place);
+                let slopes = if near(w) { about } else { Default::default() };
+                let change = plane.path(w.place).slope;
+                for (rx, row) in echo.spread.iter_mut().enumerate() {
+                    for (tx, a) in row.iter_mut().enumerate() {
+                        let [x, y] = slopes.map(|s| s[rx][tx]);
+                        *a = (*a - x * change.x - y * change.y) * w.value + x * w.flux[0] + y * w.flux[1];
+                        *a *= Complex64::new(0.0, -k / (4.0 * PI));
+                    }
+                }
+                echo.path_length_m = w.length_m;
+                let keeps = match w.holds {
+                    Holds::Corner => Keeps::Place,
+                    Holds::Side(d) => Keeps::Side(face.axis[0] * d.x + face.axis[1] * d.y),
+                    Holds::Mirror => Keeps::Plane(node.normal),
+                };
+                self.bend(&chain, place(w.place), keeps, over, &mut echo);
+                is_finite(&echo).then_some(echo)
+            })
+            .collect()
+    }
+
+    /// A region whose paths are so nearly of one length that one echo stands for them all over the band: its
+    /// centre, and the cells over which the phase is linear, with phases referred to the centre's path.
+    fn single(&self, plane: &Plane, pieces: &[Polygon]) -> Option<(DVec2, Vec<Wave>)> {
+        let (mut area, mut first) = (0.0, DVec2::ZERO);
+        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
+            area += m.area;
+            first += m.centroid * m.area;
+        }
+        if area == 0.0 {
+            return None;
+        }
+        let centre = first / area;
+        let path = plane.path(centre);
+        let alike = |p: &DVec2| (plane.path(*p).length - path.length).abs() <= self.spread_m;
+        if !pieces.iter().flat_map(|p| p.corners()).all(alike) {
+            return None;
+        }
+        let mut cells = Vec::new();
+        let mut stack = pieces.to_vec();
+        while let Some(polygon) = stack.pop() {
+            let corners = polygon.corners();
+            let m = Moments::of(corners);
+            if m.area == 0.0 {
+                continue;
+            }
+            let at = plane.path(m.centroid);
+            let bent = corners.iter().map(|p| at.bent(*p - m.centroid));
+            let phases = corners.iter().zip(bent).map(|(p, b)| (0.5 * plane.k * b.dot(*p - m.centroid), b));
+            let worst = phases.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|w| w.0 > self.tau);
+            if let Some((_, across)) = worst {
+                stack.extend(polygon.split(m.centroid, across));
+                continue;
+            }
+            let g = at.slope * -plane.k;
+            let [xx, yy, xy] = at.bend;
+            let length = at.length - path.length + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
+            let value = phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
+            let (flux, holds) = Default::default();
+            cells.push(Wave { place: m.centroid, length_m: path.length, value, flux, holds });
+        }
+        Some((centre, cells))
+    }
+
+    fn face(&self, node: u32) -> &Face {
+        &self.geometry.faces().faces[self.clipped.nodes[node as usize].face as usize]
+    }
+
+    /// Nodes from the first bounce to this one.
+    fn chain(&self, node: u32) -> Vec<u32> {
+        let parent = |i: u32| Some(self.clipped.nodes[i as usize].parent).filter(|p| *p != u32::MAX);
+        let mut chain: Vec<u32> = std::iter::successors(Some(node), |i| parent(*i)).collect();
+        chain.reverse();
+        chain
+    }
+
+    /// Whether the middle of what a chain lights is seen from the radar over the chain's first plane. With two places on the chain
+    /// the way back is the way out.
+    fn is_seen_over(&self, chain: &[u32], pieces: &[Polygon], place: impl Fn(DVec2) -> DVec3) -> bool {
+        if chain.len() == 2 {
+            return true;
+        }
+        let (mut area, mut first) = (0.0, DVec2::ZERO);
+        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
+            area += m.area;
+            first += m.centroid * m.area;
+        }
+        let from = place(first / area);
+        let foot = self.foot(chain, from);
+        let radar = self.pose.translation_m;
+        self.geometry.faces().is_on_mirror(self.face(chain[0]).patch, foot)
+            && [from, radar].iter().all(|p| self.geometry.sees(*p, foot))
+    }
+
+    /// Where the line from `place` to the radar's image crosses the chain's first plane.
+    fn foot(&self, chain: &[u32], place: DVec3) -> DVec3 {
+        let image = self.clipped.nodes[chain[1] as usize].frame.origin;
+        let (d, f) = (place - image, self.face(chain[0]));
+        image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
+    }
+
+    /// How the path of an echo changes over the frame.
+    fn bend(&self, chain: &[u32], place_m: DVec3, keeps: Keeps, over: bool, echo: &mut Return) {
+        let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
+        let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
+        let mut mirrors: [Mirror; MAX_BOUNCES] =
+            [Mirror { body: body(last), place_m, normal: DVec3::Z }; MAX_BOUNCES];
+        let faces = self.geometry.faces();
+        for (mirror, &i) in mirrors.iter_mut().zip(before) {
+            let face = self.face(i);
+            *mirror = Mirror {
+                body: body(i),
+                place_m: faces.corners[face.first as usize],
+                normal: self.clipped.nodes[i as usize].normal,
+            };
+        }
+        let mirrors = &mirrors[..before.len()];
+        let back = if over { &mirrors[..1] } else { &[] };
+        let end = End { shifts: &body(last).shifts, place_m, keeps };
+        let (rate, bend) = self.bends.of(mirrors, back, end, echo.path_length_m, echo.path_rate_mps);
+        (echo.path_rate_mps, echo.path_bend) = (rate, bend);
+    }
+
+    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi, `over` its first plane or
+    /// straight.
+    fn echo(&self, chain: &[u32], place: DVec3, over: bool) -> Return {
+        let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
+        let node = |i: u32| &self.clipped.nodes[i as usize];
+        let face = |i: u32| &faces.faces[node(i).face as usize];
+        let count = chain.len();
+        // From the last place back along the straight line from each image of the radar.
+        let mut points = [place; MAX_BOUNCES];
+        for b in (0..count - 1).rev() {
+            let from = node(chain[b + 1]).frame.origin;
+            let (d, f) = (points[b + 1] - from, face(chain[b]));
+            let t = (f.offset_m - f.normal.dot(from)) / f.normal.dot(d);
+            points[b] = from + d * t;
+        }
+        let k = wavenumber(self.geometry.freq_hz);
+        let to_sensor = self.pose.rotation.inverse();
+        // What the radar hears comes from here, and leaves the last plane of the chain for there.
+        let (last, receiver) = match over {
+            false => (place, radar),
+            true => (self.foot(chain, place), node(chain[1]).frame.origin),
+        };
+        let (out, back) = (points[0] - radar, last - radar);
+        let (first_range_m, last_range_m) = (out.length(), back.length());
+        let departure = out / first_range_m;
+        let arrival = back / last_range_m;
+        let back_m = receiver.distance(place);
+        let leaves = (receiver - place) / back_m;
+
+        let mut ids = [0; MAX_BOUNCES];
+        let mut rate = -self.velocity_mps.dot(arrival + departure);
+        // Of V and H at the place that radiates back, by reciprocity.
+        let mut seen_by = sent(self.pose, arrival);
+        let of = |i: u32| {
+            let body = &self.geometry.bodies[face(i).body as usize];
+            (body, &self.geometry.surfaces[face(i).surface as usize])
+        };
+        if over {
+            let (body, surface) = of(chain[0]);
+            seen_by = Bounce::new(seen_by, arrival, node(chain[0]).normal, surface, k).reflected;
+            rate += body.velocity_at(last).dot(leaves + arrival);
+            ids[count] = body.id;
+        }
+        let mut field = sent(self.pose, departure);
+        let mut dir = departure;
+        let mut radiated = [[Complex64::ZERO; 2]; 2];
+        for (b, &i) in chain.iter().enumerate() {
+            let (body, surface) = of(i);
+            ids[b] = body.id;
+            let bounce = Bounce::new(field, dir, node(i).normal, surface, k);
+            // From the image: places of neighbours along the chain may coincide in a corner.
+            let next = if b + 1 == count {
+                radiated = bounce.received(leaves, &seen_by);
+                leaves
+            } else {
+                (points[b + 1] - node(chain[b + 1]).frame.origin).normalize()
+            };
+            rate += body.velocity_at(points[b]).dot(dir - next);
+            field = bounce.reflected;
+            dir = next;
+        }
+        let unfolded = place.distance(node(chain[count - 1]).frame.origin);
+        Return {
+            path_length_m: unfolded + back_m,
+            path_rate_mps: rate,
+            path_bend: [0.0; 2],
+            departure: to_sensor * departure,
+            first_range_m,
+            arrival: to_sensor * arrival,
+            last_range_m,
+            spread: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
+            chain: ids,
+            bounces: (count + usize::from(over)) as u8,
+        }
+    }
+}
