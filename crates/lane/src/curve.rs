@@ -64,7 +64,7 @@ pub struct Fitted {
 }
 
 /// Nodes and weights of Gauss' rule of five points on -1 to 1.
-const GAUSS: [(f64, f64); 5] = [
+pub(crate) const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
     (0.0, 0.568_888_888_888_888_9),

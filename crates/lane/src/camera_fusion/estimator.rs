@@ -9,10 +9,10 @@ use super::recognise::{
     Blinding, CameraView, Part, RecogniseInput, RecogniseSettings, Recogniser, Recognition, Sources,
 };
 use super::targets::{EgoPath, EgoSample, Trail};
-use super::{Refusal, positive};
 use crate::body::Body;
 use crate::curve::{Shape, fit, fit_simplest};
-use crate::{LaneEstimate, LaneEstimator, Line, Look, NoLane};
+use crate::error::{LaneError, positive};
+use crate::{LaneEstimate, LaneEstimator, Line, Look};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -152,46 +152,32 @@ pub struct CameraFusion {
 
 impl CameraFusion {
     /// Errors: a setting outside what is allowed, as one sentence.
-    pub fn new(options: FusionOptions) -> Result<CameraFusion, Refusal> {
+    pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {
         let [near_m, far_m] = options.seen_m;
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
         let rows = trapezoid.bottom_v_px.min(options.camera.height_px as f64) - trapezoid.top_v_px.max(0.0);
         if rows.is_nan() || rows < 8.0 {
-            return Err(Refusal::Degenerate {
-                what: "the near lane, as the trapezoid lies outside the picture",
-            });
+            return Err(LaneError::undetermined("the near lane, as the trapezoid lies outside the picture"));
         }
         positive("the period", options.period_s)?;
         positive("the least way", options.least_way_m)?;
         positive("the place in the lane's standard deviation", options.in_lane_std_m)?;
         if !(options.radar_at_m.is_finite() && (0.0..=1.0).contains(&options.axis_std_rad)) {
             let value = options.axis_std_rad;
-            return Err(Refusal::OutOfRange {
-                what: "the axis' standard deviation",
-                value,
-                allowed: "0 to 1",
-            });
+            return Err(LaneError::out_of_range("the axis' standard deviation", value, "0 to 1"));
         }
         if let Some(b) = options.body
             && !(b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite())
         {
-            return Err(Refusal::OutOfRange {
-                what: "the width of a car",
-                value: b.width_m,
-                allowed: "above 0",
-            });
+            return Err(LaneError::out_of_range("the width of a car", b.width_m, "above 0"));
         }
         if !(0.0..=0.1).contains(&options.pitch_std_rad) {
             let value = options.pitch_std_rad;
-            return Err(Refusal::OutOfRange {
-                what: "the pitch's standard deviation",
-                value,
-                allowed: "0 to 0.1",
-            });
+            return Err(LaneError::out_of_range("the pitch's standard deviation", value, "0 to 0.1"));
         }
         if !(10..=10_000).contains(&options.units) {
             let value = options.units as f64;
-            return Err(Refusal::OutOfRange { what: "the network's units", value, allowed: "10 to 10000" });
+            return Err(LaneError::out_of_range("the network's units", value, "10 to 10000"));
         }
         let pnn = Pnn::train(&generate_bends(&options.bends, options.units, options.seed))?;
         Ok(CameraFusion {
@@ -224,20 +210,19 @@ impl CameraFusion {
     /// Takes in tracks and own motion without an estimate: for frames between pictures.
     ///
     /// Errors: what makes a look useless; the estimator stays as it was.
-    pub fn observe(&mut self, look: &Look<'_>) -> Result<(), NoLane> {
-        let refused = |why: &str| NoLane::Refused { why: why.into() };
+    pub fn observe(&mut self, look: &Look<'_>) -> Result<(), LaneError> {
         if !look.time_s.is_finite() {
-            return Err(refused("The time is not a finite number."));
+            return Err(LaneError::not_finite("the time of the look"));
         }
         if self.ego.last().is_some_and(|e| e.time_s > look.time_s) {
-            return Err(refused("Looks must come in the order of their times."));
+            return Err(LaneError::refused("looks must come in the order of their times"));
         }
         let Some(speed) = look.speed_mps.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 200.0) else {
             // Tracks of different times cannot be brought together.
             self.forget();
             return match look.tracks.is_empty() {
                 true => Ok(()),
-                false => Err(NoLane::NoSpeed),
+                false => Err(LaneError::NoSpeed),
             };
         };
         let yaw_rate = look.yaw_rate_rad_per_s.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 10.0);
@@ -385,12 +370,12 @@ impl CameraFusion {
     }
 
     /// The near lane of the look's picture, or why there is none.
-    fn see(&self, look: &Look<'_>) -> Result<CameraView, Refusal> {
+    fn see(&self, look: &Look<'_>) -> Result<CameraView, LaneError> {
         let o = &self.options;
         let Some(image) = look.image else { return Ok(CameraView::Blinded(Blinding::Covered)) };
         match find_near_lane(&o.camera, image, &self.trapezoid, &o.near) {
             Ok(lane) => Ok(CameraView::Lane(lane)),
-            Err(Refusal::NoLaneLine) => {
+            Err(LaneError::NoLaneLine) => {
                 let found = edges(image, &self.trapezoid, &o.near.edges)?;
                 Ok(CameraView::Blinded(match (found.bright_share, found.dark_share) {
                     (bright, _) if bright > 0.2 => Blinding::Glare,
@@ -402,10 +387,9 @@ impl CameraFusion {
         }
     }
 
-    fn recognised(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
-        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
+    fn recognised(&mut self, look: &Look<'_>) -> Result<LaneEstimate, LaneError> {
         self.observe(look)?;
-        let camera = self.see(look).map_err(refused)?;
+        let camera = self.see(look)?;
         let path = EgoPath::new(&self.ego, 0.0);
         let ways = path.as_ref().map_or_else(|_| Vec::new(), |p| self.ways(p, look.time_s));
         self.insight = Insight { ways: ways.clone(), ..Insight::default() };
@@ -414,14 +398,13 @@ impl CameraFusion {
             CameraView::Blinded(why) => self.insight.blinded = Some(*why),
         }
         if look.image.is_none() && look.tracks.is_empty() {
-            return Err(NoLane::NotGiven { what: "a picture, or tracks of cars ahead".into() });
+            return Err(LaneError::NotGiven { what: "a picture, or tracks of cars ahead".into() });
         }
         if let (CameraView::Blinded(why), true) = (&camera, ways.is_empty()) {
-            let why = format!(
-                "The camera is blinded by {why}, and no car ahead shows a way of {} m.",
-                self.options.least_way_m
-            );
-            return Err(NoLane::Refused { why });
+            let least_m = self.options.least_way_m;
+            return Err(LaneError::refused(format!(
+                "the camera is blinded by {why}, and no car ahead shows a way of {least_m} m"
+            )));
         }
         let trails: Vec<Trail> = ways.iter().map(|w| w.trail.clone()).collect();
         for w in &ways {
@@ -447,9 +430,9 @@ impl CameraFusion {
             // What went before is too old to be moved here.
             Err(_) if self.before.is_some() => {
                 recogniser = Recogniser::new(self.options.recognise);
-                recogniser.step(&input, &self.pnn, Ok).map_err(refused)?
+                recogniser.step(&input, &self.pnn, Ok)?
             }
-            Err(e) => return Err(refused(e)),
+            Err(e) => return Err(e),
         };
         if self.before.as_ref().is_none_or(|b| look.time_s - b.0 >= 0.5 * self.options.period_s - 1e-6) {
             self.before = Some((look.time_s, recogniser));
@@ -473,7 +456,7 @@ impl CameraFusion {
         camera: &CameraView,
         found: &Recognition,
         ways: &[Way],
-    ) -> Result<LaneEstimate, NoLane> {
+    ) -> Result<LaneEstimate, LaneError> {
         let lane = match camera {
             CameraView::Lane(lane) => Some(lane),
             CameraView::Blinded(_) => None,
@@ -501,7 +484,7 @@ impl CameraFusion {
             rest.extend(pieces);
         }
         if first.is_empty() {
-            return Err(NoLane::Refused { why: "The lines do not reach the vehicle.".into() });
+            return Err(LaneError::refused("the lines do not reach the vehicle"));
         }
         let mut e = LaneEstimate::of_lines(METHOD, look.time_s, look.tracks.len(), first);
         e.lines.extend(rest);

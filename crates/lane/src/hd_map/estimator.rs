@@ -1,13 +1,11 @@
 //! The map behind the interface of all methods: the lane number of every track of a look, which is document L's product, and the lane of
 //! the vehicle that carries the radar where it stands on a road of the map.
 
-use super::{
-    Assignment, Carriageway, HdMap, LaneKind, LocalMap, MapFault, RadarFrame, RadarPose, Settings, Target,
-};
+use super::{Assignment, Carriageway, HdMap, LaneKind, LocalMap, RadarFrame, RadarPose, Settings, Target};
 pub use crate::body::Body;
 use crate::body::Step;
 use crate::curve::fit_simplest;
-use crate::{LaneEstimate, LaneEstimator, LaneTrack, Line, Look, NoLane};
+use crate::{LaneError, LaneEstimate, LaneEstimator, LaneTrack, Line, Look};
 use glam::{DMat2, DVec2};
 
 /// A line is taken to be no better known than this, m: its points are measured.
@@ -70,7 +68,7 @@ impl MapLanes {
     pub const METHOD: &'static str = "hd-map";
 
     /// Errors: the first fault of the map or of the settings.
-    pub fn new(map: HdMap, options: Options) -> Result<MapLanes, MapFault> {
+    pub fn new(map: HdMap, options: Options) -> Result<MapLanes, LaneError> {
         map.check()?;
         let o = &options;
         for (name, value) in [
@@ -81,12 +79,12 @@ impl MapLanes {
             ("direction_std_rad", o.direction_std_rad),
         ] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(MapFault::BadSetting { name });
+                return Err(LaneError::Setting { name });
             }
         }
         let [x, y] = o.radar_at_m;
         if !(x.is_finite() && y.is_finite() && o.radar_yaw_rad.is_finite()) {
-            return Err(MapFault::BadSetting { name: "radar_at_m" });
+            return Err(LaneError::Setting { name: "radar_at_m" });
         }
         // Edges and settings are checked on the way into a frame, wherever it is.
         let anywhere = RadarPose { position: map.carriageways[0].inner_edge[0], azimuth_rad: 0.0 };
@@ -103,18 +101,17 @@ impl MapLanes {
         self.options.radar_at_m
     }
 
-    fn at(&mut self, look: &Look<'_>) -> Result<(RadarPose, &LocalMap), NoLane> {
+    fn at(&mut self, look: &Look<'_>) -> Result<(RadarPose, &LocalMap), LaneError> {
         let Some(pose) = look.place else {
-            return Err(NoLane::NotGiven { what: "the radar's place on the earth".into() });
+            return Err(LaneError::NotGiven { what: "the radar's place on the earth".into() });
         };
         if self.local.as_ref().is_none_or(|(p, _)| *p != pose) {
-            let local = LocalMap::new(&self.map, &pose, self.options.settings)
-                .map_err(|why| NoLane::Refused { why: why.to_string() })?;
+            let local = LocalMap::new(&self.map, &pose, self.options.settings)?;
             self.local = Some((pose, local));
         }
         match &self.local {
             Some((_, local)) => Ok((pose, local)),
-            None => Err(NoLane::Refused { why: "the map has no place".into() }),
+            None => Err(LaneError::refused("the map has no place")),
         }
     }
 
@@ -173,32 +170,32 @@ impl MapLanes {
     /// The lane of each track of a look, in order (document L's product).
     ///
     /// Errors: no place in the look; a place that is none.
-    pub fn targets(&mut self, look: &Look<'_>) -> Result<Vec<Assignment>, NoLane> {
+    pub fn targets(&mut self, look: &Look<'_>) -> Result<Vec<Assignment>, LaneError> {
         self.at(look)?;
         let targets: Vec<Target> = look.tracks.iter().map(|t| self.target(t)).collect();
         Ok(self.at(look)?.1.assign(&targets))
     }
 
     /// The lane of a point of the vehicle's level frame, with no error: for comparison with what is true.
-    pub fn lane_at(&mut self, look: &Look<'_>, at_m: [f64; 2]) -> Result<Assignment, NoLane> {
+    pub fn lane_at(&mut self, look: &Look<'_>, at_m: [f64; 2]) -> Result<Assignment, LaneError> {
         let o = &self.options;
         let from = DVec2::from_array(at_m) - DVec2::from_array(o.radar_at_m);
         let target = Target::new(DMat2::from_angle(-o.radar_yaw_rad) * from, DMat2::ZERO);
         Ok(Assignment { target: 0, lane: self.at(look)?.1.place(&target) })
     }
 
-    fn own_lane(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+    fn own_lane(&mut self, look: &Look<'_>) -> Result<LaneEstimate, LaneError> {
         let o = self.options;
         let own = DMat2::from_angle(-o.radar_yaw_rad) * -DVec2::from_array(o.radar_at_m);
         let spread = o.place_std_m.powi(2) + (own.length() * o.azimuth_std_rad).powi(2);
         let target = Target::new(own, DMat2::from_diagonal(DVec2::splat(spread)));
         let (pose, local) = self.at(look)?;
-        let place = local.place(&target).map_err(|why| NoLane::Refused { why: why.to_string() })?;
+        let place = local.place(&target).map_err(LaneError::refused)?;
         if place.fit != super::Fit::Inside {
-            return Err(NoLane::Refused { why: "the vehicle stands beside the lanes of the map".into() });
+            return Err(LaneError::refused("the vehicle stands beside the lanes of the map"));
         }
         let Some(frame) = RadarFrame::new(&pose) else {
-            return Err(NoLane::Refused { why: MapFault::BadPose.to_string() });
+            return Err(LaneError::refused("the radar's pose is not finite or not near the earth"));
         };
         let turn = DMat2::from_angle(o.radar_yaw_rad);
         let here = |p: &super::Wgs84| turn * frame.radar_m(p).truncate() + DVec2::from_array(o.radar_at_m);
@@ -215,7 +212,7 @@ impl MapLanes {
             }
         }
         if lines.is_empty() {
-            return Err(NoLane::Refused { why: "no line of the map has two points within reach".into() });
+            return Err(LaneError::refused("no line of the map has two points within reach"));
         }
         let mut estimate = LaneEstimate::of_lines(Self::METHOD, look.time_s, look.tracks.len(), lines);
         estimate.lane_number = Some(place.number);

@@ -22,11 +22,13 @@ mod tests;
 
 pub use edge::EdgeRule;
 pub use geodesy::{RadarFrame, RadarPose, Wgs84};
-pub use map::{Carriageway, HdMap, Lane, LaneKind, MapFault, Width};
+pub use map::{Carriageway, HdMap, Lane, LaneKind, Width};
 
+use crate::error::LaneError;
+use crate::numeric::erf;
 use edge::Edge;
 use glam::{DMat2, DVec2};
-use std::f64::consts::{FRAC_2_SQRT_PI, SQRT_2};
+use std::f64::consts::SQRT_2;
 use std::fmt;
 
 /// Edges nearer to each other than this hold no lane, metres.
@@ -121,7 +123,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    fn check(&self) -> Result<(), MapFault> {
+    fn check(&self) -> Result<(), LaneError> {
         for (name, value) in [
             ("dense_sagitta_m", self.dense_sagitta_m),
             ("alpha", self.alpha.unwrap_or(0.0)),
@@ -130,7 +132,7 @@ impl Settings {
             ("width_tolerance", self.width_tolerance),
         ] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(MapFault::BadSetting { name });
+                return Err(LaneError::Setting { name });
             }
         }
         Ok(())
@@ -190,7 +192,7 @@ pub enum Dropped {
     /// Farther outside the outer edge than beta allows.
     Roadside { beyond_m: f64 },
     /// Map, pose or settings cannot be used.
-    Map(MapFault),
+    Map(LaneError),
 }
 
 impl fmt::Display for Dropped {
@@ -255,19 +257,22 @@ pub struct LocalMap {
 
 impl LocalMap {
     /// Errors: the first fault of the map, the pose or the settings.
-    pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, MapFault> {
+    pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, LaneError> {
         settings.check()?;
         map.check()?;
-        let frame = RadarFrame::new(pose).ok_or(MapFault::BadPose)?;
+        let frame = RadarFrame::new(pose)
+            .ok_or(LaneError::refused("the radar's pose is not finite or not near the earth"))?;
         let edge = |way: &Carriageway, places: &[Wgs84]| {
-            Edge::new(places.iter().map(|p| frame.radar_m(p).truncate()))
-                .ok_or(MapFault::ShortEdge { carriageway: way.name.clone() })
+            Edge::new(places.iter().map(|p| frame.radar_m(p).truncate())).ok_or(LaneError::refused(format!(
+                "an edge of carriageway `{}` has fewer than two distinct points",
+                way.name.clone()
+            )))
         };
         let edges = map
             .carriageways
             .iter()
             .map(|way| Ok([edge(way, &way.inner_edge)?, edge(way, &way.outer_edge)?]))
-            .collect::<Result<_, MapFault>>()?;
+            .collect::<Result<_, LaneError>>()?;
         Ok(LocalMap { map: map.clone(), settings, edges })
     }
 
@@ -441,20 +446,4 @@ fn side_of(value_m: f64, std_m: f64) -> f64 {
         false if value_m > 0.0 => 1.0,
         false => -1.0,
     }
-}
-
-/// The error function, to rounding: 2/sqrt(pi) e^(-x²) sum of 2^n x^(2n+1) / (2n+1)!! (Abramowitz and
-/// Stegun 7.1.6), whose terms are all of one sign.
-pub(super) fn erf(x: f64) -> f64 {
-    if x.abs() > 6.0 {
-        return x.signum();
-    }
-    let (mut term, mut sum) = (x, x);
-    let mut n = 1.0;
-    while n < 300.0 && term.abs() > 1e-17 * sum.abs() {
-        term *= 2.0 * x * x / (2.0 * n + 1.0);
-        sum += term;
-        n += 1.0;
-    }
-    FRAC_2_SQRT_PI * (-x * x).exp() * sum
 }

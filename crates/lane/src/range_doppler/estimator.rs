@@ -1,10 +1,11 @@
 //! The lane from range and range rate of points, look after look.
 
 use super::{
-    Along, Cell, LaneFromMap, LaneSettings, Parameter, Refusal, Sign, Speed, VALUES, lane_from_map, lane_near,
+    Along, Cell, LaneFromMap, LaneSettings, Parameter, Sign, Speed, VALUES, lane_from_map, lane_near,
 };
 use crate::curve::{Clothoid, Fitted, Shape};
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane};
+use crate::error::{self, LaneError};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -82,7 +83,7 @@ pub struct RangeDopplerLane {
 
 impl RangeDopplerLane {
     /// Errors: the option that lies outside its range.
-    pub fn new(options: Options) -> Result<RangeDopplerLane, Refusal> {
+    pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {
         options.lane.check()?;
         let o = &options;
         let good = |v: f64| v.is_finite() && v >= 0.0;
@@ -94,10 +95,8 @@ impl RangeDopplerLane {
             ("least_range_rate_std_mps", good(o.least_range_rate_std_mps)),
             ("search_every", o.search_every > 0),
         ];
-        match rules.iter().find(|r| !r.1) {
-            Some((name, _)) => Err(Refusal::Setting(name)),
-            None => Ok(RangeDopplerLane { options, last: None }),
-        }
+        error::settings(&rules)?;
+        Ok(RangeDopplerLane { options, last: None })
     }
 
     pub fn options(&self) -> &Options {
@@ -134,20 +133,19 @@ impl RangeDopplerLane {
     }
 
     /// The lane, the cells it rests on, how far the radar's motion points left of the vehicle's axis, and whether all was searched.
-    fn find(&self, look: &Look<'_>) -> Result<(LaneFromMap, Cells, f64, bool), NoLane> {
-        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
+    fn find(&self, look: &Look<'_>) -> Result<(LaneFromMap, Cells, f64, bool), LaneError> {
         if look.points.is_empty() {
-            return Err(NoLane::Empty);
+            return Err(LaneError::Empty);
         }
         if !look.time_s.is_finite() {
-            return Err(NoLane::NotGiven { what: "the time of the look".into() });
+            return Err(LaneError::NotGiven { what: "the time of the look".into() });
         }
         let o = &self.options;
         let is_number =
             |m: &Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0 && m.value.abs() < 1e3;
         let speed = look.speed_mps.filter(is_number);
         if speed.is_none() && !o.speed_from_map {
-            return Err(NoLane::NoSpeed);
+            return Err(LaneError::NoSpeed);
         }
         // The radar moves with the vehicle's speed and round it.
         let turn = look.yaw_rate_rad_per_s.filter(is_number);
@@ -187,15 +185,16 @@ impl RangeDopplerLane {
             }
         }
         let lane = lane_from_map(&cells.cells, speed, &o.lane).map_err(|r| match r {
-            Refusal::TooFewCells { cells, .. } => NoLane::NoPattern { at_rest: cells },
-            Refusal::NoLane { cells, .. } => NoLane::NoPattern { at_rest: cells },
-            other => refused(other),
+            LaneError::TooFew { found: at_rest, .. } | LaneError::Unexplained { of: at_rest, .. } => {
+                LaneError::NoPattern { at_rest }
+            }
+            other => other,
         })?;
         Ok((lane, cells, slip_rad, true))
     }
 
     /// Points that may be markers: numbers, strong enough, at rest as far as their range rate tells.
-    fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, NoLane> {
+    fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, LaneError> {
         let o = &self.options;
         let finite = |p: &&(usize, &LanePoint)| {
             let p = p.1;
@@ -207,7 +206,7 @@ impl RangeDopplerLane {
         let all: Vec<(usize, &LanePoint)> = points.iter().enumerate().collect();
         let good: Vec<&(usize, &LanePoint)> = all.iter().filter(finite).collect();
         if good.is_empty() {
-            return Err(NoLane::NotFinite { points: points.len() });
+            return Err(LaneError::NotFinite { points: points.len() });
         }
         let mut out = Cells { cells: Vec::new(), members: Vec::new(), count: 0 };
         for (i, p) in good {
@@ -242,7 +241,7 @@ impl RangeDopplerLane {
         }
         out.count = out.cells.len();
         match out.count {
-            0 => Err(NoLane::NothingAtRest),
+            0 => Err(LaneError::NothingAtRest),
             _ => Ok(out),
         }
     }

@@ -2,6 +2,7 @@
 //! III and Fig. 3), its peaks, and which peak of one slope goes with which of the other.
 
 use super::{Ego, RadarMount, expected_range_rate_mps};
+use crate::numeric::vertex;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::assignment::assign;
 use catseye::detect::locate::accuracy;
@@ -533,8 +534,7 @@ impl Part {
                     sum.max(f64::MIN_POSITIVE).ln()
                 };
                 let [low, top, high] = [level(row - 1), level(row), level(row + 1)];
-                let bend = low - 2.0 * top + high;
-                let shift = if bend < 0.0 { (0.5 * (low - high) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+                let shift = vertex(low, top, high);
                 let snr = source.power_w * (chirps * channels) as f64 / noise_w;
                 out.push(ImagePeak {
                     range_bin: row as f64 + shift,

@@ -1,13 +1,13 @@
 //! A place in a signature map behind the interface of lanes, and the lane there.
 
-use super::Refusal;
 use super::locate::{LocateSettings, Location, Search, locate};
-use super::map::{Pose, ScanPoint, SignatureMap, wrapped};
+use super::map::{Pose, ScanPoint, SignatureMap};
 use super::row::{RowOptions, RowReader};
-use super::words::{Reading, Zone};
 use crate::curve::{Fitted, fit_simplest};
+use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane, Provenance};
+use crate::numeric::wrapped;
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, Provenance};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -150,16 +150,6 @@ impl Default for SignatureOptions {
     }
 }
 
-/// What was read from one row.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ZoneSeen {
-    /// As [`RowOptions::name`].
-    pub row: String,
-    pub reading: Reading,
-    /// What the word says, where it is sure and has a meaning.
-    pub zone: Option<Zone>,
-}
-
 /// Where the vehicle is in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Place {
@@ -189,7 +179,11 @@ pub struct Signature {
 
 impl Signature {
     /// `lanes` may be empty: then only places and words are told. Errors: settings outside their ranges.
-    pub fn new(map: SignatureMap, lanes: MapLanes, options: SignatureOptions) -> Result<Signature, Refusal> {
+    pub fn new(
+        map: SignatureMap,
+        lanes: MapLanes,
+        options: SignatureOptions,
+    ) -> Result<Signature, LaneError> {
         let reach = options.reach_m;
         let rules: [(&'static str, bool); 8] = [
             ("map_std", options.map_std.iter().all(|s| (0.0..=100.0).contains(s))),
@@ -201,9 +195,7 @@ impl Signature {
             ("reach_m", reach.iter().all(|r| (1.5..=500.0).contains(r))),
             ("lanes", lanes.is_sound()),
         ];
-        if let Some(rule) = rules.iter().find(|r| !r.1) {
-            return Err(Refusal::Setting(rule.0));
-        }
+        error::settings(&rules)?;
         // A straight stretch may have its ends alone.
         let dense = |line: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
             let line: Vec<DVec2> = line.iter().copied().map(DVec2::from_array).collect();
@@ -221,11 +213,6 @@ impl Signature {
     /// Of the last look; None where it told no place.
     pub fn place(&self) -> Option<&Place> {
         self.last.as_ref().filter(|_| self.failed == 0)
-    }
-
-    /// What stands in the rows beside the vehicle, of all looks so far. An error for each row that has no word.
-    pub fn zones(&self) -> Vec<Result<ZoneSeen, Refusal>> {
-        self.rows.iter().map(RowReader::zone).collect()
     }
 
     pub fn rows(&self) -> &[RowReader] {
@@ -251,7 +238,7 @@ impl Signature {
         points: &[ScanPoint],
         speed: Measured,
         dt_s: f64,
-    ) -> Result<Place, Refusal> {
+    ) -> Result<Place, LaneError> {
         let o = &self.options;
         let yaw = look.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
         let near = self.last.as_ref().filter(|_| self.failed < o.lost_after && dt_s >= 0.0);
@@ -312,9 +299,9 @@ impl LaneEstimator for Signature {
         };
         let Some(speed) = speed else {
             let why = match (given, sound.len()) {
-                (0, _) => NoLane::Empty,
-                (_, 0) => NoLane::NotFinite { points: given },
-                _ => NoLane::NoSpeed,
+                (0, _) => LaneError::Empty,
+                (_, 0) => LaneError::NotFinite { points: given },
+                _ => LaneError::NoSpeed,
             };
             return failed(self, why);
         };
@@ -334,16 +321,16 @@ impl LaneEstimator for Signature {
             }
         }
         if given == 0 {
-            return failed(self, NoLane::Empty);
+            return failed(self, LaneError::Empty);
         }
         if sound.is_empty() {
-            return failed(self, NoLane::NotFinite { points: given });
+            return failed(self, LaneError::NotFinite { points: given });
         }
         if scan.is_empty() {
-            return failed(self, NoLane::NothingAtRest);
+            return failed(self, LaneError::NothingAtRest);
         }
         if self.map.landmarks().is_empty() {
-            return failed(self, NoLane::NotGiven { what: "a signature map with landmarks".into() });
+            return failed(self, LaneError::NotGiven { what: "a signature map with landmarks".into() });
         }
         let place = match self.locate(look, &scan, way, dt_s) {
             Ok(place) => place,
@@ -357,7 +344,7 @@ impl LaneEstimator for Signature {
                     };
                     self.last = vehicle.is_finite().then_some(Place { vehicle, ..last });
                 }
-                return failed(self, NoLane::Refused { why: why.to_string() });
+                return failed(self, why);
             }
         };
         let likely = place.radar.probability;
@@ -367,16 +354,16 @@ impl LaneEstimator for Signature {
             self.last = None;
             let why =
                 format!("{rivals} other places fit about as well, the best with probability {likely:.2}");
-            return failed(self, NoLane::Refused { why });
+            return failed(self, LaneError::refused(why));
         }
         self.failed = 0;
         let out = self.lanes.estimate(&place, look.time_s, self.options.reach_m);
         self.last = Some(place);
         match out {
             None if self.lanes.lines_m.is_empty() => {
-                none(NoLane::NotGiven { what: "lane lines in the map".into() })
+                none(LaneError::NotGiven { what: "lane lines in the map".into() })
             }
-            None => none(NoLane::Refused { why: "no lane line of the map lies beside the vehicle".into() }),
+            None => none(LaneError::refused("no lane line of the map lies beside the vehicle")),
             Some(mut e) => {
                 e.provenance.given = given;
                 for line in &mut e.lines {

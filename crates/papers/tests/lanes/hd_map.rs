@@ -10,7 +10,7 @@ use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
 use catseye_lane::hd_map::of_road::{self, Stripes};
 use catseye_lane::hd_map::{self, HdMap, RadarPose, Wgs84, file};
 use catseye_lane::score::score;
-use catseye_lane::{LaneEstimator, LaneTrack, Look, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Look};
 use catseye_papers::trial::drive::true_lanes;
 use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings, run};
 use catseye_papers::trial::{Given, Trial, drive::Level};
@@ -188,7 +188,7 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
     };
     // Nothing at all.
     let e = lanes.estimate(&Look::default());
-    assert!(matches!(refused(&e), NoLane::NotGiven { .. }));
+    assert!(matches!(refused(&e), LaneError::NotGiven { .. }));
     assert!(lanes.targets(&Look::default()).is_err());
     // A place that is none, one far from the map, one beside the road, one on the median.
     let good = RadarPose::within(&anchor(), DVec3::new(100.0, -6.6, 0.5), 0.0).unwrap();
@@ -202,7 +202,7 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
     ];
     for place in nowhere {
         let e = lanes.estimate(&Look { place: Some(place), time_s: 2.0, ..Look::default() });
-        assert!(matches!(refused(&e), NoLane::Refused { .. }), "{place:?}");
+        assert!(matches!(refused(&e), LaneError::Refused { .. }), "{place:?}");
     }
     // Tracks that are no numbers, behind, far beside, with no or a senseless velocity: one answer each, no panic.
     let nan = f64::NAN;
@@ -242,7 +242,7 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
     }
     // No reach, no lines; but no lane either.
     let mut short = MapLanes::new(map, Options { reach_m: 0.0, ..Options::default() }).unwrap();
-    assert!(matches!(refused(&short.estimate(&look)), NoLane::Refused { .. }));
+    assert!(matches!(refused(&short.estimate(&look)), LaneError::Refused { .. }));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Look, Measured};
 use catseye_papers::trial::markers::{Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -127,11 +127,11 @@ fn hostile_looks_have_a_reason_and_no_lane() {
         assert!(e.no_lane.is_none() != e.lines.is_empty());
         e.no_lane
     };
-    assert_eq!(why(&Look::default()), Some(NoLane::Empty));
+    assert_eq!(why(&Look::default()), Some(LaneError::Empty));
     let one = point(10.0, 1.5);
-    assert_eq!(why(&look(&[one], 0.0)), Some(NoLane::NoPattern { at_rest: 1 }));
+    assert_eq!(why(&look(&[one], 0.0)), Some(LaneError::NoPattern { at_rest: 1 }));
     let nan = LanePoint { at_m: [f64::NAN, 0.0], range_rate_mps: f64::INFINITY, ..one };
-    assert_eq!(why(&look(&[nan; 9], 0.0)), Some(NoLane::NotFinite { points: 9 }));
+    assert_eq!(why(&look(&[nan; 9], 0.0)), Some(LaneError::NotFinite { points: 9 }));
     assert!(why(&Look { speed_mps: None, ..look(&[one, one], 0.0) }).is_some());
     // No numbers among the sound ones do no harm.
     let mut some = rows(6.0);
@@ -153,7 +153,7 @@ fn hostile_looks_have_a_reason_and_no_lane() {
     // Without a pattern to look for.
     let none = Markers::new(MarkersOptions { patterns: Vec::new(), ..MarkersOptions::default() })
         .estimate(&look(&rows(6.0), 0.0));
-    assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })));
+    assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })));
 }
 
 /// Lines go on for a while when a look fails, and not for long; time that runs back starts anew.

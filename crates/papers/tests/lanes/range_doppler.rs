@@ -5,7 +5,7 @@ use catseye::error::Error;
 use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Look, Measured};
 use catseye_papers::trial::range_doppler::{Case, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -258,42 +258,42 @@ fn hostile_looks_are_refused_with_their_reason() {
         assert!(e.lines.is_empty() && e.offset_m.is_none() && e.confidence == 0.0, "{e:?}");
         e.no_lane.expect("no lane")
     };
-    assert_eq!(why(&[], known(10.0)), NoLane::Empty);
+    assert_eq!(why(&[], known(10.0)), LaneError::Empty);
     let nan: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_m: f64::NAN, ..*p }).collect();
-    assert_eq!(why(&nan, known(10.0)), NoLane::NotFinite { points: cloud.len() });
+    assert_eq!(why(&nan, known(10.0)), LaneError::NotFinite { points: cloud.len() });
     let unsure: Vec<LanePoint> =
         cloud.iter().map(|p| LanePoint { range_rate_std_mps: f64::INFINITY, ..*p }).collect();
-    assert!(matches!(why(&unsure, known(10.0)), NoLane::NotFinite { .. }));
-    assert!(matches!(why(&cloud[..1], known(10.0)), NoLane::NoPattern { .. }));
-    assert_eq!(why(&cloud, known(0.0)), NoLane::NothingAtRest);
-    assert_eq!(why(&cloud, known(-10.0)), NoLane::NothingAtRest);
+    assert!(matches!(why(&unsure, known(10.0)), LaneError::NotFinite { .. }));
+    assert!(matches!(why(&cloud[..1], known(10.0)), LaneError::NoPattern { .. }));
+    assert_eq!(why(&cloud, known(0.0)), LaneError::NothingAtRest);
+    assert_eq!(why(&cloud, known(-10.0)), LaneError::NothingAtRest);
     let still: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_rate_mps: 0.0, ..*p }).collect();
-    assert!(matches!(why(&still, known(0.0)), NoLane::Refused { .. }));
+    assert!(matches!(why(&still, known(0.0)), LaneError::Refused { .. }));
     let behind: Vec<LanePoint> =
         cloud.iter().map(|p| LanePoint { range_rate_mps: -p.range_rate_mps, ..*p }).collect();
-    assert_eq!(why(&behind, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&behind, known(10.0)), LaneError::NothingAtRest);
     let far: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_m: 500.0, ..*p }).collect();
-    assert_eq!(why(&far, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&far, known(10.0)), LaneError::NothingAtRest);
     let weak: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { snr_db: -3.0, ..*p }).collect();
-    assert_eq!(why(&weak, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&weak, known(10.0)), LaneError::NothingAtRest);
     // The ground at rest all over the map, and one thing over and over, are no rows.
     let mut d = Draws::new(1, 5);
     let clutter: Vec<LanePoint> =
         (0..60).map(|_| point(2.0 + 38.0 * d.uniform(), -10.0 * d.uniform())).collect();
-    assert!(matches!(why(&clutter, known(10.0)), NoLane::NoPattern { .. }));
+    assert!(matches!(why(&clutter, known(10.0)), LaneError::NoPattern { .. }));
     // Without a speed from anywhere.
     let silent = Options { speed_from_map: false, ..Options::default() };
     let mut lane = RangeDopplerLane::new(silent).unwrap();
     for speed_mps in [None, Some(Measured { value: f64::NAN, std: 0.1 })] {
         let e = lane.estimate(&Look { speed_mps, points: &cloud, ..Look::default() });
-        assert_eq!(e.no_lane, Some(NoLane::NoSpeed));
+        assert_eq!(e.no_lane, Some(LaneError::NoSpeed));
     }
     // One point over and over: whatever comes, no panic.
     let same = vec![point(10.0, -9.0); 40];
     let _ = lane.estimate(&Look { speed_mps: known(10.0), points: &same, ..Look::default() });
     let e =
         lane.estimate(&Look { time_s: f64::NAN, speed_mps: known(10.0), points: &cloud, ..Look::default() });
-    assert!(matches!(e.no_lane, Some(NoLane::NotGiven { .. })));
+    assert!(matches!(e.no_lane, Some(LaneError::NotGiven { .. })));
     let bad = Options {
         lane: LaneSettings { lane_width_m: -1.0, ..LaneSettings::default() },
         ..Options::default()

@@ -262,7 +262,7 @@ impl Settings {
     }
 
     fn made(&self, options: FusionOptions) -> Result<CameraFusion> {
-        let bad = |e: catseye_lane::camera_fusion::Refusal| -> Error {
+        let bad = |e: catseye_lane::LaneError| -> Error {
             let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
             BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
         };

@@ -16,10 +16,10 @@ use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{
-    CurveStart, LaneFromMap, LaneLook, LaneSettings, Options, RangeDopplerLane, Refusal,
+    CurveStart, LaneFromMap, LaneLook, LaneSettings, Options, RangeDopplerLane,
 };
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::{LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LanePoint, Look, Measured};
 use glam::DVec2;
 pub(super) use rival::rival;
 use schemars::JsonSchema;
@@ -219,7 +219,7 @@ impl Settings {
     }
 
     fn estimator(&self, radar: &Radar, equal: bool) -> Result<RangeDopplerLane> {
-        RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: Refusal| {
+        RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
             BadInput::new(r.to_string())
                 .key("lane.range_doppler")
                 .remedy("compare the table with its defaults")

@@ -3,7 +3,7 @@
 use super::settings::{CodeName, Settings, bits};
 use super::{Located, Moving, RowPicture, WordRead, Worse};
 use crate::trial::{Row, Sheet, Step};
-use catseye_lane::NoLane;
+use catseye_lane::LaneError;
 use catseye_lane::signature::estimator::Place;
 use catseye_lane::signature::map::SignatureMap;
 use catseye_lane::signature::words::Zone;
@@ -260,7 +260,7 @@ pub(super) fn notes(steps: &[Step], rows: &[Option<RowPicture>]) -> Vec<String> 
     let refused: Vec<String> = steps
         .iter()
         .filter_map(|s| match &s.estimate.no_lane {
-            Some(NoLane::Refused { why }) => Some(why.clone()),
+            Some(LaneError::Refused { why }) => Some(why.clone()),
             Some(other) => Some(other.to_string()),
             None => None,
         })

@@ -22,7 +22,7 @@ use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::signature::Refusal;
+
 use catseye_lane::signature::estimator::{
     MapLane, MapLanes, Place, Signature, SignatureOptions, StaticTest, scan_point,
 };
@@ -30,7 +30,7 @@ use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
 use catseye_lane::signature::row::Picked;
 use catseye_lane::signature::words::{Reading, RowPoint};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Look, Measured};
 use figures::{map_rows, notes, place_rows, sheets, word_rows};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -371,7 +371,7 @@ fn estimator_on(
     drive: &Drive<'_>,
     which: usize,
     mapped: &Mapped,
-) -> std::result::Result<Signature, Refusal> {
+) -> std::result::Result<Signature, LaneError> {
     let base = SignatureOptions::default();
     let ranged = |l: LocateSettings| LocateSettings {
         near_m: s.range_m[0],
