@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// Serde takes a field of type `&'static str` for one that borrows from the file, also in variants that it skips.
 type Text = &'static str;
@@ -36,7 +37,7 @@ pub enum LaneError {
     #[serde(skip)]
     NotANumber { what: Text, index: Option<usize> },
     #[serde(skip)]
-    OutOfRange { what: Text, value: f64, allowed: Text },
+    OutOfRange { what: Text, value: f64, allowed: String },
     /// A setting lies outside its range, or contradicts another.
     #[serde(skip)]
     Setting { name: Text },
@@ -63,8 +64,8 @@ impl LaneError {
         LaneError::NotANumber { what, index: None }
     }
 
-    pub fn out_of_range(what: &'static str, value: f64, allowed: &'static str) -> LaneError {
-        LaneError::OutOfRange { what, value, allowed }
+    pub fn out_of_range(what: &'static str, value: f64, allowed: &str) -> LaneError {
+        LaneError::OutOfRange { what, value, allowed: allowed.into() }
     }
 
     pub fn too_few(what: &'static str, found: usize, needed: usize) -> LaneError {
@@ -134,12 +135,18 @@ impl std::error::Error for LaneError {}
 pub type Result<T> = std::result::Result<T, LaneError>;
 
 /// The value itself when it is finite and `ok` holds.
-pub(crate) fn checked(what: &'static str, value: f64, ok: bool, allowed: &'static str) -> Result<f64> {
+pub(crate) fn checked(what: &'static str, value: f64, ok: bool, allowed: &str) -> Result<f64> {
     match (value.is_finite(), ok) {
         (false, _) => Err(LaneError::not_finite(what)),
         (true, false) => Err(LaneError::out_of_range(what, value, allowed)),
         (true, true) => Ok(value),
     }
+}
+
+/// The value itself when it is finite and within a range, whose ends the error names.
+pub(crate) fn within(what: &'static str, value: f64, allowed: RangeInclusive<f64>) -> Result<f64> {
+    let words = format!("{} to {}", allowed.start(), allowed.end());
+    checked(what, value, allowed.contains(&value), &words)
 }
 
 pub(crate) fn finite(what: &'static str, value: f64) -> Result<f64> {

@@ -77,7 +77,7 @@ pub struct PulseScan {
 
 /// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Look<'a> {
+pub struct SensorInput<'a> {
     pub time_s: f64,
     /// Of the vehicle, as its bus tells.
     pub speed_mps: Option<Measured>,
@@ -100,7 +100,7 @@ pub trait LaneEstimator {
     fn method(&self) -> &'static str;
 
     /// Never fails: what cannot be told is stated with its reason ([`LaneEstimate::no_lane`]).
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate;
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate;
 }
 
 /// A line that bounds a lane.
@@ -213,7 +213,7 @@ impl LaneEstimate {
 /// Standard deviation beside the vehicle from which on a line may be any lane's, m: a lane.
 pub(crate) const UNKNOWN_M: f64 = 3.0;
 
-fn beside_origin(f: &Fitted) -> curve::Place {
+fn beside_origin(f: &Fitted) -> curve::CurvePoint {
     f.curve.at(f.curve.foot(glam::DVec2::ZERO).s_m)
 }
 

@@ -1,9 +1,9 @@
 //! Pinhole camera over a flat road: pixel to ground and back.
 
-use crate::error::{LaneError, finite, positive};
+use crate::error::{LaneError, finite, positive, within};
 use glam::{DMat3, DVec2, DVec3};
 
-/// A pinhole camera without lens distortion (S section 2.2). Its own axes are x along the optical axis, y
+/// A pinhole camera without lens distortion (Sangeetha Lakshmi section 2.2). Its own axes are x along the optical axis, y
 /// left, z up; the document's camera has z_c = x, x_c = -y, y_c = -z. Pixels count u to the right and v down
 /// from the image's upper left corner, so that the centre of the first pixel is (0.5, 0.5).
 #[derive(Debug, Clone, PartialEq)]
@@ -29,9 +29,7 @@ impl Camera {
     /// zero.
     pub fn validate(&self) -> Result<(), LaneError> {
         for side in [self.width_px, self.height_px] {
-            if !(1..=20_000).contains(&side) {
-                return Err(LaneError::out_of_range("the image's side in pixels", side as f64, "1 to 20000"));
-            }
+            within("the image's side in pixels", side as f64, 1.0..=20_000.0)?;
         }
         positive("the focal length", self.focal_px.x.min(self.focal_px.y))?;
         positive("the camera's height", self.position_m.z)?;

@@ -85,7 +85,7 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
     Ok(Solution { coefficients, inverse_normal, leverages, residuals })
 }
 
-/// w = a0 + a1 u + a2 u² (S section 3.2) in a frame of its own, so that a road across the car's is no special
+/// w = a0 + a1 u + a2 u² (Sangeetha Lakshmi section 3.2) in a frame of its own, so that a road across the car's is no special
 /// case: u runs along `axis_rad` from `origin_m`, w to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parabola {
@@ -220,7 +220,7 @@ fn in_frame(points_m: &[DVec2], origin_m: DVec2, axis_rad: f64) -> (Vec<f64>, Ve
     (u, w, span)
 }
 
-/// Least-squares parabola (S section 3.2) through at least four points in the order in which they lie on the
+/// Least-squares parabola (Sangeetha Lakshmi section 3.2) through at least four points in the order in which they lie on the
 /// road. `weights` are relative (inverse variances); without `axis_rad` u runs along the greatest spread.
 pub fn fit_parabola(
     points_m: &[DVec2],
@@ -340,7 +340,7 @@ impl FitComparison {
     }
 }
 
-/// S section 3.2, figure 4: which of the two fits follows a track better.
+/// Sangeetha Lakshmi section 3.2, figure 4: which of the two fits follows a track better.
 pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, LaneError> {
     let parabola = fit_parabola(points_m, None, None)?;
     let (u, w, _) = in_frame(points_m, parabola.origin_m, parabola.axis_rad);
@@ -370,7 +370,7 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// The arc that starts at `a` and goes through `b` to `c` (S figure 6), straight when they lie on one
+    /// The arc that starts at `a` and goes through `b` to `c` (Sangeetha Lakshmi figure 6), straight when they lie on one
     /// line.
     pub fn through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Arc, LaneError> {
         let chord = c_m - a_m;
@@ -482,7 +482,7 @@ mod tests {
         }
     }
 
-    /// S section 3.2: the parabola follows a noisy track better than the spline.
+    /// Sangeetha Lakshmi section 3.2: the parabola follows a noisy track better than the spline.
     #[test]
     fn parabola_beats_the_spline_on_tracks() {
         let mut draws = Draws::new(6, 0);

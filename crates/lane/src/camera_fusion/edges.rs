@@ -1,7 +1,7 @@
 //! Edges of a grey image (Canny 1986 with places between pixels) and straight lines through them (Hough).
 
 use super::camera::{Image, Trapezoid};
-use crate::error::{LaneError, positive};
+use crate::error::{LaneError, checked, positive, within};
 use crate::numeric::wrapped;
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
@@ -53,9 +53,7 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     trapezoid.validate()?;
     positive("the edge's noise factor", settings.noise_factor)?;
     positive("the least gradient", settings.least_gradient)?;
-    if !(0.3..=5.0).contains(&settings.smooth_px) {
-        return Err(LaneError::out_of_range("the smoothing in pixels", settings.smooth_px, "0.3 to 5"));
-    }
+    within("the smoothing in pixels", settings.smooth_px, 0.3..=5.0)?;
     // The window is the trapezoid's box and what the filters need around it; beyond the image its border goes
     // on.
     let (w, h) = (image.width_px() as f64, image.height_px() as f64);
@@ -237,7 +235,7 @@ impl Default for HoughSettings {
     }
 }
 
-/// x cos t + y sin t = rho (S section 2.1), with x = u and y = v from the image's corner. The normal t points
+/// x cos t + y sin t = rho (Sangeetha Lakshmi section 2.1), with x = u and y = v from the image's corner. The normal t points
 /// from dark to bright, so t runs through the whole circle and rho may be negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoughLine {
@@ -266,17 +264,11 @@ impl HoughLine {
 /// least squares to the edges within two pixels of it. Most votes first.
 pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, LaneError> {
     let s = settings;
-    for (what, value, low, high, allowed) in [
-        ("the Hough angle step", s.angle_step_rad, 1e-3, 0.2, "0.001 to 0.2"),
-        ("the Hough distance step", s.distance_step_px, 0.1, 20.0, "0.1 to 20"),
-        ("the Hough angle reach", s.angle_reach_rad, 0.0, PI, "0 to pi"),
-        ("the suppressed angle", s.suppress_rad, 0.0, PI, "0 to pi"),
-        ("the suppressed distance", s.suppress_px, 0.0, 1e3, "0 to 1000"),
-    ] {
-        if !(low..=high).contains(&value) {
-            return Err(LaneError::out_of_range(what, value, allowed));
-        }
-    }
+    within("the Hough angle step", s.angle_step_rad, 1e-3..=0.2)?;
+    within("the Hough distance step", s.distance_step_px, 0.1..=20.0)?;
+    within("the Hough angle reach", s.angle_reach_rad, 0.0..=PI)?;
+    within("the suppressed angle", s.suppress_rad, 0.0..=PI)?;
+    within("the suppressed distance", s.suppress_px, 0.0..=1e3)?;
     if edges.iter().any(|e| !(e.pixel.is_finite() && e.normal_rad.is_finite())) {
         return Err(LaneError::not_finite("an edge"));
     }
@@ -286,9 +278,7 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
     // Votes are counted about the edges' middle, where angle and distance are least tied to each other.
     let middle = edges.iter().map(|e| e.pixel).sum::<DVec2>() / edges.len() as f64;
     let reach = edges.iter().map(|e| e.pixel.distance(middle)).fold(1.0, f64::max);
-    if reach > 1e5 {
-        return Err(LaneError::out_of_range("the spread of the edges in pixels", reach, "at most 1e5"));
-    }
+    checked("the spread of the edges in pixels", reach, reach <= 1e5, "at most 1e5")?;
     let turns = (TAU / s.angle_step_rad).round().max(4.0) as usize;
     let half = (reach / s.distance_step_px).ceil() as usize + 1;
     let width = 2 * half + 1;

@@ -1,8 +1,8 @@
-//! Which far part continues which near part (S section 4.1).
+//! Which far part continues which near part (Sangeetha Lakshmi section 4.1).
 
 use super::curve::Arc;
 use super::targets::Trail;
-use crate::error::{LaneError, finite, positive};
+use crate::error::{LaneError, finite, positive, within};
 use crate::numeric::wrapped;
 use glam::DVec2;
 
@@ -67,13 +67,7 @@ pub fn match_lane(
     settings: &MatchSettings,
 ) -> Result<LaneMatch, LaneError> {
     positive("the lane's width", lane_width_m)?;
-    if !(0..=50).contains(&settings.most_lanes) {
-        return Err(LaneError::out_of_range(
-            "the number of lanes tried",
-            f64::from(settings.most_lanes),
-            "0 to 50",
-        ));
-    }
+    within("the number of lanes tried", f64::from(settings.most_lanes), 0.0..=50.0)?;
     let chord = far.near.point_m - near_end.point_m;
     let gap_m = chord.length();
     if !(gap_m.is_finite() && near_end.heading_rad.is_finite() && near_end.curvature_1pm.is_finite()) {

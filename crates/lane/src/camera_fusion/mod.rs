@@ -1,4 +1,4 @@
-//! Lane lines from a camera near the car and from a radar's tracks of the cars ahead (document S).
+//! Lane lines from a camera near the car and from a radar's tracks of the cars ahead (Sangeetha Lakshmi).
 //!
 //! The camera sees painted lines up to some tens of metres; the radar sees how the cars ahead have driven.
 //! The parts are fitted ([`NearLane`], [`Trail`]), matched ([`match_lane`]), the blind middle between them is

@@ -65,7 +65,7 @@ struct Stripe {
 /// Left and right line of the own lane: edges, Hough lines inside the trapezoid, pairs of edges that are the
 /// two sides of one paint (dark to bright, then bright to dark), the pair of paints that lie left and right
 /// of the car at a lane's distance, and last a parabola on the ground through the edges of each paint, as
-/// Hough lines alone make every road straight (S section 4.3 names that as the method's limit).
+/// Hough lines alone make every road straight (Sangeetha Lakshmi section 4.3 names that as the method's limit).
 pub fn find_near_lane(
     camera: &Camera,
     image: &Image,

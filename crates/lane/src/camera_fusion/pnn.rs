@@ -1,4 +1,4 @@
-//! The road model by a probabilistic neural network (Specht 1990; S section 4.2).
+//! The road model by a probabilistic neural network (Specht 1990; Sangeetha Lakshmi section 4.2).
 
 use super::reconstruct::RoadModel;
 use crate::error::{LaneError, positive};

@@ -1,4 +1,4 @@
-//! The whole recognition, and its repetition in time (S sections 4 and 5).
+//! The whole recognition, and its repetition in time (Sangeetha Lakshmi sections 4 and 5).
 
 use super::curve::{Arc, Parabola, fit_parabola};
 use super::matching::{LaneMatch, MatchSettings, match_lane};
@@ -6,7 +6,7 @@ use super::near::NearLane;
 use super::pnn::{Bend, Choice, Pnn};
 use super::reconstruct::{EdgeOfPart, RoadModel, reconstruct};
 use super::targets::Trail;
-use crate::error::{LaneError, positive};
+use crate::error::{LaneError, positive, within};
 use glam::DVec2;
 use std::fmt;
 
@@ -207,9 +207,7 @@ pub fn recognise(
 ) -> Result<Recognition, LaneError> {
     positive("the lane's width", settings.lane_width_m)?;
     positive("the longest extension", settings.extension_m)?;
-    if !(0.01..=100.0).contains(&settings.step_m) {
-        return Err(LaneError::out_of_range("the step", settings.step_m, "0.01 to 100"));
-    }
+    within("the step", settings.step_m, 0.01..=100.0)?;
     match input.camera {
         CameraView::Blinded(why) => radar_alone(input, *why, settings),
         CameraView::Lane(lane) => {
@@ -378,7 +376,7 @@ fn wide(end: &Arc, curve: &Parabola, u_m: f64) -> bool {
     turn > 1.0 && curve.point(u_m).distance(end.point_m) > 2.0
 }
 
-/// Recognition step by step (S section 5).
+/// Recognition step by step (Sangeetha Lakshmi section 5).
 ///
 /// With the same model as before, the two lanes are averaged where both know the road. With another model the
 /// earlier near part, moved into the present frame, is joined to the present one with half its weight, and

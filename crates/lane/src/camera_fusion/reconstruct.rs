@@ -1,7 +1,7 @@
-//! The blind middle between the near and the far part, by road model (S section 4.3).
+//! The blind middle between the near and the far part, by road model (Sangeetha Lakshmi section 4.3).
 
 use super::curve::Arc;
-use crate::error::{LaneError, positive};
+use crate::error::{LaneError, positive, within};
 use crate::numeric::wrapped;
 use glam::DVec2;
 use std::fmt;
@@ -72,9 +72,7 @@ pub fn reconstruct(
     far: &EdgeOfPart,
     points: usize,
 ) -> Result<Middle, LaneError> {
-    if !(2..=100_000).contains(&points) {
-        return Err(LaneError::out_of_range("the number of points", points as f64, "2 to 100000"));
-    }
+    within("the number of points", points as f64, 2.0..=100_000.0)?;
     let (p, q) = (near.arc.point_m, far.arc.point_m);
     let chord = q - p;
     let all = near.arc.heading_rad + far.arc.heading_rad + near.arc.curvature_1pm + far.arc.curvature_1pm;

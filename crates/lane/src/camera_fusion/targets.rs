@@ -1,7 +1,7 @@
 //! The far part: ways of the cars ahead from a radar's tracks, in the present car's frame.
 
 use super::curve::{Arc, Parabola, fit_parabola};
-use crate::error::{LaneError, finite, positive};
+use crate::error::{LaneError, checked, finite, positive};
 use crate::numeric::wrapped;
 use glam::DVec2;
 
@@ -29,9 +29,7 @@ impl EgoPath {
         let Some(last) = samples.last() else {
             return Err(LaneError::too_few("samples of the car's motion", 0, 1));
         };
-        if !(hold_s >= 0.0 && hold_s.is_finite()) {
-            return Err(LaneError::out_of_range("the hold time", hold_s, "0 or more"));
-        }
+        checked("the hold time", hold_s, hold_s >= 0.0 && hold_s.is_finite(), "0 or more")?;
         for s in samples {
             finite("a sample of the car's motion", s.time_s + s.speed_mps + s.curvature_1pm)?;
         }
@@ -71,7 +69,7 @@ impl EgoPath {
         Ok((self.poses[i].point(s), self.poses[i].heading_at(s)))
     }
 
-    /// A point seen at `then_s` in the vehicle frame of `now_s`: S section 3.1 with its signs set right, and with the chord of the way
+    /// A point seen at `then_s` in the vehicle frame of `now_s`: Sangeetha Lakshmi section 3.1 with its signs set right, and with the chord of the way
     /// gone in place of its first order.
     pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, LaneError> {
         let ((p0, h0), (p1, h1)) = (self.pose(then_s)?, self.pose(now_s)?);
@@ -80,7 +78,7 @@ impl EgoPath {
     }
 }
 
-/// The way of one car ahead: its parabola inside the span and the arcs that extend it (S section 3.2).
+/// The way of one car ahead: its parabola inside the span and the arcs that extend it (Sangeetha Lakshmi section 3.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trail {
     pub curve: Parabola,
@@ -135,7 +133,7 @@ impl Trail {
         (self.curve.span_m[0] - u_m).max(u_m - self.curve.span_m[1]).max(0.0)
     }
 
-    /// Distance from this way to another along this one's normals (S figure 7, points E and F), positive when
+    /// Distance from this way to another along this one's normals (Sangeetha Lakshmi figure 7, points E and F), positive when
     /// the other lies to the left. Taken where the two need the least extension, at most `extension_m` for
     /// each.
     pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, LaneError> {
@@ -195,7 +193,7 @@ pub struct LanePlace {
     pub extension_m: f64,
 }
 
-/// Which targets share a lane (S section 3.2, figures 5 to 7): the distance of each way from the first one's,
+/// Which targets share a lane (Sangeetha Lakshmi section 3.2, figures 5 to 7): the distance of each way from the first one's,
 /// divided by the lane's width and rounded. A target whose way meets no normal gets the reason in place of a
 /// lane.
 pub fn tell_lanes_apart(

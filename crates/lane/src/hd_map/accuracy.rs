@@ -1,4 +1,4 @@
-//! How many vehicles were given the right lane, by kind of scene (document L, section 4.2 and table 1).
+//! How many vehicles were given the right lane, by kind of scene (Li, section 4.2 and table 1).
 
 use super::{Assignment, Dropped};
 use std::fmt;
@@ -25,7 +25,7 @@ impl SceneKind {
         }
     }
 
-    /// Vehicles and per cent right of document L, table 1: to print beside, never a result.
+    /// Vehicles and per cent right of Li, table 1: to print beside, never a result.
     pub fn document(self) -> (u32, f64) {
         match self {
             SceneKind::Straight => (187, 98.93),

@@ -1,5 +1,5 @@
 //! The number of the lane that each target drives in, from a radar's targets and a map of the lanes' edges
-//! (document L: Li, Lei, Jin, Zhang and Zhao, ICCSCT 2022).
+//! (Li, Lei, Jin, Zhang and Zhao, ICCSCT 2022).
 //!
 //! * [`geodesy`]: WGS-84 to the radar's axes and back; [`map`]: carriageways, their edges and lanes;
 //!   [`assign`], or [`LocalMap`] for many scans; [`accuracy`]: vehicles counted, right and wrong.
@@ -24,7 +24,7 @@ pub use edge::EdgeRule;
 pub use geodesy::{RadarFrame, RadarPose, Wgs84};
 pub use map::{Carriageway, HdMap, Lane, LaneKind, Width};
 
-use crate::error::LaneError;
+use crate::error::{self, LaneError};
 use crate::numeric::erf;
 use edge::Edge;
 use glam::{DMat2, DVec2};
@@ -124,18 +124,14 @@ impl Default for Settings {
 
 impl Settings {
     fn check(&self) -> Result<(), LaneError> {
-        for (name, value) in [
-            ("dense_sagitta_m", self.dense_sagitta_m),
-            ("alpha", self.alpha.unwrap_or(0.0)),
-            ("beta", self.beta.unwrap_or(0.0)),
-            ("map_std_m", self.map_std_m),
-            ("width_tolerance", self.width_tolerance),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(LaneError::Setting { name });
-            }
-        }
-        Ok(())
+        let good = |v: f64| v.is_finite() && v >= 0.0;
+        error::settings(&[
+            ("dense_sagitta_m", good(self.dense_sagitta_m)),
+            ("alpha", good(self.alpha.unwrap_or(0.0))),
+            ("beta", good(self.beta.unwrap_or(0.0))),
+            ("map_std_m", good(self.map_std_m)),
+            ("width_tolerance", good(self.width_tolerance)),
+        ])
     }
 }
 
@@ -156,7 +152,7 @@ pub struct LanePlace {
     pub carriageway: usize,
     pub number: i32,
     pub kind: LaneKind,
-    /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (document L, eq. 5).
+    /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (Li, eq. 5).
     pub rate: f64,
     pub fit: Fit,
     /// Distance along the inner edge from its first point.
@@ -395,7 +391,7 @@ impl LocalMap {
             return Err(Dropped::BadCovariance);
         }
         let std = variance_m2.max(0.0).sqrt();
-        // Cumulated widths over their sum (document L, eq. 3 and 4), and what lies below them.
+        // Cumulated widths over their sum (Li, eq. 3 and 4), and what lies below them.
         let mut chosen: Option<(&Lane, f64)> = None;
         let mut next: Option<(i32, f64)> = None;
         let mut sum_m = 0.0;

@@ -761,10 +761,8 @@ fn hostile_input_has_a_reason() {
         assign(&HdMap::default(), &pose, &[exact(p)])[0].lane,
         Err(Dropped::Map(LaneError::refused("the map holds no carriageway")))
     );
-    let short = Dropped::Map(LaneError::refused(format!(
-        "an edge of carriageway `{}` has fewer than two distinct points",
-        "plain".to_string()
-    )));
+    let short =
+        Dropped::Map(LaneError::refused("an edge of carriageway `plain` has fewer than two distinct points"));
     assert_eq!(with(&|w| w.inner_edge.truncate(1)), short);
     assert_eq!(with(&|w| w.outer_edge.clear()), short);
     assert_eq!(with(&|w| w.outer_edge[1] = w.outer_edge[0]), short);

@@ -77,7 +77,7 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     if rest.is_empty() {
         return (none(LaneError::NothingAtRest), steps);
     }
-    let rest = strongest(scan, &rest, first);
+    let rest = suppress_sidelobes(scan, &rest, first);
     let far: Vec<usize> =
         rest.iter().copied().filter(|i| scan.points[*i].range_m >= first.nearest_m).collect();
     steps.at_rest = far.clone();
@@ -94,7 +94,7 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     for (k, options) in patterns.iter().enumerate() {
         lines.extend(rows(scan, &rest, &far, options, if k == 0 { Some(&mut steps) } else { None }));
     }
-    let lines = without_between(scan, apart(lines), patterns);
+    let lines = without_between(scan, dedup(lines), patterns);
     let lines = unlike(mirror::without_images(scan, &rest, lines, patterns));
     if lines.is_empty() {
         return (none(LaneError::NoPattern { at_rest: far.len() }), steps);
@@ -109,7 +109,7 @@ const SKIRT_RAD: f64 = 0.03;
 
 /// Without points in the skirts of stronger ones: where a cell beside an echo's peak holds another echo too, a method that finds
 /// two directions in it gives the echo once more, weaker and less sure.
-fn strongest(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
+fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
     let skirt = |i: usize, j: usize| {
         let (p, q) = (&scan.points[i], &scan.points[j]);
         q.rcs_dbsm - p.rcs_dbsm > SKIRT_DB
@@ -188,7 +188,7 @@ fn rows(
 }
 
 /// Of lines that share half of the smaller one's points, those with more.
-fn apart(mut lines: Vec<Line>) -> Vec<Line> {
+fn dedup(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by_key(|l| std::cmp::Reverse(l.members.len()));
     let mut out: Vec<Line> = Vec::new();
     for l in lines {

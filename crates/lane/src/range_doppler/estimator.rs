@@ -5,7 +5,7 @@ use super::{
 };
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{self, LaneError};
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -75,7 +75,7 @@ struct Last {
     looks: u32,
 }
 
-/// Lane estimator on range and range rate alone; azimuths are not read (document F, section 3.6).
+/// Lane estimator on range and range rate alone; azimuths are not read (Feng, section 3.6).
 pub struct RangeDopplerLane {
     options: Options,
     last: Option<Last>,
@@ -104,11 +104,11 @@ impl RangeDopplerLane {
     }
 
     /// As [`LaneEstimator::estimate`], with what the core says.
-    pub fn look(&mut self, look: &Look<'_>) -> LaneLook {
-        let found = self.find(look);
-        let time_s = look.time_s;
+    pub fn look(&mut self, input: &SensorInput<'_>) -> LaneLook {
+        let found = self.find(input);
+        let time_s = input.time_s;
         let none = |why| LaneLook {
-            estimate: LaneEstimate::none(METHOD, time_s, look.points.len(), why),
+            estimate: LaneEstimate::none(METHOD, time_s, input.points.len(), why),
             lane: None,
             mirror: false,
             searched: false,
@@ -125,7 +125,7 @@ impl RangeDopplerLane {
                     _ => 0,
                 };
                 let mirror = lane.sign == Sign::Unknown;
-                let out = LaneEstimate { mirror, ..self.answer(look, &lane, &cells, slip_rad, share) };
+                let out = LaneEstimate { mirror, ..self.answer(input, &lane, &cells, slip_rad, share) };
                 self.last = Some(Last { time_s, lane: lane.clone(), share, looks });
                 LaneLook { estimate: out, mirror, lane: Some(lane), searched }
             }
@@ -133,22 +133,22 @@ impl RangeDopplerLane {
     }
 
     /// The lane, the cells it rests on, how far the radar's motion points left of the vehicle's axis, and whether all was searched.
-    fn find(&self, look: &Look<'_>) -> Result<(LaneFromMap, Cells, f64, bool), LaneError> {
-        if look.points.is_empty() {
+    fn find(&self, input: &SensorInput<'_>) -> Result<(LaneFromMap, Cells, f64, bool), LaneError> {
+        if input.points.is_empty() {
             return Err(LaneError::Empty);
         }
-        if !look.time_s.is_finite() {
+        if !input.time_s.is_finite() {
             return Err(LaneError::NotGiven { what: "the time of the look".into() });
         }
         let o = &self.options;
         let is_number =
             |m: &Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0 && m.value.abs() < 1e3;
-        let speed = look.speed_mps.filter(is_number);
+        let speed = input.speed_mps.filter(is_number);
         if speed.is_none() && !o.speed_from_map {
             return Err(LaneError::NoSpeed);
         }
         // The radar moves with the vehicle's speed and round it.
-        let turn = look.yaw_rate_rad_per_s.filter(is_number);
+        let turn = input.yaw_rate_rad_per_s.filter(is_number);
         let (yaw, yaw_std) = turn.map_or((0.0, 0.0), |m| (m.value, m.std));
         let [ahead_m, left_m] = o.radar_at_m;
         let (mut slip_rad, mut own) = (0.0, None);
@@ -161,13 +161,13 @@ impl RangeDopplerLane {
             let mps = if v.value > 0.0 { moved.length() } else { v.value };
             own = Some(Measured { value: mps, std: v.std.hypot(left_m * yaw_std) });
         }
-        let cells = self.cells(look.points, own)?;
+        let cells = self.cells(input.points, own)?;
         let speed = match own {
             Some(v) => Speed::Known { mps: v.value, std_mps: v.std },
             None => Speed::FromMap,
         };
         if let Some(last) = &self.last {
-            let dt = look.time_s - last.time_s;
+            let dt = input.time_s - last.time_s;
             if dt > 0.0 && dt <= OLDEST_S && last.looks + 1 < o.search_every {
                 let v = last.lane.speed_mps.value;
                 let (sin, cos) = last.lane.heading_rad.value.sin_cos();
@@ -264,7 +264,7 @@ impl RangeDopplerLane {
     /// The core's lane in the vehicle's frame.
     fn answer(
         &self,
-        look: &Look<'_>,
+        input: &SensorInput<'_>,
         lane: &LaneFromMap,
         cells: &Cells,
         slip_rad: f64,
@@ -289,7 +289,7 @@ impl RangeDopplerLane {
                 .sum();
             Some(Measured { value, std: var.max(0.0).sqrt() })
         };
-        let mut estimate = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        let mut estimate = LaneEstimate::of_lines(METHOD, input.time_s, input.points.len(), lines);
         estimate.lines.sort_by(|a, b| {
             let y = |l: &Line| l.fitted.curve.foot(DVec2::ZERO).left_m;
             y(b).total_cmp(&y(a)).then(a.fitted.curve.start_m[0].total_cmp(&b.fitted.curve.start_m[0]))
@@ -314,8 +314,8 @@ impl LaneEstimator for RangeDopplerLane {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        self.look(look).estimate
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        self.look(input).estimate
     }
 }
 

@@ -306,11 +306,7 @@ impl Fit<'_> {
 }
 
 fn inverse(m: &Matrix) -> Option<Matrix> {
-    let mut out = [[0.0; VALUES]; VALUES];
-    for i in 0..VALUES {
-        let unit = std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
-        let column = solve(m, &unit)?;
-        (0..VALUES).for_each(|j| out[j][i] = column[j]);
-    }
-    Some(out)
+    let unit = |i: usize| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
+    let columns = (0..VALUES).map(|i| solve(m, &unit(i))).collect::<Option<Vec<Vector>>>()?;
+    Some(std::array::from_fn(|j| std::array::from_fn(|i| columns[i][j])))
 }

@@ -1,6 +1,6 @@
 //! Place of a vehicle in a lane, and the bend ahead, from a range-rate map alone: no angles.
 //!
-//! Document F, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
+//! Feng, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
 //! r = √(x² + d² + h²) and the range rate -v·cos of its angle to the motion, so each row of markers draws a
 //! curve. A lane whose rows have known width and spacings is fitted to the cells of the map by maximum
 //! likelihood: offset, heading, curvature, start of the bend, phase of both rows, speed. The likelihood is

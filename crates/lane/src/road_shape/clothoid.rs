@@ -1,6 +1,6 @@
-//! Kalman filter of a clothoid edge, state [c0, c1, b] (seed M, eq. 25–27).
+//! Kalman filter of a clothoid edge, state [c0, c1, b] (Miyake, eq. 25–27).
 //!
-//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (M eq. 26)
+//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (Miyake eq. 26)
 //! and c1 stays (eq. 27), each up to process noise that is stated per metre driven: c1 and b are random
 //! walks, so a car that stands learns and forgets nothing.
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a fit says of an edge: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with this covariance.
 ///
-/// `cubic` = [0, 0] is M's measurement, which takes the parabola for the clothoid's start.
+/// `cubic` = [0, 0] is Miyake's measurement, which takes the parabola for the clothoid's start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeMeasurement {
     /// Positive to the left.
@@ -152,7 +152,7 @@ impl ClothoidFilter {
         self.covariance
     }
 
-    /// Goes `dt_s` on at `speed_mps` (M eq. 26, 27); backwards where the speed is negative.
+    /// Goes `dt_s` on at `speed_mps` (Miyake eq. 26, 27); backwards where the speed is negative.
     ///
     /// Errors: a time below zero, or values that are not finite; the state is unchanged then.
     pub fn predict(&mut self, dt_s: f64, speed_mps: f64) -> Result<()> {

@@ -5,7 +5,7 @@ use super::{
     static_points,
 };
 use crate::curve::{Clothoid, Fitted, Shape};
-use crate::{LaneError, LaneEstimate, LaneEstimator, LanePoint, Line, Look};
+use crate::{LaneError, LaneEstimate, LaneEstimator, LanePoint, Line, SensorInput};
 use glam::DVec2;
 
 /// The name on the command line.
@@ -20,7 +20,7 @@ pub struct RoadShapeOptions {
     pub own_speed_share: f64,
 }
 
-/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (seed M, sections IV and V). Lines are
+/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (Miyake, sections IV and V). Lines are
 /// edges of the road, not lines of lanes; there are at most two, one on each side of the vehicle.
 #[derive(Debug, Clone)]
 pub struct RoadShapeEstimator {
@@ -72,10 +72,10 @@ impl RoadShapeEstimator {
         self.latest.as_ref()
     }
 
-    fn ego(&self, look: &Look<'_>, points: &[LanePoint]) -> Result<Ego, LaneError> {
+    fn ego(&self, input: &SensorInput<'_>, points: &[LanePoint]) -> Result<Ego, LaneError> {
         let sound = |m: &crate::Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0;
-        let yaw = look.yaw_rate_rad_per_s.filter(sound);
-        let known = match look.speed_mps.filter(sound) {
+        let yaw = input.yaw_rate_rad_per_s.filter(sound);
+        let known = match input.speed_mps.filter(sound) {
             Some(v) => Ego { speed_mps: v.value, speed_std_mps: v.std, ..Ego::default() },
             None if self.options.own_speed_share > 0.0 => {
                 let Some(first) = points.first() else { return Err(LaneError::Empty) };
@@ -93,32 +93,32 @@ impl RoadShapeEstimator {
         })
     }
 
-    fn step(&mut self, look: &Look<'_>) -> Result<LaneEstimate, LaneError> {
+    fn step(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
         self.latest = None;
-        if look.points.is_empty() {
+        if input.points.is_empty() {
             // What is not seen is not stated; the tracks coast on at the next look.
             return Err(LaneError::Empty);
         }
         let sound: Vec<(usize, LanePoint)> =
-            look.points.iter().copied().enumerate().filter(|(_, p)| is_finite(p)).collect();
+            input.points.iter().copied().enumerate().filter(|(_, p)| is_finite(p)).collect();
         if sound.is_empty() {
-            return Err(LaneError::NotFinite { points: look.points.len() });
+            return Err(LaneError::NotFinite { points: input.points.len() });
         }
         let dt_s = match self.last_s {
-            _ if !look.time_s.is_finite() => {
+            _ if !input.time_s.is_finite() => {
                 return Err(LaneError::not_finite("the time of the look"));
             }
-            Some(last) if look.time_s < last => {
+            Some(last) if input.time_s < last => {
                 return Err(LaneError::refused(format!(
                     "the look at {} s comes after that at {last} s",
-                    look.time_s
+                    input.time_s
                 )));
             }
-            Some(last) => look.time_s - last,
+            Some(last) => input.time_s - last,
             None => 0.0,
         };
         let all: Vec<LanePoint> = sound.iter().map(|(_, p)| *p).collect();
-        let ego = self.ego(look, &all)?;
+        let ego = self.ego(input, &all)?;
         let mut rest = Vec::new();
         let mut members = Vec::new();
         let mut moving = 0;
@@ -132,7 +132,7 @@ impl RoadShapeEstimator {
         }
         let at_rest = rest.len();
         let shape = self.tracker.step_points(rest, moving, dt_s, &ego)?;
-        self.last_s = Some(look.time_s);
+        self.last_s = Some(input.time_s);
         let driven_m = ego.speed_mps * dt_s;
         let mut lines = Vec::new();
         let mut reasons = Vec::new();
@@ -154,7 +154,7 @@ impl RoadShapeEstimator {
                 _ => LaneError::refused(reasons.join("; ")),
             });
         }
-        let mut out = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        let mut out = LaneEstimate::of_lines(METHOD, input.time_s, input.points.len(), lines);
         if self.options.tracker.fit.heading_std_rad <= 0.0 {
             // The model has no heading: what is not estimated is not stated.
             out.heading_rad = None;
@@ -233,10 +233,10 @@ impl LaneEstimator for RoadShapeEstimator {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        match self.step(look) {
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        match self.step(input) {
             Ok(estimate) => estimate,
-            Err(why) => LaneEstimate::none(METHOD, look.time_s, look.points.len(), why),
+            Err(why) => LaneEstimate::none(METHOD, input.time_s, input.points.len(), why),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Robust weighted least squares of one edge, or of two parallel ones, from where the vote put them.
 //!
-//! Beside M's Hough transform: points have errors along both axes, so each is compared with its foot on the
+//! Beside Miyake's Hough transform: points have errors along both axes, so each is compared with its foot on the
 //! curve along its own covariance (total least squares by Gauss–Newton), with Tukey's biweight against
 //! points of other things (Beaton and Tukey 1974).
 
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
-    /// y = a x² + b (M eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
+    /// y = a x² + b (Miyake eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
     Parabola,
     /// The circle of curvature 2a that has this parabola at x = 0.
     Arc,
@@ -28,7 +28,7 @@ pub struct FitSettings {
     pub curve: Curve,
     /// Points farther than this from the curve, in deviations, have no weight (Tukey's c).
     pub cutoff: f64,
-    /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for M's model.
+    /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for Miyake's model.
     pub heading_std_rad: f64,
     pub floor_std_m: f64,
     /// Random walk of the road's c1 ahead of the car, 1/m² per √m, as in

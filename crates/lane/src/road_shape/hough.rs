@@ -1,4 +1,4 @@
-//! Hough transform of standing points into (a, b) of y = a x² + b (seed M, eq. 23, 24 and Fig. 4).
+//! Hough transform of standing points into (a, b) of y = a x² + b (Miyake, eq. 23, 24 and Fig. 4).
 
 use super::{Side, StaticPoint};
 use crate::error::{LaneError, Result, not_negative, positive};
@@ -162,7 +162,7 @@ pub struct VoteMap {
 }
 
 impl VoteMap {
-    /// Lets each point vote along its line b = y − a x² (M eq. 24), with a Gaussian across it that is as
+    /// Lets each point vote along its line b = y − a x² (Miyake eq. 24), with a Gaussian across it that is as
     /// wide as the point's deviation and the cell: height goes with weight over deviation.
     ///
     /// Errors: settings that make no sense, or no point within the limits.

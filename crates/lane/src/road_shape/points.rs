@@ -1,4 +1,4 @@
-//! Peaks of a scan, and which of them stand still (seed M, sections III and IV).
+//! Peaks of a scan, and which of them stand still (Miyake, sections III and IV).
 
 use crate::error::{LaneError, Result, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Scenes of seed M, with known truth: accuracy, consistency, robustness, hostile input.
+//! Scenes of Miyake, with known truth: accuracy, consistency, robustness, hostile input.
 
 use super::fit::bend;
 use super::synthetic::*;

@@ -1,4 +1,4 @@
-//! Both edges of the road, scan after scan: gate, vote, fit, filter (seed M, section IV).
+//! Both edges of the road, scan after scan: gate, vote, fit, filter (Miyake, section IV).
 
 use super::{
     ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, RoadWidth,

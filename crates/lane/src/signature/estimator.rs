@@ -7,7 +7,7 @@ use crate::curve::{Fitted, fit_simplest};
 use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
 use crate::numeric::wrapped;
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, Provenance};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, Provenance, SensorInput};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -152,7 +152,7 @@ impl Default for SignatureOptions {
 
 /// Where the vehicle is in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct MapPosition {
     pub time_s: f64,
     /// Of the vehicle's reference point.
     pub vehicle: Pose,
@@ -170,7 +170,7 @@ pub struct Signature {
     map: SignatureMap,
     lanes: MapLanes,
     options: SignatureOptions,
-    last: Option<Place>,
+    last: Option<MapPosition>,
     failed: u32,
     time_s: Option<f64>,
     speed: Option<Measured>,
@@ -211,7 +211,7 @@ impl Signature {
     }
 
     /// Of the last look; None where it told no place.
-    pub fn place(&self) -> Option<&Place> {
+    pub fn place(&self) -> Option<&MapPosition> {
         self.last.as_ref().filter(|_| self.failed == 0)
     }
 
@@ -219,7 +219,7 @@ impl Signature {
         &self.rows
     }
 
-    fn expected(&self, last: &Place, dt_s: f64, speed: Measured, yaw_rate: Option<Measured>) -> Pose {
+    fn expected(&self, last: &MapPosition, dt_s: f64, speed: Measured, yaw_rate: Option<Measured>) -> Pose {
         let v = &last.vehicle;
         let turn = yaw_rate.map_or(0.0, |y| y.value) * dt_s;
         let way = DVec2::from_angle(v.heading_rad + 0.5 * turn) * speed.value * dt_s;
@@ -234,13 +234,13 @@ impl Signature {
 
     fn locate(
         &mut self,
-        look: &Look<'_>,
+        input: &SensorInput<'_>,
         points: &[ScanPoint],
         speed: Measured,
         dt_s: f64,
-    ) -> Result<Place, LaneError> {
+    ) -> Result<MapPosition, LaneError> {
         let o = &self.options;
-        let yaw = look.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
+        let yaw = input.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
         let near = self.last.as_ref().filter(|_| self.failed < o.lost_after && dt_s >= 0.0);
         let (location, tracked) = match near {
             Some(last) => {
@@ -268,8 +268,8 @@ impl Signature {
         let to = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(arm.y, -arm.x, 1.0));
         let covariance = to * DMat3::from_cols_array_2d(&location.covariance) * to.transpose()
             + DMat3::from_diagonal(DVec3::from_array(o.map_std.map(|s| s * s)));
-        Ok(Place {
-            time_s: look.time_s,
+        Ok(MapPosition {
+            time_s: input.time_s,
             vehicle,
             covariance: covariance.to_cols_array_2d(),
             radar: location,
@@ -283,19 +283,19 @@ impl LaneEstimator for Signature {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        let given = look.points.len();
-        let none = |why| LaneEstimate::none(METHOD, look.time_s, given, why);
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        let given = input.points.len();
+        let none = |why| LaneEstimate::none(METHOD, input.time_s, given, why);
         // The way since the last look, with the speed of both.
         let known =
-            look.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite() && s.value.abs() < 200.0);
-        let sound: Vec<LanePoint> = look.points.iter().filter(|p| is_sound(p)).copied().collect();
+            input.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite() && s.value.abs() < 200.0);
+        let sound: Vec<LanePoint> = input.points.iter().filter(|p| is_sound(p)).copied().collect();
         let speed = known.or_else(|| speed_from_rest(&sound));
-        let dt_s = self.time_s.map_or(0.0, |t| look.time_s - t);
+        let dt_s = self.time_s.map_or(0.0, |t| input.time_s - t);
         let dt_s = if dt_s.is_finite() { dt_s } else { f64::NAN };
         let failed = |me: &mut Signature, why| {
             me.failed = me.failed.saturating_add(1);
-            LaneEstimate::none(METHOD, look.time_s, given, why)
+            LaneEstimate::none(METHOD, input.time_s, given, why)
         };
         let Some(speed) = speed else {
             let why = match (given, sound.len()) {
@@ -307,17 +307,17 @@ impl LaneEstimator for Signature {
         };
         let before = self.speed.map_or(speed.value, |s| s.value);
         let way = Measured { value: 0.5 * (before + speed.value), std: speed.std };
-        if look.time_s.is_finite() {
-            self.time_s = Some(look.time_s);
+        if input.time_s.is_finite() {
+            self.time_s = Some(input.time_s);
             self.speed = Some(speed);
         }
-        let stands = self.options.at_rest.standing(look.points, speed, look.yaw_rate_rad_per_s);
+        let stands = self.options.at_rest.standing(input.points, speed, input.yaw_rate_rad_per_s);
         let members: Vec<usize> = (0..given).filter(|i| stands[*i]).collect();
-        let scan: Vec<ScanPoint> = members.iter().map(|i| scan_point(&look.points[*i])).collect();
+        let scan: Vec<ScanPoint> = members.iter().map(|i| scan_point(&input.points[*i])).collect();
         if dt_s.is_finite() {
             let radar_m = self.options.at_rest.radar_m;
             for row in &mut self.rows {
-                row.add(dt_s, way, look.yaw_rate_rad_per_s, radar_m, &scan);
+                row.add(dt_s, way, input.yaw_rate_rad_per_s, radar_m, &scan);
             }
         }
         if given == 0 {
@@ -332,17 +332,17 @@ impl LaneEstimator for Signature {
         if self.map.landmarks().is_empty() {
             return failed(self, LaneError::NotGiven { what: "a signature map with landmarks".into() });
         }
-        let place = match self.locate(look, &scan, way, dt_s) {
+        let place = match self.locate(input, &scan, way, dt_s) {
             Ok(place) => place,
             Err(why) => {
                 if let Some(last) = self.last.take() {
                     // The place goes on with the vehicle.
                     let vehicle = if dt_s.is_finite() {
-                        self.expected(&last, dt_s, way, look.yaw_rate_rad_per_s)
+                        self.expected(&last, dt_s, way, input.yaw_rate_rad_per_s)
                     } else {
                         last.vehicle
                     };
-                    self.last = vehicle.is_finite().then_some(Place { vehicle, ..last });
+                    self.last = vehicle.is_finite().then_some(MapPosition { vehicle, ..last });
                 }
                 return failed(self, why);
             }
@@ -357,7 +357,7 @@ impl LaneEstimator for Signature {
             return failed(self, LaneError::refused(why));
         }
         self.failed = 0;
-        let out = self.lanes.estimate(&place, look.time_s, self.options.reach_m);
+        let out = self.lanes.estimate(&place, input.time_s, self.options.reach_m);
         self.last = Some(place);
         match out {
             None if self.lanes.lines_m.is_empty() => {
@@ -404,7 +404,7 @@ impl MapLanes {
     }
 
     /// The lines round a place, and the lane there. None where no line lies beside the vehicle.
-    pub fn estimate(&self, place: &Place, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
+    pub fn estimate(&self, place: &MapPosition, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
         let v = &place.vehicle;
         let back = DVec2::from_angle(-v.heading_rad);
         let c = DMat3::from_cols_array_2d(&place.covariance);

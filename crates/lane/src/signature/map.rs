@@ -2,7 +2,7 @@
 //!
 //! Each landmark is a Gaussian place with a log odds of being there (occupancy grids: Moravec and Elfes 1985,
 //! here on points in place of cells): a hit raises it, a scan that should have seen it and did not lowers it,
-//! so that what was seen once fades. Document F, section 4.3.2.
+//! so that what was seen once fades. Feng, section 4.3.2.
 
 use crate::error::{self, LaneError};
 use crate::numeric::{outer, wrapped};

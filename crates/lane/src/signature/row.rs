@@ -1,8 +1,8 @@
 //! The marker row beside a vehicle, out of its scans: points at rest are gathered along the vehicle's own way (dead reckoning over
 //! some ten metres), the row is the strip with most of them, and its points are turned to places along and beside it.
 
+use super::codewords::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
 use super::map::{MapSettings, Pose, ScanPoint, SignatureMap};
-use super::words::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
 use crate::Measured;
 use crate::error::{self, LaneError};
 use glam::DVec2;
@@ -202,7 +202,7 @@ fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) 
 
 /// What was read from one row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ZoneSeen {
+pub struct ZoneReading {
     /// As in [`RowOptions`].
     pub row: String,
     pub reading: Reading,
@@ -351,11 +351,11 @@ impl RowReader {
     }
 
     /// The word with what it says.
-    pub fn zone(&self) -> Result<ZoneSeen, LaneError> {
+    pub fn zone(&self) -> Result<ZoneReading, LaneError> {
         let reading = self.read()?;
         let has_zones = self.options.code == Code::Bch15x7 && reading.sure;
         let zone = has_zones.then(|| Zone::from_message(reading.message)).flatten();
-        Ok(ZoneSeen { row: self.options.name.clone(), reading, zone })
+        Ok(ZoneReading { row: self.options.name.clone(), reading, zone })
     }
 }
 

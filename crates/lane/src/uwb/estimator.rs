@@ -1,11 +1,11 @@
 //! The method behind the interface of all lane estimators: scans of one radar ([`UwbLanes`]) or of a left and a right one
-//! ([`UwbPairLanes`]), from any source.
+//! ([`UwbLanes::pair`]), from any source.
 
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{LaneError, checked, finite};
 use crate::side::Side;
 use crate::uwb::{Event, EventKind, GateEcho, RangeAxis, RangeGate, Uwb, UwbConfig, Verdict};
-use crate::{LaneEstimate, LaneEstimator, Line, Look, Measured};
+use crate::{LaneEstimate, LaneEstimator, Line, Measured, SensorInput};
 
 /// As on the command line.
 pub const METHOD: &str = "uwb";
@@ -20,7 +20,7 @@ pub struct Background {
 }
 
 impl Background {
-    /// Of scans of equal length. Errors: no scans, other lengths, samples that are no numbers.
+    /// Of scans of equal length. Errors: no scans, other lengths, samples that are not finite.
     pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, LaneError> {
         let mut mean: Vec<f64> = Vec::new();
         let mut count = 0.0;
@@ -30,11 +30,7 @@ impl Background {
             }
             if scan.len() != mean.len() {
                 let (found, expected) = (scan.len(), mean.len());
-                return Err(LaneError::Lengths {
-                    what: "samples of a scan",
-                    found: found,
-                    expected: expected,
-                });
+                return Err(LaneError::Lengths { what: "samples of a scan", found, expected });
             }
             if let Some(i) = scan.iter().position(|v| !v.is_finite()) {
                 return Err(LaneError::NotANumber { what: "sample", index: Some(i) });
@@ -56,7 +52,7 @@ impl Background {
     pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, LaneError> {
         if scan.len() != self.mean.len() {
             let (found, expected) = (scan.len(), self.mean.len());
-            return Err(LaneError::Lengths { what: "samples of a scan", found: found, expected: expected });
+            return Err(LaneError::Lengths { what: "samples of a scan", found, expected });
         }
         Ok(scan.iter().zip(&self.mean).map(|(v, m)| v - m).collect())
     }
@@ -65,10 +61,10 @@ impl Background {
 /// What one radar's scans mean.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UwbOptions {
-    /// Of the samples of [`Look::pulse`].
+    /// Of the samples of [`SensorInput::pulse`].
     pub axis: RangeAxis,
     pub gate: RangeGate,
-    /// Taken from each scan first; None takes the scans as they are, as document K does.
+    /// Taken from each scan first; None takes the scans as they are, as Kim does.
     pub background: Option<Background>,
     pub config: UwbConfig,
     /// Of the line that the radar looks at.
@@ -91,9 +87,9 @@ impl UwbOptions {
         finite("place of the radar", self.at_m[0] + self.at_m[1]).map(|_| ())
     }
 
-    /// Energy and strongest range of a scan, K (6).
+    /// Energy and strongest range of a scan, Kim (6).
     ///
-    /// Errors: an empty scan, samples that are no numbers, samples that do not cover the gate.
+    /// Errors: an empty scan, samples that are not finite, samples that do not cover the gate.
     pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, LaneError> {
         if scan.is_empty() {
             return Err(LaneError::Empty);
@@ -221,8 +217,8 @@ impl Course {
 const FASTEST_MPS: f64 = 150.0;
 
 /// The bus speed of a look. Errors: none; one that no vehicle has.
-fn speed(look: &Look<'_>) -> Result<f64, LaneError> {
-    let value = look.speed_mps.ok_or(LaneError::NoSpeed)?.value;
+fn speed(input: &SensorInput<'_>) -> Result<f64, LaneError> {
+    let value = input.speed_mps.ok_or(LaneError::NoSpeed)?.value;
     match value > FASTEST_MPS {
         true => Err(LaneError::refused(format!("speed is {value} m/s; allowed: up to {FASTEST_MPS} m/s"))),
         false => Ok(value),
@@ -230,33 +226,38 @@ fn speed(look: &Look<'_>) -> Result<f64, LaneError> {
 }
 
 /// Samples of all scans of a look.
-fn given(look: &Look<'_>) -> usize {
-    look.scans.iter().map(|s| s.samples.len()).sum::<usize>() + look.pulse.map_or(0, <[f64]>::len)
+fn given(input: &SensorInput<'_>) -> usize {
+    input.scans.iter().map(|s| s.samples.len()).sum::<usize>() + input.pulse.map_or(0, <[f64]>::len)
 }
 
 /// What the last scan of a look leaves, those before it taken first.
 fn all_scans(
-    look: &Look<'_>,
-    mut take: impl FnMut(&Look<'_>) -> Result<LaneEstimate, LaneError>,
+    input: &SensorInput<'_>,
+    mut take: impl FnMut(&SensorInput<'_>) -> Result<LaneEstimate, LaneError>,
 ) -> LaneEstimate {
     let mut last = None;
-    for s in look.scans {
-        let own =
-            Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() };
+    for s in input.scans {
+        let own = SensorInput {
+            time_s: s.time_s,
+            speed_mps: s.speed_mps,
+            pulse: Some(&s.samples),
+            ..SensorInput::default()
+        };
         last = Some(take(&own));
     }
     let answer = match last {
-        Some(answer) if look.pulse.is_none() => answer,
-        _ => take(look),
+        Some(answer) if input.pulse.is_none() => answer,
+        _ => take(input),
     };
-    let mut estimate = answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given(look), why));
-    (estimate.time_s, estimate.provenance.given) = (look.time_s, given(look));
+    let mut estimate =
+        answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, input.time_s, given(input), why));
+    (estimate.time_s, estimate.provenance.given) = (input.time_s, given(input));
     estimate
 }
 
 /// Why there is no lane at present, from what has come so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Story {
+struct PassHistory {
     passes: usize,
     /// Right spacings in a row that the lane stands on.
     chain: usize,
@@ -266,7 +267,7 @@ struct Story {
     endless: usize,
 }
 
-impl Story {
+impl PassHistory {
     fn take(&mut self, event: &Event) {
         match &event.kind {
             EventKind::Marker(m) => {
@@ -276,7 +277,7 @@ impl Story {
                 }
             }
             EventKind::Departure(d) => (self.chain, self.left_at_m) = (0, Some(d.expected_m)),
-            EventKind::Gap { .. } => *self = Story::default(),
+            EventKind::Gap { .. } => *self = PassHistory::default(),
             EventKind::TooLong { .. } => self.endless += 1,
             EventKind::Quiet | EventKind::Isolated(_) => {}
         }
@@ -312,17 +313,17 @@ impl Story {
 struct Radar {
     options: UwbOptions,
     uwb: Uwb,
-    story: Story,
+    story: PassHistory,
 }
 
 impl Radar {
     fn new(options: UwbOptions) -> Result<Radar, LaneError> {
         options.check()?;
-        Ok(Radar { uwb: Uwb::new(options.config.clone())?, options, story: Story::default() })
+        Ok(Radar { uwb: Uwb::new(options.config.clone())?, options, story: PassHistory::default() })
     }
 }
 
-/// One radar and one line, or a left and a right radar of the same kind. [`Look::pulse`] and each of [`Look::scans`] holds a scan of it,
+/// One radar and one line, or a left and a right radar of the same kind. [`SensorInput::pulse`] and each of [`SensorInput::scans`] holds a scan of it,
 /// or the left one's scan and then the right one's, equally long.
 #[derive(Debug, Clone)]
 pub struct UwbLanes {
@@ -348,8 +349,12 @@ impl UwbLanes {
             Radar::new(UwbOptions { side: Side::Left, ..left })?,
             Radar::new(UwbOptions { side: Side::Right, ..right })?,
         ];
-        let fits = (0.0..=width_m).contains(&span_m);
-        checked("distance between the radars", span_m, fits, "0 m to the lane width")?;
+        checked(
+            "distance between the radars",
+            span_m,
+            (0.0..=width_m).contains(&span_m),
+            "0 m to the lane width",
+        )?;
         Ok(UwbLanes { radars, lane_width_m: Some(width_m), event: None })
     }
 
@@ -363,10 +368,10 @@ impl UwbLanes {
         &self.radars[0].uwb
     }
 
-    fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, LaneError> {
+    fn taken(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
         self.event = None;
         let samples =
-            look.pulse.ok_or_else(|| LaneError::NotGiven { what: "a scan of an impulse radar".into() })?;
+            input.pulse.ok_or_else(|| LaneError::NotGiven { what: "a scan of an impulse radar".into() })?;
         let count = self.radars.len();
         if samples.is_empty() {
             return Err(LaneError::Empty);
@@ -377,13 +382,13 @@ impl UwbLanes {
         let scans = samples.chunks(samples.len() / count);
         let echoes: Vec<GateEcho> =
             self.radars.iter().zip(scans).map(|(r, scan)| r.options.echo(scan)).collect::<Result<_, _>>()?;
-        let speed_mps = speed(look)?;
+        let speed_mps = speed(input)?;
         // When either scan is refused neither is taken.
         for (r, e) in self.radars.iter().zip(&echoes) {
-            r.uwb.check_scan(e.energy, e.strongest_range_m, look.time_s, speed_mps)?;
+            r.uwb.check_scan(e.energy, e.strongest_range_m, input.time_s, speed_mps)?;
         }
         for (r, e) in self.radars.iter_mut().zip(echoes) {
-            let event = r.uwb.push_with_range(e.energy, e.strongest_range_m, look.time_s, speed_mps)?;
+            let event = r.uwb.push_with_range(e.energy, e.strongest_range_m, input.time_s, speed_mps)?;
             r.story.take(&event);
             self.event = Some(event);
         }
@@ -420,7 +425,7 @@ impl UwbLanes {
             [None, None] => (None, None),
         };
         let doubt = there.iter().fold(1.0, |doubt, r| doubt * (1.0 - r.story.confidence()));
-        let mut out = LaneEstimate::empty(METHOD, look.time_s, samples.len());
+        let mut out = LaneEstimate::empty(METHOD, input.time_s, samples.len());
         out.provenance.used = self.radars.iter().map(|r| r.story.chain).sum();
         (out.lines, out.width_m, out.offset_m, out.heading_rad) = (lines, width_m, offset_m, heading_rad);
         out.confidence = if count == 1 { last.story.confidence() } else { 1.0 - doubt };
@@ -433,8 +438,8 @@ impl LaneEstimator for UwbLanes {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        all_scans(look, |scan| self.taken(scan))
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        all_scans(input, |scan| self.taken(scan))
     }
 }
 
@@ -485,8 +490,13 @@ mod tests {
             .collect()
     }
 
-    fn one(s: &PulseScan) -> Look<'_> {
-        Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() }
+    fn one(s: &PulseScan) -> SensorInput<'_> {
+        SensorInput {
+            time_s: s.time_s,
+            speed_mps: s.speed_mps,
+            pulse: Some(&s.samples),
+            ..SensorInput::default()
+        }
     }
 
     #[test]
@@ -501,15 +511,16 @@ mod tests {
             let time_s = group[group.len() - 1].time_s;
             // The look's own scan may be one of them, or come by itself.
             let own = if k % 2 == 0 { group.len() } else { group.len() - 1 };
-            let own_look = group.get(own).map(one).unwrap_or(Look { time_s, ..Look::default() });
-            let answer = together.estimate(&Look { scans: &group[..own], ..own_look });
+            let own_look =
+                group.get(own).map(one).unwrap_or(SensorInput { time_s, ..SensorInput::default() });
+            let answer = together.estimate(&SensorInput { scans: &group[..own], ..own_look });
             let mut wanted = last.clone().unwrap();
             assert_eq!(answer.provenance.given, 120 * group.len());
             wanted.provenance.given = answer.provenance.given;
             assert_eq!(answer, wanted, "{k}");
         }
         assert!(last.unwrap().no_lane.is_none());
-        let none = lanes().estimate(&Look { time_s: 1.0, ..Look::default() });
+        let none = lanes().estimate(&SensorInput { time_s: 1.0, ..SensorInput::default() });
         assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })), "{none:?}");
     }
 

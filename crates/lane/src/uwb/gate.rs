@@ -1,4 +1,4 @@
-//! Range gate and energy of a scan: K (2)-(6).
+//! Range gate and energy of a scan: Kim (2)-(6).
 
 use crate::error::{LaneError, checked};
 use crate::numeric::vertex;
@@ -41,7 +41,7 @@ pub struct RangeAxis {
 /// Energy of one scan in the gate and the range of its strongest sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GateEcho {
-    /// E_k of K (6).
+    /// E_k of Kim (6).
     pub energy: f64,
     /// Range of the largest |r|² in the gate, between samples by a parabola; `None` when all are zero.
     pub strongest_range_m: Option<f64>,
@@ -76,7 +76,7 @@ impl RangeGate {
         Ok(RangeGate { min_m, max_m })
     }
 
-    /// K (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
+    /// Kim (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
     /// not above zero, a car wider than the lane and plates longer than their spacing.
     pub fn from_marked_lane(lane: &MarkedLane) -> Result<Self, LaneError> {
         checked("height of the radar", lane.height_m, lane.height_m > 0.0, "above 0 m")?;
@@ -92,7 +92,7 @@ impl RangeGate {
     }
 
     /// The gate with both ends moved out by `margin_m`, the near one not below zero: room for the pulse's own
-    /// length, c / 2B, which K (2) and (3) leave out.
+    /// length, c / 2B, which Kim (2) and (3) leave out.
     pub fn widened(&self, margin_m: f64) -> Result<Self, LaneError> {
         checked("margin of the gate", margin_m, margin_m >= 0.0, "0 m or more")?;
         RangeGate::new((self.min_m - margin_m).max(0.0), self.max_m + margin_m)

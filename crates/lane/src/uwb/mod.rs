@@ -1,9 +1,9 @@
 //! Lane detection with an impulse ultra-wideband radar that looks down at metal plates laid along the lane
-//! line (document K: Kim 2020).
+//! line (Kim 2020).
 //!
-//! Scans go through the range gate to an energy ([`RangeGate`], K (2)-(6)); a drive without markers gives the
-//! threshold ([`Threshold`], K figure 7); energies over it form marker passes, and passes one spacing apart
-//! are a lane ([`Uwb`], K (12)). Passes without a partner, such as manhole covers, are rejected for want of a
+//! Scans go through the range gate to an energy ([`RangeGate`], Kim (2)-(6)); a drive without markers gives the
+//! threshold ([`Threshold`], Kim figure 7); energies over it form marker passes, and passes one spacing apart
+//! are a lane ([`Uwb`], Kim (12)). Passes without a partner, such as manhole covers, are rejected for want of a
 //! period. Beyond that: the lateral offset and its trend ([`OffsetTrend`]), the distance by counted markers ([`MarkerOdometer`]) and
 //! the figures to compare with the document ([`score_run`]). [`UwbLanes`] is the method behind the interface of all lane estimators,
 //! for one radar or for a left and a right one.

@@ -1,6 +1,6 @@
-//! Energies of a drive without markers: histogram and threshold (K section 4, figure 7).
+//! Energies of a drive without markers: histogram and threshold (Kim section 4, figure 7).
 
-use crate::error::{LaneError, all_finite, checked};
+use crate::error::{LaneError, all_finite, checked, within};
 use serde::Serialize;
 
 /// Counts of energies in bins, ready to plot.
@@ -129,7 +129,7 @@ impl Threshold {
 
     /// Level below which a marker pass ends: `fraction` of the way from the floor to the threshold, 0 to 1.
     pub fn release_energy(&self, fraction: f64) -> Result<f64, LaneError> {
-        checked("release fraction", fraction, (0.0..=1.0).contains(&fraction), "0 to 1")?;
+        within("release fraction", fraction, 0.0..=1.0)?;
         Ok(self.floor_energy + fraction * (self.energy - self.floor_energy))
     }
 }

@@ -1,4 +1,4 @@
-//! Marker passes, their period, and the lane: K section 3.2, scan by scan.
+//! Marker passes, their period, and the lane: Kim section 3.2, scan by scan.
 
 use super::centre::{Centre, Sample, centroid_m, level_m, matched_m, time_at};
 use super::{MarkerOdometer, OdometerReading, OffsetCurve, OffsetTrend, Threshold, offset_from_range_m};
@@ -113,7 +113,7 @@ impl UwbConfig {
     }
 }
 
-/// Share of a plate: 20 scans a second at 30 km/h past plates of 3 m, the fastest of document K.
+/// Share of a plate: 20 scans a second at 30 km/h past plates of 3 m, the fastest of Kim.
 const WITHIN_ERROR: f64 = 0.15;
 
 /// One stretch of energies over the threshold.
@@ -140,7 +140,7 @@ pub struct MarkerPass {
 /// From an earlier marker to this one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spacing {
-    /// Distance to the earlier marker, L~_s of K (12) summed over the scans; over `intervals` spacings.
+    /// Distance to the earlier marker, L~_s of Kim (12) summed over the scans; over `intervals` spacings.
     pub estimate_m: f64,
     /// Spacings it spans: above 1 when markers were missed.
     pub intervals: usize,
@@ -409,7 +409,7 @@ impl Uwb {
         }
         for (what, found) in [("scan times", times_s.len()), ("speeds", speeds_mps.len())] {
             if found != n {
-                return Err(LaneError::Lengths { what: what, found: found, expected: n });
+                return Err(LaneError::Lengths { what, found, expected: n });
             }
         }
         if !ranges_m.is_empty() && ranges_m.len() != n {

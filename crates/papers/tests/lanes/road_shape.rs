@@ -5,7 +5,7 @@ use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
-use catseye_lane::{LaneError, LaneEstimator, LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::road_shape::{Settings, Task, run, subspace_seconds};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -201,9 +201,9 @@ fn at_rest(x: f64, y: f64) -> LanePoint {
     }
 }
 
-fn look(points: &[LanePoint], time_s: f64, speed_mps: f64) -> Look<'_> {
+fn look(points: &[LanePoint], time_s: f64, speed_mps: f64) -> SensorInput<'_> {
     let speed_mps = Some(Measured { value: speed_mps, std: 0.1 });
-    Look { time_s, speed_mps, points, ..Look::default() }
+    SensorInput { time_s, speed_mps, points, ..SensorInput::default() }
 }
 
 #[test]
@@ -237,11 +237,11 @@ fn points_of_any_source_give_the_curve() {
 #[test]
 fn nothing_is_invented() {
     let rail: Vec<LanePoint> = (0..15).map(|i| at_rest(8.0 + 4.0 * f64::from(i), -5.0)).collect();
-    let no_lane = |points: &[LanePoint], look: Look<'_>| {
+    let no_lane = |points: &[LanePoint], look: SensorInput<'_>| {
         let mut e = estimator();
         let mut last = None;
         for k in 0..5 {
-            let found = e.estimate(&Look { points, time_s: look.time_s + 0.1 * f64::from(k), ..look });
+            let found = e.estimate(&SensorInput { points, time_s: look.time_s + 0.1 * f64::from(k), ..look });
             assert!(found.lines.is_empty() && found.confidence == 0.0, "{found:?}");
             last = found.no_lane;
         }
@@ -251,7 +251,7 @@ fn nothing_is_invented() {
     assert_eq!(no_lane(&[], at(20.0)), LaneError::Empty);
     let nan = LanePoint { at_m: [f64::NAN, 1.0], ..rail[0] };
     assert_eq!(no_lane(&[nan; 20], at(20.0)), LaneError::NotFinite { points: 20 });
-    assert_eq!(no_lane(&rail, Look::default()), LaneError::NoSpeed);
+    assert_eq!(no_lane(&rail, SensorInput::default()), LaneError::NoSpeed);
     assert_eq!(no_lane(&rail, at(f64::NAN)), LaneError::NoSpeed);
     assert!(matches!(no_lane(&rail[..1], at(20.0)), LaneError::Refused { .. }));
     // At rest all of it moves.

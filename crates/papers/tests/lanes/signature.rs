@@ -4,11 +4,11 @@ use catseye::engine::{Engine, Precision};
 use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::curve::Clothoid;
+use catseye_lane::signature::codewords::{Alphabet, Code, Zone};
 use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureOptions, scan_point};
 use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
-use catseye_lane::signature::words::{Alphabet, Code, Zone};
-use catseye_lane::{LaneError, LaneEstimator, LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use glam::DVec2;
@@ -204,8 +204,13 @@ fn estimator() -> Signature {
     Signature::new(map, lanes, options).unwrap()
 }
 
-fn look(points: &[LanePoint], time_s: f64) -> Look<'_> {
-    Look { time_s, speed_mps: Some(Measured { value: 5.0, std: 0.05 }), points, ..Look::default() }
+fn look(points: &[LanePoint], time_s: f64) -> SensorInput<'_> {
+    SensorInput {
+        time_s,
+        speed_mps: Some(Measured { value: 5.0, std: 0.05 }),
+        points,
+        ..SensorInput::default()
+    }
 }
 
 #[test]
@@ -298,13 +303,14 @@ fn hostile_looks_give_no_lane() {
 fn the_speed_may_be_missing_or_zero() {
     let mut d = Draws::new(10, 1);
     let good = scan(DVec2::new(20.0, 0.2), 5.0, &mut d);
-    let missing = Look { speed_mps: None, ..look(&good, 0.0) };
+    let missing = SensorInput { speed_mps: None, ..look(&good, 0.0) };
     assert!((estimator().estimate(&missing).offset_m.unwrap().value - 0.2).abs() < 0.1);
     let still = scan(DVec2::new(20.0, 0.2), 0.0, &mut d);
     let speed_mps = Some(Measured { value: 0.0, std: 0.01 });
-    let answer = estimator().estimate(&Look { speed_mps, ..look(&still, 0.0) });
+    let answer = estimator().estimate(&SensorInput { speed_mps, ..look(&still, 0.0) });
     assert!((answer.offset_m.unwrap().value - 0.2).abs() < 0.1, "{answer:?}");
-    let nan = Look { speed_mps: Some(Measured { value: f64::NAN, std: 0.1 }), ..look(&good[..1], 0.0) };
+    let nan =
+        SensorInput { speed_mps: Some(Measured { value: f64::NAN, std: 0.1 }), ..look(&good[..1], 0.0) };
     assert_eq!(estimator().estimate(&nan).no_lane, Some(LaneError::NoSpeed));
 }
 

@@ -8,7 +8,7 @@ use catseye_lane::uwb::{
     Background, Centre, EventKind, OffsetSource, RangeAxis, RangeGate, Side, Threshold, Uwb, UwbConfig,
     UwbLanes, UwbOptions,
 };
-use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Look, Measured};
+use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Measured, SensorInput};
 use catseye_papers::trial::uwb::Settings;
 use catseye_papers::trial::{Drive, Given, Trial, uwb};
 use std::f64::consts::TAU;
@@ -62,9 +62,9 @@ fn road_scan(way_m: f64, lateral_m: f64, end_m: f64) -> Vec<f64> {
     }
 }
 
-fn look(index: usize, pulse: &[f64]) -> Look<'_> {
+fn look(index: usize, pulse: &[f64]) -> SensorInput<'_> {
     let speed_mps = Some(Measured { value: SPEED_MPS, std: 0.1 });
-    Look { time_s: index as f64 * INTERVAL_S, speed_mps, pulse: Some(pulse), ..Look::default() }
+    SensorInput { time_s: index as f64 * INTERVAL_S, speed_mps, pulse: Some(pulse), ..SensorInput::default() }
 }
 
 fn way_m(index: usize) -> f64 {
@@ -124,12 +124,12 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
     (nan[7], nan[8]) = (f64::NAN, f64::INFINITY);
     huge[150] = 1e200;
     let at = |pulse| look(60, pulse);
-    let with = |speed_mps: Option<f64>| Look {
+    let with = |speed_mps: Option<f64>| SensorInput {
         speed_mps: speed_mps.map(|value| Measured { value, std: 0.1 }),
         ..look(60, &good)
     };
-    let looks: Vec<(Look<'_>, &str)> = vec![
-        (Look { pulse: None, ..at(&good) }, "a scan of an impulse radar"),
+    let looks: Vec<(SensorInput<'_>, &str)> = vec![
+        (SensorInput { pulse: None, ..at(&good) }, "a scan of an impulse radar"),
         (at(&[]), "no points"),
         (at(&good[..1]), "do not cover the gate"),
         (at(&good[..100]), "do not cover the gate"),
@@ -139,8 +139,8 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
         (with(Some(f64::NAN)), "speed is not a finite number"),
         (with(Some(-3.0)), "speed is -3"),
         (with(Some(1e300)), "up to 150 m/s"),
-        (Look { time_s: 1.0, ..at(&good) }, "scan time is 1"),
-        (Look { time_s: f64::NAN, ..at(&good) }, "scan time"),
+        (SensorInput { time_s: 1.0, ..at(&good) }, "scan time is 1"),
+        (SensorInput { time_s: f64::NAN, ..at(&good) }, "scan time"),
     ];
     for (look, part) in looks {
         let e = uwb.estimate(&look);
@@ -153,7 +153,7 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
     for i in 0..400 {
         let pulse = road_scan(3.0, 0.4, 100.0);
         let speed_mps = Some(Measured { value: 0.0, std: 0.0 });
-        let e = uwb.estimate(&Look { speed_mps, ..look(i, &pulse) });
+        let e = uwb.estimate(&SensorInput { speed_mps, ..look(i, &pulse) });
         assert!(e.no_lane.is_some());
     }
     // One scan is no lane.

@@ -17,7 +17,7 @@ use catseye::error::{BadInput, Error, Result};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::score::{TrueLanes, score};
 use catseye_lane::uwb::{Background, OffsetSource, Threshold, Uwb, UwbConfig, UwbLanes, UwbOptions};
-use catseye_lane::{LaneError, LaneEstimator, Look, uwb};
+use catseye_lane::{LaneError, LaneEstimator, SensorInput, uwb};
 use drives::{Eye, Passed, Progress, Scans, Scenery};
 use std::time::Instant;
 
@@ -275,8 +275,12 @@ fn one_run(
     let reach_m = eyes.iter().map(Eye::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
-        let look =
-            Look { time_s: times_s[i], speed_mps: Some(speeds[i]), pulse: Some(&pulse), ..Look::default() };
+        let look = SensorInput {
+            time_s: times_s[i],
+            speed_mps: Some(speeds[i]),
+            pulse: Some(&pulse),
+            ..SensorInput::default()
+        };
         let clock = Instant::now();
         let estimate = estimator.get().estimate(&look);
         let seconds = clock.elapsed().as_secs_f64();

@@ -1,6 +1,6 @@
 //! Code words in a row of markers: in its gaps, or in the side of the line that each marker stands on.
 //!
-//! Document F, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a
+//! Feng, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a
 //! word of a coset of a cyclic code (Hamming(7,4), BCH(15,7), BCH(15,5)) is repeated along the row, a longer
 //! gap between words. A missing marker joins two gaps and an extra point splits one, so bits are not read one
 //! by one: each word of the code is aligned with the points (dynamic programming over points and markers,
@@ -246,30 +246,17 @@ impl Alphabet {
     fn check(&self) -> Result<(), LaneError> {
         let is_gap = |x: f64| x.is_finite() && x > 0.0 && x < 1e6;
         match *self {
-            Self::Gaps { zero_m, one_m, sync_m } => {
-                if !is_gap(zero_m) {
-                    return Err(LaneError::Setting { name: "zero_m" });
-                }
-                if !is_gap(one_m) || one_m == zero_m {
-                    return Err(LaneError::Setting { name: "one_m" });
-                }
-                if sync_m.is_some_and(|s| !is_gap(s) || s == zero_m || s == one_m) {
-                    return Err(LaneError::Setting { name: "sync_m" });
-                }
-            }
-            Self::Sides { pitch_m, side_m, sync_m } => {
-                if !is_gap(pitch_m) {
-                    return Err(LaneError::Setting { name: "pitch_m" });
-                }
-                if !is_gap(side_m) {
-                    return Err(LaneError::Setting { name: "side_m" });
-                }
-                if sync_m.is_some_and(|s| !is_gap(s) || s == pitch_m) {
-                    return Err(LaneError::Setting { name: "sync_m" });
-                }
-            }
+            Self::Gaps { zero_m, one_m, sync_m } => error::settings(&[
+                ("zero_m", is_gap(zero_m)),
+                ("one_m", is_gap(one_m) && one_m != zero_m),
+                ("sync_m", sync_m.is_none_or(|s| is_gap(s) && s != zero_m && s != one_m)),
+            ]),
+            Self::Sides { pitch_m, side_m, sync_m } => error::settings(&[
+                ("pitch_m", is_gap(pitch_m)),
+                ("side_m", is_gap(side_m)),
+                ("sync_m", sync_m.is_none_or(|s| is_gap(s) && s != pitch_m)),
+            ]),
         }
-        Ok(())
     }
 
     fn has_sync(&self) -> bool {
@@ -615,5 +602,5 @@ fn before(j: usize, steps: usize, m: usize) -> (usize, usize) {
 }
 
 #[cfg(test)]
-#[path = "tests/words.rs"]
+#[path = "tests/codewords.rs"]
 mod tests;
