@@ -6,7 +6,7 @@ use crate::work::{Afterwards, run_to};
 use crate::{arrays, engine};
 use catseye::error::BadInput;
 use catseye::frames::{Pose, Sensor, Vehicle};
-use catseye_lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Look, Measured};
+use catseye_lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::{self, Method, RunOptions, estimators};
 use glam::DVec3;
 use pyo3::prelude::*;
@@ -159,7 +159,7 @@ impl LaneEstimator {
         let tracks = tracks.map(lane_tracks).transpose()?.unwrap_or_default();
         let pulse = pulse.map(|p| arrays::floats(p)).transpose()?;
         let image = image.map(|i| picture(i)).transpose()?;
-        let look = Look {
+        let look = SensorInput {
             time_s,
             speed_mps: speed_mps.map(|value| Measured { value, std: speed_std_mps }),
             yaw_rate_rad_per_s: yaw_rate_dps

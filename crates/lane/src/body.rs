@@ -6,7 +6,7 @@
 //! from the middle; and where the radar stands behind or before the vehicle, within its width, anywhere on that width.
 
 use super::Measured;
-use super::hd_map::erf;
+use crate::numeric::erf;
 use glam::{DMat2, DVec2};
 use std::f64::consts::{PI, SQRT_2};
 

@@ -16,7 +16,7 @@ pub struct Clothoid {
 
 /// A place on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct CurvePoint {
     pub at_m: DVec2,
     pub heading_rad: f64,
     pub curvature_per_m: f64,
@@ -64,7 +64,7 @@ pub struct Fitted {
 }
 
 /// Nodes and weights of Gauss' rule of five points on -1 to 1.
-const GAUSS: [(f64, f64); 5] = [
+pub(crate) const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
     (0.0, 0.568_888_888_888_888_9),
@@ -77,7 +77,7 @@ const PANEL_RAD: f64 = 1.0;
 const ROUNDS: usize = 20;
 
 /// The way from the start to a place: its end, and what the derivatives need of it.
-struct Way {
+struct PathIntegrals {
     to_m: DVec2,
     /// Integrals of the place, and of the place times the length, over the length.
     first: DVec2,
@@ -89,16 +89,16 @@ impl Clothoid {
         self.heading_rad + s * (self.curvature_per_m + 0.5 * s * self.curvature_rate_per_m2)
     }
 
-    fn way(&self, s: f64) -> Way {
+    fn way(&self, s: f64) -> PathIntegrals {
         let most =
             self.curvature_per_m.abs().max((self.curvature_per_m + s * self.curvature_rate_per_m2).abs());
         if most == 0.0 {
             let t = DVec2::from_angle(self.heading_rad);
-            return Way { to_m: t * s, first: t * (s * s / 2.0), second: t * (s * s * s / 3.0) };
+            return PathIntegrals { to_m: t * s, first: t * (s * s / 2.0), second: t * (s * s * s / 3.0) };
         }
         let panels = (s.abs() * most / PANEL_RAD).ceil().clamp(1.0, 10_000.0);
         let step = s / panels;
-        let mut way = Way { to_m: DVec2::ZERO, first: DVec2::ZERO, second: DVec2::ZERO };
+        let mut way = PathIntegrals { to_m: DVec2::ZERO, first: DVec2::ZERO, second: DVec2::ZERO };
         for k in 0..panels as usize {
             let (a, b) = (step * k as f64, step * (k + 1) as f64);
             let (mut to, mut first, mut second) = (DVec2::ZERO, DVec2::ZERO, DVec2::ZERO);
@@ -117,11 +117,11 @@ impl Clothoid {
     }
 
     /// The place at `s_m` along the curve, on the tangents beyond its ends.
-    pub fn at(&self, s_m: f64) -> Place {
+    pub fn at(&self, s_m: f64) -> CurvePoint {
         let s = s_m.clamp(0.0, self.length_m.max(0.0));
         let heading_rad = self.heading_at(s);
         let at = DVec2::from_array(self.start_m) + self.way(s).to_m;
-        Place {
+        CurvePoint {
             at_m: at + DVec2::from_angle(heading_rad) * (s_m - s),
             heading_rad,
             curvature_per_m: self.curvature_per_m + s * self.curvature_rate_per_m2,
@@ -220,7 +220,7 @@ fn sideways(curve: &Clothoid, s: f64) -> [f64; 4] {
 }
 
 /// Least squares of the lateral distances of points that follow one another along the curve, with their standard deviations (m).
-/// None for fewer points than the shape has parameters, points in one place, or numbers that are none.
+/// None for fewer points than the shape has parameters, points in one place, or non-finite values.
 pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
     let n = shape.parameters();
     let sound = |s: &f64| s.is_finite() && *s > 0.0;

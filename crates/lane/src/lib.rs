@@ -4,24 +4,37 @@
 pub mod body;
 pub mod camera_fusion;
 pub mod curve;
+pub mod error;
 pub mod hd_map;
 pub mod markers;
+mod matrix;
+mod numeric;
 pub mod range_doppler;
 pub mod road_shape;
 pub mod score;
+mod side;
 pub mod signature;
 pub mod track;
 pub mod uwb;
 
 use curve::Fitted;
+pub use error::LaneError;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// A value with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     pub value: f64,
     pub std: f64,
+}
+
+impl Measured {
+    /// The mean by weights of one over the variance. None without values, or where no weight is finite.
+    pub(crate) fn mean(all: impl Iterator<Item = Measured> + Clone) -> Option<Measured> {
+        let weight: f64 = all.clone().map(|m| m.std.powi(-2)).sum();
+        let value = all.map(|m| m.value * m.std.powi(-2)).sum::<f64>() / weight;
+        (weight.is_finite() && weight > 0.0).then(|| Measured { value, std: weight.powf(-0.5) })
+    }
 }
 
 /// A detected point as lane estimators take it.
@@ -64,7 +77,7 @@ pub struct PulseScan {
 
 /// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Look<'a> {
+pub struct SensorInput<'a> {
     pub time_s: f64,
     /// Of the vehicle, as its bus tells.
     pub speed_mps: Option<Measured>,
@@ -87,7 +100,7 @@ pub trait LaneEstimator {
     fn method(&self) -> &'static str;
 
     /// Never fails: what cannot be told is stated with its reason ([`LaneEstimate::no_lane`]).
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate;
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate;
 }
 
 /// A line that bounds a lane.
@@ -117,7 +130,7 @@ pub struct LaneEstimate {
     /// 0 to 1; 0 where there is no lane.
     pub confidence: f64,
     /// Why there is no lane; None where there is one.
-    pub no_lane: Option<NoLane>,
+    pub no_lane: Option<LaneError>,
     /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
     #[serde(default)]
     pub mirror: bool,
@@ -134,45 +147,14 @@ pub struct Provenance {
     pub used: usize,
 }
 
-/// Why no lane is stated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "reason")]
-pub enum NoLane {
-    /// The scan is empty.
-    Empty,
-    /// So many points were no numbers, and nothing was left.
-    NotFinite { points: usize },
-    /// The vehicle's speed is not known, and nothing tells what moves.
-    NoSpeed,
-    /// Nothing stands still.
-    NothingAtRest,
-    /// Points at rest, but not in the markers' pattern.
-    NoPattern { at_rest: usize },
-    /// The method needs what the look does not hold.
-    NotGiven { what: String },
-    /// The method's own reason.
-    Refused { why: String },
-}
-
-impl fmt::Display for NoLane {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            NoLane::Empty => write!(f, "the scan has no points"),
-            NoLane::NotFinite { points } => write!(f, "none of {points} points is a finite number"),
-            NoLane::NoSpeed => write!(f, "the vehicle's speed is not known"),
-            NoLane::NothingAtRest => write!(f, "no point stands still"),
-            NoLane::NoPattern { at_rest } => {
-                write!(f, "{at_rest} points at rest do not stand at the markers' spacing")
-            }
-            NoLane::NotGiven { what } => write!(f, "the method needs {what}, and there is none"),
-            NoLane::Refused { why } => write!(f, "{why}"),
-        }
-    }
-}
-
 impl LaneEstimate {
     /// Nothing found, and why.
-    pub fn none(method: &str, time_s: f64, given: usize, why: NoLane) -> LaneEstimate {
+    pub fn none(method: &str, time_s: f64, given: usize, why: LaneError) -> LaneEstimate {
+        LaneEstimate { no_lane: Some(why.stated()), ..LaneEstimate::empty(method, time_s, given) }
+    }
+
+    /// Nothing known yet.
+    pub(crate) fn empty(method: &str, time_s: f64, given: usize) -> LaneEstimate {
         LaneEstimate {
             time_s,
             lines: Vec::new(),
@@ -182,7 +164,7 @@ impl LaneEstimate {
             heading_rad: None,
             curvature_per_m: None,
             confidence: 0.0,
-            no_lane: Some(why),
+            no_lane: None,
             mirror: false,
             provenance: Provenance { method: method.into(), given, used: 0 },
         }
@@ -204,49 +186,34 @@ impl LaneEstimate {
             .or_else(|| beside.iter().rposition(|b| !on_left(b)));
         let line = |i: Option<usize>| i.map(|i| &beside[i].1);
         let (l, r) = (line(left), line(right));
-        let mut width_m = None;
-        let mut offset_m = None;
+        let mut out = LaneEstimate::empty(method, time_s, given);
         if let (Some(l), Some(r)) = (l, r) {
             let ((yl, sl), (yr, sr)) = (left_of_origin(&l.fitted), left_of_origin(&r.fitted));
-            width_m = Some(Measured { value: yl - yr, std: sl.hypot(sr) });
-            offset_m = Some(Measured { value: -0.5 * (yl + yr), std: 0.5 * sl.hypot(sr) });
+            out.width_m = Some(Measured { value: yl - yr, std: sl.hypot(sr) });
+            out.offset_m = Some(Measured { value: -0.5 * (yl + yr), std: 0.5 * sl.hypot(sr) });
         }
         let mean = |of: &dyn Fn(&Fitted) -> Measured| {
-            let all: Vec<Measured> = [l, r].into_iter().flatten().map(|x| of(&x.fitted)).collect();
-            let weight: f64 = all.iter().map(|m| m.std.powi(-2)).sum();
-            let value = all.iter().map(|m| m.value * m.std.powi(-2)).sum::<f64>() / weight;
-            (weight.is_finite() && weight > 0.0).then(|| Measured { value, std: weight.powf(-0.5) })
+            Measured::mean([l, r].into_iter().flatten().map(|x| of(&x.fitted)))
         };
-        let heading_rad = mean(&|f| Measured {
+        out.heading_rad = mean(&|f| Measured {
             value: -beside_origin(f).heading_rad,
             std: f.covariance[1][1].sqrt().max(1e-9),
         });
-        let curvature_per_m = mean(&|f| Measured {
+        out.curvature_per_m = mean(&|f| Measured {
             value: beside_origin(f).curvature_per_m,
             std: f.covariance[2][2].sqrt().max(1e-9),
         });
-        let confidence = [l, r].into_iter().flatten().map(|x| x.confidence).fold(0.0, f64::max);
-        let used = beside.iter().map(|(_, l)| l.members.len()).sum();
-        LaneEstimate {
-            time_s,
-            lane_number: None,
-            width_m,
-            offset_m,
-            heading_rad,
-            curvature_per_m,
-            confidence,
-            no_lane: None,
-            mirror: false,
-            provenance: Provenance { method: method.into(), given, used },
-            lines: beside.into_iter().map(|(_, l)| l).collect(),
-        }
+        out.confidence = [l, r].into_iter().flatten().map(|x| x.confidence).fold(0.0, f64::max);
+        out.provenance.used = beside.iter().map(|(_, l)| l.members.len()).sum();
+        out.lines = beside.into_iter().map(|(_, l)| l).collect();
+        out
     }
 }
 
 /// Standard deviation beside the vehicle from which on a line may be any lane's, m: a lane.
-const UNKNOWN_M: f64 = 3.0;
+pub(crate) const UNKNOWN_M: f64 = 3.0;
 
-fn beside_origin(f: &Fitted) -> curve::Place {
+fn beside_origin(f: &Fitted) -> curve::CurvePoint {
     f.curve.at(f.curve.foot(glam::DVec2::ZERO).s_m)
 }
 

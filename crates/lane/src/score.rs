@@ -4,6 +4,7 @@ use super::{LaneEstimate, Line};
 use crate::curve::Clothoid;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Distance within which a place of a line counts as found, m (the threshold of common lane benchmarks).
 pub const WITHIN_M: f64 = 0.3;
@@ -154,26 +155,11 @@ impl Figure {
         }
         let mean = values.iter().sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        let half = if n < 2 {
-            f64::INFINITY
-        } else {
-            student_95(n - 1) * (squares / (n - 1) as f64 / n as f64).sqrt()
-        };
+        // A single value has no distribution.
+        let student = StudentsT::new(0.0, 1.0, (n - 1) as f64).map(|t| t.inverse_cdf(0.975));
+        let half = student.map_or(f64::INFINITY, |t| t * (squares / (n - 1) as f64 / n as f64).sqrt());
         Some(Figure { mean, half, runs: n })
     }
-}
-
-/// Two-sided 95 % point of Student's t (Abramowitz and Stegun 26.7.5, exact for small numbers of degrees of freedom).
-fn student_95(freedom: usize) -> f64 {
-    const FEW: [f64; 6] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447];
-    if let Some(t) = FEW.get(freedom - 1) {
-        return *t;
-    }
-    let (x, v): (f64, f64) = (1.959_964, freedom as f64);
-    let g1 = (x.powi(3) + x) / 4.0;
-    let g2 = (5.0 * x.powi(5) + 16.0 * x.powi(3) + 3.0 * x) / 96.0;
-    let g3 = (3.0 * x.powi(7) + 19.0 * x.powi(5) + 17.0 * x.powi(3) - 15.0 * x) / 384.0;
-    x + g1 / v + g2 / (v * v) + g3 / v.powi(3)
 }
 
 #[cfg(test)]
@@ -227,7 +213,7 @@ mod tests {
         assert!((p - 22.5 / 67.5).abs() < 0.02 && (r - 22.5 / 90.0).abs() < 0.02, "{p} {r}");
         assert!((s.lateral_m[0].unwrap() - 0.2).abs() < 1e-6 && (s.lateral_m[2].unwrap() - 0.4).abs() < 1e-6);
         assert!((s.offset_error_m.unwrap() + 0.2).abs() < 1e-9);
-        let none = LaneEstimate::none("test", 0.0, 0, crate::NoLane::Empty);
+        let none = LaneEstimate::none("test", 0.0, 0, crate::LaneError::Empty);
         let s = score(&none, &truth());
         assert_eq!((s.precision, s.recall, s.f1), (None, Some(0.0), Some(0.0)));
     }
@@ -248,7 +234,8 @@ mod tests {
 
     #[test]
     fn intervals_hold_the_mean_as_often_as_they_say() {
-        assert!((student_95(10) - 2.228).abs() < 2e-3 && (student_95(30) - 2.042).abs() < 1e-3);
+        // Of 0, 1 and 2 the mean is 1 with a deviation of 1, and Student's t of two degrees 4.302653.
+        assert!((Figure::of(&[0.0, 1.0, 2.0]).unwrap().half - 4.302_653 / 3f64.sqrt()).abs() < 1e-6);
         let mut held = 0;
         let mut x = 88_172_645_463_325_252u64;
         let mut uniform = || {

@@ -3,7 +3,8 @@
 //! as the way to more accuracy). Takes the estimates of any method whose lines rest on points.
 
 use super::curve::{Clothoid, Fitted, Shape, fit};
-use super::{LaneEstimate, LanePoint, Line, Measured};
+use super::numeric::outer;
+use super::{LaneEstimate, LanePoint, Line, Measured, UNKNOWN_M};
 use catseye_math::Matrix;
 use glam::{DMat2, DVec2};
 
@@ -80,10 +81,6 @@ const SHARPEST_PER_M: f64 = 0.2;
 struct Mark {
     at_m: DVec2,
     covariance: DMat2,
-}
-
-fn outer(u: DVec2) -> DMat2 {
-    DMat2::from_cols(u * u.x, u * u.y)
 }
 
 impl Mark {
@@ -333,21 +330,16 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
         }
     }
     let mean = |of: &dyn Fn(&Beside) -> Measured| {
-        let all: Vec<Measured> = [left, right].into_iter().flatten().map(of).collect();
-        let weight: f64 = all.iter().map(|m| m.std.powi(-2)).sum();
-        let value = all.iter().map(|m| m.value * m.std.powi(-2)).sum::<f64>() / weight;
+        let all = [left, right].into_iter().flatten().map(of);
         // As unsure as the surer one: they bend alike.
-        let std = all.iter().map(|m| m.std).fold(f64::INFINITY, f64::min);
-        (weight.is_finite() && weight > 0.0).then_some(Measured { value, std })
+        let std = all.clone().map(|m| m.std).fold(f64::INFINITY, f64::min);
+        Measured::mean(all).map(|m| Measured { std, ..m })
     };
     e.heading_rad = mean(&|b| Measured { value: -b.turned_rad.value, ..b.turned_rad })
         .filter(|h| h.std < o.most_heading_std_rad);
     e.curvature_per_m = mean(&|b| b.curvature_per_m);
     e
 }
-
-/// Standard deviation beside the vehicle from which on a line may be any lane's, m: a lane.
-const UNKNOWN_M: f64 = 3.0;
 
 /// A filter over lane estimates.
 #[derive(Debug, Clone, PartialEq)]
@@ -363,11 +355,6 @@ const APART_S: f64 = 2.0;
 impl LineTracker {
     pub fn new(options: TrackOptions) -> LineTracker {
         LineTracker { options, tracks: Vec::new(), last_s: None }
-    }
-
-    /// Forgets everything.
-    pub fn reset(&mut self) {
-        (self.tracks, self.last_s) = (Vec::new(), None);
     }
 
     /// The look's estimate with what earlier looks say. `points`: those of which the estimate's lines name their members. `step`: the
@@ -621,7 +608,7 @@ fn displaced(curve: &Clothoid, s_m: f64) -> [DVec2; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::NoLane;
+    use crate::LaneError;
     use catseye::rng::Draws;
 
     const STEP: EgoStep = EgoStep {
@@ -728,13 +715,13 @@ mod tests {
             assert_eq!(f.lines.len(), 1, "{k}");
         }
         // Not seen for a while: where the arc has gone on to.
-        let none = LaneEstimate::none("test", 0.55, 0, NoLane::Empty);
+        let none = LaneEstimate::none("test", 0.55, 0, LaneError::Empty);
         let f = tracker.update(none, &[], Some(step));
         let at = circle(radius, radius - 1.5, turned(0.55), 0.5)[2];
         let foot = f.lines[0].fitted.curve.foot(at);
         assert!(foot.left_m.abs() < 0.15 && f.lines[0].members.is_empty(), "{foot:?}");
-        let late = tracker.update(LaneEstimate::none("test", 1.6, 0, NoLane::Empty), &[], Some(step));
-        assert_eq!(late.no_lane, Some(NoLane::Empty));
+        let late = tracker.update(LaneEstimate::none("test", 1.6, 0, LaneError::Empty), &[], Some(step));
+        assert_eq!(late.no_lane, Some(LaneError::Empty));
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Pinhole camera over a flat road: pixel to ground and back.
 
-use super::{Refusal, finite, positive};
+use crate::error::{LaneError, finite, positive, within};
 use glam::{DMat3, DVec2, DVec3};
 
-/// A pinhole camera without lens distortion (S section 2.2). Its own axes are x along the optical axis, y
+/// A pinhole camera without lens distortion (Sangeetha Lakshmi section 2.2). Its own axes are x along the optical axis, y
 /// left, z up; the document's camera has z_c = x, x_c = -y, y_c = -z. Pixels count u to the right and v down
 /// from the image's upper left corner, so that the centre of the first pixel is (0.5, 0.5).
 #[derive(Debug, Clone, PartialEq)]
@@ -27,20 +27,14 @@ pub struct Camera {
 impl Camera {
     /// Refuses what makes no image: sizes outside 1 to 20000, focal lengths or a height that are not above
     /// zero.
-    pub fn validate(&self) -> Result<(), Refusal> {
+    pub fn validate(&self) -> Result<(), LaneError> {
         for side in [self.width_px, self.height_px] {
-            if !(1..=20_000).contains(&side) {
-                return Err(Refusal::OutOfRange {
-                    what: "the image's side in pixels",
-                    value: side as f64,
-                    allowed: "1 to 20000",
-                });
-            }
+            within("the image's side in pixels", side as f64, 1.0..=20_000.0)?;
         }
         positive("the focal length", self.focal_px.x.min(self.focal_px.y))?;
         positive("the camera's height", self.position_m.z)?;
         if !(self.focal_px.is_finite() && self.centre_px.is_finite() && self.position_m.is_finite()) {
-            return Err(Refusal::NotFinite { what: "a length of the camera" });
+            return Err(LaneError::not_finite("a length of the camera"));
         }
         finite("an angle of the camera", self.yaw_rad + self.pitch_rad + self.roll_rad).map(|_| ())
     }
@@ -53,19 +47,19 @@ impl Camera {
     }
 
     /// Where a point of the vehicle frame is seen, inside the image or not.
-    pub fn pixel_from_point(&self, point_m: DVec3) -> Result<DVec2, Refusal> {
+    pub fn pixel_from_point(&self, point_m: DVec3) -> Result<DVec2, LaneError> {
         let c = self.rotation().transpose() * (point_m - self.position_m);
         if !c.is_finite() {
-            return Err(Refusal::NotFinite { what: "the point to be seen" });
+            return Err(LaneError::not_finite("the point to be seen"));
         }
         if c.x <= 1e-6 {
-            return Err(Refusal::BehindCamera);
+            return Err(LaneError::refused("the point is not in front of the camera"));
         }
         Ok(self.centre_px - self.focal_px * DVec2::new(c.y, c.z) / c.x)
     }
 
     /// Where a point of the ground z = 0 is seen.
-    pub fn pixel_from_ground(&self, ground_m: DVec2) -> Result<DVec2, Refusal> {
+    pub fn pixel_from_ground(&self, ground_m: DVec2) -> Result<DVec2, LaneError> {
         self.pixel_from_point(ground_m.extend(0.0))
     }
 
@@ -76,21 +70,15 @@ impl Camera {
     }
 
     /// The point of the ground z = 0 at a pixel.
-    pub fn ground_from_pixel(&self, pixel: DVec2) -> Result<DVec2, Refusal> {
+    pub fn ground_from_pixel(&self, pixel: DVec2) -> Result<DVec2, LaneError> {
         let d = self.ray(pixel);
         if !d.is_finite() {
-            return Err(Refusal::NotFinite { what: "the pixel" });
+            return Err(LaneError::not_finite("the pixel"));
         }
         if d.z >= -1e-9 {
-            return Err(Refusal::AboveHorizon);
+            return Err(LaneError::refused("the pixel's ray does not meet the ground ahead"));
         }
         Ok((self.position_m - d * (self.position_m.z / d.z)).truncate())
-    }
-
-    /// The ground's shift in metres for one pixel to the right and one pixel down.
-    pub fn ground_per_pixel(&self, pixel: DVec2) -> Result<[DVec2; 2], Refusal> {
-        self.ground_from_pixel(pixel)?;
-        self.ground_at(&self.rotation(), pixel).map(|(_, shift)| shift).ok_or(Refusal::AboveHorizon)
     }
 
     /// Both of the above for many pixels, with the camera's rotation made once. None above the horizon.
@@ -118,14 +106,14 @@ pub struct Image {
 
 impl Image {
     /// Refuses a length that is not width times height, and values that are not finite.
-    pub fn new(width_px: usize, height_px: usize, grey: Vec<f32>) -> Result<Image, Refusal> {
+    pub fn new(width_px: usize, height_px: usize, grey: Vec<f32>) -> Result<Image, LaneError> {
         let need = width_px.saturating_mul(height_px);
         if grey.len() != need || need == 0 {
-            return Err(Refusal::TooFew { what: "pixels", got: grey.len(), need: need.max(1) });
+            return Err(LaneError::too_few("pixels", grey.len(), need.max(1)));
         }
         match grey.iter().all(|g| g.is_finite()) {
             true => Ok(Image { width_px, height_px, grey }),
-            false => Err(Refusal::NotFinite { what: "a pixel's grey" }),
+            false => Err(LaneError::not_finite("a pixel's grey")),
         }
     }
 
@@ -170,15 +158,15 @@ impl Trapezoid {
         near_m: f64,
         far_m: f64,
         half_width_m: f64,
-    ) -> Result<Trapezoid, Refusal> {
+    ) -> Result<Trapezoid, LaneError> {
         camera.validate()?;
         positive("the trapezoid's half width", half_width_m)?;
         if near_m.is_nan() || far_m.is_nan() || near_m >= far_m {
-            return Err(Refusal::OutOfRange {
-                what: "the trapezoid's near side",
-                value: near_m,
-                allowed: "less than its far side",
-            });
+            return Err(LaneError::out_of_range(
+                "the trapezoid's near side",
+                near_m,
+                "less than its far side",
+            ));
         }
         let at = |x: f64, y: f64| camera.pixel_from_ground(DVec2::new(x, y));
         let (a, b) = (at(far_m, half_width_m)?, at(far_m, -half_width_m)?);
@@ -193,7 +181,7 @@ impl Trapezoid {
         Ok(t)
     }
 
-    pub fn validate(&self) -> Result<(), Refusal> {
+    pub fn validate(&self) -> Result<(), LaneError> {
         let all = [
             self.top_v_px,
             self.bottom_v_px,
@@ -203,7 +191,7 @@ impl Trapezoid {
             self.bottom_u_px[1],
         ];
         if all.iter().any(|v| !v.is_finite()) {
-            return Err(Refusal::NotFinite { what: "a corner of the trapezoid" });
+            return Err(LaneError::not_finite("a corner of the trapezoid"));
         }
         let open = self.top_v_px < self.bottom_v_px
             && self.top_u_px[0] <= self.top_u_px[1]
@@ -211,7 +199,7 @@ impl Trapezoid {
         if open {
             Ok(())
         } else {
-            Err(Refusal::Degenerate { what: "the trapezoid, as its corners are not in order" })
+            Err(LaneError::undetermined("the trapezoid, as its corners are not in order"))
         }
     }
 
@@ -248,8 +236,14 @@ mod tests {
             c.pixel_from_point(far).unwrap().x > c.centre_px.x,
             "a camera turned left sees ahead on its right"
         );
-        assert_eq!(c.ground_from_pixel(c.centre_px - DVec2::Y), Err(Refusal::AboveHorizon));
-        assert_eq!(c.pixel_from_ground(DVec2::new(-5.0, 0.0)), Err(Refusal::BehindCamera));
+        assert_eq!(
+            c.ground_from_pixel(c.centre_px - DVec2::Y),
+            Err(LaneError::refused("the pixel's ray does not meet the ground ahead"))
+        );
+        assert_eq!(
+            c.pixel_from_ground(DVec2::new(-5.0, 0.0)),
+            Err(LaneError::refused("the point is not in front of the camera"))
+        );
     }
 
     #[test]
@@ -265,7 +259,7 @@ mod tests {
             let back = c.ground_from_pixel(p).unwrap();
             assert!(back.distance(g) < 1e-8 * (1.0 + g.length_squared()), "{g} {back}");
             // The derivative against a difference quotient.
-            for (e, d) in [DVec2::X, DVec2::Y].into_iter().zip(c.ground_per_pixel(p).unwrap()) {
+            for (e, d) in [DVec2::X, DVec2::Y].into_iter().zip(c.ground_at(&c.rotation(), p).unwrap().1) {
                 let (a, b) =
                     (c.ground_from_pixel(p + e * 1e-4).unwrap(), c.ground_from_pixel(p - e * 1e-4).unwrap());
                 assert!(((a - b) / 2e-4).distance(d) < 1e-4 * (1.0 + d.length()));

@@ -1,7 +1,7 @@
-//! Curves through points: least squares, parabola, cubic B-spline, circle through three points, arc
-//! extension.
+//! Curves through points: least squares, parabola, cubic B-spline, arc extension.
 
-use super::{Refusal, finite, wrapped};
+use crate::error::{LaneError, finite};
+use crate::numeric::wrapped;
 use glam::DVec2;
 
 /// The solution of an over-determined linear system.
@@ -31,10 +31,10 @@ impl Solution {
 }
 
 /// Least squares by Gram-Schmidt with a second pass. `columns` holds n columns of m values.
-pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solution, Refusal> {
+pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solution, LaneError> {
     let (n, m) = (columns.len(), rhs.len());
     if m <= n {
-        return Err(Refusal::TooFew { what: "points for the fit", got: m, need: n + 1 });
+        return Err(LaneError::too_few("points for the fit", m, n + 1));
     }
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let mut q: Vec<Vec<f64>> = Vec::with_capacity(n);
@@ -51,10 +51,10 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
         }
         let left = dot(&c, &c).sqrt();
         if !left.is_finite() {
-            return Err(Refusal::NotFinite { what: "a sum of the fit" });
+            return Err(LaneError::not_finite("a sum of the fit"));
         }
         if left <= 1e-9 * size || left == 0.0 {
-            return Err(Refusal::Degenerate { what: "the fit, as the points do not spread enough" });
+            return Err(LaneError::undetermined("the fit, as the points do not spread enough"));
         }
         r[j * n + j] = left;
         c.iter_mut().for_each(|x| *x /= left);
@@ -80,12 +80,12 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
         (0..m).map(|k| rhs[k] - q.iter().zip(&qb).map(|(c, b)| c[k] * b).sum::<f64>()).collect();
     let leverages = (0..m).map(|k| q.iter().map(|c| c[k] * c[k]).sum()).collect();
     if coefficients.iter().chain(&inverse_normal).any(|c: &f64| !c.is_finite()) {
-        return Err(Refusal::NotFinite { what: "a coefficient of the fit" });
+        return Err(LaneError::not_finite("a coefficient of the fit"));
     }
     Ok(Solution { coefficients, inverse_normal, leverages, residuals })
 }
 
-/// w = a0 + a1 u + a2 u² (S section 3.2) in a frame of its own, so that a road across the car's is no special
+/// w = a0 + a1 u + a2 u² (Sangeetha Lakshmi section 3.2) in a frame of its own, so that a road across the car's is no special
 /// case: u runs along `axis_rad` from `origin_m`, w to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parabola {
@@ -183,12 +183,12 @@ impl Parabola {
 
 /// Checks points and gives (origin, axis): the mean, and the direction of greatest spread, pointing from the
 /// first point to the last.
-fn frame(points_m: &[DVec2], axis_rad: Option<f64>) -> Result<(DVec2, f64), Refusal> {
+fn frame(points_m: &[DVec2], axis_rad: Option<f64>) -> Result<(DVec2, f64), LaneError> {
     if points_m.iter().any(|p| !p.is_finite()) {
-        return Err(Refusal::NotFinite { what: "a point of the curve" });
+        return Err(LaneError::not_finite("a point of the curve"));
     }
     let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
-        return Err(Refusal::TooFew { what: "points of the curve", got: 0, need: 4 });
+        return Err(LaneError::too_few("points of the curve", 0, 4));
     };
     let mean = points_m.iter().sum::<DVec2>() / points_m.len() as f64;
     if let Some(axis) = axis_rad {
@@ -205,7 +205,7 @@ fn frame(points_m: &[DVec2], axis_rad: Option<f64>) -> Result<(DVec2, f64), Refu
     if mean.is_finite() && axis.is_finite() {
         Ok((mean, axis))
     } else {
-        Err(Refusal::NotFinite { what: "the mean point" })
+        Err(LaneError::not_finite("the mean point"))
     }
 }
 
@@ -220,30 +220,26 @@ fn in_frame(points_m: &[DVec2], origin_m: DVec2, axis_rad: f64) -> (Vec<f64>, Ve
     (u, w, span)
 }
 
-/// Least-squares parabola (S section 3.2) through at least four points in the order in which they lie on the
+/// Least-squares parabola (Sangeetha Lakshmi section 3.2) through at least four points in the order in which they lie on the
 /// road. `weights` are relative (inverse variances); without `axis_rad` u runs along the greatest spread.
 pub fn fit_parabola(
     points_m: &[DVec2],
     weights: Option<&[f64]>,
     axis_rad: Option<f64>,
-) -> Result<Parabola, Refusal> {
+) -> Result<Parabola, LaneError> {
     if points_m.len() < 4 {
-        return Err(Refusal::TooFew { what: "points of the curve", got: points_m.len(), need: 4 });
+        return Err(LaneError::too_few("points of the curve", points_m.len(), 4));
     }
     if let Some(w) = weights
         && (w.len() != points_m.len() || w.iter().any(|w| !(w.is_finite() && *w > 0.0)))
     {
-        return Err(Refusal::OutOfRange {
-            what: "a weight",
-            value: f64::NAN,
-            allowed: "one above 0 for each point",
-        });
+        return Err(LaneError::out_of_range("a weight", f64::NAN, "one above 0 for each point"));
     }
     let (origin_m, axis_rad) = frame(points_m, axis_rad)?;
     let (u, w, span_m) = in_frame(points_m, origin_m, axis_rad);
     let scale = 0.5 * (span_m[1] - span_m[0]);
     if scale.is_nan() || scale <= 1e-9 {
-        return Err(Refusal::Degenerate { what: "the curve, as its points lie in one place" });
+        return Err(LaneError::undetermined("the curve, as its points lie in one place"));
     }
     // Mean weight one keeps the residuals in metres.
     let mean_weight = weights.map_or(1.0, |w| w.iter().sum::<f64>() / w.len() as f64);
@@ -306,22 +302,19 @@ impl BSpline {
     }
 }
 
-fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Solution), Refusal> {
+/// The spline of `pieces` equal pieces by least squares, from at least `pieces + 4` points.
+fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Solution), LaneError> {
     if pieces == 0 || pieces > 1000 {
-        return Err(Refusal::OutOfRange {
-            what: "the number of spline pieces",
-            value: pieces as f64,
-            allowed: "1 to 1000",
-        });
+        return Err(LaneError::out_of_range("the number of spline pieces", pieces as f64, "1 to 1000"));
     }
     if points_m.len() < pieces + 4 {
-        return Err(Refusal::TooFew { what: "points of the spline", got: points_m.len(), need: pieces + 4 });
+        return Err(LaneError::too_few("points of the spline", points_m.len(), pieces + 4));
     }
     let (origin_m, axis_rad) = frame(points_m, None)?;
     let (u, w, span_m) = in_frame(points_m, origin_m, axis_rad);
     let length = span_m[1] - span_m[0];
     if length.is_nan() || length <= 1e-9 {
-        return Err(Refusal::Degenerate { what: "the curve, as its points lie in one place" });
+        return Err(LaneError::undetermined("the curve, as its points lie in one place"));
     }
     let mut columns = vec![vec![0.0; u.len()]; pieces + 3];
     for (i, u) in u.iter().enumerate() {
@@ -330,12 +323,6 @@ fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Soluti
     }
     let s = least_squares(&columns, &w)?;
     Ok((BSpline { origin_m, axis_rad, span_m, control_m: s.coefficients.clone() }, s))
-}
-
-/// Least-squares cubic B-spline with `pieces` equal pieces (S section 3.2), from at least `pieces + 4`
-/// points.
-pub fn fit_b_spline(points_m: &[DVec2], pieces: usize) -> Result<BSpline, Refusal> {
-    spline_solution(points_m, pieces).map(|(s, _)| s)
 }
 
 /// Parabola and spline on the same points, judged by leave-one-out: each point against the fit without it.
@@ -353,8 +340,8 @@ impl FitComparison {
     }
 }
 
-/// S section 3.2, figure 4: which of the two fits follows a track better.
-pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, Refusal> {
+/// Sangeetha Lakshmi section 3.2, figure 4: which of the two fits follows a track better.
+pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, LaneError> {
     let parabola = fit_parabola(points_m, None, None)?;
     let (u, w, _) = in_frame(points_m, parabola.origin_m, parabola.axis_rad);
     let columns: Vec<Vec<f64>> = (0..3).map(|p| u.iter().map(|u| u.powi(p)).collect()).collect();
@@ -368,34 +355,8 @@ pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, 
     })
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Circle {
-    pub centre_m: DVec2,
-    pub radius_m: f64,
-}
-
-/// The circle through three points (S figure 6: AM = BM = CM). Points on one line have none.
-pub fn circle_through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Circle, Refusal> {
-    if !(a_m.is_finite() && b_m.is_finite() && c_m.is_finite()) {
-        return Err(Refusal::NotFinite { what: "a point of the circle" });
-    }
-    let (b, c) = (b_m - a_m, c_m - a_m);
-    let d = 2.0 * b.perp_dot(c);
-    if d.abs() <= 1e-12 * b.length() * c.length() {
-        return Err(Refusal::Degenerate { what: "the circle, as its three points lie on one line" });
-    }
-    let m = DVec2::new(
-        c.y * b.length_squared() - b.y * c.length_squared(),
-        b.x * c.length_squared() - c.x * b.length_squared(),
-    ) / d;
-    match m.is_finite() {
-        true => Ok(Circle { centre_m: a_m + m, radius_m: m.length() }),
-        false => Err(Refusal::NotFinite { what: "the circle's centre" }),
-    }
-}
-
 /// sin(x) / x.
-pub(super) fn sinc(x: f64) -> f64 {
+fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
 }
 
@@ -409,16 +370,16 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// The arc that starts at `a` and goes through `b` to `c` (S figure 6), straight when they lie on one
+    /// The arc that starts at `a` and goes through `b` to `c` (Sangeetha Lakshmi figure 6), straight when they lie on one
     /// line.
-    pub fn through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Arc, Refusal> {
+    pub fn through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Arc, LaneError> {
         let chord = c_m - a_m;
         if !(chord.is_finite() && b_m.is_finite()) {
-            return Err(Refusal::NotFinite { what: "a point of the arc" });
+            return Err(LaneError::not_finite("a point of the arc"));
         }
         let scale = (b_m - a_m).length() * (c_m - b_m).length() * chord.length();
         if scale.is_nan() || scale <= 0.0 {
-            return Err(Refusal::Degenerate { what: "the arc, as two of its points are one" });
+            return Err(LaneError::undetermined("the arc, as two of its points are one"));
         }
         // Signed curvature of three points: four times the area over the product of the sides.
         let curvature_1pm = 2.0 * (b_m - a_m).perp_dot(chord) / scale;
@@ -427,7 +388,7 @@ impl Arc {
         let heading_rad = wrapped((b_m - a_m).to_angle() - at_c);
         match heading_rad.is_finite() && curvature_1pm.is_finite() {
             true => Ok(Arc { point_m: a_m, heading_rad, curvature_1pm }),
-            false => Err(Refusal::NotFinite { what: "the arc" }),
+            false => Err(LaneError::not_finite("the arc")),
         }
     }
 
@@ -514,14 +475,14 @@ mod tests {
         let own: Vec<DVec2> =
             (0..40).map(|i| DVec2::new(u(i), 1e-4 * u(i) * (u(i) * u(i) - ratio))).collect();
         for pieces in [1, 3, 5] {
-            let s = fit_b_spline(&own, pieces).unwrap();
+            let s = spline_solution(&own, pieces).unwrap().0;
             assert!(s.axis_rad.abs() < 1e-9);
             let worst = own.iter().map(|p| s.point(p.x - s.origin_m.x).distance(*p)).fold(0.0, f64::max);
             assert!(worst < 1e-6, "{pieces} {worst}");
         }
     }
 
-    /// S section 3.2: the parabola follows a noisy track better than the spline.
+    /// Sangeetha Lakshmi section 3.2: the parabola follows a noisy track better than the spline.
     #[test]
     fn parabola_beats_the_spline_on_tracks() {
         let mut draws = Draws::new(6, 0);
@@ -546,17 +507,13 @@ mod tests {
     }
 
     #[test]
-    fn circle_and_arc() {
+    fn an_arc_goes_through_its_points() {
         let mut draws = Draws::new(7, 0);
         for _ in 0..200 {
             let centre = DVec2::new(draws.normal(), draws.normal()) * 30.0;
             let radius = 20.0 + 300.0 * draws.uniform();
             let (start, way) = (6.0 * draws.uniform(), if draws.uniform() < 0.5 { 1.0 } else { -1.0 });
             let at = |s: f64| centre + DVec2::from_angle(start + way * s / radius) * radius;
-            let c = circle_through(at(0.0), at(7.0), at(15.0)).unwrap();
-            assert!(
-                c.centre_m.distance(centre) < 1e-6 * radius && (c.radius_m - radius).abs() < 1e-6 * radius
-            );
             let arc = Arc::through(at(0.0), at(7.0), at(15.0)).unwrap();
             assert!((arc.curvature_1pm - way / radius).abs() < 1e-9);
             for s in [-40.0, -3.0, 0.0, 7.0, 15.0, 60.0] {
@@ -564,7 +521,6 @@ mod tests {
             }
         }
         let x = |v: f64| DVec2::new(v, 2.0);
-        assert!(circle_through(x(0.0), x(1.0), x(5.0)).is_err());
         assert_eq!(Arc::through(x(0.0), x(1.0), x(5.0)).unwrap().point(-4.0), x(-4.0));
         assert!(Arc::through(x(1.0), x(1.0), x(2.0)).is_err());
     }
@@ -573,7 +529,7 @@ mod tests {
     fn hostile_points_are_refused() {
         let bad =
             [DVec2::new(f64::NAN, 0.0), DVec2::ZERO, DVec2::X, DVec2::new(2.0, 0.0), DVec2::new(3.0, 0.0)];
-        assert_eq!(fit_parabola(&bad, None, None), Err(Refusal::NotFinite { what: "a point of the curve" }));
+        assert_eq!(fit_parabola(&bad, None, None), Err(LaneError::not_finite("a point of the curve")));
         for points in [
             vec![],
             vec![DVec2::X],
@@ -581,11 +537,11 @@ mod tests {
             vec![DVec2::splat(1e308), DVec2::X, DVec2::Y, DVec2::ZERO, DVec2::splat(-1e308)],
         ] {
             assert!(fit_parabola(&points, None, None).is_err());
-            assert!(fit_b_spline(&points, 3).is_err() && compare_fits(&points, 3).is_err());
+            assert!(compare_fits(&points, 3).is_err());
         }
-        assert!(fit_b_spline(&line(20, |x| x), 0).is_err());
+        assert!(compare_fits(&line(20, |x| x), 0).is_err());
         // A spline piece without a point leaves its control values open.
         let gap: Vec<DVec2> = line(40, |_| 1.0).into_iter().filter(|p| p.x < 20.0 || p.x > 80.0).collect();
-        assert!(fit_b_spline(&gap, 8).is_err());
+        assert!(compare_fits(&gap, 8).is_err());
     }
 }

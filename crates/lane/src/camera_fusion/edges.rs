@@ -1,7 +1,8 @@
 //! Edges of a grey image (Canny 1986 with places between pixels) and straight lines through them (Hough).
 
 use super::camera::{Image, Trapezoid};
-use super::{Refusal, positive, wrapped};
+use crate::error::{LaneError, checked, positive, within};
+use crate::numeric::wrapped;
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
@@ -48,17 +49,11 @@ pub struct Edges {
 /// Edges inside a trapezoid: Gaussian smoothing, Sobel gradient, thinning across the edge, and two thresholds
 /// that follow the noise of this image (its median gradient, which lines do not lift as they cover little of
 /// it).
-pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, Refusal> {
+pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, LaneError> {
     trapezoid.validate()?;
     positive("the edge's noise factor", settings.noise_factor)?;
     positive("the least gradient", settings.least_gradient)?;
-    if !(0.3..=5.0).contains(&settings.smooth_px) {
-        return Err(Refusal::OutOfRange {
-            what: "the smoothing in pixels",
-            value: settings.smooth_px,
-            allowed: "0.3 to 5",
-        });
-    }
+    within("the smoothing in pixels", settings.smooth_px, 0.3..=5.0)?;
     // The window is the trapezoid's box and what the filters need around it; beyond the image its border goes
     // on.
     let (w, h) = (image.width_px() as f64, image.height_px() as f64);
@@ -67,9 +62,9 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     let top = trapezoid.top_v_px.clamp(0.0, h).floor() as usize;
     let bottom = trapezoid.bottom_v_px.clamp(0.0, h).ceil() as usize;
     if right < left + 8 || bottom < top + 8 {
-        return Err(Refusal::Degenerate {
-            what: "the edges, as the trapezoid holds less than 8 x 8 pixels of the image",
-        });
+        return Err(LaneError::undetermined(
+            "the edges, as the trapezoid holds less than 8 x 8 pixels of the image",
+        ));
     }
     let (nu, nv) = (right - left, bottom - top);
     let smooth = smoothed(image, left, top, nu, nv, settings.smooth_px);
@@ -102,7 +97,7 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
         }
     }
     if inside.is_empty() {
-        return Err(Refusal::Degenerate { what: "the edges, as the trapezoid lies outside the image" });
+        return Err(LaneError::undetermined("the edges, as the trapezoid lies outside the image"));
     }
     let count = inside.len() as f64;
     let middle = inside.len() / 2;
@@ -240,7 +235,7 @@ impl Default for HoughSettings {
     }
 }
 
-/// x cos t + y sin t = rho (S section 2.1), with x = u and y = v from the image's corner. The normal t points
+/// x cos t + y sin t = rho (Sangeetha Lakshmi section 2.1), with x = u and y = v from the image's corner. The normal t points
 /// from dark to bright, so t runs through the whole circle and rho may be negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoughLine {
@@ -267,21 +262,15 @@ impl HoughLine {
 
 /// Straight lines by votes of the edges, each peak the largest in its neighbourhood and then set by total
 /// least squares to the edges within two pixels of it. Most votes first.
-pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, Refusal> {
+pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, LaneError> {
     let s = settings;
-    for (what, value, low, high, allowed) in [
-        ("the Hough angle step", s.angle_step_rad, 1e-3, 0.2, "0.001 to 0.2"),
-        ("the Hough distance step", s.distance_step_px, 0.1, 20.0, "0.1 to 20"),
-        ("the Hough angle reach", s.angle_reach_rad, 0.0, PI, "0 to pi"),
-        ("the suppressed angle", s.suppress_rad, 0.0, PI, "0 to pi"),
-        ("the suppressed distance", s.suppress_px, 0.0, 1e3, "0 to 1000"),
-    ] {
-        if !(low..=high).contains(&value) {
-            return Err(Refusal::OutOfRange { what, value, allowed });
-        }
-    }
+    within("the Hough angle step", s.angle_step_rad, 1e-3..=0.2)?;
+    within("the Hough distance step", s.distance_step_px, 0.1..=20.0)?;
+    within("the Hough angle reach", s.angle_reach_rad, 0.0..=PI)?;
+    within("the suppressed angle", s.suppress_rad, 0.0..=PI)?;
+    within("the suppressed distance", s.suppress_px, 0.0..=1e3)?;
     if edges.iter().any(|e| !(e.pixel.is_finite() && e.normal_rad.is_finite())) {
-        return Err(Refusal::NotFinite { what: "an edge" });
+        return Err(LaneError::not_finite("an edge"));
     }
     if edges.is_empty() {
         return Ok(Vec::new());
@@ -289,19 +278,13 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
     // Votes are counted about the edges' middle, where angle and distance are least tied to each other.
     let middle = edges.iter().map(|e| e.pixel).sum::<DVec2>() / edges.len() as f64;
     let reach = edges.iter().map(|e| e.pixel.distance(middle)).fold(1.0, f64::max);
-    if reach > 1e5 {
-        return Err(Refusal::OutOfRange {
-            what: "the spread of the edges in pixels",
-            value: reach,
-            allowed: "at most 1e5",
-        });
-    }
+    checked("the spread of the edges in pixels", reach, reach <= 1e5, "at most 1e5")?;
     let turns = (TAU / s.angle_step_rad).round().max(4.0) as usize;
     let half = (reach / s.distance_step_px).ceil() as usize + 1;
     let width = 2 * half + 1;
     if turns.saturating_mul(width) > 50_000_000 {
         let value = turns as f64 * width as f64;
-        return Err(Refusal::OutOfRange { what: "the number of Hough cells", value, allowed: "at most 5e7" });
+        return Err(LaneError::out_of_range("the number of Hough cells", value, "at most 5e7"));
     }
     let angles: Vec<DVec2> = (0..turns).map(|i| DVec2::from_angle(TAU * i as f64 / turns as f64)).collect();
     let spread = (s.angle_reach_rad / TAU * turns as f64).round().min(turns as f64 / 2.0 - 1.0) as isize;

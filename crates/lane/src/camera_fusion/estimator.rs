@@ -9,10 +9,10 @@ use super::recognise::{
     Blinding, CameraView, Part, RecogniseInput, RecogniseSettings, Recogniser, Recognition, Sources,
 };
 use super::targets::{EgoPath, EgoSample, Trail};
-use super::{Refusal, positive};
 use crate::body::Body;
 use crate::curve::{Shape, fit, fit_simplest};
-use crate::{LaneEstimate, LaneEstimator, Line, Look, NoLane};
+use crate::error::{LaneError, checked, finite, positive, within};
+use crate::{LaneEstimate, LaneEstimator, Line, SensorInput};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -90,7 +90,7 @@ impl FusionOptions {
 
 /// A track at one time, in the vehicle frame of that time.
 #[derive(Debug, Clone, Copy)]
-struct Told {
+struct TrackSample {
     time_s: f64,
     at_m: DVec2,
     velocity_mps: DVec2,
@@ -128,7 +128,7 @@ pub struct Insight {
     pub recognition: Option<Recognition>,
 }
 
-/// A reusable estimator that takes pictures, tracks and the vehicle's own motion from any source (document S).
+/// A reusable estimator that takes pictures, tracks and the vehicle's own motion from any source (Sangeetha Lakshmi).
 ///
 /// A look without a picture rests on the radar alone, a look without tracks on the camera alone; what an estimate rests on stands in
 /// its provenance. Without a yaw rate the way that the vehicle drives bends as the camera's last lane does, as in the document.
@@ -138,11 +138,11 @@ pub struct CameraFusion {
     pnn: Pnn,
     trapezoid: Trapezoid,
     ego: Vec<EgoSample>,
-    told: BTreeMap<u64, Vec<Told>>,
+    told: BTreeMap<u64, Vec<TrackSample>>,
     /// Lanes of tracks, as they were matched last, counted from the own lane.
     lanes: BTreeMap<u64, i32>,
     /// Last places of tracks that ended with their lane known.
-    lost: Vec<(Told, i32)>,
+    lost: Vec<(TrackSample, i32)>,
     /// Of the camera's last lane, 1/m.
     seen_curvature: f64,
     /// Of the recognition half a period ago, or longer.
@@ -152,47 +152,25 @@ pub struct CameraFusion {
 
 impl CameraFusion {
     /// Errors: a setting outside what is allowed, as one sentence.
-    pub fn new(options: FusionOptions) -> Result<CameraFusion, Refusal> {
+    pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {
         let [near_m, far_m] = options.seen_m;
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
         let rows = trapezoid.bottom_v_px.min(options.camera.height_px as f64) - trapezoid.top_v_px.max(0.0);
         if rows.is_nan() || rows < 8.0 {
-            return Err(Refusal::Degenerate {
-                what: "the near lane, as the trapezoid lies outside the picture",
-            });
+            return Err(LaneError::undetermined("the near lane, as the trapezoid lies outside the picture"));
         }
         positive("the period", options.period_s)?;
         positive("the least way", options.least_way_m)?;
         positive("the place in the lane's standard deviation", options.in_lane_std_m)?;
-        if !(options.radar_at_m.is_finite() && (0.0..=1.0).contains(&options.axis_std_rad)) {
-            let value = options.axis_std_rad;
-            return Err(Refusal::OutOfRange {
-                what: "the axis' standard deviation",
-                value,
-                allowed: "0 to 1",
-            });
+        within("the axis' standard deviation", options.axis_std_rad, 0.0..=1.0)?;
+        finite("the radar's place", options.radar_at_m.x + options.radar_at_m.y)?;
+        if let Some(b) = options.body {
+            let is_body =
+                b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite();
+            checked("the width of a car", b.width_m, is_body, "above 0")?;
         }
-        if let Some(b) = options.body
-            && !(b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite())
-        {
-            return Err(Refusal::OutOfRange {
-                what: "the width of a car",
-                value: b.width_m,
-                allowed: "above 0",
-            });
-        }
-        if !(0.0..=0.1).contains(&options.pitch_std_rad) {
-            let value = options.pitch_std_rad;
-            return Err(Refusal::OutOfRange {
-                what: "the pitch's standard deviation",
-                value,
-                allowed: "0 to 0.1",
-            });
-        }
-        if !(10..=10_000).contains(&options.units) {
-            let value = options.units as f64;
-            return Err(Refusal::OutOfRange { what: "the network's units", value, allowed: "10 to 10000" });
-        }
+        within("the pitch's standard deviation", options.pitch_std_rad, 0.0..=0.1)?;
+        within("the network's units", options.units as f64, 10.0..=10_000.0)?;
         let pnn = Pnn::train(&generate_bends(&options.bends, options.units, options.seed))?;
         Ok(CameraFusion {
             pnn,
@@ -224,33 +202,33 @@ impl CameraFusion {
     /// Takes in tracks and own motion without an estimate: for frames between pictures.
     ///
     /// Errors: what makes a look useless; the estimator stays as it was.
-    pub fn observe(&mut self, look: &Look<'_>) -> Result<(), NoLane> {
-        let refused = |why: &str| NoLane::Refused { why: why.into() };
-        if !look.time_s.is_finite() {
-            return Err(refused("The time is not a finite number."));
+    pub fn observe(&mut self, input: &SensorInput<'_>) -> Result<(), LaneError> {
+        if !input.time_s.is_finite() {
+            return Err(LaneError::not_finite("the time of the look"));
         }
-        if self.ego.last().is_some_and(|e| e.time_s > look.time_s) {
-            return Err(refused("Looks must come in the order of their times."));
+        if self.ego.last().is_some_and(|e| e.time_s > input.time_s) {
+            return Err(LaneError::refused("looks must come in the order of their times"));
         }
-        let Some(speed) = look.speed_mps.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 200.0) else {
+        let Some(speed) = input.speed_mps.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 200.0)
+        else {
             // Tracks of different times cannot be brought together.
             self.forget();
-            return match look.tracks.is_empty() {
+            return match input.tracks.is_empty() {
                 true => Ok(()),
-                false => Err(NoLane::NoSpeed),
+                false => Err(LaneError::NoSpeed),
             };
         };
-        let yaw_rate = look.yaw_rate_rad_per_s.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 10.0);
+        let yaw_rate = input.yaw_rate_rad_per_s.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 10.0);
         let curvature_1pm = match yaw_rate {
             // At walking pace and below noise would make the way a knot.
             Some(rate) if speed.abs() > 0.5 => rate / speed,
             Some(_) => 0.0,
             None => self.seen_curvature,
         };
-        self.ego.push(EgoSample { time_s: look.time_s, speed_mps: speed, curvature_1pm });
-        for t in look.tracks {
-            let told = Told {
-                time_s: look.time_s,
+        self.ego.push(EgoSample { time_s: input.time_s, speed_mps: speed, curvature_1pm });
+        for t in input.tracks {
+            let told = TrackSample {
+                time_s: input.time_s,
                 at_m: DVec2::from_array(t.at_m),
                 velocity_mps: DVec2::from_array(t.velocity_mps),
                 std_m: DVec2::from_array(t.std_m).length(),
@@ -264,11 +242,11 @@ impl CameraFusion {
             }
         }
         // Half a period more than is used: the recognition before this one is moved along, too.
-        let oldest = look.time_s - 2.0 * self.options.period_s;
+        let oldest = input.time_s - 2.0 * self.options.period_s;
         self.ego.retain(|e| e.time_s >= oldest);
         let (lost, lanes) = (&mut self.lost, &self.lanes);
         self.told.retain(|id, way| {
-            let goes_on = way.last().is_some_and(|t| look.time_s - t.time_s <= GONE_S);
+            let goes_on = way.last().is_some_and(|t| input.time_s - t.time_s <= GONE_S);
             if let (false, Some(last), Some(lane)) = (goes_on, way.last(), lanes.get(id)) {
                 lost.push((*last, *lane));
             }
@@ -291,7 +269,7 @@ impl CameraFusion {
     /// The ways of the cars ahead, from the tracks of one period.
     fn ways(&self, path: &EgoPath, now_s: f64) -> Vec<Way> {
         let from_s = now_s - self.options.period_s - 1e-9;
-        let way = |(id, told): (&u64, &Vec<Told>)| {
+        let way = |(id, told): (&u64, &Vec<TrackSample>)| {
             let last = told.last()?;
             let away = last.velocity_mps.dot(last.at_m.normalize_or_zero());
             if away < LEAST_AWAY_MPS {
@@ -371,7 +349,7 @@ impl CameraFusion {
     /// where it was last to where this track begins. In a bend the chord is up to a tenth shorter than the way (a right angle).
     fn lane_again(&self, id: u64, path: &EgoPath) -> Option<i32> {
         let first = self.told.get(&id)?.first()?;
-        let fits = |(last, _): &&(Told, i32)| {
+        let fits = |(last, _): &&(TrackSample, i32)| {
             let passed_s = first.time_s - last.time_s;
             let Ok(then) = path.moved(last.at_m, last.time_s, first.time_s) else { return false };
             let gone_m = last.velocity_mps.length() * passed_s;
@@ -385,12 +363,12 @@ impl CameraFusion {
     }
 
     /// The near lane of the look's picture, or why there is none.
-    fn see(&self, look: &Look<'_>) -> Result<CameraView, Refusal> {
+    fn see(&self, input: &SensorInput<'_>) -> Result<CameraView, LaneError> {
         let o = &self.options;
-        let Some(image) = look.image else { return Ok(CameraView::Blinded(Blinding::Covered)) };
+        let Some(image) = input.image else { return Ok(CameraView::Blinded(Blinding::Covered)) };
         match find_near_lane(&o.camera, image, &self.trapezoid, &o.near) {
             Ok(lane) => Ok(CameraView::Lane(lane)),
-            Err(Refusal::NoLaneLine) => {
+            Err(LaneError::NoLaneLine) => {
                 let found = edges(image, &self.trapezoid, &o.near.edges)?;
                 Ok(CameraView::Blinded(match (found.bright_share, found.dark_share) {
                     (bright, _) if bright > 0.2 => Blinding::Glare,
@@ -402,26 +380,24 @@ impl CameraFusion {
         }
     }
 
-    fn recognised(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
-        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
-        self.observe(look)?;
-        let camera = self.see(look).map_err(refused)?;
+    fn recognised(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
+        self.observe(input)?;
+        let camera = self.see(input)?;
         let path = EgoPath::new(&self.ego, 0.0);
-        let ways = path.as_ref().map_or_else(|_| Vec::new(), |p| self.ways(p, look.time_s));
+        let ways = path.as_ref().map_or_else(|_| Vec::new(), |p| self.ways(p, input.time_s));
         self.insight = Insight { ways: ways.clone(), ..Insight::default() };
         match &camera {
             CameraView::Lane(lane) => self.insight.near = Some(lane.clone()),
             CameraView::Blinded(why) => self.insight.blinded = Some(*why),
         }
-        if look.image.is_none() && look.tracks.is_empty() {
-            return Err(NoLane::NotGiven { what: "a picture, or tracks of cars ahead".into() });
+        if input.image.is_none() && input.tracks.is_empty() {
+            return Err(LaneError::NotGiven { what: "a picture, or tracks of cars ahead".into() });
         }
         if let (CameraView::Blinded(why), true) = (&camera, ways.is_empty()) {
-            let why = format!(
-                "The camera is blinded by {why}, and no car ahead shows a way of {} m.",
-                self.options.least_way_m
-            );
-            return Err(NoLane::Refused { why });
+            let least_m = self.options.least_way_m;
+            return Err(LaneError::refused(format!(
+                "the camera is blinded by {why}, and no car ahead shows a way of {least_m} m"
+            )));
         }
         let trails: Vec<Trail> = ways.iter().map(|w| w.trail.clone()).collect();
         for w in &ways {
@@ -432,14 +408,14 @@ impl CameraFusion {
             }
         }
         let known_lanes: Vec<Option<i32>> = ways.iter().map(|w| self.lanes.get(&w.id).copied()).collect();
-        let input = RecogniseInput { camera: &camera, trails: &trails, known_lanes: &known_lanes };
+        let parts = RecogniseInput { camera: &camera, trails: &trails, known_lanes: &known_lanes };
         let mut recogniser = match &self.before {
             Some((_, before)) => before.clone(),
             None => Recogniser::new(self.options.recognise),
         };
-        let then_s = self.before.as_ref().map_or(look.time_s, |b| b.0);
-        let joined = recogniser.step(&input, &self.pnn, |p| match &path {
-            Ok(path) => path.moved(p, then_s, look.time_s),
+        let then_s = self.before.as_ref().map_or(input.time_s, |b| b.0);
+        let joined = recogniser.step(&parts, &self.pnn, |p| match &path {
+            Ok(path) => path.moved(p, then_s, input.time_s),
             Err(e) => Err(e.clone()),
         });
         let found = match joined {
@@ -447,12 +423,12 @@ impl CameraFusion {
             // What went before is too old to be moved here.
             Err(_) if self.before.is_some() => {
                 recogniser = Recogniser::new(self.options.recognise);
-                recogniser.step(&input, &self.pnn, Ok).map_err(refused)?
+                recogniser.step(&parts, &self.pnn, Ok)?
             }
-            Err(e) => return Err(refused(e)),
+            Err(e) => return Err(e),
         };
-        if self.before.as_ref().is_none_or(|b| look.time_s - b.0 >= 0.5 * self.options.period_s - 1e-6) {
-            self.before = Some((look.time_s, recogniser));
+        if self.before.as_ref().is_none_or(|b| input.time_s - b.0 >= 0.5 * self.options.period_s - 1e-6) {
+            self.before = Some((input.time_s, recogniser));
         }
         if let Some((i, lane, Some(_))) = &found.way {
             self.lanes.insert(ways[*i].id, *lane);
@@ -461,7 +437,7 @@ impl CameraFusion {
             let line = lane.left.as_ref().or(lane.right.as_ref());
             self.seen_curvature = line.map_or(0.0, |l| l.curve.curvature_1pm(l.curve.span_m[0]));
         }
-        let estimate = self.stated(look, &camera, &found, &ways);
+        let estimate = self.stated(input, &camera, &found, &ways);
         self.insight.recognition = Some(found);
         estimate
     }
@@ -469,11 +445,11 @@ impl CameraFusion {
     /// The recognition as lines with their covariance.
     fn stated(
         &self,
-        look: &Look<'_>,
+        input: &SensorInput<'_>,
         camera: &CameraView,
         found: &Recognition,
         ways: &[Way],
-    ) -> Result<LaneEstimate, NoLane> {
+    ) -> Result<LaneEstimate, LaneError> {
         let lane = match camera {
             CameraView::Lane(lane) => Some(lane),
             CameraView::Blinded(_) => None,
@@ -501,9 +477,9 @@ impl CameraFusion {
             rest.extend(pieces);
         }
         if first.is_empty() {
-            return Err(NoLane::Refused { why: "The lines do not reach the vehicle.".into() });
+            return Err(LaneError::refused("the lines do not reach the vehicle"));
         }
-        let mut e = LaneEstimate::of_lines(METHOD, look.time_s, look.tracks.len(), first);
+        let mut e = LaneEstimate::of_lines(METHOD, input.time_s, input.tracks.len(), first);
         e.lines.extend(rest);
         let sources = match found.sources {
             Sources::CameraAndRadar => "camera and radar",
@@ -604,10 +580,10 @@ impl LaneEstimator for CameraFusion {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        match self.recognised(look) {
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        match self.recognised(input) {
             Ok(e) => e,
-            Err(why) => LaneEstimate::none(METHOD, look.time_s, look.tracks.len(), why),
+            Err(why) => LaneEstimate::none(METHOD, input.time_s, input.tracks.len(), why),
         }
     }
 }

@@ -1,8 +1,9 @@
-//! Which far part continues which near part (S section 4.1).
+//! Which far part continues which near part (Sangeetha Lakshmi section 4.1).
 
 use super::curve::Arc;
 use super::targets::Trail;
-use super::{Refusal, finite, positive, wrapped};
+use crate::error::{LaneError, finite, positive, within};
+use crate::numeric::wrapped;
 use glam::DVec2;
 
 /// Settings of [`match_lane`].
@@ -41,20 +42,16 @@ pub struct LaneMatch {
 /// document's printed form has no residual in it and is taken for damaged. On a straight level line the total
 /// is zero and R² does not exist; `spread_m2` adds a variance to each point's total for what is unknown
 /// beside the line's shape.
-pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64, Refusal> {
+pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64, LaneError> {
     if fitted.len() != observed.len() || observed.len() < 2 {
-        return Err(Refusal::TooFew {
-            what: "pairs of samples",
-            got: fitted.len().min(observed.len()),
-            need: 2,
-        });
+        return Err(LaneError::too_few("pairs of samples", fitted.len().min(observed.len()), 2));
     }
     let mean = observed.iter().sum::<f64>() / observed.len() as f64;
     let total: f64 = observed.iter().map(|y| (y - mean).powi(2) + spread_m2).sum();
     let left: f64 = fitted.iter().zip(observed).map(|(f, y)| (f - y).powi(2)).sum();
     let r = 1.0 - left / total;
     if total <= 0.0 {
-        return Err(Refusal::Degenerate { what: "R², as the observed values do not differ" });
+        return Err(LaneError::undetermined("R², as the observed values do not differ"));
     }
     finite("R²", r)
 }
@@ -68,19 +65,13 @@ pub fn match_lane(
     far: &Trail,
     lane_width_m: f64,
     settings: &MatchSettings,
-) -> Result<LaneMatch, Refusal> {
+) -> Result<LaneMatch, LaneError> {
     positive("the lane's width", lane_width_m)?;
-    if !(0..=50).contains(&settings.most_lanes) {
-        return Err(Refusal::OutOfRange {
-            what: "the number of lanes tried",
-            value: f64::from(settings.most_lanes),
-            allowed: "0 to 50",
-        });
-    }
+    within("the number of lanes tried", f64::from(settings.most_lanes), 0.0..=50.0)?;
     let chord = far.near.point_m - near_end.point_m;
     let gap_m = chord.length();
     if !(gap_m.is_finite() && near_end.heading_rad.is_finite() && near_end.curvature_1pm.is_finite()) {
-        return Err(Refusal::NotFinite { what: "the end of a part" });
+        return Err(LaneError::not_finite("the end of a part"));
     }
     let overlap = gap_m < 1.0 || chord.dot(DVec2::from_angle(near_end.heading_rad)) <= 0.0;
     let mut tried: Vec<(f64, i32, f64)> = Vec::new();
@@ -119,13 +110,20 @@ pub fn match_lane(
     }
     tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let Some((best, lane, slope)) = tried.first().copied() else {
-        return Err(Refusal::NoMatch { best_r_squared: f64::NEG_INFINITY, slope_gap_rad: f64::NAN });
+        return Err(no_match(f64::NEG_INFINITY, f64::NAN));
     };
     if !(best >= settings.least_r_squared && slope.abs() <= settings.slope_gap_rad) {
-        return Err(Refusal::NoMatch { best_r_squared: best, slope_gap_rad: slope });
+        return Err(no_match(best, slope));
     }
     let next_r_squared = tried.get(1).map_or(f64::NEG_INFINITY, |t| t.0);
     Ok(LaneMatch { lane, r_squared: best, next_r_squared, slope_gap_rad: slope, gap_m })
+}
+
+fn no_match(best_r_squared: f64, slope_gap_rad: f64) -> LaneError {
+    LaneError::refused(format!(
+        "the far part continues no lane near the car: the best goodness of fit is {best_r_squared:.3} with slopes {slope_gap_rad:.3} rad \
+         apart"
+    ))
 }
 
 /// Where an arc crosses the line across `along` at the distance x from `origin`: its distance to the left of
@@ -203,7 +201,7 @@ mod tests {
         let (point_m, heading_rad) = road.at(28.0, 0.0);
         let near = Arc { point_m, heading_rad, curvature_1pm: 0.0 };
         let m = match_lane(&near, &trail, 3.5, &MatchSettings::default());
-        assert!(matches!(m, Err(Refusal::NoMatch { .. })), "{m:?}");
+        assert!(matches!(m, Err(LaneError::Refused { .. })), "{m:?}");
         let bad = Arc { heading_rad: f64::NAN, ..near };
         assert!(match_lane(&bad, &trail, 3.5, &MatchSettings::default()).is_err());
         assert!(match_lane(&near, &trail, 0.0, &MatchSettings::default()).is_err());

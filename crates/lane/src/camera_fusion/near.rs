@@ -3,7 +3,8 @@
 use super::camera::{Camera, Image, Trapezoid};
 use super::curve::{Parabola, least_squares};
 use super::edges::{Edge, EdgeSettings, HoughLine, HoughSettings, edges, hough_lines};
-use super::{Refusal, positive, wrapped};
+use crate::error::{LaneError, positive};
+use crate::numeric::wrapped;
 use glam::{DMat2, DVec2};
 
 /// Settings of [`find_near_lane`].
@@ -64,19 +65,19 @@ struct Stripe {
 /// Left and right line of the own lane: edges, Hough lines inside the trapezoid, pairs of edges that are the
 /// two sides of one paint (dark to bright, then bright to dark), the pair of paints that lie left and right
 /// of the car at a lane's distance, and last a parabola on the ground through the edges of each paint, as
-/// Hough lines alone make every road straight (S section 4.3 names that as the method's limit).
+/// Hough lines alone make every road straight (Sangeetha Lakshmi section 4.3 names that as the method's limit).
 pub fn find_near_lane(
     camera: &Camera,
     image: &Image,
     trapezoid: &Trapezoid,
     settings: &NearSettings,
-) -> Result<NearLane, Refusal> {
+) -> Result<NearLane, LaneError> {
     camera.validate()?;
     positive("the least width of a painted line", settings.stripe_m[0])?;
     positive("the least width of a lane", settings.lane_m[0])?;
     if (image.width_px(), image.height_px()) != (camera.width_px, camera.height_px) {
         let value = image.width_px() as f64;
-        return Err(Refusal::OutOfRange { what: "the image's width", value, allowed: "the camera's size" });
+        return Err(LaneError::out_of_range("the image's width", value, "the camera's size"));
     }
     let found = edges(image, trapezoid, &settings.edges)?;
     let lines = hough_lines(&found.edges, &settings.hough)?;
@@ -128,7 +129,7 @@ pub fn find_near_lane(
             }
         }
     };
-    if lane.left.is_none() && lane.right.is_none() { Err(Refusal::NoLaneLine) } else { Ok(lane) }
+    if lane.left.is_none() && lane.right.is_none() { Err(LaneError::NoLaneLine) } else { Ok(lane) }
 }
 
 /// How far to the left of the car a line runs, where it passes beside it.
@@ -381,7 +382,7 @@ mod tests {
 
     const LINES: [(f64, bool); 3] = [(1.75, true), (-1.75, false), (5.25, false)];
 
-    fn see(road: &Road, weather: &Weather, seed: u64) -> Result<NearLane, Refusal> {
+    fn see(road: &Road, weather: &Weather, seed: u64) -> Result<NearLane, LaneError> {
         let c = camera();
         let t = Trapezoid::of_ground(&c, 6.0, 35.0, 6.0).unwrap();
         find_near_lane(&c, &render(&c, road, &LINES, weather, seed), &t, &NearSettings::default())
@@ -455,7 +456,7 @@ mod tests {
             ("dense fog", Weather { fog_1pm: 0.6, ..CLEAR }),
             ("blinding light", Weather { glare: 30.0, ..CLEAR }),
         ] {
-            assert_eq!(see(&Road::straight(), &weather, 1), Err(Refusal::NoLaneLine), "{name}");
+            assert_eq!(see(&Road::straight(), &weather, 1), Err(LaneError::NoLaneLine), "{name}");
         }
         let night = render(&camera(), &Road::straight(), &LINES, &Weather { light: 0.0, ..CLEAR }, 1);
         assert!(night.mean() < 0.02);

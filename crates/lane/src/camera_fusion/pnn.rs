@@ -1,7 +1,8 @@
-//! The road model by a probabilistic neural network (Specht 1990; S section 4.2).
+//! The road model by a probabilistic neural network (Specht 1990; Sangeetha Lakshmi section 4.2).
 
 use super::reconstruct::RoadModel;
-use super::{Refusal, positive, wrapped};
+use crate::error::{LaneError, positive};
+use crate::numeric::wrapped;
 use catseye::rng::Draws;
 
 /// The two inputs of the document: the lane line's slope at the end of the camera's part, and that at the
@@ -109,14 +110,14 @@ impl Pnn {
     /// Takes at least two bends of each model. The smoothing comes from leave-one-out on these bends alone:
     /// of 61 widths from 0.3 to 60 degrees the one with the largest mean log probability of the true model (a
     /// count of fifteen hits has too many ties to choose by).
-    pub fn train(bends: &[(Bend, RoadModel)]) -> Result<Pnn, Refusal> {
+    pub fn train(bends: &[(Bend, RoadModel)]) -> Result<Pnn, LaneError> {
         if bends.iter().any(|(b, _)| !(b.near_slope_rad.is_finite() && b.far_slope_rad.is_finite())) {
-            return Err(Refusal::NotFinite { what: "a slope" });
+            return Err(LaneError::not_finite("a slope"));
         }
         for model in RoadModel::ALL {
             let got = bends.iter().filter(|b| b.1 == model).count();
             if got < 2 {
-                return Err(Refusal::TooFew { what: "training bends of one road model", got, need: 2 });
+                return Err(LaneError::too_few("training bends of one road model", got, 2));
             }
         }
         let mut pnn = Pnn { patterns: bends.to_vec(), smoothing_rad: 0.0, left_out_share: 0.0 };
@@ -158,9 +159,9 @@ impl Pnn {
     }
 
     /// The most likely model; of equals the first in the document's order.
-    pub fn choose(&self, bend: &Bend) -> Result<Choice, Refusal> {
+    pub fn choose(&self, bend: &Bend) -> Result<Choice, LaneError> {
         if !(bend.near_slope_rad.is_finite() && bend.far_slope_rad.is_finite()) {
-            return Err(Refusal::NotFinite { what: "a slope" });
+            return Err(LaneError::not_finite("a slope"));
         }
         positive("the smoothing", self.smoothing_rad)?;
         let log = self.log_densities(bend, self.smoothing_rad, None);

@@ -1,4 +1,4 @@
-//! The whole recognition, and its repetition in time (S sections 4 and 5).
+//! The whole recognition, and its repetition in time (Sangeetha Lakshmi sections 4 and 5).
 
 use super::curve::{Arc, Parabola, fit_parabola};
 use super::matching::{LaneMatch, MatchSettings, match_lane};
@@ -6,7 +6,7 @@ use super::near::NearLane;
 use super::pnn::{Bend, Choice, Pnn};
 use super::reconstruct::{EdgeOfPart, RoadModel, reconstruct};
 use super::targets::Trail;
-use super::{Refusal, positive};
+use crate::error::{LaneError, positive, within};
 use glam::DVec2;
 use std::fmt;
 
@@ -129,7 +129,7 @@ pub struct Recognition {
     /// Middle of the near part.
     near: Option<Parabola>,
     /// Why parts were left out or a model was replaced.
-    pub notes: Vec<Refusal>,
+    pub notes: Vec<LaneError>,
 }
 
 impl Recognition {
@@ -150,7 +150,7 @@ impl Recognition {
 }
 
 /// Middle of the near lane as one parabola, and its width.
-fn near_middle(lane: &NearLane, settings: &RecogniseSettings) -> Result<(Parabola, f64), Refusal> {
+fn near_middle(lane: &NearLane, settings: &RecogniseSettings) -> Result<(Parabola, f64), LaneError> {
     let width_m = match (&lane.left, &lane.right) {
         (Some(l), Some(r)) => {
             let at = l.curve.point(0.0);
@@ -170,7 +170,7 @@ fn near_middle(lane: &NearLane, settings: &RecogniseSettings) -> Result<(Parabol
         }
     }
     if points.is_empty() {
-        return Err(Refusal::NoLaneLine);
+        return Err(LaneError::NoLaneLine);
     }
     points_in_order(&mut points, &mut weights);
     Ok((fit_parabola(&points, Some(&weights), None)?, width_m))
@@ -187,7 +187,7 @@ fn points_in_order(points: &mut [DVec2], weights: &mut [f64]) {
 }
 
 /// A far way moved sideways into another lane.
-fn moved_aside(trail: &Trail, left_m: f64) -> Result<Trail, Refusal> {
+fn moved_aside(trail: &Trail, left_m: f64) -> Result<Trail, LaneError> {
     if left_m == 0.0 {
         return Ok(trail.clone());
     }
@@ -204,12 +204,10 @@ pub fn recognise(
     input: &RecogniseInput,
     pnn: &Pnn,
     settings: &RecogniseSettings,
-) -> Result<Recognition, Refusal> {
+) -> Result<Recognition, LaneError> {
     positive("the lane's width", settings.lane_width_m)?;
     positive("the longest extension", settings.extension_m)?;
-    if !(0.01..=100.0).contains(&settings.step_m) {
-        return Err(Refusal::OutOfRange { what: "the step", value: settings.step_m, allowed: "0.01 to 100" });
-    }
+    within("the step", settings.step_m, 0.01..=100.0)?;
     match input.camera {
         CameraView::Blinded(why) => radar_alone(input, *why, settings),
         CameraView::Lane(lane) => {
@@ -228,7 +226,7 @@ fn radar_alone(
     input: &RecogniseInput,
     why: Blinding,
     settings: &RecogniseSettings,
-) -> Result<Recognition, Refusal> {
+) -> Result<Recognition, LaneError> {
     let mut best: Option<(f64, usize, i32, f64)> = None;
     let mut notes = Vec::new();
     for (i, trail) in input.trails.iter().enumerate() {
@@ -240,11 +238,11 @@ fn radar_alone(
         let p = trail.near.point(s);
         if p.x.is_nan() || p.x.abs() >= 2.0 {
             let value = trail.near.point_m.length();
-            notes.push(Refusal::OutOfRange {
-                what: "the distance of a way's start",
+            notes.push(LaneError::out_of_range(
+                "the distance of a way's start",
                 value,
-                allowed: "within the longest extension",
-            });
+                "within the longest extension",
+            ));
             continue;
         }
         let normal = DVec2::from_angle(trail.near.heading_at(s)).perp();
@@ -258,7 +256,10 @@ fn radar_alone(
         }
     }
     let Some((_, i, lane, s)) = best else {
-        return Err(notes.into_iter().next().unwrap_or(Refusal::NothingSeen));
+        return Err(notes
+            .into_iter()
+            .next()
+            .unwrap_or(LaneError::refused("neither the camera nor the radar sees a lane")));
     };
     let trail = &input.trails[i];
     let left = -f64::from(lane) * settings.lane_width_m;
@@ -293,7 +294,7 @@ fn fuse(
     input: &RecogniseInput,
     pnn: &Pnn,
     settings: &RecogniseSettings,
-) -> Result<Recognition, Refusal> {
+) -> Result<Recognition, LaneError> {
     let near_points = along(&near, settings.step_m);
     let mut out = Recognition {
         sources: Sources::CameraAlone,
@@ -336,7 +337,7 @@ fn fuse(
         .map(|k| a + (b - a) * f64::from(k) / 200.0)
         .find(|u| (far.curve.point(*u) - end.point_m).dot(heading) > 2.0 || wide(&end, &far.curve, *u));
     let Some(start) = beyond else {
-        out.notes.push(Refusal::Degenerate { what: "the far part, as it ends within the camera's view" });
+        out.notes.push(LaneError::undetermined("the far part, as it ends within the camera's view"));
         return Ok(out.with_lines());
     };
     let mut curve = far.curve;
@@ -371,35 +372,11 @@ fn fuse(
 
 /// Whether the far curve has turned across the near end's direction at u and lies clear of it.
 fn wide(end: &Arc, curve: &Parabola, u_m: f64) -> bool {
-    let turn = super::wrapped(curve.heading_rad(u_m) - end.heading_rad).abs();
+    let turn = crate::numeric::wrapped(curve.heading_rad(u_m) - end.heading_rad).abs();
     turn > 1.0 && curve.point(u_m).distance(end.point_m) > 2.0
 }
 
-/// The recognitions of a drive: windows (start, end) of `period_s`, each half a period after the one before
-/// (S section 5), so that neighbours share half their data.
-pub fn windows(from_s: f64, to_s: f64, period_s: f64) -> Result<Vec<[f64; 2]>, Refusal> {
-    positive("the period", period_s)?;
-    let span = super::finite("the drive's time", to_s - from_s)?;
-    let count = ((span - period_s) / (0.5 * period_s) + 1e-9).floor();
-    if count < 0.0 {
-        return Err(Refusal::OutOfRange {
-            what: "the drive's time",
-            value: span,
-            allowed: "at least one period",
-        });
-    }
-    if count > 1e6 {
-        return Err(Refusal::OutOfRange {
-            what: "the number of windows",
-            value: count,
-            allowed: "at most 1e6",
-        });
-    }
-    let start = |i: usize| from_s + 0.5 * period_s * i as f64;
-    Ok((0..=count as usize).map(|i| [start(i), start(i) + period_s]).collect())
-}
-
-/// Recognition step by step (S section 5).
+/// Recognition step by step (Sangeetha Lakshmi section 5).
 ///
 /// With the same model as before, the two lanes are averaged where both know the road. With another model the
 /// earlier near part, moved into the present frame, is joined to the present one with half its weight, and
@@ -421,8 +398,8 @@ impl Recogniser {
         &mut self,
         input: &RecogniseInput,
         pnn: &Pnn,
-        from_previous: impl Fn(DVec2) -> Result<DVec2, Refusal>,
-    ) -> Result<Recognition, Refusal> {
+        from_previous: impl Fn(DVec2) -> Result<DVec2, LaneError>,
+    ) -> Result<Recognition, LaneError> {
         let mut now = recognise(input, pnn, &self.settings)?;
         if let Some(before) = &self.previous {
             let moved: Vec<DVec2> =
@@ -621,13 +598,16 @@ mod tests {
         }
         let none =
             RecogniseInput { camera: &CameraView::Blinded(Blinding::Glare), trails: &[], known_lanes: &[] };
-        assert_eq!(recognise(&none, &pnn, &RecogniseSettings::default()), Err(Refusal::NothingSeen));
+        assert_eq!(
+            recognise(&none, &pnn, &RecogniseSettings::default()),
+            Err(LaneError::refused("neither the camera nor the radar sees a lane"))
+        );
         // Too far to extend: the reason, not a guess.
         let far = [Trail::fit(&way(&Road::straight(), 90.0, 130.0, 0.0, 30, 0.0, 1)).unwrap()];
         let input = RecogniseInput { trails: &far, ..none };
         assert!(matches!(
             recognise(&input, &pnn, &RecogniseSettings::default()),
-            Err(Refusal::OutOfRange { .. })
+            Err(LaneError::OutOfRange { .. })
         ));
     }
 
@@ -646,7 +626,7 @@ mod tests {
             &RecogniseSettings::default(),
         )
         .unwrap();
-        assert!(r.sources == Sources::CameraAlone && matches!(r.notes[0], Refusal::NoMatch { .. }));
+        assert!(r.sources == Sources::CameraAlone && matches!(r.notes[0], LaneError::Refused { .. }));
         let one = match &camera {
             CameraView::Lane(l) => CameraView::Lane(NearLane { left: None, right: l.right.clone() }),
             other => other.clone(),
@@ -670,15 +650,6 @@ mod tests {
         let bad = RecogniseSettings { lane_width_m: f64::NAN, ..Default::default() };
         assert!(recognise(&input, &pnn(), &bad).is_err());
         assert!(recognise(&input, &pnn(), &RecogniseSettings { step_m: 0.0, ..Default::default() }).is_err());
-    }
-
-    #[test]
-    fn windows_share_half() {
-        let w = windows(0.0, 5.0, 2.0).unwrap();
-        assert_eq!(w, [[0.0, 2.0], [1.0, 3.0], [2.0, 4.0], [3.0, 5.0]]);
-        assert!(w.windows(2).all(|p| p[0][1] - p[1][0] == 1.0));
-        assert!(windows(0.0, 1.0, 2.0).is_err() && windows(0.0, f64::NAN, 2.0).is_err());
-        assert!(windows(0.0, 1.0, 0.0).is_err() && windows(0.0, 1e12, 1.0).is_err());
     }
 
     /// Averaging successive recognitions of a straight road lowers the scatter of the far part.
@@ -739,7 +710,13 @@ mod tests {
         let camera = near(&second, 23.0, 0.0, 1);
         let input = RecogniseInput { camera: &camera, trails: &[], known_lanes: &[] };
         let before = recogniser.clone();
-        assert!(recogniser.step(&input, &pnn, |_| Err(Refusal::NothingSeen)).is_err());
+        assert!(
+            recogniser
+                .step(&input, &pnn, |_| Err(LaneError::refused(
+                    "neither the camera nor the radar sees a lane"
+                )))
+                .is_err()
+        );
         assert_eq!(recogniser, before);
     }
 }

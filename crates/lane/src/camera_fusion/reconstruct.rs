@@ -1,7 +1,8 @@
-//! The blind middle between the near and the far part, by road model (S section 4.3).
+//! The blind middle between the near and the far part, by road model (Sangeetha Lakshmi section 4.3).
 
 use super::curve::Arc;
-use super::{Refusal, positive, wrapped};
+use crate::error::{LaneError, positive, within};
+use crate::numeric::wrapped;
 use glam::DVec2;
 use std::fmt;
 
@@ -70,19 +71,13 @@ pub fn reconstruct(
     near: &EdgeOfPart,
     far: &EdgeOfPart,
     points: usize,
-) -> Result<Middle, Refusal> {
-    if !(2..=100_000).contains(&points) {
-        return Err(Refusal::OutOfRange {
-            what: "the number of points",
-            value: points as f64,
-            allowed: "2 to 100000",
-        });
-    }
+) -> Result<Middle, LaneError> {
+    within("the number of points", points as f64, 2.0..=100_000.0)?;
     let (p, q) = (near.arc.point_m, far.arc.point_m);
     let chord = q - p;
     let all = near.arc.heading_rad + far.arc.heading_rad + near.arc.curvature_1pm + far.arc.curvature_1pm;
     if !(chord.is_finite() && all.is_finite()) {
-        return Err(Refusal::NotFinite { what: "the edge of a part" });
+        return Err(LaneError::not_finite("the edge of a part"));
     }
     positive("the gap between the parts", chord.length())?;
     let share = |i: usize| i as f64 / (points - 1) as f64;
@@ -155,13 +150,15 @@ pub fn reconstruct(
 /// Lengths of the two tangents from the edges to the point where they meet, and the turn between them. The
 /// meeting point must lie ahead of the near edge and before the far one, and the turn must have the model's
 /// sign.
-fn tangents(model: RoadModel, near: &Arc, far: &Arc) -> Result<(f64, f64, f64), Refusal> {
+fn tangents(model: RoadModel, near: &Arc, far: &Arc) -> Result<(f64, f64, f64), LaneError> {
     let turn = wrapped(far.heading_rad - near.heading_rad);
     let (e, f) = (DVec2::from_angle(near.heading_rad), DVec2::from_angle(far.heading_rad));
     let chord = far.point_m - near.point_m;
     let cross = e.perp_dot(f);
     let left = matches!(model, RoadModel::CurveLeft | RoadModel::RightAngleLeft);
-    let refused = Err(Refusal::TangentsDoNotMeet { model });
+    let refused = Err(LaneError::refused(format!(
+        "the tangents at the edges do not meet between them as the model '{model}' needs"
+    )));
     if cross.abs() < 1e-6 || (turn > 0.0) != left || turn.abs() > 3.0 {
         return refused;
     }
@@ -265,7 +262,12 @@ mod tests {
         let road = Road::bend(30.0, 20.0, 1.5);
         let (near, far) = (edge(&road, 25.0, 1.0), edge(&road, 70.0, 1.0));
         for model in [RoadModel::CurveRight, RoadModel::RightAngleRight] {
-            assert_eq!(reconstruct(model, &near, &far, 10), Err(Refusal::TangentsDoNotMeet { model }));
+            assert_eq!(
+                reconstruct(model, &near, &far, 10),
+                Err(LaneError::refused(format!(
+                    "the tangents at the edges do not meet between them as the model '{model}' needs"
+                )))
+            );
         }
         assert!(reconstruct(RoadModel::CurveLeft, &far, &near, 10).is_err());
         assert!(reconstruct(RoadModel::Straight, &near, &near, 10).is_err());

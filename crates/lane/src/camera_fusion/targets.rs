@@ -1,18 +1,9 @@
 //! The far part: ways of the cars ahead from a radar's tracks, in the present car's frame.
 
-use super::curve::{Arc, Parabola, fit_parabola, sinc};
-use super::{Refusal, finite, positive, wrapped};
+use super::curve::{Arc, Parabola, fit_parabola};
+use crate::error::{LaneError, checked, finite, positive};
+use crate::numeric::wrapped;
 use glam::DVec2;
-
-/// A point of the earlier vehicle frame in the frame after the car has gone `travelled_m` along an arc (S
-/// section 3.1 with its signs set right). The car turns by P = L / r, so x' = x cos P + y sin P and y' = -x
-/// sin P + y cos P; then the way gone is taken off. Its chord has the length L sinc(P/2) and lies at P/2
-/// behind the new x axis; the document's L cos P and L sin P are that to first order only.
-pub fn step_to_present(point_m: DVec2, travelled_m: f64, curvature_1pm: f64) -> DVec2 {
-    let turn = travelled_m * curvature_1pm;
-    let chord = travelled_m * sinc(0.5 * turn);
-    DVec2::from_angle(-turn).rotate(point_m) - DVec2::from_angle(-0.5 * turn) * chord
-}
 
 /// The car's own motion from `time_s` until the next sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,13 +25,11 @@ pub struct EgoPath {
 
 impl EgoPath {
     /// From samples in order of time; the last one's motion goes on for `hold_s`.
-    pub fn new(samples: &[EgoSample], hold_s: f64) -> Result<EgoPath, Refusal> {
+    pub fn new(samples: &[EgoSample], hold_s: f64) -> Result<EgoPath, LaneError> {
         let Some(last) = samples.last() else {
-            return Err(Refusal::TooFew { what: "samples of the car's motion", got: 0, need: 1 });
+            return Err(LaneError::too_few("samples of the car's motion", 0, 1));
         };
-        if !(hold_s >= 0.0 && hold_s.is_finite()) {
-            return Err(Refusal::OutOfRange { what: "the hold time", value: hold_s, allowed: "0 or more" });
-        }
+        checked("the hold time", hold_s, hold_s >= 0.0 && hold_s.is_finite(), "0 or more")?;
         for s in samples {
             finite("a sample of the car's motion", s.time_s + s.speed_mps + s.curvature_1pm)?;
         }
@@ -52,7 +41,7 @@ impl EgoPath {
         for pair in samples.windows(2) {
             let dt = pair[1].time_s - pair[0].time_s;
             if dt < 0.0 {
-                return Err(Refusal::OutOfRange { what: "a step of time", value: dt, allowed: "0 or more" });
+                return Err(LaneError::out_of_range("a step of time", dt, "0 or more"));
             }
             let s = pair[0].speed_mps * dt;
             pose = Arc {
@@ -64,47 +53,32 @@ impl EgoPath {
         }
         match poses.iter().all(|p| p.point_m.is_finite() && p.heading_rad.is_finite()) {
             true => Ok(EgoPath { samples, poses }),
-            false => Err(Refusal::NotFinite { what: "the car's way" }),
+            false => Err(LaneError::not_finite("the car's way")),
         }
     }
 
     /// Position and heading at a time within the samples.
-    pub fn pose(&self, time_s: f64) -> Result<(DVec2, f64), Refusal> {
+    pub fn pose(&self, time_s: f64) -> Result<(DVec2, f64), LaneError> {
         let outside =
             !(time_s >= self.samples[0].time_s && time_s <= self.samples[self.samples.len() - 1].time_s);
         if outside {
-            return Err(Refusal::OutOfRange {
-                what: "a time",
-                value: time_s,
-                allowed: "within the car's motion",
-            });
+            return Err(LaneError::out_of_range("a time", time_s, "within the car's motion"));
         }
         let i = self.samples.partition_point(|s| s.time_s <= time_s).saturating_sub(1);
         let s = self.samples[i].speed_mps * (time_s - self.samples[i].time_s);
         Ok((self.poses[i].point(s), self.poses[i].heading_at(s)))
     }
 
-    /// A point seen at `then_s` in the vehicle frame of `now_s`.
-    pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, Refusal> {
+    /// A point seen at `then_s` in the vehicle frame of `now_s`: Sangeetha Lakshmi section 3.1 with its signs set right, and with the chord of the way
+    /// gone in place of its first order.
+    pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, LaneError> {
         let ((p0, h0), (p1, h1)) = (self.pose(then_s)?, self.pose(now_s)?);
         let out = DVec2::from_angle(-h1).rotate(p0 + DVec2::from_angle(h0).rotate(point_m) - p1);
-        if out.is_finite() { Ok(out) } else { Err(Refusal::NotFinite { what: "a point of a track" }) }
-    }
-
-    /// A track's points in the vehicle frame of `now_s`, in their order (S section 3.1).
-    pub fn track_at(&self, track: &[TrackPoint], now_s: f64) -> Result<Vec<DVec2>, Refusal> {
-        track.iter().map(|t| self.moved(t.position_m, t.time_s, now_s)).collect()
+        if out.is_finite() { Ok(out) } else { Err(LaneError::not_finite("a point of a track")) }
     }
 }
 
-/// A target's place in the vehicle frame of its own time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackPoint {
-    pub time_s: f64,
-    pub position_m: DVec2,
-}
-
-/// The way of one car ahead: its parabola inside the span and the arcs that extend it (S section 3.2).
+/// The way of one car ahead: its parabola inside the span and the arcs that extend it (Sangeetha Lakshmi section 3.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trail {
     pub curve: Parabola,
@@ -116,9 +90,9 @@ pub struct Trail {
 
 impl Trail {
     /// From at least four points in the present frame; the end nearer to the car becomes the start.
-    pub fn fit(points_m: &[DVec2]) -> Result<Trail, Refusal> {
+    pub fn fit(points_m: &[DVec2]) -> Result<Trail, LaneError> {
         let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
-            return Err(Refusal::TooFew { what: "points of the curve", got: 0, need: 4 });
+            return Err(LaneError::too_few("points of the curve", 0, 4));
         };
         if last.length() < first.length() {
             let back: Vec<DVec2> = points_m.iter().rev().copied().collect();
@@ -129,7 +103,7 @@ impl Trail {
 
     /// Arcs through three marginal points of the curve: an end, and one and two quarters of the length
     /// inward.
-    pub fn new(curve: Parabola) -> Result<Trail, Refusal> {
+    pub fn new(curve: Parabola) -> Result<Trail, LaneError> {
         let [a, b] = curve.span_m;
         let quarter = 0.25 * (b - a);
         let near = Arc::through(curve.point(a), curve.point(a + quarter), curve.point(a + 2.0 * quarter))?;
@@ -159,10 +133,10 @@ impl Trail {
         (self.curve.span_m[0] - u_m).max(u_m - self.curve.span_m[1]).max(0.0)
     }
 
-    /// Distance from this way to another along this one's normals (S figure 7, points E and F), positive when
+    /// Distance from this way to another along this one's normals (Sangeetha Lakshmi figure 7, points E and F), positive when
     /// the other lies to the left. Taken where the two need the least extension, at most `extension_m` for
     /// each.
-    pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, Refusal> {
+    pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, LaneError> {
         positive("the longest extension", extension_m)?;
         let grid = |t: &Trail, n: usize| -> Vec<f64> {
             let [a, b] = [t.curve.span_m[0] - extension_m, t.curve.span_m[1] + extension_m];
@@ -191,9 +165,9 @@ impl Trail {
         }
         let least = found.iter().map(|f| f.0).fold(f64::INFINITY, f64::min);
         if !least.is_finite() {
-            return Err(Refusal::Degenerate {
-                what: "the distance of two ways, as no normal of one meets the other",
-            });
+            return Err(LaneError::undetermined(
+                "the distance of two ways, as no normal of one meets the other",
+            ));
         }
         let mut near: Vec<f64> = found.iter().filter(|f| f.0 <= least + 1.0).map(|f| f.1).collect();
         near.sort_by(f64::total_cmp);
@@ -219,17 +193,17 @@ pub struct LanePlace {
     pub extension_m: f64,
 }
 
-/// Which targets share a lane (S section 3.2, figures 5 to 7): the distance of each way from the first one's,
+/// Which targets share a lane (Sangeetha Lakshmi section 3.2, figures 5 to 7): the distance of each way from the first one's,
 /// divided by the lane's width and rounded. A target whose way meets no normal gets the reason in place of a
 /// lane.
 pub fn tell_lanes_apart(
     trails: &[Trail],
     lane_width_m: f64,
     extension_m: f64,
-) -> Result<Vec<Result<LanePlace, Refusal>>, Refusal> {
+) -> Result<Vec<Result<LanePlace, LaneError>>, LaneError> {
     positive("the lane's width", lane_width_m)?;
     let Some(first) = trails.first() else {
-        return Err(Refusal::TooFew { what: "ways of targets", got: 0, need: 1 });
+        return Err(LaneError::too_few("ways of targets", 0, 1));
     };
     let place = |o: LaneOffset| {
         let lane = (o.offset_m / lane_width_m).round();
@@ -246,29 +220,6 @@ mod tests {
     use super::super::synth::{Draws, Road, way};
     use super::*;
 
-    #[test]
-    fn a_step_is_the_inverse_of_the_motion() {
-        let mut draws = Draws::new(11, 0);
-        for _ in 0..300 {
-            let (l, k) = (30.0 * draws.uniform(), 0.05 * draws.normal());
-            let p = DVec2::new(60.0 * draws.uniform(), 10.0 * draws.normal());
-            let pose = Arc { point_m: DVec2::ZERO, heading_rad: 0.0, curvature_1pm: k };
-            let now = step_to_present(p, l, k);
-            let back = pose.point(l) + DVec2::from_angle(pose.heading_at(l)).rotate(now);
-            assert!(back.distance(p) < 1e-9, "{p} {back}");
-        }
-        assert_eq!(step_to_present(DVec2::new(50.0, 2.0), 10.0, 0.0), DVec2::new(40.0, 2.0));
-        assert_eq!(step_to_present(DVec2::new(50.0, 2.0), 0.0, 0.02), DVec2::new(50.0, 2.0));
-        // A left turn moves what is ahead to the right.
-        assert!(step_to_present(DVec2::new(50.0, 0.0), 1.0, 0.01).y < 0.0);
-        // The printed first-order form x' - L cos P, y' + L sin P is off by about L P / 2 to the side.
-        let (l, k) = (10.0f64, 0.01f64);
-        let turned = DVec2::from_angle(-l * k).rotate(DVec2::new(50.0, 2.0));
-        let printed = turned - DVec2::new(l * (l * k).cos(), -l * (l * k).sin());
-        let off = printed - step_to_present(DVec2::new(50.0, 2.0), l, k);
-        assert!((off.y - 0.5 * l * l * k).abs() < 0.01, "{off}");
-    }
-
     /// A car ahead on a road, watched from a car on the same road: its track must come out on the road.
     #[test]
     fn tracks_lie_on_the_road() {
@@ -279,19 +230,19 @@ mod tests {
                 .map(|i| EgoSample { time_s: i as f64 * dt, speed_mps: speed, curvature_1pm: k })
                 .collect();
             let path = EgoPath::new(&ego, dt).unwrap();
-            let track: Vec<TrackPoint> = ego
+            let track: Vec<(f64, DVec2)> = ego
                 .iter()
                 .map(|e| {
                     let s = speed * e.time_s;
                     let seen = road.point(s + 30.0 + 0.5 * s) - road.point(s);
                     let position_m = DVec2::from_angle(-road.heading_at(s)).rotate(seen);
-                    TrackPoint { time_s: e.time_s, position_m }
+                    (e.time_s, position_m)
                 })
                 .collect();
             let now = 40.0 * dt;
-            let points = path.track_at(&track, now).unwrap();
-            for (t, p) in track.iter().zip(points) {
-                let want = road.point(30.0 + 1.5 * speed * t.time_s - speed * now);
+            for (time_s, seen) in track {
+                let p = path.moved(seen, time_s, now).unwrap();
+                let want = road.point(30.0 + 1.5 * speed * time_s - speed * now);
                 assert!(p.distance(want) < 1e-9, "{k}: {p} {want}");
             }
             assert!(path.moved(DVec2::X, -1.0, 0.0).is_err() && path.moved(DVec2::X, 0.0, f64::NAN).is_err());

@@ -1,4 +1,4 @@
-//! How many vehicles were given the right lane, by kind of scene (document L, section 4.2 and table 1).
+//! How many vehicles were given the right lane, by kind of scene (Li, section 4.2 and table 1).
 
 use super::{Assignment, Dropped};
 use std::fmt;
@@ -25,7 +25,7 @@ impl SceneKind {
         }
     }
 
-    /// Vehicles and per cent right of document L, table 1: to print beside, never a result.
+    /// Vehicles and per cent right of Li, table 1: to print beside, never a result.
     pub fn document(self) -> (u32, f64) {
         match self {
             SceneKind::Straight => (187, 98.93),
@@ -206,8 +206,9 @@ impl fmt::Display for AccuracyTable {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Fit, LaneKind, LanePlace, MapFault};
+    use super::super::{Fit, LaneKind, LanePlace};
     use super::*;
+    use crate::error::LaneError;
 
     fn given(number: i32) -> Assignment {
         let lane = Ok(LanePlace {
@@ -242,7 +243,11 @@ mod tests {
         assert_eq!(table.record(s, 2, &given(3), Some(&off)), Some(Cause::Method));
         assert_eq!(table.record(s, 2, &given(3), None), Some(Cause::Unexplained));
         assert_eq!(table.record(s, 2, &off, Some(&given(2))), Some(Cause::Dropped));
-        for why in [Dropped::NotFinite, Dropped::BadCovariance, Dropped::Map(MapFault::BadPose)] {
+        for why in [
+            Dropped::NotFinite,
+            Dropped::BadCovariance,
+            Dropped::Map(LaneError::refused("the radar's pose is not finite or not near the earth")),
+        ] {
             assert_eq!(table.record(s, 2, &dropped(why), None), Some(Cause::Unusable));
         }
         let tally = *table.tally(s);

@@ -1,4 +1,4 @@
-//! Where a line across the road meets an edge that is given by points (document L, section 3.3).
+//! Where a line across the road meets an edge that is given by points (Li, section 3.3).
 
 use glam::DVec2;
 
@@ -7,7 +7,7 @@ use glam::DVec2;
 pub enum EdgeRule {
     /// Straight.
     Linear,
-    /// The parabola through the three points nearest along the road (document L, eq. 9).
+    /// The parabola through the three points nearest along the road (Li, eq. 9).
     Nearest,
     /// The same with the neighbour on whose side the edge bends less, at the ends of the edge no more than
     /// one point farther in, and straight where the two sides bend contrary ways or the edge bends back

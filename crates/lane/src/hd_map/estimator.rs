@@ -1,13 +1,12 @@
-//! The map behind the interface of all methods: the lane number of every track of a look, which is document L's product, and the lane of
+//! The map behind the interface of all methods: the lane number of every track of a look, which is Li's product, and the lane of
 //! the vehicle that carries the radar where it stands on a road of the map.
 
-use super::{
-    Assignment, Carriageway, HdMap, LaneKind, LocalMap, MapFault, RadarFrame, RadarPose, Settings, Target,
-};
+use super::{Assignment, Carriageway, HdMap, LaneKind, LocalMap, RadarFrame, RadarPose, Settings, Target};
 pub use crate::body::Body;
 use crate::body::Step;
 use crate::curve::fit_simplest;
-use crate::{LaneEstimate, LaneEstimator, LaneTrack, Line, Look, NoLane};
+use crate::error;
+use crate::{LaneError, LaneEstimate, LaneEstimator, LaneTrack, Line, SensorInput};
 use glam::{DMat2, DVec2};
 
 /// A line is taken to be no better known than this, m: its points are measured.
@@ -23,7 +22,7 @@ const ACROSS_ROAD_RAD: f64 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     pub settings: Settings,
-    /// Of the radar in the vehicle's level frame; [`Look::place`] is the radar's own place.
+    /// Of the radar in the vehicle's level frame; [`SensorInput::place`] is the radar's own place.
     pub radar_at_m: [f64; 2],
     /// Of the radar's boresight, positive left.
     pub radar_yaw_rad: f64,
@@ -70,24 +69,19 @@ impl MapLanes {
     pub const METHOD: &'static str = "hd-map";
 
     /// Errors: the first fault of the map or of the settings.
-    pub fn new(map: HdMap, options: Options) -> Result<MapLanes, MapFault> {
+    pub fn new(map: HdMap, options: Options) -> Result<MapLanes, LaneError> {
         map.check()?;
         let o = &options;
-        for (name, value) in [
-            ("place_std_m", o.place_std_m),
-            ("azimuth_std_rad", o.azimuth_std_rad),
-            ("reach_m", o.reach_m),
-            ("along_road_std_rad", o.along_road_std_rad),
-            ("direction_std_rad", o.direction_std_rad),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(MapFault::BadSetting { name });
-            }
-        }
+        let good = |v: f64| v.is_finite() && v >= 0.0;
         let [x, y] = o.radar_at_m;
-        if !(x.is_finite() && y.is_finite() && o.radar_yaw_rad.is_finite()) {
-            return Err(MapFault::BadSetting { name: "radar_at_m" });
-        }
+        error::settings(&[
+            ("place_std_m", good(o.place_std_m)),
+            ("azimuth_std_rad", good(o.azimuth_std_rad)),
+            ("reach_m", good(o.reach_m)),
+            ("along_road_std_rad", good(o.along_road_std_rad)),
+            ("direction_std_rad", good(o.direction_std_rad)),
+            ("radar_at_m", x.is_finite() && y.is_finite() && o.radar_yaw_rad.is_finite()),
+        ])?;
         // Edges and settings are checked on the way into a frame, wherever it is.
         let anywhere = RadarPose { position: map.carriageways[0].inner_edge[0], azimuth_rad: 0.0 };
         LocalMap::new(&map, &anywhere, options.settings)?;
@@ -103,18 +97,17 @@ impl MapLanes {
         self.options.radar_at_m
     }
 
-    fn at(&mut self, look: &Look<'_>) -> Result<(RadarPose, &LocalMap), NoLane> {
-        let Some(pose) = look.place else {
-            return Err(NoLane::NotGiven { what: "the radar's place on the earth".into() });
+    fn at(&mut self, input: &SensorInput<'_>) -> Result<(RadarPose, &LocalMap), LaneError> {
+        let Some(pose) = input.place else {
+            return Err(LaneError::NotGiven { what: "the radar's place on the earth".into() });
         };
         if self.local.as_ref().is_none_or(|(p, _)| *p != pose) {
-            let local = LocalMap::new(&self.map, &pose, self.options.settings)
-                .map_err(|why| NoLane::Refused { why: why.to_string() })?;
+            let local = LocalMap::new(&self.map, &pose, self.options.settings)?;
             self.local = Some((pose, local));
         }
         match &self.local {
             Some((_, local)) => Ok((pose, local)),
-            None => Err(NoLane::Refused { why: "the map has no place".into() }),
+            None => Err(LaneError::refused("the map has no place")),
         }
     }
 
@@ -170,35 +163,35 @@ impl MapLanes {
         Target::new(back * middle, DMat2::from_cols(DVec2::new(c.x_axis.x, off), DVec2::new(off, c.y_axis.y)))
     }
 
-    /// The lane of each track of a look, in order (document L's product).
+    /// The lane of each track of a look, in order (Li's product).
     ///
     /// Errors: no place in the look; a place that is none.
-    pub fn targets(&mut self, look: &Look<'_>) -> Result<Vec<Assignment>, NoLane> {
-        self.at(look)?;
-        let targets: Vec<Target> = look.tracks.iter().map(|t| self.target(t)).collect();
-        Ok(self.at(look)?.1.assign(&targets))
+    pub fn targets(&mut self, input: &SensorInput<'_>) -> Result<Vec<Assignment>, LaneError> {
+        self.at(input)?;
+        let targets: Vec<Target> = input.tracks.iter().map(|t| self.target(t)).collect();
+        Ok(self.at(input)?.1.assign(&targets))
     }
 
     /// The lane of a point of the vehicle's level frame, with no error: for comparison with what is true.
-    pub fn lane_at(&mut self, look: &Look<'_>, at_m: [f64; 2]) -> Result<Assignment, NoLane> {
+    pub fn lane_at(&mut self, input: &SensorInput<'_>, at_m: [f64; 2]) -> Result<Assignment, LaneError> {
         let o = &self.options;
         let from = DVec2::from_array(at_m) - DVec2::from_array(o.radar_at_m);
         let target = Target::new(DMat2::from_angle(-o.radar_yaw_rad) * from, DMat2::ZERO);
-        Ok(Assignment { target: 0, lane: self.at(look)?.1.place(&target) })
+        Ok(Assignment { target: 0, lane: self.at(input)?.1.place(&target) })
     }
 
-    fn own_lane(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+    fn own_lane(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
         let o = self.options;
         let own = DMat2::from_angle(-o.radar_yaw_rad) * -DVec2::from_array(o.radar_at_m);
         let spread = o.place_std_m.powi(2) + (own.length() * o.azimuth_std_rad).powi(2);
         let target = Target::new(own, DMat2::from_diagonal(DVec2::splat(spread)));
-        let (pose, local) = self.at(look)?;
-        let place = local.place(&target).map_err(|why| NoLane::Refused { why: why.to_string() })?;
+        let (pose, local) = self.at(input)?;
+        let place = local.place(&target).map_err(LaneError::refused)?;
         if place.fit != super::Fit::Inside {
-            return Err(NoLane::Refused { why: "the vehicle stands beside the lanes of the map".into() });
+            return Err(LaneError::refused("the vehicle stands beside the lanes of the map"));
         }
         let Some(frame) = RadarFrame::new(&pose) else {
-            return Err(NoLane::Refused { why: MapFault::BadPose.to_string() });
+            return Err(LaneError::refused("the radar's pose is not finite or not near the earth"));
         };
         let turn = DMat2::from_angle(o.radar_yaw_rad);
         let here = |p: &super::Wgs84| turn * frame.radar_m(p).truncate() + DVec2::from_array(o.radar_at_m);
@@ -215,9 +208,9 @@ impl MapLanes {
             }
         }
         if lines.is_empty() {
-            return Err(NoLane::Refused { why: "no line of the map has two points within reach".into() });
+            return Err(LaneError::refused("no line of the map has two points within reach"));
         }
-        let mut estimate = LaneEstimate::of_lines(Self::METHOD, look.time_s, look.tracks.len(), lines);
+        let mut estimate = LaneEstimate::of_lines(Self::METHOD, input.time_s, input.tracks.len(), lines);
         estimate.lane_number = Some(place.number);
         estimate.confidence = place.probability;
         Ok(estimate)
@@ -230,9 +223,9 @@ impl LaneEstimator for MapLanes {
     }
 
     /// The vehicle's own lane; lines of all carriageways within reach. That of others: [`MapLanes::targets`].
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        self.own_lane(look)
-            .unwrap_or_else(|why| LaneEstimate::none(Self::METHOD, look.time_s, look.tracks.len(), why))
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        self.own_lane(input)
+            .unwrap_or_else(|why| LaneEstimate::none(Self::METHOD, input.time_s, input.tracks.len(), why))
     }
 }
 

@@ -1,5 +1,5 @@
 //! WGS-84 coordinates and the axes of a radar that stands on the road: latitude, longitude, height ->
-//! ECEF -> ENU at the radar -> radar axes, and back (document L, eq. 6 to 8).
+//! ECEF -> ENU at the radar -> radar axes, and back (Li, eq. 6 to 8).
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ impl Wgs84 {
     }
 
     /// Earth-centred, earth-fixed coordinates in metres: X through latitude and longitude 0, Z through the
-    /// north pole (document L, eq. 6). Not finite where the place is not.
+    /// north pole (Li, eq. 6). Not finite where the place is not.
     pub fn ecef_m(&self) -> DVec3 {
         let (sin_lat, cos_lat) = self.latitude_deg.to_radians().sin_cos();
         let (sin_lon, cos_lon) = self.longitude_deg.to_radians().sin_cos();
@@ -90,7 +90,7 @@ impl Wgs84 {
         }
     }
 
-    /// Rows east, north, up at this place, in ECEF (document L, eq. 7).
+    /// Rows east, north, up at this place, in ECEF (Li, eq. 7).
     fn enu_from_ecef(&self) -> DMat3 {
         let (sin_lat, cos_lat) = self.latitude_deg.to_radians().sin_cos();
         let (sin_lon, cos_lon) = self.longitude_deg.to_radians().sin_cos();
@@ -154,7 +154,7 @@ impl RadarFrame {
         })
     }
 
-    /// Radar axes of a place, metres (document L, eq. 6 to 8).
+    /// Radar axes of a place, metres (Li, eq. 6 to 8).
     pub fn radar_m(&self, place: &Wgs84) -> DVec3 {
         self.radar_from_ecef * (place.ecef_m() - self.origin_ecef_m)
     }

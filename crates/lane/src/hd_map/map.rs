@@ -1,8 +1,8 @@
 //! A map of lanes: the two edges of each one-way carriageway and the lanes between them.
 
 use super::geodesy::Wgs84;
+use crate::error::LaneError;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// No lane and no strip is wider, metres.
 const MAX_WIDTH_M: f64 = 100.0;
@@ -103,82 +103,18 @@ pub struct HdMap {
     pub carriageways: Vec<Carriageway>,
 }
 
-/// Why a map, a pose or settings cannot be used.
-#[derive(Debug, Clone, PartialEq)]
-pub enum MapFault {
-    NoCarriageway,
-    /// Fewer than two points more than a millimetre apart.
-    ShortEdge {
-        carriageway: String,
-    },
-    /// A point of an edge is not a place on the earth.
-    BadPoint {
-        carriageway: String,
-        point: usize,
-    },
-    NoLane {
-        carriageway: String,
-    },
-    BadWidth {
-        lane: i32,
-    },
-    /// A median or shoulder strip between lanes.
-    StripBetweenLanes {
-        lane: i32,
-    },
-    RepeatedNumber {
-        lane: i32,
-    },
-    BadPose,
-    BadSetting {
-        name: &'static str,
-    },
-}
-
-impl fmt::Display for MapFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            MapFault::NoCarriageway => write!(f, "the map holds no carriageway"),
-            MapFault::ShortEdge { carriageway } => {
-                write!(f, "an edge of carriageway `{carriageway}` has fewer than two distinct points")
-            }
-            MapFault::BadPoint { carriageway, point } => {
-                write!(
-                    f,
-                    "point {point} of an edge of carriageway `{carriageway}` is not a place on the earth"
-                )
-            }
-            MapFault::NoLane { carriageway } => write!(f, "carriageway `{carriageway}` has no lane"),
-            MapFault::BadWidth { lane } => {
-                write!(
-                    f,
-                    "the width of lane {lane} is not a length of up to 100 m or an ordered list of them"
-                )
-            }
-            MapFault::StripBetweenLanes { lane } => {
-                write!(f, "strip {lane} lies between lanes; a median stands first and a shoulder last")
-            }
-            MapFault::RepeatedNumber { lane } => write!(f, "lane number {lane} is given twice"),
-            MapFault::BadPose => write!(f, "the radar's pose is not finite or not near the earth"),
-            MapFault::BadSetting { name } => write!(f, "setting {name} is negative or not finite"),
-        }
-    }
-}
-
-impl std::error::Error for MapFault {}
-
 impl HdMap {
     /// Whether this is a map to work with.
-    pub fn check(&self) -> Result<(), MapFault> {
+    pub fn check(&self) -> Result<(), LaneError> {
         if self.carriageways.is_empty() {
-            return Err(MapFault::NoCarriageway);
+            return Err(LaneError::refused("the map holds no carriageway"));
         }
         let mut numbers = Vec::new();
         for way in &self.carriageways {
             way.check()?;
             for lane in &way.lanes {
                 if numbers.contains(&lane.number) {
-                    return Err(MapFault::RepeatedNumber { lane: lane.number });
+                    return Err(LaneError::refused(format!("lane number {} is given twice", lane.number)));
                 }
                 numbers.push(lane.number);
             }
@@ -188,17 +124,23 @@ impl HdMap {
 }
 
 impl Carriageway {
-    fn check(&self) -> Result<(), MapFault> {
+    fn check(&self) -> Result<(), LaneError> {
         for edge in [&self.inner_edge, &self.outer_edge] {
             if let Some(point) = edge.iter().position(|p| !p.is_valid()) {
-                return Err(MapFault::BadPoint { carriageway: self.name.clone(), point });
+                return Err(LaneError::refused(format!(
+                    "point {point} of an edge of carriageway `{}` is not a place on the earth",
+                    self.name.clone()
+                )));
             }
         }
         if let Some(bad) = self.lanes.iter().find(|l| !l.width_m.is_valid()) {
-            return Err(MapFault::BadWidth { lane: bad.number });
+            return Err(LaneError::refused(format!(
+                "the width of lane {} is not a length of up to 100 m or an ordered list of them",
+                bad.number
+            )));
         }
         if self.lanes.iter().all(|l| l.kind.is_strip()) {
-            return Err(MapFault::NoLane { carriageway: self.name.clone() });
+            return Err(LaneError::refused(format!("carriageway `{}` has no lane", self.name.clone())));
         }
         // Median strips, lanes, shoulder strips: the rank never falls.
         let rank = |l: &Lane| match l.kind {
@@ -209,7 +151,10 @@ impl Carriageway {
         match self.lanes.windows(2).find(|w| rank(&w[0]) > rank(&w[1])) {
             Some(w) => {
                 let bad = if w[1].kind == LaneKind::Median { &w[1] } else { &w[0] };
-                Err(MapFault::StripBetweenLanes { lane: bad.number })
+                Err(LaneError::refused(format!(
+                    "strip {} lies between lanes; a median stands first and a shoulder last",
+                    bad.number
+                )))
             }
             None => Ok(()),
         }
@@ -279,27 +224,26 @@ lanes = [
         let fault = |change: &dyn Fn(&mut Carriageway)| {
             let mut map = parsed();
             change(&mut map.carriageways[0]);
-            map.check().unwrap_err()
+            map.check().unwrap_err().to_string()
         };
-        let carriageway = || "up".to_string();
-        assert_eq!(HdMap::default().check(), Err(MapFault::NoCarriageway));
+        let none = HdMap::default().check().unwrap_err().to_string();
+        assert_eq!(none, "the map holds no carriageway");
         assert_eq!(
             fault(&|w| w.outer_edge[1].height_m = f64::NAN),
-            MapFault::BadPoint { carriageway: carriageway(), point: 1 }
+            "point 1 of an edge of carriageway `up` is not a place on the earth"
         );
-        assert_eq!(fault(&|w| w.lanes.clear()), MapFault::NoLane { carriageway: carriageway() });
-        assert_eq!(fault(&|w| w.lanes.truncate(1)), MapFault::NoLane { carriageway: carriageway() });
+        assert_eq!(fault(&|w| w.lanes.clear()), "carriageway `up` has no lane");
+        assert_eq!(fault(&|w| w.lanes.truncate(1)), "carriageway `up` has no lane");
         for bad in [0.0, -1.0, 1e9, f64::NAN, f64::INFINITY] {
-            assert_eq!(fault(&|w| w.lanes[1].width_m = Width::Constant(bad)), MapFault::BadWidth { lane: 1 });
+            let why = fault(&|w| w.lanes[1].width_m = Width::Constant(bad));
+            assert!(why.starts_with("the width of lane 1 is not a length"), "{why}");
         }
         for bad in [vec![], vec![[0.0, 0.0]], vec![[5.0, 1.0], [0.0, 1.0]], vec![[0.0, -1.0], [1.0, 2.0]]] {
-            let width = Width::Along(bad);
-            assert_eq!(fault(&|w| w.lanes[2].width_m = width.clone()), MapFault::BadWidth { lane: 2 });
+            let why = fault(&|w| w.lanes[2].width_m = Width::Along(bad.clone()));
+            assert!(why.starts_with("the width of lane 2 is not a length"), "{why}");
         }
-        assert_eq!(fault(&|w| w.lanes[2].kind = LaneKind::Shoulder), MapFault::StripBetweenLanes { lane: 2 });
-        assert_eq!(fault(&|w| w.lanes[3].kind = LaneKind::Median), MapFault::StripBetweenLanes { lane: 3 });
-        assert_eq!(fault(&|w| w.lanes[4].number = 2), MapFault::RepeatedNumber { lane: 2 });
-        let sentence = fault(&|w| w.lanes[4].number = 2).to_string();
-        assert_eq!(sentence, "lane number 2 is given twice");
+        assert!(fault(&|w| w.lanes[2].kind = LaneKind::Shoulder).starts_with("strip 2 lies between lanes"));
+        assert!(fault(&|w| w.lanes[3].kind = LaneKind::Median).starts_with("strip 3 lies between lanes"));
+        assert_eq!(fault(&|w| w.lanes[4].number = 2), "lane number 2 is given twice");
     }
 }

@@ -1,5 +1,5 @@
 //! The number of the lane that each target drives in, from a radar's targets and a map of the lanes' edges
-//! (document L: Li, Lei, Jin, Zhang and Zhao, ICCSCT 2022).
+//! (Li, Lei, Jin, Zhang and Zhao, ICCSCT 2022).
 //!
 //! * [`geodesy`]: WGS-84 to the radar's axes and back; [`map`]: carriageways, their edges and lanes;
 //!   [`assign`], or [`LocalMap`] for many scans; [`accuracy`]: vehicles counted, right and wrong.
@@ -22,11 +22,13 @@ mod tests;
 
 pub use edge::EdgeRule;
 pub use geodesy::{RadarFrame, RadarPose, Wgs84};
-pub use map::{Carriageway, HdMap, Lane, LaneKind, MapFault, Width};
+pub use map::{Carriageway, HdMap, Lane, LaneKind, Width};
 
+use crate::error::{self, LaneError};
+use crate::numeric::erf;
 use edge::Edge;
 use glam::{DMat2, DVec2};
-use std::f64::consts::{FRAC_2_SQRT_PI, SQRT_2};
+use std::f64::consts::SQRT_2;
 use std::fmt;
 
 /// Edges nearer to each other than this hold no lane, metres.
@@ -121,19 +123,15 @@ impl Default for Settings {
 }
 
 impl Settings {
-    fn check(&self) -> Result<(), MapFault> {
-        for (name, value) in [
-            ("dense_sagitta_m", self.dense_sagitta_m),
-            ("alpha", self.alpha.unwrap_or(0.0)),
-            ("beta", self.beta.unwrap_or(0.0)),
-            ("map_std_m", self.map_std_m),
-            ("width_tolerance", self.width_tolerance),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(MapFault::BadSetting { name });
-            }
-        }
-        Ok(())
+    fn check(&self) -> Result<(), LaneError> {
+        let good = |v: f64| v.is_finite() && v >= 0.0;
+        error::settings(&[
+            ("dense_sagitta_m", good(self.dense_sagitta_m)),
+            ("alpha", good(self.alpha.unwrap_or(0.0))),
+            ("beta", good(self.beta.unwrap_or(0.0))),
+            ("map_std_m", good(self.map_std_m)),
+            ("width_tolerance", good(self.width_tolerance)),
+        ])
     }
 }
 
@@ -154,7 +152,7 @@ pub struct LanePlace {
     pub carriageway: usize,
     pub number: i32,
     pub kind: LaneKind,
-    /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (document L, eq. 5).
+    /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (Li, eq. 5).
     pub rate: f64,
     pub fit: Fit,
     /// Distance along the inner edge from its first point.
@@ -190,7 +188,7 @@ pub enum Dropped {
     /// Farther outside the outer edge than beta allows.
     Roadside { beyond_m: f64 },
     /// Map, pose or settings cannot be used.
-    Map(MapFault),
+    Map(LaneError),
 }
 
 impl fmt::Display for Dropped {
@@ -255,19 +253,22 @@ pub struct LocalMap {
 
 impl LocalMap {
     /// Errors: the first fault of the map, the pose or the settings.
-    pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, MapFault> {
+    pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, LaneError> {
         settings.check()?;
         map.check()?;
-        let frame = RadarFrame::new(pose).ok_or(MapFault::BadPose)?;
+        let frame = RadarFrame::new(pose)
+            .ok_or(LaneError::refused("the radar's pose is not finite or not near the earth"))?;
         let edge = |way: &Carriageway, places: &[Wgs84]| {
-            Edge::new(places.iter().map(|p| frame.radar_m(p).truncate()))
-                .ok_or(MapFault::ShortEdge { carriageway: way.name.clone() })
+            Edge::new(places.iter().map(|p| frame.radar_m(p).truncate())).ok_or(LaneError::refused(format!(
+                "an edge of carriageway `{}` has fewer than two distinct points",
+                way.name.clone()
+            )))
         };
         let edges = map
             .carriageways
             .iter()
             .map(|way| Ok([edge(way, &way.inner_edge)?, edge(way, &way.outer_edge)?]))
-            .collect::<Result<_, MapFault>>()?;
+            .collect::<Result<_, LaneError>>()?;
         Ok(LocalMap { map: map.clone(), settings, edges })
     }
 
@@ -390,7 +391,7 @@ impl LocalMap {
             return Err(Dropped::BadCovariance);
         }
         let std = variance_m2.max(0.0).sqrt();
-        // Cumulated widths over their sum (document L, eq. 3 and 4), and what lies below them.
+        // Cumulated widths over their sum (Li, eq. 3 and 4), and what lies below them.
         let mut chosen: Option<(&Lane, f64)> = None;
         let mut next: Option<(i32, f64)> = None;
         let mut sum_m = 0.0;
@@ -441,20 +442,4 @@ fn side_of(value_m: f64, std_m: f64) -> f64 {
         false if value_m > 0.0 => 1.0,
         false => -1.0,
     }
-}
-
-/// The error function, to rounding: 2/sqrt(pi) e^(-x²) sum of 2^n x^(2n+1) / (2n+1)!! (Abramowitz and
-/// Stegun 7.1.6), whose terms are all of one sign.
-pub(super) fn erf(x: f64) -> f64 {
-    if x.abs() > 6.0 {
-        return x.signum();
-    }
-    let (mut term, mut sum) = (x, x);
-    let mut n = 1.0;
-    while n < 300.0 && term.abs() > 1e-17 * sum.abs() {
-        term *= 2.0 * x * x / (2.0 * n + 1.0);
-        sum += term;
-        n += 1.0;
-    }
-    FRAC_2_SQRT_PI * (-x * x).exp() * sum
 }

@@ -2,7 +2,7 @@
 
 use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
 use crate::track::{EgoStep, LineTracker, TrackOptions};
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Look, Measured};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye::error::{BadInput, Result};
 use std::f64::consts::{PI, TAU};
 
@@ -22,7 +22,7 @@ impl MarkerRcs {
     /// Azimuths and elevations rise; one value or more each; `dbsm` holds the azimuths of the first elevation, then of the next. Levels of
     /// minus infinity (no echo) are allowed.
     ///
-    /// Errors: axes that do not rise, another number of levels, levels that are no numbers.
+    /// Errors: axes that do not rise, another number of levels, levels that are not finite.
     pub fn new(azimuth_rad: Vec<f64>, elevation_rad: Vec<f64>, dbsm: Vec<f64>) -> Result<MarkerRcs> {
         let bad = |what: &str| Err(BadInput::new(what).key("the marker's cross section").into());
         let rising =
@@ -121,7 +121,7 @@ impl Markers {
     }
 
     /// The vehicle's motion: the bus's, and what points at rest say where that is silent.
-    fn ego(&self, look: &Look<'_>) -> Option<EgoStep> {
+    fn ego(&self, input: &SensorInput<'_>) -> Option<EgoStep> {
         let motion = self.steps.motion?;
         let [x, y] = motion.velocity_mps;
         let std = |k: usize| motion.covariance[k][k].max(0.0).sqrt();
@@ -132,7 +132,7 @@ impl Markers {
         let unknown = Measured { value: 0.0, std: 0.2 };
         Some(EgoStep {
             speed_mps: Measured { value: x, std: std(0) },
-            yaw_rate_rad_per_s: look.yaw_rate_rad_per_s.or_else(by_points).unwrap_or(unknown),
+            yaw_rate_rad_per_s: input.yaw_rate_rad_per_s.or_else(by_points).unwrap_or(unknown),
         })
     }
 }
@@ -154,23 +154,23 @@ impl LaneEstimator for Markers {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
         let expected = |p: &LanePoint, row_rad: f64| self.expected_dbsm(p, row_rad).unwrap_or(0.0);
         let scan = Scan {
-            time_s: look.time_s,
-            points: look.points,
-            speed_mps: look.speed_mps,
+            time_s: input.time_s,
+            points: input.points,
+            speed_mps: input.speed_mps,
             expected_rcs_dbsm: if self.options.rcs.is_some() { Some(&expected) } else { None },
         };
         let (estimate, steps) = estimate_all(&scan, &self.options.patterns);
         self.steps = steps;
         self.by_itself = Some(estimate.clone());
-        let now = self.ego(look);
+        let now = self.ego(input);
         let ego = now.map(|n| self.last.map_or(n, |l| between_looks(&l, &n)));
         self.last = now;
         match &mut self.tracker {
             None => estimate,
-            Some(tracker) => tracker.update(estimate, look.points, ego),
+            Some(tracker) => tracker.update(estimate, input.points, ego),
         }
     }
 }

@@ -5,8 +5,8 @@
 //! whatever the number of parameters (Xu, Oja and Kultanen, Pattern Recognition Letters 11, 331, 1990; all sets in place of random
 //! ones).
 
-use super::MarkerOptions;
 use super::pattern::{Site, turn};
+use super::scan::MarkerOptions;
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -66,34 +66,12 @@ impl Curve {
     }
 }
 
-/// What is looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HoughOptions {
-    /// Of the markers along the row, and by how much it may be missed, m.
-    pub spacing_m: f64,
-    pub tolerance_m: f64,
-    /// Points nearer than this, or than two standard deviations, lie on a curve, m.
-    pub within_m: f64,
-    /// Least points of a row.
-    pub least: usize,
-    /// Markers next to one another that may be missing, plus one.
-    pub gap: usize,
-    /// Radii of circles, and of parabolas at their vertex, m.
-    pub radius_m: [f64; 2],
-}
-
-impl HoughOptions {
-    pub fn of(o: &MarkerOptions) -> HoughOptions {
-        HoughOptions {
-            spacing_m: o.spacing_m,
-            tolerance_m: o.tolerance_m,
-            within_m: 0.15,
-            least: o.path_least,
-            gap: o.gap.min(3),
-            radius_m: [6.0, 300.0],
-        }
-    }
-}
+/// Points nearer than this, or than two standard deviations, lie on a curve, m.
+const WITHIN_M: f64 = 0.15;
+/// Markers next to one another that may be missing, plus one, at most.
+const MOST_GAP: usize = 3;
+/// Radii of circles, and of parabolas at their vertex, m.
+const RADIUS_M: std::ops::Range<f64> = 6.0..300.0;
 
 /// A row: the curve and the points on it, in their order along it.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,10 +98,10 @@ struct Cell {
 }
 
 /// Rows among the points, that with most points first; each point in one row.
-pub fn rows(points: &[Site], options: &HoughOptions) -> Vec<Found> {
+pub fn rows(points: &[Site], options: &MarkerOptions) -> Vec<Found> {
     let mut free: Vec<usize> = (0..points.len()).collect();
     let mut out = Vec::new();
-    while free.len() >= options.least && out.len() < MOST_ROWS {
+    while free.len() >= options.path_least && out.len() < MOST_ROWS {
         let Some(best) = best(points, &free, options) else { break };
         free.retain(|i| !best.members.contains(i));
         out.push(best);
@@ -131,14 +109,14 @@ pub fn rows(points: &[Site], options: &HoughOptions) -> Vec<Found> {
     out
 }
 
-fn best(points: &[Site], free: &[usize], options: &HoughOptions) -> Option<Found> {
+fn best(points: &[Site], free: &[usize], options: &MarkerOptions) -> Option<Found> {
     let beside = beside(points, free, options);
     let mut found: Option<(usize, Found)> = None;
-    for curve in candidates(points, free, &beside, options) {
+    for curve in candidates(points, free, &beside) {
         let members = members(points, free, &curve, options);
         // Simpler curves first.
         let worth = (members.len() + 2 * MORE_POINTS).saturating_sub(MORE_POINTS * (curve.parameters() - 2));
-        if members.len() >= options.least && found.as_ref().is_none_or(|f| worth > f.0) {
+        if members.len() >= options.path_least && found.as_ref().is_none_or(|f| worth > f.0) {
             found = Some((worth, Found { curve, members }));
         }
     }
@@ -146,7 +124,7 @@ fn best(points: &[Site], free: &[usize], options: &HoughOptions) -> Option<Found
 }
 
 /// For each free point (by its place in `free`) those a whole number of spacings away.
-fn beside(points: &[Site], free: &[usize], options: &HoughOptions) -> Vec<Vec<usize>> {
+fn beside(points: &[Site], free: &[usize], options: &MarkerOptions) -> Vec<Vec<usize>> {
     let off = |a: &Site, b: &Site| {
         let step = b.at_m - a.at_m;
         let steps = step.length() / options.spacing_m;
@@ -155,7 +133,7 @@ fn beside(points: &[Site], free: &[usize], options: &HoughOptions) -> Vec<Vec<us
         let whole = steps.round();
         let fits = (steps - whole).abs() * options.spacing_m
             < options.tolerance_m.hypot(noise).min(0.3 * options.spacing_m);
-        whole >= 1.0 && whole <= options.gap as f64 && fits
+        whole >= 1.0 && whole <= options.gap.min(MOST_GAP) as f64 && fits
     };
     free.iter()
         .enumerate()
@@ -163,7 +141,7 @@ fn beside(points: &[Site], free: &[usize], options: &HoughOptions) -> Vec<Vec<us
         .collect()
 }
 
-fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>], options: &HoughOptions) -> Vec<Curve> {
+fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>]) -> Vec<Curve> {
     let at = |k: usize| points[free[k]].at_m;
     let [mut lines, mut circles, mut parabolas]: [BTreeMap<[i32; 4], Cell>; 3] = Default::default();
     let vote = |cells: &mut BTreeMap<[i32; 4], Cell>, key: [f64; 4], value: [f64; 4]| {
@@ -199,7 +177,7 @@ fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>], options: &
                 }
                 triples += 1;
                 if let Some((centre, radius)) = circle(a, b, c)
-                    && (options.radius_m[0]..options.radius_m[1]).contains(&radius)
+                    && RADIUS_M.contains(&radius)
                 {
                     // What shows of a large circle is its curvature, not its centre.
                     let key = [centre.to_angle() / 0.1, centre.length().ln() / 0.1, radius.ln() / 0.1, 0.0];
@@ -208,7 +186,7 @@ fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>], options: &
                 for axis in 0..AXES {
                     let angle = TAU * axis as f64 / AXES as f64;
                     if let Some((vertex, focal)) = parabola(a, b, c, angle)
-                        && (options.radius_m[0]..options.radius_m[1]).contains(&(2.0 * focal))
+                        && RADIUS_M.contains(&(2.0 * focal))
                     {
                         let key = [vertex.x, vertex.y, focal.ln() / 0.2, axis as f64];
                         vote(&mut parabolas, key, [vertex.x, vertex.y, focal, angle]);
@@ -275,7 +253,7 @@ fn parabola(a: DVec2, b: DVec2, c: DVec2, angle_rad: f64) -> Option<(DVec2, f64)
 
 /// The free points on a curve that stand at the spacing along it: the phase that most share, at each place the nearest point, and of
 /// the stretches that gaps part the longest.
-fn members(points: &[Site], free: &[usize], curve: &Curve, options: &HoughOptions) -> Vec<usize> {
+fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerOptions) -> Vec<usize> {
     let d = options.spacing_m;
     let mut on: Vec<(f64, f64, usize, f64)> = free
         .iter()
@@ -283,13 +261,13 @@ fn members(points: &[Site], free: &[usize], curve: &Curve, options: &HoughOption
             let p = &points[*i];
             let (s, off) = curve.place(p.at_m);
             let (ahead, across) = curve_axes(curve, p.at_m);
-            let within = options.within_m.hypot(2.0 * p.along_m(across)).min(0.4 * d);
+            let within = WITHIN_M.hypot(2.0 * p.along_m(across)).min(0.4 * d);
             let slack = options.tolerance_m.hypot(2.0 * p.along_m(ahead)).min(0.3 * d);
             (off < within && s.is_finite()).then_some((s, off, *i, slack))
         })
         .collect();
     on.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    if on.len() < options.least {
+    if on.len() < options.path_least {
         return Vec::new();
     }
     // A length along the curve that is wrong by a share shifts far markers: phases are those of a stretch round each point.
@@ -304,7 +282,7 @@ fn members(points: &[Site], free: &[usize], curve: &Curve, options: &HoughOption
                 .filter(|(s, _, i, slack)| {
                     let n = step(*s).round();
                     n >= 1.0
-                        && n <= options.gap as f64
+                        && n <= options.gap.min(MOST_GAP) as f64
                         && (step(*s) - n).abs() * d < *slack
                         && !row.contains(i)
                 })
@@ -338,8 +316,8 @@ mod tests {
     use super::super::exact;
     use super::*;
 
-    fn options() -> HoughOptions {
-        HoughOptions::of(&MarkerOptions::default())
+    fn options() -> MarkerOptions {
+        MarkerOptions::default()
     }
 
     /// Every other marker is there: no two stand at the spacing, so no path has a step.

@@ -1,9 +1,10 @@
 //! Rows that are reflections of other rows in a wall, told by their places alone: the wall shows by what stands along it.
 
 use super::pattern::Site;
-use super::{MarkerOptions, Scan, stations};
+use super::scan::{MarkerOptions, Scan, stations};
 use crate::Line;
 use crate::curve::Clothoid;
+use crate::numeric::median;
 use glam::DVec2;
 
 /// What stands along a wall may stand so far before or behind its face, m: posts, joints, flanges.
@@ -67,9 +68,8 @@ pub(super) fn without_images(
         let Some(step) = markers.get(1).map(|second| second - markers[0]) else { return false };
         let phase = markers[0] + BEYOND_M;
         let tolerance_m = patterns.iter().map(|o| o.tolerance_m).fold(0.0, f64::max);
-        let mut levels: Vec<f64> = image.members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
-        levels.sort_by(f64::total_cmp);
-        let Some(level) = levels.get(levels.len() / 2) else { return false };
+        let levels = image.members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
+        let Some(level) = median(levels) else { return false };
         // What may be a wall, along the row.
         let walls: Vec<(f64, f64)> = rest
             .iter()

@@ -7,87 +7,23 @@ mod mirror;
 mod pattern;
 mod rest;
 mod row;
+mod scan;
 #[cfg(test)]
 mod tests;
 
 pub use estimator::{Markers, MarkersOptions};
 pub use pattern::{Site, dis_cluster, exact, paths, spaced};
 pub use rest::{RadarMotion, at_rest, motion_from_rest, speed_from_rest};
+pub use scan::{ExpectedRcs, MarkerOptions, Scan};
+use scan::{REACH_M, stations};
 
 use super::curve::Clothoid;
 use super::track::meet;
-use super::{LaneEstimate, LanePoint, Line, Measured, NoLane};
+use super::{LaneError, LaneEstimate, LanePoint, Line};
 use glam::DVec2;
-use std::f64::consts::TAU;
 
 /// As on the command line.
 pub const METHOD: &str = "markers";
-
-/// What is known of the markers, and how far points may be off.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MarkerOptions {
-    /// Along the row, d_ps, m.
-    pub spacing_m: f64,
-    /// By which distances of neighbours may differ from it, d_pt, m.
-    pub tolerance_m: f64,
-    /// Least points of a group, n_min.
-    pub least: usize,
-    /// Least points of a path.
-    pub path_least: usize,
-    /// Largest change of direction from one step of a path to the next, and of that change itself, rad.
-    pub turn_rad: [f64; 2],
-    /// Points nearer than this lie in the clutter of the ground, m: they start no row, and belong to one that leads to them.
-    pub nearest_m: f64,
-    /// A gap of up to so many spacings joins two paths: markers may be missed.
-    pub gap: usize,
-    /// Standard deviations by which a point at rest may seem to move, or a member stand beside its line.
-    pub sigmas: f64,
-    /// What range rates miss beyond their noise, m/s: a part of a Doppler cell.
-    pub rate_error_mps: f64,
-    /// What azimuths miss beyond their noise, rad: arrays are not alike, cells hold more than one echo.
-    pub azimuth_error_rad: f64,
-    /// Half the width of a Doppler lobe, m/s: weak points beside a strong echo within it are that echo's again.
-    pub lobe_mps: f64,
-    /// Of the radar over the road, m.
-    pub radar_height_m: f64,
-    /// Whether points that no path took are searched for curves by Hough's transform.
-    pub hough: bool,
-}
-
-impl Default for MarkerOptions {
-    /// The document's: 2 m, 0.2 m, 4 and 5 points, 10 degrees, 5 m, radar at 0.15 m with Doppler cells of 0.02 m/s.
-    fn default() -> Self {
-        MarkerOptions {
-            spacing_m: 2.0,
-            tolerance_m: 0.2,
-            least: 4,
-            path_least: 5,
-            turn_rad: [20f64.to_radians(), 10f64.to_radians()],
-            nearest_m: 5.0,
-            gap: 5,
-            sigmas: 3.5,
-            rate_error_mps: 0.005,
-            azimuth_error_rad: 0.3f64.to_radians(),
-            lobe_mps: 0.1,
-            radar_height_m: 0.15,
-            hough: true,
-        }
-    }
-}
-
-/// A marker's cross section (dBsm) at a point, seen from the radar, where the row runs in the direction given (rad).
-pub type ExpectedRcs<'a> = dyn Fn(&LanePoint, f64) -> f64 + 'a;
-
-/// One scan.
-#[derive(Clone, Copy)]
-pub struct Scan<'a> {
-    pub time_s: f64,
-    pub points: &'a [LanePoint],
-    /// Of the radar over the ground, along x. None: taken from the points.
-    pub speed_mps: Option<Measured>,
-    /// With it, points whose level does not go with that of the row are taken out.
-    pub expected_rcs_dbsm: Option<&'a ExpectedRcs<'a>>,
-}
 
 /// What the steps to the lines leave; indices of points.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -117,10 +53,10 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     let mut steps = Steps::default();
     let none = |why| LaneEstimate::none(METHOD, scan.time_s, given, why);
     let Some(first) = patterns.first() else {
-        return (none(NoLane::NotGiven { what: "the spacing of the markers".into() }), steps);
+        return (none(LaneError::NotGiven { what: "the spacing of the markers".into() }), steps);
     };
     if given == 0 {
-        return (none(NoLane::Empty), steps);
+        return (none(LaneError::Empty), steps);
     }
     let finite = |p: &LanePoint| {
         let all = [p.at_m[0], p.at_m[1], p.std_m[0], p.std_m[1], p.range_rate_mps, p.range_m, p.azimuth_rad];
@@ -128,20 +64,20 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     };
     let sound: Vec<usize> = (0..given).filter(|i| finite(&scan.points[*i])).collect();
     if sound.is_empty() {
-        return (none(NoLane::NotFinite { points: given }), steps);
+        return (none(LaneError::NotFinite { points: given }), steps);
     }
     let some: Vec<LanePoint> = sound.iter().map(|i| scan.points[*i]).collect();
     let speed = scan.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite());
     let Some(motion) = motion_from_rest(&some, speed, first) else {
-        return (none(NoLane::NoSpeed), steps);
+        return (none(LaneError::NoSpeed), steps);
     };
     steps.motion = Some(motion);
     let stands = at_rest(&some, &motion, first);
     let rest: Vec<usize> = sound.iter().zip(stands).filter(|(_, s)| *s).map(|(i, _)| *i).collect();
     if rest.is_empty() {
-        return (none(NoLane::NothingAtRest), steps);
+        return (none(LaneError::NothingAtRest), steps);
     }
-    let rest = strongest(scan, &rest, first);
+    let rest = suppress_sidelobes(scan, &rest, first);
     let far: Vec<usize> =
         rest.iter().copied().filter(|i| scan.points[*i].range_m >= first.nearest_m).collect();
     steps.at_rest = far.clone();
@@ -158,10 +94,10 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     for (k, options) in patterns.iter().enumerate() {
         lines.extend(rows(scan, &rest, &far, options, if k == 0 { Some(&mut steps) } else { None }));
     }
-    let lines = without_between(scan, apart(lines), patterns);
+    let lines = without_between(scan, dedup(lines), patterns);
     let lines = unlike(mirror::without_images(scan, &rest, lines, patterns));
     if lines.is_empty() {
-        return (none(NoLane::NoPattern { at_rest: far.len() }), steps);
+        return (none(LaneError::NoPattern { at_rest: far.len() }), steps);
     }
     (LaneEstimate::of_lines(METHOD, scan.time_s, given, lines), steps)
 }
@@ -173,7 +109,7 @@ const SKIRT_RAD: f64 = 0.03;
 
 /// Without points in the skirts of stronger ones: where a cell beside an echo's peak holds another echo too, a method that finds
 /// two directions in it gives the echo once more, weaker and less sure.
-fn strongest(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
+fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
     let skirt = |i: usize, j: usize| {
         let (p, q) = (&scan.points[i], &scan.points[j]);
         q.rcs_dbsm - p.rcs_dbsm > SKIRT_DB
@@ -228,7 +164,7 @@ fn rows(
     if options.hough {
         let free: Vec<usize> = far.iter().copied().filter(|i| !taken.contains(i)).collect();
         let sites: Vec<Site> = free.iter().map(|i| Site::of(&scan.points[*i])).collect();
-        for found in hough::rows(&sites, &hough::HoughOptions::of(options)) {
+        for found in hough::rows(&sites, options) {
             let path: Vec<usize> = found.members.iter().map(|k| free[*k]).collect();
             if take(&path, &mut lines, &mut taken) {
                 by_hough.push(path);
@@ -252,7 +188,7 @@ fn rows(
 }
 
 /// Of lines that share half of the smaller one's points, those with more.
-fn apart(mut lines: Vec<Line>) -> Vec<Line> {
+fn dedup(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by_key(|l| std::cmp::Reverse(l.members.len()));
     let mut out: Vec<Line> = Vec::new();
     for l in lines {
@@ -305,26 +241,8 @@ fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerOptions]
     lines.into_iter().zip(drop).filter(|(_, d)| !d).map(|(l, _)| l).collect()
 }
 
-/// How far lines are taken to go on, m.
-const REACH_M: f64 = 40.0;
 /// Lines that stand farther from a point are not of its pair, m.
 const MOST_APART_M: f64 = 8.0;
-
-/// Stations along a line, and beyond its end, where it has markers: at the spacing that its members keep best.
-fn stations(scan: &Scan<'_>, line: &Line, patterns: &[MarkerOptions]) -> Vec<f64> {
-    let curve = &line.fitted.curve;
-    let at: Vec<f64> =
-        line.members.iter().map(|i| curve.foot(DVec2::from_array(scan.points[*i].at_m)).s_m).collect();
-    let turns = |d: f64| at.iter().map(|s| DVec2::from_angle(TAU * s / d)).sum::<DVec2>();
-    let Some(step) =
-        patterns.iter().map(|o| o.spacing_m).max_by(|a, b| turns(*a).length().total_cmp(&turns(*b).length()))
-    else {
-        return Vec::new();
-    };
-    let phase = (turns(step).to_angle() / TAU * step).rem_euclid(step);
-    let count = ((curve.length_m + REACH_M) / step) as usize;
-    (0..=count).map(|k| phase + step * k as f64).collect()
-}
 
 /// Of lines that meet, the one with more points: rows do not cross.
 fn unlike(lines: Vec<Line>) -> Vec<Line> {

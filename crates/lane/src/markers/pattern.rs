@@ -1,6 +1,6 @@
 //! Points at a known spacing: groups by distance, less what is denser, and the paths of little turn through them.
 
-use super::MarkerOptions;
+use super::scan::MarkerOptions;
 use crate::LanePoint;
 use glam::DVec2;
 

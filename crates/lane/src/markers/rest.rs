@@ -1,6 +1,6 @@
 //! What stands: the radar's own velocity from the points, and the points that go with it (Feng 2019, section 5.1.1).
 
-use super::MarkerOptions;
+use super::scan::MarkerOptions;
 use crate::{LanePoint, Measured};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Radial, ego_motion};
 use glam::{DMat2, DVec2};

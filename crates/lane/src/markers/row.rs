@@ -1,8 +1,9 @@
 //! A row of markers as a line: the curve through a path, rid of what is not on it, with the markers that crowds had hidden.
 
 use super::pattern::Site;
-use super::{MarkerOptions, Scan};
+use super::scan::{MarkerOptions, Scan};
 use crate::curve::{Fitted, Shape, fit, fit_simplest};
+use crate::numeric::median;
 use crate::track::{HALF_WEIGHT, robust};
 use crate::{LanePoint, Line};
 use glam::DVec2;
@@ -153,9 +154,7 @@ pub(super) fn line(
             .map(|i| scan.points[*i].rcs_dbsm - expected(&scan.points[*i], heading(*i)))
             .collect();
         // Water or dirt weakens all of a row alike, so only differences count.
-        let mut sorted: Vec<f64> = over.iter().copied().filter(|x| x.is_finite()).collect();
-        sorted.sort_by(f64::total_cmp);
-        let middle = sorted.get(sorted.len() / 2).copied()?;
+        let middle = median(over.iter().copied().filter(|x| x.is_finite()).collect())?;
         let before = members.len();
         let mut k = 0;
         members.retain(|_| {
@@ -209,11 +208,6 @@ fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
     turns.to_angle() / TAU * spacing_m
 }
 
-fn middle(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
 /// Whether hardly anything stands at every other place, or things of another kind: posts at twice the spacing, with stray points
 /// between them.
 fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
@@ -224,7 +218,7 @@ fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
     };
     let (even, odd) = (of(0.0), of(1.0));
     let few = even.len().min(odd.len()) * FEW_BETWEEN < even.len().max(odd.len());
-    few || middle(even).zip(middle(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
+    few || median(even).zip(median(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
 }
 
 /// Markers that are missed by chance leave no less than one in so many at every other place.
@@ -234,7 +228,7 @@ const FEW_BETWEEN: usize = 3;
 fn unlike(at_m: &[f64], levels: &[f64]) -> bool {
     let mut along: Vec<(f64, f64)> = at_m.iter().copied().zip(levels.iter().copied()).collect();
     along.sort_by(|a, b| a.0.total_cmp(&b.0));
-    middle(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
+    median(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
 }
 
 /// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are

@@ -1,4 +1,6 @@
 use super::*;
+use crate::Measured;
+use std::f64::consts::TAU;
 
 struct Dice(u64);
 
@@ -206,14 +208,14 @@ fn hostile_scans_have_a_reason() {
     let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
     let why =
         |points: &[LanePoint], speed_mps| estimate(&Scan { speed_mps, ..scan(points) }, &options).no_lane;
-    assert_eq!(why(&[], None), Some(NoLane::Empty));
+    assert_eq!(why(&[], None), Some(LaneError::Empty));
     let nan = LanePoint { azimuth_rad: f64::NAN, ..one };
-    assert_eq!(why(&[nan, nan], None), Some(NoLane::NotFinite { points: 2 }));
-    assert_eq!(why(&[one], None), Some(NoLane::NoSpeed));
-    assert_eq!(why(&[one], speed_mps), Some(NoLane::NoPattern { at_rest: 1 }));
+    assert_eq!(why(&[nan, nan], None), Some(LaneError::NotFinite { points: 2 }));
+    assert_eq!(why(&[one], None), Some(LaneError::NoSpeed));
+    assert_eq!(why(&[one], speed_mps), Some(LaneError::NoPattern { at_rest: 1 }));
     let moving = LanePoint { range_rate_mps: 20.0, ..one };
-    assert_eq!(why(&[moving], speed_mps), Some(NoLane::NothingAtRest));
-    assert_eq!(why(&vec![one; 500], speed_mps), Some(NoLane::NoPattern { at_rest: 500 }));
+    assert_eq!(why(&[moving], speed_mps), Some(LaneError::NothingAtRest));
+    assert_eq!(why(&vec![one; 500], speed_mps), Some(LaneError::NoPattern { at_rest: 500 }));
     // Standing still: what stands has no range rate.
     let still: Vec<LanePoint> =
         lane(&mut dice).into_iter().map(|p| LanePoint { range_rate_mps: 0.0, ..p }).collect();

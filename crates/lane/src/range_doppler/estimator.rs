@@ -1,10 +1,11 @@
 //! The lane from range and range rate of points, look after look.
 
 use super::{
-    Along, Cell, LaneFromMap, LaneSettings, Parameter, Refusal, Sign, Speed, VALUES, lane_from_map, lane_near,
+    Along, Cell, LaneFromMap, LaneSettings, Parameter, Sign, Speed, VALUES, lane_from_map, lane_near,
 };
 use crate::curve::{Clothoid, Fitted, Shape};
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane};
+use crate::error::{self, LaneError};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -74,7 +75,7 @@ struct Last {
     looks: u32,
 }
 
-/// Lane estimator on range and range rate alone; azimuths are not read (document F, section 3.6).
+/// Lane estimator on range and range rate alone; azimuths are not read (Feng, section 3.6).
 pub struct RangeDopplerLane {
     options: Options,
     last: Option<Last>,
@@ -82,7 +83,7 @@ pub struct RangeDopplerLane {
 
 impl RangeDopplerLane {
     /// Errors: the option that lies outside its range.
-    pub fn new(options: Options) -> Result<RangeDopplerLane, Refusal> {
+    pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {
         options.lane.check()?;
         let o = &options;
         let good = |v: f64| v.is_finite() && v >= 0.0;
@@ -94,10 +95,8 @@ impl RangeDopplerLane {
             ("least_range_rate_std_mps", good(o.least_range_rate_std_mps)),
             ("search_every", o.search_every > 0),
         ];
-        match rules.iter().find(|r| !r.1) {
-            Some((name, _)) => Err(Refusal::Setting(name)),
-            None => Ok(RangeDopplerLane { options, last: None }),
-        }
+        error::settings(&rules)?;
+        Ok(RangeDopplerLane { options, last: None })
     }
 
     pub fn options(&self) -> &Options {
@@ -105,11 +104,11 @@ impl RangeDopplerLane {
     }
 
     /// As [`LaneEstimator::estimate`], with what the core says.
-    pub fn look(&mut self, look: &Look<'_>) -> LaneLook {
-        let found = self.find(look);
-        let time_s = look.time_s;
+    pub fn look(&mut self, input: &SensorInput<'_>) -> LaneLook {
+        let found = self.find(input);
+        let time_s = input.time_s;
         let none = |why| LaneLook {
-            estimate: LaneEstimate::none(METHOD, time_s, look.points.len(), why),
+            estimate: LaneEstimate::none(METHOD, time_s, input.points.len(), why),
             lane: None,
             mirror: false,
             searched: false,
@@ -126,7 +125,7 @@ impl RangeDopplerLane {
                     _ => 0,
                 };
                 let mirror = lane.sign == Sign::Unknown;
-                let out = LaneEstimate { mirror, ..self.answer(look, &lane, &cells, slip_rad, share) };
+                let out = LaneEstimate { mirror, ..self.answer(input, &lane, &cells, slip_rad, share) };
                 self.last = Some(Last { time_s, lane: lane.clone(), share, looks });
                 LaneLook { estimate: out, mirror, lane: Some(lane), searched }
             }
@@ -134,23 +133,22 @@ impl RangeDopplerLane {
     }
 
     /// The lane, the cells it rests on, how far the radar's motion points left of the vehicle's axis, and whether all was searched.
-    fn find(&self, look: &Look<'_>) -> Result<(LaneFromMap, Cells, f64, bool), NoLane> {
-        let refused = |r: Refusal| NoLane::Refused { why: r.to_string() };
-        if look.points.is_empty() {
-            return Err(NoLane::Empty);
+    fn find(&self, input: &SensorInput<'_>) -> Result<(LaneFromMap, Cells, f64, bool), LaneError> {
+        if input.points.is_empty() {
+            return Err(LaneError::Empty);
         }
-        if !look.time_s.is_finite() {
-            return Err(NoLane::NotGiven { what: "the time of the look".into() });
+        if !input.time_s.is_finite() {
+            return Err(LaneError::NotGiven { what: "the time of the look".into() });
         }
         let o = &self.options;
         let is_number =
             |m: &Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0 && m.value.abs() < 1e3;
-        let speed = look.speed_mps.filter(is_number);
+        let speed = input.speed_mps.filter(is_number);
         if speed.is_none() && !o.speed_from_map {
-            return Err(NoLane::NoSpeed);
+            return Err(LaneError::NoSpeed);
         }
         // The radar moves with the vehicle's speed and round it.
-        let turn = look.yaw_rate_rad_per_s.filter(is_number);
+        let turn = input.yaw_rate_rad_per_s.filter(is_number);
         let (yaw, yaw_std) = turn.map_or((0.0, 0.0), |m| (m.value, m.std));
         let [ahead_m, left_m] = o.radar_at_m;
         let (mut slip_rad, mut own) = (0.0, None);
@@ -163,13 +161,13 @@ impl RangeDopplerLane {
             let mps = if v.value > 0.0 { moved.length() } else { v.value };
             own = Some(Measured { value: mps, std: v.std.hypot(left_m * yaw_std) });
         }
-        let cells = self.cells(look.points, own)?;
+        let cells = self.cells(input.points, own)?;
         let speed = match own {
             Some(v) => Speed::Known { mps: v.value, std_mps: v.std },
             None => Speed::FromMap,
         };
         if let Some(last) = &self.last {
-            let dt = look.time_s - last.time_s;
+            let dt = input.time_s - last.time_s;
             if dt > 0.0 && dt <= OLDEST_S && last.looks + 1 < o.search_every {
                 let v = last.lane.speed_mps.value;
                 let (sin, cos) = last.lane.heading_rad.value.sin_cos();
@@ -187,15 +185,16 @@ impl RangeDopplerLane {
             }
         }
         let lane = lane_from_map(&cells.cells, speed, &o.lane).map_err(|r| match r {
-            Refusal::TooFewCells { cells, .. } => NoLane::NoPattern { at_rest: cells },
-            Refusal::NoLane { cells, .. } => NoLane::NoPattern { at_rest: cells },
-            other => refused(other),
+            LaneError::TooFew { found: at_rest, .. } | LaneError::Unexplained { of: at_rest, .. } => {
+                LaneError::NoPattern { at_rest }
+            }
+            other => other,
         })?;
         Ok((lane, cells, slip_rad, true))
     }
 
     /// Points that may be markers: numbers, strong enough, at rest as far as their range rate tells.
-    fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, NoLane> {
+    fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, LaneError> {
         let o = &self.options;
         let finite = |p: &&(usize, &LanePoint)| {
             let p = p.1;
@@ -207,7 +206,7 @@ impl RangeDopplerLane {
         let all: Vec<(usize, &LanePoint)> = points.iter().enumerate().collect();
         let good: Vec<&(usize, &LanePoint)> = all.iter().filter(finite).collect();
         if good.is_empty() {
-            return Err(NoLane::NotFinite { points: points.len() });
+            return Err(LaneError::NotFinite { points: points.len() });
         }
         let mut out = Cells { cells: Vec::new(), members: Vec::new(), count: 0 };
         for (i, p) in good {
@@ -242,7 +241,7 @@ impl RangeDopplerLane {
         }
         out.count = out.cells.len();
         match out.count {
-            0 => Err(NoLane::NothingAtRest),
+            0 => Err(LaneError::NothingAtRest),
             _ => Ok(out),
         }
     }
@@ -265,7 +264,7 @@ impl RangeDopplerLane {
     /// The core's lane in the vehicle's frame.
     fn answer(
         &self,
-        look: &Look<'_>,
+        input: &SensorInput<'_>,
         lane: &LaneFromMap,
         cells: &Cells,
         slip_rad: f64,
@@ -290,7 +289,7 @@ impl RangeDopplerLane {
                 .sum();
             Some(Measured { value, std: var.max(0.0).sqrt() })
         };
-        let mut estimate = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        let mut estimate = LaneEstimate::of_lines(METHOD, input.time_s, input.points.len(), lines);
         estimate.lines.sort_by(|a, b| {
             let y = |l: &Line| l.fitted.curve.foot(DVec2::ZERO).left_m;
             y(b).total_cmp(&y(a)).then(a.fitted.curve.start_m[0].total_cmp(&b.fitted.curve.start_m[0]))
@@ -315,8 +314,8 @@ impl LaneEstimator for RangeDopplerLane {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        self.look(look).estimate
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        self.look(input).estimate
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::rows::Marker;
 use super::*;
+use crate::matrix::solve;
 
 /// A cell and a marker near it.
 #[derive(Clone, Copy)]
@@ -304,59 +305,8 @@ impl Fit<'_> {
     }
 }
 
-/// Lower Cholesky factor of a positive matrix, of its rows and columns scaled to a unit diagonal.
-fn cholesky(m: &Matrix) -> Option<(Matrix, Vector)> {
-    let mut scale = [0.0; VALUES];
-    for i in 0..VALUES {
-        if !(m[i][i] > 0.0 && m[i][i].is_finite()) {
-            return None;
-        }
-        scale[i] = m[i][i].sqrt().recip();
-    }
-    let mut l = [[0.0; VALUES]; VALUES];
-    for i in 0..VALUES {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            let value = m[i][j] * scale[i] * scale[j] - dot;
-            if i == j {
-                if value.is_nan() || value <= 1e-13 {
-                    return None;
-                }
-                l[i][i] = value.sqrt();
-            } else {
-                l[i][j] = value / l[j][j];
-            }
-        }
-    }
-    Some((l, scale))
-}
-
-fn solve(m: &Matrix, b: &Vector) -> Option<Vector> {
-    let (l, scale) = cholesky(m)?;
-    let mut x = [0.0; VALUES];
-    for i in 0..VALUES {
-        let dot: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
-        x[i] = (b[i] * scale[i] - dot) / l[i][i];
-    }
-    for i in (0..VALUES).rev() {
-        let dot: f64 = (i + 1..VALUES).map(|k| l[k][i] * x[k]).sum();
-        x[i] = (x[i] - dot) / l[i][i];
-    }
-    for i in 0..VALUES {
-        x[i] *= scale[i];
-    }
-    x.iter().all(|v| v.is_finite()).then_some(x)
-}
-
 fn inverse(m: &Matrix) -> Option<Matrix> {
-    let mut out = [[0.0; VALUES]; VALUES];
-    for i in 0..VALUES {
-        let mut unit = [0.0; VALUES];
-        unit[i] = 1.0;
-        let column = solve(m, &unit)?;
-        for j in 0..VALUES {
-            out[j][i] = column[j];
-        }
-    }
-    Some(out)
+    let unit = |i: usize| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
+    let columns = (0..VALUES).map(|i| solve(m, &unit(i))).collect::<Option<Vec<Vector>>>()?;
+    Some(std::array::from_fn(|j| std::array::from_fn(|i| columns[i][j])))
 }

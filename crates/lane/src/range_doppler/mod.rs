@@ -1,6 +1,6 @@
 //! Place of a vehicle in a lane, and the bend ahead, from a range-rate map alone: no angles.
 //!
-//! Document F, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
+//! Feng, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
 //! r = √(x² + d² + h²) and the range rate -v·cos of its angle to the motion, so each row of markers draws a
 //! curve. A lane whose rows have known width and spacings is fitted to the cells of the map by maximum
 //! likelihood: offset, heading, curvature, start of the bend, phase of both rows, speed. The likelihood is
@@ -13,10 +13,10 @@
 //!
 //! The lane is straight for `curve_start`, then an arc. x along the lane, y left, radians, positive left.
 
+use crate::error::{self, LaneError};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 mod cells;
 pub mod estimator;
@@ -24,8 +24,8 @@ mod fit;
 mod rows;
 mod search;
 
-pub use cells::speed_from_edge;
-use cells::usable;
+pub use cells::{Cell, Parameter, speed_from_edge};
+use cells::{too_slow, usable};
 pub use estimator::{LaneLook, Options, RangeDopplerLane};
 use fit::Fit;
 pub use rows::Foreseen;
@@ -43,28 +43,6 @@ const SPEED: usize = 6;
 
 type Vector = [f64; VALUES];
 type Matrix = [[f64; VALUES]; VALUES];
-
-/// A detected cell of the map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
-    pub range_m: f64,
-    /// Positive when the range grows.
-    pub range_rate_mps: f64,
-    pub range_std_m: f64,
-    pub range_rate_std_mps: f64,
-}
-
-/// Power over range and range rate, one row for each range.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RangeRateMap<'a> {
-    /// Linear power, ranges × rates.
-    pub power: &'a [f64],
-    pub rates: usize,
-    pub first_range_m: f64,
-    pub range_step_m: f64,
-    pub first_range_rate_mps: f64,
-    pub range_rate_step_mps: f64,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
@@ -143,44 +121,6 @@ impl Default for LaneSettings {
     }
 }
 
-/// Why there is no result.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// A setting lies outside its range.
-    Setting(&'static str),
-    /// The map is empty, not rectangular, or holds values that are no powers.
-    BadMap,
-    /// Finite cells with standard deviations above zero inside the ranges at which markers are seen.
-    TooFewCells { cells: usize, needed: usize },
-    /// The range rates of a radar that hardly moves say nothing about the lane.
-    TooSlow { speed_mps: f64 },
-    /// No three cells share the fastest range rate.
-    NoEdge,
-    /// The best lane explains fewer than half of the cells.
-    NoLane { explained: f64, cells: usize },
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Setting(name) => write!(f, "the setting {name} lies outside its range"),
-            Self::BadMap => write!(f, "the range-rate map is empty, not rectangular, or holds no powers"),
-            Self::TooFewCells { cells, needed } => {
-                write!(f, "a lane needs {needed} usable cells and the map has {cells}")
-            }
-            Self::TooSlow { speed_mps } => {
-                write!(f, "at {speed_mps:.3} m/s the range rates do not tell the lane")
-            }
-            Self::NoEdge => write!(f, "no three cells share the fastest closing rate"),
-            Self::NoLane { explained, cells } => {
-                write!(f, "the best lane explains {explained:.1} of {cells} cells, fewer than half")
-            }
-        }
-    }
-}
-
-impl std::error::Error for Refusal {}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sign {
     Known,
@@ -188,16 +128,6 @@ pub enum Sign {
     /// reported is the one with its offset (or, where that is zero within its standard deviation, its
     /// heading, then its curvature) to the left.
     Unknown,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Parameter {
-    pub value: f64,
-    /// From the curvature of the likelihood and the width of the search.
-    pub std: f64,
-    /// Whether the cells, and not the limits of the search, fix the value: its standard deviation is below a
-    /// quarter of half the search range.
-    pub observed: bool,
 }
 
 /// Another lane that fits about as well, not the mirrored one.
@@ -270,7 +200,7 @@ impl LaneFromMap {
 
 impl LaneSettings {
     /// Errors: the name of a setting that lies outside its range.
-    pub fn check(&self) -> Result<(), Refusal> {
+    pub fn check(&self) -> Result<(), LaneError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let start = match self.curve_start {
             CurveStart::Known(m) | CurveStart::UpTo(m) => m,
@@ -292,13 +222,17 @@ impl LaneSettings {
             ("extra_share", self.extra_share > 0.0 && self.extra_share < 1.0),
             ("sure_log_odds", positive(self.sure_log_odds)),
         ];
-        rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
+        error::settings(&rules)
     }
 }
 
-/// The lane that the cells of a map draw. Errors: see [`Refusal`]. Cells that are not finite, without
+/// The lane that the cells of a map draw. Errors: see [`LaneError`]. Cells that are not finite, without
 /// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
-pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> Result<LaneFromMap, Refusal> {
+pub fn lane_from_map(
+    cells: &[Cell],
+    speed: Speed,
+    settings: &LaneSettings,
+) -> Result<LaneFromMap, LaneError> {
     let problem = Problem::new(cells, speed, settings)?;
     let blots = Blots::new(&problem.fit());
     let modes = problem.search(&blots)?;
@@ -308,18 +242,18 @@ pub fn lane_from_map(cells: &[Cell], speed: Speed, settings: &LaneSettings) -> R
 /// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some ten times
 /// faster. The mirrored lane is tried as well. What the cells say is all that counts: `near` is where the search starts, not knowledge.
 ///
-/// Errors: those of [`lane_from_map`]; [`Refusal::NoLane`] also where another lane is the right one and `near` leads to none.
+/// Errors: those of [`lane_from_map`]; [`LaneError`] also where another lane is the right one and `near` leads to none.
 pub fn lane_near(
     cells: &[Cell],
     speed: Speed,
     settings: &LaneSettings,
     near: &LaneFromMap,
-) -> Result<LaneFromMap, Refusal> {
+) -> Result<LaneFromMap, LaneError> {
     let problem = Problem::new(cells, speed, settings)?;
     let mut p = near.values();
     p[SPEED] = problem.prior_mean[SPEED];
     if !p.iter().all(|v| v.is_finite()) {
-        return Err(Refusal::Setting("near"));
+        return Err(LaneError::Setting { name: "near" });
     }
     let mut modes = Vec::new();
     let fit = problem.fit();
@@ -346,7 +280,7 @@ struct Problem<'a> {
 type Modes = Vec<(f64, Vector)>;
 
 impl<'a> Problem<'a> {
-    fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Problem<'a>, Refusal> {
+    fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Problem<'a>, LaneError> {
         s.check()?;
         let is_in = |c: &&Cell| usable(c) && c.range_m >= s.near_m && c.range_m <= s.far_m;
         let mut used: Vec<Cell> = cells.iter().filter(is_in).copied().collect();
@@ -355,13 +289,13 @@ impl<'a> Problem<'a> {
         });
         let needed = VALUES;
         if used.len() < needed {
-            return Err(Refusal::TooFewCells { cells: used.len(), needed });
+            return Err(LaneError::too_few("usable cells", used.len(), needed));
         }
         let mean_std = used.iter().map(|c| c.range_rate_std_mps).sum::<f64>() / used.len() as f64;
         let (speed_mean, speed_std, speeds) = match speed {
             Speed::Known { mps, std_mps } => {
                 if !mps.is_finite() || !std_mps.is_finite() || std_mps < 0.0 {
-                    return Err(Refusal::Setting("speed"));
+                    return Err(LaneError::Setting { name: "speed" });
                 }
                 (mps, std_mps, vec![mps])
             }
@@ -371,7 +305,7 @@ impl<'a> Problem<'a> {
             }
         };
         if speed_mean <= 5.0 * mean_std {
-            return Err(Refusal::TooSlow { speed_mps: speed_mean });
+            return Err(too_slow(speed_mean));
         }
         let closing =
             |f: fn(f64, f64) -> f64, start: f64| used.iter().map(|c| c.range_rate_mps).fold(start, f);
@@ -411,7 +345,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Lanes from all over the search range.
-    fn search(&self, blots: &Blots) -> Result<Modes, Refusal> {
+    fn search(&self, blots: &Blots) -> Result<Modes, LaneError> {
         /// Trials of all bends, each of a lane with its straight part.
         const ROUNDS: usize = 4;
         let fit = self.fit();
@@ -429,7 +363,7 @@ impl<'a> Problem<'a> {
         for (_, p) in starts.iter().take(10) {
             fit.try_from(*p, &mut modes);
         }
-        let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
+        let none = unexplained(0.0, self.cells.len());
         let first = *modes.first().ok_or(none)?;
         let other_straights = modes.clone();
         let mut rounds = ROUNDS;
@@ -473,9 +407,9 @@ impl<'a> Problem<'a> {
     }
 
     /// The best of these lanes, how sure it is, and what it is mistaken for.
-    fn conclude(&self, blots: &Blots, mut modes: Modes) -> Result<LaneFromMap, Refusal> {
+    fn conclude(&self, blots: &Blots, mut modes: Modes) -> Result<LaneFromMap, LaneError> {
         let (fit, settings) = (self.fit(), self.s);
-        let none = Refusal::NoLane { explained: 0.0, cells: self.cells.len() };
+        let none = unexplained(0.0, self.cells.len());
         let best = modes.first().ok_or(none)?.1;
         // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
         fit.try_from(fit.phased(blots, &mirrored(&best)).1, &mut modes);
@@ -488,7 +422,7 @@ impl<'a> Problem<'a> {
         }
         let explained: f64 = fit.shares(&p).iter().sum();
         if explained.is_nan() || explained < 0.5 * self.cells.len() as f64 {
-            return Err(Refusal::NoLane { explained, cells: self.cells.len() });
+            return Err(unexplained(explained, self.cells.len()));
         }
         let covariance = fit.covariance(&p);
         let is_close = |a: &Vector, b: &Vector| {
@@ -560,6 +494,10 @@ impl<'a> Problem<'a> {
             log_likelihood,
         })
     }
+}
+
+fn unexplained(explained: f64, cells: usize) -> LaneError {
+    LaneError::Unexplained { best: "lane", explained, of: cells, what: "cells" }
 }
 
 fn mirrored(p: &Vector) -> Vector {

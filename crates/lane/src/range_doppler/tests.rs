@@ -357,48 +357,10 @@ fn the_grid_is_right_about_a_lane_that_it_holds() {
 }
 
 #[test]
-fn peaks_of_a_map_are_its_cells() {
-    let (ranges, rates) = (40, 60);
-    let mut d = Draws::new(1, 9);
-    let mut power: Vec<f64> = (0..ranges * rates).map(|_| -d.uniform().ln()).collect();
-    let truth = [(10.3, 20.2), (25.0, 41.6)];
-    for (r, v) in truth {
-        for i in 0..ranges {
-            for j in 0..rates {
-                let z = (i as f64 - r).powi(2) + (j as f64 - v).powi(2);
-                power[i * rates + j] += 1e5 * (-z).exp();
-            }
-        }
-    }
-    let map = RangeRateMap {
-        power: &power,
-        rates,
-        first_range_m: 1.0,
-        range_step_m: 0.1,
-        first_range_rate_mps: -2.0,
-        range_rate_step_mps: 0.05,
-    };
-    let c = map.cells(25.0, 0.1, 0.045).unwrap();
-    assert_eq!(c.len(), 2, "{c:?}");
-    for (c, (r, v)) in c.iter().zip(truth) {
-        // A Gaussian is a parabola in the logarithm; the noise is 50 dB below.
-        assert!((c.range_m - (1.0 + 0.1 * r)).abs() < 0.001, "{c:?}");
-        assert!((c.range_rate_mps - (-2.0 + 0.05 * v)).abs() < 0.001, "{c:?}");
-    }
-    let bad = RangeRateMap { rates: 7, ..map };
-    assert_eq!(bad.cells(25.0, 0.1, 0.045), Err(Refusal::BadMap));
-    let nan = vec![f64::NAN; 100];
-    assert_eq!(RangeRateMap { power: &nan, rates: 10, ..map }.cells(9.0, 0.1, 0.1), Err(Refusal::BadMap));
-    assert_eq!(RangeRateMap { power: &[], rates: 10, ..map }.cells(9.0, 0.1, 0.1), Err(Refusal::BadMap));
-    let flat = vec![1.0; 100];
-    assert_eq!(RangeRateMap { power: &flat, rates: 10, ..map }.cells(10.0, 0.1, 0.1), Ok(vec![]));
-}
-
-#[test]
 fn hostile_input() {
     let s = LaneSettings::default();
     let good = cells(&STRAIGHT, &s, &REAL, 1);
-    let few = |r: Result<LaneFromMap, Refusal>| matches!(r, Err(Refusal::TooFewCells { .. }));
+    let few = |r: Result<LaneFromMap, LaneError>| matches!(r, Err(LaneError::TooFew { .. }));
     assert!(few(lane_from_map(&[], KNOWN, &s)));
     assert!(few(lane_from_map(&good[..1], KNOWN, &s)));
     let nan: Vec<Cell> = good.iter().map(|c| Cell { range_m: f64::NAN, ..*c }).collect();
@@ -408,11 +370,11 @@ fn hostile_input() {
     let infinite: Vec<Cell> = good.iter().map(|c| Cell { range_rate_mps: f64::INFINITY, ..*c }).collect();
     assert!(few(lane_from_map(&infinite, KNOWN, &s)));
     let still: Vec<Cell> = good.iter().map(|c| Cell { range_rate_mps: 0.0, ..*c }).collect();
-    assert!(matches!(lane_from_map(&still, Speed::FromMap, &s), Err(Refusal::TooSlow { .. })));
+    assert!(matches!(lane_from_map(&still, Speed::FromMap, &s), Err(LaneError::Refused { .. })));
     let zero = Speed::Known { mps: 0.0, std_mps: 0.0 };
-    assert_eq!(lane_from_map(&good, zero, &s), Err(Refusal::TooSlow { speed_mps: 0.0 }));
+    assert_eq!(lane_from_map(&good, zero, &s), Err(too_slow(0.0)));
     let nan = Speed::Known { mps: f64::NAN, std_mps: 0.0 };
-    assert_eq!(lane_from_map(&good, nan, &s), Err(Refusal::Setting("speed")));
+    assert_eq!(lane_from_map(&good, nan, &s), Err(LaneError::Setting { name: "speed" }));
     for bad in [
         LaneSettings { lane_width_m: -1.0, ..s },
         LaneSettings { left_spacing_m: f64::NAN, ..s },
@@ -420,7 +382,7 @@ fn hostile_input() {
         LaneSettings { curve_start: CurveStart::UpTo(f64::INFINITY), ..s },
         LaneSettings { detection_probability: 1.0, ..s },
     ] {
-        assert!(matches!(lane_from_map(&good, KNOWN, &bad), Err(Refusal::Setting(_))));
+        assert!(matches!(lane_from_map(&good, KNOWN, &bad), Err(LaneError::Setting { .. })));
     }
     // One cell over and over, and cells all over the map, draw no lane.
     let same =
@@ -430,10 +392,7 @@ fn hostile_input() {
     let clutter: Vec<Cell> = (0..40)
         .map(|_| Cell { range_m: 40.0 * d.uniform(), range_rate_mps: -10.0 * d.uniform(), ..same[0] })
         .collect();
-    assert!(matches!(lane_from_map(&clutter, KNOWN, &s), Err(Refusal::NoLane { .. })));
-    assert!(matches!(speed_from_edge(&good[..2]), Err(Refusal::NoEdge)));
-    assert_eq!(
-        Refusal::TooSlow { speed_mps: 0.0 }.to_string(),
-        "at 0.000 m/s the range rates do not tell the lane"
-    );
+    assert!(matches!(lane_from_map(&clutter, KNOWN, &s), Err(LaneError::Unexplained { .. })));
+    assert!(matches!(speed_from_edge(&good[..2]), Err(LaneError::Refused { .. })));
+    assert_eq!(too_slow(0.0).to_string(), "at 0.000 m/s the range rates do not tell the lane");
 }

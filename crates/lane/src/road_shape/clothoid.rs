@@ -1,16 +1,17 @@
-//! Kalman filter of a clothoid edge, state [c0, c1, b] (seed M, eq. 25–27).
+//! Kalman filter of a clothoid edge, state [c0, c1, b] (Miyake, eq. 25–27).
 //!
-//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (M eq. 26)
+//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (Miyake eq. 26)
 //! and c1 stays (eq. 27), each up to process noise that is stated per metre driven: c1 and b are random
 //! walks, so a car that stands learns and forgets nothing.
 
-use super::small_matrix::quadratic;
-use super::{Reason, Result, finite, positive};
+use crate::Measured;
+use crate::error::{LaneError, Result, checked, finite, not_negative, positive};
+use crate::matrix::quadratic;
 use serde::{Deserialize, Serialize};
 
 /// What a fit says of an edge: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with this covariance.
 ///
-/// `cubic` = [0, 0] is M's measurement, which takes the parabola for the clothoid's start.
+/// `cubic` = [0, 0] is Miyake's measurement, which takes the parabola for the clothoid's start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeMeasurement {
     /// Positive to the left.
@@ -34,7 +35,11 @@ impl EdgeMeasurement {
         finite("covariance of a and b", ab)?;
         let asymmetry = (ab - ba).abs();
         if !ba.is_finite() || asymmetry > 1e-9 * (aa * bb).sqrt() || ab * ab > aa * bb {
-            return Err(Reason::BadInput { what: "covariance of a and b", value: ab });
+            return Err(LaneError::out_of_range(
+                "covariance of a and b",
+                ab,
+                "symmetric, and what the variances allow",
+            ));
         }
         Ok(())
     }
@@ -63,21 +68,12 @@ impl Default for ClothoidSettings {
 
 impl ClothoidSettings {
     pub fn validate(&self) -> Result<()> {
-        super::not_negative("c1_walk", self.c1_walk)?;
-        super::not_negative("b_walk", self.b_walk)?;
+        not_negative("c1_walk", self.c1_walk)?;
+        not_negative("b_walk", self.b_walk)?;
         positive("c1_std", self.c1_std)?;
-        if !(self.gate_probability > 0.0 && self.gate_probability < 1.0) {
-            return Err(Reason::BadInput { what: "gate_probability", value: self.gate_probability });
-        }
-        Ok(())
+        let p = self.gate_probability;
+        checked("gate_probability", p, p > 0.0 && p < 1.0, "above 0, below 1").map(|_| ())
     }
-}
-
-/// A value and its standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    pub value: f64,
-    pub std: f64,
 }
 
 /// What became of a measurement.
@@ -131,11 +127,15 @@ impl ClothoidFilter {
             finite("state or covariance", *v)?;
         }
         for (i, row) in covariance.iter().enumerate() {
-            super::not_negative("variance of the state", row[i])?;
+            not_negative("variance of the state", row[i])?;
             for (j, v) in row.iter().enumerate() {
                 let bound = row[i] * covariance[j][j];
                 if (v - covariance[j][i]).abs() > 1e-9 * bound.sqrt() || v * v > bound * (1.0 + 1e-9) {
-                    return Err(Reason::BadInput { what: "covariance of the state", value: *v });
+                    return Err(LaneError::out_of_range(
+                        "covariance of the state",
+                        *v,
+                        "symmetric, and what the variances allow",
+                    ));
                 }
             }
         }
@@ -152,11 +152,11 @@ impl ClothoidFilter {
         self.covariance
     }
 
-    /// Goes `dt_s` on at `speed_mps` (M eq. 26, 27); backwards where the speed is negative.
+    /// Goes `dt_s` on at `speed_mps` (Miyake eq. 26, 27); backwards where the speed is negative.
     ///
     /// Errors: a time below zero, or values that are not finite; the state is unchanged then.
     pub fn predict(&mut self, dt_s: f64, speed_mps: f64) -> Result<()> {
-        super::not_negative("time step", dt_s)?;
+        not_negative("time step", dt_s)?;
         finite("speed", speed_mps)?;
         let ds = speed_mps * dt_s;
         finite("distance driven", ds)?;
@@ -171,7 +171,7 @@ impl ClothoidFilter {
         let c12 = p[1][2];
         let c0 = self.state[0] + self.state[1] * ds;
         if ![c0, c00, c01, c02, c11, c22].iter().all(|v| v.is_finite()) {
-            return Err(Reason::BadInput { what: "distance driven", value: ds });
+            return Err(LaneError::out_of_range("distance driven", ds, "what keeps the state finite"));
         }
         self.state[0] = c0;
         self.covariance = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]];
@@ -186,7 +186,7 @@ impl ClothoidFilter {
         let (update, new) = self.try_update(measurement)?;
         if let Some((state, covariance)) = new {
             if !state.iter().chain(covariance.iter().flatten()).all(|v| v.is_finite()) {
-                return Err(Reason::Singular);
+                return Err(LaneError::undetermined("the curve"));
             }
             (self.state, self.covariance) = (state, covariance);
         }
@@ -203,14 +203,14 @@ impl ClothoidFilter {
     fn try_update(&self, m: &EdgeMeasurement) -> Result<(Update, Option<([f64; 3], [[f64; 3]; 3])>)> {
         let rows = [[0.5, m.cubic[0], 0.0], [0.0, m.cubic[1], 1.0]];
         let r = m.covariance;
-        let ph = rows.map(|h| super::small_matrix::times(&self.covariance, &h));
+        let ph = rows.map(|h| crate::matrix::times(&self.covariance, &h));
         let dot = |u: &[f64; 3], v: &[f64; 3]| u.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
         let s = [
             [dot(&rows[0], &ph[0]) + r[0][0], dot(&rows[0], &ph[1]) + r[0][1]],
             [dot(&rows[1], &ph[0]) + r[0][1], dot(&rows[1], &ph[1]) + r[1][1]],
         ];
         let s = [[s[0][0], 0.5 * (s[0][1] + s[1][0])], [0.5 * (s[0][1] + s[1][0]), s[1][1]]];
-        let inv = super::small_matrix::inverse(&s).ok_or(Reason::Singular)?;
+        let inv = crate::matrix::inverse(&s).ok_or(LaneError::undetermined("the curve"))?;
         let innovation = [m.a_per_m - dot(&rows[0], &self.state), m.b_m - dot(&rows[1], &self.state)];
         let nis = quadratic(&inv, &innovation);
         // χ² with two degrees: P(> t) = exp(−t/2).
@@ -229,8 +229,7 @@ impl ClothoidFilter {
                 f64::from(u8::from(i == j)) - gain[i][0] * rows[0][j] - gain[i][1] * rows[1][j]
             })
         });
-        let lp: [[f64; 3]; 3] =
-            std::array::from_fn(|i| super::small_matrix::times(&self.covariance, &left[i]));
+        let lp: [[f64; 3]; 3] = std::array::from_fn(|i| crate::matrix::times(&self.covariance, &left[i]));
         let full = |i: usize, j: usize| {
             dot(&lp[i], &left[j])
                 + (0..2)
@@ -250,7 +249,7 @@ impl ClothoidFilter {
         positive("variance of a", variance)?;
         finite("part of c1 in a", cubic)?;
         let h = [0.5, cubic, 0.0];
-        let ph = super::small_matrix::times(&self.covariance, &h);
+        let ph = crate::matrix::times(&self.covariance, &h);
         let s = quadratic(&self.covariance, &h) + variance;
         let innovation = a_per_m - 0.5 * self.state[0] - cubic * self.state[1];
         let nis = innovation * innovation / s;
@@ -269,53 +268,11 @@ impl ClothoidFilter {
     }
 
     /// Curvature `x_m` ahead, 1/m: c0 + c1 x.
-    pub fn curvature_per_m(&self, x_m: f64) -> Estimate {
+    pub fn curvature_per_m(&self, x_m: f64) -> Measured {
         let h = [1.0, x_m, 0.0];
-        Estimate {
+        Measured {
             value: self.state[0] + self.state[1] * x_m,
             std: quadratic(&self.covariance, &h).max(0.0).sqrt(),
         }
-    }
-
-    /// y of the edge `x_m` ahead, m: b + ∫ tan θ dx with sin θ = c0 x + c1 x²/2, whose first terms are
-    /// b + c0 x²/2 + c1 x³/6, and its deviation to first order.
-    ///
-    /// Errors: the edge has turned by more than 72° before.
-    pub fn lateral_m(&self, x_m: f64) -> Result<Estimate> {
-        finite("distance ahead", x_m)?;
-        // Gauss–Legendre, five points.
-        const NODE: [f64; 5] = [
-            -0.906_179_845_938_664,
-            -0.538_469_310_105_683_1,
-            0.0,
-            0.538_469_310_105_683_1,
-            0.906_179_845_938_664,
-        ];
-        const WEIGHT: [f64; 5] = [
-            0.236_926_885_056_189_1,
-            0.478_628_670_499_366_5,
-            0.568_888_888_888_888_9,
-            0.478_628_670_499_366_5,
-            0.236_926_885_056_189_1,
-        ];
-        let [c0, c1, b] = self.state;
-        let mut y = b;
-        let mut h = [0.0, 0.0, 1.0];
-        const PARTS: usize = 4;
-        for part in 0..PARTS {
-            for (node, weight) in NODE.iter().zip(WEIGHT) {
-                let x = x_m * (part as f64 + 0.5 * (node + 1.0)) / PARTS as f64;
-                let sin = c0 * x + 0.5 * c1 * x * x;
-                if sin.is_nan() || sin.abs() >= 0.95 {
-                    return Err(Reason::OutOfReach { x_m });
-                }
-                let cos = (1.0 - sin * sin).sqrt();
-                let dx = 0.5 * weight * x_m / PARTS as f64;
-                y += dx * sin / cos;
-                h[0] += dx * x / cos.powi(3);
-                h[1] += dx * 0.5 * x * x / cos.powi(3);
-            }
-        }
-        Ok(Estimate { value: y, std: quadratic(&self.covariance, &h).max(0.0).sqrt() })
     }
 }

@@ -1,11 +1,11 @@
 //! The road shape behind the interface of all lane methods.
 
 use super::{
-    EdgeStatus, Ego, Peak, RadarMount, Reason, RoadShape, RoadTracker, Side, TrackerSettings, ego_speed,
+    EdgeStatus, Ego, Peak, RadarMount, RoadShape, RoadTracker, Side, TrackerSettings, ego_speed,
     static_points,
 };
 use crate::curve::{Clothoid, Fitted, Shape};
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, NoLane};
+use crate::{LaneError, LaneEstimate, LaneEstimator, LanePoint, Line, SensorInput};
 use glam::DVec2;
 
 /// The name on the command line.
@@ -20,7 +20,7 @@ pub struct RoadShapeOptions {
     pub own_speed_share: f64,
 }
 
-/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (seed M, sections IV and V). Lines are
+/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (Miyake, sections IV and V). Lines are
 /// edges of the road, not lines of lanes; there are at most two, one on each side of the vehicle.
 #[derive(Debug, Clone)]
 pub struct RoadShapeEstimator {
@@ -61,8 +61,8 @@ fn peak(p: &LanePoint) -> Peak {
 
 impl RoadShapeEstimator {
     /// Errors: settings that make no sense.
-    pub fn new(options: RoadShapeOptions) -> super::Result<RoadShapeEstimator> {
-        super::not_negative("own_speed_share", options.own_speed_share)?;
+    pub fn new(options: RoadShapeOptions) -> crate::error::Result<RoadShapeEstimator> {
+        crate::error::not_negative("own_speed_share", options.own_speed_share)?;
         let tracker = RoadTracker::new(&options.tracker)?;
         Ok(RoadShapeEstimator { options, tracker, last_s: None, reach_m: [0.0; 2], latest: None })
     }
@@ -72,19 +72,19 @@ impl RoadShapeEstimator {
         self.latest.as_ref()
     }
 
-    fn ego(&self, look: &Look<'_>, points: &[LanePoint]) -> Result<Ego, NoLane> {
+    fn ego(&self, input: &SensorInput<'_>, points: &[LanePoint]) -> Result<Ego, LaneError> {
         let sound = |m: &crate::Measured| m.value.is_finite() && m.std.is_finite() && m.std >= 0.0;
-        let yaw = look.yaw_rate_rad_per_s.filter(sound);
-        let known = match look.speed_mps.filter(sound) {
+        let yaw = input.yaw_rate_rad_per_s.filter(sound);
+        let known = match input.speed_mps.filter(sound) {
             Some(v) => Ego { speed_mps: v.value, speed_std_mps: v.std, ..Ego::default() },
             None if self.options.own_speed_share > 0.0 => {
-                let Some(first) = points.first() else { return Err(NoLane::Empty) };
+                let Some(first) = points.first() else { return Err(LaneError::Empty) };
                 let peaks: Vec<Peak> = points.iter().map(peak).collect();
                 let gate = &self.options.tracker.gate;
                 ego_speed(&peaks, &seen_from(first), gate, self.options.own_speed_share)
-                    .map_err(|_| NoLane::NoSpeed)?
+                    .map_err(|_| LaneError::NoSpeed)?
             }
-            None => return Err(NoLane::NoSpeed),
+            None => return Err(LaneError::NoSpeed),
         };
         Ok(Ego {
             yaw_rate_radps: yaw.map_or(0.0, |y| y.value),
@@ -93,46 +93,46 @@ impl RoadShapeEstimator {
         })
     }
 
-    fn step(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+    fn step(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
         self.latest = None;
-        if look.points.is_empty() {
+        if input.points.is_empty() {
             // What is not seen is not stated; the tracks coast on at the next look.
-            return Err(NoLane::Empty);
+            return Err(LaneError::Empty);
         }
         let sound: Vec<(usize, LanePoint)> =
-            look.points.iter().copied().enumerate().filter(|(_, p)| is_finite(p)).collect();
+            input.points.iter().copied().enumerate().filter(|(_, p)| is_finite(p)).collect();
         if sound.is_empty() {
-            return Err(NoLane::NotFinite { points: look.points.len() });
+            return Err(LaneError::NotFinite { points: input.points.len() });
         }
         let dt_s = match self.last_s {
-            _ if !look.time_s.is_finite() => {
-                return Err(NoLane::Refused { why: "the time of the look is no number".into() });
+            _ if !input.time_s.is_finite() => {
+                return Err(LaneError::not_finite("the time of the look"));
             }
-            Some(last) if look.time_s < last => {
-                let why = format!("the look at {} s comes after that at {last} s", look.time_s);
-                return Err(NoLane::Refused { why });
+            Some(last) if input.time_s < last => {
+                return Err(LaneError::refused(format!(
+                    "the look at {} s comes after that at {last} s",
+                    input.time_s
+                )));
             }
-            Some(last) => look.time_s - last,
+            Some(last) => input.time_s - last,
             None => 0.0,
         };
         let all: Vec<LanePoint> = sound.iter().map(|(_, p)| *p).collect();
-        let ego = self.ego(look, &all)?;
-        let refused = |r: Reason| NoLane::Refused { why: r.to_string() };
+        let ego = self.ego(input, &all)?;
         let mut rest = Vec::new();
         let mut members = Vec::new();
         let mut moving = 0;
         for (i, p) in &sound {
             // Each by the place of its own radar.
             let mount = seen_from(p);
-            let scan =
-                static_points(&[peak(p)], &mount, &ego, &self.options.tracker.gate).map_err(refused)?;
+            let scan = static_points(&[peak(p)], &mount, &ego, &self.options.tracker.gate)?;
             moving += scan.moving;
             members.extend(scan.points.iter().map(|_| *i));
             rest.extend(scan.points);
         }
         let at_rest = rest.len();
-        let shape = self.tracker.step_points(rest, moving, dt_s, &ego).map_err(refused)?;
-        self.last_s = Some(look.time_s);
+        let shape = self.tracker.step_points(rest, moving, dt_s, &ego)?;
+        self.last_s = Some(input.time_s);
         let driven_m = ego.speed_mps * dt_s;
         let mut lines = Vec::new();
         let mut reasons = Vec::new();
@@ -150,11 +150,11 @@ impl RoadShapeEstimator {
         self.latest = Some(shape);
         if lines.is_empty() {
             return Err(match at_rest {
-                0 => NoLane::NothingAtRest,
-                _ => NoLane::Refused { why: reasons.join(" ") },
+                0 => LaneError::NothingAtRest,
+                _ => LaneError::refused(reasons.join("; ")),
             });
         }
-        let mut out = LaneEstimate::of_lines(METHOD, look.time_s, look.points.len(), lines);
+        let mut out = LaneEstimate::of_lines(METHOD, input.time_s, input.points.len(), lines);
         if self.options.tracker.fit.heading_std_rad <= 0.0 {
             // The model has no heading: what is not estimated is not stated.
             out.heading_rad = None;
@@ -167,20 +167,20 @@ impl RoadShapeEstimator {
         let Some(track) = shape.edge(side) else {
             return Err(match &shape.fits[k] {
                 Err(reason) => reason.to_string(),
-                Ok(_) => "The edge is new.".into(),
+                Ok(_) => "the edge is new".into(),
             });
         };
         let s = &self.options.tracker;
         if track.status == EdgeStatus::Tentative {
             return Err(format!(
-                "An edge was seen in {} of {} scans that it takes.",
+                "an edge was seen in {} of {} scans that it takes",
                 track.hits, s.confirm_scans
             ));
         }
         let [c0, c1, b] = track.filter.state();
         let reach_m = self.reach_m[k];
         if reach_m <= 1.0 {
-            return Err("The edge that was seen lies behind.".into());
+            return Err("the edge that was seen lies behind".into());
         }
         let heading_rad = match &shape.fits[k] {
             Ok(fit) => fit.heading_rad,
@@ -233,10 +233,10 @@ impl LaneEstimator for RoadShapeEstimator {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        match self.step(look) {
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        match self.step(input) {
             Ok(estimate) => estimate,
-            Err(why) => LaneEstimate::none(METHOD, look.time_s, look.points.len(), why),
+            Err(why) => LaneEstimate::none(METHOD, input.time_s, input.points.len(), why),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! Robust weighted least squares of one edge, or of two parallel ones, from where the vote put them.
 //!
-//! Beside M's Hough transform: points have errors along both axes, so each is compared with its foot on the
+//! Beside Miyake's Hough transform: points have errors along both axes, so each is compared with its foot on the
 //! curve along its own covariance (total least squares by Gauss–Newton), with Tukey's biweight against
 //! points of other things (Beaton and Tukey 1974).
 
 use super::clothoid::EdgeMeasurement;
-use super::small_matrix::{inverse, quadratic, times};
-use super::{Reason, Result, Side, StaticPoint, finite, not_negative, positive};
+use super::{Side, StaticPoint};
+use crate::error::{LaneError, Result, finite, not_negative, positive};
+use crate::matrix::{inverse, quadratic, times};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
-    /// y = a x² + b (M eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
+    /// y = a x² + b (Miyake eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
     Parabola,
     /// The circle of curvature 2a that has this parabola at x = 0.
     Arc,
@@ -27,7 +28,7 @@ pub struct FitSettings {
     pub curve: Curve,
     /// Points farther than this from the curve, in deviations, have no weight (Tukey's c).
     pub cutoff: f64,
-    /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for M's model.
+    /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for Miyake's model.
     pub heading_std_rad: f64,
     pub floor_std_m: f64,
     /// Random walk of the road's c1 ahead of the car, 1/m² per √m, as in
@@ -72,7 +73,7 @@ impl FitSettings {
         not_negative("start_b_m", self.start_b_m)?;
         not_negative("start_a_per_m", self.start_a_per_m)?;
         not_negative("min_extent_m", self.min_extent_m)?;
-        positive("x_max_m - x_min_m", self.x_max_m - self.x_min_m)
+        positive("x_max_m - x_min_m", self.x_max_m - self.x_min_m).map(|_| ())
     }
 }
 
@@ -108,16 +109,10 @@ impl EdgeFit {
             cubic: self.cubic,
         }
     }
-
-    /// y on the fitted curve, m. None where an arc does not come so far.
-    pub fn lateral_m(&self, x_m: f64, curve: Curve) -> Option<f64> {
-        let (y, _, _) = bend(curve, 2.0 * self.a_per_m, x_m)?;
-        Some(self.b_m + self.heading_rad * x_m + y)
-    }
 }
 
 /// y, dy/dx and dy/dκ of the bend alone.
-fn bend(curve: Curve, kappa: f64, x: f64) -> Option<(f64, f64, f64)> {
+pub(super) fn bend(curve: Curve, kappa: f64, x: f64) -> Option<(f64, f64, f64)> {
     match curve {
         Curve::Parabola => Some((0.5 * kappa * x * x, kappa * x, 0.5 * x * x)),
         Curve::Arc => {
@@ -143,7 +138,9 @@ pub fn fit_edge(
     let mut starts = [None, None];
     starts[side.index()] = Some(start);
     let mut fits = fit(points, starts, false, settings)?;
-    fits[side.index()].take().ok_or(Reason::NoEdge { side })
+    fits[side.index()]
+        .take()
+        .ok_or(LaneError::refused(format!("no curve on the {side} side has enough support")))
 }
 
 /// Fits both edges with one reference curve (curvature c on the car's x axis, c/(1 − b c) at distance b).
@@ -157,8 +154,12 @@ pub fn fit_parallel(
     let [left, right] = fit(points, starts.map(Some), true, settings)?;
     match (left, right) {
         (Some(l), Some(r)) => Ok([l, r]),
-        (None, _) => Err(Reason::NoEdge { side: Side::Left }),
-        (_, None) => Err(Reason::NoEdge { side: Side::Right }),
+        (None, _) => {
+            Err(LaneError::refused(format!("no curve on the {} side has enough support", Side::Left)))
+        }
+        (_, None) => {
+            Err(LaneError::refused(format!("no curve on the {} side has enough support", Side::Right)))
+        }
     }
 }
 
@@ -216,15 +217,15 @@ fn fit(
         fix(&mut normal, &mut gradient, active, use_heading, theta[HEADING], s);
         let enough = now.used.iter().sum::<usize>();
         if enough < s.min_points {
-            return Err(Reason::TooFewPoints { found: enough, needed: s.min_points });
+            return Err(LaneError::too_few("points", enough, s.min_points));
         }
-        let Some(inv) = inverse(&normal) else { return Err(Reason::Singular) };
+        let Some(inv) = inverse(&normal) else { return Err(LaneError::undetermined("the curve")) };
         let step = times(&inv, &gradient);
         for (t, d) in theta.iter_mut().zip(step) {
             *t += d;
         }
         if theta.iter().any(|t| !t.is_finite()) || theta[A].abs() > 0.05 {
-            return Err(Reason::Diverged);
+            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
         }
         let reach = s.x_max_m * s.x_max_m;
         settled = step[A].abs() * reach + step[1].abs() + step[2].abs() + step[3].abs() * s.x_max_m < 1e-6;
@@ -235,18 +236,19 @@ fn fit(
         settled = false;
     }
     // A point at the cut-off can make the steps go round: within a tenth of the deviation that is no harm.
-    let Some(last) = sums else { return Err(Reason::Singular) };
+    let Some(last) = sums else { return Err(LaneError::undetermined("the curve")) };
     let mut plain = last.plain;
     fix(&mut plain, &mut [0.0; 4], active, use_heading, 0.0, s);
-    let Some(inv) = inverse(&plain) else { return Err(Reason::Singular) };
+    let Some(inv) = inverse(&plain) else { return Err(LaneError::undetermined("the curve")) };
     if !settled {
         let now = accumulate(points, &theta, active, parallel, 0.0, s);
         let mut normal = now.normal;
         let mut gradient = now.gradient;
         fix(&mut normal, &mut gradient, active, use_heading, theta[HEADING], s);
-        let step = inverse(&normal).map(|i| times(&i, &gradient)).ok_or(Reason::Singular)?;
+        let step =
+            inverse(&normal).map(|i| times(&i, &gradient)).ok_or(LaneError::undetermined("the curve"))?;
         if (0..4).any(|i| step[i] * step[i] > 0.01 * inv[i][i]) && quadratic(&normal, &step) > 0.04 {
-            return Err(Reason::Diverged);
+            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
         }
     }
     let total = last.used.iter().sum::<usize>();
@@ -256,7 +258,7 @@ fn fit(
         .map(|i| last.span[i][1] - last.span[i][0])
         .fold(0.0, f64::max);
     if extent < s.min_extent_m {
-        return Err(Reason::TooShort { extent_m: extent, needed_m: s.min_extent_m });
+        return Err(super::hough::too_short(extent, s.min_extent_m));
     }
     let (w0, w2, efficiency) = tukey_moments(s.cutoff);
     let freedom = total.saturating_sub(parameters).max(1) as f64;

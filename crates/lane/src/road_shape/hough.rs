@@ -1,8 +1,10 @@
-//! Hough transform of standing points into (a, b) of y = a x² + b (seed M, eq. 23, 24 and Fig. 4).
+//! Hough transform of standing points into (a, b) of y = a x² + b (Miyake, eq. 23, 24 and Fig. 4).
 
-use super::small_matrix::{inverse, quadratic};
-use super::{Reason, Result, Side, StaticPoint, not_negative, positive};
+use super::{Side, StaticPoint};
+use crate::error::{LaneError, Result, not_negative, positive};
+use crate::matrix::{inverse, quadratic};
 use serde::{Deserialize, Serialize};
+use statrs::function::gamma::gamma_lr;
 
 /// Settings of the vote.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,15 +80,15 @@ impl HoughSettings {
         positive("inner_share", self.inner_share)?;
         not_negative("clearance_m", self.clearance_m)?;
         not_negative("min_extent_m", self.min_extent_m)?;
-        let bad = |what, value| Err(Reason::BadInput { what, value });
+        let bad = |what, value, allowed| Err(LaneError::out_of_range(what, value, allowed));
         if !(self.power_cap >= 1.0 && self.power_cap.is_finite()) {
-            return bad("power_cap", self.power_cap);
+            return bad("power_cap", self.power_cap, "1 or more");
         }
         if self.a_max_per_m > 1.0 || self.a_max_per_m / self.a_step_per_m > 2000.0 {
-            return bad("a_max_per_m", self.a_max_per_m);
+            return bad("a_max_per_m", self.a_max_per_m, "up to 1 and to 2000 steps");
         }
         if self.b_max_m / self.b_step_m > 4000.0 {
-            return bad("b_max_m", self.b_max_m);
+            return bad("b_max_m", self.b_max_m, "up to 4000 steps");
         }
         Ok(())
     }
@@ -160,7 +162,7 @@ pub struct VoteMap {
 }
 
 impl VoteMap {
-    /// Lets each point vote along its line b = y − a x² (M eq. 24), with a Gaussian across it that is as
+    /// Lets each point vote along its line b = y − a x² (Miyake eq. 24), with a Gaussian across it that is as
     /// wide as the point's deviation and the cell: height goes with weight over deviation.
     ///
     /// Errors: settings that make no sense, or no point within the limits.
@@ -168,7 +170,7 @@ impl VoteMap {
         settings.validate()?;
         let voters = voters(points, settings);
         if voters.is_empty() {
-            return Err(Reason::TooFewPoints { found: 0, needed: settings.min_points });
+            return Err(LaneError::too_few("points", 0, settings.min_points));
         }
         let half = (settings.a_max_per_m / settings.a_step_per_m).floor() as usize;
         let columns = 2 * half + 1;
@@ -345,7 +347,7 @@ impl VoteMap {
             return Err(reason.clone());
         }
         if let Some(found) = points.into_iter().find(|n| *n < 2) {
-            return Err(Reason::TooFewPoints { found, needed: 2 });
+            return Err(LaneError::too_few("points", found, 2));
         }
         Ok(ParallelPeak { a_per_m, b_m, points, votes })
     }
@@ -403,13 +405,13 @@ impl VoteMap {
         let s = &self.settings;
         let (count, least, greatest, stretches) = self.near(a, b);
         if count < s.min_points {
-            return Err(Reason::TooFewPoints { found: count, needed: s.min_points });
+            return Err(LaneError::too_few("points", count, s.min_points));
         }
         if greatest - least < s.min_extent_m || stretches < s.min_stretches {
-            return Err(Reason::TooShort {
-                extent_m: (greatest - least).min(5.0 * stretches as f64),
-                needed_m: s.min_extent_m.max(5.0 * s.min_stretches as f64),
-            });
+            return Err(too_short(
+                (greatest - least).min(5.0 * stretches as f64),
+                s.min_extent_m.max(5.0 * s.min_stretches as f64),
+            ));
         }
         self.more_than_chance(side, a, b)?;
         Ok((count, least, greatest))
@@ -433,7 +435,9 @@ impl VoteMap {
         if found > expected && tests * poisson_tail(found, expected) <= s.false_edges {
             Ok(())
         } else {
-            Err(Reason::ByChance { found, expected })
+            Err(LaneError::refused(format!(
+                "the best curve has {found:.1} points, too few where chance gives {expected:.1}"
+            )))
         }
     }
 
@@ -443,11 +447,11 @@ impl VoteMap {
         (v.y - a * v.x * v.x - b, v.variance(a, self.settings.floor_std_m) + reach * reach)
     }
 
-    fn why_none(&self, side: Side) -> Reason {
+    fn why_none(&self, side: Side) -> LaneError {
         let top = self.maxima(side).first().copied();
         match top.map(|(column, row, _)| self.support(side, self.a_per_m(column), self.b_m(side, row))) {
             Some(Err(reason)) => reason,
-            _ => Reason::NoEdge { side },
+            _ => LaneError::refused(format!("no curve on the {side} side has enough support")),
         }
     }
 
@@ -478,7 +482,7 @@ impl VoteMap {
                     }
                 }
             }
-            let Some(inv) = inverse(&m) else { return Err(Reason::Singular) };
+            let Some(inv) = inverse(&m) else { return Err(LaneError::undetermined("the curve")) };
             let step = [inv[0][0] * rhs[0] + inv[0][1] * rhs[1], inv[1][0] * rhs[0] + inv[1][1] * rhs[1]];
             a += step[0];
             b += step[1];
@@ -490,7 +494,7 @@ impl VoteMap {
         let reach = 10.0 * (s.a_step_per_m * s.x_max_m * s.x_max_m * 0.25 + s.b_step_m) + s.clearance_m;
         if !(a.abs() <= 1.1 * s.a_max_per_m && (b - b0).abs() <= reach && side.sign() * b >= 0.5 * s.b_min_m)
         {
-            return Err(Reason::Diverged);
+            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
         }
         let (points, x_min_m, x_max_m) = self.support(side, a, b)?;
         // Expected values of curvature and squared slope for Gaussian r of the deviation stated: those
@@ -512,7 +516,7 @@ impl VoteMap {
                 }
             }
         }
-        let Some(inv) = inverse(&curvature) else { return Err(Reason::Singular) };
+        let Some(inv) = inverse(&curvature) else { return Err(LaneError::undetermined("the curve")) };
         let both = [inv[0][0] + inv[1][0], inv[0][1] + inv[1][1]];
         let (aa, bb) = (quadratic(&slopes, &inv[0]), quadratic(&slopes, &inv[1]));
         let ab = 0.5 * (quadratic(&slopes, &both) - aa - bb);
@@ -529,30 +533,20 @@ impl VoteMap {
     }
 }
 
+pub(super) fn too_short(extent_m: f64, needed_m: f64) -> LaneError {
+    LaneError::refused(format!("the points cover {extent_m:.1} m of road where {needed_m:.1} m are needed"))
+}
+
 /// Column, row and votes of a cell.
 type Maximum = (usize, usize, f64);
 
 /// P(K ≥ k) of a Poisson variable, k rounded down.
 fn poisson_tail(k: f64, mean: f64) -> f64 {
-    let first = k.floor().max(0.0);
-    if mean.is_nan() || mean <= 0.0 {
-        return if first > 0.0 { 0.0 } else { 1.0 };
+    match (k.floor() > 0.0, mean > 0.0) {
+        (false, _) => 1.0,
+        (true, false) => 0.0,
+        (true, true) => gamma_lr(k.floor(), mean),
     }
-    let mut term = -mean;
-    let mut i = 1.0;
-    while i <= first {
-        term += (mean / i).ln();
-        i += 1.0;
-    }
-    let mut term = term.exp();
-    let mut sum = 0.0;
-    let mut n = first;
-    while term > 1e-18 * sum && n < first + 10_000.0 {
-        sum += term;
-        n += 1.0;
-        term *= mean / n;
-    }
-    sum.min(1.0)
 }
 
 fn voters(points: &[StaticPoint], s: &HoughSettings) -> Vec<Voter> {

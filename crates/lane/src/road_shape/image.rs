@@ -1,12 +1,15 @@
-//! The radar image of an FM-CW radar with rising and falling slopes: a spectrum of angle for each beat frequency (seed M, section
+//! The radar image of an FM-CW radar with rising and falling slopes: a spectrum of angle for each beat frequency (Miyake, section
 //! III and Fig. 3), its peaks, and which peak of one slope goes with which of the other.
 
 use super::{Ego, RadarMount, expected_range_rate_mps};
+use crate::numeric::vertex;
+use catseye::adc::Cube;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::assignment::assign;
 use catseye::detect::locate::accuracy;
 use catseye::detect::points::{Detected, Point, point};
 use catseye::detect::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
+use catseye::dsp::Real;
 use catseye::dsp::cpu::{fft, lines};
 use catseye::dsp::doa_beamform::Grid;
 use catseye::dsp::doa_bisvd::BiSvd;
@@ -20,7 +23,7 @@ use catseye::frames::direction_from_angles;
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::units::{C0, db_from_power};
-use num_complex::Complex64;
+use num_complex::{Complex, Complex64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -41,11 +44,11 @@ pub enum Angles {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageSettings {
     pub angles: Angles,
-    /// Most sources in a row (M: 2).
+    /// Most sources in a row (Miyake: 2).
     pub sources: usize,
     /// Each row has so many, rather than as many as its eigenvalues show.
     pub exact: bool,
-    /// alpha of M eq. 9, for each snapshot that a tracker takes in.
+    /// alpha of Miyake eq. 9, for each snapshot that a tracker takes in.
     pub forgetting: f64,
     /// Elements of the subarrays that are averaged over; 0: the whole line.
     pub subarray: usize,
@@ -192,7 +195,7 @@ impl Imager {
     }
 
     /// Points of both images, sensor frame. A body that stands has one place in both once the vehicle's own speed is taken
-    /// out of the beats (M, section IV): such peaks are paired first. What is left is paired by level and angle alone (eq. 119),
+    /// out of the beats (Miyake, section IV): such peaks are paired first. What is left is paired by level and angle alone (eq. 119),
     /// which is how moving bodies come out. Without a speed all are.
     ///
     /// Errors: values that are not finite.
@@ -383,30 +386,21 @@ impl ImageSettings {
 impl Part {
     /// `[row, chirp, channel]`.
     fn cells(&self, cube: &AnyCube) -> Result<Vec<Complex64>> {
-        let t = &self.transform;
-        let (chirps, channels, bins) = (t.chirps, t.channels, t.range_bins);
-        let mut out = vec![Complex64::ZERO; self.rows * chirps * channels];
-        let mut put = |line: usize, row: usize, z: Complex64| out[row * chirps * channels + line] = z;
         match cube {
-            AnyCube::F32(c) => {
-                let lines = lines::prepared(c, &self.radar)?;
-                let mut all = vec![num_complex::Complex32::default(); chirps * channels * bins];
-                fft::range(&lines, t, &mut all);
-                for (line, values) in all.chunks_exact(bins).enumerate() {
-                    for (row, z) in values.iter().take(self.rows).enumerate() {
-                        put(line, row, Complex64::new(z.re.into(), z.im.into()));
-                    }
-                }
-            }
-            AnyCube::F64(c) => {
-                let lines = lines::prepared(c, &self.radar)?;
-                let mut all = vec![Complex64::default(); chirps * channels * bins];
-                fft::range(&lines, t, &mut all);
-                for (line, values) in all.chunks_exact(bins).enumerate() {
-                    for (row, z) in values.iter().take(self.rows).enumerate() {
-                        put(line, row, *z);
-                    }
-                }
+            AnyCube::F32(c) => self.cells_of(c),
+            AnyCube::F64(c) => self.cells_of(c),
+        }
+    }
+
+    fn cells_of<T: Real>(&self, cube: &Cube<T>) -> Result<Vec<Complex64>> {
+        let t = &self.transform;
+        let (each, bins) = (t.chirps * t.channels, t.range_bins);
+        let mut all = vec![Complex::<T>::default(); each * bins];
+        fft::range(lines::prepared(cube, &self.radar)?.as_ref(), t, &mut all);
+        let mut out = vec![Complex64::ZERO; self.rows * each];
+        for (line, values) in all.chunks_exact(bins).enumerate() {
+            for (row, z) in values.iter().take(self.rows).enumerate() {
+                out[row * each + line] = Complex64::new(z.re.wide(), z.im.wide());
             }
         }
         Ok(out)
@@ -445,8 +439,8 @@ impl Part {
                 // Forward and backward, as the whole decomposition has them.
                 let looks = self.estimator.looks(&data[row * each..(row + 1) * each]);
                 let elements = self.estimator.elements(chirps);
-                for look in looks.chunks_exact(elements) {
-                    tracker.update(look);
+                for snapshot in looks.chunks_exact(elements) {
+                    tracker.update(snapshot);
                 }
             }
             for row in &rows {
@@ -533,8 +527,7 @@ impl Part {
                     sum.max(f64::MIN_POSITIVE).ln()
                 };
                 let [low, top, high] = [level(row - 1), level(row), level(row + 1)];
-                let bend = low - 2.0 * top + high;
-                let shift = if bend < 0.0 { (0.5 * (low - high) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+                let shift = vertex(low, top, high);
                 let snr = source.power_w * (chirps * channels) as f64 / noise_w;
                 out.push(ImagePeak {
                     range_bin: row as f64 + shift,

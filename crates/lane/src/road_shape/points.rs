@@ -1,6 +1,6 @@
-//! Peaks of a scan, and which of them stand still (seed M, sections III and IV).
+//! Peaks of a scan, and which of them stand still (Miyake, sections III and IV).
 
-use super::{Reason, Result, finite, not_negative, positive};
+use crate::error::{LaneError, Result, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// A peak of the radar image, sensor frame.
@@ -161,7 +161,7 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
 fn check_mount(mount: &RadarMount) -> Result<()> {
     finite("mounting x", mount.x_m)?;
     finite("mounting y", mount.y_m)?;
-    finite("mounting yaw", mount.yaw_rad)
+    finite("mounting yaw", mount.yaw_rad).map(|_| ())
 }
 
 fn usable(p: &Peak) -> bool {
@@ -199,7 +199,7 @@ pub fn ego_speed(peaks: &[Peak], mount: &RadarMount, gate: &StaticGate, min_shar
         .collect();
     const NEEDED: usize = 4;
     if speeds.len() < NEEDED {
-        return Err(Reason::TooFewPoints { found: speeds.len(), needed: NEEDED });
+        return Err(LaneError::too_few("points", speeds.len(), NEEDED));
     }
     let near = |centre: f64| {
         let limit = gate.sigmas * gate.sigmas;
@@ -215,101 +215,17 @@ pub fn ego_speed(peaks: &[Peak], mount: &RadarMount, gate: &StaticGate, min_shar
     }
     let share = best as f64 / speeds.len() as f64;
     if share < min_share || best < NEEDED {
-        return Err(Reason::NoCommonSpeed { share, needed: min_share });
+        return Err(LaneError::refused(format!(
+            "the best speed explains a share of {share:.2} of the peaks where {min_share:.2} is needed"
+        )));
     }
     let mut variance = 0.0;
     for _ in 0..3 {
         let (sum, weight) = near(centre).fold((0.0, 0.0), |(s, w), (v, var)| (s + v / var, w + 1.0 / var));
         if weight <= 0.0 {
-            return Err(Reason::Singular);
+            return Err(LaneError::undetermined("the curve"));
         }
         (centre, variance) = (sum / weight, 1.0 / weight);
     }
     Ok(Ego { speed_mps: centre, speed_std_mps: variance.sqrt(), ..Ego::default() })
-}
-
-/// A radar image: one angle spectrum for each range (M, section III and Fig. 3).
-#[derive(Debug, Clone, Copy)]
-pub struct RadarImage<'a> {
-    /// Linear, row by row: `power[range][azimuth]`.
-    pub power: &'a [f64],
-    /// Rising, one for each row.
-    pub range_m: &'a [f64],
-    /// Rising, one for each column.
-    pub azimuth_rad: &'a [f64],
-    /// Of each cell's strongest echo, positive when receding; unfolded.
-    pub range_rate_mps: &'a [f64],
-}
-
-/// Standard deviations that peaks of an image are given: the spectrum's own width does not hold them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ImageStd {
-    pub range_m: f64,
-    pub azimuth_rad: f64,
-    pub range_rate_mps: f64,
-}
-
-/// Peaks of an image: local maxima along the azimuth of each row that stand `threshold` (a power ratio)
-/// over the image's median, placed between columns by a parabola through the logarithms.
-///
-/// A plateau counts once. The first and last column are no peaks: what lies outside is not known. The
-/// range of a peak is its row's.
-///
-/// Errors: lengths that do not agree, axes that do not rise.
-pub fn image_peaks(image: &RadarImage, threshold: f64, std: &ImageStd) -> Result<Vec<Peak>> {
-    let (rows, columns) = (image.range_m.len(), image.azimuth_rad.len());
-    let shape = |what, found, expected| {
-        if found == expected { Ok(()) } else { Err(Reason::BadShape { what, found, expected }) }
-    };
-    let cells = rows.saturating_mul(columns);
-    shape("The radar image", image.power.len(), cells)?;
-    shape("The range rates", image.range_rate_mps.len(), cells)?;
-    positive("threshold", threshold)?;
-    for (what, v) in
-        [("range", std.range_m), ("azimuth", std.azimuth_rad), ("range rate", std.range_rate_mps)]
-    {
-        not_negative(what, v)?;
-    }
-    for (what, axis) in [("range axis", image.range_m), ("azimuth axis", image.azimuth_rad)] {
-        for v in axis {
-            finite(what, *v)?;
-        }
-        if let Some(w) = axis.windows(2).find(|w| w[1] <= w[0]) {
-            return Err(Reason::BadInput { what, value: w[1] });
-        }
-    }
-    let mut sorted: Vec<f64> = image.power.iter().copied().filter(|p| p.is_finite()).collect();
-    if sorted.is_empty() {
-        return Ok(Vec::new());
-    }
-    sorted.sort_by(f64::total_cmp);
-    let limit = threshold * sorted[sorted.len() / 2];
-    let mut peaks = Vec::new();
-    for (r, row) in image.power.chunks(columns.max(1)).enumerate() {
-        for c in 1..columns.saturating_sub(1) {
-            let [left, top, right] = [row[c - 1], row[c], row[c + 1]];
-            if !(top > limit && top > left && top >= right && left > 0.0 && right > 0.0) {
-                continue;
-            }
-            // Parabola through three points of any spacing.
-            let (h0, h1) = (
-                image.azimuth_rad[c] - image.azimuth_rad[c - 1],
-                image.azimuth_rad[c + 1] - image.azimuth_rad[c],
-            );
-            let (d0, d1) = ((top / left).ln() / h0, (top / right).ln() / h1);
-            let shift = 0.5 * (d0 * h1 - d1 * h0) / (d0 + d1);
-            let shift = if shift.is_finite() { shift.clamp(-0.5 * h0, 0.5 * h1) } else { 0.0 };
-            peaks.push(Peak {
-                range_m: image.range_m[r],
-                azimuth_rad: image.azimuth_rad[c] + shift,
-                range_rate_mps: image.range_rate_mps[r * columns + c],
-                power: top,
-                range_std_m: std.range_m,
-                azimuth_std_rad: std.azimuth_rad,
-                range_rate_std_mps: std.range_rate_mps,
-            });
-        }
-    }
-    Ok(peaks)
 }

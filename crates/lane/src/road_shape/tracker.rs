@@ -1,10 +1,10 @@
-//! Both edges of the road, scan after scan: gate, vote, fit, filter (seed M, section IV).
+//! Both edges of the road, scan after scan: gate, vote, fit, filter (Miyake, section IV).
 
 use super::{
-    ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, Result,
-    RoadWidth, Side, StaticGate, StaticPoint, Update, VoteMap, finite, fit_edge, fit_parallel, not_negative,
-    positive, static_points,
+    ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, RoadWidth,
+    Side, StaticGate, StaticPoint, Update, VoteMap, fit_edge, fit_parallel, static_points,
 };
+use crate::error::{Result, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +97,7 @@ impl RoadShape {
 #[derive(Debug, Clone)]
 pub struct RoadTracker {
     settings: TrackerSettings,
-    edges: [Option<EdgeTrack>; 2],
+    pub(super) edges: [Option<EdgeTrack>; 2],
 }
 
 impl RoadTracker {
@@ -253,12 +253,5 @@ fn share_curvature(
                 gain * seen.cubic[0],
             );
         }
-    }
-}
-
-#[cfg(test)]
-impl RoadTracker {
-    pub fn edges_for_test(&self) -> &[Option<EdgeTrack>; 2] {
-        &self.edges
     }
 }

@@ -1,13 +1,13 @@
 //! A place in a signature map behind the interface of lanes, and the lane there.
 
-use super::Refusal;
 use super::locate::{LocateSettings, Location, Search, locate};
-use super::map::{Pose, ScanPoint, SignatureMap, wrapped};
+use super::map::{Pose, ScanPoint, SignatureMap};
 use super::row::{RowOptions, RowReader};
-use super::words::{Reading, Zone};
 use crate::curve::{Fitted, fit_simplest};
+use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Look, Measured, NoLane, Provenance};
+use crate::numeric::wrapped;
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, Provenance, SensorInput};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -150,19 +150,9 @@ impl Default for SignatureOptions {
     }
 }
 
-/// What was read from one row.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ZoneSeen {
-    /// As [`RowOptions::name`].
-    pub row: String,
-    pub reading: Reading,
-    /// What the word says, where it is sure and has a meaning.
-    pub zone: Option<Zone>,
-}
-
 /// Where the vehicle is in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct MapPosition {
     pub time_s: f64,
     /// Of the vehicle's reference point.
     pub vehicle: Pose,
@@ -180,7 +170,7 @@ pub struct Signature {
     map: SignatureMap,
     lanes: MapLanes,
     options: SignatureOptions,
-    last: Option<Place>,
+    last: Option<MapPosition>,
     failed: u32,
     time_s: Option<f64>,
     speed: Option<Measured>,
@@ -189,7 +179,11 @@ pub struct Signature {
 
 impl Signature {
     /// `lanes` may be empty: then only places and words are told. Errors: settings outside their ranges.
-    pub fn new(map: SignatureMap, lanes: MapLanes, options: SignatureOptions) -> Result<Signature, Refusal> {
+    pub fn new(
+        map: SignatureMap,
+        lanes: MapLanes,
+        options: SignatureOptions,
+    ) -> Result<Signature, LaneError> {
         let reach = options.reach_m;
         let rules: [(&'static str, bool); 8] = [
             ("map_std", options.map_std.iter().all(|s| (0.0..=100.0).contains(s))),
@@ -201,9 +195,7 @@ impl Signature {
             ("reach_m", reach.iter().all(|r| (1.5..=500.0).contains(r))),
             ("lanes", lanes.is_sound()),
         ];
-        if let Some(rule) = rules.iter().find(|r| !r.1) {
-            return Err(Refusal::Setting(rule.0));
-        }
+        error::settings(&rules)?;
         // A straight stretch may have its ends alone.
         let dense = |line: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
             let line: Vec<DVec2> = line.iter().copied().map(DVec2::from_array).collect();
@@ -219,20 +211,15 @@ impl Signature {
     }
 
     /// Of the last look; None where it told no place.
-    pub fn place(&self) -> Option<&Place> {
+    pub fn place(&self) -> Option<&MapPosition> {
         self.last.as_ref().filter(|_| self.failed == 0)
-    }
-
-    /// What stands in the rows beside the vehicle, of all looks so far. An error for each row that has no word.
-    pub fn zones(&self) -> Vec<Result<ZoneSeen, Refusal>> {
-        self.rows.iter().map(RowReader::zone).collect()
     }
 
     pub fn rows(&self) -> &[RowReader] {
         &self.rows
     }
 
-    fn expected(&self, last: &Place, dt_s: f64, speed: Measured, yaw_rate: Option<Measured>) -> Pose {
+    fn expected(&self, last: &MapPosition, dt_s: f64, speed: Measured, yaw_rate: Option<Measured>) -> Pose {
         let v = &last.vehicle;
         let turn = yaw_rate.map_or(0.0, |y| y.value) * dt_s;
         let way = DVec2::from_angle(v.heading_rad + 0.5 * turn) * speed.value * dt_s;
@@ -247,13 +234,13 @@ impl Signature {
 
     fn locate(
         &mut self,
-        look: &Look<'_>,
+        input: &SensorInput<'_>,
         points: &[ScanPoint],
         speed: Measured,
         dt_s: f64,
-    ) -> Result<Place, Refusal> {
+    ) -> Result<MapPosition, LaneError> {
         let o = &self.options;
-        let yaw = look.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
+        let yaw = input.yaw_rate_rad_per_s.filter(|y| y.value.is_finite());
         let near = self.last.as_ref().filter(|_| self.failed < o.lost_after && dt_s >= 0.0);
         let (location, tracked) = match near {
             Some(last) => {
@@ -281,8 +268,8 @@ impl Signature {
         let to = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(arm.y, -arm.x, 1.0));
         let covariance = to * DMat3::from_cols_array_2d(&location.covariance) * to.transpose()
             + DMat3::from_diagonal(DVec3::from_array(o.map_std.map(|s| s * s)));
-        Ok(Place {
-            time_s: look.time_s,
+        Ok(MapPosition {
+            time_s: input.time_s,
             vehicle,
             covariance: covariance.to_cols_array_2d(),
             radar: location,
@@ -296,68 +283,68 @@ impl LaneEstimator for Signature {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        let given = look.points.len();
-        let none = |why| LaneEstimate::none(METHOD, look.time_s, given, why);
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        let given = input.points.len();
+        let none = |why| LaneEstimate::none(METHOD, input.time_s, given, why);
         // The way since the last look, with the speed of both.
         let known =
-            look.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite() && s.value.abs() < 200.0);
-        let sound: Vec<LanePoint> = look.points.iter().filter(|p| is_sound(p)).copied().collect();
+            input.speed_mps.filter(|s| s.value.is_finite() && s.std.is_finite() && s.value.abs() < 200.0);
+        let sound: Vec<LanePoint> = input.points.iter().filter(|p| is_sound(p)).copied().collect();
         let speed = known.or_else(|| speed_from_rest(&sound));
-        let dt_s = self.time_s.map_or(0.0, |t| look.time_s - t);
+        let dt_s = self.time_s.map_or(0.0, |t| input.time_s - t);
         let dt_s = if dt_s.is_finite() { dt_s } else { f64::NAN };
         let failed = |me: &mut Signature, why| {
             me.failed = me.failed.saturating_add(1);
-            LaneEstimate::none(METHOD, look.time_s, given, why)
+            LaneEstimate::none(METHOD, input.time_s, given, why)
         };
         let Some(speed) = speed else {
             let why = match (given, sound.len()) {
-                (0, _) => NoLane::Empty,
-                (_, 0) => NoLane::NotFinite { points: given },
-                _ => NoLane::NoSpeed,
+                (0, _) => LaneError::Empty,
+                (_, 0) => LaneError::NotFinite { points: given },
+                _ => LaneError::NoSpeed,
             };
             return failed(self, why);
         };
         let before = self.speed.map_or(speed.value, |s| s.value);
         let way = Measured { value: 0.5 * (before + speed.value), std: speed.std };
-        if look.time_s.is_finite() {
-            self.time_s = Some(look.time_s);
+        if input.time_s.is_finite() {
+            self.time_s = Some(input.time_s);
             self.speed = Some(speed);
         }
-        let stands = self.options.at_rest.standing(look.points, speed, look.yaw_rate_rad_per_s);
+        let stands = self.options.at_rest.standing(input.points, speed, input.yaw_rate_rad_per_s);
         let members: Vec<usize> = (0..given).filter(|i| stands[*i]).collect();
-        let scan: Vec<ScanPoint> = members.iter().map(|i| scan_point(&look.points[*i])).collect();
+        let scan: Vec<ScanPoint> = members.iter().map(|i| scan_point(&input.points[*i])).collect();
         if dt_s.is_finite() {
             let radar_m = self.options.at_rest.radar_m;
             for row in &mut self.rows {
-                row.add(dt_s, way, look.yaw_rate_rad_per_s, radar_m, &scan);
+                row.add(dt_s, way, input.yaw_rate_rad_per_s, radar_m, &scan);
             }
         }
         if given == 0 {
-            return failed(self, NoLane::Empty);
+            return failed(self, LaneError::Empty);
         }
         if sound.is_empty() {
-            return failed(self, NoLane::NotFinite { points: given });
+            return failed(self, LaneError::NotFinite { points: given });
         }
         if scan.is_empty() {
-            return failed(self, NoLane::NothingAtRest);
+            return failed(self, LaneError::NothingAtRest);
         }
         if self.map.landmarks().is_empty() {
-            return failed(self, NoLane::NotGiven { what: "a signature map with landmarks".into() });
+            return failed(self, LaneError::NotGiven { what: "a signature map with landmarks".into() });
         }
-        let place = match self.locate(look, &scan, way, dt_s) {
+        let place = match self.locate(input, &scan, way, dt_s) {
             Ok(place) => place,
             Err(why) => {
                 if let Some(last) = self.last.take() {
                     // The place goes on with the vehicle.
                     let vehicle = if dt_s.is_finite() {
-                        self.expected(&last, dt_s, way, look.yaw_rate_rad_per_s)
+                        self.expected(&last, dt_s, way, input.yaw_rate_rad_per_s)
                     } else {
                         last.vehicle
                     };
-                    self.last = vehicle.is_finite().then_some(Place { vehicle, ..last });
+                    self.last = vehicle.is_finite().then_some(MapPosition { vehicle, ..last });
                 }
-                return failed(self, NoLane::Refused { why: why.to_string() });
+                return failed(self, why);
             }
         };
         let likely = place.radar.probability;
@@ -367,16 +354,16 @@ impl LaneEstimator for Signature {
             self.last = None;
             let why =
                 format!("{rivals} other places fit about as well, the best with probability {likely:.2}");
-            return failed(self, NoLane::Refused { why });
+            return failed(self, LaneError::refused(why));
         }
         self.failed = 0;
-        let out = self.lanes.estimate(&place, look.time_s, self.options.reach_m);
+        let out = self.lanes.estimate(&place, input.time_s, self.options.reach_m);
         self.last = Some(place);
         match out {
             None if self.lanes.lines_m.is_empty() => {
-                none(NoLane::NotGiven { what: "lane lines in the map".into() })
+                none(LaneError::NotGiven { what: "lane lines in the map".into() })
             }
-            None => none(NoLane::Refused { why: "no lane line of the map lies beside the vehicle".into() }),
+            None => none(LaneError::refused("no lane line of the map lies beside the vehicle")),
             Some(mut e) => {
                 e.provenance.given = given;
                 for line in &mut e.lines {
@@ -417,7 +404,7 @@ impl MapLanes {
     }
 
     /// The lines round a place, and the lane there. None where no line lies beside the vehicle.
-    pub fn estimate(&self, place: &Place, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
+    pub fn estimate(&self, place: &MapPosition, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
         let v = &place.vehicle;
         let back = DVec2::from_angle(-v.heading_rad);
         let c = DMat3::from_cols_array_2d(&place.covariance);

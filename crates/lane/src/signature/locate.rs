@@ -6,8 +6,9 @@
 //! so a false point costs no more than a constant. Markers at equal distances fit again one spacing further:
 //! every pose that is about as likely is reported.
 
-use super::Refusal;
-use super::map::{Landmark, Pose, ScanPoint, SignatureMap, largest_std_m, wrapped};
+use super::map::{Landmark, Pose, ScanPoint, SignatureMap, bad_pose, largest_std_m};
+use crate::error::{self, LaneError};
+use crate::numeric::wrapped;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{SQRT_2, TAU};
@@ -91,11 +92,6 @@ pub struct Location {
 }
 
 impl Location {
-    /// Whether no other pose comes near.
-    pub fn is_unique(&self) -> bool {
-        self.rivals.is_empty()
-    }
-
     /// Least distance along the heading to a rival: the spacing or a multiple of it, where the markers are
     /// periodic.
     pub fn period_m(&self) -> Option<f64> {
@@ -128,7 +124,7 @@ impl Picture {
     /// Pixels of a blur.
     const PER_BLUR: f64 = 4.0;
 
-    fn new(landmarks: &[Landmark], blur_m: f64, shift_m: f64) -> Result<Self, Refusal> {
+    fn new(landmarks: &[Landmark], blur_m: f64, shift_m: f64) -> Result<Self, LaneError> {
         let step_m = blur_m / Picture::PER_BLUR;
         let shift = (shift_m / step_m).ceil() + 2.0;
         let reach = (3.0 * Picture::PER_BLUR).ceil();
@@ -139,7 +135,7 @@ impl Picture {
         let size = ((high - low) / step_m).ceil() + 1.0;
         let pixels = size.x * size.y;
         if pixels.is_nan() || pixels > MOST_PIXELS as f64 {
-            return Err(Refusal::TooLarge { places: pixels as usize, most: MOST_PIXELS });
+            return Err(LaneError::too_large(pixels as usize, MOST_PIXELS));
         }
         let (width, height) = (size.x as usize, size.y as usize);
         let mut value = vec![0u8; width * height];
@@ -429,6 +425,14 @@ impl Match<'_> {
     }
 }
 
+fn empty_map() -> LaneError {
+    LaneError::refused("the map holds no landmarks that are trusted")
+}
+
+fn unexplained(explained: f64, points: usize) -> LaneError {
+    LaneError::Unexplained { best: "place", explained, of: points, what: "points" }
+}
+
 fn moved(p: &Pose, step: DVec3) -> Pose {
     Pose { x_m: p.x_m + step.x, y_m: p.y_m + step.y, heading_rad: p.heading_rad + step.z }
 }
@@ -439,7 +443,7 @@ impl LocateSettings {
         range >= self.near_m && range <= self.far_m && d.to_angle().abs() <= self.half_view_rad
     }
 
-    fn check(&self) -> Result<(), Refusal> {
+    fn check(&self) -> Result<(), LaneError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let open = |x: f64| x > 0.0 && x < 1.0;
         let rules: [(&'static str, bool); 12] = [
@@ -456,7 +460,7 @@ impl LocateSettings {
             ("candidates", (1..=200).contains(&self.candidates)),
             ("sure_log_odds", positive(self.sure_log_odds)),
         ];
-        rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
+        error::settings(&rules)
     }
 }
 
@@ -466,14 +470,14 @@ fn steps(half: f64, step: f64) -> i32 {
 }
 
 /// Poses to try, and how many of them share a heading and a neighbourhood.
-fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose>, usize), Refusal> {
+fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose>, usize), LaneError> {
     let (half_m, turn_rad) = match search {
         Search::Route { beside_m, turn_rad } => (*beside_m, *turn_rad),
         Search::Near { half_m, turn_rad, .. } => (*half_m, *turn_rad),
     };
     let good = |x: f64| x.is_finite() && x >= 0.0;
     if !good(half_m) || !good(turn_rad) {
-        return Err(Refusal::Setting("search"));
+        return Err(LaneError::Setting { name: "search" });
     }
     let (across, turns) = (steps(half_m, s.step_m), steps(turn_rad.min(std::f64::consts::PI), s.step_rad));
     let per_pose = (2 * i64::from(across) + 1) * (2 * i64::from(turns) + 1);
@@ -481,7 +485,7 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
     let (along, is_route) = match search {
         Search::Near { pose, .. } => {
             if !pose.is_finite() {
-                return Err(Refusal::BadPose);
+                return Err(bad_pose());
             }
             centres.push(*pose);
             (across, false)
@@ -492,10 +496,10 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
                 let length = w[0].place().distance(w[1].place());
                 let n = (length / s.step_m).ceil().clamp(1.0, 1e6) as usize;
                 if centres.len() + n > most {
-                    return Err(Refusal::TooLarge {
-                        places: (centres.len() + n) * per_pose as usize,
-                        most: MOST_PLACES,
-                    });
+                    return Err(LaneError::refused(format!(
+                        "the search has {} places and one call takes at most {MOST_PLACES}",
+                        (centres.len() + n) * per_pose as usize
+                    )));
                 }
                 for i in 0..n {
                     let part = i as f64 / n as f64;
@@ -507,14 +511,14 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
             }
             centres.extend(route.last());
             if centres.is_empty() {
-                return Err(Refusal::EmptyMap);
+                return Err(empty_map());
             }
             (0, true)
         }
     };
     let places = centres.len() as i64 * per_pose * (2 * i64::from(along) + 1);
     if places > MOST_PLACES as i64 {
-        return Err(Refusal::TooLarge { places: places as usize, most: MOST_PLACES });
+        return Err(LaneError::too_large(places as usize, MOST_PLACES));
     }
     let mut out = Vec::with_capacity(places as usize);
     for c in &centres {
@@ -534,13 +538,13 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
 }
 
 /// The pose from which the scan was taken. The points must be static (see [`SignatureMap::add_scan`] for the
-/// test by range rate). Errors: see [`Refusal`]. Deterministic.
+/// test by range rate). Errors: see [`LaneError`]. Deterministic.
 pub fn locate(
     map: &SignatureMap,
     points: &[ScanPoint],
     search: &Search,
     settings: &LocateSettings,
-) -> Result<Location, Refusal> {
+) -> Result<Location, LaneError> {
     const NEEDED: usize = 3;
     settings.check()?;
     let used: Vec<Point> = points
@@ -550,12 +554,12 @@ pub fn locate(
         .filter(|p| settings.sees(p.place) && p.largest_std_m <= settings.max_std_m)
         .collect();
     if used.len() < NEEDED {
-        return Err(Refusal::TooFewPoints { points: used.len(), needed: NEEDED });
+        return Err(LaneError::too_few("usable points", used.len(), NEEDED));
     }
     if let Search::Near { pose, .. } = search
         && !pose.is_finite()
     {
-        return Err(Refusal::BadPose);
+        return Err(bad_pose());
     }
     // About a rough pose, what it cannot see does not matter.
     let within = |l: &Landmark| match search {
@@ -572,8 +576,8 @@ pub fn locate(
         .collect();
     if landmarks.is_empty() {
         return Err(match map.landmarks().iter().any(|l| l.occupancy() >= settings.least_occupancy) {
-            true => Refusal::NoPlace { explained: 0.0, points: used.len() },
-            false => Refusal::EmptyMap,
+            true => unexplained(0.0, used.len()),
+            false => empty_map(),
         });
     }
     // Points fall up to half a step beside their landmarks in either axis, the far ones by half a turn too.
@@ -629,13 +633,13 @@ pub fn locate(
         *value = fit.log_likelihood(p);
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let none = Refusal::NoPlace { explained: 0.0, points: used.len() };
+    let none = unexplained(0.0, used.len());
     let (log_likelihood, pose) = *found.first().ok_or(none)?;
     let explained = fit.gradient(&pose, 1.0).2;
     if explained.is_nan() || explained < 0.5 * used.len() as f64 {
-        return Err(Refusal::NoPlace { explained, points: used.len() });
+        return Err(unexplained(explained, used.len()));
     }
-    let c = fit.covariance(&pose).ok_or(Refusal::NoPlace { explained, points: used.len() })?;
+    let c = fit.covariance(&pose).ok_or(unexplained(explained, used.len()))?;
     let mut rivals: Vec<Rival> = Vec::new();
     let mut weight = 1.0;
     for (value, q) in &found[1..] {
@@ -662,5 +666,5 @@ pub fn locate(
 }
 
 #[cfg(test)]
-#[path = "locate_tests.rs"]
+#[path = "tests/locate.rs"]
 mod tests;

@@ -2,9 +2,10 @@
 //!
 //! Each landmark is a Gaussian place with a log odds of being there (occupancy grids: Moravec and Elfes 1985,
 //! here on points in place of cells): a hit raises it, a scan that should have seen it and did not lowers it,
-//! so that what was seen once fades. Document F, section 4.3.2.
+//! so that what was seen once fades. Feng, section 4.3.2.
 
-use super::Refusal;
+use crate::error::{self, LaneError};
+use crate::numeric::{outer, wrapped};
 use glam::{DMat2, DVec2};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -207,12 +208,8 @@ impl ScanPoint {
     }
 }
 
-pub(super) fn outer(u: DVec2) -> DMat2 {
-    DMat2::from_cols(u * u.x, u * u.y)
-}
-
 impl MapSettings {
-    fn check(&self) -> Result<(), Refusal> {
+    fn check(&self) -> Result<(), LaneError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let rules: [(&'static str, bool); 10] = [
             ("near_m", self.near_m.is_finite() && self.near_m >= 0.0),
@@ -226,12 +223,12 @@ impl MapSettings {
             ("miss_log_odds", self.miss_log_odds.is_finite() && self.miss_log_odds <= 0.0),
             ("most_log_odds", positive(self.most_log_odds)),
         ];
-        rules.iter().find(|r| !r.1).map_or(Ok(()), |r| Err(Refusal::Setting(r.0)))
+        error::settings(&rules)
     }
 }
 
 impl SignatureMap {
-    pub fn new(settings: MapSettings) -> Result<Self, Refusal> {
+    pub fn new(settings: MapSettings) -> Result<Self, LaneError> {
         settings.check()?;
         Ok(Self { settings, landmarks: Vec::new(), route: Vec::new(), index: Index::default() })
     }
@@ -241,14 +238,14 @@ impl SignatureMap {
         settings: MapSettings,
         landmarks: Vec<Landmark>,
         route: Vec<Pose>,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, LaneError> {
         settings.check()?;
         let is_good = |l: &Landmark| {
             let all = l.position_m.iter().chain(&l.covariance_m2).chain([&l.log_odds]);
             all.copied().all(f64::is_finite) && l.covariance().determinant() > 0.0 && l.covariance_m2[0] > 0.0
         };
         if !landmarks.iter().all(is_good) || !route.iter().all(Pose::is_finite) {
-            return Err(Refusal::BadPose);
+            return Err(bad_pose());
         }
         let index = Index::new(&landmarks);
         Ok(Self { settings, landmarks, route, index })
@@ -275,11 +272,11 @@ impl SignatureMap {
         pose_std: [f64; 3],
         velocity: Option<Velocity>,
         points: &[ScanPoint],
-    ) -> Result<ScanCount, Refusal> {
+    ) -> Result<ScanCount, LaneError> {
         let stds_good = pose_std.iter().all(|s| s.is_finite() && *s >= 0.0);
         let velocity_good = velocity.is_none_or(|v| v.forward_mps.is_finite() && v.left_mps.is_finite());
         if !pose.is_finite() || !stds_good || !velocity_good {
-            return Err(Refusal::BadPose);
+            return Err(bad_pose());
         }
         let s = self.settings;
         let mut count = ScanCount::default();
@@ -412,15 +409,13 @@ impl SignatureMap {
     }
 }
 
+pub(super) fn bad_pose() -> LaneError {
+    LaneError::refused("a pose, velocity or its standard deviation is not finite")
+}
+
 pub(super) fn largest_std_m(c: &DMat2) -> f64 {
     let (mean, half) = (0.5 * (c.x_axis.x + c.y_axis.y), 0.5 * (c.x_axis.x - c.y_axis.y));
     (mean + (half * half + c.x_axis.y * c.y_axis.x).max(0.0).sqrt()).max(0.0).sqrt()
-}
-
-/// Within ±π.
-pub(super) fn wrapped(angle: f64) -> f64 {
-    let a = angle.rem_euclid(std::f64::consts::TAU);
-    if a > std::f64::consts::PI { a - std::f64::consts::TAU } else { a }
 }
 
 #[cfg(test)]
@@ -502,8 +497,8 @@ mod tests {
         let unsure = ScanPoint { range_m: 5.0, range_std_m: 0.0, ..bad };
         let c = map.add_scan(pose(0.0), [0.0; 3], None, &[bad, infinite, unsure]).unwrap();
         assert_eq!((c.unusable, c.new), (3, 0));
-        assert_eq!(map.add_scan(pose(f64::NAN), [0.0; 3], None, &[]), Err(Refusal::BadPose));
-        assert_eq!(map.add_scan(pose(0.0), [-1.0, 0.0, 0.0], None, &[]), Err(Refusal::BadPose));
+        assert_eq!(map.add_scan(pose(f64::NAN), [0.0; 3], None, &[]), Err(bad_pose()));
+        assert_eq!(map.add_scan(pose(0.0), [-1.0, 0.0, 0.0], None, &[]), Err(bad_pose()));
         assert!(SignatureMap::new(MapSettings { far_m: 0.1, ..Default::default() }).is_err());
     }
 }

@@ -1,12 +1,12 @@
 //! The marker row beside a vehicle, out of its scans: points at rest are gathered along the vehicle's own way (dead reckoning over
 //! some ten metres), the row is the strip with most of them, and its points are turned to places along and beside it.
 
-use super::Refusal;
-use super::estimator::ZoneSeen;
+use super::codewords::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
 use super::map::{MapSettings, Pose, ScanPoint, SignatureMap};
-use super::words::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
 use crate::Measured;
+use crate::error::{self, LaneError};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 /// Which row, and how it is written.
 #[derive(Debug, Clone, PartialEq)]
@@ -200,6 +200,16 @@ fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) 
     0.5 * (up + down)
 }
 
+/// What was read from one row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ZoneReading {
+    /// As in [`RowOptions`].
+    pub row: String,
+    pub reading: Reading,
+    /// What the word says, where it is sure and has a meaning.
+    pub zone: Option<Zone>,
+}
+
 /// Gathers one row along the way of a vehicle and reads its word.
 #[derive(Debug, Clone)]
 pub struct RowReader {
@@ -214,7 +224,7 @@ pub struct RowReader {
 
 impl RowReader {
     /// Errors: a code or settings outside their ranges.
-    pub fn new(options: RowOptions) -> Result<RowReader, Refusal> {
+    pub fn new(options: RowOptions) -> Result<RowReader, LaneError> {
         let [near, far] = options.range_m;
         let rules: [(&'static str, bool); 6] = [
             ("angle_floor_rad", (0.0..=0.2).contains(&options.angle_floor_rad)),
@@ -227,9 +237,7 @@ impl RowReader {
             ("memory_m", options.memory_m >= 0.0 && options.memory_m <= 1000.0),
             ("floor_std_m", options.floor_std_m > 0.0 && options.floor_std_m <= 1.0),
         ];
-        if let Some(rule) = rules.iter().find(|r| !r.1) {
-            return Err(Refusal::Setting(rule.0));
-        }
+        error::settings(&rules)?;
         let reader = Reader::new(options.code, options.alphabet, options.read)?;
         let map = SignatureMap::new(RowReader::settings(&options))?;
         Ok(RowReader { options, reader, map, way: Vec::new(), yaw_rate_rad_per_s: 0.0, speed_mps: 0.0 })
@@ -337,17 +345,17 @@ impl RowReader {
     }
 
     /// The word, of all that was gathered. Errors: no row, or no word in it.
-    pub fn read(&self) -> Result<Reading, Refusal> {
-        let picked = self.picked().ok_or(Refusal::TooFewPoints { points: 0, needed: LEAST })?;
+    pub fn read(&self) -> Result<Reading, LaneError> {
+        let picked = self.picked().ok_or(LaneError::too_few("usable points", 0, LEAST))?;
         self.reader.read(&[picked.points])
     }
 
     /// The word with what it says.
-    pub fn zone(&self) -> Result<ZoneSeen, Refusal> {
+    pub fn zone(&self) -> Result<ZoneReading, LaneError> {
         let reading = self.read()?;
         let has_zones = self.options.code == Code::Bch15x7 && reading.sure;
         let zone = has_zones.then(|| Zone::from_message(reading.message)).flatten();
-        Ok(ZoneSeen { row: self.options.name.clone(), reading, zone })
+        Ok(ZoneReading { row: self.options.name.clone(), reading, zone })
     }
 }
 

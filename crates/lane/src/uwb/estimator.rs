@@ -1,11 +1,11 @@
 //! The method behind the interface of all lane estimators: scans of one radar ([`UwbLanes`]) or of a left and a right one
-//! ([`UwbPairLanes`]), from any source.
+//! ([`UwbLanes::pair`]), from any source.
 
 use crate::curve::{Clothoid, Fitted, Shape};
-use crate::uwb::{
-    Event, EventKind, GateEcho, RangeAxis, RangeGate, Reason, Side, Uwb, UwbConfig, UwbPair, Verdict,
-};
-use crate::{LaneEstimate, LaneEstimator, Line, Look, Measured, NoLane, Provenance};
+use crate::error::{LaneError, checked, finite};
+use crate::side::Side;
+use crate::uwb::{Event, EventKind, GateEcho, RangeAxis, RangeGate, Uwb, UwbConfig, Verdict};
+use crate::{LaneEstimate, LaneEstimator, Line, Measured, SensorInput};
 
 /// As on the command line.
 pub const METHOD: &str = "uwb";
@@ -20,8 +20,8 @@ pub struct Background {
 }
 
 impl Background {
-    /// Of scans of equal length. Errors: no scans, other lengths, samples that are no numbers.
-    pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, Reason> {
+    /// Of scans of equal length. Errors: no scans, other lengths, samples that are not finite.
+    pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, LaneError> {
         let mut mean: Vec<f64> = Vec::new();
         let mut count = 0.0;
         for scan in scans {
@@ -30,16 +30,16 @@ impl Background {
             }
             if scan.len() != mean.len() {
                 let (found, expected) = (scan.len(), mean.len());
-                return Err(Reason::LengthMismatch { what: "samples of a scan", found, expected });
+                return Err(LaneError::Lengths { what: "samples of a scan", found, expected });
             }
             if let Some(i) = scan.iter().position(|v| !v.is_finite()) {
-                return Err(Reason::NotFinite { what: "sample", index: Some(i) });
+                return Err(LaneError::NotANumber { what: "sample", index: Some(i) });
             }
             count += 1.0;
             mean.iter_mut().zip(scan).for_each(|(m, v)| *m += (v - *m) / count);
         }
         match mean.is_empty() {
-            true => Err(Reason::Empty { what: "scans" }),
+            true => Err(LaneError::Missing { what: "scans" }),
             false => Ok(Background { mean }),
         }
     }
@@ -49,10 +49,10 @@ impl Background {
     }
 
     /// The scan without the background. Errors: a scan of another length.
-    pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, Reason> {
+    pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, LaneError> {
         if scan.len() != self.mean.len() {
             let (found, expected) = (scan.len(), self.mean.len());
-            return Err(Reason::LengthMismatch { what: "samples of a scan", found, expected });
+            return Err(LaneError::Lengths { what: "samples of a scan", found, expected });
         }
         Ok(scan.iter().zip(&self.mean).map(|(v, m)| v - m).collect())
     }
@@ -61,10 +61,10 @@ impl Background {
 /// What one radar's scans mean.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UwbOptions {
-    /// Of the samples of [`Look::pulse`].
+    /// Of the samples of [`SensorInput::pulse`].
     pub axis: RangeAxis,
     pub gate: RangeGate,
-    /// Taken from each scan first; None takes the scans as they are, as document K does.
+    /// Taken from each scan first; None takes the scans as they are, as Kim does.
     pub background: Option<Background>,
     pub config: UwbConfig,
     /// Of the line that the radar looks at.
@@ -78,40 +78,29 @@ pub struct UwbOptions {
 }
 
 impl UwbOptions {
-    fn check(&self) -> Result<(), Reason> {
+    fn check(&self) -> Result<(), LaneError> {
         RangeGate::new(self.gate.min_m, self.gate.max_m)?;
-        let above = |what: &'static str, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false if !value.is_finite() => Err(Reason::NotFinite { what, index: None }),
-            false => Err(Reason::OutOfRange { what, value, allowed: "above 0 m" }),
-        };
-        above("standard deviation of the offset", self.offset_std_m)?;
+        checked("standard deviation of the offset", self.offset_std_m, self.offset_std_m > 0.0, "above 0 m")?;
         if let Some(w) = self.lane_width_m {
-            above("lane width", w)?;
+            checked("lane width", w, w > 0.0, "above 0 m")?;
         }
-        match self.at_m.iter().all(|v| v.is_finite()) {
-            true => Ok(()),
-            false => Err(Reason::NotFinite { what: "place of the radar", index: None }),
-        }
+        finite("place of the radar", self.at_m[0] + self.at_m[1]).map(|_| ())
     }
 
-    /// Energy and strongest range of a scan, K (6).
+    /// Energy and strongest range of a scan, Kim (6).
     ///
-    /// Errors: an empty scan, samples that are no numbers, samples that do not cover the gate.
-    pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, NoLane> {
+    /// Errors: an empty scan, samples that are not finite, samples that do not cover the gate.
+    pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, LaneError> {
         if scan.is_empty() {
-            return Err(NoLane::Empty);
+            return Err(LaneError::Empty);
         }
         let wrong = scan.iter().filter(|v| !v.is_finite()).count();
         if wrong > 0 {
-            return Err(NoLane::NotFinite { points: wrong });
+            return Err(LaneError::NotFinite { points: wrong });
         }
         match &self.background {
-            None => self.gate.echo_real(scan, &self.axis).map_err(refused),
-            Some(b) => {
-                let rest = b.taken_from(scan).map_err(refused)?;
-                self.gate.echo_real(&rest, &self.axis).map_err(refused)
-            }
+            None => self.gate.echo(scan, &self.axis),
+            Some(b) => self.gate.echo(&b.taken_from(scan)?, &self.axis),
         }
     }
 
@@ -126,8 +115,8 @@ impl UwbOptions {
     /// The line that the radar has seen: from the marker before the last one to where the next one is due, or to the radar if that is
     /// farther. Nothing is known beyond; from the last marker on the deviation grows.
     fn line(&self, course: &Course, confidence: f64) -> Line {
-        let y_m = self.at_m[1] + sign(self.side) * course.at_radar_m();
-        let heading_rad = sign(self.side) * course.slope.atan();
+        let y_m = self.at_m[1] + self.side.sign() * course.at_radar_m();
+        let heading_rad = self.side.sign() * course.slope.atan();
         let behind = glam::DVec2::from_angle(heading_rad) * (course.apart_m + course.since_m);
         let curve = Clothoid {
             start_m: [self.at_m[0] - behind.x, y_m - behind.y],
@@ -147,14 +136,14 @@ impl UwbOptions {
 
     /// Of the vehicle against the line, positive left; None before two markers told it.
     fn heading(&self, course: &Course) -> Option<Measured> {
-        let value = -sign(self.side) * course.slope.atan();
+        let value = -self.side.sign() * course.slope.atan();
         course.two.then(|| Measured { value, std: course.slope_variance.sqrt() })
     }
 
     /// Of the line from the vehicle's reference point, towards the radar's side.
     fn beside_vehicle(&self, course: &Course) -> Measured {
         let turn = course.slope.atan();
-        let from_radar_m = course.at_radar_m() + sign(self.side) * self.at_m[1];
+        let from_radar_m = course.at_radar_m() + self.side.sign() * self.at_m[1];
         let value = from_radar_m * turn.cos() - self.at_m[0] * turn.sin();
         Measured { value, std: course.variance(course.since_m - self.at_m[0]).sqrt() }
     }
@@ -224,64 +213,51 @@ impl Course {
     }
 }
 
-/// Positive to the left.
-fn sign(side: Side) -> f64 {
-    match side {
-        Side::Left => 1.0,
-        Side::Right => -1.0,
-    }
-}
-
-fn refused(reason: Reason) -> NoLane {
-    NoLane::Refused { why: reason.to_string() }
-}
-
 /// No vehicle is faster, m/s: a larger speed is a broken one.
 const FASTEST_MPS: f64 = 150.0;
 
 /// The bus speed of a look. Errors: none; one that no vehicle has.
-fn speed(look: &Look<'_>) -> Result<f64, NoLane> {
-    let value = look.speed_mps.ok_or(NoLane::NoSpeed)?.value;
+fn speed(input: &SensorInput<'_>) -> Result<f64, LaneError> {
+    let value = input.speed_mps.ok_or(LaneError::NoSpeed)?.value;
     match value > FASTEST_MPS {
-        true => {
-            Err(NoLane::Refused { why: format!("speed is {value} m/s; allowed: up to {FASTEST_MPS} m/s") })
-        }
+        true => Err(LaneError::refused(format!("speed is {value} m/s; allowed: up to {FASTEST_MPS} m/s"))),
         false => Ok(value),
     }
 }
 
 /// Samples of all scans of a look.
-fn given(look: &Look<'_>) -> usize {
-    look.scans.iter().map(|s| s.samples.len()).sum::<usize>() + look.pulse.map_or(0, <[f64]>::len)
+fn given(input: &SensorInput<'_>) -> usize {
+    input.scans.iter().map(|s| s.samples.len()).sum::<usize>() + input.pulse.map_or(0, <[f64]>::len)
 }
 
 /// What the last scan of a look leaves, those before it taken first.
 fn all_scans(
-    look: &Look<'_>,
-    mut take: impl FnMut(&Look<'_>) -> Result<LaneEstimate, NoLane>,
+    input: &SensorInput<'_>,
+    mut take: impl FnMut(&SensorInput<'_>) -> Result<LaneEstimate, LaneError>,
 ) -> LaneEstimate {
     let mut last = None;
-    for s in look.scans {
-        let own =
-            Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() };
+    for s in input.scans {
+        let own = SensorInput {
+            time_s: s.time_s,
+            speed_mps: s.speed_mps,
+            pulse: Some(&s.samples),
+            ..SensorInput::default()
+        };
         last = Some(take(&own));
     }
     let answer = match last {
-        Some(answer) if look.pulse.is_none() => answer,
-        _ => take(look),
+        Some(answer) if input.pulse.is_none() => answer,
+        _ => take(input),
     };
-    let mut estimate = answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, look.time_s, given(look), why));
-    (estimate.time_s, estimate.provenance.given) = (look.time_s, given(look));
+    let mut estimate =
+        answer.unwrap_or_else(|why| LaneEstimate::none(METHOD, input.time_s, given(input), why));
+    (estimate.time_s, estimate.provenance.given) = (input.time_s, given(input));
     estimate
-}
-
-fn scan<'a>(look: &Look<'a>) -> Result<&'a [f64], NoLane> {
-    look.pulse.ok_or_else(|| NoLane::NotGiven { what: "a scan of an impulse radar".into() })
 }
 
 /// Why there is no lane at present, from what has come so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Story {
+struct PassHistory {
     passes: usize,
     /// Right spacings in a row that the lane stands on.
     chain: usize,
@@ -291,7 +267,7 @@ struct Story {
     endless: usize,
 }
 
-impl Story {
+impl PassHistory {
     fn take(&mut self, event: &Event) {
         match &event.kind {
             EventKind::Marker(m) => {
@@ -301,7 +277,7 @@ impl Story {
                 }
             }
             EventKind::Departure(d) => (self.chain, self.left_at_m) = (0, Some(d.expected_m)),
-            EventKind::Gap { .. } => *self = Story::default(),
+            EventKind::Gap { .. } => *self = PassHistory::default(),
             EventKind::TooLong { .. } => self.endless += 1,
             EventKind::Quiet | EventKind::Isolated(_) => {}
         }
@@ -332,58 +308,128 @@ impl Story {
     }
 }
 
-/// One radar and one line. [`Look::pulse`] and each of [`Look::scans`] is a scan of it.
+/// A radar and what its scans have told so far.
 #[derive(Debug, Clone)]
-pub struct UwbLanes {
+struct Radar {
     options: UwbOptions,
     uwb: Uwb,
-    story: Story,
+    story: PassHistory,
+}
+
+impl Radar {
+    fn new(options: UwbOptions) -> Result<Radar, LaneError> {
+        options.check()?;
+        Ok(Radar { uwb: Uwb::new(options.config.clone())?, options, story: PassHistory::default() })
+    }
+}
+
+/// One radar and one line, or a left and a right radar of the same kind. [`SensorInput::pulse`] and each of [`SensorInput::scans`] holds a scan of it,
+/// or the left one's scan and then the right one's, equally long.
+#[derive(Debug, Clone)]
+pub struct UwbLanes {
+    /// One, or left and right.
+    radars: Vec<Radar>,
+    lane_width_m: Option<f64>,
     event: Option<Event>,
 }
 
 impl UwbLanes {
     /// Refuses options that contradict each other.
-    pub fn new(options: UwbOptions) -> Result<UwbLanes, Reason> {
-        options.check()?;
-        let uwb = Uwb::new(options.config.clone())?;
-        Ok(UwbLanes { options, uwb, story: Story::default(), event: None })
+    pub fn new(options: UwbOptions) -> Result<UwbLanes, LaneError> {
+        let lane_width_m = options.lane_width_m;
+        Ok(UwbLanes { radars: vec![Radar::new(options)?], lane_width_m, event: None })
     }
 
-    /// What the last scan brought; None when it was refused.
+    /// Refuses options that contradict each other, a right radar that is left of the left one, and a missing lane width.
+    pub fn pair(left: UwbOptions, right: UwbOptions) -> Result<UwbLanes, LaneError> {
+        let width_m = left.lane_width_m.or(right.lane_width_m);
+        let width_m = width_m.ok_or(LaneError::Missing { what: "lane width" })?;
+        let span_m = left.at_m[1] - right.at_m[1];
+        let radars = vec![
+            Radar::new(UwbOptions { side: Side::Left, ..left })?,
+            Radar::new(UwbOptions { side: Side::Right, ..right })?,
+        ];
+        checked(
+            "distance between the radars",
+            span_m,
+            (0.0..=width_m).contains(&span_m),
+            "0 m to the lane width",
+        )?;
+        Ok(UwbLanes { radars, lane_width_m: Some(width_m), event: None })
+    }
+
+    /// What the last scan brought, of two radars the right one's; None when it was refused.
     pub fn event(&self) -> Option<&Event> {
         self.event.as_ref()
     }
 
-    /// The estimator itself: odometer, trend, distance.
+    /// The first radar's passes: odometer, trend, distance.
     pub fn core(&self) -> &Uwb {
-        &self.uwb
+        &self.radars[0].uwb
     }
 
-    fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
+    fn taken(&mut self, input: &SensorInput<'_>) -> Result<LaneEstimate, LaneError> {
         self.event = None;
-        let o = &self.options;
-        let scan = scan(look)?;
-        let echo = o.echo(scan)?;
-        let speed_mps = speed(look)?;
-        let event = self
-            .uwb
-            .push_with_range(echo.energy, echo.strongest_range_m, look.time_s, speed_mps)
-            .map_err(refused)?;
-        self.story.take(&event);
-        self.event = Some(event);
-        if !self.uwb.lane_present() {
-            return Err(NoLane::Refused { why: self.story.why_not(o.config.spacing_m) });
+        let samples =
+            input.pulse.ok_or_else(|| LaneError::NotGiven { what: "a scan of an impulse radar".into() })?;
+        let count = self.radars.len();
+        if samples.is_empty() {
+            return Err(LaneError::Empty);
         }
-        let confidence = self.story.confidence();
-        let course = o.course(&self.uwb);
-        let heading_rad = course.as_ref().and_then(|c| o.heading(c));
+        if samples.len() % count != 0 {
+            return Err(LaneError::refused(format!("{} samples are not two scans", samples.len())));
+        }
+        let scans = samples.chunks(samples.len() / count);
+        let echoes: Vec<GateEcho> =
+            self.radars.iter().zip(scans).map(|(r, scan)| r.options.echo(scan)).collect::<Result<_, _>>()?;
+        let speed_mps = speed(input)?;
+        // When either scan is refused neither is taken.
+        for (r, e) in self.radars.iter().zip(&echoes) {
+            r.uwb.check_scan(e.energy, e.strongest_range_m, input.time_s, speed_mps)?;
+        }
+        for (r, e) in self.radars.iter_mut().zip(echoes) {
+            let event = r.uwb.push_with_range(e.energy, e.strongest_range_m, input.time_s, speed_mps)?;
+            r.story.take(&event);
+            self.event = Some(event);
+        }
+        let last = &self.radars[count - 1];
+        // From right to left.
+        let there: Vec<&Radar> = self.radars.iter().rev().filter(|r| r.uwb.lane_present()).collect();
+        if there.is_empty() {
+            return Err(LaneError::refused(last.story.why_not(last.options.config.spacing_m)));
+        }
         // Without an offset the lane is there, and nobody knows where.
-        let lines: Vec<Line> = course.iter().map(|c| o.line(c, confidence)).collect();
-        let offset_m = course.zip(o.lane_width_m).map(|(c, width_m)| {
-            let aside = o.beside_vehicle(&c);
-            Measured { value: sign(o.side) * (0.5 * width_m - aside.value), ..aside }
-        });
-        Ok(found(look, scan.len(), self.story.chain, lines, offset_m, None, heading_rad, confidence))
+        let (mut lines, mut headings, mut asides) = (Vec::new(), Vec::new(), [None; 2]);
+        for r in &there {
+            let Some(course) = r.options.course(&r.uwb) else { continue };
+            lines.push(r.options.line(&course, r.story.confidence()));
+            headings.extend(r.options.heading(&course));
+            asides[r.options.side.index()] = Some(r.options.beside_vehicle(&course));
+        }
+        let heading_rad = match count {
+            1 => headings.first().copied(),
+            _ => Measured::mean(headings.iter().copied()),
+        };
+        let beside = |line: Measured, towards: f64| {
+            let value = towards * (0.5 * self.lane_width_m? - line.value);
+            Some(Measured { value, std: line.std })
+        };
+        let (offset_m, width_m) = match asides {
+            [Some(l), Some(r)] => {
+                let std = l.std.hypot(r.std);
+                let offset_m = Measured { value: 0.5 * (r.value - l.value), std: 0.5 * std };
+                (Some(offset_m), Some(Measured { value: l.value + r.value, std }))
+            }
+            [Some(l), None] => (beside(l, 1.0), None),
+            [None, Some(r)] => (beside(r, -1.0), None),
+            [None, None] => (None, None),
+        };
+        let doubt = there.iter().fold(1.0, |doubt, r| doubt * (1.0 - r.story.confidence()));
+        let mut out = LaneEstimate::empty(METHOD, input.time_s, samples.len());
+        out.provenance.used = self.radars.iter().map(|r| r.story.chain).sum();
+        (out.lines, out.width_m, out.offset_m, out.heading_rad) = (lines, width_m, offset_m, heading_rad);
+        out.confidence = if count == 1 { last.story.confidence() } else { 1.0 - doubt };
+        Ok(out)
     }
 }
 
@@ -392,142 +438,8 @@ impl LaneEstimator for UwbLanes {
         METHOD
     }
 
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        all_scans(look, |scan| self.taken(scan))
-    }
-}
-
-#[expect(clippy::too_many_arguments, reason = "the fields of one struct, two callers")]
-fn found(
-    look: &Look<'_>,
-    given: usize,
-    used: usize,
-    lines: Vec<Line>,
-    offset_m: Option<Measured>,
-    width_m: Option<Measured>,
-    heading_rad: Option<Measured>,
-    confidence: f64,
-) -> LaneEstimate {
-    LaneEstimate {
-        time_s: look.time_s,
-        lines,
-        lane_number: None,
-        width_m,
-        offset_m,
-        heading_rad,
-        curvature_per_m: None,
-        confidence,
-        no_lane: None,
-        mirror: false,
-        provenance: Provenance { method: METHOD.into(), given, used },
-    }
-}
-
-/// A left and a right radar of the same kind. [`Look::pulse`] and each of [`Look::scans`] holds the left one's scan and then the right
-/// one's, equally long.
-#[derive(Debug, Clone)]
-pub struct UwbPairLanes {
-    /// Left, right.
-    options: [UwbOptions; 2],
-    pair: UwbPair,
-    stories: [Story; 2],
-    events: Option<[Event; 2]>,
-}
-
-impl UwbPairLanes {
-    /// Refuses options that contradict each other, a right radar that is left of the left one, and a missing lane width.
-    pub fn new(left: UwbOptions, right: UwbOptions) -> Result<UwbPairLanes, Reason> {
-        left.check()?;
-        right.check()?;
-        let width_m = left.lane_width_m.or(right.lane_width_m).ok_or(Reason::Empty { what: "lane width" })?;
-        let span_m = left.at_m[1] - right.at_m[1];
-        let pair = UwbPair::new(left.config.clone(), right.config.clone(), span_m, width_m)?;
-        Ok(UwbPairLanes {
-            options: [UwbOptions { side: Side::Left, ..left }, UwbOptions { side: Side::Right, ..right }],
-            pair,
-            stories: [Story::default(); 2],
-            events: None,
-        })
-    }
-
-    /// What the last scan brought, left and right; None when it was refused.
-    pub fn events(&self) -> Option<&[Event; 2]> {
-        self.events.as_ref()
-    }
-
-    pub fn core(&self) -> &UwbPair {
-        &self.pair
-    }
-
-    fn taken(&mut self, look: &Look<'_>) -> Result<LaneEstimate, NoLane> {
-        self.events = None;
-        let both = scan(look)?;
-        if both.is_empty() {
-            return Err(NoLane::Empty);
-        }
-        if both.len() % 2 == 1 {
-            return Err(NoLane::Refused { why: format!("{} samples are not two scans", both.len()) });
-        }
-        let (left, right) = both.split_at(both.len() / 2);
-        let echoes = [self.options[0].echo(left)?, self.options[1].echo(right)?];
-        let speed_mps = speed(look)?;
-        let event = self
-            .pair
-            .push(echoes.map(|e| e.energy), echoes.map(|e| e.strongest_range_m), look.time_s, speed_mps)
-            .map_err(refused)?;
-        self.stories[0].take(&event.left);
-        self.stories[1].take(&event.right);
-        self.events = Some([event.left, event.right]);
-        let sides = [&self.pair.left, &self.pair.right];
-        let there = sides.map(Uwb::lane_present);
-        if !there.contains(&true) {
-            let why = self.stories[1].why_not(self.options[1].config.spacing_m);
-            return Err(NoLane::Refused { why });
-        }
-        let mut lines = Vec::new();
-        let mut headings = Vec::new();
-        let mut asides = [None; 2];
-        // From right to left.
-        for i in [1, 0].into_iter().filter(|i| there[*i]) {
-            let (o, uwb, story) = (&self.options[i], sides[i], &self.stories[i]);
-            let Some(course) = o.course(uwb) else { continue };
-            lines.push(o.line(&course, story.confidence()));
-            headings.extend(o.heading(&course));
-            asides[i] = Some(o.beside_vehicle(&course));
-        }
-        let weight: f64 = headings.iter().map(|h| h.std.powi(-2)).sum();
-        let heading_rad = (!headings.is_empty()).then(|| Measured {
-            value: headings.iter().map(|h| h.value * h.std.powi(-2)).sum::<f64>() / weight,
-            std: weight.powf(-0.5),
-        });
-        let alone_m = self.pair.lane_width_m();
-        let offset = |value: f64, std: f64| Some(Measured { value, std });
-        let (offset_m, width_m) = match asides {
-            [Some(l), Some(r)] => {
-                let std = l.std.hypot(r.std);
-                let width_m = Measured { value: l.value + r.value, std };
-                (offset(0.5 * (r.value - l.value), 0.5 * std), Some(width_m))
-            }
-            [Some(l), None] => (offset(0.5 * alone_m - l.value, l.std), None),
-            [None, Some(r)] => (offset(r.value - 0.5 * alone_m, r.std), None),
-            [None, None] => (None, None),
-        };
-        let confidence = (0..2)
-            .filter(|i| there[*i])
-            .map(|i| self.stories[i].confidence())
-            .fold(1.0, |missing, c| missing * (1.0 - c));
-        let used = self.stories.iter().map(|s| s.chain).sum();
-        Ok(found(look, both.len(), used, lines, offset_m, width_m, heading_rad, 1.0 - confidence))
-    }
-}
-
-impl LaneEstimator for UwbPairLanes {
-    fn method(&self) -> &'static str {
-        METHOD
-    }
-
-    fn estimate(&mut self, look: &Look<'_>) -> LaneEstimate {
-        all_scans(look, |scan| self.taken(scan))
+    fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
+        all_scans(input, |scan| self.taken(scan))
     }
 }
 
@@ -578,8 +490,13 @@ mod tests {
             .collect()
     }
 
-    fn one(s: &PulseScan) -> Look<'_> {
-        Look { time_s: s.time_s, speed_mps: s.speed_mps, pulse: Some(&s.samples), ..Look::default() }
+    fn one(s: &PulseScan) -> SensorInput<'_> {
+        SensorInput {
+            time_s: s.time_s,
+            speed_mps: s.speed_mps,
+            pulse: Some(&s.samples),
+            ..SensorInput::default()
+        }
     }
 
     #[test]
@@ -594,16 +511,17 @@ mod tests {
             let time_s = group[group.len() - 1].time_s;
             // The look's own scan may be one of them, or come by itself.
             let own = if k % 2 == 0 { group.len() } else { group.len() - 1 };
-            let own_look = group.get(own).map(one).unwrap_or(Look { time_s, ..Look::default() });
-            let answer = together.estimate(&Look { scans: &group[..own], ..own_look });
+            let own_look =
+                group.get(own).map(one).unwrap_or(SensorInput { time_s, ..SensorInput::default() });
+            let answer = together.estimate(&SensorInput { scans: &group[..own], ..own_look });
             let mut wanted = last.clone().unwrap();
             assert_eq!(answer.provenance.given, 120 * group.len());
             wanted.provenance.given = answer.provenance.given;
             assert_eq!(answer, wanted, "{k}");
         }
         assert!(last.unwrap().no_lane.is_none());
-        let none = lanes().estimate(&Look { time_s: 1.0, ..Look::default() });
-        assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })), "{none:?}");
+        let none = lanes().estimate(&SensorInput { time_s: 1.0, ..SensorInput::default() });
+        assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })), "{none:?}");
     }
 
     #[test]

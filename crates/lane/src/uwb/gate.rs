@@ -1,7 +1,7 @@
-//! Range gate and energy of a scan: K (2)-(6).
+//! Range gate and energy of a scan: Kim (2)-(6).
 
-use super::{Reason, checked};
-use num_complex::Complex64;
+use crate::error::{LaneError, checked};
+use crate::numeric::vertex;
 use serde::{Deserialize, Serialize};
 
 const SPEED_OF_LIGHT_MPS: f64 = 299_792_458.0;
@@ -41,7 +41,7 @@ pub struct RangeAxis {
 /// Energy of one scan in the gate and the range of its strongest sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GateEcho {
-    /// E_k of K (6).
+    /// E_k of Kim (6).
     pub energy: f64,
     /// Range of the largest |r|² in the gate, between samples by a parabola; `None` when all are zero.
     pub strongest_range_m: Option<f64>,
@@ -50,7 +50,7 @@ pub struct GateEcho {
 impl RangeAxis {
     /// Axis of samples taken `1 / sample_rate_hz` apart, the first `start_s` after the pulse: range = c t /
     /// 2.
-    pub fn from_time(start_s: f64, sample_rate_hz: f64) -> Result<Self, Reason> {
+    pub fn from_time(start_s: f64, sample_rate_hz: f64) -> Result<Self, LaneError> {
         checked("start of the samples", start_s, start_s >= 0.0, "0 s or more")?;
         checked("sample rate", sample_rate_hz, sample_rate_hz > 0.0, "above 0 Hz")?;
         let axis = RangeAxis {
@@ -61,7 +61,7 @@ impl RangeAxis {
         Ok(axis)
     }
 
-    fn check(&self) -> Result<(), Reason> {
+    fn check(&self) -> Result<(), LaneError> {
         checked("start of the range axis", self.start_m, true, "")?;
         checked("step of the range axis", self.step_m, self.step_m > 0.0, "above 0 m")?;
         Ok(())
@@ -70,15 +70,15 @@ impl RangeAxis {
 
 impl RangeGate {
     /// Gate from `min_m` to `max_m`, both taken in.
-    pub fn new(min_m: f64, max_m: f64) -> Result<Self, Reason> {
+    pub fn new(min_m: f64, max_m: f64) -> Result<Self, LaneError> {
         checked("nearest range of the gate", min_m, min_m >= 0.0, "0 m or more")?;
         checked("farthest range of the gate", max_m, max_m > min_m, "above the nearest range")?;
         Ok(RangeGate { min_m, max_m })
     }
 
-    /// K (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
+    /// Kim (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
     /// not above zero, a car wider than the lane and plates longer than their spacing.
-    pub fn from_marked_lane(lane: &MarkedLane) -> Result<Self, Reason> {
+    pub fn from_marked_lane(lane: &MarkedLane) -> Result<Self, LaneError> {
         checked("height of the radar", lane.height_m, lane.height_m > 0.0, "above 0 m")?;
         checked("lane width", lane.lane_width_m, lane.lane_width_m > 0.0, "above 0 m")?;
         let fits = lane.car_width_m > 0.0 && lane.car_width_m <= lane.lane_width_m;
@@ -92,79 +92,41 @@ impl RangeGate {
     }
 
     /// The gate with both ends moved out by `margin_m`, the near one not below zero: room for the pulse's own
-    /// length, c / 2B, which K (2) and (3) leave out.
-    pub fn widened(&self, margin_m: f64) -> Result<Self, Reason> {
+    /// length, c / 2B, which Kim (2) and (3) leave out.
+    pub fn widened(&self, margin_m: f64) -> Result<Self, LaneError> {
         checked("margin of the gate", margin_m, margin_m >= 0.0, "0 m or more")?;
         RangeGate::new((self.min_m - margin_m).max(0.0), self.max_m + margin_m)
     }
 
-    /// Delay of the gate's ends, K (4) and (5). Seconds.
-    pub fn delays_s(&self) -> [f64; 2] {
-        [2.0 * self.min_m / SPEED_OF_LIGHT_MPS, 2.0 * self.max_m / SPEED_OF_LIGHT_MPS]
-    }
-
-    /// K (6) for a scan of real samples (the wave itself).
-    pub fn echo_real(&self, scan: &[f64], axis: &RangeAxis) -> Result<GateEcho, Reason> {
-        self.echo_of_power(scan.len(), axis, |i| scan[i] * scan[i])
-    }
-
-    /// K (6) for a scan of complex samples (baseband).
-    pub fn echo_complex(&self, scan: &[Complex64], axis: &RangeAxis) -> Result<GateEcho, Reason> {
-        self.echo_of_power(scan.len(), axis, |i| scan[i].norm_sqr())
-    }
-
-    /// Echoes of scans stored one after the other, `row_len` samples each.
-    pub fn echoes_real(
-        &self,
-        scans: &[f64],
-        row_len: usize,
-        axis: &RangeAxis,
-    ) -> Result<Vec<GateEcho>, Reason> {
-        rows(scans, row_len, |row| self.echo_real(row, axis))
-    }
-
-    /// Echoes of complex scans stored one after the other, `row_len` samples each.
-    pub fn echoes_complex(
-        &self,
-        scans: &[Complex64],
-        row_len: usize,
-        axis: &RangeAxis,
-    ) -> Result<Vec<GateEcho>, Reason> {
-        rows(scans, row_len, |row| self.echo_complex(row, axis))
-    }
-
-    fn echo_of_power(
-        &self,
-        len: usize,
-        axis: &RangeAxis,
-        power: impl Fn(usize) -> f64,
-    ) -> Result<GateEcho, Reason> {
+    /// Kim (6) for a scan of real samples (the wave itself).
+    pub fn echo(&self, scan: &[f64], axis: &RangeAxis) -> Result<GateEcho, LaneError> {
+        let (len, power) = (scan.len(), |i: usize| scan[i] * scan[i]);
         RangeGate::new(self.min_m, self.max_m)?;
         axis.check()?;
         if len == 0 {
-            return Err(Reason::Empty { what: "range samples" });
+            return Err(LaneError::Missing { what: "range samples" });
         }
         let last_m = axis.start_m + (len - 1) as f64 * axis.step_m;
         // Half a step of play, so that a gate cut to the samples' own ends passes.
         if self.min_m < axis.start_m - axis.step_m / 2.0 || self.max_m > last_m + axis.step_m / 2.0 {
-            return Err(Reason::GateNotCovered {
-                gate_m: [self.min_m, self.max_m],
-                samples_m: [axis.start_m, last_m],
-            });
+            return Err(LaneError::refused(format!(
+                "the range samples from {} m to {last_m} m do not cover the gate from {} m to {} m",
+                axis.start_m, self.min_m, self.max_m
+            )));
         }
         let rounding = 1e-9;
         let first = ((self.min_m - axis.start_m) / axis.step_m - rounding).ceil().max(0.0) as usize;
         let end = ((self.max_m - axis.start_m) / axis.step_m + rounding).floor().max(0.0) as usize + 1;
         let end = end.min(len);
         if first >= end {
-            return Err(Reason::TooFew { what: "range samples in the gate", found: 0, needed: 1 });
+            return Err(LaneError::too_few("range samples in the gate", 0, 1));
         }
         let mut energy = 0.0;
         let mut strongest = (first, 0.0);
         for i in first..end {
             let p = power(i);
             if !p.is_finite() {
-                return Err(Reason::NotFinite { what: "power of range sample", index: Some(i) });
+                return Err(LaneError::NotANumber { what: "power of range sample", index: Some(i) });
             }
             energy += p;
             if p > strongest.1 {
@@ -179,36 +141,4 @@ impl RangeGate {
         });
         Ok(GateEcho { energy, strongest_range_m })
     }
-}
-
-/// Place of a parabola's top relative to the middle of three samples, -0.5 to 0.5.
-fn vertex(before: f64, top: f64, after: f64) -> f64 {
-    let bend = before - 2.0 * top + after;
-    if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
-}
-
-fn rows<T>(
-    scans: &[T],
-    row_len: usize,
-    echo: impl Fn(&[T]) -> Result<GateEcho, Reason>,
-) -> Result<Vec<GateEcho>, Reason> {
-    if scans.is_empty() || row_len == 0 {
-        return Err(Reason::Empty { what: "range samples" });
-    }
-    let partial = scans.len() % row_len;
-    if partial != 0 {
-        return Err(Reason::LengthMismatch { what: "last scan", found: partial, expected: row_len });
-    }
-    scans
-        .chunks_exact(row_len)
-        .enumerate()
-        .map(|(index, row)| echo(row).map_err(|r| Reason::Scan { index, reason: Box::new(r) }))
-        .collect()
-}
-
-/// Shortest plate that gets `scans` scans at this speed: v_c N / f_s (K section 3.2). Metres.
-pub fn least_plate_length_m(speed_mps: f64, scans: usize, scan_rate_hz: f64) -> Result<f64, Reason> {
-    checked("speed", speed_mps, speed_mps >= 0.0, "0 m/s or more")?;
-    checked("scan rate", scan_rate_hz, scan_rate_hz > 0.0, "above 0 Hz")?;
-    Ok(speed_mps * scans as f64 / scan_rate_hz)
 }

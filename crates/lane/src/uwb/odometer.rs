@@ -1,6 +1,6 @@
 //! Distance by counted markers: markers times spacing, with the speed input for the part since the last one.
 
-use super::{Reason, checked};
+use crate::error::{LaneError, checked};
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -42,7 +42,7 @@ pub struct OdometerReading {
 
 impl MarkerOdometer {
     /// Markers `spacing_m` apart; a marker within `tolerance_m` of a whole number of spacings is counted.
-    pub fn new(spacing_m: f64, tolerance_m: f64) -> Result<Self, Reason> {
+    pub fn new(spacing_m: f64, tolerance_m: f64) -> Result<Self, LaneError> {
         checked("marker spacing", spacing_m, spacing_m > 0.0, "above 0 m")?;
         let fits = tolerance_m > 0.0 && tolerance_m <= spacing_m / 2.0;
         checked("marker tolerance", tolerance_m, fits, "above 0 m, at most half the marker spacing")?;
@@ -52,7 +52,7 @@ impl MarkerOdometer {
     /// A marker's centre at this speed distance. True when it was counted. One that is no whole number of
     /// spacings after the last is not, except when it follows a gap of more spacings than the tolerance can
     /// bridge: then the nearest number is taken and readings turn uncertain.
-    pub fn mark(&mut self, speed_distance_m: f64) -> Result<bool, Reason> {
+    pub fn mark(&mut self, speed_distance_m: f64) -> Result<bool, LaneError> {
         let at_m = checked("distance of the marker", speed_distance_m, true, "")?;
         let Some(&(count, last_m)) = self.recent.back() else {
             self.start_m = at_m;

@@ -1,6 +1,7 @@
 //! Figures to compare with the document: detection rates and spacing errors.
 
-use super::{LaneEstimate, Reason, all_finite, checked};
+use super::LaneEstimate;
+use crate::error::{LaneError, all_finite, checked};
 use serde::Serialize;
 
 /// Size of spacing errors. Metres.
@@ -17,7 +18,7 @@ pub struct SpacingErrors {
 }
 
 /// Sizes of signed errors.
-pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, Reason> {
+pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, LaneError> {
     all_finite("spacing errors", errors_m)?;
     let n = errors_m.len() as f64;
     let mean = |f: &dyn Fn(f64) -> f64| errors_m.iter().map(|&e| f(e) / n).sum::<f64>();
@@ -28,13 +29,6 @@ pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, Reason> {
         worst_m: errors_m.iter().fold(0.0, |w, e| e.abs().max(w)),
         bias_m: mean(&|e| e),
     })
-}
-
-/// Largest spacing error of drives past known markers times `margin` (1 or more): the limit for
-/// [`UwbConfig::max_spacing_error_m`](super::UwbConfig).
-pub fn largest_error_m(errors_m: &[f64], margin: f64) -> Result<f64, Reason> {
-    checked("margin", margin, margin >= 1.0, "1 or more")?;
-    checked("largest error", spacing_errors(errors_m)?.worst_m * margin, true, "")
 }
 
 /// A drive against the times at which the radar passed each marker's centre.
@@ -72,16 +66,12 @@ pub fn score_run(
     match_s: f64,
     spacing_m: f64,
     max_spacing_error_m: f64,
-) -> Result<RunScore, Reason> {
+) -> Result<RunScore, LaneError> {
     if !marker_times_s.is_empty() {
         all_finite("marker time", marker_times_s)?;
     }
     if let Some(w) = marker_times_s.windows(2).find(|w| w[1] <= w[0]) {
-        return Err(Reason::OutOfRange {
-            what: "a marker time",
-            value: w[1],
-            allowed: "after the one before",
-        });
+        return Err(LaneError::out_of_range("a marker time", w[1], "after the one before"));
     }
     checked("matching time", match_s, match_s > 0.0, "above 0 s")?;
     checked("marker spacing", spacing_m, spacing_m > 0.0, "above 0 m")?;

@@ -1,6 +1,6 @@
-//! Energies of a drive without markers: histogram and threshold (K section 4, figure 7).
+//! Energies of a drive without markers: histogram and threshold (Kim section 4, figure 7).
 
-use super::{Reason, all_finite, checked};
+use crate::error::{LaneError, all_finite, checked, within};
 use serde::Serialize;
 
 /// Counts of energies in bins, ready to plot.
@@ -15,32 +15,16 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// `bins` equal bins from the least to the greatest value.
-    pub fn with_bins(values: &[f64], bins: usize) -> Result<Self, Reason> {
-        all_finite("energies", values)?;
-        checked("number of bins", bins as f64, (1..=1_000_000).contains(&bins), "1 to 1000000")?;
-        let (low, high) = extent(values);
-        // Equal values still need a bin of some width.
-        let (low, high) = if high > low {
-            (low, high)
-        } else {
-            (low, low + low.abs().max(1.0) * f64::EPSILON * bins as f64)
-        };
-        let mut edges: Vec<f64> = (0..=bins).map(|i| low + (high - low) * (i as f64 / bins as f64)).collect();
-        edges[bins] = high;
-        Histogram::with_edges(values, edges)
-    }
-
     /// Bins of the given edges, so that drives with and without markers share one axis.
-    pub fn with_edges(values: &[f64], edges: Vec<f64>) -> Result<Self, Reason> {
+    pub fn with_edges(values: &[f64], edges: Vec<f64>) -> Result<Self, LaneError> {
         all_finite("energies", values)?;
         all_finite("bin edges", &edges)?;
         if edges.len() < 2 {
-            return Err(Reason::TooFew { what: "bin edges", found: edges.len(), needed: 2 });
+            return Err(LaneError::too_few("bin edges", edges.len(), 2));
         }
         if let Some(w) = edges.windows(2).find(|w| w[1] <= w[0]) {
             let allowed = "each edge above the one before";
-            return Err(Reason::OutOfRange { what: "a bin edge", value: w[1], allowed });
+            return Err(LaneError::out_of_range("a bin edge", w[1], allowed));
         }
         let bins = edges.len() - 1;
         let mut counts = vec![0; bins];
@@ -63,8 +47,6 @@ impl Histogram {
 pub enum ThresholdMethod {
     /// The greatest energy seen.
     Maximum,
-    /// An empirical quantile.
-    Quantile,
     /// The quantile of a generalised Pareto tail of this shape fitted to the highest `excesses` energies.
     ExtremeValue { shape: f64, excesses: usize },
 }
@@ -86,7 +68,7 @@ pub struct Threshold {
 impl Threshold {
     /// The greatest energy without markers (the document's choice): no false alarm on these scans. On new
     /// scans of the same road one scan in `samples + 1` exceeds it on average, whatever the distribution.
-    pub fn maximum(energies: &[f64]) -> Result<Self, Reason> {
+    pub fn maximum(energies: &[f64]) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let samples = energies.len();
         Ok(Threshold {
@@ -98,43 +80,15 @@ impl Threshold {
         })
     }
 
-    /// The energy that a share `false_alarm_probability` of the scans exceeds, between order statistics: rank
-    /// p (n + 1), which is unbiased in probability. Refuses a share below 1 / (n + 1), which the scans cannot
-    /// show.
-    pub fn quantile(energies: &[f64], false_alarm_probability: f64) -> Result<Self, Reason> {
-        check_energies(energies)?;
-        let n = energies.len();
-        let least = 1.0 / (n as f64 + 1.0);
-        let p = checked(
-            "false-alarm probability",
-            false_alarm_probability,
-            // A hair of rounding for p = 1 / (n + 1) itself.
-            false_alarm_probability >= least * (1.0 - 1e-12) && false_alarm_probability < 1.0,
-            "below 1, at least 1 / (scans + 1); the extreme-value threshold reaches further",
-        )?;
-        let mut sorted = energies.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let rank = ((1.0 - p) * (n as f64 + 1.0)).clamp(1.0, n as f64);
-        let below = rank.floor() as usize;
-        let (a, b) = (sorted[below - 1], sorted[below.min(n - 1)]);
-        Ok(Threshold {
-            energy: a + (b - a) * (rank - below as f64),
-            false_alarm_probability: p,
-            floor_energy: mean(energies),
-            samples: n,
-            method: ThresholdMethod::Quantile,
-        })
-    }
-
     /// Threshold for a probability beyond what the scans show: a generalised Pareto tail fitted by
     /// probability-weighted moments (Hosking and Wallis 1987) to the highest twentieth of the energies, at
     /// least 50. Holds as far as the scans are independent and the tail goes on as it begins.
-    pub fn extreme_value(energies: &[f64], false_alarm_probability: f64) -> Result<Self, Reason> {
+    pub fn extreme_value(energies: &[f64], false_alarm_probability: f64) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let n = energies.len();
         let excesses = (n / 20).max(50);
         if n < 2 * excesses {
-            return Err(Reason::TooFew { what: "energies for a tail", found: n, needed: 100 });
+            return Err(LaneError::too_few("energies for a tail", n, 100));
         }
         let mut sorted = energies.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -155,11 +109,7 @@ impl Threshold {
         let spread = a0 - 2.0 * a1;
         let allowed = "above 0: the highest energies must differ";
         if spread.is_nan() || spread <= 0.0 || a0 <= 0.0 {
-            return Err(Reason::OutOfRange {
-                what: "spread of the highest energies",
-                value: spread,
-                allowed,
-            });
+            return Err(LaneError::out_of_range("spread of the highest energies", spread, allowed));
         }
         let shape = 2.0 - a0 / spread;
         let scale = 2.0 * a0 * a1 / spread;
@@ -178,24 +128,24 @@ impl Threshold {
     }
 
     /// Level below which a marker pass ends: `fraction` of the way from the floor to the threshold, 0 to 1.
-    pub fn release_energy(&self, fraction: f64) -> Result<f64, Reason> {
-        checked("release fraction", fraction, (0.0..=1.0).contains(&fraction), "0 to 1")?;
+    pub fn release_energy(&self, fraction: f64) -> Result<f64, LaneError> {
+        within("release fraction", fraction, 0.0..=1.0)?;
         Ok(self.floor_energy + fraction * (self.energy - self.floor_energy))
     }
 }
 
 /// Share of the energies above the threshold: the detection rate of a histogram with markers, the false-alarm
 /// rate of one without.
-pub fn exceedance_rate(energies: &[f64], threshold: f64) -> Result<f64, Reason> {
+pub fn exceedance_rate(energies: &[f64], threshold: f64) -> Result<f64, LaneError> {
     all_finite("energies", energies)?;
     checked("threshold", threshold, true, "")?;
     Ok(energies.iter().filter(|&&e| e > threshold).count() as f64 / energies.len() as f64)
 }
 
-fn check_energies(energies: &[f64]) -> Result<(), Reason> {
+fn check_energies(energies: &[f64]) -> Result<(), LaneError> {
     all_finite("energies", energies)?;
     match energies.iter().find(|&&e| e < 0.0) {
-        Some(&value) => Err(Reason::OutOfRange { what: "an energy", value, allowed: "0 or more" }),
+        Some(&value) => Err(LaneError::out_of_range("an energy", value, "0 or more")),
         None => Ok(()),
     }
 }

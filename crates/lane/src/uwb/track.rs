@@ -1,20 +1,10 @@
-//! Marker passes, their period, and the lane: K section 3.2, scan by scan.
+//! Marker passes, their period, and the lane: Kim section 3.2, scan by scan.
 
 use super::centre::{Centre, Sample, centroid_m, level_m, matched_m, time_at};
-use super::{
-    MarkerOdometer, OdometerReading, OffsetCurve, OffsetTrend, Reason, Threshold, checked,
-    offset_from_range_m,
-};
+use super::{MarkerOdometer, OdometerReading, OffsetCurve, OffsetTrend, Threshold, offset_from_range_m};
+use crate::error::{LaneError, checked};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-
-/// Spacing from the scans at two energy maxima, K (12): v_c (t_F − t_B) / f_s. Metres.
-pub fn spacing_m(speed_mps: f64, scans: f64, scan_rate_hz: f64) -> Result<f64, Reason> {
-    checked("speed", speed_mps, speed_mps >= 0.0, "0 m/s or more")?;
-    checked("scans between the maxima", scans, scans >= 0.0, "0 or more")?;
-    checked("scan rate", scan_rate_hz, scan_rate_hz > 0.0, "above 0 Hz")?;
-    Ok(speed_mps * scans / scan_rate_hz)
-}
 
 /// Where the lateral offset of a pass comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,7 +32,7 @@ pub struct UwbConfig {
     /// A pass ends once energies stay at or below this for `hold_m`.
     pub release_energy: f64,
     /// Passes belong together when their distance differs from the spacing by less than this, or by what scans far apart leave open
-    /// beyond it. Best measured with [`largest_error_m`](super::largest_error_m).
+    /// beyond it. Best the largest error of drives past known markers, with a margin.
     pub max_spacing_error_m: f64,
     /// Road at or below the release level that ends a pass; shorter dips are bridged.
     pub hold_m: f64,
@@ -62,7 +52,7 @@ impl UwbConfig {
     /// Settings for plates of this spacing and length. The release level lies midway between floor and
     /// threshold, the largest spacing error is a third of a plate, dips up to half a plate (or half a gap)
     /// are bridged, one right spacing makes a lane and one missed marker raises the warning.
-    pub fn new(spacing_m: f64, plate_length_m: f64, threshold: &Threshold) -> Result<Self, Reason> {
+    pub fn new(spacing_m: f64, plate_length_m: f64, threshold: &Threshold) -> Result<Self, LaneError> {
         let config = UwbConfig {
             spacing_m,
             plate_length_m,
@@ -81,7 +71,7 @@ impl UwbConfig {
         Ok(config)
     }
 
-    fn check(&self) -> Result<(), Reason> {
+    fn check(&self) -> Result<(), LaneError> {
         let UwbConfig { spacing_m: l_s, plate_length_m: l_l, .. } = *self;
         checked("marker spacing", l_s, l_s > 0.0, "above 0 m")?;
         checked("plate length", l_l, l_l > 0.0 && l_l < l_s, "above 0 m, below the marker spacing")?;
@@ -123,7 +113,7 @@ impl UwbConfig {
     }
 }
 
-/// Share of a plate: 20 scans a second at 30 km/h past plates of 3 m, the fastest of document K.
+/// Share of a plate: 20 scans a second at 30 km/h past plates of 3 m, the fastest of Kim.
 const WITHIN_ERROR: f64 = 0.15;
 
 /// One stretch of energies over the threshold.
@@ -150,7 +140,7 @@ pub struct MarkerPass {
 /// From an earlier marker to this one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spacing {
-    /// Distance to the earlier marker, L~_s of K (12) summed over the scans; over `intervals` spacings.
+    /// Distance to the earlier marker, L~_s of Kim (12) summed over the scans; over `intervals` spacings.
     pub estimate_m: f64,
     /// Spacings it spans: above 1 when markers were missed.
     pub intervals: usize,
@@ -248,14 +238,6 @@ impl LaneEstimate {
             _ => None,
         })
     }
-
-    /// The passes rejected for want of a period.
-    pub fn isolated(&self) -> impl Iterator<Item = &MarkerPass> {
-        self.events.iter().filter_map(|e| match &e.kind {
-            EventKind::Isolated(pass) => Some(pass),
-            _ => None,
-        })
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -302,7 +284,7 @@ pub struct Uwb {
 
 impl Uwb {
     /// Refuses settings that contradict each other.
-    pub fn new(config: UwbConfig) -> Result<Self, Reason> {
+    pub fn new(config: UwbConfig) -> Result<Self, LaneError> {
         config.check()?;
         let odometer = MarkerOdometer::new(config.spacing_m, config.max_spacing_error_m)?;
         Ok(Uwb {
@@ -321,10 +303,6 @@ impl Uwb {
             odometer,
             pending: VecDeque::new(),
         })
-    }
-
-    pub fn config(&self) -> &UwbConfig {
-        &self.config
     }
 
     /// True from the scan that completes the first right spacings until the departure warning.
@@ -347,11 +325,6 @@ impl Uwb {
         OffsetTrend::fit(&self.offsets.iter().copied().collect::<Vec<_>>()).ok()
     }
 
-    /// Offset at the lane's last marker, unsmoothed.
-    pub fn lateral_offset_m(&self) -> Option<f64> {
-        self.offsets.back().map(|o| o.1)
-    }
-
     /// Road since each of the lane's last markers and the offset there, the last one first.
     pub fn offsets_since(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.offsets.iter().rev().map(|o| (self.distance_m() - o.0, o.1))
@@ -360,7 +333,7 @@ impl Uwb {
     /// Takes one scan: its gate energy, its time and the vehicle's speed then. Times rise; speeds are not
     /// negative. A refused scan leaves the state as it was. When one scan brings two events the second comes
     /// with the next scan.
-    pub fn push(&mut self, scan_energy: f64, time_s: f64, speed_mps: f64) -> Result<Event, Reason> {
+    pub fn push(&mut self, scan_energy: f64, time_s: f64, speed_mps: f64) -> Result<Event, LaneError> {
         self.push_with_range(scan_energy, None, time_s, speed_mps)
     }
 
@@ -371,7 +344,7 @@ impl Uwb {
         range_m: Option<f64>,
         time_s: f64,
         speed_mps: f64,
-    ) -> Result<Event, Reason> {
+    ) -> Result<Event, LaneError> {
         let (step_m, distance_m) = self.check_scan(scan_energy, range_m, time_s, speed_mps)?;
         self.last = Some((time_s, speed_mps, distance_m));
         let since_used = self.samples.back().map(|s| distance_m - s.distance_m);
@@ -394,7 +367,7 @@ impl Uwb {
         range_m: Option<f64>,
         time_s: f64,
         speed_mps: f64,
-    ) -> Result<(f64, f64), Reason> {
+    ) -> Result<(f64, f64), LaneError> {
         checked("scan energy", scan_energy, scan_energy >= 0.0, "0 or more")?;
         checked("speed", speed_mps, speed_mps >= 0.0, "0 m/s or more")?;
         checked("scan time", time_s, self.last.is_none_or(|l| time_s > l.0), "after the scan before")?;
@@ -429,18 +402,18 @@ impl Uwb {
         ranges_m: &[f64],
         times_s: &[f64],
         speeds_mps: &[f64],
-    ) -> Result<LaneEstimate, Reason> {
+    ) -> Result<LaneEstimate, LaneError> {
         let n = energies.len();
         if n == 0 {
-            return Err(Reason::Empty { what: "scan energies" });
+            return Err(LaneError::Missing { what: "scan energies" });
         }
         for (what, found) in [("scan times", times_s.len()), ("speeds", speeds_mps.len())] {
             if found != n {
-                return Err(Reason::LengthMismatch { what, found, expected: n });
+                return Err(LaneError::Lengths { what, found, expected: n });
             }
         }
         if !ranges_m.is_empty() && ranges_m.len() != n {
-            return Err(Reason::LengthMismatch { what: "ranges", found: ranges_m.len(), expected: n });
+            return Err(LaneError::Lengths { what: "ranges", found: ranges_m.len(), expected: n });
         }
         let mut uwb = Uwb::new(config)?;
         let mut result = LaneEstimate {
@@ -459,7 +432,7 @@ impl Uwb {
             let range_m = ranges_m.get(i).copied().filter(|r| !r.is_nan());
             let event = uwb
                 .push_with_range(energies[i], range_m, times_s[i], speeds_mps[i])
-                .map_err(|r| Reason::Scan { index: i, reason: Box::new(r) })?;
+                .map_err(|r| LaneError::refused(format!("scan {i}: {r}")))?;
             result.lane_present.push(event.lane_present);
             result.distance_m.push(event.distance_m);
             sort(event, &mut result);

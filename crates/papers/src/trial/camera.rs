@@ -166,7 +166,7 @@ impl View {
         pose: &Pose<Vehicle, World>,
         camera: &Camera,
     ) -> Result<View> {
-        let why = |e: catseye_lane::camera_fusion::Refusal| BadInput::new(e.to_string()).key("camera");
+        let why = |e: catseye_lane::LaneError| BadInput::new(e.to_string()).key("camera");
         camera.validate().map_err(why)?;
         let painted: Vec<[Look; 2]> =
             geometry.materials.iter().map(|m| [look_of(m, false), look_of(m, true)]).collect();
@@ -273,7 +273,7 @@ impl View {
             let noisy = electrons + (electrons + READ_NOISE * READ_NOISE).sqrt() * draws.normal();
             (noisy / FULL_WELL).clamp(0.0, 1.0) as f32
         });
-        let why = |e: catseye_lane::camera_fusion::Refusal| BadInput::new(e.to_string()).key("camera");
+        let why = |e: catseye_lane::LaneError| BadInput::new(e.to_string()).key("camera");
         Ok(Image::new(self.camera.width_px, self.camera.height_px, out.collect()).map_err(why)?)
     }
 

@@ -14,7 +14,7 @@ use catseye::scene::scenario::Scenario;
 use catseye_io::follow::Follower;
 use catseye_lane::camera_fusion::Image;
 use catseye_lane::hd_map::RadarPose;
-use catseye_lane::{LanePoint, LaneTrack, Look, Measured, PulseScan};
+use catseye_lane::{LanePoint, LaneTrack, Measured, PulseScan, SensorInput};
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -192,7 +192,7 @@ impl Pursuit {
     }
 }
 
-/// A [`Look`] that owns what it holds.
+/// A [`SensorInput`] that owns what it holds.
 #[derive(Debug, Clone, Default)]
 pub struct OwnedLook {
     pub time_s: f64,
@@ -207,8 +207,8 @@ pub struct OwnedLook {
 }
 
 impl OwnedLook {
-    pub fn look(&self) -> Look<'_> {
-        Look {
+    pub fn look(&self) -> SensorInput<'_> {
+        SensorInput {
             time_s: self.time_s,
             speed_mps: self.speed_mps,
             yaw_rate_rad_per_s: self.yaw_rate_rad_per_s,

@@ -7,10 +7,9 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{
-    Camera, CameraFusion, FusionOptions, Image, NearSettings, Refusal, Trapezoid, edges, find_near_lane,
-    hough_lines,
+    Camera, CameraFusion, FusionOptions, Image, NearSettings, Trapezoid, edges, find_near_lane, hough_lines,
 };
-use catseye_lane::{LaneEstimator, LaneTrack, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
 use catseye_papers::trial::camera_fusion::{CameraTable, Settings, run};
 use catseye_papers::trial::{Drive, Given};
@@ -32,7 +31,7 @@ fn scenario(road: &str, ahead_m: f64, frames: u32) -> (Scenario, PathBuf) {
 }
 
 /// The picture and the estimator's view of a road model; the true distance of both lines from where they were found, rms.
-fn seen(road: &str, light: &Light) -> Result<(Image, [f64; 2]), Refusal> {
+fn seen(road: &str, light: &Light) -> Result<(Image, [f64; 2]), LaneError> {
     let (scenario, _) = scenario(road, 8.0, 1);
     let site = Site::new(&scenario).unwrap();
     let engine = Engine::open("cpu", Precision::F32).unwrap();
@@ -100,8 +99,8 @@ fn light_blinds_the_camera() {
     let (_, [right, _]) = seen("road_model_straight", &Light::night()).unwrap();
     assert!(right < 0.1, "{right}");
     let dark = Light { lamps: false, ..Light::night() };
-    assert_eq!(seen("road_model_straight", &dark).map(|s| s.1), Err(Refusal::NoLaneLine));
-    assert_eq!(seen("road_model_straight", &Light::fog(6.0)).map(|s| s.1), Err(Refusal::NoLaneLine));
+    assert_eq!(seen("road_model_straight", &dark).map(|s| s.1), Err(LaneError::NoLaneLine));
+    assert_eq!(seen("road_model_straight", &Light::fog(6.0)).map(|s| s.1), Err(LaneError::NoLaneLine));
 }
 
 #[test]
@@ -222,31 +221,36 @@ fn grey(value: f32) -> Image {
 fn hostile_looks() {
     let speed = Some(Measured { value: 10.0, std: 0.1 });
     let mut e = estimator();
-    let none = e.estimate(&Look::default());
-    assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })), "{none:?}");
+    let none = e.estimate(&SensorInput::default());
+    assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })), "{none:?}");
     let track =
         |id, x: f64, y: f64| LaneTrack { id, at_m: [x, y], std_m: [0.1, 0.1], velocity_mps: [10.0, 0.0] };
     let tracks = [track(1, 30.0, 0.0)];
     // Tracks without a speed cannot be brought together; with one there is but one point.
-    let l = Look { time_s: 1.0, tracks: &tracks, ..Look::default() };
-    assert_eq!(e.estimate(&l).no_lane, Some(NoLane::NoSpeed));
-    let l = Look { time_s: 2.0, speed_mps: speed, tracks: &tracks, ..Look::default() };
-    assert!(matches!(e.estimate(&l).no_lane, Some(NoLane::Refused { .. })));
+    let l = SensorInput { time_s: 1.0, tracks: &tracks, ..SensorInput::default() };
+    assert_eq!(e.estimate(&l).no_lane, Some(LaneError::NoSpeed));
+    let l = SensorInput { time_s: 2.0, speed_mps: speed, tracks: &tracks, ..SensorInput::default() };
+    assert!(matches!(e.estimate(&l).no_lane, Some(LaneError::Refused { .. })));
     // Pictures that show nothing, and one of another camera.
     for (k, image) in [grey(0.0), grey(1.0), grey(0.4)].iter().enumerate() {
-        let l = Look { time_s: 3.0 + k as f64, speed_mps: speed, image: Some(image), ..Look::default() };
+        let l = SensorInput {
+            time_s: 3.0 + k as f64,
+            speed_mps: speed,
+            image: Some(image),
+            ..SensorInput::default()
+        };
         let got = e.estimate(&l);
-        let Some(NoLane::Refused { why }) = &got.no_lane else { panic!("{got:?}") };
+        let Some(LaneError::Refused { why }) = &got.no_lane else { panic!("{got:?}") };
         assert!(why.contains(["darkness", "glare", "no visible line"][k]), "{why}");
         assert!(got.lines.is_empty() && got.confidence == 0.0);
     }
     let small = Image::new(20, 20, vec![0.5; 400]).unwrap();
-    let l = Look { time_s: 7.0, speed_mps: speed, image: Some(&small), ..Look::default() };
-    assert!(matches!(e.estimate(&l).no_lane, Some(NoLane::Refused { .. })));
+    let l = SensorInput { time_s: 7.0, speed_mps: speed, image: Some(&small), ..SensorInput::default() };
+    assert!(matches!(e.estimate(&l).no_lane, Some(LaneError::Refused { .. })));
     // Time that is none or runs back.
     for time_s in [f64::NAN, f64::INFINITY, 1.0] {
-        let l = Look { time_s, speed_mps: speed, tracks: &tracks, ..Look::default() };
-        assert!(matches!(e.estimate(&l).no_lane, Some(NoLane::Refused { .. })), "{time_s}");
+        let l = SensorInput { time_s, speed_mps: speed, tracks: &tracks, ..SensorInput::default() };
+        assert!(matches!(e.estimate(&l).no_lane, Some(LaneError::Refused { .. })), "{time_s}");
     }
     // Tracks that are no numbers, stand in one place, drive behind, or come nearer: no lane is made of them.
     let mut e = estimator();
@@ -262,7 +266,13 @@ fn hostile_looks() {
         ];
         for speed in [0.0, f64::NAN, 1e9] {
             let m = Some(Measured { value: speed, std: 0.0 });
-            let l = Look { time_s: t, speed_mps: m, yaw_rate_rad_per_s: m, tracks: &bad, ..Look::default() };
+            let l = SensorInput {
+                time_s: t,
+                speed_mps: m,
+                yaw_rate_rad_per_s: m,
+                tracks: &bad,
+                ..SensorInput::default()
+            };
             let got = e.estimate(&l);
             assert!(got.no_lane.is_some() && got.lines.is_empty(), "{got:?}");
         }
@@ -280,12 +290,12 @@ fn tracks_alone_give_a_lane() {
         let at =
             |id, x: f64, y: f64| LaneTrack { id, at_m: [x, y], std_m: [0.1, 0.1], velocity_mps: [15.0, 0.0] };
         let tracks = [at(1, 30.0 + 5.0 * t, 0.3), at(2, 25.0 + 5.0 * t, 3.8)];
-        let l = Look {
+        let l = SensorInput {
             time_s: t,
             speed_mps: Some(Measured { value: 10.0, std: 0.1 }),
             yaw_rate_rad_per_s: Some(Measured { value: 0.0, std: 0.01 }),
             tracks: &tracks,
-            ..Look::default()
+            ..SensorInput::default()
         };
         last = Some(e.estimate(&l));
     }

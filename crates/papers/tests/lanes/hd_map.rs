@@ -10,7 +10,7 @@ use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
 use catseye_lane::hd_map::of_road::{self, Stripes};
 use catseye_lane::hd_map::{self, HdMap, RadarPose, Wgs84, file};
 use catseye_lane::score::score;
-use catseye_lane::{LaneEstimator, LaneTrack, Look, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LaneTrack, SensorInput};
 use catseye_papers::trial::drive::true_lanes;
 use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings, run};
 use catseye_papers::trial::{Given, Trial, drive::Level};
@@ -110,7 +110,7 @@ fn maps_of_roads_are_those_roads() {
         let (map, truth) = map(road, 25.0, 0.0);
         let mut lanes = MapLanes::new(map, Options::default()).unwrap();
         let place = RadarPose::within(&anchor(), at, 0.1);
-        let look = Look { place, ..Look::default() };
+        let look = SensorInput { place, ..SensorInput::default() };
         let mut draws = Draws::new(5, 1);
         let (mut right, mut all, mut kinds) = (0, 0, Vec::new());
         while all < 1500 {
@@ -163,7 +163,7 @@ fn the_own_lane_comes_from_the_map() {
             let level = Level { at_m, heading_rad, speed_mps: 20.0, yaw_rate_rad_per_s: 0.0 };
             let radar = level.to_world(DVec2::new(3.6, 0.3)).extend(0.5);
             let place = RadarPose::within(&anchor(), radar, heading_rad + 0.2);
-            let e = lanes.estimate(&Look { place, ..Look::default() });
+            let e = lanes.estimate(&SensorInput { place, ..SensorInput::default() });
             assert_eq!((e.lane_number, &e.no_lane), (Some(number), &None), "{number} {i}");
             let t = true_lanes(&truth, &level, [3.0, 60.0]);
             let s = score(&e, &t);
@@ -187,9 +187,9 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
         e.no_lane.clone().unwrap()
     };
     // Nothing at all.
-    let e = lanes.estimate(&Look::default());
-    assert!(matches!(refused(&e), NoLane::NotGiven { .. }));
-    assert!(lanes.targets(&Look::default()).is_err());
+    let e = lanes.estimate(&SensorInput::default());
+    assert!(matches!(refused(&e), LaneError::NotGiven { .. }));
+    assert!(lanes.targets(&SensorInput::default()).is_err());
     // A place that is none, one far from the map, one beside the road, one on the median.
     let good = RadarPose::within(&anchor(), DVec3::new(100.0, -6.6, 0.5), 0.0).unwrap();
     let nowhere = [
@@ -201,8 +201,8 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
         RadarPose::within(&anchor(), DVec3::new(100.0, 0.4, 0.5), 0.0).unwrap(),
     ];
     for place in nowhere {
-        let e = lanes.estimate(&Look { place: Some(place), time_s: 2.0, ..Look::default() });
-        assert!(matches!(refused(&e), NoLane::Refused { .. }), "{place:?}");
+        let e = lanes.estimate(&SensorInput { place: Some(place), time_s: 2.0, ..SensorInput::default() });
+        assert!(matches!(refused(&e), LaneError::Refused { .. }), "{place:?}");
     }
     // Tracks that are no numbers, behind, far beside, with no or a senseless velocity: one answer each, no panic.
     let nan = f64::NAN;
@@ -218,7 +218,7 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
         LaneTrack { std_m: [nan, 0.3], ..track([50.0, 0.0], [20.0, 0.0]) },
         LaneTrack { std_m: [-1.0, 0.0], ..track([50.0, 0.0], [20.0, 0.0]) },
     ];
-    let look = Look { place: Some(good), tracks: &tracks, ..Look::default() };
+    let look = SensorInput { place: Some(good), tracks: &tracks, ..SensorInput::default() };
     let given = lanes.targets(&look).unwrap();
     let numbers: Vec<Option<i32>> = given.iter().map(|a| a.number()).collect();
     assert_eq!(given.len(), tracks.len());
@@ -242,7 +242,7 @@ fn looks_that_hold_nothing_or_nonsense_give_no_lane() {
     }
     // No reach, no lines; but no lane either.
     let mut short = MapLanes::new(map, Options { reach_m: 0.0, ..Options::default() }).unwrap();
-    assert!(matches!(refused(&short.estimate(&look)), NoLane::Refused { .. }));
+    assert!(matches!(refused(&short.estimate(&look)), LaneError::Refused { .. }));
 }
 
 #[test]

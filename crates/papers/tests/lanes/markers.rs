@@ -3,7 +3,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::markers::{Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -114,37 +114,37 @@ fn rows(from_m: f64) -> Vec<LanePoint> {
     (0..10).flat_map(|k| [point(at(k), 1.5), point(at(k), -1.5)]).collect()
 }
 
-fn look(points: &[LanePoint], time_s: f64) -> Look<'_> {
+fn look(points: &[LanePoint], time_s: f64) -> SensorInput<'_> {
     let speed_mps = Some(Measured { value: 10.0, std: 0.05 });
-    Look { time_s, speed_mps, points, ..Look::default() }
+    SensorInput { time_s, speed_mps, points, ..SensorInput::default() }
 }
 
 #[test]
 fn hostile_looks_have_a_reason_and_no_lane() {
     let fresh = || Markers::new(MarkersOptions::default());
-    let why = |l: &Look<'_>| {
+    let why = |l: &SensorInput<'_>| {
         let e = fresh().estimate(l);
         assert!(e.no_lane.is_none() != e.lines.is_empty());
         e.no_lane
     };
-    assert_eq!(why(&Look::default()), Some(NoLane::Empty));
+    assert_eq!(why(&SensorInput::default()), Some(LaneError::Empty));
     let one = point(10.0, 1.5);
-    assert_eq!(why(&look(&[one], 0.0)), Some(NoLane::NoPattern { at_rest: 1 }));
+    assert_eq!(why(&look(&[one], 0.0)), Some(LaneError::NoPattern { at_rest: 1 }));
     let nan = LanePoint { at_m: [f64::NAN, 0.0], range_rate_mps: f64::INFINITY, ..one };
-    assert_eq!(why(&look(&[nan; 9], 0.0)), Some(NoLane::NotFinite { points: 9 }));
-    assert!(why(&Look { speed_mps: None, ..look(&[one, one], 0.0) }).is_some());
+    assert_eq!(why(&look(&[nan; 9], 0.0)), Some(LaneError::NotFinite { points: 9 }));
+    assert!(why(&SensorInput { speed_mps: None, ..look(&[one, one], 0.0) }).is_some());
     // No numbers among the sound ones do no harm.
     let mut some = rows(6.0);
     some.extend([nan; 5]);
     assert_eq!(why(&look(&some, 0.0)), None);
     // A speed that is no number is as good as none.
     let speed_mps = Some(Measured { value: f64::NAN, std: 1.0 });
-    assert_eq!(why(&Look { speed_mps, ..look(&rows(6.0), 0.0) }), None);
+    assert_eq!(why(&SensorInput { speed_mps, ..look(&rows(6.0), 0.0) }), None);
     // Standing still, and behind.
     let still: Vec<LanePoint> =
         rows(6.0).into_iter().map(|p| LanePoint { range_rate_mps: 0.0, ..p }).collect();
     let speed_mps = Some(Measured { value: 0.0, std: 0.01 });
-    assert_eq!(why(&Look { speed_mps, ..look(&still, 0.0) }), None);
+    assert_eq!(why(&SensorInput { speed_mps, ..look(&still, 0.0) }), None);
     fresh().estimate(&look(&rows(-40.0), 0.0));
     // A crowd, all of one place, and rubbish in every field.
     assert!(why(&look(&vec![one; 400], 0.0)).is_some());
@@ -153,7 +153,7 @@ fn hostile_looks_have_a_reason_and_no_lane() {
     // Without a pattern to look for.
     let none = Markers::new(MarkersOptions { patterns: Vec::new(), ..MarkersOptions::default() })
         .estimate(&look(&rows(6.0), 0.0));
-    assert!(matches!(none.no_lane, Some(NoLane::NotGiven { .. })));
+    assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })));
 }
 
 /// Lines go on for a while when a look fails, and not for long; time that runs back starts anew.

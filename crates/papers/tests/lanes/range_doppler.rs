@@ -5,7 +5,7 @@ use catseye::error::Error;
 use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::range_doppler::{Case, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -199,7 +199,8 @@ fn looks_that_follow_each_other_keep_the_lane() {
         let t = 0.1 * f64::from(i);
         let (offset, heading) = (-0.5 + 0.6 * t, 0.06);
         let cloud = points(20.0 + t * 10.0, offset, heading, spacings, i);
-        let look = Look { time_s: t, speed_mps: known(10.0), points: &cloud, ..Look::default() };
+        let look =
+            SensorInput { time_s: t, speed_mps: known(10.0), points: &cloud, ..SensorInput::default() };
         let found = lane.look(&look);
         let l = found.lane.unwrap_or_else(|| panic!("look {i}: {:?}", found.estimate.no_lane));
         assert!(!found.mirror && l.sign == Sign::Known, "look {i}");
@@ -216,7 +217,7 @@ fn looks_that_follow_each_other_keep_the_lane() {
     assert!(chi2 / 16.0 < 3.0, "{chi2}");
     // A lane that jumps is found again by itself.
     let cloud = points(40.0, 1.2, -0.2, spacings, 99);
-    let look = Look { time_s: 1.7, speed_mps: known(10.0), points: &cloud, ..Look::default() };
+    let look = SensorInput { time_s: 1.7, speed_mps: known(10.0), points: &cloud, ..SensorInput::default() };
     let l = lane.look(&look).lane.expect("a lane");
     assert!((l.offset_m.value - 1.2).abs() < 0.2 && (l.heading_rad.value + 0.2).abs() < 0.03, "{l:?}");
 }
@@ -233,11 +234,11 @@ fn a_radar_ahead_of_the_axle_tells_the_place_of_the_axle() {
         p.range_rate_mps *= speed / 10.0;
     }
     let options = Options { radar_at_m: [lever, 0.0], ..Options::default() };
-    let look = Look {
+    let look = SensorInput {
         speed_mps: known(10.0),
         yaw_rate_rad_per_s: Some(Measured { value: yaw, std: 0.001 }),
         points: &cloud,
-        ..Look::default()
+        ..SensorInput::default()
     };
     let e = RangeDopplerLane::new(options).unwrap().estimate(&look);
     let (h, o) = (e.heading_rad.unwrap(), e.offset_m.unwrap());
@@ -254,46 +255,50 @@ fn hostile_looks_are_refused_with_their_reason() {
     let mut lane = RangeDopplerLane::new(Options::default()).unwrap();
     let cloud = points(20.0, 0.3, 0.0, [1.5, 2.0], 1);
     let mut why = |points: &[LanePoint], speed_mps: Option<Measured>| {
-        let e = lane.estimate(&Look { speed_mps, points, ..Look::default() });
+        let e = lane.estimate(&SensorInput { speed_mps, points, ..SensorInput::default() });
         assert!(e.lines.is_empty() && e.offset_m.is_none() && e.confidence == 0.0, "{e:?}");
         e.no_lane.expect("no lane")
     };
-    assert_eq!(why(&[], known(10.0)), NoLane::Empty);
+    assert_eq!(why(&[], known(10.0)), LaneError::Empty);
     let nan: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_m: f64::NAN, ..*p }).collect();
-    assert_eq!(why(&nan, known(10.0)), NoLane::NotFinite { points: cloud.len() });
+    assert_eq!(why(&nan, known(10.0)), LaneError::NotFinite { points: cloud.len() });
     let unsure: Vec<LanePoint> =
         cloud.iter().map(|p| LanePoint { range_rate_std_mps: f64::INFINITY, ..*p }).collect();
-    assert!(matches!(why(&unsure, known(10.0)), NoLane::NotFinite { .. }));
-    assert!(matches!(why(&cloud[..1], known(10.0)), NoLane::NoPattern { .. }));
-    assert_eq!(why(&cloud, known(0.0)), NoLane::NothingAtRest);
-    assert_eq!(why(&cloud, known(-10.0)), NoLane::NothingAtRest);
+    assert!(matches!(why(&unsure, known(10.0)), LaneError::NotFinite { .. }));
+    assert!(matches!(why(&cloud[..1], known(10.0)), LaneError::NoPattern { .. }));
+    assert_eq!(why(&cloud, known(0.0)), LaneError::NothingAtRest);
+    assert_eq!(why(&cloud, known(-10.0)), LaneError::NothingAtRest);
     let still: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_rate_mps: 0.0, ..*p }).collect();
-    assert!(matches!(why(&still, known(0.0)), NoLane::Refused { .. }));
+    assert!(matches!(why(&still, known(0.0)), LaneError::Refused { .. }));
     let behind: Vec<LanePoint> =
         cloud.iter().map(|p| LanePoint { range_rate_mps: -p.range_rate_mps, ..*p }).collect();
-    assert_eq!(why(&behind, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&behind, known(10.0)), LaneError::NothingAtRest);
     let far: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { range_m: 500.0, ..*p }).collect();
-    assert_eq!(why(&far, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&far, known(10.0)), LaneError::NothingAtRest);
     let weak: Vec<LanePoint> = cloud.iter().map(|p| LanePoint { snr_db: -3.0, ..*p }).collect();
-    assert_eq!(why(&weak, known(10.0)), NoLane::NothingAtRest);
+    assert_eq!(why(&weak, known(10.0)), LaneError::NothingAtRest);
     // The ground at rest all over the map, and one thing over and over, are no rows.
     let mut d = Draws::new(1, 5);
     let clutter: Vec<LanePoint> =
         (0..60).map(|_| point(2.0 + 38.0 * d.uniform(), -10.0 * d.uniform())).collect();
-    assert!(matches!(why(&clutter, known(10.0)), NoLane::NoPattern { .. }));
+    assert!(matches!(why(&clutter, known(10.0)), LaneError::NoPattern { .. }));
     // Without a speed from anywhere.
     let silent = Options { speed_from_map: false, ..Options::default() };
     let mut lane = RangeDopplerLane::new(silent).unwrap();
     for speed_mps in [None, Some(Measured { value: f64::NAN, std: 0.1 })] {
-        let e = lane.estimate(&Look { speed_mps, points: &cloud, ..Look::default() });
-        assert_eq!(e.no_lane, Some(NoLane::NoSpeed));
+        let e = lane.estimate(&SensorInput { speed_mps, points: &cloud, ..SensorInput::default() });
+        assert_eq!(e.no_lane, Some(LaneError::NoSpeed));
     }
     // One point over and over: whatever comes, no panic.
     let same = vec![point(10.0, -9.0); 40];
-    let _ = lane.estimate(&Look { speed_mps: known(10.0), points: &same, ..Look::default() });
-    let e =
-        lane.estimate(&Look { time_s: f64::NAN, speed_mps: known(10.0), points: &cloud, ..Look::default() });
-    assert!(matches!(e.no_lane, Some(NoLane::NotGiven { .. })));
+    let _ = lane.estimate(&SensorInput { speed_mps: known(10.0), points: &same, ..SensorInput::default() });
+    let e = lane.estimate(&SensorInput {
+        time_s: f64::NAN,
+        speed_mps: known(10.0),
+        points: &cloud,
+        ..SensorInput::default()
+    });
+    assert!(matches!(e.no_lane, Some(LaneError::NotGiven { .. })));
     let bad = Options {
         lane: LaneSettings { lane_width_m: -1.0, ..LaneSettings::default() },
         ..Options::default()
@@ -307,7 +312,7 @@ fn hostile_looks_are_refused_with_their_reason() {
 fn the_map_gives_the_speed_where_the_bus_is_silent() {
     let cloud = points(20.0, -0.4, 0.1, [1.5, 2.0], 2);
     let mut lane = RangeDopplerLane::new(Options::default()).unwrap();
-    let l = lane.look(&Look { points: &cloud, ..Look::default() }).lane.expect("a lane");
+    let l = lane.look(&SensorInput { points: &cloud, ..SensorInput::default() }).lane.expect("a lane");
     assert!((l.speed_mps.value - 10.0).abs() < 0.1, "{:?}", l.speed_mps);
     assert!((l.offset_m.value + 0.4).abs() < 0.15 && (l.heading_rad.value - 0.1).abs() < 0.02, "{l:?}");
 }

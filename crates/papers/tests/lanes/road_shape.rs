@@ -5,7 +5,7 @@ use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::road_shape::{Settings, Task, run, subspace_seconds};
 use catseye_papers::trial::{Given, Trial};
 use std::path::{Path, PathBuf};
@@ -201,9 +201,9 @@ fn at_rest(x: f64, y: f64) -> LanePoint {
     }
 }
 
-fn look(points: &[LanePoint], time_s: f64, speed_mps: f64) -> Look<'_> {
+fn look(points: &[LanePoint], time_s: f64, speed_mps: f64) -> SensorInput<'_> {
     let speed_mps = Some(Measured { value: speed_mps, std: 0.1 });
-    Look { time_s, speed_mps, points, ..Look::default() }
+    SensorInput { time_s, speed_mps, points, ..SensorInput::default() }
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn points_of_any_source_give_the_curve() {
         .collect();
     let mut e = estimator();
     let mut last = e.estimate(&look(&points, 0.0, 20.0));
-    assert!(matches!(last.no_lane, Some(NoLane::Refused { .. })), "{last:?}");
+    assert!(matches!(last.no_lane, Some(LaneError::Refused { .. })), "{last:?}");
     for k in 1..6 {
         last = e.estimate(&look(&points, 0.1 * f64::from(k), 20.0));
     }
@@ -231,42 +231,42 @@ fn points_of_any_source_give_the_curve() {
     let next = e.estimate(&look(&car, 0.7, 20.0));
     assert!(next.lines.len() == 1 && next.confidence < last.confidence, "{next:?}");
     let gone = e.estimate(&look(&car, 6.0, 20.0));
-    assert_eq!(gone.no_lane, Some(NoLane::NothingAtRest));
+    assert_eq!(gone.no_lane, Some(LaneError::NothingAtRest));
 }
 
 #[test]
 fn nothing_is_invented() {
     let rail: Vec<LanePoint> = (0..15).map(|i| at_rest(8.0 + 4.0 * f64::from(i), -5.0)).collect();
-    let no_lane = |points: &[LanePoint], look: Look<'_>| {
+    let no_lane = |points: &[LanePoint], look: SensorInput<'_>| {
         let mut e = estimator();
         let mut last = None;
         for k in 0..5 {
-            let found = e.estimate(&Look { points, time_s: look.time_s + 0.1 * f64::from(k), ..look });
+            let found = e.estimate(&SensorInput { points, time_s: look.time_s + 0.1 * f64::from(k), ..look });
             assert!(found.lines.is_empty() && found.confidence == 0.0, "{found:?}");
             last = found.no_lane;
         }
         last.expect("a reason")
     };
     let at = |v: f64| look(&[], 0.0, v);
-    assert_eq!(no_lane(&[], at(20.0)), NoLane::Empty);
+    assert_eq!(no_lane(&[], at(20.0)), LaneError::Empty);
     let nan = LanePoint { at_m: [f64::NAN, 1.0], ..rail[0] };
-    assert_eq!(no_lane(&[nan; 20], at(20.0)), NoLane::NotFinite { points: 20 });
-    assert_eq!(no_lane(&rail, Look::default()), NoLane::NoSpeed);
-    assert_eq!(no_lane(&rail, at(f64::NAN)), NoLane::NoSpeed);
-    assert!(matches!(no_lane(&rail[..1], at(20.0)), NoLane::Refused { .. }));
+    assert_eq!(no_lane(&[nan; 20], at(20.0)), LaneError::NotFinite { points: 20 });
+    assert_eq!(no_lane(&rail, SensorInput::default()), LaneError::NoSpeed);
+    assert_eq!(no_lane(&rail, at(f64::NAN)), LaneError::NoSpeed);
+    assert!(matches!(no_lane(&rail[..1], at(20.0)), LaneError::Refused { .. }));
     // At rest all of it moves.
-    assert_eq!(no_lane(&rail, at(0.0)), NoLane::NothingAtRest);
+    assert_eq!(no_lane(&rail, at(0.0)), LaneError::NothingAtRest);
     let behind: Vec<LanePoint> = (0..15).map(|i| at_rest(-8.0 - 4.0 * f64::from(i), -5.0)).collect();
-    assert!(matches!(no_lane(&behind, at(20.0)), NoLane::Refused { .. }));
+    assert!(matches!(no_lane(&behind, at(20.0)), LaneError::Refused { .. }));
     let one_place = vec![at_rest(30.0, -5.0); 30];
-    assert!(matches!(no_lane(&one_place, at(20.0)), NoLane::Refused { .. }));
+    assert!(matches!(no_lane(&one_place, at(20.0)), LaneError::Refused { .. }));
     let wrong: Vec<LanePoint> = rail.iter().map(|p| LanePoint { std_m: [-1.0, 0.1], ..*p }).collect();
-    assert_eq!(no_lane(&wrong, at(20.0)), NoLane::NothingAtRest);
+    assert_eq!(no_lane(&wrong, at(20.0)), LaneError::NothingAtRest);
     // A look from the past, and a time that is none.
     let mut e = estimator();
     e.estimate(&look(&rail, 5.0, 20.0));
-    assert!(matches!(e.estimate(&look(&rail, 4.0, 20.0)).no_lane, Some(NoLane::Refused { .. })));
-    assert!(matches!(e.estimate(&look(&rail, f64::NAN, 20.0)).no_lane, Some(NoLane::Refused { .. })));
+    assert!(matches!(e.estimate(&look(&rail, 4.0, 20.0)).no_lane, Some(LaneError::Refused { .. })));
+    assert!(matches!(e.estimate(&look(&rail, f64::NAN, 20.0)).no_lane, Some(LaneError::Refused { .. })));
     // The vehicle stands, and a wall stands beside it: that is an edge.
     let still: Vec<LanePoint> = rail.iter().map(|p| LanePoint { range_rate_mps: 0.0, ..*p }).collect();
     let mut e = estimator();

@@ -4,11 +4,11 @@ use catseye::engine::{Engine, Precision};
 use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::curve::Clothoid;
+use catseye_lane::signature::codewords::{Alphabet, Code, Zone};
 use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureOptions, scan_point};
 use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
-use catseye_lane::signature::words::{Alphabet, Code, Zone};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings, run};
 use catseye_papers::trial::{Given, Trial};
 use glam::DVec2;
@@ -204,8 +204,13 @@ fn estimator() -> Signature {
     Signature::new(map, lanes, options).unwrap()
 }
 
-fn look(points: &[LanePoint], time_s: f64) -> Look<'_> {
-    Look { time_s, speed_mps: Some(Measured { value: 5.0, std: 0.05 }), points, ..Look::default() }
+fn look(points: &[LanePoint], time_s: f64) -> SensorInput<'_> {
+    SensorInput {
+        time_s,
+        speed_mps: Some(Measured { value: 5.0, std: 0.05 }),
+        points,
+        ..SensorInput::default()
+    }
 }
 
 #[test]
@@ -220,7 +225,7 @@ fn an_estimator_tracks_and_finds_itself_again() {
         let empty = i == 2 || i == 3;
         let answer = e.estimate(&look(if empty { &[] } else { &points }, time_s));
         if empty {
-            assert_eq!(answer.no_lane, Some(NoLane::Empty));
+            assert_eq!(answer.no_lane, Some(LaneError::Empty));
             assert!(e.place().is_none());
             continue;
         }
@@ -258,35 +263,35 @@ fn hostile_looks_give_no_lane() {
         assert!(answer.lines.is_empty() && answer.confidence == 0.0, "{answer:?}");
         answer.no_lane.unwrap()
     };
-    assert_eq!(none(&[]), NoLane::Empty);
+    assert_eq!(none(&[]), LaneError::Empty);
     let n = good.len();
-    assert_eq!(none(&spoilt(&|p| p.azimuth_rad = f64::NAN)), NoLane::NotFinite { points: n });
-    assert_eq!(none(&spoilt(&|p| p.range_m = f64::INFINITY)), NoLane::NotFinite { points: n });
-    assert_eq!(none(&spoilt(&|p| p.range_rate_mps = 4.0)), NoLane::NothingAtRest);
-    assert!(matches!(none(&good[..1]), NoLane::Refused { .. }));
+    assert_eq!(none(&spoilt(&|p| p.azimuth_rad = f64::NAN)), LaneError::NotFinite { points: n });
+    assert_eq!(none(&spoilt(&|p| p.range_m = f64::INFINITY)), LaneError::NotFinite { points: n });
+    assert_eq!(none(&spoilt(&|p| p.range_rate_mps = 4.0)), LaneError::NothingAtRest);
+    assert!(matches!(none(&good[..1]), LaneError::Refused { .. }));
     // Behind the radar.
     let behind = spoilt(&|p| {
         p.azimuth_rad = std::f64::consts::PI - p.azimuth_rad;
         p.range_rate_mps = -p.range_rate_mps;
     });
-    assert!(matches!(none(&behind), NoLane::Refused { .. }));
+    assert!(matches!(none(&behind), LaneError::Refused { .. }));
     // No markers: points anywhere.
     let anywhere = spoilt(&|p| {
         p.range_m = 5.0 + (p.range_m * 7.3) % 30.0;
         p.azimuth_rad = (p.azimuth_rad * 91.7).sin();
         p.range_rate_mps = -5.0 * p.azimuth_rad.cos();
     });
-    assert!(matches!(none(&anywhere), NoLane::Refused { .. }));
+    assert!(matches!(none(&anywhere), LaneError::Refused { .. }));
     // A map that does not cover the radar, then none at all.
     let mut d = Draws::new(9, 2);
     let mut e = estimator();
     let far: Vec<LanePoint> = (0..30)
         .map(|i| seen(DVec2::new(8.0 + f64::from(i), [-4.0, 3.1, 5.5][i as usize % 3]), RADAR, 5.0, &mut d))
         .collect();
-    assert!(matches!(e.estimate(&look(&far, 0.0)).no_lane, Some(NoLane::Refused { .. })));
+    assert!(matches!(e.estimate(&look(&far, 0.0)).no_lane, Some(LaneError::Refused { .. })));
     let empty = SignatureMap::new(MapSettings::default()).unwrap();
     let mut e = Signature::new(empty, MapLanes::default(), SignatureOptions::default()).unwrap();
-    assert!(matches!(e.estimate(&look(&good, 0.0)).no_lane, Some(NoLane::NotGiven { .. })));
+    assert!(matches!(e.estimate(&look(&good, 0.0)).no_lane, Some(LaneError::NotGiven { .. })));
     // Times that are none, or go back.
     let mut e = estimator();
     for t in [0.0, f64::NAN, -5.0, f64::INFINITY, 1e300] {
@@ -298,14 +303,15 @@ fn hostile_looks_give_no_lane() {
 fn the_speed_may_be_missing_or_zero() {
     let mut d = Draws::new(10, 1);
     let good = scan(DVec2::new(20.0, 0.2), 5.0, &mut d);
-    let missing = Look { speed_mps: None, ..look(&good, 0.0) };
+    let missing = SensorInput { speed_mps: None, ..look(&good, 0.0) };
     assert!((estimator().estimate(&missing).offset_m.unwrap().value - 0.2).abs() < 0.1);
     let still = scan(DVec2::new(20.0, 0.2), 0.0, &mut d);
     let speed_mps = Some(Measured { value: 0.0, std: 0.01 });
-    let answer = estimator().estimate(&Look { speed_mps, ..look(&still, 0.0) });
+    let answer = estimator().estimate(&SensorInput { speed_mps, ..look(&still, 0.0) });
     assert!((answer.offset_m.unwrap().value - 0.2).abs() < 0.1, "{answer:?}");
-    let nan = Look { speed_mps: Some(Measured { value: f64::NAN, std: 0.1 }), ..look(&good[..1], 0.0) };
-    assert_eq!(estimator().estimate(&nan).no_lane, Some(NoLane::NoSpeed));
+    let nan =
+        SensorInput { speed_mps: Some(Measured { value: f64::NAN, std: 0.1 }), ..look(&good[..1], 0.0) };
+    assert_eq!(estimator().estimate(&nan).no_lane, Some(LaneError::NoSpeed));
 }
 
 /// A word in the gaps of a row on the right while the vehicle passes, swaying, with markers missing and points too many.

@@ -6,9 +6,9 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::uwb::{
     Background, Centre, EventKind, OffsetSource, RangeAxis, RangeGate, Side, Threshold, Uwb, UwbConfig,
-    UwbLanes, UwbOptions, UwbPairLanes,
+    UwbLanes, UwbOptions,
 };
-use catseye_lane::{LaneEstimate, LaneEstimator, Look, Measured, NoLane};
+use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Measured, SensorInput};
 use catseye_papers::trial::uwb::Settings;
 use catseye_papers::trial::{Drive, Given, Trial, uwb};
 use std::f64::consts::TAU;
@@ -34,7 +34,7 @@ fn scan(echoes: &[(f64, f64)]) -> Vec<f64> {
 
 fn options(side: Side) -> UwbOptions {
     let gate = RangeGate::new(HEIGHT_M, 3.2).unwrap();
-    let bare = gate.echo_real(&scan(&[(0.1, 2.5)]), &axis()).unwrap().energy;
+    let bare = gate.echo(&scan(&[(0.1, 2.5)]), &axis()).unwrap().energy;
     let threshold = Threshold::maximum(&[bare, 1.5 * bare]).unwrap();
     let config = UwbConfig {
         offset: OffsetSource::Range { height_m: HEIGHT_M },
@@ -62,9 +62,9 @@ fn road_scan(way_m: f64, lateral_m: f64, end_m: f64) -> Vec<f64> {
     }
 }
 
-fn look(index: usize, pulse: &[f64]) -> Look<'_> {
+fn look(index: usize, pulse: &[f64]) -> SensorInput<'_> {
     let speed_mps = Some(Measured { value: SPEED_MPS, std: 0.1 });
-    Look { time_s: index as f64 * INTERVAL_S, speed_mps, pulse: Some(pulse), ..Look::default() }
+    SensorInput { time_s: index as f64 * INTERVAL_S, speed_mps, pulse: Some(pulse), ..SensorInput::default() }
 }
 
 fn way_m(index: usize) -> f64 {
@@ -124,12 +124,12 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
     (nan[7], nan[8]) = (f64::NAN, f64::INFINITY);
     huge[150] = 1e200;
     let at = |pulse| look(60, pulse);
-    let with = |speed_mps: Option<f64>| Look {
+    let with = |speed_mps: Option<f64>| SensorInput {
         speed_mps: speed_mps.map(|value| Measured { value, std: 0.1 }),
         ..look(60, &good)
     };
-    let looks: Vec<(Look<'_>, &str)> = vec![
-        (Look { pulse: None, ..at(&good) }, "a scan of an impulse radar"),
+    let looks: Vec<(SensorInput<'_>, &str)> = vec![
+        (SensorInput { pulse: None, ..at(&good) }, "a scan of an impulse radar"),
         (at(&[]), "no points"),
         (at(&good[..1]), "do not cover the gate"),
         (at(&good[..100]), "do not cover the gate"),
@@ -139,8 +139,8 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
         (with(Some(f64::NAN)), "speed is not a finite number"),
         (with(Some(-3.0)), "speed is -3"),
         (with(Some(1e300)), "up to 150 m/s"),
-        (Look { time_s: 1.0, ..at(&good) }, "scan time is 1"),
-        (Look { time_s: f64::NAN, ..at(&good) }, "scan time"),
+        (SensorInput { time_s: 1.0, ..at(&good) }, "scan time is 1"),
+        (SensorInput { time_s: f64::NAN, ..at(&good) }, "scan time"),
     ];
     for (look, part) in looks {
         let e = uwb.estimate(&look);
@@ -153,7 +153,7 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
     for i in 0..400 {
         let pulse = road_scan(3.0, 0.4, 100.0);
         let speed_mps = Some(Measured { value: 0.0, std: 0.0 });
-        let e = uwb.estimate(&Look { speed_mps, ..look(i, &pulse) });
+        let e = uwb.estimate(&SensorInput { speed_mps, ..look(i, &pulse) });
         assert!(e.no_lane.is_some());
     }
     // One scan is no lane.
@@ -168,7 +168,7 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
 
 #[test]
 fn two_radars_give_offset_and_width() {
-    let mut pair = UwbPairLanes::new(options(Side::Left), options(Side::Right)).unwrap();
+    let mut pair = UwbLanes::pair(options(Side::Left), options(Side::Right)).unwrap();
     let mut last = None;
     for i in 0..100 {
         // The left line is 0.7 m from the left radar, the right one 0.4 m from the right one.
@@ -183,7 +183,7 @@ fn two_radars_give_offset_and_width() {
     // An odd number of samples is not two scans.
     let odd = [0.0; 601];
     assert!(why(&pair.estimate(&look(200, &odd))).contains("are not two scans"));
-    let swapped = UwbPairLanes::new(options(Side::Right), options(Side::Left));
+    let swapped = UwbLanes::pair(options(Side::Right), options(Side::Left));
     assert!(swapped.is_err(), "the right radar stands left of the left one");
 }
 
@@ -332,7 +332,7 @@ fn leaving_the_lane_is_told_and_a_bare_road_has_none() {
     assert_eq!(value(&trial, "settings' rule: warnings where a plate was due, a run"), Some(0.0));
     let last = &trial.steps.last().unwrap().estimate;
     assert!(
-        matches!(&last.no_lane, Some(NoLane::Refused { why }) if why.contains("did not come")),
+        matches!(&last.no_lane, Some(LaneError::Refused { why }) if why.contains("did not come")),
         "{last:?}"
     );
 
@@ -403,7 +403,7 @@ fn a_plate_has_side_lobes_where_a_strip_has_them() {
         let radar = Scenario::load(&dir.join("s.toml")).unwrap().radars[0].clone();
         let axis = RangeAxis::from_time(radar.adc_start_s, radar.sample_rate_hz).unwrap();
         let rest = b.taken_from(&pulse(true, lateral_m)).unwrap();
-        10.0 * gate.echo_real(&rest, &axis).unwrap().energy.log10()
+        10.0 * gate.echo(&rest, &axis).unwrap().energy.log10()
     };
     let [null, lobe, second_null, second] = [0.152, 0.228, 0.310, 0.392].map(echo);
     std::fs::remove_dir_all(&dir).unwrap();

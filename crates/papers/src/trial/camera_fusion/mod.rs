@@ -23,7 +23,7 @@ use catseye_lane::camera_fusion::{
     generate_bends,
 };
 use catseye_lane::score::score;
-use catseye_lane::{LaneEstimator, Look, Measured};
+use catseye_lane::{LaneEstimator, Measured, SensorInput};
 use glam::{DVec2, DVec3};
 use judge::Judged;
 pub(super) use rival::rivals;
@@ -262,7 +262,7 @@ impl Settings {
     }
 
     fn made(&self, options: FusionOptions) -> Result<CameraFusion> {
-        let bad = |e: catseye_lane::camera_fusion::Refusal| -> Error {
+        let bad = |e: catseye_lane::LaneError| -> Error {
             let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
             BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
         };
@@ -397,14 +397,14 @@ fn one_run(
         let speed = bus.read(level.speed_mps);
         let yaw_rate = Measured { value: level.yaw_rate_rad_per_s + yaw_std * gyro.normal(), std: yaw_std };
         let tracks = pursuit.step(&scenario, drive.radar(which), f, &seen, (speed, yaw_rate))?;
-        let look = Look {
+        let look = SensorInput {
             time_s,
             speed_mps: Some(speed),
             yaw_rate_rad_per_s: Some(yaw_rate),
             tracks: &tracks,
-            ..Look::default()
+            ..SensorInput::default()
         };
-        let alone = Look { tracks: &[], ..look };
+        let alone = SensorInput { tracks: &[], ..look };
         if !looks.contains(&f) {
             for (e, c) in estimators.iter_mut().zip(&*courses) {
                 // Nothing of it can be wrong here: times rise and the speed is known.
@@ -429,8 +429,8 @@ fn one_run(
         for (e, c) in estimators.iter_mut().zip(courses.iter_mut()) {
             let Some((_, image)) = images.iter().find(|i| i.0 == c.condition) else { continue };
             let look = match c.sensors {
-                Sensors::CameraAlone => Look { image: Some(image), ..alone },
-                Sensors::Both => Look { image: Some(image), ..look },
+                Sensors::CameraAlone => SensorInput { image: Some(image), ..alone },
+                Sensors::Both => SensorInput { image: Some(image), ..look },
                 Sensors::RadarAlone => look,
             };
             let begin = Instant::now();

@@ -382,12 +382,12 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                         follower.step(&seen, drive.radar(which), &level, speed.value, settings, time_s)?;
                     let pose = place(settings, &level, radar, survey)
                         .ok_or_else(|| BadInput::new("is no place on the earth").key("lane.hd_map.origin"))?;
-                    let look = catseye_lane::Look {
+                    let look = catseye_lane::SensorInput {
                         time_s,
                         speed_mps: Some(speed),
                         tracks: &tracks,
                         place: Some(pose),
-                        ..catseye_lane::Look::default()
+                        ..catseye_lane::SensorInput::default()
                     };
                     let clock = std::time::Instant::now();
                     let lanes = own.targets(&look);

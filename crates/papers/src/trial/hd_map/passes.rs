@@ -5,7 +5,7 @@ use crate::trial::drive::Level;
 use catseye::road::actor_truth;
 use catseye::road::actors::{base_class, is_vehicle};
 use catseye::scene::Scene;
-use catseye_lane::Look;
+use catseye_lane::SensorInput;
 use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
@@ -71,7 +71,7 @@ impl Passes {
         scene: &Scene,
         lanes: &[Stripes],
         level: &Level,
-        look: &Look<'_>,
+        look: &SensorInput<'_>,
         own: &mut MapLanes,
         (given, varied): (&[Assignment], &[Vec<Assignment>; 2]),
         frame: u32,

@@ -19,7 +19,7 @@ use catseye::scene::waveform::Waveform;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::score::score;
 use catseye_lane::track::TrackOptions;
-use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Look, Measured};
+use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use tally::{Tally, View, markers_in_view, tally, truth_in_view};
@@ -109,12 +109,12 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let speed_mps = bus.as_mut().map(|b| b.read(level.speed_mps));
             let yaw_rate = gyro.as_mut().map(|g| g.read(level.yaw_rate_rad_per_s));
             let clock = Instant::now();
-            let estimate = estimator.estimate(&Look {
+            let estimate = estimator.estimate(&SensorInput {
                 time_s,
                 speed_mps,
                 yaw_rate_rad_per_s: yaw_rate,
                 points: &kept.points,
-                ..Look::default()
+                ..SensorInput::default()
             });
             let seconds = clock.elapsed().as_secs_f64();
             let truth = truth_in_view(&drive, time_s, &view);
@@ -433,7 +433,7 @@ fn robustness(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view
             for s in seen {
                 let points = injected(s, missing, extra);
                 let mut estimator = Markers::new(alone.clone());
-                let look = Look { time_s: s.time_s, points: &points, ..Look::default() };
+                let look = SensorInput { time_s: s.time_s, points: &points, ..SensorInput::default() };
                 let e = estimator.estimate(&look);
                 two += usize::from(e.lines.len() >= 2);
                 sum.add(&tally(&e, &points, &s.markers, &s.every_marker, view, settings.within_m));

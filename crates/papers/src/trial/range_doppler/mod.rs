@@ -16,10 +16,10 @@ use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{
-    CurveStart, LaneFromMap, LaneLook, LaneSettings, Options, RangeDopplerLane, Refusal,
+    CurveStart, LaneFromMap, LaneLook, LaneSettings, Options, RangeDopplerLane,
 };
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::{LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LanePoint, Measured, SensorInput};
 use glam::DVec2;
 pub(super) use rival::rival;
 use schemars::JsonSchema;
@@ -219,7 +219,7 @@ impl Settings {
     }
 
     fn estimator(&self, radar: &Radar, equal: bool) -> Result<RangeDopplerLane> {
-        RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: Refusal| {
+        RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
             BadInput::new(r.to_string())
                 .key("lane.range_doppler")
                 .remedy("compare the table with its defaults")
@@ -313,13 +313,13 @@ impl<'a> Looker<'a> {
             Ok(Seen { points: points_of(radar, &frame), map })
         })?;
         let bus = Some(self.speed.read(level.speed_mps));
-        let look = Look {
+        let look = SensorInput {
             time_s,
             speed_mps: bus.filter(|_| self.settings.bus_speed),
             yaw_rate_rad_per_s: Some(self.yaw.read(level.yaw_rate_rad_per_s))
                 .map(|m| Measured { std: m.std.max(1e-6), ..m }),
             points: &seen.points,
-            ..Look::default()
+            ..SensorInput::default()
         };
         let clock = Instant::now();
         let answer = self.estimator.look(&look);

@@ -22,7 +22,7 @@ use catseye_lane::road_shape::{
     TrackerSettings, VoteMap,
 };
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Look};
+use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
 use glam::DVec2;
 use pictures::{KeptImage, Tracked};
 use schemars::JsonSchema;
@@ -426,7 +426,7 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let level = drive.level(time_s);
             let ego = bus.read(&drive, index);
             let truth = edges.truth(&level, [settings.from_m, settings.to_m]);
-            let look = Look {
+            let look = SensorInput {
                 time_s,
                 speed_mps: Some(catseye_lane::Measured { value: ego.speed_mps, std: ego.speed_std_mps }),
                 yaw_rate_rad_per_s: Some(catseye_lane::Measured {
@@ -434,7 +434,7 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                     std: ego.yaw_rate_std_radps,
                 }),
                 points: &k.points,
-                ..Look::default()
+                ..SensorInput::default()
             };
             let clock = Instant::now();
             let estimate = estimator.estimate(&look);

@@ -3,10 +3,10 @@
 use super::settings::{CodeName, Settings, bits};
 use super::{Located, Moving, RowPicture, WordRead, Worse};
 use crate::trial::{Row, Sheet, Step};
-use catseye_lane::NoLane;
-use catseye_lane::signature::estimator::Place;
+use catseye_lane::LaneError;
+use catseye_lane::signature::codewords::Zone;
+use catseye_lane::signature::estimator::MapPosition;
 use catseye_lane::signature::map::SignatureMap;
-use catseye_lane::signature::words::Zone;
 use glam::DVec2;
 
 pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {
@@ -217,7 +217,7 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
 }
 
 /// Standard deviations along and across the vehicle.
-pub(super) fn stds(p: &Place) -> [f64; 2] {
+pub(super) fn stds(p: &MapPosition) -> [f64; 2] {
     let c = &p.covariance;
     [0.0, 0.5 * std::f64::consts::PI].map(|turn| {
         let u = DVec2::from_angle(p.vehicle.heading_rad + turn);
@@ -260,7 +260,7 @@ pub(super) fn notes(steps: &[Step], rows: &[Option<RowPicture>]) -> Vec<String> 
     let refused: Vec<String> = steps
         .iter()
         .filter_map(|s| match &s.estimate.no_lane {
-            Some(NoLane::Refused { why }) => Some(why.clone()),
+            Some(LaneError::Refused { why }) => Some(why.clone()),
             Some(other) => Some(other.to_string()),
             None => None,
         })

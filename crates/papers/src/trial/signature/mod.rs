@@ -22,15 +22,15 @@ use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::signature::Refusal;
+
+use catseye_lane::signature::codewords::{Reading, RowPoint};
 use catseye_lane::signature::estimator::{
-    MapLane, MapLanes, Place, Signature, SignatureOptions, StaticTest, scan_point,
+    MapLane, MapLanes, MapPosition, Signature, SignatureOptions, StaticTest, scan_point,
 };
 use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
 use catseye_lane::signature::row::Picked;
-use catseye_lane::signature::words::{Reading, RowPoint};
-use catseye_lane::{LaneEstimator, LanePoint, Look, Measured};
+use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use figures::{map_rows, notes, place_rows, sheets, word_rows};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -187,14 +187,14 @@ struct Located {
     /// Along the truth's way from its beginning, m.
     way_m: f64,
     truth: Pose,
-    place: Option<Place>,
+    place: Option<MapPosition>,
     /// Along, across (m), heading (rad).
     error: Option<[f64; 3]>,
     /// Squared error over its covariance, 3 on the mean.
     nees: Option<f64>,
 }
 
-fn compared(truth: &Pose, place: &Place) -> ([f64; 3], Option<f64>) {
+fn compared(truth: &Pose, place: &MapPosition) -> ([f64; 3], Option<f64>) {
     let v = &place.vehicle;
     let turn = (v.heading_rad - truth.heading_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
         - std::f64::consts::PI;
@@ -371,7 +371,7 @@ fn estimator_on(
     drive: &Drive<'_>,
     which: usize,
     mapped: &Mapped,
-) -> std::result::Result<Signature, Refusal> {
+) -> std::result::Result<Signature, LaneError> {
     let base = SignatureOptions::default();
     let ranged = |l: LocateSettings| LocateSettings {
         near_m: s.range_m[0],
@@ -443,12 +443,12 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let level = drive.level(time_s);
             let measured: [Measured; 2] = [speed.read(level.speed_mps), yaw.read(level.yaw_rate_rad_per_s)];
             mapped.moving.count(&k, &estimator_rest(&drive, which, &k, measured));
-            let look = Look {
+            let look = SensorInput {
                 time_s,
                 speed_mps: Some(measured[0]),
                 yaw_rate_rad_per_s: Some(measured[1]),
                 points: &k.points,
-                ..Look::default()
+                ..SensorInput::default()
             };
             let clock = Instant::now();
             let estimate = estimator.estimate(&look);
@@ -456,7 +456,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             if let Some(in_worse) = &mut in_worse {
                 let points =
                     worsened_look(&k.points, s.worse, &at_rest(&drive, which), measured, &mut worse_draws);
-                let _ = in_worse.estimate(&Look { points: &points, ..look });
+                let _ = in_worse.estimate(&SensorInput { points: &points, ..look });
             }
             way_m += before.map_or(0.0, |b| b.distance(level.at_m));
             before = Some(level.at_m);

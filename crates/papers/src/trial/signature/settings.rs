@@ -1,8 +1,8 @@
 //! The table `[lane.signature]`.
 
 use catseye::error::{BadInput, Error, Result};
+use catseye_lane::signature::codewords::{Alphabet, Code, ReadSettings};
 use catseye_lane::signature::row::{RowOptions, RowReader};
-use catseye_lane::signature::words::{Alphabet, Code, ReadSettings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -14,7 +14,8 @@ use catseye::scene::toml_file::referred;
 use catseye::scene::waveform::Waveform;
 use catseye::scene::{Mesh, Object, Shape};
 use catseye::units::C0;
-use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Reason, Side};
+use catseye_lane::LaneError;
+use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Side};
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
 
@@ -59,7 +60,7 @@ impl Eye {
     }
 }
 
-fn wrong(key: &str, reason: Reason) -> catseye::error::Error {
+fn wrong(key: &str, reason: LaneError) -> catseye::error::Error {
     BadInput::new(reason.to_string()).key(key).into()
 }
 

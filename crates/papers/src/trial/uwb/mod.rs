@@ -16,10 +16,8 @@ use crate::trial::{Drive, Given, SpeedSensor, Step, Trial};
 use catseye::error::{BadInput, Error, Result};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::uwb::{
-    Background, OffsetSource, Reason, Threshold, Uwb, UwbConfig, UwbLanes, UwbOptions, UwbPairLanes,
-};
-use catseye_lane::{LaneEstimator, Look, NoLane, uwb};
+use catseye_lane::uwb::{Background, OffsetSource, Threshold, Uwb, UwbConfig, UwbLanes, UwbOptions};
+use catseye_lane::{LaneError, LaneEstimator, SensorInput, uwb};
 use drives::{Eye, Passed, Progress, Scans, Scenery};
 use std::time::Instant;
 
@@ -84,7 +82,7 @@ struct Made<'a> {
     sweep: Vec<(f64, Vec<f32>)>,
 }
 
-fn failed(what: &str, reason: Reason) -> Error {
+fn failed(what: &str, reason: LaneError) -> Error {
     Error::Failed(format!("{what}: {reason}"))
 }
 
@@ -93,7 +91,7 @@ fn wide(scan: &[f32]) -> Vec<f64> {
 }
 
 fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
-    options.echo(&wide(scan)).map_err(|why: NoLane| Error::Failed(format!("a scan's energy: {why}")))
+    options.echo(&wide(scan)).map_err(|why: LaneError| Error::Failed(format!("a scan's energy: {why}")))
 }
 
 /// Drives the scenario and the slow drives that belong to it.
@@ -219,7 +217,7 @@ fn tune(settings: &Settings, rule: &Rule, eye: &Eye, i: usize, quiet: &Scans) ->
 /// The estimator of the steps.
 enum Estimator {
     One(Box<UwbLanes>),
-    Two(Box<UwbPairLanes>),
+    Two(Box<UwbLanes>),
 }
 
 impl Estimator {
@@ -228,7 +226,7 @@ impl Estimator {
         Ok(match tuned {
             [one] => Estimator::One(Box::new(UwbLanes::new(one.options.clone()).map_err(wrong)?)),
             [left, right, ..] => {
-                let pair = UwbPairLanes::new(left.options.clone(), right.options.clone()).map_err(wrong)?;
+                let pair = UwbLanes::pair(left.options.clone(), right.options.clone()).map_err(wrong)?;
                 Estimator::Two(Box::new(pair))
             }
             [] => return Err(Error::Failed("no impulse radar".into())),
@@ -277,8 +275,12 @@ fn one_run(
     let reach_m = eyes.iter().map(Eye::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
-        let look =
-            Look { time_s: times_s[i], speed_mps: Some(speeds[i]), pulse: Some(&pulse), ..Look::default() };
+        let look = SensorInput {
+            time_s: times_s[i],
+            speed_mps: Some(speeds[i]),
+            pulse: Some(&pulse),
+            ..SensorInput::default()
+        };
         let clock = Instant::now();
         let estimate = estimator.get().estimate(&look);
         let seconds = clock.elapsed().as_secs_f64();

@@ -121,7 +121,7 @@ fn codes_have_their_distances() {
                 assert!(!words.contains(&r), "{code:?}");
             }
         }
-        assert_eq!(code.encode(1 << code.message_bits()), Err(Refusal::BadMessage));
+        assert_eq!(code.encode(1 << code.message_bits()), Err(bad_message()));
     }
 }
 
@@ -137,9 +137,6 @@ fn the_markers_stand_as_the_road_builder_sets_them() {
     let r = reader.read(&[points]).unwrap();
     assert_eq!((r.word.as_slice(), r.sure), ([true, false, true, true].as_slice(), true));
     assert_eq!((r.matched, r.missing, r.extra), (9, 0, 0));
-    // 1.5 + 1.5 = 3: a marker lost between two zeros looks like the gap between words.
-    assert!(SCENE.confusable(2, 0.1).contains(&[(0, 0, 1), (2, 0, 0)]));
-    assert!(APART.confusable(2, 0.2).is_empty());
 }
 
 #[test]
@@ -196,15 +193,15 @@ fn zones_have_messages() {
         }
     }
     assert_eq!(known, 15 + 16 + 15 + 15 + 16 + 16 + 4);
-    assert_eq!(Zone::SpeedLimit { tens_kmh: 0 }.message(), Err(Refusal::BadMessage));
-    assert_eq!(Zone::TunnelAhead { tens_m: 15 }.message(), Err(Refusal::BadMessage));
+    assert_eq!(Zone::SpeedLimit { tens_kmh: 0 }.message(), Err(bad_message()));
+    assert_eq!(Zone::TunnelAhead { tens_m: 15 }.message(), Err(bad_message()));
     assert_eq!(Zone::from_message(1000), None);
 }
 
 #[test]
 fn hostile_input() {
     let reader = Reader::new(BCH, SCENE, ReadSettings::default()).unwrap();
-    let few = |r| matches!(r, Err(Refusal::TooFewPoints { .. }));
+    let few = |r| matches!(r, Err(LaneError::TooFew { .. }));
     assert!(few(reader.read(&[])));
     let p = RowPoint { s_m: 1.0, t_m: 0.0, s_std_m: 0.1, t_std_m: 0.1 };
     assert!(few(reader.read(&[vec![p]])));
@@ -213,13 +210,19 @@ fn hostile_input() {
     assert!(few(reader.read(&[vec![nan, exact, p, p, p]])));
     // All at one place is no row.
     let r = reader.read(&[vec![p; 20]]);
-    assert!(matches!(r, Err(Refusal::NoWord { .. })), "{r:?}");
-    assert!(matches!(reader.read(&[vec![p; 501]]), Err(Refusal::TooLarge { .. })));
+    assert!(matches!(r, Err(LaneError::Unexplained { .. })), "{r:?}");
+    assert!(matches!(reader.read(&[vec![p; 501]]), Err(LaneError::Refused { .. })));
     let same = Alphabet::Gaps { zero_m: 2.0, one_m: 2.0, sync_m: None };
-    assert_eq!(Reader::new(BCH, same, ReadSettings::default()).err(), Some(Refusal::Setting("one_m")));
+    assert_eq!(
+        Reader::new(BCH, same, ReadSettings::default()).err(),
+        Some(LaneError::Setting { name: "one_m" })
+    );
     let bits = Code::Plain { bits: 40 };
-    assert_eq!(Reader::new(bits, SCENE, ReadSettings::default()).err(), Some(Refusal::Setting("bits")));
-    assert_eq!(bits.encode(0), Err(Refusal::BadMessage));
-    assert!(matches!(SCENE.markers(&[true], 0.0, 1e9), Err(Refusal::TooLarge { .. })));
+    assert_eq!(
+        Reader::new(bits, SCENE, ReadSettings::default()).err(),
+        Some(LaneError::Setting { name: "bits" })
+    );
+    assert_eq!(bits.encode(0), Err(bad_message()));
+    assert!(matches!(SCENE.markers(&[true], 0.0, 1e9), Err(LaneError::Refused { .. })));
     assert!(SCENE.markers(&[], 0.0, 1.0).is_err());
 }

@@ -81,7 +81,7 @@ fn runs(road: &[DVec2], n: usize, missing: f64, extra: f64) -> ([f64; 5], usize,
         let clock = std::time::Instant::now();
         let l = locate(&map, &points, &ROUTE, &settings()).unwrap();
         time += clock.elapsed().as_secs_f64() / n as f64;
-        unique += usize::from(l.is_unique());
+        unique += usize::from(l.rivals.is_empty());
         // Of periodic roads the pose of the list that is nearest to the truth.
         let all = l.rivals.iter().map(|r| r.pose).chain([l.pose]);
         let near = |p: &Pose| p.place().distance(truth.place());
@@ -149,7 +149,7 @@ fn another_road_is_refused() {
             range_rate_mps: None,
         })
         .collect();
-    assert!(matches!(locate(&map, &points, &ROUTE, &settings()), Err(Refusal::NoPlace { .. })));
+    assert!(matches!(locate(&map, &points, &ROUTE, &settings()), Err(LaneError::Unexplained { .. })));
 }
 
 #[test]
@@ -164,18 +164,18 @@ fn hostile_input() {
     };
     let bad = ScanPoint { azimuth_rad: f64::NAN, ..good };
     let s = settings();
-    assert!(matches!(locate(&map, &[], &ROUTE, &s), Err(Refusal::TooFewPoints { points: 0, .. })));
-    assert!(matches!(locate(&map, &[good, bad, bad, bad], &ROUTE, &s), Err(Refusal::TooFewPoints { .. })));
+    assert!(matches!(locate(&map, &[], &ROUTE, &s), Err(LaneError::TooFew { found: 0, .. })));
+    assert!(matches!(locate(&map, &[good, bad, bad, bad], &ROUTE, &s), Err(LaneError::TooFew { .. })));
     let empty = SignatureMap::new(MapSettings::default()).unwrap();
-    assert_eq!(locate(&empty, &[good; 5], &ROUTE, &s), Err(Refusal::EmptyMap));
+    assert_eq!(locate(&empty, &[good; 5], &ROUTE, &s), Err(empty_map()));
     let lost =
         Search::Near { pose: Pose { x_m: f64::NAN, y_m: 0.0, heading_rad: 0.0 }, half_m: 1.0, turn_rad: 0.1 };
-    assert_eq!(locate(&map, &[good; 5], &lost, &s), Err(Refusal::BadPose));
+    assert_eq!(locate(&map, &[good; 5], &lost, &s), Err(bad_pose()));
     let wide = Search::Route { beside_m: 1e5, turn_rad: 3.0 };
-    assert!(matches!(locate(&map, &[good; 5], &wide, &s), Err(Refusal::TooLarge { .. })));
+    assert!(matches!(locate(&map, &[good; 5], &wide, &s), Err(LaneError::Refused { .. })));
     let far =
         Search::Near { pose: Pose { x_m: 1e6, y_m: 0.0, heading_rad: 0.0 }, half_m: 1.0, turn_rad: 0.1 };
-    assert!(matches!(locate(&map, &[good; 5], &far, &s), Err(Refusal::NoPlace { .. })));
+    assert!(matches!(locate(&map, &[good; 5], &far, &s), Err(LaneError::Unexplained { .. })));
     assert!(locate(&map, &[good; 5], &ROUTE, &LocateSettings { step_m: 0.0, ..s }).is_err());
 }
 
@@ -214,8 +214,8 @@ fn honesty(road: &[DVec2], n: usize, missing: f64, extra: f64) -> [usize; 3] {
         let points = scan(road, &truth, &mut d, missing, extra);
         let l = locate(&map, &points, &ROUTE, &settings()).unwrap();
         let is_wrong = l.pose.place().distance(truth.place()) > 0.5;
-        out[0] += usize::from(l.is_unique());
-        out[1] += usize::from(l.is_unique() && is_wrong);
+        out[0] += usize::from(l.rivals.is_empty());
+        out[1] += usize::from(l.rivals.is_empty() && is_wrong);
         out[2] += usize::from(is_wrong);
     }
     out

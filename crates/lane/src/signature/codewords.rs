@@ -1,6 +1,6 @@
 //! Code words in a row of markers: in its gaps, or in the side of the line that each marker stands on.
 //!
-//! Document F, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a
+//! Feng, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a
 //! word of a coset of a cyclic code (Hamming(7,4), BCH(15,7), BCH(15,5)) is repeated along the row, a longer
 //! gap between words. A missing marker joins two gaps and an extra point splits one, so bits are not read one
 //! by one: each word of the code is aligned with the points (dynamic programming over points and markers,
@@ -10,7 +10,7 @@
 //! The gaps are those of a road's marker row (`code = { word, zero_m, one_m, sync_m }`): a gap for each bit,
 //! then the gap `sync_m`, over and over. Without one, words that are rotations of each other look alike.
 
-use super::Refusal;
+use crate::error::{self, LaneError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -132,6 +132,10 @@ pub struct Reading {
     pub begin_m: Vec<Option<f64>>,
 }
 
+fn bad_message() -> LaneError {
+    LaneError::refused("the message does not fit the code")
+}
+
 impl Code {
     pub fn length(&self) -> usize {
         match self {
@@ -174,10 +178,10 @@ impl Code {
     }
 
     /// The word of a message, systematic: the message first.
-    pub fn encode(&self, message: u32) -> Result<Vec<bool>, Refusal> {
+    pub fn encode(&self, message: u32) -> Result<Vec<bool>, LaneError> {
         let (n, k) = (self.length(), self.message_bits());
         if !(1..=15).contains(&n) || message >> k != 0 {
-            return Err(Refusal::BadMessage);
+            return Err(bad_message());
         }
         let mut rest = message << (n - k);
         for bit in (n - k..n).rev() {
@@ -192,11 +196,13 @@ impl Code {
 
 impl Zone {
     /// For [`Code::Bch15x7`].
-    pub fn message(&self) -> Result<u32, Refusal> {
+    pub fn message(&self) -> Result<u32, LaneError> {
         let (kind, value, low) = match self {
             Self::SpeedLimit { tens_kmh } => (0, *tens_kmh, 1),
             // The value 15 of the tunnel is its end.
-            Self::TunnelAhead { tens_m: 15 } => return Err(Refusal::BadMessage),
+            Self::TunnelAhead { tens_m: 15 } => {
+                return Err(bad_message());
+            }
             Self::TunnelAhead { tens_m } => (1, *tens_m, 0),
             Self::TunnelEnd => (1, 15, 0),
             Self::SharpBendLeft { tens_m } => (2, *tens_m, 1),
@@ -206,7 +212,7 @@ impl Zone {
             Self::Line { solid, yellow } => (6, u8::from(*solid) << 1 | u8::from(*yellow), 0),
         };
         if value > 15 || value < low {
-            return Err(Refusal::BadMessage);
+            return Err(bad_message());
         }
         Ok(kind << 4 | u32::from(value))
     }
@@ -237,33 +243,20 @@ struct Pattern {
 }
 
 impl Alphabet {
-    fn check(&self) -> Result<(), Refusal> {
+    fn check(&self) -> Result<(), LaneError> {
         let is_gap = |x: f64| x.is_finite() && x > 0.0 && x < 1e6;
         match *self {
-            Self::Gaps { zero_m, one_m, sync_m } => {
-                if !is_gap(zero_m) {
-                    return Err(Refusal::Setting("zero_m"));
-                }
-                if !is_gap(one_m) || one_m == zero_m {
-                    return Err(Refusal::Setting("one_m"));
-                }
-                if sync_m.is_some_and(|s| !is_gap(s) || s == zero_m || s == one_m) {
-                    return Err(Refusal::Setting("sync_m"));
-                }
-            }
-            Self::Sides { pitch_m, side_m, sync_m } => {
-                if !is_gap(pitch_m) {
-                    return Err(Refusal::Setting("pitch_m"));
-                }
-                if !is_gap(side_m) {
-                    return Err(Refusal::Setting("side_m"));
-                }
-                if sync_m.is_some_and(|s| !is_gap(s) || s == pitch_m) {
-                    return Err(Refusal::Setting("sync_m"));
-                }
-            }
+            Self::Gaps { zero_m, one_m, sync_m } => error::settings(&[
+                ("zero_m", is_gap(zero_m)),
+                ("one_m", is_gap(one_m) && one_m != zero_m),
+                ("sync_m", sync_m.is_none_or(|s| is_gap(s) && s != zero_m && s != one_m)),
+            ]),
+            Self::Sides { pitch_m, side_m, sync_m } => error::settings(&[
+                ("pitch_m", is_gap(pitch_m)),
+                ("side_m", is_gap(side_m)),
+                ("sync_m", sync_m.is_none_or(|s| is_gap(s) && s != pitch_m)),
+            ]),
         }
-        Ok(())
     }
 
     fn has_sync(&self) -> bool {
@@ -301,15 +294,15 @@ impl Alphabet {
 
     /// (s, t) of the markers that write a word over and over between two places of a row, the first at
     /// `from_m`. At most 100 000.
-    pub fn markers(&self, word: &[bool], from_m: f64, to_m: f64) -> Result<Vec<(f64, f64)>, Refusal> {
+    pub fn markers(&self, word: &[bool], from_m: f64, to_m: f64) -> Result<Vec<(f64, f64)>, LaneError> {
         self.check()?;
         if word.is_empty() || !from_m.is_finite() || !to_m.is_finite() {
-            return Err(Refusal::BadMessage);
+            return Err(bad_message());
         }
         let pattern = self.pattern(word);
         let count = ((to_m - from_m) / pattern.period_m + 1.0).max(0.0) * pattern.places.len() as f64;
         if count > 1e5 {
-            return Err(Refusal::TooLarge { places: count as usize, most: 100_000 });
+            return Err(LaneError::too_large(count as usize, 100_000));
         }
         let mut out = Vec::new();
         let mut turn = 0.0;
@@ -319,35 +312,6 @@ impl Alphabet {
             turn += 1.0;
         }
         Ok(out)
-    }
-
-    /// Pairs of gap sequences that have the same sum within `tolerance_m`, so that missing markers make one
-    /// look like the other: (zeros, ones, syncs) of both, up to `most` gaps. Orders of the same gaps are not
-    /// listed, those are the code's work. Empty is best.
-    pub fn confusable(&self, most: usize, tolerance_m: f64) -> Vec<[(usize, usize, usize); 2]> {
-        let Self::Gaps { zero_m, one_m, sync_m } = *self else { return Vec::new() };
-        let mut sums: Vec<((usize, usize, usize), f64)> = Vec::new();
-        let most = most.min(8);
-        for zeros in 0..=most {
-            for ones in 0..=most - zeros {
-                for syncs in 0..=usize::from(sync_m.is_some()).min(most - zeros - ones) {
-                    let sum =
-                        zeros as f64 * zero_m + ones as f64 * one_m + syncs as f64 * sync_m.unwrap_or(0.0);
-                    if zeros + ones + syncs > 0 {
-                        sums.push(((zeros, ones, syncs), sum));
-                    }
-                }
-            }
-        }
-        let mut out = Vec::new();
-        for (i, a) in sums.iter().enumerate() {
-            for b in &sums[i + 1..] {
-                if (a.1 - b.1).abs() <= tolerance_m {
-                    out.push([a.0, b.0]);
-                }
-            }
-        }
-        out
     }
 }
 
@@ -379,7 +343,7 @@ struct Aligned {
 }
 
 impl Reader {
-    pub fn new(code: Code, alphabet: Alphabet, settings: ReadSettings) -> Result<Self, Refusal> {
+    pub fn new(code: Code, alphabet: Alphabet, settings: ReadSettings) -> Result<Self, LaneError> {
         alphabet.check()?;
         let s = &settings;
         let rules: [(&'static str, bool); 6] = [
@@ -390,9 +354,7 @@ impl Reader {
             ("sure_log_odds", s.sure_log_odds.is_finite()),
             ("bits", !matches!(code, Code::Plain { bits } if !(1..=12).contains(&bits))),
         ];
-        if let Some(rule) = rules.iter().find(|r| !r.1) {
-            return Err(Refusal::Setting(rule.0));
-        }
+        error::settings(&rules)?;
         let is_up_to_rotation = !alphabet.has_sync();
         let mut words = Vec::new();
         for message in 0..1u32 << code.message_bits() {
@@ -419,7 +381,7 @@ impl Reader {
 
     /// The word of a row from one or more looks at it, each with its own origin of s. Points that are not
     /// finite or have no standard deviation are left out.
-    pub fn read(&self, looks: &[Vec<RowPoint>]) -> Result<Reading, Refusal> {
+    pub fn read(&self, looks: &[Vec<RowPoint>]) -> Result<Reading, LaneError> {
         const NEEDED: usize = 4;
         const MOST: usize = 500;
         let is_good = |p: &&RowPoint| {
@@ -433,14 +395,14 @@ impl Reader {
         for look in looks {
             let mut points: Vec<RowPoint> = look.iter().filter(is_good).copied().collect();
             if points.len() > MOST {
-                return Err(Refusal::TooLarge { places: points.len(), most: MOST });
+                return Err(LaneError::too_large(points.len(), MOST));
             }
             points.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
             sorted.push(points);
         }
         let all: usize = sorted.iter().map(Vec::len).sum();
         if all < NEEDED {
-            return Err(Refusal::TooFewPoints { points: all, needed: NEEDED });
+            return Err(LaneError::too_few("usable points", all, NEEDED));
         }
         let mut results: Vec<(f64, usize, bool, usize, usize)> = Vec::new();
         let directions: &[bool] = if self.settings.either_direction { &[false, true] } else { &[false] };
@@ -465,7 +427,12 @@ impl Reader {
         results.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
         let best = results[0];
         if 2 * best.3 < all {
-            return Err(Refusal::NoWord { matched: best.3, points: all });
+            return Err(LaneError::Unexplained {
+                best: "codeword",
+                explained: best.3 as f64,
+                of: all,
+                what: "points",
+            });
         }
         let pattern = &self.words[best.1].2;
         let begin_m = sorted
@@ -635,5 +602,5 @@ fn before(j: usize, steps: usize, m: usize) -> (usize, usize) {
 }
 
 #[cfg(test)]
-#[path = "words_tests.rs"]
+#[path = "tests/codewords.rs"]
 mod tests;
