@@ -6,10 +6,10 @@
 //! tyres' ISO 4000-1 sizes, number plates 520 x 110 mm (Regulation (EU) 1003/2010).
 
 use super::motion::{Joint, Turn};
+use super::part::{Paint, Part};
 use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, limb};
 use super::wheel::Wheel;
-use super::{Kind, Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, moved, weld};
 use crate::scene::Mesh;
@@ -19,7 +19,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// z, front x, rear x, half width, radii of front, rear, side, front corner, rear corner.
 type Row = [f64; 9];
 
-struct Shape {
+pub(super) struct Shape {
     levels: &'static [Row],
     bands: &'static [Band],
     /// x of front and rear axle.
@@ -58,7 +58,7 @@ const fn wheel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
     }
 }
 
-const SEDAN: Shape = Shape {
+pub(super) const SEDAN: Shape = Shape {
     levels: &[
         [0.18, 2.20, -2.20, 0.830, 2.2, 2.4, 18.0, 0.36, 0.34],
         [0.34, 2.31, -2.30, 0.885, 2.3, 2.5, 18.0, 0.37, 0.34],
@@ -90,7 +90,7 @@ const SEDAN: Shape = Shape {
     plate_rows: (4, 6),
 };
 
-const HATCHBACK: Shape = Shape {
+pub(super) const HATCHBACK: Shape = Shape {
     levels: &[
         [0.17, 2.02, -2.06, 0.810, 2.0, 2.2, 17.0, 0.36, 0.28],
         [0.34, 2.11, -2.10, 0.865, 2.1, 2.3, 17.0, 0.37, 0.32],
@@ -122,7 +122,7 @@ const HATCHBACK: Shape = Shape {
     plate_rows: (5, 7),
 };
 
-const SUV: Shape = Shape {
+pub(super) const SUV: Shape = Shape {
     levels: &[
         [0.21, 2.12, -2.10, 0.830, 2.2, 2.3, 18.0, 0.29, 0.32],
         [0.42, 2.22, -2.22, 0.890, 2.3, 2.4, 18.0, 0.36, 0.32],
@@ -154,7 +154,7 @@ const SUV: Shape = Shape {
     plate_rows: (5, 7),
 };
 
-const VAN: Shape = Shape {
+pub(super) const VAN: Shape = Shape {
     levels: &[
         [0.22, 2.80, -2.90, 0.950, 2.6, 9.0, 30.0, 0.36, 0.12],
         [0.44, 2.93, -2.96, 0.995, 2.7, 9.0, 30.0, 0.38, 0.12],
@@ -187,15 +187,6 @@ const VAN: Shape = Shape {
 };
 
 impl Shape {
-    fn of(kind: Kind) -> &'static Shape {
-        match kind {
-            Kind::Hatchback => &HATCHBACK,
-            Kind::Suv => &SUV,
-            Kind::Van => &VAN,
-            _ => &SEDAN,
-        }
-    }
-
     /// None where the tables above do not fit together.
     fn skin(&self) -> Option<Mesh> {
         let levels: Vec<Level> = self.levels.iter().map(level).collect();
@@ -254,8 +245,7 @@ pub(super) fn level(row: &Row) -> Level {
 }
 
 /// Body and four wheels.
-pub(super) fn parts(kind: Kind) -> Option<Vec<Part>> {
-    let shape = Shape::of(kind);
+pub(super) fn parts(shape: &Shape) -> Option<Vec<Part>> {
     let mut body = shape.skin()?;
     let wheel = &shape.wheel;
     for side in [1.0, -1.0] {
@@ -289,7 +279,7 @@ pub(super) fn parts(kind: Kind) -> Option<Vec<Part>> {
         12,
         0,
     );
-    let mut parts = vec![still("body", "", weld(body))];
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(wheel, &shape.axles, shape.track_out_m));
     Some(parts)
 }
@@ -304,17 +294,9 @@ pub(super) fn wheels(wheel: &Wheel, axles: &[f64], track_out_m: f64) -> Vec<Part
         for (side, mesh) in [("left", &left), ("right", &right)] {
             let y = track_out_m - 0.5 * wheel.width_m;
             let y = if side == "left" { y } else { -y };
-            parts.push(Part {
-                name: format!("wheel {} {side}", i + 1),
-                suffix: "wheel",
-                mesh: mesh.clone(),
-                pose: Pose::new(DQuat::IDENTITY, DVec3::new(*x, y, wheel.radius_m)),
-                joints: vec![Joint {
-                    at_m: DVec3::ZERO,
-                    axis: DVec3::Y,
-                    turn: Turn::Roll { radius_m: wheel.radius_m },
-                }],
-            });
+            let at = DVec3::new(*x, y, wheel.radius_m);
+            let roll = Joint::about_y(DVec3::ZERO, Turn::Roll { radius_m: wheel.radius_m });
+            parts.push(Part::hinged(format!("wheel {} {side}", i + 1), "wheel", mesh.clone(), at, &[roll]));
         }
     }
     parts

@@ -3,10 +3,10 @@
 
 use super::cyclist::rider;
 use super::motion::{HIP_HEIGHT, Joint, Turn};
+use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, shank, thigh};
 use super::surface::{bar, block, ovoid};
 use super::wheel::Wheel;
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -89,19 +89,12 @@ pub(super) fn parts() -> Vec<Part> {
         let down = out * DQuat::from_rotation_y(0.62);
         append(&mut sitting, &shank(STATURE_M, KNEE - 0.026), &Pose::<Target, Target>::new(down, knee));
     }
-    let mut parts = vec![still("motorcycle", "", weld(machine())), still("rider", "rider", weld(sitting))];
+    let mut parts =
+        vec![Part::still("motorcycle", "", weld(machine())), Part::still("rider", "rider", weld(sitting))];
     for (name, i, width_m) in [("wheel front", 0, 0.12), ("wheel rear", 1, 0.16)] {
-        parts.push(Part {
-            name: name.into(),
-            suffix: "wheel",
-            mesh: weld(wheel(RADII_M[i], width_m)),
-            pose: Pose::new(DQuat::IDENTITY, DVec3::new(AXLES[i], 0.0, RADII_M[i])),
-            joints: vec![Joint {
-                at_m: DVec3::ZERO,
-                axis: DVec3::Y,
-                turn: Turn::Roll { radius_m: RADII_M[i] },
-            }],
-        });
+        let roll = Joint::about_y(DVec3::ZERO, Turn::Roll { radius_m: RADII_M[i] });
+        let (mesh, at) = (weld(wheel(RADII_M[i], width_m)), DVec3::new(AXLES[i], 0.0, RADII_M[i]));
+        parts.push(Part::hinged(name, "wheel", mesh, at, &[roll]));
     }
     parts
 }

@@ -5,10 +5,10 @@
 //! semi-trailer of 13.6 m); guards after UN Regulations 58 and 73; tyres 265/70 R 19.5 and 315/70 R 22.5.
 
 use super::car::{level, wheels};
+use super::part::{Paint, Part};
 use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, limb, tube};
 use super::wheel::Wheel;
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -240,7 +240,7 @@ pub(super) fn rigid() -> Option<Vec<Part>> {
     rear_guard(&mut body, -4.20, 0.72);
     side_guard(&mut body, (-1.0, 1.4));
     tank(&mut body, DVec3::new(0.95, 0.78, 0.70), 0.45, 0.27);
-    let mut parts = vec![still("body", "", weld(body))];
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[2.95], 1.22));
     parts.extend(twins(&tyre, &[-1.65], 2));
     Some(parts)
@@ -265,7 +265,7 @@ pub(super) fn semi_trailer() -> Option<Vec<Part>> {
         block(&mut body, DVec3::new(2.05, y - 0.06, 0.45), DVec3::new(2.17, y + 0.06, z), STEEL);
         tank(&mut body, DVec3::new(4.9, side * 0.80, 0.72), 0.70, 0.30);
     }
-    let mut parts = vec![still("body", "", weld(body))];
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[6.83], 1.22));
     parts.extend(twins(&tyre, &[3.13], 2));
     parts.extend(numbered(wheels(&tyre, &[-3.55, -4.86, -6.17], 1.26), 3));
