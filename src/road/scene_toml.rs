@@ -106,6 +106,11 @@ impl Reader<'_> {
         }
     }
 
+    /// The error of a value that is not allowed where it stands.
+    fn refuse<T>(&self, span: &Range<usize>, problem: impl Into<String>, remedy: &str) -> Result<T> {
+        Err(self.doc.bad(span, problem).remedy(remedy).into())
+    }
+
     /// A number of the range, or `default`.
     fn metres(&self, at: &Option<At<f64>>, default: f64, range: RangeInclusive<f64>) -> Result<f64> {
         at.as_ref().map_or(Ok(default), |a| self.doc.in_range(a, range, "give metres"))
@@ -151,7 +156,7 @@ impl Reader<'_> {
         let t = self.t;
         let Some(name) = &t.opendrive else {
             if let Some(r) = &t.opendrive_road {
-                return Err(self.doc.bad(&r.span, "is without opendrive").remedy("name the file").into());
+                return self.refuse(&r.span, "is without opendrive", "name the file");
             }
             return Ok(None);
         };
@@ -164,8 +169,7 @@ impl Reader<'_> {
             t.lane_offset_m.as_ref().map(|l| &l.span),
         ];
         if let Some(span) = twice.into_iter().flatten().next() {
-            let e = self.doc.bad(span, "is given by the OpenDRIVE file as well");
-            return Err(e.remedy("take it out, or opendrive").into());
+            return self.refuse(span, "is given by the OpenDRIVE file as well", "take it out, or opendrive");
         }
         let path = self.beside(name)?;
         let mut roads = opendrive::parse(&path, &read_text(&path)?)?;
@@ -179,18 +183,18 @@ impl Reader<'_> {
     fn axis(&self) -> Result<RoadAxis> {
         let t = self.t;
         let Some(plan) = &t.plan else {
-            return Err(self.missing(
-                &t.name.span,
-                "plan",
-                "list the elements of the axis, or give opendrive",
-            ));
+            let remedy = "list the elements of the axis, or give opendrive";
+            return Err(self.missing(&t.name.span, "plan", remedy));
         };
         let start = &t.start;
         let heading = self.angle(&start.heading_deg)?;
         let (position, heading) = match (&start.road, &start.position_m) {
             (Some(name), Some(p)) => {
-                let e = self.doc.bad(&p.span, format!("the road begins at '{}' as well", name.value));
-                return Err(e.remedy("give position_m or road with s_m and t_m").into());
+                return self.refuse(
+                    &p.span,
+                    format!("the road begins at '{}' as well", name.value),
+                    "give position_m or road with s_m and t_m",
+                );
             }
             (Some(name), None) => {
                 let known = self.roads.iter().find(|r| r.road.name == name.value).ok_or_else(|| {
@@ -206,7 +210,7 @@ impl Reader<'_> {
             }
             (None, p) => {
                 if let Some(s) = start.s_m.as_ref().or(start.t_m.as_ref()) {
-                    return Err(self.doc.bad(&s.span, "is without a road").remedy("add start.road").into());
+                    return self.refuse(&s.span, "is without a road", "add start.road");
                 }
                 (p.as_ref().map_or(Ok(DVec3::ZERO), |p| self.doc.vector(p))?, heading)
             }
@@ -293,11 +297,7 @@ impl Reader<'_> {
                             / k.abs()
                     }
                     (Some(_), Some(a)) => {
-                        return Err(self
-                            .doc
-                            .bad(&a.span, "the arc has a length as well")
-                            .remedy("keep one")
-                            .into());
+                        return self.refuse(&a.span, "the arc has a length as well", "keep one");
                     }
                     (None, None) => return Err(needed()),
                 };
@@ -361,8 +361,11 @@ impl Reader<'_> {
     fn road(&self) -> Result<RoadPlan> {
         let t = self.t;
         if t.name.value.is_empty() || self.roads.iter().any(|r| r.road.name == t.name.value) {
-            let e = self.doc.bad(&t.name.span, "is empty, or the name of another road");
-            return Err(e.remedy("give each road a name of its own").into());
+            return self.refuse(
+                &t.name.span,
+                "is empty, or the name of another road",
+                "give each road a name of its own",
+            );
         }
         let surface = match &t.surface {
             Some(s) if s.value == "none" => None,
@@ -530,10 +533,10 @@ impl Reader<'_> {
                 .into());
         }
         if let (Some(s), None) = (&t.side, &t.lane) {
-            return Err(self.doc.bad(&s.span, "is without a lane").remedy("add lane, or take it out").into());
+            return self.refuse(&s.span, "is without a lane", "add lane, or take it out");
         }
         if let (Some(o), Some(_)) = (&t.offset_m, &t.t_m) {
-            return Err(self.doc.bad(&o.span, "t_m is given as well").remedy("add it to t_m").into());
+            return self.refuse(&o.span, "t_m is given as well", "add it to t_m");
         }
         let offset = t.offset_m.as_ref().or(t.t_m.as_ref());
         let offset = offset.map_or(Ok(Profile::constant(0.0)), |o| self.series(o))?;
@@ -573,7 +576,7 @@ impl Reader<'_> {
                 .into());
         }
         if let (Some(c), None) = (&r.count, &r.spacing_m) {
-            return Err(self.doc.bad(&c.span, "is without spacing_m").remedy("take it out").into());
+            return self.refuse(&c.span, "is without spacing_m", "take it out");
         }
         let spacing = match (&r.spacing_m, &r.gaps_m, &r.code) {
             (_, _, Some(c)) => {
@@ -584,8 +587,11 @@ impl Reader<'_> {
                 let (zero_m, one_m) = (gap(&c.zero_m)?, gap(&c.one_m)?);
                 let sync_m = c.sync_m.as_ref().map(gap).transpose()?;
                 if zero_m == one_m || sync_m == Some(zero_m) || sync_m == Some(one_m) {
-                    let e = self.doc.bad(&c.one_m.span, "gaps of two meanings are alike");
-                    return Err(e.remedy("give zero_m, one_m and sync_m different lengths").into());
+                    return self.refuse(
+                        &c.one_m.span,
+                        "gaps of two meanings are alike",
+                        "give zero_m, one_m and sync_m different lengths",
+                    );
                 }
                 let word = c.word.value.bytes().map(|b| b == b'1').collect();
                 Spacing::Code { word, zero_m, one_m, sync_m }
@@ -644,7 +650,7 @@ impl Reader<'_> {
             materials: &o.materials,
         };
         if let (Some(span), None) = (import.first_span(), &o.file) {
-            return Err(self.doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
+            return self.refuse(span, "belongs to a file of a mesh", "take it out");
         }
         let (source, class) = match (&o.reflector, &o.file) {
             (Some(r), None) => {

@@ -35,27 +35,11 @@ pub(super) struct Shape {
     mirror: DVec3,
     /// Heights of the number plates, front and rear, and how deep the latter's recess is.
     plates: [f64; 2],
-    grille_rows: (usize, usize),
-    lamp_rows: (usize, usize),
-    tail_rows: (usize, usize),
     plate_rows: (usize, usize),
 }
 
 const fn band(from: usize, to: usize, rows: usize) -> Band {
     Band { from, to, rows }
-}
-
-const fn wheel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
-    Wheel {
-        radius_m,
-        width_m,
-        rim_m,
-        spokes: 5,
-        segments: 32,
-        tyre: Paint::Tyre as u32,
-        rim: Paint::Aluminium as u32,
-        disc: Paint::Steel as u32,
-    }
 }
 
 pub(super) const SEDAN: Shape = Shape {
@@ -77,16 +61,13 @@ pub(super) const SEDAN: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.44, -1.30],
-    wheel: wheel(0.328, 0.225, 0.216),
+    wheel: Wheel::alloy(0.328, 0.225, 0.216),
     track_out_m: 0.895,
     arch_half_m: 0.375,
     arch_top_m: 0.705,
     panel_sides: false,
     mirror: DVec3::new(0.62, 0.80, 1.00),
     plates: [0.40, 0.52],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (4, 6),
 };
 
@@ -109,16 +90,13 @@ pub(super) const HATCHBACK: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.27, -1.36],
-    wheel: wheel(0.316, 0.205, 0.203),
+    wheel: Wheel::alloy(0.316, 0.205, 0.203),
     track_out_m: 0.876,
     arch_half_m: 0.362,
     arch_top_m: 0.682,
     panel_sides: false,
     mirror: DVec3::new(0.60, 0.79, 1.01),
     plates: [0.40, 0.58],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
@@ -141,16 +119,13 @@ pub(super) const SUV: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.36, -1.32],
-    wheel: wheel(0.359, 0.235, 0.229),
+    wheel: Wheel::alloy(0.359, 0.235, 0.229),
     track_out_m: 0.905,
     arch_half_m: 0.410,
     arch_top_m: 0.775,
     panel_sides: false,
     mirror: DVec3::new(0.66, 0.82, 1.14),
     plates: [0.48, 0.72],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
@@ -173,16 +148,13 @@ pub(super) const VAN: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 7, 6), band(7, 10, 10), band(10, 13, 5)],
     axles: [1.98, -1.66],
-    wheel: wheel(0.358, 0.235, 0.203),
+    wheel: Wheel::alloy(0.358, 0.235, 0.203),
     track_out_m: 0.990,
     arch_half_m: 0.420,
     arch_top_m: 0.800,
     panel_sides: true,
     mirror: DVec3::new(1.86, 0.99, 1.45),
     plates: [0.50, 0.80],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
@@ -207,11 +179,11 @@ impl Shape {
             material: material as u32,
         };
         let recesses = [
-            end(false, (0, 5), self.grille_rows, 0.05, 0.9, 0.0, Paint::Aluminium),
+            end(false, (0, 5), (6, 8), 0.05, 0.9, 0.0, Paint::Aluminium),
             end(false, (0, 6), (1, 3), 0.06, 0.9, 0.0, Paint::Aluminium),
-            end(false, (7, 12), self.lamp_rows, 0.08, 0.85, 0.8, Paint::Aluminium),
+            end(false, (7, 12), (6, 9), 0.08, 0.85, 0.8, Paint::Aluminium),
             end(true, (0, 5), self.plate_rows, 0.05, 0.9, 0.0, Paint::Steel),
-            end(true, (8, 12), self.tail_rows, 0.05, 0.85, 0.8, Paint::Aluminium),
+            end(true, (8, 12), (6, 9), 0.05, 0.85, 0.8, Paint::Aluminium),
         ];
         let bumper_top = 0.5 * (self.levels[2][0] + self.levels[3][0]);
         let zone = |band: usize, t: f64, z: f64| -> u32 {
@@ -263,22 +235,9 @@ pub(super) fn parts(shape: &Shape) -> Option<Vec<Part>> {
         bar(&mut body, DVec3::new(x, -inner, floor - 0.04), DVec3::new(x, inner, floor - 0.04), 0.03, 12, 0);
     }
     let tail = shape.levels[0][2];
-    bar(
-        &mut body,
-        DVec3::new(tail + 0.75, 0.30, floor - 0.06),
-        DVec3::new(tail + 0.30, 0.30, floor - 0.06),
-        0.055,
-        12,
-        0,
-    );
-    bar(
-        &mut body,
-        DVec3::new(tail + 0.29, 0.30, floor - 0.03),
-        DVec3::new(tail - 0.04, 0.30, floor - 0.03),
-        0.025,
-        12,
-        0,
-    );
+    let below = |x: f64, z: f64| DVec3::new(tail + x, 0.30, floor - z);
+    bar(&mut body, below(0.75, 0.06), below(0.30, 0.06), 0.055, 12, 0);
+    bar(&mut body, below(0.29, 0.03), below(-0.04, 0.03), 0.025, 12, 0);
     let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(wheel, &shape.axles, shape.track_out_m));
     Some(parts)
@@ -318,14 +277,8 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
     let out = DQuat::from_rotation_x(-side * FRAC_PI_2);
     append(mesh, &housing, &Pose::<Target, Target>::new(out, centre));
     // The stalk ends inside the door and inside the housing's shell.
-    bar(
-        mesh,
-        root + DVec3::new(0.0, -side * 0.02, -0.02),
-        centre - DVec3::Z * 0.02,
-        0.012,
-        8,
-        Paint::Steel as u32,
-    );
+    let stalk = root + DVec3::new(0.0, -side * 0.02, -0.02);
+    bar(mesh, stalk, centre - DVec3::Z * 0.02, 0.012, 8, Paint::Steel as u32);
     let glass = centre - DVec3::X * 0.066;
     let size = DVec3::new(0.002, 0.075, 0.75 * height);
     block(mesh, glass - size, glass + size, Paint::Aluminium as u32);
@@ -334,12 +287,8 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
 /// 520 x 110 mm, looking along +x turned about y by `pitch_deg`, upwards.
 fn plate(mesh: &mut Mesh, at: DVec3, pitch_deg: f64) {
     let mut part = Mesh::default();
-    block(
-        &mut part,
-        DVec3::new(-0.001, -0.26, -0.055),
-        DVec3::new(0.001, 0.26, 0.055),
-        Paint::Aluminium as u32,
-    );
+    let half = DVec3::new(0.001, 0.26, 0.055);
+    block(&mut part, -half, half, Paint::Aluminium as u32);
     let turn = DQuat::from_rotation_y(-pitch_deg.to_radians());
     append(mesh, &part, &Pose::<Target, Target>::new(turn, at));
 }

@@ -62,29 +62,27 @@ impl Kind {
     ];
 
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Sedan => "sedan",
-            Kind::Hatchback => "hatchback",
-            Kind::Suv => "suv",
-            Kind::Van => "van",
-            Kind::Truck => "truck",
-            Kind::SemiTrailer => "semi-trailer",
-            Kind::Motorcycle => "motorcycle",
-            Kind::Cyclist => "cyclist",
-            Kind::Pedestrian => "pedestrian",
-            Kind::Child => "child",
-        }
+        self.words().0
     }
 
     /// Class of the objects: car, van, truck, motorcycle, cyclist or pedestrian.
     pub fn class(self) -> &'static str {
+        self.words().1
+    }
+
+    /// (name, class).
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Sedan | Kind::Hatchback | Kind::Suv => "car",
-            Kind::Van => "van",
-            Kind::Truck | Kind::SemiTrailer => "truck",
-            Kind::Motorcycle => "motorcycle",
-            Kind::Cyclist => "cyclist",
-            Kind::Pedestrian | Kind::Child => "pedestrian",
+            Kind::Sedan => ("sedan", "car"),
+            Kind::Hatchback => ("hatchback", "car"),
+            Kind::Suv => ("suv", "car"),
+            Kind::Van => ("van", "van"),
+            Kind::Truck => ("truck", "truck"),
+            Kind::SemiTrailer => ("semi-trailer", "truck"),
+            Kind::Motorcycle => ("motorcycle", "motorcycle"),
+            Kind::Cyclist => ("cyclist", "cyclist"),
+            Kind::Pedestrian => ("pedestrian", "pedestrian"),
+            Kind::Child => ("child", "pedestrian"),
         }
     }
 }

@@ -22,20 +22,6 @@ const GRIP: DVec3 = DVec3::new(0.30, 0.36, 1.05);
 const STEEL: u32 = Paint::Steel as u32;
 const METAL: u32 = Paint::Aluminium as u32;
 
-fn wheel(radius_m: f64, width_m: f64) -> Mesh {
-    let one = Wheel {
-        radius_m,
-        width_m,
-        rim_m: 0.216,
-        spokes: 5,
-        segments: 32,
-        tyre: Paint::Tyre as u32,
-        rim: METAL,
-        disc: STEEL,
-    };
-    one.mesh()
-}
-
 fn machine() -> Mesh {
     let mut mesh = Mesh::default();
     let p = DVec3::new;
@@ -93,7 +79,8 @@ pub(super) fn parts() -> Vec<Part> {
         vec![Part::still("motorcycle", "", weld(machine())), Part::still("rider", "rider", weld(sitting))];
     for (name, i, width_m) in [("wheel front", 0, 0.12), ("wheel rear", 1, 0.16)] {
         let roll = Joint::about_y(DVec3::ZERO, Turn::Roll { radius_m: RADII_M[i] });
-        let (mesh, at) = (weld(wheel(RADII_M[i], width_m)), DVec3::new(AXLES[i], 0.0, RADII_M[i]));
+        let (mesh, at) =
+            (weld(Wheel::alloy(RADII_M[i], width_m, 0.216).mesh()), DVec3::new(AXLES[i], 0.0, RADII_M[i]));
         parts.push(Part::hinged(name, "wheel", mesh, at, &[roll]));
     }
     parts
