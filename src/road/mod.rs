@@ -21,13 +21,13 @@ pub mod plan;
 pub mod profile;
 pub mod reflector;
 mod scene_tables;
-#[cfg(test)]
-mod scene_tests;
 pub mod scene_toml;
 pub mod shape;
 pub mod site;
 pub mod target;
 pub mod terrain;
+#[cfg(test)]
+mod tests;
 pub mod traffic;
 pub mod truth;
 pub mod vehicle;

@@ -1,5 +1,5 @@
 //! Reflectors, each with its parameters and its documented pose in the target frame (x along
-//! boresight to the radar, y left, z up). To add one: a file with a struct, its `mesh` and a `KIND`,
+//! boresight to the radar, y left, z up). To add one: a file with a struct of its parameters, its `mesh` and a `KIND`,
 //! and a row in [`kinds`].
 //!
 //! A reflector is named by a spec string, `"type1:width_m=0.16,height_m=0.004"`; the kind alone takes
