@@ -6,13 +6,13 @@
 
 use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target, World};
-use crate::road::MaterialLookup;
 use crate::road::axis::RoadPoint;
 use crate::road::drive::OnRoad;
 use crate::road::labels::{
     LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, Polyline, RoadLabel, RoadTruth,
 };
 use crate::road::layout::{Base, Deck, InLane, Lane, Lateral, LineKind, Road, Side, add_marks};
+use crate::road::materials::MaterialLookup;
 use crate::road::objects::{W_BEAM_HALF_HEIGHT_M, standing_box, u_post, w_beam};
 use crate::road::plan::{
     FencePlan, GantryPlan, LinePlan, RailPlan, RoadPlan, RowPlan, ScenePlan, Source, Spacing, VergePlan,

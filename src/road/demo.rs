@@ -6,9 +6,9 @@
 
 use crate::error::Result;
 use crate::frames::Pose;
-use crate::road::MaterialLookup;
 use crate::road::labels::{LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, RoadLabel, RoadTruth};
 use crate::road::layout::{Driven, LaneKind, LineKind};
+use crate::road::materials::MaterialLookup;
 use crate::road::objects::{CarMaterials, ground, passenger_car, u_post, verge, w_beam};
 use crate::road::reflector::Reflector;
 use crate::scene::{Scene, Shape};

@@ -12,6 +12,7 @@ pub mod glb;
 pub mod labels;
 pub mod layout;
 pub mod mask;
+pub mod materials;
 pub mod near;
 pub mod objects;
 pub mod opendrive;
@@ -19,14 +20,14 @@ mod place;
 pub mod plan;
 pub mod profile;
 pub mod reflector;
-mod scene_read;
-#[cfg(test)]
-mod scene_tests;
+mod scene_tables;
 pub mod scene_toml;
 pub mod shape;
 pub mod site;
 pub mod target;
 pub mod terrain;
+#[cfg(test)]
+mod tests;
 pub mod traffic;
 pub mod truth;
 pub mod vehicle;
@@ -34,15 +35,13 @@ pub mod w3;
 
 use crate::error::Result;
 use crate::scene::scenario::{self, Builtin};
-use crate::scene::{Material, Scene, material};
+use crate::scene::{Scene, material};
 use labels::RoadTruth;
 use plan::ScenePlan;
 use std::path::Path;
 
+pub use materials::MaterialLookup;
 pub use truth::{TruthBox, actor_truth, truth_boxes};
-
-/// Finds a radar material by its name.
-pub type MaterialLookup<'a> = &'a dyn Fn(&str) -> Result<Material>;
 
 /// The built-in scenes and the reflector library, with the materials of the table, for scenario files.
 pub struct Library;

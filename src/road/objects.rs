@@ -23,8 +23,6 @@ const W_BEAM: [(f64, f64); 8] = [
 /// Half height and depth of the W-beam's section, the outer size of AASHTO M 180.
 pub const W_BEAM_HALF_HEIGHT_M: f64 = 0.156;
 pub const W_BEAM_DEPTH_M: f64 = 0.083;
-/// Base metal of a class A beam, AASHTO M 180.
-pub const W_BEAM_THICKNESS_M: f64 = 0.00267;
 
 /// A point of a section, (depth towards the traffic, height), and the normal there on the side of the
 /// traffic.

@@ -36,6 +36,15 @@ pub struct RoadPlan {
     pub things: Vec<ThingPlan>,
 }
 
+impl RoadPlan {
+    /// A road with nothing on it.
+    pub fn new(road: Road) -> Self {
+        let (lines, verges, rails, walls) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (fences, gantries, rows, things) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        RoadPlan { road, lines, verges, rails, walls, fences, gantries, rows, things }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinePlan {
     pub lateral: Lateral,

@@ -1,448 +1,29 @@
-//! The TOML description of a road scene, for `catseye scene FILE.toml`.
+//! The TOML description of a road scene, for `catseye scene FILE.toml`: from its tables to a checked plan. Complaints
+//! name the place in the file.
 
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, Target, World};
-use crate::road::axis::RoadPoint;
-use crate::road::layout::{Driven, InLane, LaneKind, LineKind, Side};
-use crate::road::plan::{DEFAULT_DURATION_S, DEFAULT_SAGITTA_M, RoadPlan, ScenePlan};
-use crate::road::scene_read::Reader;
-use crate::scene::drive::DriveTable;
-use crate::scene::toml_file::{At, Document, read_text};
-use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
-use std::collections::BTreeMap;
-use std::path::Path;
-
-/// Roads with what stands on them. Lengths in metres, angles in degrees; `s_m` is the arc length along a road's
-/// axis in plan, `t_m` the distance from the axis, positive to the left.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(title = "catseye road scene")]
-pub struct SceneFile {
-    /// Shown in results.
-    pub name: String,
-    /// Greatest distance of a facet from the curve that it stands for; default 0.005.
-    pub sagitta_m: Option<At<f64>>,
-    /// How long vehicles are under way; default 30. A scenario takes as long as its frames last.
-    pub duration_s: Option<At<f64>>,
-    pub road: Vec<RoadTable>,
-}
-
-/// A number, or pairs [s, value] with straight lines between, constant before the first and behind the last.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Series(pub Vec<[f64; 2]>);
-
-impl<'de> Deserialize<'de> for Series {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> serde::de::Visitor<'de> for Visitor {
-            type Value = Series;
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a number or a list of pairs [s, value]")
-            }
-            fn visit_f64<E>(self, x: f64) -> Result<Series, E> {
-                Ok(Series(vec![[0.0, x]]))
-            }
-            fn visit_i64<E>(self, x: i64) -> Result<Series, E> {
-                Ok(Series(vec![[0.0, x as f64]]))
-            }
-            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut seq: A) -> Result<Series, A::Error> {
-                let mut pairs = Vec::new();
-                while let Some(pair) = seq.next_element::<[f64; 2]>()? {
-                    pairs.push(pair);
-                }
-                Ok(Series(pairs))
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
-}
-
-impl JsonSchema for Series {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Series".into()
-    }
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let pair = generator.subschema_for::<[f64; 2]>();
-        schemars::json_schema!({ "anyOf": [{ "type": "number" }, { "type": "array", "items": pair, "minItems": 1 }] })
-    }
-}
-
-/// Where and how the axis begins: in the world, or at a place of a road that stands before it in the file.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StartTable {
-    /// [forward, left, up] in the world; default the origin.
-    pub position_m: Option<At<[f64; 3]>>,
-    /// Name of the other road.
-    pub road: Option<At<String>>,
-    /// Where on the other road.
-    pub s_m: Option<At<f64>>,
-    pub t_m: Option<At<f64>>,
-    /// From world x, or from the other road's direction, to the left.
-    #[serde(default)]
-    pub heading_deg: At<f64>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ElementKind {
-    Straight,
-    Arc,
-    Clothoid,
-}
-
-/// An element of the plan. Radii are positive to the left and negative to the right.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ElementTable {
-    pub kind: At<ElementKind>,
-    pub length_m: Option<At<f64>>,
-    /// Of an arc.
-    pub radius_m: Option<At<f64>>,
-    /// Turn of an arc, in place of its length; positive.
-    pub angle_deg: Option<At<f64>>,
-    /// Radius at the beginning of a clothoid; default that of the element before.
-    pub from_radius_m: Option<At<f64>>,
-    /// Radius at the end of a clothoid; default straight.
-    pub to_radius_m: Option<At<f64>>,
-}
-
-/// Where two grades meet, with a parabola of length K |g1 - g2| between them.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GradeTable {
-    /// Of the point where the two grades' lines meet.
-    pub s_m: At<f64>,
-    /// The grade behind it, positive uphill.
-    pub grade_percent: At<f64>,
-    /// Metres of curve for each percent of change; default 0, a kink.
-    #[serde(default)]
-    pub k_m_per_percent: At<f64>,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LaneTable {
-    /// Default 1, 2, ... on the right and 11, 12, ... on the left, from the axis outwards.
-    pub number: Option<At<i32>>,
-    /// Default driving.
-    pub kind: Option<LaneKind>,
-    /// Default forward on the right of the axis and backward on the left.
-    pub driven: Option<Driven>,
-    pub width_m: At<Series>,
-    /// Radar material, or "none"; default the road's.
-    pub surface: Option<At<String>>,
-    /// Painted on its edge away from the axis; default none.
-    #[serde(default)]
-    pub line: LineKind,
-}
-
-/// How lines are painted.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct PaintTable {
-    pub width_m: At<f64>,
-    pub dash_m: At<f64>,
-    pub gap_m: At<f64>,
-    /// Height of the paint over the road.
-    pub thickness_m: At<f64>,
-    /// Radar material of the paint.
-    pub material: At<String>,
-}
-
-impl Default for PaintTable {
-    fn default() -> Self {
-        PaintTable {
-            width_m: 0.12.into(),
-            dash_m: 6.0.into(),
-            gap_m: 12.0.into(),
-            thickness_m: 0.002.into(),
-            material: "paint-white".to_string().into(),
-        }
-    }
-}
-
-/// A lateral place: from the axis, in a lane, or from the edge of the drivable lanes.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LateralTable {
-    /// From the axis, positive to the left.
-    pub t_m: Option<At<Series>>,
-    /// Number of a lane.
-    pub lane: Option<At<i32>>,
-    /// Where in the lane, seen along the axis; default its centre.
-    pub side: Option<At<InLane>>,
-    /// The outer edge of the outermost drivable lane.
-    pub edge: Option<At<Side>>,
-    /// From the lane or edge, positive to the left.
-    pub offset_m: Option<At<Series>>,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LineTable {
-    pub lateral: At<LateralTable>,
-    pub kind: LineKind,
-    pub from_m: Option<At<f64>>,
-    pub to_m: Option<At<f64>>,
-    pub paint: Option<PaintTable>,
-    /// Radar material of the road under it; default the road's.
-    pub under: Option<At<String>>,
-}
-
-/// A sheet of ground beside the outermost lane.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct VergeTable {
-    pub side: Side,
-    pub width_m: At<f64>,
-    /// How far it falls over its first metre; default 0.12.
-    pub drop_m: Option<At<f64>>,
-    /// Default grass.
-    pub material: Option<At<String>>,
-    pub from_m: Option<At<f64>>,
-    pub to_m: Option<At<f64>>,
-}
-
-/// A W-beam guard rail.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RailTable {
-    /// Of the back of its beam.
-    pub lateral: At<LateralTable>,
-    /// The side of the traffic; default towards the axis.
-    pub faces: Option<Side>,
-    pub from_m: Option<At<f64>>,
-    pub to_m: Option<At<f64>>,
-    /// Of its upper edge; default 0.75.
-    pub height_m: Option<At<f64>>,
-    /// Default 4; 0 is without posts.
-    pub post_spacing_m: Option<At<f64>>,
-    /// Default steel.
-    pub material: Option<At<String>>,
-}
-
-/// A sound wall, or a kerb.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WallTable {
-    /// Of its middle.
-    pub lateral: At<LateralTable>,
-    pub from_m: Option<At<f64>>,
-    pub to_m: Option<At<f64>>,
-    /// Default 3 (kerb 0.12).
-    pub height_m: Option<At<f64>>,
-    /// Default 0.2 (kerb 0.15).
-    pub thickness_m: Option<At<f64>>,
-    /// Default concrete; a metal-faced wall is "aluminium".
-    pub material: Option<At<String>>,
-}
-
-/// Square posts with level bars.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FenceTable {
-    pub lateral: At<LateralTable>,
-    pub from_m: Option<At<f64>>,
-    pub to_m: Option<At<f64>>,
-    /// Default 1.2.
-    pub height_m: Option<At<f64>>,
-    /// Default 2.5.
-    pub post_spacing_m: Option<At<f64>>,
-    /// Edge of a post; default 0.08.
-    pub post_m: Option<At<f64>>,
-    /// Default 3.
-    pub bars: Option<At<u32>>,
-    /// Edge of a bar; default 0.04.
-    pub bar_m: Option<At<f64>>,
-    /// Default steel.
-    pub material: Option<At<String>>,
-}
-
-/// A beam over the road on two legs.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GantryTable {
-    pub s_m: At<f64>,
-    /// Of its legs.
-    pub from: At<LateralTable>,
-    pub to: At<LateralTable>,
-    /// Height of the beam's lower side over the road; default 5.5.
-    pub clearance_m: Option<At<f64>>,
-    /// Edge of the beam's square section; default 0.8.
-    pub beam_m: Option<At<f64>>,
-    /// Default steel.
-    pub material: Option<At<String>>,
-}
-
-/// A code word in the gaps between markers.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CodeTable {
-    /// Zeros and ones, as in "1011".
-    pub word: At<String>,
-    /// Gap that is a zero.
-    pub zero_m: At<f64>,
-    /// Gap that is a one.
-    pub one_m: At<f64>,
-    /// Gap between a word and the next; default none.
-    pub sync_m: Option<At<f64>>,
-}
-
-/// A row of reflectors of one kind.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RowTable {
-    pub name: Option<String>,
-    /// Default marker; others ("pole") are no markers in the labels.
-    pub class: Option<String>,
-    /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
-    pub reflector: At<String>,
-    pub lateral: At<LateralTable>,
-    /// Of the first one; default 0.
-    pub from_m: Option<At<f64>>,
-    /// None stands behind it; default the end of the road.
-    pub to_m: Option<At<f64>>,
-    pub spacing_m: Option<At<f64>>,
-    pub count: Option<At<u32>>,
-    /// In place of the spacing.
-    pub gaps_m: Option<At<Vec<f64>>>,
-    /// In place of the spacing.
-    pub code: Option<CodeTable>,
-    /// Whether these distances count along the row itself, which differs from the road's axis in bends. Default false: along the axis.
-    #[serde(default)]
-    pub along_row: bool,
-    /// Of its boresight against the direction of the road; default 180, towards traffic that comes along it.
-    pub yaw_deg: Option<At<f64>>,
-    /// Turn from one to the next.
-    #[serde(default)]
-    pub turn_deg: At<f64>,
-    /// Positive nose down; a plate with -90 looks up.
-    #[serde(default)]
-    pub pitch_deg: At<f64>,
-    /// Positive left side up.
-    #[serde(default)]
-    pub roll_deg: At<f64>,
-    /// Of its origin over the road; default 0.002 for markers, otherwise 0.
-    pub lift_m: Option<At<f64>>,
-    /// Whether z is straight up also where the road slopes; default false for markers, otherwise true.
-    pub upright: Option<bool>,
-}
-
-/// A reflector, a manhole, or a glTF file at a place of the road.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ObjectTable {
-    pub name: Option<String>,
-    /// Default: what the file says; "manhole" for manholes, "reflector" for others.
-    pub class: Option<String>,
-    pub reflector: Option<At<String>>,
-    /// A .glb, .gltf, .stl or .obj file below the folder of this file.
-    pub file: Option<At<String>>,
-    /// Of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
-    pub unit: Option<At<String>>,
-    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
-    pub up: Option<At<String>>,
-    /// Animations of the file that move it: all (default), none, or one by its name.
-    pub animation: Option<At<String>>,
-    /// For surfaces of the file whose material is missing or unknown.
-    pub default_material: Option<At<String>>,
-    /// Material of the file = material of the table.
-    #[serde(default)]
-    pub materials: BTreeMap<String, At<String>>,
-    pub s_m: At<f64>,
-    pub lateral: At<LateralTable>,
-    /// Of its x axis against the direction of the road.
-    #[serde(default)]
-    pub yaw_deg: At<f64>,
-    #[serde(default)]
-    pub pitch_deg: At<f64>,
-    #[serde(default)]
-    pub roll_deg: At<f64>,
-    #[serde(default)]
-    pub lift_m: At<f64>,
-    /// Along its x axis.
-    #[serde(default)]
-    pub speed_mps: At<f64>,
-    #[serde(default)]
-    pub upright: bool,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct VehicleTable {
-    pub name: Option<String>,
-    pub kind: At<String>,
-    /// Of its middle.
-    pub s_m: At<f64>,
-    pub lateral: At<LateralTable>,
-    /// Against the direction in which its lane is driven (of the road outside lanes), positive to the left.
-    #[serde(default)]
-    pub heading_deg: At<f64>,
-    /// It follows the road; with a heading it goes straight on in that.
-    #[serde(default)]
-    pub speed_mps: At<f64>,
-    /// How it goes along the road, in place of a steady speed.
-    pub drive: Option<DriveTable>,
-}
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RoadTable {
-    pub name: At<String>,
-    #[serde(default)]
-    pub start: StartTable,
-    /// The axis in plan.
-    pub plan: Option<At<Vec<ElementTable>>>,
-    /// An OpenDRIVE file below the folder of this file, in place of start, plan, grades, cross slope and lane
-    /// offset; its lanes too, unless left or right are given.
-    pub opendrive: Option<At<String>>,
-    /// Id of the road in that file; default its first.
-    pub opendrive_road: Option<At<String>>,
-    /// Grade at the beginning, positive uphill.
-    #[serde(default)]
-    pub grade_percent: At<f64>,
-    #[serde(default)]
-    pub grade: Vec<GradeTable>,
-    /// Positive when the left side is higher; default 0.
-    pub cross_slope_percent: Option<At<Series>>,
-    /// Where the lanes begin, to the left of the axis; default 0.
-    pub lane_offset_m: Option<At<Series>>,
-    /// Radar material of its lanes; default asphalt.
-    pub surface: Option<At<String>>,
-    /// Lanes to the left of the axis, from it outwards.
-    #[serde(default)]
-    pub left: Vec<LaneTable>,
-    /// Lanes to the right of the axis, from it outwards.
-    #[serde(default)]
-    pub right: Vec<LaneTable>,
-    /// Painted where the lanes of both sides meet.
-    #[serde(default)]
-    pub centre_line: LineKind,
-    #[serde(default)]
-    pub paint: PaintTable,
-    #[serde(default)]
-    pub line: Vec<LineTable>,
-    #[serde(default)]
-    pub verge: Vec<VergeTable>,
-    #[serde(default)]
-    pub rail: Vec<RailTable>,
-    #[serde(default)]
-    pub wall: Vec<WallTable>,
-    #[serde(default)]
-    pub kerb: Vec<WallTable>,
-    #[serde(default)]
-    pub fence: Vec<FenceTable>,
-    #[serde(default)]
-    pub gantry: Vec<GantryTable>,
-    #[serde(default)]
-    pub markers: Vec<RowTable>,
-    #[serde(default)]
-    pub object: Vec<ObjectTable>,
-    #[serde(default)]
-    pub vehicle: Vec<VehicleTable>,
-}
+use crate::error::{BadInput, Error, Result, nearest};
+use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
+use crate::road::build::{MAX_ROW, places};
+use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};
+use crate::road::opendrive;
+use crate::road::plan::{
+    DEFAULT_DURATION_S, DEFAULT_SAGITTA_M, FencePlan, GantryPlan, LinePlan, RailPlan, RoadPlan, RowPlan,
+    ScenePlan, Source, Spacing, ThingPlan, VergePlan, WallPlan,
+};
+use crate::road::profile::Profile;
+use crate::road::reflector::Reflector;
+use crate::road::scene_tables::{
+    ElementKind, ElementTable, LateralTable, ObjectTable, PaintTable, RoadTable, RowTable, SceneFile, Series,
+    VehicleTable,
+};
+use crate::road::traffic::VEHICLES;
+use crate::scene::drive::{self, Drive};
+use crate::scene::material;
+use crate::scene::mesh_file::{self, ImportTable};
+use crate::scene::toml_file::{Above, At, Document, read_text};
+use glam::DVec3;
+use std::ops::{Range, RangeInclusive};
+use std::path::{Component, Path, PathBuf};
 
 /// Reads and checks a file. Errors: one line with file, line, key, value and remedy.
 pub fn load(path: &Path) -> Result<ScenePlan> {
@@ -482,13 +63,672 @@ pub fn schema() -> (&'static str, String) {
     ("road_scene.schema.json", serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n")
 }
 
-/// The pose in the world of a place on a road of the plan, x along the road: where to put an ego vehicle.
-///
-/// Errors: an unknown road.
-pub fn pose_on_road(plan: &ScenePlan, road: &str, s_m: f64, t_m: f64) -> Result<Pose<Target, World>> {
-    let found = plan.roads.iter().find(|r| r.road.name == road).ok_or_else(|| {
-        let names: Vec<&str> = plan.roads.iter().map(|r| r.road.name.as_str()).collect();
-        BadInput::new("is not a road of the scene").key("road").value(road).allowed(names.join(", "))
-    })?;
-    Ok(found.road.axis.pose(RoadPoint { s_m, t_m, h_m: 0.0 }, 0.0, true))
+/// What reads a road.
+struct Reader<'a> {
+    doc: &'a Document<'a>,
+    t: &'a RoadTable,
+    /// Those that stand before it in the file.
+    roads: &'a [RoadPlan],
+}
+
+impl Reader<'_> {
+    /// A complaint of another room with the place in this file.
+    fn at(&self, span: &Range<usize>, e: Error) -> Error {
+        match e {
+            Error::Input(b) => {
+                let problem = match (&b.key, &b.value) {
+                    (Some(k), Some(v)) => format!("{k} = {v}: {}", b.problem),
+                    (Some(k), None) => format!("{k}: {}", b.problem),
+                    (None, Some(v)) => format!("{v}: {}", b.problem),
+                    (None, None) => b.problem.clone(),
+                };
+                let mut here = self.doc.bad(span, problem);
+                (here.allowed, here.remedy, here.allowed_whole) = (b.allowed, b.remedy, b.allowed_whole);
+                here.into()
+            }
+            e => e,
+        }
+    }
+
+    fn missing(&self, span: &Range<usize>, key: &str, remedy: &str) -> Error {
+        self.doc.bad(span, format!("{key} is missing")).remedy(remedy).into()
+    }
+
+    fn series(&self, at: &At<Series>) -> Result<Profile> {
+        Profile::linear(&at.value.0).map_err(|e| self.at(&at.span, e))
+    }
+
+    /// A length that is more than zero, or `default`.
+    fn length(&self, at: &Option<At<f64>>, default: f64) -> Result<f64> {
+        match at {
+            Some(a) => self.doc.in_range(a, Above { low: 0.0, high: 1e6 }, "give metres"),
+            None => Ok(default),
+        }
+    }
+
+    /// The error of a value that is not allowed where it stands.
+    fn refuse<T>(&self, span: &Range<usize>, problem: impl Into<String>, remedy: &str) -> Result<T> {
+        Err(self.doc.bad(span, problem).remedy(remedy).into())
+    }
+
+    /// A number of the range, or `default`.
+    fn metres(&self, at: &Option<At<f64>>, default: f64, range: RangeInclusive<f64>) -> Result<f64> {
+        at.as_ref().map_or(Ok(default), |a| self.doc.in_range(a, range, "give metres"))
+    }
+
+    /// Errors when so many steps from `span_m`'s beginning to its end are more than [`MAX_ROW`].
+    fn few(&self, at: &Range<usize>, span_m: &Range<f64>, step_m: f64, what: &str) -> Result<()> {
+        let count = (span_m.end - span_m.start) / step_m;
+        if count <= MAX_ROW as f64 {
+            return Ok(());
+        }
+        let e = self.doc.bad(at, format!("makes {count:.0} {what}"));
+        Err(e.allowed(format!("up to {MAX_ROW}")).remedy("give larger distances, or a shorter span").into())
+    }
+
+    fn angle(&self, at: &At<f64>) -> Result<f64> {
+        Ok(self.doc.in_range(at, -360.0..=360.0, "give degrees")?.to_radians())
+    }
+
+    fn speed(&self, at: &At<f64>) -> Result<f64> {
+        self.doc.in_range(at, -1000.0..=1000.0, "give metres per second")
+    }
+
+    /// A material's name or spec that exists, or the default.
+    fn material(&self, at: &Option<At<String>>, default: &str) -> Result<String> {
+        let Some(a) = at else { return Ok(default.into()) };
+        material::parse_spec(&a.value).map_err(|e| self.at(&a.span, e))?;
+        Ok(a.value.clone())
+    }
+
+    /// A path below the folder of this file.
+    fn beside(&self, name: &At<String>) -> Result<PathBuf> {
+        let relative = Path::new(&name.value);
+        if relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
+            return self.doc.beside(name);
+        }
+        let e = self.doc.bad(&name.span, "leaves the folder of the scene file");
+        Err(e.allowed("a name below that folder").remedy("copy the file beside the scene file").into())
+    }
+
+    /// The road of an OpenDRIVE file, when one is named.
+    fn opendrive(&self) -> Result<Option<Road>> {
+        let t = self.t;
+        let Some(name) = &t.opendrive else {
+            if let Some(r) = &t.opendrive_road {
+                return self.refuse(&r.span, "is without opendrive", "name the file");
+            }
+            return Ok(None);
+        };
+        let twice = [
+            t.plan.as_ref().map(|p| &p.span),
+            t.start.position_m.as_ref().map(|p| &p.span),
+            t.start.road.as_ref().map(|p| &p.span),
+            t.grade.first().map(|g| &g.s_m.span),
+            t.cross_slope_percent.as_ref().map(|c| &c.span),
+            t.lane_offset_m.as_ref().map(|l| &l.span),
+        ];
+        if let Some(span) = twice.into_iter().flatten().next() {
+            return self.refuse(span, "is given by the OpenDRIVE file as well", "take it out, or opendrive");
+        }
+        let path = self.beside(name)?;
+        let mut roads = opendrive::parse(&path, &read_text(&path)?)?;
+        let Some(id) = &t.opendrive_road else { return Ok(Some(roads.swap_remove(0))) };
+        let ids: Vec<String> = roads.iter().map(|r| r.name.clone()).collect();
+        roads.into_iter().find(|r| r.name == id.value).map(Some).ok_or_else(|| {
+            self.doc.bad(&id.span, "is no road of the OpenDRIVE file").allowed(ids.join(", ")).into()
+        })
+    }
+
+    fn axis(&self) -> Result<RoadAxis> {
+        let t = self.t;
+        let Some(plan) = &t.plan else {
+            let remedy = "list the elements of the axis, or give opendrive";
+            return Err(self.missing(&t.name.span, "plan", remedy));
+        };
+        let start = &t.start;
+        let heading = self.angle(&start.heading_deg)?;
+        let (position, heading) = match (&start.road, &start.position_m) {
+            (Some(name), Some(p)) => {
+                return self.refuse(
+                    &p.span,
+                    format!("the road begins at '{}' as well", name.value),
+                    "give position_m or road with s_m and t_m",
+                );
+            }
+            (Some(name), None) => {
+                let known = self.roads.iter().find(|r| r.road.name == name.value).ok_or_else(|| {
+                    let names: Vec<&str> = self.roads.iter().map(|r| r.road.name.as_str()).collect();
+                    let e = self.doc.bad(&name.span, "no road before this one has that name");
+                    if names.is_empty() { e } else { e.allowed(names.join(", ")) }
+                })?;
+                let s_m =
+                    start.s_m.as_ref().map_or(Ok(0.0), |s| self.doc.finite(s, "metres along that road"))?;
+                let t_m = start.t_m.as_ref().map_or(Ok(0.0), |t| self.doc.finite(t, "metres to the left"))?;
+                let at = known.road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 });
+                (at, known.road.axis.at(s_m).heading_rad + heading)
+            }
+            (None, p) => {
+                if let Some(s) = start.s_m.as_ref().or(start.t_m.as_ref()) {
+                    return self.refuse(&s.span, "is without a road", "add start.road");
+                }
+                (p.as_ref().map_or(Ok(DVec3::ZERO), |p| self.doc.vector(p))?, heading)
+            }
+        };
+        let mut courses = Vec::new();
+        let mut curvature = 0.0;
+        for e in &plan.value {
+            let course = self.element(e, curvature)?;
+            curvature = match course {
+                Course::Arc { curvature_per_m, .. } => curvature_per_m,
+                Course::Clothoid { to_per_m, .. } => to_per_m,
+                _ => 0.0,
+            };
+            courses.push(course);
+        }
+        let axis = RoadAxis::new(position, heading, &courses).map_err(|e| self.at(&plan.span, e))?;
+        let percent = |at: &At<f64>| -> Result<f64> {
+            Ok(0.01 * self.doc.in_range(at, -100.0..=100.0, "percent, positive uphill")?)
+        };
+        let mut changes = Vec::new();
+        for g in &t.grade {
+            changes.push(GradeChange {
+                s_m: self.doc.in_range(&g.s_m, 0.0..=axis.length_m(), "metres along the road")?,
+                grade: percent(&g.grade_percent)?,
+                k_m_per_percent: self.doc.in_range(
+                    &g.k_m_per_percent,
+                    0.0..=1e6,
+                    "metres for each percent",
+                )?,
+            });
+        }
+        let first = percent(&t.grade_percent)?;
+        let span = t.grade.first().map_or(&plan.span, |g| &g.s_m.span);
+        let axis = axis.with_grades(first, &changes).map_err(|e| self.at(span, e))?;
+        let Some(slope) = &t.cross_slope_percent else { return Ok(axis) };
+        if let Some(p) = slope.value.0.iter().find(|p| p[1].is_nan() || p[1].abs() > 100.0) {
+            let e = self.doc.bad(&slope.span, format!("{} % is out of range", p[1]));
+            return Err(e
+                .allowed("-100..=100")
+                .remedy("percent, positive when the left side is higher")
+                .into());
+        }
+        let pairs: Vec<[f64; 2]> = slope.value.0.iter().map(|p| [p[0], 0.01 * p[1]]).collect();
+        let profile = Profile::linear(&pairs).map_err(|e| self.at(&slope.span, e))?;
+        Ok(axis.with_cross_slope(profile))
+    }
+
+    fn element(&self, e: &ElementTable, before: f64) -> Result<Course> {
+        let span = &e.kind.span;
+        let only = |key: &str, at: &Option<At<f64>>, of: &str| match at {
+            Some(a) => Err(Error::from(
+                self.doc.bad(&a.span, format!("{key} is a key of {of}")).remedy("take it out"),
+            )),
+            None => Ok(()),
+        };
+        let curvature = |a: &At<f64>| -> Result<f64> {
+            if a.value.is_finite() && a.value.abs() >= 0.1 {
+                return Ok(1.0 / a.value);
+            }
+            Err(self.doc.bad(&a.span, "is no radius").allowed("0.1 m and more, negative to the right").into())
+        };
+        let needed = || self.missing(span, "length_m", "give the length of the element");
+        if e.kind.value != ElementKind::Arc {
+            only("radius_m", &e.radius_m, "an arc")?;
+            only("angle_deg", &e.angle_deg, "an arc")?;
+        }
+        if e.kind.value != ElementKind::Clothoid {
+            only("from_radius_m", &e.from_radius_m, "a clothoid")?;
+            only("to_radius_m", &e.to_radius_m, "a clothoid")?;
+        }
+        let length = e.length_m.as_ref().map(|_| self.length(&e.length_m, 0.0)).transpose()?;
+        Ok(match e.kind.value {
+            ElementKind::Straight => Course::Straight { length_m: length.ok_or_else(needed)? },
+            ElementKind::Arc => {
+                let r = e
+                    .radius_m
+                    .as_ref()
+                    .ok_or_else(|| self.missing(span, "radius_m", "give the arc's radius"))?;
+                let k = curvature(r)?;
+                let length_m = match (length, &e.angle_deg) {
+                    (Some(l), None) => l,
+                    (None, Some(a)) => {
+                        self.doc.in_range(a, Above { low: 0.0, high: 3600.0 }, "degrees")?.to_radians()
+                            / k.abs()
+                    }
+                    (Some(_), Some(a)) => {
+                        return self.refuse(&a.span, "the arc has a length as well", "keep one");
+                    }
+                    (None, None) => return Err(needed()),
+                };
+                Course::Arc { length_m, curvature_per_m: k }
+            }
+            ElementKind::Clothoid => Course::Clothoid {
+                length_m: length.ok_or_else(needed)?,
+                from_per_m: e.from_radius_m.as_ref().map_or(Ok(before), curvature)?,
+                to_per_m: e.to_radius_m.as_ref().map_or(Ok(0.0), curvature)?,
+            },
+        })
+    }
+
+    fn lanes(&self, side: Side, default: &Option<String>) -> Result<Vec<Lane>> {
+        let (tables, base, driven) = match side {
+            Side::Left => (&self.t.left, 11, Driven::Backward),
+            Side::Right => (&self.t.right, 1, Driven::Forward),
+        };
+        let mut lanes = Vec::new();
+        for (i, l) in tables.iter().enumerate() {
+            if let Some(p) = l.width_m.value.0.iter().find(|p| !(0.0..=1000.0).contains(&p[1])) {
+                let e = self.doc.bad(&l.width_m.span, format!("{} is no width of a lane", p[1]));
+                return Err(e.allowed("0..=1000").remedy("metres").into());
+            }
+            let kind = l.kind.unwrap_or(LaneKind::Driving);
+            let surface = match &l.surface {
+                Some(s) if s.value == "none" => None,
+                Some(_) => Some(self.material(&l.surface, "")?),
+                None if kind.is_drivable() || kind == LaneKind::Sidewalk => default.clone(),
+                None => Some("grass".into()),
+            };
+            lanes.push(Lane {
+                number: l.number.as_ref().map_or(base + i as i32, |n| n.value),
+                kind,
+                driven: l.driven.unwrap_or(driven),
+                width: self.series(&l.width_m)?,
+                surface,
+                line: l.line,
+            });
+        }
+        Ok(lanes)
+    }
+
+    fn paint(&self, p: &PaintTable, under: &str, under_span: &Range<usize>) -> Result<Paint> {
+        let length = |at: &At<f64>| self.doc.in_range(at, Above { low: 0.0, high: 1000.0 }, "give metres");
+        let paint = Paint {
+            width_m: length(&p.width_m)?,
+            // Shorter ones than a millimetre are not painted.
+            dash_m: self.doc.in_range(&p.dash_m, Above { low: 1e-3, high: 1000.0 }, "give metres")?,
+            gap_m: length(&p.gap_m)?,
+            thickness_m: self.doc.in_range(&p.thickness_m, 1e-4..=0.05, "metres over the road")?,
+            material: p.material.value.clone(),
+        };
+        let spec = format!("{under}+{}:{}", paint.material, paint.thickness_m);
+        let span = if p.material.span.is_empty() { under_span } else { &p.material.span };
+        material::parse_spec(&spec).map_err(|e| self.at(span, e))?;
+        Ok(paint)
+    }
+
+    /// The whole road.
+    fn road(&self) -> Result<RoadPlan> {
+        let t = self.t;
+        if t.name.value.is_empty() || self.roads.iter().any(|r| r.road.name == t.name.value) {
+            return self.refuse(
+                &t.name.span,
+                "is empty, or the name of another road",
+                "give each road a name of its own",
+            );
+        }
+        let surface = match &t.surface {
+            Some(s) if s.value == "none" => None,
+            s => Some(self.material(s, "asphalt")?),
+        };
+        let here = |e| self.at(&t.name.span, e);
+        let paint = self.paint(&t.paint, surface.as_deref().unwrap_or("asphalt"), &t.name.span)?;
+        let given = self.opendrive()?;
+        let (left, right) = (self.lanes(Side::Left, &surface)?, self.lanes(Side::Right, &surface)?);
+        let road = match given {
+            Some(mut road) => {
+                if !(left.is_empty() && right.is_empty()) {
+                    (road.left, road.right, road.centre_line) = (left, right, t.centre_line);
+                } else if t.surface.is_some() {
+                    for lane in road.left.iter_mut().chain(&mut road.right).filter(|l| l.kind.is_drivable()) {
+                        lane.surface.clone_from(&surface);
+                    }
+                }
+                Road { name: t.name.value.clone(), paint, ..road }
+            }
+            None => Road {
+                name: t.name.value.clone(),
+                axis: self.axis()?,
+                lane_offset: t
+                    .lane_offset_m
+                    .as_ref()
+                    .map_or(Ok(Profile::constant(0.0)), |o| self.series(o))?,
+                left,
+                right,
+                centre_line: t.centre_line,
+                paint,
+            },
+        };
+        road.check().map_err(here)?;
+        if road.centre_line == LineKind::Dashed || road.lanes().any(|(.., l)| l.line == LineKind::Dashed) {
+            let at = if t.paint.dash_m.span.is_empty() { &t.name.span } else { &t.paint.dash_m.span };
+            let period_m = road.paint.dash_m + road.paint.gap_m;
+            self.few(at, &(0.0..road.axis.length_m()), period_m, "dashes")?;
+        }
+        let mut plan = RoadPlan::new(road);
+        let under = surface.as_deref().unwrap_or("asphalt");
+        for l in &t.line {
+            let under = self.material(&l.under, under)?;
+            let paint = l.paint.as_ref().map(|p| self.paint(p, &under, &l.lateral.span)).transpose()?;
+            let paint = paint.unwrap_or_else(|| plan.road.paint.clone());
+            let span_m = self.span(&plan.road, &l.from_m, &l.to_m)?;
+            if l.kind == LineKind::Dashed {
+                let at = l.paint.as_ref().map_or(&l.lateral.span, |p| &p.dash_m.span);
+                self.few(at, &span_m, paint.dash_m + paint.gap_m, "dashes")?;
+            }
+            let lateral = self.lateral(&plan.road, &l.lateral)?;
+            plan.lines.push(LinePlan { lateral, kind: l.kind, paint, under, span_m });
+        }
+        for v in &t.verge {
+            plan.verges.push(VergePlan {
+                side: v.side,
+                width_m: self.doc.in_range(&v.width_m, Above { low: 0.0, high: 1000.0 }, "give metres")?,
+                drop_m: self.metres(&v.drop_m, 0.12, 0.0..=10.0)?,
+                material: self.material(&v.material, "grass")?,
+                span_m: self.span(&plan.road, &v.from_m, &v.to_m)?,
+            });
+        }
+        self.barriers(&mut plan)?;
+        for (i, r) in t.markers.iter().enumerate() {
+            let row = self.row(&plan.road, r, i)?;
+            plan.rows.push(row);
+        }
+        for (i, o) in t.object.iter().enumerate() {
+            let thing = self.object(&plan.road, o, i)?;
+            plan.things.push(thing);
+        }
+        for (i, v) in t.vehicle.iter().enumerate() {
+            let thing = self.vehicle(&plan.road, v, i)?;
+            plan.things.push(thing);
+        }
+        Ok(plan)
+    }
+
+    fn barriers(&self, plan: &mut RoadPlan) -> Result<()> {
+        let t = self.t;
+        for r in &t.rail {
+            let lateral = self.lateral(&plan.road, &r.lateral)?;
+            let span_m = self.span(&plan.road, &r.from_m, &r.to_m)?;
+            if let Some(p) = r.post_spacing_m.as_ref().filter(|p| p.value > 0.0) {
+                self.few(&p.span, &span_m, p.value, "posts")?;
+            }
+            let towards = if plan.road.t_m(&lateral, span_m.start) > 0.0 { Side::Right } else { Side::Left };
+            plan.rails.push(RailPlan {
+                lateral,
+                faces: r.faces.unwrap_or(towards),
+                span_m,
+                height_m: self.metres(&r.height_m, 0.75, 0.35..=10.0)?,
+                post_spacing_m: match &r.post_spacing_m {
+                    Some(p) if p.value == 0.0 => 0.0,
+                    p => self.length(p, 4.0)?,
+                },
+                material: self.material(&r.material, "steel")?,
+            });
+        }
+        for (class, tables, height, thickness) in [("wall", &t.wall, 3.0, 0.2), ("kerb", &t.kerb, 0.12, 0.15)]
+        {
+            for w in tables {
+                plan.walls.push(WallPlan {
+                    class,
+                    lateral: self.lateral(&plan.road, &w.lateral)?,
+                    span_m: self.span(&plan.road, &w.from_m, &w.to_m)?,
+                    height_m: self.length(&w.height_m, height)?,
+                    thickness_m: self.length(&w.thickness_m, thickness)?,
+                    material: self.material(&w.material, "concrete")?,
+                });
+            }
+        }
+        for f in &t.fence {
+            let span_m = self.span(&plan.road, &f.from_m, &f.to_m)?;
+            if let Some(p) = &f.post_spacing_m {
+                self.few(&p.span, &span_m, self.length(&f.post_spacing_m, 0.0)?, "posts")?;
+            }
+            plan.fences.push(FencePlan {
+                lateral: self.lateral(&plan.road, &f.lateral)?,
+                span_m,
+                height_m: self.length(&f.height_m, 1.2)?,
+                post_spacing_m: self.length(&f.post_spacing_m, 2.5)?,
+                post_m: self.length(&f.post_m, 0.08)?,
+                bars: f.bars.as_ref().map_or(Ok(3), |b| self.doc.in_range(b, 1..=100, "level bars"))?,
+                bar_m: self.length(&f.bar_m, 0.04)?,
+                material: self.material(&f.material, "steel")?,
+            });
+        }
+        for g in &t.gantry {
+            plan.gantries.push(GantryPlan {
+                s_m: self.place(&plan.road, &g.s_m)?,
+                from: self.lateral(&plan.road, &g.from)?,
+                to: self.lateral(&plan.road, &g.to)?,
+                clearance_m: self.length(&g.clearance_m, 5.5)?,
+                beam_m: self.length(&g.beam_m, 0.8)?,
+                material: self.material(&g.material, "steel")?,
+            });
+        }
+        Ok(())
+    }
+
+    fn place(&self, road: &Road, at: &At<f64>) -> Result<f64> {
+        self.doc.in_range(at, 0.0..=road.axis.length_m(), "metres along the road")
+    }
+
+    fn span(&self, road: &Road, from: &Option<At<f64>>, to: &Option<At<f64>>) -> Result<Range<f64>> {
+        let end = road.axis.length_m();
+        let span = from.as_ref().map_or(Ok(0.0), |a| self.place(road, a))?
+            ..to.as_ref().map_or(Ok(end), |a| self.place(road, a))?;
+        if span.end - span.start > 1e-6 {
+            return Ok(span);
+        }
+        let at = to.as_ref().or(from.as_ref()).map_or(0..0, |a| a.span.clone());
+        Err(self.doc.bad(&at, "ends where it begins, or before").remedy("give a to_m beyond from_m").into())
+    }
+
+    fn lateral(&self, road: &Road, at: &At<LateralTable>) -> Result<Lateral> {
+        let t = &at.value;
+        let count = [t.t_m.is_some(), t.lane.is_some(), t.edge.is_some()].iter().filter(|x| **x).count();
+        if count != 1 {
+            let e = self.doc.bad(&at.span, "says its place not at all, or twice");
+            return Err(e
+                .allowed("one of t_m, lane, edge")
+                .remedy("for example { lane = 1, side = \"left\" }")
+                .into());
+        }
+        if let (Some(s), None) = (&t.side, &t.lane) {
+            return self.refuse(&s.span, "is without a lane", "add lane, or take it out");
+        }
+        if let (Some(o), Some(_)) = (&t.offset_m, &t.t_m) {
+            return self.refuse(&o.span, "t_m is given as well", "add it to t_m");
+        }
+        let offset = t.offset_m.as_ref().or(t.t_m.as_ref());
+        let offset = offset.map_or(Ok(Profile::constant(0.0)), |o| self.series(o))?;
+        let base = match (&t.lane, &t.edge) {
+            (Some(number), _) => {
+                let found = road.lanes().find(|(_, _, l)| l.number == number.value);
+                let (side, i, _) = found.ok_or_else(|| {
+                    let known: Vec<String> = road.lanes().map(|(_, _, l)| l.number.to_string()).collect();
+                    self.doc
+                        .bad(&number.span, "the road has no lane of this number")
+                        .allowed(known.join(", "))
+                })?;
+                Base::Lane(side, i, t.side.as_ref().map_or(InLane::Centre, |s| s.value))
+            }
+            (None, Some(edge)) => Base::Edge(edge.value),
+            (None, None) => Base::Axis,
+        };
+        Ok(Lateral { base, offset })
+    }
+
+    fn reflector(&self, at: &At<String>) -> Result<Reflector> {
+        let r = Reflector::parse(&at.value).map_err(|e| self.at(&at.span, e))?;
+        for name in r.further_materials().iter().chain([&r.material]) {
+            material::parse_spec(name).map_err(|e| self.at(&at.span, e))?;
+        }
+        Ok(r)
+    }
+
+    fn row(&self, road: &Road, r: &RowTable, i: usize) -> Result<RowPlan> {
+        let gap = |at: &At<f64>| self.doc.in_range(at, Above { low: 0.0, high: 1e6 }, "give metres");
+        let ways = [r.spacing_m.is_some(), r.gaps_m.is_some(), r.code.is_some()];
+        if ways.iter().filter(|x| **x).count() != 1 {
+            let e = self.doc.bad(&r.reflector.span, "says its distances not at all, or twice");
+            return Err(e
+                .allowed("one of spacing_m, gaps_m, code")
+                .remedy("for example spacing_m = 2")
+                .into());
+        }
+        if let (Some(c), None) = (&r.count, &r.spacing_m) {
+            return self.refuse(&c.span, "is without spacing_m", "take it out");
+        }
+        let spacing = match (&r.spacing_m, &r.gaps_m, &r.code) {
+            (_, _, Some(c)) => {
+                if c.word.value.is_empty() || !c.word.value.bytes().all(|b| matches!(b, b'0' | b'1')) {
+                    let e = self.doc.bad(&c.word.span, "is no code word").allowed("zeros and ones");
+                    return Err(e.remedy("for example \"1011\"").into());
+                }
+                let (zero_m, one_m) = (gap(&c.zero_m)?, gap(&c.one_m)?);
+                let sync_m = c.sync_m.as_ref().map(gap).transpose()?;
+                if zero_m == one_m || sync_m == Some(zero_m) || sync_m == Some(one_m) {
+                    return self.refuse(
+                        &c.one_m.span,
+                        "gaps of two meanings are alike",
+                        "give zero_m, one_m and sync_m different lengths",
+                    );
+                }
+                let word = c.word.value.bytes().map(|b| b == b'1').collect();
+                Spacing::Code { word, zero_m, one_m, sync_m }
+            }
+            (_, Some(g), _) => {
+                if let Some(x) = g.value.iter().find(|x| !(**x > 0.0 && **x < 1e6)) {
+                    let e = self.doc.bad(&g.span, format!("{x} is no gap")).allowed("more than 0");
+                    return Err(e.remedy("give metres").into());
+                }
+                Spacing::Gaps(g.value.clone())
+            }
+            (Some(s), ..) => {
+                let spacing_m = gap(s)?;
+                let wanted = r.count.as_ref().map_or(f64::INFINITY, |c| f64::from(c.value) * spacing_m);
+                let span_m = self.span(road, &r.from_m, &r.to_m)?;
+                let end = span_m.end.min(span_m.start + wanted);
+                self.few(&s.span, &(span_m.start..end), spacing_m, "reflectors")?;
+                Spacing::Even { spacing_m, count: r.count.as_ref().map(|c| c.value as usize) }
+            }
+            (None, None, None) => Spacing::Gaps(Vec::new()),
+        };
+        let class = r.class.clone().unwrap_or_else(|| "marker".into());
+        let is_marker = class == "marker";
+        let lift = if is_marker { 0.002 } else { 0.0 };
+        let plan = RowPlan {
+            name: r.name.clone().unwrap_or_else(|| format!("{class} row {}", i + 1)),
+            reflector: self.reflector(&r.reflector)?,
+            lateral: self.lateral(road, &r.lateral)?,
+            span_m: self.span(road, &r.from_m, &r.to_m)?,
+            spacing,
+            along_row: r.along_row,
+            yaw_rad: r.yaw_deg.as_ref().map_or(Ok(std::f64::consts::PI), |y| self.angle(y))?,
+            turn_rad: self.angle(&r.turn_deg)?,
+            pitch_rad: self.angle(&r.pitch_deg)?,
+            roll_rad: self.angle(&r.roll_deg)?,
+            lift_m: self.metres(&r.lift_m, lift, -10.0..=100.0)?,
+            lying: !r.upright.unwrap_or(!is_marker),
+            class,
+        };
+        if let Some(count) = &r.count {
+            let fit = places(road, &plan).map_err(|e| self.at(&count.span, e))?.len();
+            if fit < count.value as usize {
+                let e = self.doc.bad(&count.span, "is more than the road has room for at this spacing");
+                return Err(e.allowed(format!("0..={fit}")).remedy("take count out to fill the road").into());
+            }
+        }
+        Ok(plan)
+    }
+
+    fn object(&self, road: &Road, o: &ObjectTable, i: usize) -> Result<ThingPlan> {
+        let import = ImportTable {
+            unit: &o.unit,
+            up: &o.up,
+            animation: &o.animation,
+            default_material: &o.default_material,
+            materials: &o.materials,
+        };
+        if let (Some(span), None) = (import.first_span(), &o.file) {
+            return self.refuse(span, "belongs to a file of a mesh", "take it out");
+        }
+        let (source, class) = match (&o.reflector, &o.file) {
+            (Some(r), None) => {
+                let r = self.reflector(r)?;
+                let class = if r.kind().name.starts_with("manhole") { "manhole" } else { "reflector" };
+                (Source::Reflector(r), class)
+            }
+            (None, Some(f)) => {
+                let path = self.beside(f)?;
+                let options = import.options_of(self.doc, f)?;
+                (Source::File(mesh_file::import_sized(&path, &options, 1e-3..=1e3)?), "")
+            }
+            _ => {
+                let e = self.doc.bad(&o.s_m.span, "the object is nothing, or two things");
+                return Err(e.allowed("one of reflector, file").into());
+            }
+        };
+        Ok(ThingPlan {
+            name: o.name.clone().unwrap_or_else(|| format!("object {}", i + 1)),
+            class: o.class.clone().unwrap_or_else(|| class.into()),
+            source,
+            s_m: self.place(road, &o.s_m)?,
+            lateral: self.lateral(road, &o.lateral)?,
+            yaw_rad: self.angle(&o.yaw_deg)?,
+            pitch_rad: self.angle(&o.pitch_deg)?,
+            roll_rad: self.angle(&o.roll_deg)?,
+            lift_m: self.doc.in_range(&o.lift_m, -100.0..=1000.0, "give metres")?,
+            speed_mps: self.speed(&o.speed_mps)?,
+            drive: None,
+            against: false,
+            lying: !o.upright,
+        })
+    }
+
+    fn vehicle(&self, road: &Road, v: &VehicleTable, i: usize) -> Result<ThingPlan> {
+        if !VEHICLES.contains(&v.kind.value.as_str()) {
+            let e = self.doc.bad(&v.kind.span, "is not a kind of vehicle").allowed(VEHICLES.join(", "));
+            return Err(match nearest(&v.kind.value, VEHICLES) {
+                Some(n) => e.remedy(format!("did you mean '{n}'?")),
+                None => e,
+            }
+            .into());
+        }
+        let lateral = self.lateral(road, &v.lateral)?;
+        let back = match lateral.base {
+            Base::Lane(side, i, _) => road.side(side)[i].driven == Driven::Backward,
+            _ => false,
+        };
+        let (heading, speed) = (self.angle(&v.heading_deg)?, self.speed(&v.speed_mps)?);
+        let drive = match &v.drive {
+            Some(d) if speed != 0.0 || heading != 0.0 => {
+                let (span, key) = match speed != 0.0 {
+                    true => (&v.speed_mps.span, "the speed"),
+                    false => (&v.heading_deg.span, "the heading"),
+                };
+                let e = self.doc.bad(span, format!("{key} is given twice"));
+                let there = format!("drive has speed_mps = {} and heading_error_deg", d.speed_mps.value);
+                return Err(e.remedy(format!("keep it in drive: {there}")).into());
+            }
+            Some(d) => Some(drive::build(self.doc, d)?),
+            // What is turned goes its own way.
+            None if speed != 0.0 && heading == 0.0 => Some(Drive::steady(speed)),
+            None => None,
+        };
+        Ok(ThingPlan {
+            name: v.name.clone().unwrap_or_else(|| format!("{} {}", v.kind.value, i + 1)),
+            class: String::new(),
+            source: Source::Vehicle(v.kind.value.clone()),
+            s_m: self.place(road, &v.s_m)?,
+            lateral,
+            yaw_rad: heading + if back { std::f64::consts::PI } else { 0.0 },
+            pitch_rad: 0.0,
+            roll_rad: 0.0,
+            lift_m: 0.0,
+            speed_mps: if drive.is_some() { 0.0 } else { speed },
+            drive,
+            against: back,
+            lying: true,
+        })
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::frames::Pose;
-use crate::road::MaterialLookup;
+use crate::road::materials::MaterialLookup;
 use crate::road::objects::{CarMaterials, passenger_car};
 use crate::scene::Scene;
 use crate::scene::motion::{Channel, Joint};

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::frames::Pose;
-use crate::road::MaterialLookup;
+use crate::road::materials::MaterialLookup;
 use crate::road::objects::{ground, standing_box};
 use crate::road::shape::cuboid;
 use crate::scene::{Scene, Shape};

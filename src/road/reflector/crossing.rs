@@ -1,29 +1,37 @@
 //! Type 1 reflectors back to back (Feng 2019, figure 4.15c).
 
-use super::type1::{LENGTH, WIDTH};
-use super::{Builder, Built, Kind, Param, Range, Type1, Values, length, thickened, thickness};
-use crate::error::{BadInput, Result};
+use super::kind::{
+    Builder, HALF_WAVE_M, Kind, Param, choice, kind_of, length, number, thickened, thickness, whole,
+};
+use super::type1::{LENGTH, Type1, WIDTH};
+use crate::error::Result;
 use crate::frames::{Pose, Target};
 use crate::road::shape::{Terrace, append, moved, polygon, terraces, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Count {
+    Two,
+    Four,
+}
 
 /// Two Type 1 reflectors that look to +x and -x, or four that look to +y and -y as well, on walls that
 /// cross at the origin. As sheets the walls of four serve on both sides, and three facets meet where
 /// they stand on the ground. With thickness it is one closed body: walls of that thickness about the
 /// planes in which the sheets would lie, on a slab of that thickness under z = 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Crossing {
     pub width_m: f64,
     pub height_m: f64,
     pub length_m: f64,
-    /// All four sides.
-    pub four: bool,
+    pub count: Count,
     pub thickness_m: f64,
 }
 
-pub(super) const COUNT: Param =
-    Param { name: "count", doc: "how many reflectors", range: Range::Choice(&["four", "two"]) };
+const COUNT: Param = choice("count", &["four", "two"], "how many reflectors");
 
 pub static KIND: Kind = Kind {
     name: "crossing",
@@ -36,47 +44,21 @@ pub static KIND: Kind = Kind {
         COUNT,
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let c = Crossing {
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            length_m: v.number("length_m"),
-            four: v.word("count") == "four",
-            thickness_m: v.number("thickness_m"),
-        };
-        c.check(v)?;
-        Ok(Built::Mesh(Box::new(c)))
-    },
+    ..kind_of::<Crossing>()
 };
 
 impl Crossing {
-    pub(super) fn check(&self, v: &Values) -> Result<()> {
-        let most = 0.5 * self.width_m;
-        if self.thickness_m >= most {
-            return Err(BadInput::new("the walls would fill the corners")
-                .key(format!("{}:thickness_m", v.kind.name))
-                .value(self.thickness_m)
-                .allowed(format!("less than {most}"))
-                .remedy("give a smaller thickness_m or a larger width_m")
-                .into());
-        }
-        Ok(())
+    /// One of its reflectors.
+    fn part(&self) -> Type1 {
+        Type1 { width_m: self.width_m, height_m: self.height_m, length_m: self.length_m, ..Type1::default() }
     }
 
     fn sides(&self) -> &'static [u32] {
-        if self.four { &[0, 1, 2, 3] } else { &[0, 2] }
+        if self.count == Count::Four { &[0, 1, 2, 3] } else { &[0, 2] }
     }
 
     fn sheet(&self) -> Mesh {
-        let part = Type1 {
-            width_m: self.width_m,
-            height_m: self.height_m,
-            length_m: self.length_m,
-            ..Type1::default()
-        };
-        let whole = part.mesh();
+        let whole = self.part().mesh();
         // The ground of a Type 1 comes first, then its two walls of two facets each.
         let walls = whole.triangles.len() - 4;
         let mut ground = whole.clone();
@@ -123,6 +105,18 @@ fn quarter_turns(p: DVec2, turns: u32) -> DVec2 {
 }
 
 impl Builder for Crossing {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let most = 0.5 * self.width_m;
+        if self.thickness_m >= most {
+            return Err(kind
+                .bad("thickness_m", self.thickness_m, "the walls would fill the corners")
+                .allowed(format!("less than {most}"))
+                .remedy("give a smaller thickness_m or a larger width_m")
+                .into());
+        }
+        Ok(())
+    }
+
     fn mesh(&self) -> Mesh {
         if self.thickness_m > 0.0 { self.body() } else { self.sheet() }
     }
@@ -130,18 +124,22 @@ impl Builder for Crossing {
 
 /// A row of Type 1 reflectors or crossings, each turned against the one before (Feng 2019, figure
 /// 4.17a).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Row {
     pub element: Element,
+    /// What is repeated, or the Type 1 of the same sizes.
+    #[serde(flatten)]
+    pub crossing: Crossing,
     pub number: u32,
     pub spacing_m: f64,
     pub turn_deg: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Element {
-    Type1(Type1),
-    Crossing(Crossing),
+    Type1,
+    Crossing,
 }
 
 pub static STRING_KIND: Kind = Kind {
@@ -149,51 +147,28 @@ pub static STRING_KIND: Kind = Kind {
     summary: "row of type1 or crossings, each turned against the one before",
     pose: "first element at the origin as it is alone, the others behind it along -x, each turned further to the left",
     params: &[
-        Param { name: "element", doc: "what is repeated", range: Range::Choice(&["type1", "crossing"]) },
-        super::whole("number", 5, 1, 10_000, "how many elements"),
+        choice("element", &["type1", "crossing"], "what is repeated"),
+        whole("number", 5, 1, 10_000, "how many elements"),
         length("spacing_m", 1.5, "distance from one element to the next"),
-        super::number("turn_deg", 15.0, -180.0, 180.0, "turn of each element against the one before"),
+        number("turn_deg", 15.0, -180.0, 180.0, "turn of each element against the one before"),
         length("width_m", 0.1, "width across the opening"),
         length("height_m", 0.006, "height of the standing plates"),
         LENGTH,
         COUNT,
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let crossing = Crossing {
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            length_m: v.number("length_m"),
-            four: v.word("count") == "four",
-            thickness_m: v.number("thickness_m"),
-        };
-        crossing.check(v)?;
-        let element = match v.word("element") {
-            "crossing" => Element::Crossing(crossing),
-            _ => Element::Type1(Type1 {
-                width_m: crossing.width_m,
-                height_m: crossing.height_m,
-                length_m: crossing.length_m,
-                thickness_m: crossing.thickness_m,
-                ..Type1::default()
-            }),
-        };
-        Ok(Built::Mesh(Box::new(Row {
-            element,
-            number: v.whole("number"),
-            spacing_m: v.number("spacing_m"),
-            turn_deg: v.number("turn_deg"),
-        })))
-    },
+    ..kind_of::<Row>()
 };
 
 impl Builder for Row {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        self.crossing.check(kind)
+    }
+
     fn mesh(&self) -> Mesh {
         let part = match self.element {
-            Element::Type1(t) => t.mesh(),
-            Element::Crossing(c) => c.mesh(),
+            Element::Type1 => Type1 { thickness_m: self.crossing.thickness_m, ..self.crossing.part() }.mesh(),
+            Element::Crossing => self.crossing.mesh(),
         };
         let mut mesh = Mesh::default();
         for i in 0..self.number {
@@ -211,7 +186,7 @@ impl Builder for Row {
 
 /// Type 1 whose standing plates are cut into steps (Feng 2019, figure 4.11c): risers of equal height,
 /// each a tread of `step_m` behind the one below.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Stepped {
     pub width_m: f64,
     pub height_m: f64,
@@ -229,22 +204,11 @@ pub static STEPPED_KIND: Kind = Kind {
         WIDTH,
         length("height_m", 0.004, "height of all steps together"),
         LENGTH,
-        super::whole("steps", 3, 1, 1000, "how many risers"),
-        length("step_m", super::HALF_WAVE_M, "depth of a tread; half a wavelength at 77 GHz"),
+        whole("steps", 3, 1, 1000, "how many risers"),
+        length("step_m", HALF_WAVE_M, "depth of a tread; half a wavelength at 77 GHz"),
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(Stepped {
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            length_m: v.number("length_m"),
-            steps: v.whole("steps"),
-            step_m: v.number("step_m"),
-            thickness_m: v.number("thickness_m"),
-        })))
-    },
+    ..kind_of::<Stepped>()
 };
 
 impl Builder for Stepped {
@@ -347,7 +311,7 @@ mod tests {
                 .sum()
         };
         // Riser i is longer by two step depths at the apex than its foot would be alone: the legs of V grow.
-        let leg = |i: f64| 0.08 * 2f64.sqrt() + i * super::super::HALF_WAVE_M;
+        let leg = |i: f64| 0.08 * 2f64.sqrt() + i * HALF_WAVE_M;
         let expected: f64 = (0..4).map(|i| 2.0 * leg(f64::from(i)) * 0.001).sum();
         assert!((risers / expected - 1.0).abs() < 1e-12, "{risers} {expected}");
     }

@@ -1,50 +1,45 @@
 //! Circular cylinder, faceted.
 
-use super::{Builder, Built, Kind, Param, Range, SAGITTA, check_triangles, length};
+use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length};
+use crate::error::Result;
 use crate::road::shape::revolve_z;
 use crate::scene::Mesh;
 use glam::DVec2;
+use serde::Deserialize;
 use std::f64::consts::PI;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ends {
+    Closed,
+    Open,
+}
 
 /// A prism about the z axis, centred at the origin, with a facet square to +x and its corners on the circle.
 ///
 /// It carries the cylinder's normals, so cross sections cut it as finely as their accuracy asks, from however
 /// few facets (`geom::curved`).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Cylinder {
     pub radius_m: f64,
     pub length_m: f64,
     /// Greatest distance of a facet from the arc through its edges.
     pub sagitta_m: f64,
     /// With end discs (a solid) or without (a tube).
-    pub closed: bool,
+    pub ends: Ends,
 }
-
-const ENDS: Param =
-    Param { name: "ends", doc: "with or without end discs", range: Range::Choice(&["closed", "open"]) };
 
 pub static KIND: Kind = Kind {
     name: "cylinder",
     summary: "circular cylinder",
     pose: "axis along z, centred at the origin",
     params: &[
-        super::number("radius_m", 0.003, 1e-4, 100.0, "radius"),
+        length("radius_m", 0.003, "radius"),
         length("length_m", 0.15, "extent along z"),
         SAGITTA,
-        ENDS,
+        choice("ends", &["closed", "open"], "with or without end discs"),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let c = Cylinder {
-            radius_m: v.number("radius_m"),
-            length_m: v.number("length_m"),
-            sagitta_m: v.number("sagitta_m"),
-            closed: v.word("ends") == "closed",
-        };
-        check_triangles("cylinder", 4.0 * c.segments() as f64)?;
-        Ok(Built::Mesh(Box::new(c)))
-    },
+    ..kind_of::<Cylinder>()
 };
 
 impl Cylinder {
@@ -69,13 +64,17 @@ pub(super) fn disc_share(radius_m: f64, sagitta_m: f64) -> f64 {
 }
 
 impl Builder for Cylinder {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        kind.check_triangles(4.0 * self.segments() as f64)
+    }
+
     fn mesh(&self) -> Mesh {
         let n = self.segments();
         let (rho, z) = (self.radius_m, 0.5 * self.length_m);
         let (bottom, top) = (DVec2::new(rho, -z), DVec2::new(rho, z));
         let axis = |z| DVec2::new(0.0, z);
         let start = -PI / n as f64;
-        if self.closed {
+        if self.ends == Ends::Closed {
             revolve_z(&[axis(-z), bottom, top, axis(z)], n, start, true, 0)
         } else {
             revolve_z(&[bottom, top], n, start, true, 0)
@@ -91,7 +90,7 @@ mod tests {
     #[test]
     fn volume_sagitta_and_facing() {
         for (radius_m, sagitta_m) in [(0.003, 1.5573e-5), (0.1, 1e-4), (2.0, 0.01), (0.001, 1.0)] {
-            let c = Cylinder { radius_m, length_m: 0.15, sagitta_m, closed: true };
+            let c = Cylinder { radius_m, length_m: 0.15, sagitta_m, ends: Ends::Closed };
             let m = c.mesh();
             assert!(is_watertight(&m));
             let exact = PI * radius_m * radius_m * 0.15 * disc_share(radius_m, sagitta_m);
@@ -119,7 +118,7 @@ mod tests {
                 .any(|t| (area_vector_m2(&m, t).normalize() - glam::DVec3::X).length() < 1e-9);
             assert!(square_to_x);
         }
-        let tube = Cylinder { radius_m: 0.003, length_m: 0.15, sagitta_m: 1e-5, closed: false };
+        let tube = Cylinder { radius_m: 0.003, length_m: 0.15, sagitta_m: 1e-5, ends: Ends::Open };
         assert_eq!(tube.mesh().triangles.len(), 2 * tube.segments());
     }
 }

@@ -1,14 +1,15 @@
 //! Right-angled dihedral corner.
 
-use super::{Builder, Built, Kind, length, thickened, thickness};
+use super::kind::{Builder, Kind, kind_of, length, thickened, thickness};
 use crate::road::shape::polygon;
 use crate::scene::Mesh;
 use glam::DVec3;
+use serde::Deserialize;
 
 /// Two rectangles at a right angle, each `width_m` wide and `height_m` high, that share a seam along
 /// the z axis centred at the origin and open to +x: 4 triangles. Face on, geometric optics gives
 /// 8 pi width² height² / lambda². With thickness a closed body behind them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Dihedral {
     pub width_m: f64,
     pub height_m: f64,
@@ -24,15 +25,7 @@ pub static KIND: Kind = Kind {
         length("height_m", 0.1, "extent along z, the seam"),
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(Dihedral {
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            thickness_m: v.number("thickness_m"),
-        })))
-    },
+    ..kind_of::<Dihedral>()
 };
 
 impl Builder for Dihedral {

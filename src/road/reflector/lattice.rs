@@ -1,15 +1,16 @@
 //! Flat things on the road that return little (Feng 2019, figure 4.11): stripes, crossed stripes, wire
 //! mesh, chaff and a wavy sheet.
 
-use super::{
-    Builder, Built, HALF_WAVE_M, Kind, MAX_TRIANGLES, Param, SAGITTA, Values, check_triangles, length,
-    number, thickened, thickness, too_thick, whole,
+use super::kind::{
+    Builder, Built, HALF_WAVE_M, Kind, MAX_TRIANGLES, Param, SAGITTA, Values, built, kind_of, length, number,
+    thickened, thickness, whole,
 };
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::rng::philox4x32_10;
-use crate::road::shape::{Terrace, curved_polygon, polygon, terraces, thicken, weld};
+use crate::road::shape::{Terrace, curved_polygon, polygon, terraces, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
+use serde::Deserialize;
 use std::f64::consts::TAU;
 
 /// Bars across the boresight, with or without others along it, in one plane on z = 0. Without thickness
@@ -67,9 +68,9 @@ pub static MESH_KIND: Kind = Kind {
     build: |v| {
         let (pitch, wire) = (v.number("pitch_m"), v.number("wire_m"));
         if wire >= pitch {
-            return Err(BadInput::new("the wires leave no hole")
-                .key("mesh:wire_m")
-                .value(wire)
+            return Err(v
+                .kind
+                .bad("wire_m", wire, "the wires leave no hole")
                 .allowed(format!("less than pitch_m = {pitch}"))
                 .remedy("give a larger pitch_m")
                 .into());
@@ -88,25 +89,7 @@ impl Lattice {
             crossed,
             thickness_m: v.number("thickness_m"),
         };
-        let (nx, ny) = (l.bars(l.depth_m), if crossed { l.bars(l.width_m) } else { 1.0 });
-        if nx < 1.0 || ny < 1.0 {
-            return Err(BadInput::new("not one bar fits")
-                .key(format!("{}:depth_m", v.kind.name))
-                .value(l.depth_m)
-                .allowed(format!("at least {bar_m}"))
-                .remedy("give a larger width_m and depth_m, or narrower bars")
-                .into());
-        }
-        let cells = if crossed { 3.0 * nx * ny } else { nx };
-        if cells * 12.0 > MAX_TRIANGLES {
-            return Err(BadInput::new(format!("{cells:.0} cells are too many"))
-                .key(format!("{}:depth_m", v.kind.name))
-                .value(l.depth_m)
-                .allowed(format!("up to {:.0}", MAX_TRIANGLES / 12.0))
-                .remedy("give wider bars and gaps, or a smaller extent")
-                .into());
-        }
-        Ok(Built::Mesh(Box::new(l)))
+        built(v.kind, l)
     }
 
     /// Whole bars on an extent.
@@ -124,6 +107,26 @@ impl Lattice {
 }
 
 impl Builder for Lattice {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let (nx, ny) = (self.bars(self.depth_m), if self.crossed { self.bars(self.width_m) } else { 1.0 });
+        if nx < 1.0 || ny < 1.0 {
+            return Err(kind
+                .bad("depth_m", self.depth_m, "not one bar fits")
+                .allowed(format!("at least {}", self.bar_m))
+                .remedy("give a larger width_m and depth_m, or narrower bars")
+                .into());
+        }
+        let cells = if self.crossed { 3.0 * nx * ny } else { nx };
+        if cells * 12.0 > MAX_TRIANGLES {
+            return Err(kind
+                .bad("depth_m", self.depth_m, format!("{cells:.0} cells are too many"))
+                .allowed(format!("up to {:.0}", MAX_TRIANGLES / 12.0))
+                .remedy("give wider bars and gaps, or a smaller extent")
+                .into());
+        }
+        Ok(())
+    }
+
     fn mesh(&self) -> Mesh {
         let x = self.edges(self.depth_m);
         let y = if self.crossed {
@@ -156,7 +159,7 @@ impl Builder for Lattice {
 /// Short thin strips, level, strewn over a box on z = 0, each turned about the vertical and about itself
 /// at random. Physical optics is no theory for wires as thin as these: it knows neither their resonance
 /// nor what a wire much thinner than a wavelength scatters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Chaff {
     pub width_m: f64,
     pub depth_m: f64,
@@ -180,19 +183,7 @@ pub static CHAFF_KIND: Kind = Kind {
         number("strip_m", 0.0001, 1e-6, 0.1, "width of a strip"),
         whole("seed", 1, 0, u32::MAX, "another seed, another heap"),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(Chaff {
-            width_m: v.number("width_m"),
-            depth_m: v.number("depth_m"),
-            height_m: v.number("height_m"),
-            wires: v.whole("wires"),
-            wire_m: v.number("wire_m"),
-            strip_m: v.number("strip_m"),
-            seed: v.whole("seed"),
-        })))
-    },
+    ..kind_of::<Chaff>()
 };
 
 impl Builder for Chaff {
@@ -215,7 +206,7 @@ impl Builder for Chaff {
 
 /// A sheet with ridges across the boresight, z = height/2 (1 - cos(2 pi x / period)), that looks up. Its
 /// corners lie on the wave. With thickness the metal is below.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Wave {
     pub width_m: f64,
     pub depth_m: f64,
@@ -237,23 +228,7 @@ pub static WAVE_KIND: Kind = Kind {
         thickness(0.0),
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let w = Wave {
-            width_m: v.number("width_m"),
-            depth_m: v.number("depth_m"),
-            height_m: v.number("height_m"),
-            period_m: v.number("period_m"),
-            thickness_m: v.number("thickness_m"),
-            sagitta_m: v.number("sagitta_m"),
-        };
-        check_triangles("wave", 4.0 * w.segments())?;
-        if w.thickness_m > 0.0 && thicken(&w.sheet(), w.thickness_m).is_none() {
-            return Err(too_thick(v));
-        }
-        Ok(Built::Mesh(Box::new(w)))
-    },
+    ..kind_of::<Wave>()
 };
 
 impl Wave {
@@ -284,6 +259,11 @@ impl Wave {
 }
 
 impl Builder for Wave {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        kind.check_triangles(4.0 * self.segments())?;
+        kind.check_thickness(&self.sheet(), self.thickness_m)
+    }
+
     fn mesh(&self) -> Mesh {
         let sheet = self.sheet();
         thickened(sheet, self.thickness_m)

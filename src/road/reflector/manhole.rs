@@ -1,17 +1,19 @@
 //! Manhole covers, round and square.
 
 use super::cylinder::segments;
-use super::{Builder, Built, Kind, Param, SAGITTA, Values, check_triangles, length, number, whole};
-use crate::error::{BadInput, Result};
+use super::kind::{Builder, Kind, Param, SAGITTA, built, kind_of, length, number, whole};
+use crate::error::Result;
 use crate::road::shape::{Terrace, revolve_z, terraces};
 use crate::scene::Mesh;
 use glam::DVec2;
+use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 /// A cover in its frame, standing `relief_m` proud of the road at z = 0, with a groove between the
 /// two; a closed body. The underside lies on the road, so nothing has to be cut out of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Manhole {
+    #[serde(skip)]
     pub square: bool,
     /// Diameter of the cover, or its edge when square.
     pub cover_m: f64,
@@ -21,9 +23,12 @@ pub struct Manhole {
     /// Height of cover and frame over the road; the groove goes down by two thirds of it.
     pub relief_m: f64,
     /// Concentric ribs on a round cover, rows and columns of studs on a square one.
+    #[serde(alias = "ribs", alias = "studs")]
     pub pattern: u32,
     /// Height of the pattern over the cover.
     pub pattern_m: f64,
+    /// Of a round one.
+    #[serde(default)]
     pub sagitta_m: f64,
 }
 
@@ -48,13 +53,7 @@ pub static ROUND_KIND: Kind = Kind {
         PATTERN,
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let m = Manhole::from_values(v, false, v.number("sagitta_m"))?;
-        check_triangles("manhole-round", (14.0 + 8.0 * f64::from(m.pattern)) * m.steps() as f64)?;
-        Ok(Built::Mesh(Box::new(m)))
-    },
+    ..kind_of::<Manhole>()
 };
 
 pub static SQUARE_KIND: Kind = Kind {
@@ -69,41 +68,32 @@ pub static SQUARE_KIND: Kind = Kind {
         whole("studs", 0, 0, 200, "rows and columns of square studs on the cover"),
         PATTERN,
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| Ok(Built::Mesh(Box::new(Manhole::from_values(v, true, 1.0)?))),
+    build: |v| built(v.kind, Manhole { square: true, ..v.read() }),
+    ..kind_of::<Manhole>()
 };
 
 impl Manhole {
-    fn from_values(v: &Values, square: bool, sagitta_m: f64) -> Result<Manhole> {
-        let m = Manhole {
-            square,
-            cover_m: v.number("cover_m"),
-            frame_m: v.number("frame_m"),
-            groove_width_m: v.number("groove_width_m"),
-            relief_m: v.number("relief_m"),
-            pattern: v.whole(if square { "studs" } else { "ribs" }),
-            pattern_m: v.number("pattern_m"),
-            sagitta_m,
-        };
-        let least = m.cover_m + 2.0 * m.groove_width_m;
-        if m.frame_m <= least {
-            return Err(BadInput::new("the frame does not reach round cover and groove")
-                .key(format!("{}:frame_m", v.kind.name))
-                .value(m.frame_m)
-                .allowed(format!("more than {least}"))
-                .remedy("give a larger frame_m or a smaller cover_m")
-                .into());
-        }
-        Ok(m)
-    }
-
     fn steps(&self) -> usize {
         if self.square { 4 } else { segments(0.5 * self.frame_m, self.sagitta_m) }
     }
 }
 
 impl Builder for Manhole {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let least = self.cover_m + 2.0 * self.groove_width_m;
+        if self.frame_m <= least {
+            return Err(kind
+                .bad("frame_m", self.frame_m, "the frame does not reach round cover and groove")
+                .allowed(format!("more than {least}"))
+                .remedy("give a larger frame_m or a smaller cover_m")
+                .into());
+        }
+        if self.square {
+            return Ok(());
+        }
+        kind.check_triangles((14.0 + 8.0 * f64::from(self.pattern)) * self.steps() as f64)
+    }
+
     fn mesh(&self) -> Mesh {
         if self.square && self.pattern > 0 {
             return self.studded();

@@ -1,5 +1,5 @@
 //! Reflectors, each with its parameters and its documented pose in the target frame (x along
-//! boresight to the radar, y left, z up). To add one: a file with a struct, its `mesh` and a `KIND`,
+//! boresight to the radar, y left, z up). To add one: a file with a struct of its parameters, its `mesh` and a `KIND`,
 //! and a row in [`kinds`].
 //!
 //! A reflector is named by a spec string, `"type1:width_m=0.16,height_m=0.004"`; the kind alone takes
@@ -8,6 +8,7 @@
 pub mod crossing;
 pub mod cylinder;
 pub mod dihedral;
+mod kind;
 pub mod lattice;
 pub mod manhole;
 pub mod plate;
@@ -19,194 +20,29 @@ pub mod type1;
 pub mod type3;
 pub mod type4;
 
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::error::{BadInput, Result, nearest};
 use crate::frames::{Pose, Target, World};
-use crate::road::MaterialLookup;
-use crate::road::shape::{append, moved, thicken};
+use crate::road::materials::MaterialLookup;
 use crate::scene::{Mesh, Scene, Shape};
-use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
+use kind::{SAGITTA, joined};
 use std::fmt;
 
 pub use crossing::{Crossing, Element, Row, Stepped};
-pub use cylinder::Cylinder;
+pub use cylinder::{Cylinder, Ends};
 pub use dihedral::Dihedral;
+pub use kind::{
+    Builder, Built, CORNER_ELEVATION_DEG, DEFAULT_SAGITTA_M, Kind, MAX_TRIANGLES, Param, Range, Value, Values,
+};
 pub use lattice::{Chaff, Lattice, Wave};
 pub use manhole::Manhole;
 pub use plate::Plate;
-pub use point::Point;
 pub use roadside::{GuardPost, GuardRail, Kerb, SignPole};
 pub use sphere::Sphere;
 pub use trihedral::{SquareTrihedral, Trihedral};
 pub use type1::{Filled, PlateShape, Type1};
 pub use type3::{Packing, Type3};
 pub use type4::{Curve, Type4};
-
-/// Default greatest depth of a facet below a curved surface: a 504th of the wavelength at 77 GHz, with which
-/// cross sections accurate to 0.1 dB need no finer facets (CONVENTIONS eq. 56).
-pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 504.0;
-
-/// More triangles than this are refused.
-pub const MAX_TRIANGLES: f64 = 4e6;
-
-/// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
-pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
-
-/// Something with facets.
-pub trait Builder {
-    /// Triangles of material 0 are of the reflector's own material, those of 1 and more of
-    /// [`Builder::further_materials`].
-    fn mesh(&self) -> Mesh;
-
-    fn further_materials(&self) -> Vec<String> {
-        Vec::new()
-    }
-}
-
-/// What a kind builds.
-pub enum Built {
-    Mesh(Box<dyn Builder>),
-    /// Many copies of one part, as one mesh or as objects that share the part's mesh.
-    Swarm {
-        part: Box<dyn Builder>,
-        at_m: Vec<DVec3>,
-        shared: bool,
-    },
-    Point(Point),
-}
-
-/// One row of the registry.
-pub struct Kind {
-    pub name: &'static str,
-    /// One line for the help text.
-    pub summary: &'static str,
-    /// Pose in the target frame.
-    pub pose: &'static str,
-    pub params: &'static [Param],
-    /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
-    pub boresight_deg: (f64, f64),
-    /// Radar material unless another is given.
-    pub material: &'static str,
-    build: fn(&Values) -> Result<Built>,
-}
-
-/// A parameter: its name carries the unit.
-pub struct Param {
-    pub name: &'static str,
-    pub doc: &'static str,
-    pub range: Range,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Range {
-    /// A finite number from `min` to `max`, both included.
-    Number { default: f64, min: f64, max: f64 },
-    /// A whole number from `min` to `max`, both included.
-    Whole { default: u32, min: u32, max: u32 },
-    /// The name of a radar material, or "none"; whether there is one of that name shows when a scene is
-    /// made.
-    Material(&'static str),
-    /// One of the words; the first is the default.
-    Choice(&'static [&'static str]),
-}
-
-impl Kind {
-    /// Whether it has facets and thus a material: every kind but the point.
-    fn has_facets(&self) -> bool {
-        self.name != point::KIND.name
-    }
-}
-
-impl Param {
-    /// What its name says that it is measured in; nothing for counts and words.
-    pub fn unit(&self) -> Option<&'static str> {
-        match self.name.rsplit_once('_')?.1 {
-            "m" => Some("m"),
-            "deg" => Some("deg"),
-            "dbsm" => Some("dBsm"),
-            _ => None,
-        }
-    }
-
-    /// The allowed range with its unit.
-    pub fn allowed(&self) -> String {
-        match self.unit() {
-            Some(unit) => format!("{} {unit}", self.range),
-            None => self.range.to_string(),
-        }
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Range::Number { min, max, .. } => write!(f, "{min}..{max}"),
-            Range::Whole { min, max, .. } => write!(f, "{min}..{max}, whole"),
-            Range::Material(_) => f.write_str("none|MATERIAL"),
-            Range::Choice(words) => f.write_str(&words.join("|")),
-        }
-    }
-}
-
-impl Range {
-    pub fn default_value(&self) -> Value {
-        match *self {
-            Range::Number { default, .. } => Value::Number(default),
-            Range::Whole { default, .. } => Value::Number(f64::from(default)),
-            Range::Material(name) => Value::Material(name.into()),
-            Range::Choice(words) => Value::Word(words[0]),
-        }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    Number(f64),
-    Word(&'static str),
-    Material(String),
-}
-
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Value::Number(x) => write!(f, "{x}"),
-            Value::Word(w) => f.write_str(w),
-            Value::Material(m) => f.write_str(m),
-        }
-    }
-}
-
-/// A checked value for each parameter of a kind, in its order.
-pub struct Values<'a> {
-    kind: &'static Kind,
-    values: &'a [Value],
-}
-
-impl Values<'_> {
-    fn value(&self, name: &str) -> &Value {
-        let i = self.kind.params.iter().position(|p| p.name == name);
-        &self.values[i.expect("a builder asks only for the parameters of its own KIND")]
-    }
-
-    fn number(&self, name: &str) -> f64 {
-        match self.value(name) {
-            Value::Number(x) => *x,
-            _ => f64::NAN,
-        }
-    }
-
-    fn whole(&self, name: &str) -> u32 {
-        self.number(name) as u32
-    }
-
-    fn word(&self, name: &str) -> &str {
-        match self.value(name) {
-            Value::Number(_) => "",
-            Value::Word(w) => w,
-            Value::Material(m) => m,
-        }
-    }
-}
 
 /// All kinds, in the order of the help text.
 pub fn kinds() -> &'static [&'static Kind] {
@@ -453,7 +289,7 @@ impl Reflector {
     /// The cross section of a point, dBsm; None for a reflector with facets.
     pub fn point_rcs_dbsm(&self) -> Option<f64> {
         match self.build() {
-            Ok(Built::Point(p)) => Some(p.rcs_dbsm),
+            Ok(Built::Point { rcs_dbsm }) => Some(rcs_dbsm),
             _ => None,
         }
     }
@@ -480,7 +316,7 @@ impl Reflector {
             Ok(Shape::Mesh(scene.meshes.len() - 1))
         };
         let shape = match self.build()? {
-            Built::Point(p) => Shape::Point { rcs_dbsm: p.rcs_dbsm },
+            Built::Point { rcs_dbsm } => Shape::Point { rcs_dbsm },
             Built::Mesh(b) => add_mesh(b.mesh(), b.further_materials())?,
             Built::Swarm { part, at_m, shared: false } => {
                 add_mesh(joined(&part.mesh(), &at_m), part.further_materials())?
@@ -506,99 +342,6 @@ impl Reflector {
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
     }
-}
-
-impl Param {
-    fn read(&self, text: &str) -> Option<Value> {
-        match self.range {
-            Range::Number { min, max, .. } => {
-                let x: f64 = text.parse().ok()?;
-                (min..=max).contains(&x).then_some(Value::Number(x))
-            }
-            Range::Whole { min, max, .. } => {
-                let x: u32 = text.parse().ok()?;
-                (min..=max).contains(&x).then_some(Value::Number(f64::from(x)))
-            }
-            Range::Material(_) => (!text.is_empty()).then(|| Value::Material(text.into())),
-            Range::Choice(words) => words.iter().find(|w| **w == text).map(|w| Value::Word(w)),
-        }
-    }
-}
-
-fn joined(part: &Mesh, at_m: &[DVec3]) -> Mesh {
-    let mut mesh = Mesh::default();
-    for at in at_m {
-        append(&mut mesh, part, &Pose::<Target, Target>::new(DQuat::IDENTITY, *at));
-    }
-    mesh
-}
-
-/// The sheet, or its closed body; for sheets that leave room for any thickness behind them.
-fn thickened(sheet: Mesh, thickness_m: f64) -> Mesh {
-    match thickness_m > 0.0 {
-        true => thicken(&sheet, thickness_m).unwrap_or(sheet),
-        false => sheet,
-    }
-}
-
-/// Lifts the corner of a low reflector: turns it about its front edge on z = 0 at `front_m`.
-fn raised(mesh: Mesh, raise_deg: f64, front_m: f64) -> Mesh {
-    if raise_deg == 0.0 {
-        return mesh;
-    }
-    let turn = DQuat::from_rotation_y(raise_deg.to_radians());
-    let edge = DVec3::X * front_m;
-    moved(mesh, &Pose::<Target, Target>::new(turn, edge - turn * edge))
-}
-
-const fn number(name: &'static str, default: f64, min: f64, max: f64, doc: &'static str) -> Param {
-    Param { name, doc, range: Range::Number { default, min, max } }
-}
-
-/// A length from 0.1 mm to 100 m.
-const fn length(name: &'static str, default: f64, doc: &'static str) -> Param {
-    number(name, default, 1e-4, 100.0, doc)
-}
-
-const fn whole(name: &'static str, default: u32, min: u32, max: u32, doc: &'static str) -> Param {
-    Param { name, doc, range: Range::Whole { default, min, max } }
-}
-
-/// Thickness of the metal.
-const fn thickness(default: f64) -> Param {
-    number("thickness_m", default, 0.0, 1.0, "thickness of the metal behind its face; 0 is a sheet")
-}
-
-/// The metal would fold over itself.
-fn too_thick(v: &Values) -> Error {
-    BadInput::new("the metal is thicker than its bends and faces leave room for")
-        .key(format!("{}:thickness_m", v.kind.name))
-        .value(v.number("thickness_m"))
-        .remedy("give a smaller thickness_m, or 0 for a sheet")
-        .into()
-}
-
-/// Half a wavelength at 77 GHz, the width of the document's stripes, steps and chaff.
-const HALF_WAVE_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 2.0;
-
-const SAGITTA: Param = number(
-    "sagitta_m",
-    DEFAULT_SAGITTA_M,
-    1e-8,
-    1.0,
-    "greatest depth of a facet below the curved surface through its corners",
-);
-
-/// Refuses a facet count that would not fit in memory.
-fn check_triangles(kind: &str, triangles: f64) -> Result<()> {
-    if triangles <= MAX_TRIANGLES {
-        return Ok(());
-    }
-    Err(BadInput::new(format!("this size and sagitta need about {triangles:.1e} triangles"))
-        .key(format!("{kind}:sagitta_m"))
-        .allowed(format!("at most {MAX_TRIANGLES:.0e}"))
-        .remedy("give a larger sagitta_m or a smaller body")
-        .into())
 }
 
 #[cfg(test)]

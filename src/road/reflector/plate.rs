@@ -1,13 +1,14 @@
 //! Flat rectangular plate.
 
-use super::{Builder, Built, Kind, length, thickened, thickness};
+use super::kind::{Builder, Kind, kind_of, length, thickened, thickness};
 use crate::road::shape::polygon;
 use crate::scene::Mesh;
 use glam::DVec3;
+use serde::Deserialize;
 
 /// A rectangle in the y-z plane centred at the origin, normal +x, width along y: 2 triangles.
 /// With thickness a closed body behind it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Plate {
     pub width_m: f64,
     pub height_m: f64,
@@ -23,15 +24,7 @@ pub static KIND: Kind = Kind {
         length("height_m", 0.1, "extent along z"),
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(Plate {
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            thickness_m: v.number("thickness_m"),
-        })))
-    },
+    ..kind_of::<Plate>()
 };
 
 impl Builder for Plate {

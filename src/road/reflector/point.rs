@@ -1,12 +1,6 @@
-//! Isotropic point scatterer.
+//! Isotropic point scatterer that keeps the polarisation, at the origin.
 
-use super::{Built, Kind, number};
-
-/// An isotropic scatterer at the origin that keeps the polarisation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    pub rcs_dbsm: f64,
-}
+use super::kind::{Built, Kind, number};
 
 pub static KIND: Kind = Kind {
     name: "point",
@@ -15,5 +9,5 @@ pub static KIND: Kind = Kind {
     params: &[number("rcs_dbsm", 0.0, -200.0, 200.0, "radar cross section from every direction")],
     boresight_deg: (0.0, 0.0),
     material: "pec",
-    build: |v| Ok(Built::Point(Point { rcs_dbsm: v.number("rcs_dbsm") })),
+    build: |v| Ok(Built::Point { rcs_dbsm: v.number("rcs_dbsm") }),
 };

@@ -1,27 +1,33 @@
 //! What stands beside a road: guard rail, its post, kerb, sign pole. Sizes are typical ones, all of them
 //! parameters; the rail's section is that of `road::objects`.
 
-use super::{
-    Builder, Built, Cylinder, Kind, Param, Range, SAGITTA, check_triangles, length, number, thickened,
-    thickness, too_thick,
-};
-use crate::error::BadInput;
+use super::cylinder::{Cylinder, Ends};
+use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length, number, thickened, thickness};
+use crate::error::Result;
 use crate::frames::{Pose, Target};
 use crate::road::objects::{W_BEAM_HALF_HEIGHT_M, u_post, w_beam_section};
-use crate::road::shape::{append, curved_polygon, polygon, thicken, weld};
+use crate::road::shape::{append, curved_polygon, polygon, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
+use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, PI};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Posts {
+    Yes,
+    No,
+}
 
 /// A W-beam along y whose trough lies in the plane x = 0, on U-shaped posts behind it. As sheets, or the
 /// beam and each post a closed body.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct GuardRail {
     pub length_m: f64,
     /// Upper edge of the beam over the ground.
     pub height_m: f64,
     pub spacing_m: f64,
-    pub posts: bool,
+    pub posts: Posts,
     pub thickness_m: f64,
     pub sagitta_m: f64,
 }
@@ -34,36 +40,12 @@ pub static RAIL_KIND: Kind = Kind {
         length("length_m", 4.0, "length of the beam"),
         number("height_m", 0.75, 2.0 * W_BEAM_HALF_HEIGHT_M, 10.0, "upper edge of the beam over the ground"),
         length("spacing_m", 2.0, "distance of two posts"),
-        Param { name: "posts", doc: "with or without posts", range: Range::Choice(&["yes", "no"]) },
+        choice("posts", &["yes", "no"], "with or without posts"),
         thickness(0.0),
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
     material: "steel",
-    build: |v| {
-        let g = GuardRail {
-            length_m: v.number("length_m"),
-            height_m: v.number("height_m"),
-            spacing_m: v.number("spacing_m"),
-            posts: v.word("posts") == "yes",
-            thickness_m: v.number("thickness_m"),
-            sagitta_m: v.number("sagitta_m"),
-        };
-        // Facets of a bend of 24 mm, of which there are pi rad in each half.
-        check_triangles("guard-rail", 8.0 * PI / (0.5 * g.sagitta_m / 0.024).min(1.0).sqrt().asin() / 4.0)?;
-        if g.posts && g.length_m / g.spacing_m > 1e4 {
-            return Err(BadInput::new("more than ten thousand posts")
-                .key("guard-rail:spacing_m")
-                .value(g.spacing_m)
-                .allowed(format!("at least {}", g.length_m / 1e4))
-                .remedy("give a larger spacing_m or posts=no")
-                .into());
-        }
-        if g.thickness_m > 0.0 && (thicken(&g.beam(), g.thickness_m).is_none() || g.thickness_m > 0.02) {
-            return Err(too_thick(v));
-        }
-        Ok(Built::Mesh(Box::new(g)))
-    },
+    ..kind_of::<GuardRail>()
 };
 
 impl GuardRail {
@@ -92,10 +74,26 @@ impl GuardRail {
 }
 
 impl Builder for GuardRail {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        // Facets of a bend of 24 mm, of which there are pi rad in each half.
+        kind.check_triangles(8.0 * PI / (0.5 * self.sagitta_m / 0.024).min(1.0).sqrt().asin() / 4.0)?;
+        if self.posts == Posts::Yes && self.length_m / self.spacing_m > 1e4 {
+            return Err(kind
+                .bad("spacing_m", self.spacing_m, "more than ten thousand posts")
+                .allowed(format!("at least {}", self.length_m / 1e4))
+                .remedy("give a larger spacing_m or posts=no")
+                .into());
+        }
+        if self.thickness_m > 0.02 {
+            return Err(kind.too_thick(self.thickness_m));
+        }
+        kind.check_thickness(&self.beam(), self.thickness_m)
+    }
+
     fn mesh(&self) -> Mesh {
         let solid = |sheet: Mesh| thickened(sheet, self.thickness_m);
         let mut mesh = solid(self.beam());
-        if self.posts {
+        if self.posts == Posts::Yes {
             // Turned so that it opens along the rail, a millimetre behind the metal of the beam.
             let post = solid(u_post(POST_M[0], POST_M[1], self.height_m, 0));
             let behind = 0.5 * POST_M[0] + 2.0 * self.thickness_m + 0.001;
@@ -112,7 +110,7 @@ impl Builder for GuardRail {
 const POST_M: [f64; 2] = [0.10, 0.06];
 
 /// A post of U section alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct GuardPost {
     pub width_m: f64,
     pub depth_m: f64,
@@ -130,17 +128,8 @@ pub static POST_KIND: Kind = Kind {
         length("height_m", 0.75, "height"),
         thickness(0.0),
     ],
-    boresight_deg: (0.0, 0.0),
     material: "steel",
-    build: |v| {
-        let p = GuardPost {
-            width_m: v.number("width_m"),
-            depth_m: v.number("depth_m"),
-            height_m: v.number("height_m"),
-            thickness_m: v.number("thickness_m"),
-        };
-        Ok(Built::Mesh(Box::new(p)))
-    },
+    ..kind_of::<GuardPost>()
 };
 
 impl Builder for GuardPost {
@@ -152,7 +141,7 @@ impl Builder for GuardPost {
 }
 
 /// A kerb stone: a closed prism along y whose upper front edge is rounded.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Kerb {
     pub length_m: f64,
     pub width_m: f64,
@@ -172,28 +161,8 @@ pub static KERB_KIND: Kind = Kind {
         number("edge_radius_m", 0.02, 0.0, 10.0, "radius of the upper front edge; 0 is sharp"),
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
     material: "concrete",
-    build: |v| {
-        let k = Kerb {
-            length_m: v.number("length_m"),
-            width_m: v.number("width_m"),
-            height_m: v.number("height_m"),
-            edge_radius_m: v.number("edge_radius_m"),
-            sagitta_m: v.number("sagitta_m"),
-        };
-        let most = k.width_m.min(k.height_m);
-        if k.edge_radius_m >= most {
-            return Err(BadInput::new("the edge is rounder than the stone is thick")
-                .key("kerb:edge_radius_m")
-                .value(k.edge_radius_m)
-                .allowed(format!("less than {most}"))
-                .remedy("give a smaller edge_radius_m")
-                .into());
-        }
-        check_triangles("kerb", 4.0 * k.segments() as f64 + 16.0)?;
-        Ok(Built::Mesh(Box::new(k)))
-    },
+    ..kind_of::<Kerb>()
 };
 
 impl Kerb {
@@ -207,6 +176,18 @@ impl Kerb {
 }
 
 impl Builder for Kerb {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let most = self.width_m.min(self.height_m);
+        if self.edge_radius_m >= most {
+            return Err(kind
+                .bad("edge_radius_m", self.edge_radius_m, "the edge is rounder than the stone is thick")
+                .allowed(format!("less than {most}"))
+                .remedy("give a smaller edge_radius_m")
+                .into());
+        }
+        kind.check_triangles(4.0 * self.segments() as f64 + 16.0)
+    }
+
     fn mesh(&self) -> Mesh {
         let (w, h, r) = (self.width_m, self.height_m, self.edge_radius_m);
         let y = DVec3::Y * 0.5 * self.length_m;
@@ -245,13 +226,22 @@ impl Builder for Kerb {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sign {
+    Round,
+    None,
+}
+
 /// A round pole, with a round sign before its upper end or without: closed bodies.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct SignPole {
     pub radius_m: f64,
     pub height_m: f64,
-    /// Diameter and thickness of the sign.
-    pub sign: Option<(f64, f64)>,
+    pub sign: Sign,
+    /// Its diameter.
+    pub sign_m: f64,
+    pub sign_thickness_m: f64,
     pub sagitta_m: f64,
 }
 
@@ -262,33 +252,13 @@ pub static POLE_KIND: Kind = Kind {
     params: &[
         length("radius_m", 0.030_15, "radius of the pole (60.3 mm is a series 1 diameter of ISO 4200)"),
         length("height_m", 2.6, "height of the pole"),
-        Param { name: "sign", doc: "with a round sign or without", range: Range::Choice(&["round", "none"]) },
+        choice("sign", &["round", "none"], "with a round sign or without"),
         length("sign_m", 0.6, "diameter of the sign"),
         number("sign_thickness_m", 0.002, 1e-4, 1.0, "thickness of the sign"),
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
     material: "aluminium",
-    build: |v| {
-        let p = SignPole {
-            radius_m: v.number("radius_m"),
-            height_m: v.number("height_m"),
-            sign: (v.word("sign") == "round").then(|| (v.number("sign_m"), v.number("sign_thickness_m"))),
-            sagitta_m: v.number("sagitta_m"),
-        };
-        if let Some((sign_m, _)) = p.sign
-            && sign_m > p.height_m
-        {
-            return Err(BadInput::new("the sign reaches into the ground")
-                .key("sign-pole:sign_m")
-                .value(sign_m)
-                .allowed(format!("up to height_m = {}", p.height_m))
-                .remedy("give a smaller sign_m or sign=none")
-                .into());
-        }
-        check_triangles("sign-pole", p.parts().iter().map(|(c, _)| 4.0 * c.segments() as f64).sum())?;
-        Ok(Built::Mesh(Box::new(p)))
-    },
+    ..kind_of::<SignPole>()
 };
 
 impl SignPole {
@@ -297,11 +267,12 @@ impl SignPole {
             radius_m,
             length_m,
             sagitta_m: self.sagitta_m,
-            closed: true,
+            ends: Ends::Closed,
         };
         let up = Pose::new(DQuat::IDENTITY, DVec3::Z * 0.5 * self.height_m);
         let mut parts = vec![(cylinder(self.radius_m, self.height_m), up)];
-        if let Some((sign_m, thickness_m)) = self.sign {
+        if self.sign == Sign::Round {
+            let (sign_m, thickness_m) = (self.sign_m, self.sign_thickness_m);
             // Brackets, which are left out, hold it 20 mm before the pole.
             let x = self.radius_m + 0.02 + 0.5 * thickness_m;
             let at = DVec3::new(x, 0.0, self.height_m - 0.5 * sign_m);
@@ -313,6 +284,17 @@ impl SignPole {
 }
 
 impl Builder for SignPole {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        if self.sign == Sign::Round && self.sign_m > self.height_m {
+            return Err(kind
+                .bad("sign_m", self.sign_m, "the sign reaches into the ground")
+                .allowed(format!("up to height_m = {}", self.height_m))
+                .remedy("give a smaller sign_m or sign=none")
+                .into());
+        }
+        kind.check_triangles(self.parts().iter().map(|(c, _)| 4.0 * c.segments() as f64).sum())
+    }
+
     fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
         for (cylinder, pose) in self.parts() {

@@ -1,8 +1,10 @@
 //! Sphere, faceted.
 
-use super::{Builder, Built, Kind, SAGITTA, check_triangles, length};
+use super::kind::{Builder, Kind, SAGITTA, kind_of, length};
+use crate::error::Result;
 use crate::scene::Mesh;
 use glam::DVec3;
+use serde::Deserialize;
 use std::collections::HashMap;
 
 /// A geodesic sphere at the origin: the faces of an icosahedron, each cut into n² triangles whose
@@ -10,7 +12,7 @@ use std::collections::HashMap;
 ///
 /// It carries the sphere's normals, so cross sections cut it as finely as their accuracy asks, from however
 /// few facets (`geom::curved`).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Sphere {
     pub radius_m: f64,
     /// Greatest depth of a facet below the sphere through its corners.
@@ -22,13 +24,7 @@ pub static KIND: Kind = Kind {
     summary: "sphere",
     pose: "centred at the origin",
     params: &[length("radius_m", 0.05, "radius"), SAGITTA],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build: |v| {
-        let s = Sphere { radius_m: v.number("radius_m"), sagitta_m: v.number("sagitta_m") };
-        check_triangles("sphere", s.triangles())?;
-        Ok(Built::Mesh(Box::new(s)))
-    },
+    ..kind_of::<Sphere>()
 };
 
 impl Sphere {
@@ -86,6 +82,10 @@ fn icosahedron() -> ([DVec3; 12], [[usize; 3]; 20]) {
 }
 
 impl Builder for Sphere {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        kind.check_triangles(self.triangles())
+    }
+
     fn mesh(&self) -> Mesh {
         let n = self.subdivision() as u32;
         let (corners, faces) = icosahedron();

@@ -1,56 +1,46 @@
 //! Trihedral corners of triangular and of square faces.
 
-use super::{Builder, Built, CORNER_ELEVATION_DEG, Kind, length, thickened, thickness};
+use super::kind::{Builder, CORNER_ELEVATION_DEG, Kind, Param, kind_of, length, thickened, thickness};
 use crate::road::shape::{polygon, weld};
 use crate::scene::Mesh;
 use glam::DVec3;
+use serde::Deserialize;
 
 /// Three mutually perpendicular right isosceles triangles: apex at the origin, one face on the
 /// ground, symmetry axis above +x (azimuth 0, elevation 35.2644 degrees): 3 triangles. Geometric
 /// optics on boresight: 4 pi leg⁴ / (3 lambda²). With thickness a closed body behind the faces.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Trihedral {
     pub leg_m: f64,
     pub thickness_m: f64,
 }
 
 /// The same with square faces: 6 triangles; 12 pi leg⁴ / lambda².
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct SquareTrihedral {
     pub leg_m: f64,
     pub thickness_m: f64,
 }
 
 const POSE: &str = "apex at the origin, one face horizontal, symmetry axis above +x";
+const PARAMS: &[Param] = &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)];
 
 pub static KIND: Kind = Kind {
     name: "trihedral",
     summary: "corner of three triangular plates",
     pose: POSE,
-    params: &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)],
+    params: PARAMS,
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(Trihedral {
-            leg_m: v.number("leg_m"),
-            thickness_m: v.number("thickness_m"),
-        })))
-    },
+    ..kind_of::<Trihedral>()
 };
 
 pub static SQUARE_KIND: Kind = Kind {
     name: "square-trihedral",
     summary: "corner of three square plates",
     pose: POSE,
-    params: &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)],
+    params: PARAMS,
     boresight_deg: (0.0, CORNER_ELEVATION_DEG),
-    material: "pec",
-    build: |v| {
-        Ok(Built::Mesh(Box::new(SquareTrihedral {
-            leg_m: v.number("leg_m"),
-            thickness_m: v.number("thickness_m"),
-        })))
-    },
+    ..kind_of::<SquareTrihedral>()
 };
 
 /// The legs in right-handed order: right, left, up.

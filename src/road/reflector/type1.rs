@@ -1,18 +1,19 @@
 //! Low-profile asymmetrical trihedral for road markings (Feng 2019, sections 3.3.2-3.3.4): Type 1, and
 //! Type 2 with slanted plates.
 
-use super::{
-    Builder, Built, Kind, Param, PlateShape::*, Range, Values, length, number, raised, thickened, thickness,
-    too_thick,
+use super::kind::{
+    Builder, Kind, Param, Range, choice, kind_of, length, number, raised, thickened, thickness,
 };
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::frames::{Pose, Target};
-use crate::road::shape::{append, moved, polygon, thicken, weld};
+use crate::road::shape::{append, moved, polygon, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};
+use serde::Deserialize;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum PlateShape {
     /// Rectangles of the full height.
     Strip,
@@ -31,7 +32,7 @@ pub enum PlateShape {
 /// Without thickness a sheet that looks up and to the radar: 3 triangles with strips 4 more, with
 /// triangles 2 more; without length 1 on the ground. With it a closed body whose reflecting faces are
 /// where the sheet was, the metal behind and below them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type1 {
     pub width_m: f64,
     pub height_m: f64,
@@ -50,7 +51,7 @@ impl Default for Type1 {
             height_m: 0.004,
             length_m: 0.0,
             slant_deg: 0.0,
-            plates: Strip,
+            plates: PlateShape::Strip,
             thickness_m: 0.0,
             raise_deg: 0.0,
         }
@@ -62,11 +63,7 @@ pub(super) const WIDTH: Param = length("width_m", 0.16, "width across the openin
 pub(super) const HEIGHT: Param = length("height_m", 0.004, "height of the standing plates");
 pub(super) const LENGTH: Param =
     number("length_m", 0.0, 0.0, 100.0, "length of the bottom plate beyond the triangle");
-pub(super) const PLATES: Param = Param {
-    name: "plates",
-    doc: "outline of the standing plates",
-    range: Range::Choice(&["strip", "triangle"]),
-};
+const PLATES: Param = choice("plates", &["strip", "triangle"], "outline of the standing plates");
 pub(super) const RAISE: Param =
     number("raise_deg", 0.0, 0.0, 45.0, "lift of the corner: tilt of the whole about its front edge");
 const FILL: Param =
@@ -90,9 +87,7 @@ pub static KIND: Kind = Kind {
     summary: "low-profile asymmetrical trihedral for road markings",
     pose: POSE,
     params: &[WIDTH, HEIGHT, LENGTH, slant(0.0), PLATES, thickness(0.0), RAISE, FILL, FILL_HEIGHT, DEPTH],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build,
+    ..kind_of::<Filled>()
 };
 
 pub static TYPE2_KIND: Kind = Kind {
@@ -100,59 +95,8 @@ pub static TYPE2_KIND: Kind = Kind {
     summary: "type1 with slanted standing plates",
     pose: POSE,
     params: &[WIDTH, HEIGHT, LENGTH, slant(5.0), PLATES, thickness(0.0), RAISE, FILL, FILL_HEIGHT, DEPTH],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build,
+    ..kind_of::<Filled>()
 };
-
-fn build(v: &Values) -> Result<Built> {
-    let reflector = Type1 {
-        width_m: v.number("width_m"),
-        height_m: v.number("height_m"),
-        length_m: v.number("length_m"),
-        slant_deg: v.number("slant_deg"),
-        plates: plate_shape(v),
-        thickness_m: v.number("thickness_m"),
-        raise_deg: v.number("raise_deg"),
-    };
-    let fill = match v.word("fill") {
-        "none" => None,
-        material => Some((material.to_string(), v.number("fill_height_m"))),
-    };
-    if fill.is_none() && v.number("fill_height_m") > 0.0 {
-        return Err(BadInput::new("there is nothing to fill it with")
-            .key(format!("{}:fill_height_m", v.kind.name))
-            .value(v.number("fill_height_m"))
-            .remedy("give fill=MATERIAL too")
-            .into());
-    }
-    if fill.as_ref().is_some_and(|f| f.1 > 0.0) && reflector.plates == Triangle {
-        return Err(BadInput::new("triangular plates can only be filled to the brim")
-            .key(format!("{}:fill_height_m", v.kind.name))
-            .value(v.number("fill_height_m"))
-            .allowed("0")
-            .remedy("leave it out, or use plates=strip")
-            .into());
-    }
-    let (over, leg_m) =
-        (-reflector.height_m * reflector.slant_deg.to_radians().sin(), reflector.width_m * FRAC_1_SQRT_2);
-    if reflector.plates == Strip && over >= 0.999 * leg_m {
-        return Err(BadInput::new("the standing plates lean over until they cross")
-            .key(format!("{}:slant_deg", v.kind.name))
-            .value(reflector.slant_deg)
-            .allowed(format!("a lean of less than {leg_m} m over the height"))
-            .remedy("give a smaller slant_deg or height_m, or a larger width_m")
-            .into());
-    }
-    if reflector.thickness_m > 0.0 && thicken(&reflector.sheet(None), reflector.thickness_m).is_none() {
-        return Err(too_thick(v));
-    }
-    Ok(Built::Mesh(Box::new(Filled { reflector, fill, depth_m: v.number("depth_m") })))
-}
-
-pub(super) fn plate_shape(v: &Values) -> PlateShape {
-    if v.word("plates") == "triangle" { Triangle } else { Strip }
-}
 
 impl Type1 {
     /// x of the front edge.
@@ -186,7 +130,7 @@ impl Type1 {
             polygon(&mut mesh, &[DVec3::ZERO, right, left], 0);
         }
         match self.plates {
-            Strip => {
+            PlateShape::Strip => {
                 let heights: Vec<f64> =
                     [Some(0.0), cut_m, Some(self.height_m)].into_iter().flatten().collect();
                 for pair in heights.windows(2) {
@@ -195,7 +139,7 @@ impl Type1 {
                     polygon(&mut mesh, &[low[2], low[0], high[0], high[2]], 0);
                 }
             }
-            Triangle => {
+            PlateShape::Triangle => {
                 let seam = self.over(0.0, self.height_m);
                 polygon(&mut mesh, &[DVec3::ZERO, left, seam], 0);
                 polygon(&mut mesh, &[right, DVec3::ZERO, seam], 0);
@@ -211,7 +155,7 @@ impl Type1 {
         let mut mesh = Mesh::default();
         let mut face = |corners: &[DVec3]| polygon(&mut mesh, corners, 1);
         let (left, right) = (self.over(1.0, 0.0), self.over(-1.0, 0.0));
-        if self.plates == Triangle {
+        if self.plates == PlateShape::Triangle {
             face(&[self.over(0.0, self.height_m), right, left]);
             return mesh;
         }
@@ -266,22 +210,57 @@ impl Builder for Type1 {
 }
 
 /// Type 1 with its corner filled (Feng 2019, figure 4.15a) and let into the road.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Filled {
+    #[serde(flatten)]
     pub reflector: Type1,
-    /// Material and height over the bottom plate; 0 is to the brim.
-    pub fill: Option<(String, f64)>,
+    /// Material, or "none".
+    pub fill: String,
+    /// Over the bottom plate; 0 is to the brim.
+    pub fill_height_m: f64,
     /// Depth of the bottom plate under z = 0.
     pub depth_m: f64,
 }
 
+impl Filled {
+    fn is_filled(&self) -> bool {
+        self.fill != "none"
+    }
+}
+
 impl Builder for Filled {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let (r, high) = (&self.reflector, self.fill_height_m > 0.0);
+        if !self.is_filled() && high {
+            return Err(kind
+                .bad("fill_height_m", self.fill_height_m, "there is nothing to fill it with")
+                .remedy("give fill=MATERIAL too")
+                .into());
+        }
+        if high && r.plates == PlateShape::Triangle {
+            return Err(kind
+                .bad("fill_height_m", self.fill_height_m, "triangular plates can only be filled to the brim")
+                .allowed("0")
+                .remedy("leave it out, or use plates=strip")
+                .into());
+        }
+        let (over, leg_m) = (-r.height_m * r.slant_deg.to_radians().sin(), r.width_m * FRAC_1_SQRT_2);
+        if r.plates == PlateShape::Strip && over >= 0.999 * leg_m {
+            return Err(kind
+                .bad("slant_deg", r.slant_deg, "the standing plates lean over until they cross")
+                .allowed(format!("a lean of less than {leg_m} m over the height"))
+                .remedy("give a smaller slant_deg or height_m, or a larger width_m")
+                .into());
+        }
+        kind.check_thickness(&r.sheet(None), r.thickness_m)
+    }
+
     fn mesh(&self) -> Mesh {
         let r = &self.reflector;
-        let mut mesh = match self.fill {
-            None => r.mesh(),
-            Some((_, height_m)) => {
-                let height_m = if height_m > 0.0 { height_m } else { r.height_m };
+        let mut mesh = match self.is_filled() {
+            false => r.mesh(),
+            true => {
+                let height_m = if self.fill_height_m > 0.0 { self.fill_height_m } else { r.height_m };
                 // Metal and filling meet corner to corner.
                 let mut both = r.metal((height_m < r.height_m).then_some(height_m));
                 let filling = raised(r.filling(height_m), r.raise_deg, r.front_m());
@@ -297,12 +276,13 @@ impl Builder for Filled {
     }
 
     fn further_materials(&self) -> Vec<String> {
-        self.fill.iter().map(|f| f.0.clone()).collect()
+        self.is_filled().then(|| self.fill.clone()).into_iter().collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::PlateShape::{Strip, Triangle};
     use super::*;
     use crate::road::reflector::Reflector;
     use crate::road::shape::{area_m2, area_vector_m2, is_watertight, volume_m3};
@@ -431,7 +411,8 @@ mod tests {
         }
         let pyramid = Filled {
             reflector: Type1 { plates: Triangle, ..Type1::default() },
-            fill: Some(("foam".into(), 0.0)),
+            fill: "foam".into(),
+            fill_height_m: 0.0,
             depth_m: 0.0,
         };
         assert_eq!(pyramid.mesh().material, [0, 0, 0, 1]);

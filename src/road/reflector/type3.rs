@@ -1,49 +1,39 @@
 //! Metal balls on the footprint of a Type 1 (Feng 2019, figures 3.13b and 4.1b).
 
-use super::type1::{LENGTH, WIDTH};
-use super::{
-    Builder, Built, Kind, MAX_TRIANGLES, Param, Range, SAGITTA, Sphere, Values, length, number, whole,
+use super::kind::{
+    Builder, Built, Kind, MAX_TRIANGLES, SAGITTA, Value, Values, choice, joined, length, number, whole,
 };
-use crate::error::{BadInput, Result};
+use super::sphere::Sphere;
+use super::type1::{LENGTH, WIDTH};
+use crate::error::Result;
 use crate::rng::philox4x32_10;
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
+use serde::Deserialize;
 
 /// Balls lying on z = 0 with their centres inside the outline of a Type 1 of the same width and length.
 /// Each is a geodesic sphere; they share one tessellation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type3 {
     pub width_m: f64,
     pub length_m: f64,
     pub ball_m: f64,
     pub pitch_m: f64,
     pub packing: Packing,
+    /// Of the random packing.
+    pub seed: u32,
     pub sagitta_m: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Packing {
     /// Rows across the boresight, every other one set off by half a pitch.
     Hexagonal,
     Square,
     /// Thrown one after the other, kept where no earlier one is nearer than the pitch.
-    Random {
-        seed: u32,
-    },
+    Random,
 }
-
-const PITCH: Param =
-    number("pitch_m", 0.0, 0.0, 1.0, "least distance of two centres; 0 is a ball's diameter: touching");
-const PACKING: Param = Param {
-    name: "packing",
-    doc: "arrangement; random is as full as throwing gets",
-    range: Range::Choice(&["hexagonal", "square", "random"]),
-};
-const COPIES: Param = Param {
-    name: "copies",
-    doc: "balls as one mesh, or as objects that share the mesh of one",
-    range: Range::Choice(&["mesh", "objects"]),
-};
 
 pub static KIND: Kind = Kind {
     name: "type3",
@@ -53,10 +43,14 @@ pub static KIND: Kind = Kind {
         WIDTH,
         LENGTH,
         length("ball_m", 0.0013, "diameter of a ball"),
-        PITCH,
-        PACKING,
+        number("pitch_m", 0.0, 0.0, 1.0, "least distance of two centres; 0 is a ball's diameter: touching"),
+        choice(
+            "packing",
+            &["hexagonal", "square", "random"],
+            "arrangement; random is as full as throwing gets",
+        ),
         whole("seed", 1, 0, u32::MAX, "for packing=random"),
-        COPIES,
+        choice("copies", &["mesh", "objects"], "balls as one mesh, or as objects that share the mesh of one"),
         SAGITTA,
     ],
     boresight_deg: (0.0, 0.0),
@@ -65,50 +59,37 @@ pub static KIND: Kind = Kind {
 };
 
 fn build(v: &Values) -> Result<Built> {
-    let ball_m = v.number("ball_m");
-    let pitch_m = match v.number("pitch_m") {
-        0.0 => ball_m,
-        pitch => pitch,
-    };
-    if pitch_m < ball_m {
-        return Err(BadInput::new("the balls would overlap")
-            .key("type3:pitch_m")
-            .value(pitch_m)
-            .allowed(format!("0, or at least the diameter of {ball_m}"))
+    let mut t: Type3 = v.read();
+    if t.pitch_m == 0.0 {
+        t.pitch_m = t.ball_m;
+    }
+    if t.pitch_m < t.ball_m {
+        return Err(v
+            .kind
+            .bad("pitch_m", t.pitch_m, "the balls would overlap")
+            .allowed(format!("0, or at least the diameter of {}", t.ball_m))
             .remedy("give a larger pitch_m or a smaller ball_m")
             .into());
     }
-    let packing = match v.word("packing") {
-        "square" => Packing::Square,
-        "random" => Packing::Random { seed: v.whole("seed") },
-        _ => Packing::Hexagonal,
-    };
-    let t = Type3 {
-        width_m: v.number("width_m"),
-        length_m: v.number("length_m"),
-        ball_m,
-        pitch_m,
-        packing,
-        sagitta_m: v.number("sagitta_m"),
-    };
-    let shared = v.word("copies") == "objects";
+    let shared = matches!(v.value("copies"), Value::Word("objects"));
     let part = t.ball();
     let (each, count) = (part.triangles(), t.most_balls());
     // Objects cost more than triangles do: an id, a name, a pose each.
     let cost = if shared { count * 100.0 } else { count * each };
     if cost > MAX_TRIANGLES {
-        return Err(BadInput::new(format!("about {count:.0} balls of {each:.0} triangles are too many"))
-            .key("type3:sagitta_m")
-            .value(t.sagitta_m)
+        let problem = format!("about {count:.0} balls of {each:.0} triangles are too many");
+        return Err(v
+            .kind
+            .bad("sagitta_m", t.sagitta_m, problem)
             .allowed(format!("{MAX_TRIANGLES:.0e} triangles, or {:.0e} objects", MAX_TRIANGLES / 100.0))
             .remedy("give a larger sagitta_m or pitch_m, a smaller footprint, or copies=objects")
             .into());
     }
     let at_m = t.centres_m();
     if at_m.is_empty() {
-        return Err(BadInput::new("no ball fits on the footprint")
-            .key("type3:pitch_m")
-            .value(pitch_m)
+        return Err(v
+            .kind
+            .bad("pitch_m", t.pitch_m, "no ball fits on the footprint")
             .remedy("give a smaller pitch_m or a wider footprint")
             .into());
     }
@@ -142,7 +123,7 @@ impl Type3 {
         let (w, depth) = (0.5 * self.width_m, 0.5 * self.width_m + self.length_m);
         let mut flat: Vec<DVec2> = Vec::new();
         match self.packing {
-            Packing::Random { seed } => self.thrown(seed, &mut flat),
+            Packing::Random => self.thrown(&mut flat),
             Packing::Hexagonal | Packing::Square => {
                 let hexagonal = self.packing == Packing::Hexagonal;
                 let row_m = self.pitch_m * if hexagonal { 0.75f64.sqrt() } else { 1.0 };
@@ -162,7 +143,7 @@ impl Type3 {
 
     /// Random sequential addition: throws until 200 for each ball that could fit have been made, which
     /// reaches within a few per cent of the jamming limit.
-    fn thrown(&self, seed: u32, kept: &mut Vec<DVec2>) {
+    fn thrown(&self, kept: &mut Vec<DVec2>) {
         let depth = 0.5 * self.width_m + self.length_m;
         // Cells in which no two balls fit, so that one index each is enough.
         let cell = self.pitch_m / 2f64.sqrt();
@@ -170,7 +151,7 @@ impl Type3 {
         let mut grid = std::collections::HashMap::new();
         let throws = (200.0 * self.most_balls()) as u64;
         for k in 0..throws {
-            let [a, b, c, d] = philox4x32_10([k as u32, (k >> 32) as u32, 0, 0], [seed, 0x7479_7033]);
+            let [a, b, c, d] = philox4x32_10([k as u32, (k >> 32) as u32, 0, 0], [self.seed, 0x7479_7033]);
             let unit =
                 |hi: u32, lo: u32| ((u64::from(hi) << 21) ^ u64::from(lo >> 11)) as f64 / (1u64 << 53) as f64;
             let p = DVec2::new(unit(a, b) * depth, (unit(c, d) - 0.5) * self.width_m);
@@ -192,7 +173,7 @@ impl Type3 {
 
 impl Builder for Type3 {
     fn mesh(&self) -> Mesh {
-        super::joined(&self.ball().mesh(), &self.centres_m())
+        joined(&self.ball().mesh(), &self.centres_m())
     }
 }
 
@@ -211,6 +192,7 @@ mod tests {
             ball_m: 0.0013,
             pitch_m: 0.0013,
             packing,
+            seed: 3,
             sagitta_m: super::super::DEFAULT_SAGITTA_M,
         }
     }
@@ -222,7 +204,7 @@ mod tests {
             (Packing::Hexagonal, PI / 12f64.sqrt()),
             (Packing::Square, PI / 4.0),
             // Jamming limit of random sequential addition of discs, 0.5470 (Feder 1980).
-            (Packing::Random { seed: 3 }, 0.547),
+            (Packing::Random, 0.547),
         ] {
             let t = base(packing);
             let c = t.centres_m();
@@ -235,9 +217,9 @@ mod tests {
                 assert!(c[..i].iter().all(|q| q.distance(*p) > 0.0013 * (1.0 - 1e-9)), "{packing:?} {i}");
             }
         }
-        let again = base(Packing::Random { seed: 4 });
+        let again = Type3 { seed: 4, ..base(Packing::Random) };
         assert_eq!(again.centres_m(), again.centres_m());
-        assert_ne!(again.centres_m(), base(Packing::Random { seed: 5 }).centres_m());
+        assert_ne!(again.centres_m(), base(Packing::Random).centres_m());
     }
 
     #[test]

@@ -1,16 +1,15 @@
 //! Type 1 with one curved standing plate instead of two straight ones (Feng 2019, figures 3.13f, 4.1c).
 
+use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length, raised, thickened, thickness};
 use super::type1::{HEIGHT, LENGTH, RAISE, WIDTH};
-use super::{
-    Builder, Built, Kind, Param, Range, SAGITTA, Values, check_triangles, length, raised, thickened,
-    thickness, too_thick,
-};
-use crate::error::{BadInput, Result};
-use crate::road::shape::{curved_polygon, polygon, thicken, weld};
+use crate::error::Result;
+use crate::road::shape::{curved_polygon, polygon, weld};
 use crate::scene::Mesh;
 use glam::DVec3;
+use serde::Deserialize;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Curve {
     /// Centre of curvature in front, over the bottom plate or beyond it.
     Concave,
@@ -22,7 +21,7 @@ pub enum Curve {
 /// of radius `radius_m` whose chord is the whole width; the bottom plate runs from the arc to a straight
 /// front edge. Its total depth, from its rearmost point, is width/2 + `length_m` as for a Type 1 of the
 /// same width and length. The arc's corners lie on the circle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type4 {
     pub width_m: f64,
     pub height_m: f64,
@@ -34,9 +33,6 @@ pub struct Type4 {
     pub sagitta_m: f64,
 }
 
-const CURVE: Param =
-    Param { name: "curve", doc: "which way the plate bends", range: Range::Choice(&["concave", "convex"]) };
-
 pub static KIND: Kind = Kind {
     name: "type4",
     summary: "type1 with one curved standing plate",
@@ -46,52 +42,13 @@ pub static KIND: Kind = Kind {
         HEIGHT,
         LENGTH,
         length("radius_m", 0.5, "radius of the standing plate"),
-        CURVE,
+        choice("curve", &["concave", "convex"], "which way the plate bends"),
         thickness(0.0),
         RAISE,
         SAGITTA,
     ],
-    boresight_deg: (0.0, 0.0),
-    material: "pec",
-    build,
+    ..kind_of::<Type4>()
 };
-
-fn build(v: &Values) -> Result<Built> {
-    let t = Type4 {
-        width_m: v.number("width_m"),
-        height_m: v.number("height_m"),
-        length_m: v.number("length_m"),
-        radius_m: v.number("radius_m"),
-        curve: if v.word("curve") == "convex" { Curve::Convex } else { Curve::Concave },
-        thickness_m: v.number("thickness_m"),
-        raise_deg: v.number("raise_deg"),
-        sagitta_m: v.number("sagitta_m"),
-    };
-    let bad = |problem: String, allowed: f64| {
-        BadInput::new(problem).key("type4:radius_m").value(t.radius_m).allowed(format!("at least {allowed}"))
-    };
-    let half = 0.5 * t.width_m;
-    if t.radius_m < half {
-        return Err(bad("the arc does not reach across the width".into(), half)
-            .remedy("give a larger radius_m or a smaller width_m")
-            .into());
-    }
-    let depth = half + t.length_m;
-    if t.sag_m() > depth {
-        // s = R - sqrt(R² - w²) solved for R.
-        return Err(bad(
-            format!("the arc bends over the bottom plate's depth of {depth} m"),
-            (half * half + depth * depth) / (2.0 * depth),
-        )
-        .remedy("give a larger radius_m or length_m")
-        .into());
-    }
-    check_triangles("type4", 8.0 * t.segments() as f64)?;
-    if t.thickness_m > 0.0 && thicken(&t.sheet(), t.thickness_m).is_none() {
-        return Err(too_thick(v));
-    }
-    Ok(Built::Mesh(Box::new(t)))
-}
 
 impl Type4 {
     /// Depth of the arc over its chord.
@@ -147,6 +104,28 @@ impl Type4 {
 }
 
 impl Builder for Type4 {
+    fn check(&self, kind: &Kind) -> Result<()> {
+        let bad = |problem: String, allowed: f64| {
+            kind.bad("radius_m", self.radius_m, problem).allowed(format!("at least {allowed}"))
+        };
+        let half = 0.5 * self.width_m;
+        if self.radius_m < half {
+            return Err(bad("the arc does not reach across the width".into(), half)
+                .remedy("give a larger radius_m or a smaller width_m")
+                .into());
+        }
+        let depth = half + self.length_m;
+        if self.sag_m() > depth {
+            // s = R - sqrt(R² - w²) solved for R.
+            let least = (half * half + depth * depth) / (2.0 * depth);
+            return Err(bad(format!("the arc bends over the bottom plate's depth of {depth} m"), least)
+                .remedy("give a larger radius_m or length_m")
+                .into());
+        }
+        kind.check_triangles(8.0 * self.segments() as f64)?;
+        kind.check_thickness(&self.sheet(), self.thickness_m)
+    }
+
     fn mesh(&self) -> Mesh {
         let sheet = self.sheet();
         let body = thickened(sheet, self.thickness_m);

@@ -6,10 +6,10 @@
 //! tyres' ISO 4000-1 sizes, number plates 520 x 110 mm (Regulation (EU) 1003/2010).
 
 use super::motion::{Joint, Turn};
+use super::part::{Paint, Part};
 use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, limb};
 use super::wheel::Wheel;
-use super::{Kind, Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, moved, weld};
 use crate::scene::Mesh;
@@ -19,7 +19,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// z, front x, rear x, half width, radii of front, rear, side, front corner, rear corner.
 type Row = [f64; 9];
 
-struct Shape {
+pub(super) struct Shape {
     levels: &'static [Row],
     bands: &'static [Band],
     /// x of front and rear axle.
@@ -35,9 +35,6 @@ struct Shape {
     mirror: DVec3,
     /// Heights of the number plates, front and rear, and how deep the latter's recess is.
     plates: [f64; 2],
-    grille_rows: (usize, usize),
-    lamp_rows: (usize, usize),
-    tail_rows: (usize, usize),
     plate_rows: (usize, usize),
 }
 
@@ -45,20 +42,7 @@ const fn band(from: usize, to: usize, rows: usize) -> Band {
     Band { from, to, rows }
 }
 
-const fn wheel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
-    Wheel {
-        radius_m,
-        width_m,
-        rim_m,
-        spokes: 5,
-        segments: 32,
-        tyre: Paint::Tyre as u32,
-        rim: Paint::Aluminium as u32,
-        disc: Paint::Steel as u32,
-    }
-}
-
-const SEDAN: Shape = Shape {
+pub(super) const SEDAN: Shape = Shape {
     levels: &[
         [0.18, 2.20, -2.20, 0.830, 2.2, 2.4, 18.0, 0.36, 0.34],
         [0.34, 2.31, -2.30, 0.885, 2.3, 2.5, 18.0, 0.37, 0.34],
@@ -77,20 +61,17 @@ const SEDAN: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.44, -1.30],
-    wheel: wheel(0.328, 0.225, 0.216),
+    wheel: Wheel::alloy(0.328, 0.225, 0.216),
     track_out_m: 0.895,
     arch_half_m: 0.375,
     arch_top_m: 0.705,
     panel_sides: false,
     mirror: DVec3::new(0.62, 0.80, 1.00),
     plates: [0.40, 0.52],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (4, 6),
 };
 
-const HATCHBACK: Shape = Shape {
+pub(super) const HATCHBACK: Shape = Shape {
     levels: &[
         [0.17, 2.02, -2.06, 0.810, 2.0, 2.2, 17.0, 0.36, 0.28],
         [0.34, 2.11, -2.10, 0.865, 2.1, 2.3, 17.0, 0.37, 0.32],
@@ -109,20 +90,17 @@ const HATCHBACK: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.27, -1.36],
-    wheel: wheel(0.316, 0.205, 0.203),
+    wheel: Wheel::alloy(0.316, 0.205, 0.203),
     track_out_m: 0.876,
     arch_half_m: 0.362,
     arch_top_m: 0.682,
     panel_sides: false,
     mirror: DVec3::new(0.60, 0.79, 1.01),
     plates: [0.40, 0.58],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
-const SUV: Shape = Shape {
+pub(super) const SUV: Shape = Shape {
     levels: &[
         [0.21, 2.12, -2.10, 0.830, 2.2, 2.3, 18.0, 0.29, 0.32],
         [0.42, 2.22, -2.22, 0.890, 2.3, 2.4, 18.0, 0.36, 0.32],
@@ -141,20 +119,17 @@ const SUV: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 8, 8), band(8, 11, 7), band(11, 13, 4)],
     axles: [1.36, -1.32],
-    wheel: wheel(0.359, 0.235, 0.229),
+    wheel: Wheel::alloy(0.359, 0.235, 0.229),
     track_out_m: 0.905,
     arch_half_m: 0.410,
     arch_top_m: 0.775,
     panel_sides: false,
     mirror: DVec3::new(0.66, 0.82, 1.14),
     plates: [0.48, 0.72],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
-const VAN: Shape = Shape {
+pub(super) const VAN: Shape = Shape {
     levels: &[
         [0.22, 2.80, -2.90, 0.950, 2.6, 9.0, 30.0, 0.36, 0.12],
         [0.44, 2.93, -2.96, 0.995, 2.7, 9.0, 30.0, 0.38, 0.12],
@@ -173,29 +148,17 @@ const VAN: Shape = Shape {
     ],
     bands: &[band(0, 4, 10), band(4, 7, 6), band(7, 10, 10), band(10, 13, 5)],
     axles: [1.98, -1.66],
-    wheel: wheel(0.358, 0.235, 0.203),
+    wheel: Wheel::alloy(0.358, 0.235, 0.203),
     track_out_m: 0.990,
     arch_half_m: 0.420,
     arch_top_m: 0.800,
     panel_sides: true,
     mirror: DVec3::new(1.86, 0.99, 1.45),
     plates: [0.50, 0.80],
-    grille_rows: (6, 8),
-    lamp_rows: (6, 9),
-    tail_rows: (6, 9),
     plate_rows: (5, 7),
 };
 
 impl Shape {
-    fn of(kind: Kind) -> &'static Shape {
-        match kind {
-            Kind::Hatchback => &HATCHBACK,
-            Kind::Suv => &SUV,
-            Kind::Van => &VAN,
-            _ => &SEDAN,
-        }
-    }
-
     /// None where the tables above do not fit together.
     fn skin(&self) -> Option<Mesh> {
         let levels: Vec<Level> = self.levels.iter().map(level).collect();
@@ -216,11 +179,11 @@ impl Shape {
             material: material as u32,
         };
         let recesses = [
-            end(false, (0, 5), self.grille_rows, 0.05, 0.9, 0.0, Paint::Aluminium),
+            end(false, (0, 5), (6, 8), 0.05, 0.9, 0.0, Paint::Aluminium),
             end(false, (0, 6), (1, 3), 0.06, 0.9, 0.0, Paint::Aluminium),
-            end(false, (7, 12), self.lamp_rows, 0.08, 0.85, 0.8, Paint::Aluminium),
+            end(false, (7, 12), (6, 9), 0.08, 0.85, 0.8, Paint::Aluminium),
             end(true, (0, 5), self.plate_rows, 0.05, 0.9, 0.0, Paint::Steel),
-            end(true, (8, 12), self.tail_rows, 0.05, 0.85, 0.8, Paint::Aluminium),
+            end(true, (8, 12), (6, 9), 0.05, 0.85, 0.8, Paint::Aluminium),
         ];
         let bumper_top = 0.5 * (self.levels[2][0] + self.levels[3][0]);
         let zone = |band: usize, t: f64, z: f64| -> u32 {
@@ -254,8 +217,7 @@ pub(super) fn level(row: &Row) -> Level {
 }
 
 /// Body and four wheels.
-pub(super) fn parts(kind: Kind) -> Option<Vec<Part>> {
-    let shape = Shape::of(kind);
+pub(super) fn parts(shape: &Shape) -> Option<Vec<Part>> {
     let mut body = shape.skin()?;
     let wheel = &shape.wheel;
     for side in [1.0, -1.0] {
@@ -273,23 +235,10 @@ pub(super) fn parts(kind: Kind) -> Option<Vec<Part>> {
         bar(&mut body, DVec3::new(x, -inner, floor - 0.04), DVec3::new(x, inner, floor - 0.04), 0.03, 12, 0);
     }
     let tail = shape.levels[0][2];
-    bar(
-        &mut body,
-        DVec3::new(tail + 0.75, 0.30, floor - 0.06),
-        DVec3::new(tail + 0.30, 0.30, floor - 0.06),
-        0.055,
-        12,
-        0,
-    );
-    bar(
-        &mut body,
-        DVec3::new(tail + 0.29, 0.30, floor - 0.03),
-        DVec3::new(tail - 0.04, 0.30, floor - 0.03),
-        0.025,
-        12,
-        0,
-    );
-    let mut parts = vec![still("body", "", weld(body))];
+    let below = |x: f64, z: f64| DVec3::new(tail + x, 0.30, floor - z);
+    bar(&mut body, below(0.75, 0.06), below(0.30, 0.06), 0.055, 12, 0);
+    bar(&mut body, below(0.29, 0.03), below(-0.04, 0.03), 0.025, 12, 0);
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(wheel, &shape.axles, shape.track_out_m));
     Some(parts)
 }
@@ -304,17 +253,9 @@ pub(super) fn wheels(wheel: &Wheel, axles: &[f64], track_out_m: f64) -> Vec<Part
         for (side, mesh) in [("left", &left), ("right", &right)] {
             let y = track_out_m - 0.5 * wheel.width_m;
             let y = if side == "left" { y } else { -y };
-            parts.push(Part {
-                name: format!("wheel {} {side}", i + 1),
-                suffix: "wheel",
-                mesh: mesh.clone(),
-                pose: Pose::new(DQuat::IDENTITY, DVec3::new(*x, y, wheel.radius_m)),
-                joints: vec![Joint {
-                    at_m: DVec3::ZERO,
-                    axis: DVec3::Y,
-                    turn: Turn::Roll { radius_m: wheel.radius_m },
-                }],
-            });
+            let at = DVec3::new(*x, y, wheel.radius_m);
+            let roll = Joint::about_y(DVec3::ZERO, Turn::Roll { radius_m: wheel.radius_m });
+            parts.push(Part::hinged(format!("wheel {} {side}", i + 1), "wheel", mesh.clone(), at, &[roll]));
         }
     }
     parts
@@ -336,14 +277,8 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
     let out = DQuat::from_rotation_x(-side * FRAC_PI_2);
     append(mesh, &housing, &Pose::<Target, Target>::new(out, centre));
     // The stalk ends inside the door and inside the housing's shell.
-    bar(
-        mesh,
-        root + DVec3::new(0.0, -side * 0.02, -0.02),
-        centre - DVec3::Z * 0.02,
-        0.012,
-        8,
-        Paint::Steel as u32,
-    );
+    let stalk = root + DVec3::new(0.0, -side * 0.02, -0.02);
+    bar(mesh, stalk, centre - DVec3::Z * 0.02, 0.012, 8, Paint::Steel as u32);
     let glass = centre - DVec3::X * 0.066;
     let size = DVec3::new(0.002, 0.075, 0.75 * height);
     block(mesh, glass - size, glass + size, Paint::Aluminium as u32);
@@ -352,12 +287,8 @@ fn mirror(mesh: &mut Mesh, root: DVec3, side: f64, tall: f64) {
 /// 520 x 110 mm, looking along +x turned about y by `pitch_deg`, upwards.
 fn plate(mesh: &mut Mesh, at: DVec3, pitch_deg: f64) {
     let mut part = Mesh::default();
-    block(
-        &mut part,
-        DVec3::new(-0.001, -0.26, -0.055),
-        DVec3::new(0.001, 0.26, 0.055),
-        Paint::Aluminium as u32,
-    );
+    let half = DVec3::new(0.001, 0.26, 0.055);
+    block(&mut part, -half, half, Paint::Aluminium as u32);
     let turn = DQuat::from_rotation_y(-pitch_deg.to_radians());
     append(mesh, &part, &Pose::<Target, Target>::new(turn, at));
 }

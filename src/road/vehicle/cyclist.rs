@@ -4,9 +4,9 @@
 //! the cranks (40 teeth to 15). The tyre is taken as the metal of its rim under rubber.
 
 use super::motion::{HIP_HEIGHT, Joint, Turn};
+use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, SHOULDER, shank, thigh, trunk};
 use super::surface::{bar, block, ovoid, tube, turned};
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -103,20 +103,15 @@ pub(super) fn rider(hip: DVec3, lean_rad: f64, grip: DVec3, stature_m: f64) -> M
 }
 
 pub(super) fn parts() -> Vec<Part> {
-    let turn = |at_m: DVec3, turn: Turn| Joint { at_m, axis: DVec3::Y, turn };
-    let place = |p: DVec3| Pose::<Target, Target>::new(DQuat::IDENTITY, p);
+    let turn = Joint::about_y;
     let mut parts = vec![
-        still("bicycle", "", weld(frame())),
-        still("rider", "rider", weld(rider(HIP, LEAN_RAD, GRIP, STATURE_M))),
+        Part::still("bicycle", "", weld(frame())),
+        Part::still("rider", "rider", weld(rider(HIP, LEAN_RAD, GRIP, STATURE_M))),
     ];
     for (name, x) in [("wheel front", AXLE_X_M), ("wheel rear", -AXLE_X_M)] {
-        parts.push(Part {
-            name: name.into(),
-            suffix: "wheel",
-            mesh: weld(wheel()),
-            pose: place(DVec3::new(x, 0.0, WHEEL_RADIUS_M)),
-            joints: vec![turn(DVec3::ZERO, Turn::Roll { radius_m: WHEEL_RADIUS_M })],
-        });
+        let roll = turn(DVec3::ZERO, Turn::Roll { radius_m: WHEEL_RADIUS_M });
+        let at = DVec3::new(x, 0.0, WHEEL_RADIUS_M);
+        parts.push(Part::hinged(name, "wheel", weld(wheel()), at, &[roll]));
     }
     let crank = turn(DVec3::ZERO, Turn::Crank { development_m: DEVELOPMENT_M });
     let mut arms = Mesh::default();
@@ -126,32 +121,16 @@ pub(super) fn parts() -> Vec<Part> {
         let (a, b) = (DVec3::Y * side * 0.06, DVec3::new(side * CRANK_M, side * 0.07, 0.0));
         bar(&mut arms, a, b, 0.011, 12, METAL);
     }
-    parts.push(Part {
-        name: "cranks".into(),
-        suffix: "crank",
-        mesh: weld(arms),
-        pose: place(BRACKET),
-        joints: vec![crank],
-    });
+    parts.push(Part::hinged("cranks", "crank", weld(arms), BRACKET, &[crank]));
     let thigh_m = (HIP_HEIGHT - KNEE) * STATURE_M;
     // From the knee to the pedal's axle.
     let shank_m = 0.272 * STATURE_M;
     for (name, side) in [("left", 1.0), ("right", -1.0)] {
         let mut pedal = Mesh::default();
         block(&mut pedal, DVec3::new(-0.045, -0.045, -0.012), DVec3::new(0.045, 0.045, 0.012), METAL);
-        parts.push(Part {
-            name: format!("pedal {name}"),
-            suffix: "crank",
-            mesh: pedal,
-            pose: place(BRACKET),
-            joints: vec![
-                crank,
-                turn(
-                    DVec3::new(side * CRANK_M, side * 0.12, 0.0),
-                    Turn::Level { development_m: DEVELOPMENT_M },
-                ),
-            ],
-        });
+        let axle = DVec3::new(side * CRANK_M, side * 0.12, 0.0);
+        let level = turn(axle, Turn::Level { development_m: DEVELOPMENT_M });
+        parts.push(Part::hinged(format!("pedal {name}"), "crank", pedal, BRACKET, &[crank, level]));
         let hip = HIP + DVec3::Y * side * HIP_Y * STATURE_M;
         let law = |knee: bool| Turn::Pedal {
             crank_m: BRACKET - HIP,
@@ -163,20 +142,10 @@ pub(super) fn parts() -> Vec<Part> {
             knee,
         };
         let at_hip = turn(DVec3::ZERO, law(false));
-        parts.push(Part {
-            name: format!("thigh {name}"),
-            suffix: "leg",
-            mesh: weld(thigh(STATURE_M)),
-            pose: place(hip),
-            joints: vec![at_hip],
-        });
-        parts.push(Part {
-            name: format!("shank {name}"),
-            suffix: "leg",
-            mesh: weld(shank(STATURE_M, KNEE - 0.032)),
-            pose: place(hip),
-            joints: vec![at_hip, turn(DVec3::Z * -thigh_m, law(true))],
-        });
+        let at_knee = turn(DVec3::Z * -thigh_m, law(true));
+        let shank = weld(shank(STATURE_M, KNEE - 0.032));
+        parts.push(Part::hinged(format!("thigh {name}"), "leg", weld(thigh(STATURE_M)), hip, &[at_hip]));
+        parts.push(Part::hinged(format!("shank {name}"), "leg", shank, hip, &[at_hip, at_knee]));
     }
     parts
 }

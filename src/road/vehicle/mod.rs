@@ -7,6 +7,7 @@ pub mod car;
 pub mod cyclist;
 pub mod motion;
 pub mod motorcycle;
+pub mod part;
 pub mod pedestrian;
 pub mod shell;
 pub mod surface;
@@ -15,10 +16,11 @@ pub mod wheel;
 
 use crate::error::{BadInput, Result, nearest};
 use crate::frames::{Pose, Target, World};
-use crate::road::MaterialLookup;
-use crate::scene::{Material, Mesh, Scene, material::Layer, motion as scene_motion};
+use crate::road::materials::MaterialLookup;
+use crate::scene::{Material, Scene, material::Layer, motion as scene_motion};
 use glam::DVec3;
-use motion::{Joint, PartMotion};
+use motion::Joint;
+pub use part::{Paint, Part};
 use std::str::FromStr;
 
 /// What there is.
@@ -60,29 +62,27 @@ impl Kind {
     ];
 
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Sedan => "sedan",
-            Kind::Hatchback => "hatchback",
-            Kind::Suv => "suv",
-            Kind::Van => "van",
-            Kind::Truck => "truck",
-            Kind::SemiTrailer => "semi-trailer",
-            Kind::Motorcycle => "motorcycle",
-            Kind::Cyclist => "cyclist",
-            Kind::Pedestrian => "pedestrian",
-            Kind::Child => "child",
-        }
+        self.words().0
     }
 
     /// Class of the objects: car, van, truck, motorcycle, cyclist or pedestrian.
     pub fn class(self) -> &'static str {
+        self.words().1
+    }
+
+    /// (name, class).
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Sedan | Kind::Hatchback | Kind::Suv => "car",
-            Kind::Van => "van",
-            Kind::Truck | Kind::SemiTrailer => "truck",
-            Kind::Motorcycle => "motorcycle",
-            Kind::Cyclist => "cyclist",
-            Kind::Pedestrian | Kind::Child => "pedestrian",
+            Kind::Sedan => ("sedan", "car"),
+            Kind::Hatchback => ("hatchback", "car"),
+            Kind::Suv => ("suv", "car"),
+            Kind::Van => ("van", "van"),
+            Kind::Truck => ("truck", "truck"),
+            Kind::SemiTrailer => ("semi-trailer", "truck"),
+            Kind::Motorcycle => ("motorcycle", "motorcycle"),
+            Kind::Cyclist => ("cyclist", "cyclist"),
+            Kind::Pedestrian => ("pedestrian", "pedestrian"),
+            Kind::Child => ("child", "pedestrian"),
         }
     }
 }
@@ -103,32 +103,6 @@ impl FromStr for Kind {
                 .remedy(remedy)
                 .into()
         })
-    }
-}
-
-/// A rigid part.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    pub name: String,
-    /// Added to the class of the body with a dot; empty for the body itself.
-    pub suffix: &'static str,
-    /// In the part's frame, whose origin is the last joint. Materials index [`Body::materials`].
-    pub mesh: Mesh,
-    /// Frame in which the first joint is given, in the body's frame; of a part without joints, its own.
-    pub pose: Pose<Target, Target>,
-    /// From the body outwards; none where the part stands still on it.
-    pub joints: Vec<Joint>,
-}
-
-impl Part {
-    /// Where the part is and how it moves in its body's frame, `time_s` after the start, at a steady
-    /// `speed_mps` forwards (exact closed forms).
-    pub fn pose_at(&self, speed_mps: f64, time_s: f64) -> PartMotion {
-        motion::follow(&self.pose, &self.joints, speed_mps, time_s)
-    }
-
-    pub fn moves(&self) -> bool {
-        !self.joints.is_empty()
     }
 }
 
@@ -222,7 +196,10 @@ impl Body {
 pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     let paints = Paints::new(materials)?;
     let parts = match kind {
-        Kind::Sedan | Kind::Hatchback | Kind::Suv | Kind::Van => car::parts(kind),
+        Kind::Sedan => car::parts(&car::SEDAN),
+        Kind::Hatchback => car::parts(&car::HATCHBACK),
+        Kind::Suv => car::parts(&car::SUV),
+        Kind::Van => car::parts(&car::VAN),
         Kind::Truck => truck::rigid(),
         Kind::SemiTrailer => truck::semi_trailer(),
         Kind::Motorcycle => Some(motorcycle::parts()),
@@ -232,23 +209,6 @@ pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     };
     let unfit = || BadInput::new("the sections of its skin do not fit together").key(kind.name());
     Ok(paints.body(kind, parts.ok_or_else(unfit)?))
-}
-
-/// What the builders paint with, before unused ones are dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Paint {
-    Steel,
-    /// Windows: what is behind them is not followed.
-    Glass,
-    Aluminium,
-    /// 3 mm of unfilled polypropylene over the cross member of a bumper.
-    Bumper,
-    /// 10 mm of rubber over the steel belts of a tyre.
-    Tyre,
-    /// Skin; clothes are left out: eight common fabrics let 300 GHz and less pass with under 3 dB
-    /// (Bjarnason et al., Appl. Phys. Lett. 85 (2004) 519).
-    Skin,
 }
 
 struct Paints(Vec<Material>);
@@ -279,11 +239,6 @@ impl Paints {
         let materials = keep.iter().map(|&i| self.0[i as usize].clone()).collect();
         Body { kind, parts, materials }
     }
-}
-
-/// A part that stands still on the body.
-fn still(name: &str, suffix: &'static str, mesh: Mesh) -> Part {
-    Part { name: name.into(), suffix, mesh, pose: Pose::IDENTITY, joints: Vec::new() }
 }
 
 #[cfg(test)]

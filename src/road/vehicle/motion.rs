@@ -13,6 +13,13 @@ pub struct Joint {
     pub turn: Turn,
 }
 
+impl Joint {
+    /// About the y axis.
+    pub fn about_y(at_m: DVec3, turn: Turn) -> Joint {
+        Joint { at_m, axis: DVec3::Y, turn }
+    }
+}
+
 /// Where a part is in its body's frame, and how it moves there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartMotion {

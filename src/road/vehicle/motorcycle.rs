@@ -3,10 +3,10 @@
 
 use super::cyclist::rider;
 use super::motion::{HIP_HEIGHT, Joint, Turn};
+use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, shank, thigh};
 use super::surface::{bar, block, ovoid};
 use super::wheel::Wheel;
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -21,20 +21,6 @@ const GRIP: DVec3 = DVec3::new(0.30, 0.36, 1.05);
 
 const STEEL: u32 = Paint::Steel as u32;
 const METAL: u32 = Paint::Aluminium as u32;
-
-fn wheel(radius_m: f64, width_m: f64) -> Mesh {
-    let one = Wheel {
-        radius_m,
-        width_m,
-        rim_m: 0.216,
-        spokes: 5,
-        segments: 32,
-        tyre: Paint::Tyre as u32,
-        rim: METAL,
-        disc: STEEL,
-    };
-    one.mesh()
-}
 
 fn machine() -> Mesh {
     let mut mesh = Mesh::default();
@@ -89,19 +75,13 @@ pub(super) fn parts() -> Vec<Part> {
         let down = out * DQuat::from_rotation_y(0.62);
         append(&mut sitting, &shank(STATURE_M, KNEE - 0.026), &Pose::<Target, Target>::new(down, knee));
     }
-    let mut parts = vec![still("motorcycle", "", weld(machine())), still("rider", "rider", weld(sitting))];
+    let mut parts =
+        vec![Part::still("motorcycle", "", weld(machine())), Part::still("rider", "rider", weld(sitting))];
     for (name, i, width_m) in [("wheel front", 0, 0.12), ("wheel rear", 1, 0.16)] {
-        parts.push(Part {
-            name: name.into(),
-            suffix: "wheel",
-            mesh: weld(wheel(RADII_M[i], width_m)),
-            pose: Pose::new(DQuat::IDENTITY, DVec3::new(AXLES[i], 0.0, RADII_M[i])),
-            joints: vec![Joint {
-                at_m: DVec3::ZERO,
-                axis: DVec3::Y,
-                turn: Turn::Roll { radius_m: RADII_M[i] },
-            }],
-        });
+        let roll = Joint::about_y(DVec3::ZERO, Turn::Roll { radius_m: RADII_M[i] });
+        let (mesh, at) =
+            (weld(Wheel::alloy(RADII_M[i], width_m, 0.216).mesh()), DVec3::new(AXLES[i], 0.0, RADII_M[i]));
+        parts.push(Part::hinged(name, "wheel", mesh, at, &[roll]));
     }
     parts
 }

@@ -5,8 +5,8 @@
 //! 320 mm, hips 220 x 340 mm, head 195 x 155 mm at 1.75 m).
 
 use super::motion::{HIP_HEIGHT, Joint, Turn};
+use super::part::{Paint, Part};
 use super::surface::{limb, ovoid};
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -128,37 +128,22 @@ fn arm(stature_m: f64) -> Mesh {
 /// A walker: trunk, two arms, two thighs, two shanks with feet.
 pub(super) fn parts(stature_m: f64) -> Vec<Part> {
     let hip_z = HIP_HEIGHT * stature_m;
-    let at = |y: f64, z: f64| Pose::<Target, Target>::new(DQuat::IDENTITY, DVec3::new(0.0, y, z) * stature_m);
-    let joint = |at_m: DVec3, turn: Turn| Joint { at_m, axis: DVec3::Y, turn };
-    let mut trunk = still("trunk", "", weld(trunk(stature_m, true)));
-    trunk.pose = at(0.0, HIP_HEIGHT);
-    let mut parts = vec![trunk];
+    let at = |y: f64, z: f64| DVec3::new(0.0, y, z) * stature_m;
+    let joint = Joint::about_y;
+    let trunk = weld(trunk(stature_m, true));
+    let mut parts = vec![Part::hinged("trunk", "", trunk, at(0.0, HIP_HEIGHT), &[])];
     for (name, side, phase) in [("left", 1.0, 0.0), ("right", -1.0, 0.5)] {
         // The arm swings with the other leg.
         let shoulder = Turn::Shoulder { leg_m: hip_z, phase: phase + 0.5 };
-        parts.push(Part {
-            name: format!("arm {name}"),
-            suffix: "arm",
-            mesh: weld(arm(stature_m)),
-            pose: at(side * SHOULDER_Y, SHOULDER),
-            joints: vec![joint(DVec3::ZERO, shoulder)],
-        });
+        let (mesh, place) = (weld(arm(stature_m)), at(side * SHOULDER_Y, SHOULDER));
+        parts.push(Part::hinged(format!("arm {name}"), "arm", mesh, place, &[joint(DVec3::ZERO, shoulder)]));
         let hip = joint(DVec3::ZERO, Turn::Hip { leg_m: hip_z, phase });
-        parts.push(Part {
-            name: format!("thigh {name}"),
-            suffix: "leg",
-            mesh: weld(thigh(stature_m)),
-            pose: at(side * HIP_Y, HIP_HEIGHT),
-            joints: vec![hip],
-        });
+        let place = at(side * HIP_Y, HIP_HEIGHT);
+        parts.push(Part::hinged(format!("thigh {name}"), "leg", weld(thigh(stature_m)), place, &[hip]));
         let knee = DVec3::Z * -(HIP_HEIGHT - KNEE) * stature_m;
-        parts.push(Part {
-            name: format!("shank {name}"),
-            suffix: "leg",
-            mesh: weld(shank(stature_m, KNEE - 0.026)),
-            pose: at(side * HIP_Y, HIP_HEIGHT),
-            joints: vec![hip, joint(knee, Turn::Knee { leg_m: hip_z, phase })],
-        });
+        let knee = joint(knee, Turn::Knee { leg_m: hip_z, phase });
+        let shank = weld(shank(stature_m, KNEE - 0.026));
+        parts.push(Part::hinged(format!("shank {name}"), "leg", shank, place, &[hip, knee]));
     }
     parts
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::road::shape::{area_vector_m2, is_watertight, volume_m3};
+use crate::scene::Mesh;
 use crate::scene::material;
 
 fn body(kind: Kind) -> Body {

@@ -5,10 +5,10 @@
 //! semi-trailer of 13.6 m); guards after UN Regulations 58 and 73; tyres 265/70 R 19.5 and 315/70 R 22.5.
 
 use super::car::{level, wheels};
+use super::part::{Paint, Part};
 use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, limb, tube};
 use super::wheel::Wheel;
-use super::{Paint, Part, still};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -24,19 +24,6 @@ struct Cab {
     axle_x: f64,
     height_m: f64,
     wheel: Wheel,
-}
-
-const fn wheel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
-    Wheel {
-        radius_m,
-        width_m,
-        rim_m,
-        spokes: 8,
-        segments: 36,
-        tyre: Paint::Tyre as u32,
-        rim: STEEL,
-        disc: STEEL,
-    }
 }
 
 impl Cab {
@@ -105,20 +92,16 @@ impl Cab {
             let back = at - DVec3::X * 0.056;
             block(&mut mesh, back - glass, back + glass, METAL);
             for z in [1.72, 2.18] {
-                bar(
-                    &mut mesh,
-                    DVec3::new(f - 0.14, side * 1.20, z),
-                    DVec3::new(f - 0.12, side * 1.30, z),
-                    0.015,
-                    8,
-                    STEEL,
-                );
+                let (door, housing) =
+                    (DVec3::new(f - 0.14, side * 1.20, z), DVec3::new(f - 0.12, side * 1.30, z));
+                bar(&mut mesh, door, housing, 0.015, 8, STEEL);
             }
             // Steps below the door, before the wheel.
+            let (x, y) = (self.axle_x + self.wheel.radius_m, side * 1.12);
             block(
                 &mut mesh,
-                DVec3::new(self.axle_x + self.wheel.radius_m + 0.10, side * 1.12 - 0.10, 0.33),
-                DVec3::new(self.axle_x + self.wheel.radius_m + 0.40, side * 1.12 + 0.10, 0.36),
+                DVec3::new(x + 0.10, y - 0.10, 0.33),
+                DVec3::new(x + 0.40, y + 0.10, 0.36),
                 METAL,
             );
         }
@@ -190,22 +173,12 @@ fn box_body(mesh: &mut Mesh, x: (f64, f64), z: (f64, f64), half_width: f64) {
         // Lock bars of the doors, and their hinges' bosses.
         for bar_y in [0.25, 0.85] {
             let y = side * bar_y;
-            bar(
-                mesh,
-                DVec3::new(x.0 - 0.03, y, z.0 + 0.05),
-                DVec3::new(x.0 - 0.03, y, z.1 - 0.05),
-                0.014,
-                12,
-                STEEL,
-            );
+            let at = |z: f64| DVec3::new(x.0 - 0.03, y, z);
+            bar(mesh, at(z.0 + 0.05), at(z.1 - 0.05), 0.014, 12, STEEL);
         }
     }
-    block(
-        mesh,
-        DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.035),
-        DVec3::new(x.0 + 0.05, half_width, z.0 - 0.001),
-        STEEL,
-    );
+    let sill = DVec3::new(x.0 - 0.031, -half_width, z.0 - 0.035);
+    block(mesh, sill, DVec3::new(x.0 + 0.05, half_width, z.0 - 0.001), STEEL);
 }
 
 /// Two wheels side by side that turn as one.
@@ -231,7 +204,7 @@ fn numbered(mut parts: Vec<Part>, first: usize) -> Vec<Part> {
 
 /// A lorry of 12 t: 8.5 m long, 3.6 m high, wheelbase 4.6 m.
 pub(super) fn rigid() -> Option<Vec<Part>> {
-    let tyre = wheel(0.430, 0.265, 0.262);
+    let tyre = Wheel::steel(0.430, 0.265, 0.262);
     let cab = Cab { front_x: 4.25, length_m: 2.05, axle_x: 2.95, height_m: 2.75, wheel: tyre };
     let mut body = cab.mesh()?;
     frame(&mut body, (-4.0, 2.1), (0.72, 0.96));
@@ -240,7 +213,7 @@ pub(super) fn rigid() -> Option<Vec<Part>> {
     rear_guard(&mut body, -4.20, 0.72);
     side_guard(&mut body, (-1.0, 1.4));
     tank(&mut body, DVec3::new(0.95, 0.78, 0.70), 0.45, 0.27);
-    let mut parts = vec![still("body", "", weld(body))];
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[2.95], 1.22));
     parts.extend(twins(&tyre, &[-1.65], 2));
     Some(parts)
@@ -248,7 +221,7 @@ pub(super) fn rigid() -> Option<Vec<Part>> {
 
 /// Tractor with two axles and a box semi-trailer with three: 16.5 m long, 4.0 m high.
 pub(super) fn semi_trailer() -> Option<Vec<Part>> {
-    let tyre = wheel(0.500, 0.315, 0.300);
+    let tyre = Wheel::steel(0.500, 0.315, 0.300);
     let cab = Cab { front_x: 8.22, length_m: 2.25, axle_x: 6.83, height_m: 3.55, wheel: tyre };
     let mut body = cab.mesh()?;
     frame(&mut body, (2.2, 6.0), (0.75, 1.00));
@@ -265,7 +238,7 @@ pub(super) fn semi_trailer() -> Option<Vec<Part>> {
         block(&mut body, DVec3::new(2.05, y - 0.06, 0.45), DVec3::new(2.17, y + 0.06, z), STEEL);
         tank(&mut body, DVec3::new(4.9, side * 0.80, 0.72), 0.70, 0.30);
     }
-    let mut parts = vec![still("body", "", weld(body))];
+    let mut parts = vec![Part::still("body", "", weld(body))];
     parts.extend(wheels(&tyre, &[6.83], 1.22));
     parts.extend(twins(&tyre, &[3.13], 2));
     parts.extend(numbered(wheels(&tyre, &[-3.55, -4.86, -6.17], 1.26), 3));

@@ -1,5 +1,6 @@
 //! Wheels: tyre, rim and brake disc, turning about the y axis, with their outer side towards +y.
 
+use super::part::Paint;
 use super::surface::{bar, turned};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, polygon};
@@ -15,13 +16,20 @@ pub struct Wheel {
     pub rim_m: f64,
     pub spokes: usize,
     pub segments: usize,
-    /// Material indices: tyre, rim, brake disc.
-    pub tyre: u32,
-    pub rim: u32,
-    pub disc: u32,
+    pub rim: Paint,
 }
 
 impl Wheel {
+    /// Of a car or motorcycle.
+    pub const fn alloy(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
+        Wheel { radius_m, width_m, rim_m, spokes: 5, segments: 32, rim: Paint::Aluminium }
+    }
+
+    /// Of a lorry.
+    pub const fn steel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
+        Wheel { radius_m, width_m, rim_m, spokes: 8, segments: 36, rim: Paint::Steel }
+    }
+
     /// Closed bodies: tyre, rim with the brake disc at its bottom, hub, and spokes in the rim's mouth.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
@@ -43,7 +51,7 @@ impl Wheel {
             (rim, -0.80 * w),
         ];
         let points: Vec<DVec2> = section.iter().rev().map(|&(r, y)| DVec2::new(r, y)).collect();
-        turned(&mut mesh, &points, self.segments, self.tyre);
+        turned(&mut mesh, &points, self.segments, Paint::Tyre as u32);
         // The rim, a bowl of metal from its lip down to the brake disc, just within the tyre's seat.
         let lip = rim - 0.002;
         let section = [
@@ -60,11 +68,11 @@ impl Wheel {
         ];
         let points: Vec<DVec2> = section.iter().map(|&(r, y)| DVec2::new(r, y)).collect();
         let first = mesh.triangles.len();
-        turned(&mut mesh, &points, self.segments, self.rim);
+        turned(&mut mesh, &points, self.segments, self.rim as u32);
         for t in first..mesh.triangles.len() {
             let flat = mesh.triangles[t].iter().all(|&i| mesh.positions_m[i as usize].y == -0.30 * w);
             if flat {
-                mesh.material[t] = self.disc;
+                mesh.material[t] = Paint::Steel as u32;
             }
         }
         for k in 0..self.spokes {
@@ -72,7 +80,7 @@ impl Wheel {
             append(&mut mesh, &self.spoke(), &Pose::<Target, Target>::new(turn, DVec3::ZERO));
         }
         let hub = 0.22 * rim;
-        bar(&mut mesh, DVec3::Y * -0.05 * w, DVec3::Y * 0.66 * w, hub, 16, self.rim);
+        bar(&mut mesh, DVec3::Y * -0.05 * w, DVec3::Y * 0.66 * w, hub, 16, self.rim as u32);
         mesh
     }
 
@@ -88,11 +96,11 @@ impl Wheel {
         let mut mesh = Mesh::default();
         for i in 0..4 {
             let j = (i + 1) % 4;
-            polygon(&mut mesh, &[p[i], p[j], q[j]], self.rim);
-            polygon(&mut mesh, &[p[i], q[j], q[i]], self.rim);
+            polygon(&mut mesh, &[p[i], p[j], q[j]], self.rim as u32);
+            polygon(&mut mesh, &[p[i], q[j], q[i]], self.rim as u32);
         }
-        polygon(&mut mesh, &q, self.rim);
-        polygon(&mut mesh, &[p[3], p[2], p[1], p[0]], self.rim);
+        polygon(&mut mesh, &q, self.rim as u32);
+        polygon(&mut mesh, &[p[3], p[2], p[1], p[0]], self.rim as u32);
         mesh
     }
 }

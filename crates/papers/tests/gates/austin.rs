@@ -10,7 +10,7 @@ use catseye::geom::edges::{SMOOTH_RAD, find};
 use catseye::rcs::closed_form::{po_cylinder, po_plate};
 use catseye::rcs::cpu::ptd;
 use catseye::rcs::{Aspect, Distance, Look};
-use catseye::road::reflector::{Builder, Cylinder};
+use catseye::road::reflector::{Builder, Cylinder, Ends};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::Port;
 use catseye::units::{dbsm_from_amplitude, wavenumber};
@@ -357,7 +357,7 @@ fn dielectric_plate_face_on() {
 fn cylinder_rims() {
     let freq_hz = 77e9;
     let (radius_m, length_m) = (0.003, 0.15);
-    let cylinder = Cylinder { radius_m, length_m, sagitta_m: 5e-6, closed: true };
+    let cylinder = Cylinder { radius_m, length_m, sagitta_m: 5e-6, ends: Ends::Closed };
     let mut scene = Scene::default();
     scene.materials.push(Material::pec());
     scene.add_mesh("cylinder", "", cylinder.mesh(), Pose::IDENTITY);
