@@ -335,6 +335,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn dump() {
+        for m in ["PointCloud", "FrameTransforms", "SceneUpdate", "CompressedImage"] {
+            let there = std::fs::read(format!("src/mcap/foxglove/{m}.binpb")).unwrap();
+            assert!(there == descriptor_set(&format!("foxglove.{m}")), "{m}");
+        }
+    }
+
+    #[test]
     fn every_type_is_known_and_stands_before_its_use() {
         for (message, fields) in MESSAGES {
             for (name, number, kind) in *fields {

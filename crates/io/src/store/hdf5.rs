@@ -3,8 +3,7 @@
 //! `row_offsets[k]..row_offsets[k + 1]`. Every chunk has a Fletcher-32 checksum. Text is UTF-8 of fixed width, filled up with
 //! zeros; truth values are h5py's, an enumeration of FALSE and TRUE.
 
-use super::ShardWriter;
-use super::files::{ShardFile, broken};
+use super::files::{ShardFile, ShardWriter, broken};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, FRAME, Layout, ROW_OFFSETS, TableSpec};
 use super::part::{Part, open};
 use super::record::{Column, Data, Record, Table};
