@@ -1,6 +1,6 @@
 //! What is stored of one frame.
 
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Layout, TableSpec, check_once};
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, FRAME, Layout, TableSpec, check_once};
 use catseye::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
@@ -185,6 +185,37 @@ impl Table {
     pub fn spec(&self) -> TableSpec {
         let columns = self.columns.iter().map(|(name, c)| ColumnSpec::new(name, c.kind()));
         TableSpec { name: self.name.clone(), columns: columns.collect(), about: String::new() }
+    }
+}
+
+/// Rows of several frames, the column `frame` first.
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
+pub(super) struct Rows {
+    pub columns: Vec<Column>,
+}
+
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
+impl Rows {
+    pub fn new(spec: &TableSpec) -> Rows {
+        let kinds = std::iter::once(ColumnKind::I64).chain(spec.columns.iter().map(|c| c.kind));
+        Rows { columns: kinds.map(Column::new).collect() }
+    }
+
+    pub fn len(&self) -> usize {
+        self.columns[0].len()
+    }
+
+    /// Appends the rows of a frame.
+    pub fn push(&mut self, frame: u64, table: &Table) -> Result<()> {
+        let frames = Column::I64(vec![frame as i64; table.rows()]);
+        let more =
+            std::iter::once((FRAME, &frames)).chain(table.columns.iter().map(|(n, c)| (n.as_str(), c)));
+        for (column, (name, rows)) in self.columns.iter_mut().zip(more) {
+            if !column.extend(rows) {
+                return Err(Error::Failed(format!("column {name} of frame {frame} has another type")));
+            }
+        }
+        Ok(())
     }
 }
 
