@@ -6,7 +6,8 @@ use crate::work::{Afterwards, run_to};
 use crate::{engine, work};
 use catseye::error::BadInput;
 use catseye_cli::draw_frame;
-use catseye_io::produce::{self, DatasetFile, produce};
+use catseye_io::dataset::{DATASET, DatasetFile};
+use catseye_io::produce::{self, produce};
 use catseye_io::recipe::{Recipe, SPLITS};
 use catseye_io::store::{Array, Column, Data, Layout, Table};
 use catseye_io::verify as checks;
@@ -130,8 +131,7 @@ impl Store {
     fn splits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let read = || -> catseye::Result<[Vec<i64>; 3]> {
             let file = DatasetFile::read(&self.folder)?;
-            let recipe =
-                Recipe::parse(&self.folder.join(produce::DATASET), &file.recipe_text, Some(file.seed))?;
+            let recipe = Recipe::parse(&self.folder.join(DATASET), &file.recipe_text, Some(file.seed))?;
             let mut frames: [Vec<i64>; 3] = Default::default();
             for scene in 0..recipe.scenes {
                 let which = SPLITS.iter().position(|s| *s == recipe.split(scene)).unwrap_or(0);

@@ -1,6 +1,7 @@
 //! `catseye bench`: the standard workloads on a device.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye_papers::bench::{self, Outcome, Settings};
 use clap::Args;

@@ -1,7 +1,8 @@
 //! `catseye calibrate`: a turntable run of a corner reflector, in simulation, to a calibration file.
 
 use super::angles::parse_list;
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::Global;
 use catseye::dsp::doa_calibration::TurntableOptions;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::check_extension;
@@ -122,15 +123,14 @@ impl Calibrate {
             .fold(0.0, f64::max);
         let report =
             Report { file: staged.commit()?, angles, channels: radar.virtual_channels(), largest_ambiguity };
-        if global.json {
-            return print_json(&report);
-        }
-        print(&format!(
-            "{} angles, {} channels; largest ambiguity between distant angles {:.3}; wrote {}",
-            report.angles,
-            report.channels,
-            report.largest_ambiguity,
-            report.file.display()
-        ))
+        global.answer(&report, || {
+            format!(
+                "{} angles, {} channels; largest ambiguity between distant angles {:.3}; wrote {}",
+                report.angles,
+                report.channels,
+                report.largest_ambiguity,
+                report.file.display()
+            )
+        })
     }
 }

@@ -1,7 +1,8 @@
 //! `catseye convert`: a cube from one file format to another.
 
+use super::bar::Kept;
 use super::cube_args::CubeArgs;
-use super::{Global, Kept, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::formats::stage;
 use catseye::scene::radar_toml;

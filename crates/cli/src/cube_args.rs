@@ -1,5 +1,6 @@
 //! Options for reading cubes of others.
 
+use super::global::choice;
 use catseye::error::{BadInput, Result};
 use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::radar_toml;
@@ -7,7 +8,7 @@ use catseye_io::cube::{CubeOptions, Source, open_cube};
 use catseye_io::cube_layout::axes_from;
 use catseye_io::ti_bin::BinOptions;
 use catseye_io::ti_cfg::{Board, IqOrder};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Clone, Args)]
@@ -29,17 +30,11 @@ pub struct CubeArgs {
     #[arg(long, value_name = "DBM")]
     pub full_scale_dbm: Option<f64>,
     /// Which of I and Q a .bin has first (default: what the .cfg says)
-    #[arg(long, value_name = "iq|qi")]
-    pub iq_order: Option<IqName>,
+    #[arg(long, value_name = "iq|qi", value_parser = choice(&[("iq", IqOrder::Iq), ("qi", IqOrder::Qi)]))]
+    pub iq_order: Option<IqOrder>,
     /// A .bin with one lane for each receiver, as of xWR14xx
     #[arg(long)]
     pub four_lanes: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum IqName {
-    Iq,
-    Qi,
 }
 
 impl CubeArgs {
@@ -51,10 +46,7 @@ impl CubeArgs {
             cfg: self.cfg.clone(),
             bin: BinOptions {
                 four_lanes: self.four_lanes.then_some(true),
-                iq_order: self.iq_order.map(|o| match o {
-                    IqName::Iq => IqOrder::Iq,
-                    IqName::Qi => IqOrder::Qi,
-                }),
+                iq_order: self.iq_order,
                 full_scale_dbm: self.full_scale_dbm,
             },
             dataset: self.dataset.clone(),

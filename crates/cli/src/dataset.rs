@@ -1,7 +1,8 @@
 //! `catseye dataset`: frames of scenes that are drawn from a recipe.
 
+use super::bar::{self, Kept};
 use super::frames::draw_frame;
-use super::{Global, Kept, bar, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage;
 use catseye_io::produce::{Options, Phase, Progress, Report, produce};

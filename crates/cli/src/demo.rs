@@ -1,8 +1,9 @@
 //! `catseye demo`: the built-in marked road, end to end, from nothing but this binary.
 
+use super::bar::Kept;
 use super::frames::draw_frame;
+use super::global::{Global, print};
 use super::simulate::summary;
-use super::{Global, Kept, print};
 use catseye::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
 use catseye::rcs::{Aspect, Look, RcsOptions};

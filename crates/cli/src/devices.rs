@@ -1,6 +1,6 @@
 //! `catseye devices`: adapters, limits, drivers, and which one `auto` takes.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::engine::devices::listing;
 use catseye::error::Result;
 use clap::Args;

@@ -1,6 +1,6 @@
 //! `catseye examples`: the scenes that come with the program, written out with all that they name.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result, nearest};
 use catseye::formats::stage;
 use catseye::scene::scenario::without_schema;

@@ -1,6 +1,7 @@
 //! `catseye export`: a run as files that other tools read.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage;

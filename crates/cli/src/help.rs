@@ -1,6 +1,6 @@
 //! `catseye help`: a command's help, or what has a name: reflectors with their parameters, materials, radars.
 
-use super::print;
+use super::global::print;
 use catseye::error::{BadInput, Result, nearest};
 use catseye::road::reflector;
 use catseye::scene::{material, radar_toml};
@@ -22,8 +22,8 @@ type Topic = (&'static str, fn() -> String);
 const TOPICS: [Topic; 3] = [("reflectors", reflector::help), ("materials", materials), ("radars", radars)];
 
 impl Help {
-    pub fn run(&self) -> Result<()> {
-        let mut root = super::command();
+    /// `root` is the whole command line.
+    pub fn run(&self, mut root: clap::Command) -> Result<()> {
         root.build();
         let Some(name) = self.topic.as_deref() else {
             return print(&root.render_long_help().to_string());

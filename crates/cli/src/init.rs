@@ -1,6 +1,6 @@
 //! `catseye init`: a commented file to start from.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::formats::{check_extension, stage};
 use catseye::scene::scenario::template;
@@ -29,9 +29,6 @@ impl Init {
         }
         check_extension(&path, &["toml"])?;
         let written = stage::write_file(&path, global.force, text.as_bytes())?;
-        if global.json {
-            return print_json(&serde_json::json!({ "file": written }));
-        }
-        print(&format!("wrote {}", written.display()))
+        global.answer(&serde_json::json!({ "file": written }), || format!("wrote {}", written.display()))
     }
 }

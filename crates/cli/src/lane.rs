@@ -1,6 +1,7 @@
 //! `catseye lane`: lane estimators on scenarios, and their comparison.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result};
 use catseye_papers::trial::report::number;
 use catseye_papers::trial::{Method, Row, RunOptions, compare, run};

@@ -13,6 +13,7 @@ mod examples;
 mod export;
 mod footprint;
 mod frames;
+mod global;
 mod help;
 mod init;
 mod lane;
@@ -29,15 +30,13 @@ mod verify;
 
 pub use frames::draw_frame;
 
-use bar::{Bar, Kept};
-
-use catseye::engine::{Engine, Precision};
-use catseye::error::{BadInput, Error, Result};
+use catseye::error::{BadInput, Error};
 use clap::parser::ValueSource;
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use global::{Global, PRINTED, print_json};
 use std::process::ExitCode;
 use std::sync::LazyLock;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Automotive-radar simulator: glTF road scenes to radar cross sections, ADC cubes, detections and points.
 #[derive(Debug, Parser)]
@@ -62,32 +61,6 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
     let built = if built.is_empty() { "none".into() } else { built.join(", ") };
     format!("{} (features: {built})", env!("CARGO_PKG_VERSION"))
 });
-
-/// Options of several commands, before or after the command's name. [`ACTING`] says which of them a command has.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = GLOBAL_HEADING)]
-pub struct Global {
-    /// auto: a hardware GPU, else the cpu; cpu; gpu: a hardware GPU; or part of an adapter's name
-    #[arg(long, global = true, default_value = "auto", value_name = "auto|cpu|gpu|NAME")]
-    pub device: String,
-    /// Precision of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
-    #[arg(long, global = true, default_value = "f32")]
-    pub precision: PrecisionName,
-    /// Print one machine-readable object on stdout, in case of an error too
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// No progress and no messages on stderr
-    #[arg(long, global = true)]
-    pub quiet: bool,
-    /// Seed of all random numbers
-    #[arg(long, global = true, value_name = "N")]
-    pub seed: Option<u64>,
-    /// Replace an existing result
-    #[arg(long, global = true)]
-    pub force: bool,
-}
-
-const GLOBAL_HEADING: &str = "Global options";
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
 const ACTING: [(&str, &[&str]); 20] = [
@@ -149,40 +122,6 @@ fn parse() -> std::result::Result<(Cli, Option<String>), ExitCode> {
         (!idle.is_empty()).then(|| format!("note: {} changes nothing in '{name}'", idle.join(", ")))
     });
     Ok((Cli::from_arg_matches(&matches).map_err(|e| usage(&e))?, remark))
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PrecisionName {
-    F32,
-    F64,
-}
-
-impl Global {
-    pub fn engine(&self) -> Result<Engine> {
-        let engine = Engine::open(&self.device, self.precision())?;
-        self.say(&format!("engine: {}", engine.describe()));
-        Ok(engine)
-    }
-
-    /// Of the cpu engine.
-    pub fn precision(&self) -> Precision {
-        match self.precision {
-            PrecisionName::F32 => Precision::F32,
-            PrecisionName::F64 => Precision::F64,
-        }
-    }
-
-    /// A message for people, on stderr.
-    pub fn say(&self, message: &str) {
-        if !self.quiet {
-            eprintln!("{message}");
-        }
-    }
-
-    /// Progress on stderr, as a bar or as lines; `length` 0 where it is not known (yet).
-    fn bar(&self, label: &str, length: u64, kept: Kept) -> Bar {
-        Bar::new(label, length, kept, self.quiet)
-    }
 }
 
 #[allow(clippy::large_enum_variant)] // one exists in a run
@@ -247,7 +186,7 @@ pub fn run() -> ExitCode {
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),
-        Command::Help(c) => c.run(),
+        Command::Help(c) => c.run(command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -255,9 +194,6 @@ pub fn run() -> ExitCode {
         Err(e) => complain(&e),
     }
 }
-
-/// Whether stdout has its object.
-static PRINTED: AtomicBool = AtomicBool::new(false);
 
 /// An error is one line on stderr, and with `--json` one object on stdout, too, unless what was found stands there.
 fn complain(e: &Error) -> ExitCode {
@@ -330,21 +266,9 @@ fn usage(e: &clap::Error) -> ExitCode {
     complain(&BadInput::new(line.strip_prefix("error: ").unwrap_or(&line)).remedy("see --help").into())
 }
 
-/// Prints a JSON object on stdout.
-pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("JSON: {e}")))?;
-    PRINTED.store(true, Relaxed);
-    print(&text)
-}
-
-/// Prints a line on stdout; a closed pipe is an `Error::Io` that ends the program quietly.
-pub fn print(text: &str) -> Result<()> {
-    use std::io::Write;
-    writeln!(std::io::stdout(), "{text}").map_err(|e| Error::io("stdout", e))
-}
-
 #[cfg(test)]
 mod tests {
+    use super::global::GLOBAL_HEADING;
     use super::*;
 
     fn walk(command: &clap::Command, look: &mut impl FnMut(&clap::Command)) {

@@ -1,6 +1,6 @@
 //! `catseye plot`: PNG of any file that the other commands write.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::formats::{check_extension, stage};
 use catseye_plot::{PlotOptions, plot_file};

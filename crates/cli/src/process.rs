@@ -1,8 +1,9 @@
 //! `catseye process`: a cube, from wherever, to range-Doppler map, detections and points.
 
+use super::bar::Kept;
 use super::cube_args::CubeArgs;
 use super::frames::draw_map;
-use super::{Global, Kept, print, print_json};
+use super::global::Global;
 use catseye::adc::Cube;
 use catseye::detect::Bodies;
 use catseye::engine::{AnyCube, Engine, Precision};
@@ -108,16 +109,15 @@ impl Process {
             folder: staged.commit()?,
         };
         drop(bar);
-        if global.json {
-            return print_json(&report);
-        }
-        print(&format!(
-            "{} cells over the threshold, {} points, {:.2} s; wrote {}",
-            report.cells_over_threshold,
-            report.points,
-            report.seconds.total_s(),
-            report.folder.display()
-        ))
+        global.answer(&report, || {
+            format!(
+                "{} cells over the threshold, {} points, {:.2} s; wrote {}",
+                report.cells_over_threshold,
+                report.points,
+                report.seconds.total_s(),
+                report.folder.display()
+            )
+        })
     }
 
     /// Memory holds one block of channels at a time.

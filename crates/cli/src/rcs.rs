@@ -1,8 +1,9 @@
 //! `catseye rcs`: the scattering matrix of a target over frequency and direction.
 
 use super::angles::{LONGEST, parse_list};
+use super::bar::Kept;
+use super::global::{Global, choice, print, print_json};
 use super::target::ImportArgs;
-use super::{Global, Kept, print, print_json};
 use catseye::engine::Engine;
 use catseye::engine::sweep::{Accuracy, Sweep};
 use catseye::error::{BadInput, Error, Result};
@@ -52,14 +53,14 @@ pub struct Rcs {
     #[arg(long, default_value_t = 3, value_name = "N")]
     pub bounces: usize,
     /// Which bounces radiate: each, or only the one from which a beam leaves
-    #[arg(long, default_value = "every")]
-    pub convention: ConventionName,
+    #[arg(long, default_value = "every", value_parser = choice(&[("every", Convention::Every), ("last", Convention::Last)]))]
+    pub convention: Convention,
     /// Error that curved surfaces and finite range may bring, dB (flat facets seen from infinity have none)
     #[arg(long, default_value_t = 0.1, value_name = "DB")]
     pub accuracy_db: f64,
     /// Edges of metal: none, or first-order physical theory of diffraction
-    #[arg(long, default_value = "none")]
-    pub diffraction: DiffractionName,
+    #[arg(long, default_value = "none", value_parser = choice(&[("none", Diffraction::None), ("ptd", Diffraction::Ptd)]))]
+    pub diffraction: Diffraction,
     /// Endless ground, the plane z = 0 of the target frame: none, pec, or a material
     #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
@@ -77,18 +78,6 @@ pub struct Rcs {
     pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub import: ImportArgs,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ConventionName {
-    Every,
-    Last,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DiffractionName {
-    None,
-    Ptd,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -150,12 +139,9 @@ impl Rcs {
                 Distance::At(self.range_m)
             },
             accuracy_db: self.accuracy_db,
-            diffraction: match self.diffraction {
-                DiffractionName::None => Diffraction::None,
-                DiffractionName::Ptd => Diffraction::Ptd,
-            },
+            diffraction: self.diffraction,
             ground: self.ground()?,
-            last: self.convention == ConventionName::Last,
+            last: self.convention == Convention::Last,
         };
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
         sweep.check().map_err(as_option)?;
@@ -194,10 +180,7 @@ impl Rcs {
             }
         }
         sweep.check_for(&target.scene).map_err(as_option)?;
-        let convention = match self.convention {
-            ConventionName::Every => Convention::Every,
-            ConventionName::Last => Convention::Last,
-        };
+        let convention = self.convention;
         let engine = global.engine()?;
 
         let directions = sweep.transmit.len() as u64 * sweep.receive.as_ref().map_or(1, |r| r.len() as u64);

@@ -1,6 +1,6 @@
 //! `catseye reflector`: a reflector as glTF with its radar materials, as STL or OBJ, and a picture of it.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result};
 use catseye::formats::{check_extension, stage};
 use catseye::geom::validate::{MeshReport, check_mesh};

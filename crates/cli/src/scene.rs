@@ -1,6 +1,6 @@
 //! `catseye scene`: a road scene as glTF with its radar materials and labels.
 
-use super::{Global, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result};
 use catseye::formats::stage;
 use catseye::geom::validate::check_scene;

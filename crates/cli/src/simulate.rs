@@ -1,7 +1,8 @@
 //! `catseye simulate`: a scenario to frames.
 
+use super::bar::Kept;
 use super::frames::draw_frame;
-use super::{Global, Kept, print, print_json};
+use super::global::{Global, print, print_json};
 use catseye::engine::memory::FrameMemory;
 use catseye::error::{BadInput, Error, Result};
 use catseye::geom::Geometry;
@@ -186,7 +187,7 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let (scenario, scene) = (&site.scenario, &site.scene);
     let available_bytes = machine::available_bytes();
     let mut d = DryRun { frames: scenario.frames.count, available_bytes, ..Default::default() };
-    let precision = global.precision();
+    let precision = global.precision;
     let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
     scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
     for (which, radar) in scenario.radars.iter().enumerate() {

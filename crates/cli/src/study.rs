@@ -1,6 +1,7 @@
 //! `catseye study`: parameter sweeps, maps, detection ranges and design searches, with a report.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::units::level_text;
 use catseye_papers::study::file::{PictureKind, Study};

@@ -1,6 +1,7 @@
 //! `catseye validate`: the canonical table, measured here and now.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::{Error, Result};
 use catseye::units::{LEAST_DB, level_text};
 use catseye_papers::validate::{GROUPS, Gate, Row};

@@ -1,6 +1,7 @@
 //! `catseye verify`: whether a dataset or a run is whole.
 
-use super::{Global, Kept, print, print_json};
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Result};
 use catseye_io::verify::verify;
 use clap::Args;

@@ -9,11 +9,11 @@ use catseye::formats::{input, npy};
 use catseye::frames::{Pose, World};
 use catseye::units::dbm_from_w;
 use catseye_io::files::frame_name;
-use catseye_io::manifest::Axes;
+use catseye_io::manifest::{Axes, PerRadar};
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
@@ -21,16 +21,9 @@ use std::path::{Path, PathBuf};
 #[derive(Deserialize)]
 struct Manifest {
     #[serde(default)]
-    axes: Option<RunAxes>,
+    axes: Option<PerRadar<Axes>>,
     #[serde(default)]
     frames: Vec<FrameHead>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum RunAxes {
-    One(Axes),
-    Several(BTreeMap<String, Axes>),
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -96,7 +89,7 @@ pub struct Run {
     folder: PathBuf,
     /// Sorted by time, those of one time by radar as the run has them.
     frames: Vec<FrameHead>,
-    axes: Option<RunAxes>,
+    axes: Option<PerRadar<Axes>>,
     several: bool,
     /// By frame, where the truth does not say it.
     yaw_rates: HashMap<u32, f64>,
@@ -222,11 +215,7 @@ impl Run {
 
     fn map(&self, head: &FrameHead) -> Result<Option<PowerImage>> {
         let path = self.dir(head).join("range_doppler.npy");
-        let axes = match &self.axes {
-            Some(RunAxes::One(a)) => Some(a),
-            Some(RunAxes::Several(by_radar)) => by_radar.get(&head.radar),
-            None => None,
-        };
+        let axes = self.axes.as_ref().and_then(|axes| axes.get(&head.radar));
         let Some(axes) = axes.filter(|_| path.is_file()) else {
             return Ok(None);
         };

@@ -1,17 +1,17 @@
 //! Cubes of samples from anywhere: one way in ([`open_cube`]) and one out ([`write_cube`]), by the name's
 //! extension: `.npy`, `.bin` (a recording of a TI device with its `.cfg`), `.h5` or `.hdf5`.
 
-use super::cube_layout::{Axis, Layout, Number, Real, array_layout};
+use super::cube_layout::{Axis, Number, Real, array_layout};
 #[cfg(feature = "hdf5")]
 use super::hdf5;
-use super::ti_bin::{self, BinOptions, fetch};
+pub use super::source::Source;
+use super::source::open_file;
+use super::ti_bin::{self, BinOptions};
 use super::ti_cfg::TiRadar;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::npy;
 use catseye::formats::stage::StagedFile;
 use num_complex::Complex;
-use std::fs::File;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 const EXTENSIONS: &str = ".npy, .bin (with a .cfg), .h5, .hdf5";
@@ -28,111 +28,6 @@ pub struct CubeOptions {
     pub bin: BinOptions,
     /// The dataset of an HDF5 file, or two as `REAL,IMAGINARY`.
     pub dataset: Option<String>,
-}
-
-enum Kind {
-    Npy {
-        file: File,
-        layout: Layout,
-        data_at: u64,
-    },
-    Bin {
-        reader: ti_bin::Reader,
-        radar: Box<TiRadar>,
-    },
-    #[cfg(feature = "hdf5")]
-    Hdf5(hdf5::Reader),
-}
-
-/// An open file of one or more cubes of equal shape. Samples are read as they are asked for, and are finite.
-pub struct Source {
-    path: PathBuf,
-    kind: Kind,
-}
-
-impl Source {
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    pub fn frames(&self) -> usize {
-        match &self.kind {
-            Kind::Npy { layout, .. } => layout.frames(),
-            Kind::Bin { reader, .. } => reader.frames(),
-            #[cfg(feature = "hdf5")]
-            Kind::Hdf5(r) => r.frames(),
-        }
-    }
-
-    /// `[chirp, rx_virtual, sample]` of one frame.
-    pub fn shape(&self) -> [usize; 3] {
-        match &self.kind {
-            Kind::Npy { layout, .. } => layout.shape(),
-            Kind::Bin { reader, .. } => reader.shape(),
-            #[cfg(feature = "hdf5")]
-            Kind::Hdf5(r) => r.shape(),
-        }
-    }
-
-    /// Whether the file has imaginary parts; else they read as 0.
-    pub fn is_complex(&self) -> bool {
-        match &self.kind {
-            Kind::Npy { layout, .. } => layout.is_complex(),
-            Kind::Bin { radar, .. } => radar.complex,
-            #[cfg(feature = "hdf5")]
-            Kind::Hdf5(r) => r.is_complex(),
-        }
-    }
-
-    /// What the `.cfg` of a `.bin` says.
-    pub fn ti_radar(&self) -> Option<&TiRadar> {
-        match &self.kind {
-            Kind::Bin { radar, .. } => Some(radar),
-            _ => None,
-        }
-    }
-
-    /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are
-    /// counts.
-    pub fn is_calibrated(&self) -> bool {
-        match &self.kind {
-            Kind::Npy { layout, .. } => !layout.is_counts(),
-            Kind::Bin { reader, .. } => reader.full_scale_dbm().is_some(),
-            #[cfg(feature = "hdf5")]
-            Kind::Hdf5(r) => !r.is_counts(),
-        }
-    }
-
-    /// Channels of one frame, `[chirp, channel of the range, sample]`; memory beyond the answer is small.
-    ///
-    /// # Errors
-    /// `BadInput` with the index for NaN, infinity or a number too large for `T`.
-    pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
-        match &mut self.kind {
-            Kind::Npy { file, layout, data_at } => {
-                let [chirps, _, samples] = layout.shape();
-                let mut out = vec![Complex::<T>::default(); chirps * channels.len() * samples];
-                layout.read(&self.path, frame, channels, &mut out, &mut |at, to| {
-                    fetch(file, &self.path, *data_at + at, to)
-                })?;
-                Ok(out)
-            }
-            Kind::Bin { reader, .. } => reader.channels(frame, channels),
-            #[cfg(feature = "hdf5")]
-            Kind::Hdf5(r) => r.channels(frame, channels),
-        }
-    }
-
-    /// All channels of one frame, `[chirp, rx_virtual, sample]`.
-    pub fn frame<T: Real>(&mut self, frame: usize) -> Result<Vec<Complex<T>>> {
-        let channels = self.shape()[1];
-        self.channels(frame, 0..channels)
-    }
-}
-
-/// Opens a file that has to be there.
-pub(super) fn open_file(path: &Path) -> Result<File> {
-    catseye::formats::input::open(path, "a file of samples")
 }
 
 fn extension(path: &Path) -> String {
@@ -177,18 +72,15 @@ pub fn open_cube(
     stray("axes", options.axes.is_some() && bin, ".npy and .h5")?;
     let h5 = matches!(extension.as_str(), "h5" | "hdf5");
     stray("dataset", options.dataset.is_some() && !h5, ".h5")?;
-    let kind = match extension.as_str() {
+    let source = match extension.as_str() {
         "npy" => open_npy(path, options)?,
         "bin" => open_bin(path, options)?,
         #[cfg(feature = "hdf5")]
-        "h5" | "hdf5" => {
-            Kind::Hdf5(hdf5::Reader::open(path, options.dataset.as_deref(), options.axes.as_deref())?)
-        }
+        "h5" | "hdf5" => hdf5::open(path, options.dataset.as_deref(), options.axes.as_deref())?,
         #[cfg(not(feature = "hdf5"))]
         "h5" | "hdf5" => return Err(no_hdf5(path)),
         _ => return Err(unknown_extension(path)),
     };
-    let source = Source { path: path.to_path_buf(), kind };
     if let Some(want) = expected.filter(|w| *w != source.shape()) {
         return Err(BadInput::new("the array is not a cube of this radar")
             .file(path)
@@ -201,7 +93,7 @@ pub fn open_cube(
     Ok(source)
 }
 
-fn open_bin(path: &Path, options: &CubeOptions) -> Result<Kind> {
+fn open_bin(path: &Path, options: &CubeOptions) -> Result<Source> {
     open_file(path)?;
     let cfg = options.cfg.clone().unwrap_or_else(|| path.with_extension("cfg"));
     if options.cfg.is_none() && !cfg.exists() {
@@ -212,11 +104,10 @@ fn open_bin(path: &Path, options: &CubeOptions) -> Result<Kind> {
     }
     let radar = TiRadar::read(&cfg)?;
     radar.check_plain_stream(&cfg)?;
-    let reader = ti_bin::Reader::open(path, &radar, &options.bin)?;
-    Ok(Kind::Bin { reader, radar: Box::new(radar) })
+    ti_bin::open(path, &radar, &options.bin)
 }
 
-fn open_npy(path: &Path, options: &CubeOptions) -> Result<Kind> {
+fn open_npy(path: &Path, options: &CubeOptions) -> Result<Source> {
     let file = open_file(path)?;
     let header = npy::read_header(path)?;
     let bad = |problem: String| BadInput::new(problem).file(path);
@@ -265,7 +156,7 @@ fn open_npy(path: &Path, options: &CubeOptions) -> Result<Kind> {
         .value(format!("{:?}", header.shape))
         .into());
     }
-    Ok(Kind::Npy { file, layout, data_at })
+    Ok(Source::plain(path, file, layout, data_at))
 }
 
 /// What is written beside the samples.
@@ -294,13 +185,16 @@ pub struct CubeWritten {
 /// # Errors
 /// An unknown extension, a name that exists (without `force`), a `.bin` without its device or of another
 /// shape, samples that are not finite.
-pub fn write_cube<T: Sample>(
+pub fn write_cube<T: Real + Into<f64> + bytemuck::Pod>(
     path: impl AsRef<Path>,
     shape: [usize; 3],
     data: &[Complex<T>],
     about: &CubeAbout,
     force: bool,
-) -> Result<CubeWritten> {
+) -> Result<CubeWritten>
+where
+    Complex<T>: npy::Element,
+{
     let path = path.as_ref();
     if shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d)) != Some(data.len()) {
         return Err(Error::Failed(format!(
@@ -322,15 +216,13 @@ pub fn write_cube<T: Sample>(
     match extension(path).as_str() {
         "npy" => {
             let staged = StagedFile::new(path, force)?;
-            T::write_npy(staged.path(), &shape, data)?;
+            npy::write(staged.path(), &shape, data)?;
             one(staged.commit()?)
         }
         #[cfg(feature = "hdf5")]
         "h5" | "hdf5" => {
             let staged = StagedFile::new(path, force)?;
-            let attributes =
-                hdf5::Attributes { radar: about.radar_toml.clone(), seed: about.seed, ..Default::default() };
-            T::write_hdf5(staged.path(), &shape, data, &attributes)?;
+            hdf5::write(staged.path(), &shape, data, about.radar_toml.as_deref(), about.seed)?;
             one(staged.commit()?)
         }
         #[cfg(not(feature = "hdf5"))]
@@ -365,40 +257,6 @@ pub fn write_cube<T: Sample>(
         _ => Err(unknown_extension(path)),
     }
 }
-
-/// f32 or f64, which every format stores.
-pub trait Sample: Real + Into<f64> {
-    #[doc(hidden)]
-    fn write_npy(path: &Path, shape: &[usize], data: &[Complex<Self>]) -> Result<()>;
-    #[cfg(feature = "hdf5")]
-    #[doc(hidden)]
-    fn write_hdf5(
-        path: &Path,
-        shape: &[usize],
-        data: &[Complex<Self>],
-        about: &hdf5::Attributes,
-    ) -> Result<()>;
-}
-
-macro_rules! sample {
-    ($($t:ty)*) => {$(
-        impl Sample for $t {
-            fn write_npy(path: &Path, shape: &[usize], data: &[Complex<$t>]) -> Result<()> {
-                npy::write(path, shape, data)
-            }
-            #[cfg(feature = "hdf5")]
-            fn write_hdf5(
-                path: &Path,
-                shape: &[usize],
-                data: &[Complex<$t>],
-                about: &hdf5::Attributes,
-            ) -> Result<()> {
-                hdf5::write(path, shape, data, about)
-            }
-        }
-    )*};
-}
-sample!(f32 f64);
 
 #[cfg(test)]
 mod tests {

@@ -154,7 +154,7 @@ pub struct Layout {
     dims: Vec<Dim>,
     number: Number,
     big_endian: bool,
-    scale: f64,
+    scale: Option<f64>,
     /// Without an `Iq` axis: 0 where the numbers are real parts, 1 where imaginary.
     part: usize,
     /// Frames, chirps, transmitters, receivers, samples.
@@ -215,12 +215,12 @@ impl Layout {
         if all.is_none() || extent.iter().any(|e| *e > MAX_EXTENT) || extent[2] * extent[3] > MAX_EXTENT {
             return Err("more numbers than can be counted".into());
         }
-        Ok(Layout { dims, number, big_endian, scale: 1.0, part: 0, extent })
+        Ok(Layout { dims, number, big_endian, scale: None, part: 0, extent })
     }
 
     /// Numbers of the file are multiplied by `scale`.
     pub fn scaled(mut self, scale: f64) -> Layout {
-        self.scale = scale;
+        self.scale = Some(scale);
         self
     }
 
@@ -257,7 +257,7 @@ impl Layout {
 
     /// Whether the numbers are integers as a converter gives them, with nothing said about their size.
     pub fn is_counts(&self) -> bool {
-        !matches!(self.number, Number::F32 | Number::F64) && self.scale == 1.0
+        !matches!(self.number, Number::F32 | Number::F64) && self.scale.is_none()
     }
 
     fn step(&self, place: &mut Place, dim: &Dim, index: usize) {
@@ -335,6 +335,7 @@ impl Layout {
                 && (channel_inside || channels.contains(&p.channel))
         };
 
+        let scale = self.scale.unwrap_or(1.0);
         let size = self.number.bytes();
         let blocks: usize = outer.iter().map(|d| d.size).product();
         let run_blocks = (RUN_BYTES / (block * size)).max(1);
@@ -357,8 +358,9 @@ impl Layout {
                 let first = 2 * (base.chirp * chirp_step + base.sample) + base.part + self.part;
                 let mut all_finite = true;
                 let mut put = |x: f64, slot: usize| {
-                    let value = T::from_f64(x * self.scale);
-                    all_finite &= (x * self.scale).abs() <= LARGEST;
+                    let x = x * scale;
+                    let value = T::from_f64(x);
+                    all_finite &= x.abs() <= LARGEST;
                     let to = &mut out[slot >> 1];
                     if slot & 1 == 0 { to.re = value } else { to.im = value }
                 };
@@ -463,35 +465,6 @@ pub fn array_layout(
         dims.push(Dim { axis: Axis::Iq, size: 2, factor: 1, map: Some(map) });
     }
     Layout::new(dims, number, big_endian)
-}
-
-/// Puts an array in memory into the order `[frame, chirp, rx, sample]` (without `frame` where there is
-/// none); `axes` names the axes of `data`, slowest first.
-///
-/// # Errors
-/// `BadInput` when the axes do not fit the shape.
-pub fn reorder<T: Copy>(shape: &[usize], data: &[T], axes: &[Axis]) -> Result<(Vec<usize>, Vec<T>)> {
-    let bad = |problem: String| Error::from(BadInput::new(problem).key("shape").value(format!("{shape:?}")));
-    if axes.contains(&Axis::Iq) {
-        return Err(bad("an iq axis belongs to a file".into()));
-    }
-    let layout = array_layout(shape, Some(axes), false, Number::U8, false, Some([0, 1])).map_err(bad)?;
-    if layout.bytes() != 2 * data.len() as u64 {
-        return Err(bad(format!("{} numbers do not fill the shape", data.len())));
-    }
-    let [chirps, channels, samples] = layout.shape();
-    // The last axis is the pair that `parts` put there.
-    let dims = &layout.dims[..layout.dims.len() - 1];
-    let mut out = data.to_vec();
-    for (i, x) in data.iter().enumerate() {
-        let p = layout.place(dims, i);
-        out[((p.frame * chirps + p.chirp) * channels + p.channel) * samples + p.sample] = *x;
-    }
-    let mut shape = vec![chirps, channels, samples];
-    if axes.contains(&Axis::Frame) {
-        shape.insert(0, layout.frames());
-    }
-    Ok((shape, out))
 }
 
 #[cfg(test)]
@@ -636,15 +609,5 @@ mod tests {
         assert!(layout(&[5, 3, 0], None).unwrap_err().contains("0 places"));
         assert!(layout(&[1 << 21, 1, 1], None).unwrap_err().contains("places along one axis"));
         assert!(layout(&[1 << 20, 1 << 20, 1 << 20, 1 << 20], None).unwrap_err().contains("counted"));
-    }
-
-    #[test]
-    fn reordered_in_memory() {
-        let axes = [Axis::Sample, Axis::Chirp, Axis::Rx];
-        let (shape, data) = reorder(&[2, 3, 2], &(0..12).collect::<Vec<_>>(), &axes).unwrap();
-        assert_eq!(shape, [3, 2, 2]);
-        assert_eq!(data, [0, 6, 1, 7, 2, 8, 3, 9, 4, 10, 5, 11]);
-        assert!(reorder(&[2, 3], &[0; 6], &axes).is_err());
-        assert!(reorder(&[2, 3, 2], &[0; 11], &axes).is_err());
     }
 }

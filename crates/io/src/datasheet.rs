@@ -1,13 +1,13 @@
 //! What a complete dataset says of itself: README, schema, statistics, pictures of some frames, and the manifest with the
 //! checksum of every file.
 
+use super::dataset::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
 use super::files::Truth;
-use super::produce::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
 use super::run::Pictures;
-use super::store::{LAYOUT, Layout};
-use super::tally::Tally;
+use super::store::{ArraySpec, LAYOUT, Layout};
+use super::tally::{ClassTally, Tally};
 use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
@@ -16,7 +16,6 @@ use catseye::simulate::Prepared;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -243,120 +242,108 @@ fn schema(layout: &Layout) -> serde_json::Value {
 }
 
 fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
-    let mut s = String::new();
-    // Writing to a String cannot fail.
-    let _ = text(&mut s, made, pictured);
-    s
-}
-
-fn text(s: &mut String, made: &Made<'_>, pictured: &[u64]) -> std::fmt::Result {
     let (f, l, t) = (made.file, made.layout, made.tally);
-    writeln!(s, "# {}\n", f.name)?;
-    writeln!(
-        s,
-        "{} frames of automotive radar, simulated: {} scenes with {} frame{} each. Nothing here was measured.\n",
-        l.frames,
-        f.scenes,
-        f.frames_per_scene,
-        if f.frames_per_scene == 1 { "" } else { "s" }
-    )?;
-    writeln!(s, "## How it was made\n")?;
-    writeln!(
-        s,
-        "catseye {}, seed {}, recipe {}. The recipe is `recipe_text` of `{DATASET}`:\n",
-        f.catseye, f.seed, f.recipe
-    )?;
-    writeln!(s, "```\ncatseye dataset recipe.toml -o DIR --seed {}\n```\n", f.seed)?;
-    writeln!(
-        s,
-        "Each scene is drawn from (seed, number of the scene) alone, noise and speckle from (seed of the scene, number of the frame): any frame can be made again by itself. `catseye dataset recipe.toml --scene 17 -o DIR` writes a scene for `catseye simulate`, `catseye verify DIR` checks this folder.\n"
-    )?;
-    let devices: BTreeSet<String> = made
-        .markers
-        .iter()
-        .map(|m| {
-            format!("{} {} {}", m.device.adapter, m.device.driver, m.device.precision).replace("  ", " ")
-        })
+    let devices: BTreeSet<String> = made.markers.iter().map(|m| m.device.to_string()).collect();
+    let devices = devices.into_iter().collect::<Vec<_>>().join("; ");
+    let splits = SPLITS.iter().zip(made.recipe.split_counts());
+    let splits: String = splits
+        .map(|(name, n)| format!("| {name} | {n} | {} |\n", t.splits.get(*name).copied().unwrap_or(0)))
         .collect();
-    writeln!(s, "Made on: {}.\n", devices.into_iter().collect::<Vec<_>>().join("; "))?;
-    writeln!(s, "## Parts\n")?;
-    writeln!(
-        s,
-        "All frames of a scene are in one part (column `split` of table `frames`).\n\n| part | scenes | frames |\n|---|---|---|"
-    )?;
-    for (name, scenes) in SPLITS.iter().zip(made.recipe.split_counts()) {
-        writeln!(s, "| {name} | {scenes} | {} |", t.splits.get(*name).copied().unwrap_or(0))?;
+    let array = |a: &ArraySpec| {
+        let (dims, kind) = (a.dims.join(", "), a.kind.name());
+        format!("| `{}` | {dims} | {:?} | {kind} | {} |\n", a.name, a.shape, a.unit)
+    };
+    let mut arrays: String = l.arrays.iter().map(array).collect();
+    if !arrays.is_empty() {
+        arrays =
+            format!("| array | axes | shape of a frame | type | unit |\n|---|---|---|---|---|\n{arrays}\n");
     }
-    writeln!(s, "\n## What is in a frame\n")?;
-    writeln!(
-        s,
-        "Format {}, compression {}, {} frames a shard, {:.0} bytes a frame as stored. Types, units and meanings of all columns: `{SCHEMA}`.\n",
-        l.format.name(),
-        l.compression,
-        l.frames_per_shard,
-        made.bytes as f64 / l.frames as f64
-    )?;
-    if !l.arrays.is_empty() {
-        writeln!(s, "| array | axes | shape of a frame | type | unit |\n|---|---|---|---|---|")?;
-        for a in &l.arrays {
-            writeln!(
-                s,
-                "| `{}` | {} | {:?} | {} | {} |",
-                a.name,
-                a.dims.join(", "),
-                a.shape,
-                a.kind.name(),
-                a.unit
-            )?;
-        }
-        writeln!(s)?;
-    }
-    writeln!(s, "| table | rows |\n|---|---|")?;
-    for table in &l.tables {
-        writeln!(s, "| `{}` | {} |", table.name, table.about)?;
-    }
-    writeln!(
-        s,
-        "\nAxes are those of ISO 8855: x forward, y left, z up. Points are in the frame of their radar, truth and poses in the world; a rotation (x, y, z, w) turns from the one to the other. Range rates are positive when the target recedes. Lanes, lines and markers reach {TRUTH_RANGE_M} m around the vehicle. `object_id` of points is `id` of `boxes` in the same frame, 0 for none.\n"
-    )?;
-    writeln!(s, "## Statistics\n")?;
-    let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
-    let [least, greatest] = t.points_a_frame.unwrap_or_default();
-    writeln!(
-        s,
-        "{:.1} points a frame ({least} to {greatest}), {:.0} echoes a frame. More in `{STATISTICS}`.\n",
-        mean(t.points),
-        mean(t.echoes)
-    )?;
-    writeln!(s, "| class | objects in all scenes | points |\n|---|---|---|")?;
-    for (class, n) in &t.classes {
+    let tables: String = l.tables.iter().map(|t| format!("| `{}` | {} |\n", t.name, t.about)).collect();
+    let class = |(class, n): (&String, &ClassTally)| {
         let name = if class.is_empty() { "(none)" } else { class };
-        writeln!(s, "| {name} | {} | {} |", n.objects, n.points)?;
-    }
-    writeln!(
-        s,
-        "\n## Licence of the data\n\n{}\n",
-        f.licence.as_deref().unwrap_or("Not stated by its maker.")
-    )?;
-    writeln!(s, "## Limits\n")?;
-    writeln!(
-        s,
-        "* Simulated echoes: what the simulator leaves out, the data leave out (README of catseye)."
-    )?;
-    writeln!(s, "* Labels of points name the object whose echoes made them; points of noise have none.")?;
+        format!("| {name} | {} | {} |\n", n.objects, n.points)
+    };
+    let classes: String = t.classes.iter().map(class).collect();
+    let mut limits = String::new();
     if t.dropped > 0 {
-        writeln!(s, "* {} vehicles were left out because no draw gave them room.", t.dropped)?;
+        limits += &format!("* {} vehicles were left out because no draw gave them room.\n", t.dropped);
     }
     if t.redrawn > 0 {
-        writeln!(
-            s,
-            "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.",
+        limits += &format!(
+            "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.\n",
             t.redrawn
-        )?;
+        );
     }
-    writeln!(s, "\n## Pictures\n")?;
-    for frame in pictured {
-        writeln!(s, "* frame {frame}: `{PREVIEWS}/frame_{frame:06}/`")?;
-    }
-    Ok(())
+    let pictures: String =
+        pictured.iter().map(|k| format!("* frame {k}: `{PREVIEWS}/frame_{k:06}/`\n")).collect();
+    let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
+    let [least, greatest] = t.points_a_frame.unwrap_or_default();
+    format!(
+        "# {name}
+
+{frames} frames of automotive radar, simulated: {scenes} scenes with {of_scene} frame{s} each. Nothing here was measured.
+
+## How it was made
+
+catseye {version}, seed {seed}, recipe {recipe}. The recipe is `recipe_text` of `{DATASET}`:
+
+```
+catseye dataset recipe.toml -o DIR --seed {seed}
+```
+
+Each scene is drawn from (seed, number of the scene) alone, noise and speckle from (seed of the scene, number of the frame): any frame can be made again by itself. `catseye dataset recipe.toml --scene 17 -o DIR` writes a scene for `catseye simulate`, `catseye verify DIR` checks this folder.
+
+Made on: {devices}.
+
+## Parts
+
+All frames of a scene are in one part (column `split` of table `frames`).
+
+| part | scenes | frames |
+|---|---|---|
+{splits}
+## What is in a frame
+
+Format {format}, compression {compression}, {of_shard} frames a shard, {bytes:.0} bytes a frame as stored. Types, units and meanings of all columns: `{SCHEMA}`.
+
+{arrays}| table | rows |
+|---|---|
+{tables}
+Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of their radar, truth and poses in the world; a rotation (x, y, z, w) turns from the one to the other. Range rates are positive when the target recedes. Lanes, lines and markers reach {TRUTH_RANGE_M} m around the vehicle. `object_id` of points is `id` of `boxes` in the same frame, 0 for none.
+
+## Statistics
+
+{points:.1} points a frame ({least} to {greatest}), {echoes:.0} echoes a frame. More in `{STATISTICS}`.
+
+| class | objects in all scenes | points |
+|---|---|---|
+{classes}
+## Licence of the data
+
+{licence}
+
+## Limits
+
+* Simulated echoes: what the simulator leaves out, the data leave out (README of catseye).
+* Labels of points name the object whose echoes made them; points of noise have none.
+{limits}
+## Pictures
+
+{pictures}",
+        name = f.name,
+        frames = l.frames,
+        scenes = f.scenes,
+        of_scene = f.frames_per_scene,
+        s = if f.frames_per_scene == 1 { "" } else { "s" },
+        version = f.catseye,
+        seed = f.seed,
+        recipe = f.recipe,
+        format = l.format.name(),
+        compression = l.compression,
+        of_shard = l.frames_per_shard,
+        bytes = made.bytes as f64 / l.frames as f64,
+        points = mean(t.points),
+        echoes = mean(t.echoes),
+        licence = f.licence.as_deref().unwrap_or("Not stated by its maker."),
+    )
 }

@@ -48,32 +48,24 @@ struct Table {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Distribution {
-    Uniform([Node; 2]),
-    LogUniform([Node; 2]),
-    Integer([Node; 2]),
-    Normal { of: [Node; 2], limits: Option<[Node; 2]> },
+    Numbers { kind: Kind, of: [Node; 2], limits: Option<[Node; 2]> },
     Choice { values: Vec<Node>, weights: Option<Vec<f64>> },
     Named { name: String, times: Option<Node>, plus: Option<Node> },
 }
 
-impl Distribution {
-    /// Its two numbers, and the limits.
-    fn pairs(&self) -> (Option<&[Node; 2]>, Option<&[Node; 2]>) {
-        match self {
-            Distribution::Uniform(p) | Distribution::LogUniform(p) | Distribution::Integer(p) => {
-                (Some(p), None)
-            }
-            Distribution::Normal { of, limits } => (Some(of), limits.as_ref()),
-            Distribution::Choice { .. } | Distribution::Named { .. } => (None, None),
-        }
-    }
+/// Distributions of numbers, each given by two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Uniform,
+    LogUniform,
+    Normal,
+    Integer,
+}
 
+impl Distribution {
     fn parts(&self) -> Vec<&Node> {
         match self {
-            Distribution::Uniform(p) | Distribution::LogUniform(p) | Distribution::Integer(p) => {
-                p.iter().collect()
-            }
-            Distribution::Normal { of, limits } => of.iter().chain(limits.iter().flatten()).collect(),
+            Distribution::Numbers { of, limits, .. } => of.iter().chain(limits.iter().flatten()).collect(),
             Distribution::Choice { values, .. } => values.iter().collect(),
             Distribution::Named { times, plus, .. } => times.iter().chain(plus).collect(),
         }
@@ -356,18 +348,6 @@ impl Reader<'_> {
         }
         let Some(main) = parts.remove(kind) else { return Ok(None) };
         let distribution = match kind {
-            "uniform" => Distribution::Uniform(self.pair(main, "[least, greatest]", "uniform = [0, 1]")?),
-            "log_uniform" => {
-                Distribution::LogUniform(self.pair(main, "[least, greatest]", "log_uniform = [1, 100]")?)
-            }
-            "integer" => Distribution::Integer(self.pair(main, "[least, greatest]", "integer = [0, 6]")?),
-            "normal" => Distribution::Normal {
-                of: self.pair(main, "[mean, standard deviation]", "normal = [30, 5]")?,
-                limits: match parts.remove("limits") {
-                    Some(l) => Some(self.pair(l, "[least, greatest]", "limits = [20, 40]")?),
-                    None => None,
-                },
-            },
             "choice" => {
                 let span = main.span.clone();
                 let Value::Array(values) = main.value else {
@@ -379,9 +359,22 @@ impl Reader<'_> {
                 }
                 Distribution::Choice { values, weights }
             }
-            _ => {
+            "draw" => {
                 let Value::Plain(toml::Value::String(name)) = main.value else { return Ok(None) };
                 Distribution::Named { name, times: parts.remove("times"), plus: parts.remove("plus") }
+            }
+            _ => {
+                let bounds = "[least, greatest]";
+                let (kind, what, example) = match kind {
+                    "uniform" => (Kind::Uniform, bounds, "uniform = [0, 1]"),
+                    "log_uniform" => (Kind::LogUniform, bounds, "log_uniform = [1, 100]"),
+                    "integer" => (Kind::Integer, bounds, "integer = [0, 6]"),
+                    _ => (Kind::Normal, "[mean, standard deviation]", "normal = [30, 5]"),
+                };
+                let of = self.pair(main, what, example)?;
+                let limits = parts.remove("limits");
+                let limits = limits.map(|l| self.pair(l, bounds, "limits = [20, 40]")).transpose()?;
+                Distribution::Numbers { kind, of, limits }
             }
         };
         // What no scene decides on can be wrong now.
@@ -389,15 +382,17 @@ impl Reader<'_> {
             Value::Plain(v) => number_of(v),
             _ => None,
         };
-        for n in distribution.parts() {
-            let is_choice = matches!(distribution, Distribution::Choice { .. });
-            if !is_choice && matches!(n.value, Value::Plain(_) | Value::Table(_) | Value::Array(_)) {
+        if !matches!(distribution, Distribution::Choice { .. }) {
+            for n in distribution.parts().into_iter().filter(|n| !matches!(n.value, Value::Drawn(_))) {
                 finite(self.doc, &n.span, plain(n))?;
             }
         }
-        let (main, limits) = distribution.pairs();
-        let both = |[a, b]: &[Node; 2]| Some([plain(a)?, plain(b)?]);
-        check(self.doc, span, &distribution, main.and_then(both), limits.and_then(both))?;
+        if let Distribution::Numbers { kind, of, limits } = &distribution {
+            let both = |[a, b]: &[Node; 2]| Some([plain(a)?, plain(b)?]);
+            if let Some(of) = both(of) {
+                check(self.doc, span, *kind, of, limits.as_ref().and_then(both))?;
+            }
+        }
         Ok(Some(distribution))
     }
 
@@ -445,37 +440,34 @@ fn finite(doc: &Document<'_>, span: &Range<usize>, x: Option<f64>) -> Result<f64
         .ok_or_else(|| doc.bad(span, "is not a finite number").remedy("a distribution takes numbers").into())
 }
 
-/// Refuses numbers that make no distribution, where they are known: `main`, and the limits of a normal one.
+/// Refuses numbers that make no distribution, with the limits of a normal one where they are known.
 fn check(
     doc: &Document<'_>,
     span: &Range<usize>,
-    d: &Distribution,
-    main: Option<[f64; 2]>,
+    kind: Kind,
+    [a, b]: [f64; 2],
     limits: Option<[f64; 2]>,
 ) -> Result<()> {
-    let Some([a, b]) = main else { return Ok(()) };
     let ordered = |a: f64, b: f64, name: &str| match a > b {
         true => Err(Error::from(
             doc.bad(span, format!("{name} runs from {a} down to {b}")).remedy("give the least value first"),
         )),
         false => Ok(()),
     };
-    match d {
-        Distribution::Uniform(_) => ordered(a, b, "uniform"),
-        Distribution::LogUniform(_) if a <= 0.0 => {
+    match kind {
+        Kind::Uniform => ordered(a, b, "uniform"),
+        Kind::LogUniform if a <= 0.0 => {
             Err(doc.bad(span, format!("log_uniform begins at {a}")).allowed("more than 0").into())
         }
-        Distribution::LogUniform(_) => ordered(a, b, "log_uniform"),
-        Distribution::Integer(_) => {
-            match [a, b].into_iter().find(|x| x.fract() != 0.0 || x.abs() > MAX_INTEGER) {
-                Some(x) => Err(doc.bad(span, format!("{x} is no integer")).remedy("or take uniform").into()),
-                None => ordered(a, b, "integer"),
-            }
-        }
-        Distribution::Normal { .. } if b < 0.0 => {
+        Kind::LogUniform => ordered(a, b, "log_uniform"),
+        Kind::Integer => match [a, b].into_iter().find(|x| x.fract() != 0.0 || x.abs() > MAX_INTEGER) {
+            Some(x) => Err(doc.bad(span, format!("{x} is no integer")).remedy("or take uniform").into()),
+            None => ordered(a, b, "integer"),
+        },
+        Kind::Normal if b < 0.0 => {
             Err(doc.bad(span, format!("{b} is no standard deviation")).allowed("0 and more").into())
         }
-        Distribution::Normal { .. } => {
+        Kind::Normal => {
             let Some([least, greatest]) = limits else { return Ok(()) };
             ordered(least, greatest, "limits")?;
             match normal_between(a, b, least, greatest, 0.5) {
@@ -486,7 +478,6 @@ fn check(
                     .into()),
             }
         }
-        Distribution::Choice { .. } | Distribution::Named { .. } => Ok(()),
     }
 }
 
@@ -702,34 +693,31 @@ impl<'a> Draws<'a> {
     }
 
     fn draw(&mut self, d: &Distribution, node: &Node, id: &str, out: &str) -> Result<toml::Value> {
-        let (main, limits) = d.pairs();
-        let main = main.map(|p| self.pair(p, id)).transpose()?;
-        let limits = limits.map(|p| self.pair(p, &format!("{id}.limits"))).transpose()?;
-        check(&self.doc, &node.span, d, main, limits)?;
+        let (kind, of, limits) = match d {
+            Distribution::Choice { values, weights } => {
+                let i = chosen(values.len(), weights.as_deref(), self.unit(id));
+                self.always(&values[i])?;
+                return self.value(&values[i], &format!("{id}<{i}>"), out, true);
+            }
+            Distribution::Named { name, times, plus } => return self.shared(name, times, plus, node, id),
+            Distribution::Numbers { kind, of, limits } => (*kind, of, limits),
+        };
+        let [a, b] = self.pair(of, id)?;
+        let limits = limits.as_ref().map(|p| self.pair(p, &format!("{id}.limits"))).transpose()?;
+        check(&self.doc, &node.span, kind, [a, b], limits)?;
         let u = self.unit(id);
         let between = |[a, b]: [f64; 2]| (a + (b - a) * u).clamp(a, b);
-        Ok(match (d, main) {
-            (Distribution::Choice { values, weights }, _) => {
-                let i = chosen(values.len(), weights.as_deref(), u);
-                self.always(&values[i])?;
-                self.value(&values[i], &format!("{id}<{i}>"), out, true)?
-            }
-            (Distribution::Named { name, times, plus }, _) => self.shared(name, times, plus, node, id)?,
-            (Distribution::LogUniform(_), Some([a, b])) => {
-                toml::Value::Float(between([a.ln(), b.ln()]).exp().clamp(a, b))
-            }
-            (Distribution::Integer(_), Some([a, b])) => {
-                toml::Value::Integer((a + ((b - a + 1.0) * u).floor()).min(b) as i64)
-            }
-            (Distribution::Normal { .. }, Some([mean, std])) => {
-                let [a, b] = limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        Ok(match kind {
+            Kind::Uniform => toml::Value::Float(between([a, b])),
+            Kind::LogUniform => toml::Value::Float(between([a.ln(), b.ln()]).exp().clamp(a, b)),
+            Kind::Integer => toml::Value::Integer((a + ((b - a + 1.0) * u).floor()).min(b) as i64),
+            Kind::Normal => {
+                let [least, greatest] = limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
                 // The middle of its 2^-53: zero itself lies infinitely far out.
                 let u = u + 0.5 / (1u64 << 53) as f64;
-                let x = normal_between(mean, std, a, b, u);
+                let x = normal_between(a, b, least, greatest, u);
                 toml::Value::Float(finite(&self.doc, &node.span, x)?)
             }
-            (_, Some(p)) => toml::Value::Float(between(p)),
-            (_, None) => return Err(Error::Failed(format!("{id} has no numbers"))),
         })
     }
 

@@ -42,7 +42,7 @@ const EGO_COLUMNS: [&str; 10] = [
 
 /// A point, as the tracker needs it.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct SensorPoint {
     range_m: f64,
     range_rate_mps: f64,
     azimuth_rad: f64,
@@ -52,9 +52,9 @@ pub struct Seen {
     resolved: bool,
 }
 
-impl Seen {
-    pub fn of(p: &Point) -> Seen {
-        Seen {
+impl SensorPoint {
+    pub fn of(p: &Point) -> SensorPoint {
+        SensorPoint {
             range_m: p.range_m,
             range_rate_mps: p.range_rate_mps,
             azimuth_rad: p.azimuth_rad,
@@ -78,12 +78,18 @@ impl Follower {
 
     /// The points of a frame that do not stand go to the tracker, which is told the ego vehicle's own motion.
     pub fn points(&mut self, scenario: &Scenario, radar: &Radar, index: u32, points: &[Point]) -> Result<()> {
-        let seen: Vec<Seen> = points.iter().map(Seen::of).collect();
-        let (moving, _) = without_standing(radar, &seen, scenario.seed, index);
+        let all: Vec<SensorPoint> = points.iter().map(SensorPoint::of).collect();
+        let (moving, _) = without_standing(radar, &all, scenario.seed, index);
         self.step(scenario, radar, scenario.frames.time_s(index), &moving)
     }
 
-    fn step(&mut self, scenario: &Scenario, radar: &Radar, time_s: f64, moving: &[Seen]) -> Result<()> {
+    fn step(
+        &mut self,
+        scenario: &Scenario,
+        radar: &Radar,
+        time_s: f64,
+        moving: &[SensorPoint],
+    ) -> Result<()> {
         let plots = clustered(radar, moving)?;
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
         let ahead = pose.direction(DVec3::X);
@@ -101,7 +107,7 @@ impl Follower {
     }
 }
 
-fn read_points(path: &Path) -> Result<Vec<Seen>> {
+fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
     let table = Table::read(path)?;
     let column = |name: &str| table.numbers(name);
     let (range, rate) = (column("range_m")?, column("range_rate_mps")?);
@@ -111,7 +117,7 @@ fn read_points(path: &Path) -> Result<Vec<Seen>> {
     let azimuth_std: Vec<Option<f64>> =
         table.text("azimuth_std_deg")?.iter().map(|t| t.parse::<f64>().ok().map(f64::to_radians)).collect();
     Ok((0..table.len())
-        .map(|i| Seen {
+        .map(|i| SensorPoint {
             range_m: range[i],
             range_rate_mps: rate[i],
             azimuth_rad: azimuth[i].to_radians(),
@@ -190,10 +196,10 @@ struct Fit {
 /// The points that do not stand, and the fit that says so; all points where there is none, and why.
 fn without_standing(
     radar: &Radar,
-    points: &[Seen],
+    points: &[SensorPoint],
     seed: u64,
     frame: u32,
-) -> (Vec<Seen>, std::result::Result<Fit, Error>) {
+) -> (Vec<SensorPoint>, std::result::Result<Fit, Error>) {
     let radials: Vec<Radial> = points
         .iter()
         .map(|p| Radial {
@@ -237,7 +243,7 @@ fn one_slope(radar: &Radar) -> bool {
     same_slope::ramps(radar).len() == 1
 }
 
-fn clustered(radar: &Radar, points: &[Seen]) -> Result<Vec<Plot>> {
+fn clustered(radar: &Radar, points: &[SensorPoint]) -> Result<Vec<Plot>> {
     // A rate that may be folded says little of the speed.
     let folds = one_slope(radar) && radar.max_velocity_mps() < FASTEST_MPS;
     let plots: Vec<Plot> = points

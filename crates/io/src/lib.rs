@@ -5,6 +5,7 @@
 mod board;
 pub mod cube;
 pub mod cube_layout;
+pub mod dataset;
 pub mod datasheet;
 pub mod draw;
 pub mod files;
@@ -19,6 +20,7 @@ pub mod recording;
 pub mod rows;
 pub mod run;
 pub mod site;
+mod source;
 pub mod store;
 pub mod tally;
 pub mod ti_bin;

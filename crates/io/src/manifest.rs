@@ -95,7 +95,7 @@ impl FrameRecord {
 }
 
 /// What a run with one radar says as it is, and one with several under their names.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(untagged)]
 pub enum PerRadar<T> {
     One(T),
@@ -103,6 +103,14 @@ pub enum PerRadar<T> {
 }
 
 impl<T> PerRadar<T> {
+    /// That of the radar of this name.
+    pub fn get(&self, name: &str) -> Option<&T> {
+        match self {
+            PerRadar::One(one) => Some(one),
+            PerRadar::Several(by_name) => by_name.get(name),
+        }
+    }
+
     pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
         match radars {
             [one] => Ok(PerRadar::One(what(one)?)),

@@ -3,143 +3,28 @@
 //! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
 
 use super::board::{Board, Claim, Queue};
+use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, frames_of, site, write_json};
 use super::datasheet;
 use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
 use super::run::Pictures;
-use super::site::Site;
-use super::store::{LAYOUT, Layout, Record, ShardFile};
+use super::store::{LAYOUT, Layout, Record};
 use super::tally::Tally;
 use catseye::adc::cpu::synthesis::Control;
-use catseye::engine::{Engine, EngineReport};
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::engine::Engine;
+use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::{Frame, Prepared};
+use catseye::simulate::Prepared;
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::thread::Scope;
-
-/// The file that says what a dataset is made from.
-pub const DATASET: &str = "dataset.json";
-/// The folder of the markers.
-pub const SHARDS: &str = "shards";
-
-/// The engine as far as it decides on bytes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Device {
-    pub engine: String,
-    pub precision: String,
-    pub adapter: String,
-    pub driver: String,
-}
-
-impl Device {
-    pub fn of(report: &EngineReport) -> Device {
-        // Of the cpu engine the driver is a number of threads, on which no byte depends.
-        let driver = match report.engine {
-            "cpu" => String::new(),
-            _ => format!("{} {}", report.driver, report.driver_info),
-        };
-        Device {
-            engine: report.engine.into(),
-            precision: format!("{:?}", report.precision).to_lowercase(),
-            adapter: report.adapter.clone(),
-            driver,
-        }
-    }
-}
-
-/// `dataset.json`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DatasetFile {
-    /// Version of the program.
-    pub catseye: String,
-    pub name: String,
-    pub licence: Option<String>,
-    /// SHA-256 of the recipe, its seed, the files that it names, and the version.
-    pub recipe: String,
-    pub seed: u64,
-    pub scenes: u32,
-    pub frames_per_scene: u32,
-    pub device: Device,
-    pub recipe_text: String,
-}
-
-impl DatasetFile {
-    /// Errors: none there, or a damaged one.
-    pub fn read(dir: &Path) -> Result<DatasetFile> {
-        let path = dir.join(DATASET);
-        let bytes = match fs::read(&path) {
-            Ok(b) => b,
-            Err(e)
-                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
-            {
-                return Err(BadInput::new("is no dataset: it has no dataset.json")
-                    .file(dir)
-                    .remedy("name the folder that `catseye dataset` wrote")
-                    .into());
-            }
-            Err(e) => return Err(Error::io(path, e)),
-        };
-        serde_json::from_slice(&bytes).map_err(|e| {
-            BadInput::new(format!("damaged: {}", json_in_words(&e)))
-                .file(&path)
-                .remedy("bring back the file that was written")
-                .into()
-        })
-    }
-}
-
-/// `shards/000012.json`: the shard is complete.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Marker {
-    pub shard: u64,
-    /// First frame, and how many.
-    pub first_frame: u64,
-    pub frames: u64,
-    /// As in `dataset.json`.
-    pub recipe: String,
-    pub device: Device,
-    pub files: Vec<ShardFile>,
-    pub tally: Tally,
-    /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
-    /// the recipe was mended.
-    #[serde(default)]
-    pub drawn_from: String,
-}
-
-impl Marker {
-    /// Below the dataset's folder.
-    pub fn name(shard: u64) -> String {
-        format!("{SHARDS}/{shard:06}.json")
-    }
-
-    /// None where there is none, or none that can be read.
-    pub fn read(dir: &Path, shard: u64) -> Option<Marker> {
-        serde_json::from_slice(&fs::read(dir.join(Marker::name(shard))).ok()?).ok()
-    }
-
-    /// Whether it stands for this shard, with all files there and of their length.
-    fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
-        let frames = layout.frames_of(shard);
-        let there =
-            |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
-        self.shard == shard
-            && self.recipe == recipe
-            && self.first_frame == frames.start
-            && self.frames == frames.end - frames.start
-            && self.files.iter().all(there)
-    }
-}
 
 /// How to run.
 pub struct Options<'a> {
@@ -176,7 +61,7 @@ pub struct Progress {
 }
 
 /// What a run left.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     pub folder: PathBuf,
     pub frames: u64,
@@ -222,27 +107,26 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         recipe_text: recipe.text().to_string(),
     };
     let begun = begin(out, &file, options)?;
-    let begun = match begun {
-        Begun::Same => begun,
-        _ => {
-            let checked = AtomicU64::new(0);
-            let (phase, all) = (Phase::Checks, u64::from(recipe.scenes));
-            recipe.check(options.cancel, &|| {
-                let done = checked.fetch_add(1, Ordering::Relaxed) + 1;
-                (options.progress)(Progress { phase, done, all });
-            })?;
-            if options.cancel.load(Ordering::Relaxed) {
-                return Ok(nothing(out, recipe));
-            }
-            begun
+    let same = matches!(begun, Begun::Same);
+    if !same {
+        let checked = AtomicU64::new(0);
+        let (phase, all) = (Phase::Checks, u64::from(recipe.scenes));
+        recipe.check(options.cancel, &|| {
+            let done = checked.fetch_add(1, Ordering::Relaxed) + 1;
+            (options.progress)(Progress { phase, done, all });
+        })?;
+        if options.cancel.load(Ordering::Relaxed) {
+            return Ok(Report {
+                folder: out.to_path_buf(),
+                frames: recipe.frames(),
+                shards: recipe.frames().div_ceil(recipe.frames_per_shard),
+                cancelled: true,
+                ..Report::default()
+            });
         }
-    };
+    }
     let basis = recipe.basis()?;
-    let made = match begun {
-        Begun::Same => Some(out),
-        _ => None,
-    };
-    let layout = layout(engine, recipe, made)?;
+    let layout = layout(engine, recipe, same.then_some(out))?;
     let all = 0..layout.shards();
     let wanted = options.shards.clone().unwrap_or(all.clone());
     if wanted.start >= wanted.end || wanted.end > all.end {
@@ -358,24 +242,6 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     })
 }
 
-/// A run that was stopped before it made anything.
-fn nothing(out: &Path, recipe: &Recipe) -> Report {
-    Report {
-        folder: out.to_path_buf(),
-        frames: recipe.frames(),
-        shards: recipe.frames().div_ceil(recipe.frames_per_shard),
-        shards_complete: 0,
-        shards_resumed: 0,
-        shards_kept: 0,
-        shards_repaired: 0,
-        frames_made: 0,
-        complete: false,
-        cancelled: true,
-        tally: Tally::default(),
-        bytes: 0,
-    }
-}
-
 /// What stands in the folder.
 enum Begun {
     Nothing,
@@ -447,10 +313,9 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
 }
 
 fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
-    let name = |d: &Device| format!("{} {} {}", d.adapter, d.driver, d.precision).replace("  ", " ");
-    BadInput::new(format!("was begun on another device ({})", name(found)))
+    BadInput::new(format!("was begun on another device ({found})"))
         .file(out)
-        .value(name(here))
+        .value(here)
         .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
         .into()
 }
@@ -587,36 +452,6 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
         tables: record.tables.iter().map(rows::table_spec).collect(),
         attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
     })
-}
-
-/// A scene of a recipe, built. Errors: as its readers and builders have them, with the scene's number.
-pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
-    Site::new(recipe.draw(scene)?).map_err(|e| match e {
-        Error::Input(mut b) => {
-            b.problem += &format!(" in scene {scene}");
-            b.file = b.file.or_else(|| Some(recipe.path().to_path_buf()));
-            Error::Input(b)
-        }
-        e => e,
-    })
-}
-
-/// A frame of all radars.
-pub fn frames_of(
-    engine: &Engine,
-    site: &Site,
-    prepared: &Prepared<'_>,
-    index: u32,
-    control: Control<'_>,
-) -> Result<Vec<Frame>> {
-    (0..site.scenario.radars.len()).map(|which| prepared.frame(engine, which, index, control)).collect()
-}
-
-/// A file below the dataset's folder, complete or not at all.
-pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
-    let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
-    text.push('\n');
-    stage::write_file(dir.join(name), true, text.as_bytes()).map(|_| ())
 }
 
 fn remove(path: &Path) -> Result<()> {

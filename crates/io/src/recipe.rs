@@ -595,38 +595,22 @@ impl Drawn {
 
 /// The texts in a file that may name other files: TOML and glTF.
 fn texts_in(path: &Path) -> Result<BTreeSet<String>> {
-    fn of_toml(v: &toml::Value, found: &mut BTreeSet<String>) {
-        match v {
-            toml::Value::String(s) => _ = found.insert(s.clone()),
-            toml::Value::Array(a) => a.iter().for_each(|v| of_toml(v, found)),
-            toml::Value::Table(t) => t.values().for_each(|v| of_toml(v, found)),
-            _ => {}
-        }
-    }
-    fn of_json(v: &serde_json::Value, found: &mut BTreeSet<String>) {
+    fn texts(v: &serde_json::Value, found: &mut BTreeSet<String>) {
         match v {
             serde_json::Value::String(s) => _ = found.insert(s.clone()),
-            serde_json::Value::Array(a) => a.iter().for_each(|v| of_json(v, found)),
-            serde_json::Value::Object(o) => o.values().for_each(|v| of_json(v, found)),
+            serde_json::Value::Array(a) => a.iter().for_each(|v| texts(v, found)),
+            serde_json::Value::Object(o) => o.values().for_each(|v| texts(v, found)),
             _ => {}
         }
     }
-    let mut found = BTreeSet::new();
     // What is no TOML or JSON is refused by the reader that needs it.
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("toml") => {
-            if let Ok(t) = toml::from_str::<toml::Table>(&read_text(path)?) {
-                of_toml(&t.into(), &mut found);
-            }
-        }
-        Some("gltf") => {
-            let bytes = catseye::scene::gltf::read_bytes(path)?;
-            if let Ok(v) = serde_json::from_slice(&bytes) {
-                of_json(&v, &mut found);
-            }
-        }
-        _ => {}
-    }
+    let value: Option<serde_json::Value> = match path.extension().and_then(|e| e.to_str()) {
+        Some("toml") => toml::from_str(&read_text(path)?).ok(),
+        Some("gltf") => serde_json::from_slice(&catseye::scene::gltf::read_bytes(path)?).ok(),
+        _ => None,
+    };
+    let mut found = BTreeSet::new();
+    value.iter().for_each(|v| texts(v, &mut found));
     Ok(found)
 }
 

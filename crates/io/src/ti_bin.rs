@@ -11,7 +11,8 @@
 //! is √P of that power. What catseye writes has it in a sidecar, `NAME.bin.json`. Without either, samples are
 //! counts.
 
-use super::cube_layout::{Axis, Dim, Layout, Number, Real};
+use super::cube_layout::{Axis, Dim, Layout, Number};
+use super::source::{Source, open_file};
 use super::ti_cfg::{IqOrder, TiRadar};
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::stage::StagedFile;
@@ -19,8 +20,7 @@ use catseye::units::w_from_dbm;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
-use std::ops::Range;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Lanes of xWR14xx, whether their receiver is on or not.
@@ -121,89 +121,54 @@ fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Resu
     Layout::new(dims, Number::I16 { bits: radar.adc_bits }, false)
 }
 
-/// A recording, read by frames and ranges of channels. Memory is that of the answer and a megabyte.
-pub struct Reader {
-    path: PathBuf,
-    file: File,
-    layout: Layout,
-    full_scale_dbm: Option<f64>,
-}
-
-impl Reader {
-    /// # Errors
-    /// `BadInput` when the file is missing, empty, or holds no whole number of the frames that `radar`
-    /// describes; a sidecar that says something else.
-    pub fn open(path: impl AsRef<Path>, radar: &TiRadar, options: &BinOptions) -> Result<Reader> {
-        let path = path.as_ref().to_path_buf();
-        let file = super::cube::open_file(&path)?;
-        let bytes = file.metadata().map_err(|e| Error::io(&path, e))?.len();
-        let sidecar = sidecar_of(&path)?;
-        let s = sidecar.as_ref();
-        let four_lanes = options.four_lanes.or(s.map(|s| s.four_lanes)).unwrap_or(radar.interleaved);
-        let iq = options.iq_order.or(s.map(|s| s.iq_order)).unwrap_or(radar.iq_order);
-        let full_scale_dbm = options.full_scale_dbm.or(s.map(|s| s.full_scale_dbm));
-        let bad = |problem: String| BadInput::new(problem).file(&path);
-        let one = layout(radar, 1, four_lanes, iq).map_err(&bad)?;
-        let frame = one.bytes();
-        let frames = bytes / frame;
-        if frames == 0 || bytes % frame != 0 {
-            let [chirps, channels, samples] = one.shape();
-            return Err(bad(format!(
-                "{} frames of {frame} bytes and {} bytes more: truncated, or of another configuration",
-                frames,
-                bytes % frame
-            ))
+/// Opens a recording, to be read in √W, or in counts where no full scale is known.
+///
+/// # Errors
+/// `BadInput` when the file is missing, empty, or holds no whole number of the frames that `radar`
+/// describes; a sidecar that says something else.
+pub fn open(path: &Path, radar: &TiRadar, options: &BinOptions) -> Result<Source> {
+    let file = open_file(path)?;
+    let bytes = file.metadata().map_err(|e| Error::io(path, e))?.len();
+    let sidecar = sidecar_of(path)?;
+    let s = sidecar.as_ref();
+    let four_lanes = options.four_lanes.or(s.map(|s| s.four_lanes)).unwrap_or(radar.interleaved);
+    let iq = options.iq_order.or(s.map(|s| s.iq_order)).unwrap_or(radar.iq_order);
+    let full_scale_dbm = options.full_scale_dbm.or(s.map(|s| s.full_scale_dbm));
+    let bad = |problem: String| BadInput::new(problem).file(path);
+    let one = layout(radar, 1, four_lanes, iq).map_err(&bad)?;
+    let frame = one.bytes();
+    let frames = bytes / frame;
+    if frames == 0 || bytes % frame != 0 {
+        let [chirps, channels, samples] = one.shape();
+        return Err(bad(format!(
+            "{} frames of {frame} bytes and {} bytes more: truncated, or of another configuration",
+            frames,
+            bytes % frame
+        ))
+        .key("size")
+        .value(format!("{bytes} bytes"))
+        .allowed(format!(
+            "a multiple of {frame}: {chirps} loops x {channels} rows x {samples} {} samples",
+            if radar.complex { "complex" } else { "real" }
+        ))
+        .remedy("give the .cfg with which it was recorded")
+        .into());
+    }
+    let said = s.map(|s| s.frames).or(radar.frames);
+    if let Some(n) = said.filter(|n| (frames as usize) > *n) {
+        return Err(bad(format!("holds {frames} frames, but {n} were recorded"))
             .key("size")
             .value(format!("{bytes} bytes"))
-            .allowed(format!(
-                "a multiple of {frame}: {chirps} loops x {channels} rows x {samples} {} samples",
-                if radar.complex { "complex" } else { "real" }
-            ))
             .remedy("give the .cfg with which it was recorded")
             .into());
-        }
-        let said = s.map(|s| s.frames).or(radar.frames);
-        if let Some(n) = said.filter(|n| (frames as usize) > *n) {
-            return Err(bad(format!("holds {frames} frames, but {n} were recorded"))
-                .key("size")
-                .value(format!("{bytes} bytes"))
-                .remedy("give the .cfg with which it was recorded")
-                .into());
-        }
-        let mut layout = layout(radar, frames as usize, four_lanes, iq).map_err(&bad)?;
-        if let Some(dbm) = full_scale_dbm {
-            layout = layout.scaled(scale(dbm, radar.adc_bits)?);
-        }
-        Ok(Reader { path, file, layout, full_scale_dbm })
     }
-
-    pub fn frames(&self) -> usize {
-        self.layout.frames()
+    let mut layout = layout(radar, frames as usize, four_lanes, iq).map_err(&bad)?;
+    if let Some(dbm) = full_scale_dbm {
+        layout = layout.scaled(scale(dbm, radar.adc_bits)?);
     }
-
-    /// `[chirp, rx_virtual, sample]` of one frame.
-    pub fn shape(&self) -> [usize; 3] {
-        self.layout.shape()
-    }
-
-    /// Power of a sample of modulus 2^(bits−1), where that is known: else samples are counts.
-    pub fn full_scale_dbm(&self) -> Option<f64> {
-        self.full_scale_dbm
-    }
-
-    /// One frame's channels, `[chirp, channel of the range, sample]`, in √W, or counts.
-    pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
-        let [chirps, _, samples] = self.shape();
-        let mut out = vec![Complex::<T>::default(); chirps * channels.len() * samples];
-        let (file, path) = (&mut self.file, &self.path);
-        self.layout.read(path, frame, channels, &mut out, &mut |at, to| fetch(file, path, at, to))?;
-        Ok(out)
-    }
-}
-
-/// Bytes from `at` on.
-pub(super) fn fetch(file: &mut File, path: &Path, at: u64, to: &mut [u8]) -> Result<()> {
-    file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(to)).map_err(|e| Error::io(path, e))
+    let mut source = Source::plain(path, file, layout, 0);
+    source.ti_radar = Some(radar.clone());
+    Ok(source)
 }
 
 /// What was written.
@@ -412,7 +377,7 @@ mod tests {
         std::fs::write(path, words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
     }
 
-    fn all<T: Real>(r: &mut Reader, frame: usize) -> Vec<Complex<T>> {
+    fn all<T: crate::cube_layout::Real>(r: &mut Source, frame: usize) -> Vec<Complex<T>> {
         let n = r.shape()[1];
         r.channels(frame, 0..n).unwrap()
     }
@@ -433,8 +398,8 @@ mod tests {
             lvds.push(Complex64::new(q[0].into(), q[2].into()));
             lvds.push(Complex64::new(q[1].into(), q[3].into()));
         }
-        let mut r = Reader::open(&path, &radar, &BinOptions::default()).unwrap();
-        assert_eq!((r.frames(), r.shape(), r.full_scale_dbm()), (2, [2, 4, 4], None));
+        let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
+        assert_eq!((r.frames(), r.shape(), r.is_calibrated()), (2, [2, 4, 4], false));
         for frame in 0..2 {
             // Chirps of a frame, receivers in a chirp, samples: already the cube's own order.
             assert_eq!(all::<f64>(&mut r, frame), lvds[frame * 32..(frame + 1) * 32]);
@@ -443,7 +408,7 @@ mod tests {
         assert_eq!(part[0], Complex32::new(lvds[36].re as f32, lvds[36].im as f32));
         // Q first.
         let options = BinOptions { iq_order: Some(IqOrder::Qi), ..Default::default() };
-        let mut r = Reader::open(&path, &radar, &options).unwrap();
+        let mut r = open(&path, &radar, &options).unwrap();
         assert_eq!(all::<f64>(&mut r, 0)[0], Complex64::new(2.0, 0.0));
     }
 
@@ -455,7 +420,7 @@ mod tests {
         let radar = radar(0b1101, 2, 3, &[4], true, true);
         let file: Vec<i16> = (0..2 * 3 * 8).collect();
         words(&path, &file);
-        let mut r = Reader::open(&path, &radar, &BinOptions::default()).unwrap();
+        let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
         assert_eq!((r.frames(), r.shape()), (1, [2, 3, 3]));
         let out = all::<f64>(&mut r, 0);
         for chirp in 0..2 {
@@ -469,7 +434,7 @@ mod tests {
         }
         // The same bytes as real samples of two lanes: all receivers of a chirp one after another.
         let radar = self::radar(0b1101, 8, 2, &[4], false, false);
-        let mut r = Reader::open(&path, &radar, &BinOptions::default()).unwrap();
+        let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
         let out = all::<f64>(&mut r, 0);
         assert!(out.iter().zip(&file).all(|(z, w)| *z == Complex64::new((*w).into(), 0.0)));
     }
@@ -481,13 +446,13 @@ mod tests {
         words(&path, &[-32768, 0, 0, 16384]);
         let radar = radar(1, 1, 2, &[1], false, true);
         let options = BinOptions { full_scale_dbm: Some(-10.0), ..Default::default() };
-        let mut r = Reader::open(&path, &radar, &options).unwrap();
+        let mut r = open(&path, &radar, &options).unwrap();
         let out = all::<f64>(&mut r, 0);
         // -10 dBm is 0.1 mW.
         assert!((out[0] - Complex64::new(-(1e-4f64.sqrt()), 0.0)).norm() < 1e-17);
         assert!((out[1] - Complex64::new(0.0, 0.5e-2)).norm() < 1e-17);
         let options = BinOptions { full_scale_dbm: Some(f64::NAN), ..Default::default() };
-        assert!(Reader::open(&path, &radar, &options).is_err());
+        assert!(open(&path, &radar, &options).is_err());
     }
 
     #[test]
@@ -507,8 +472,8 @@ mod tests {
         let read: Vec<i16> = bytes.chunks(2).map(|b| i16::from_le_bytes([b[0], b[1]])).collect();
         assert_eq!(read, [1, 32767, -2, -32768, 32767, 0, -32768, 7]);
         // Read back with the sidecar: each within half a count, but where it was cut.
-        let mut r = Reader::open(&path, &radar, &BinOptions::default()).unwrap();
-        assert_eq!(r.full_scale_dbm(), Some(0.0));
+        let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
+        assert!(r.is_calibrated());
         assert!((all::<f64>(&mut r, 0)[0] - z(1.4, -1.6)).norm() < 0.6 * lsb);
         // An existing recording stays, and nothing half-written is left.
         assert!(Writer::create(&path, &radar, 0.0, false).is_err());
@@ -529,28 +494,28 @@ mod tests {
         let frame = 2 * 2 * 4 * 2;
         for length in [0, 1, 7, frame - 1, frame + 1, 2 * frame - 1] {
             words(&path, &vec![5i16; length]);
-            let e = Reader::open(&path, &radar, &BinOptions::default()).err().unwrap();
+            let e = open(&path, &radar, &BinOptions::default()).err().unwrap();
             let s = e.to_string();
             assert!(s.contains("a multiple of 64: 2 loops x 2 rows x 4 complex samples"), "{s}");
             assert_eq!((e.exit_code(), s.lines().count()), (2, 1));
         }
         // A byte too many, and frames that were never recorded.
         std::fs::write(&path, vec![0; 2 * frame + 1]).unwrap();
-        assert!(Reader::open(&path, &radar, &BinOptions::default()).is_err());
+        assert!(open(&path, &radar, &BinOptions::default()).is_err());
         words(&path, &vec![5i16; 3 * frame]);
         let two = TiRadar { frames: Some(2), ..radar.clone() };
-        let e = Reader::open(&path, &two, &BinOptions::default()).err().unwrap();
+        let e = open(&path, &two, &BinOptions::default()).err().unwrap();
         assert!(e.to_string().contains("holds 3 frames, but 2 were recorded"), "{e}");
         // A recording that was stopped early is whole frames all the same.
         words(&path, &vec![5i16; frame]);
-        assert_eq!(Reader::open(&path, &two, &BinOptions::default()).unwrap().frames(), 1);
+        assert_eq!(open(&path, &two, &BinOptions::default()).unwrap().frames(), 1);
         let odd = TiRadar { samples: 3, ..radar.clone() };
-        let e = Reader::open(&path, &odd, &BinOptions::default()).err().unwrap();
+        let e = open(&path, &odd, &BinOptions::default()).err().unwrap();
         assert!(e.to_string().contains("odd number of samples"), "{e}");
         std::fs::write(sidecar_path(&path), "{}").unwrap();
-        let e = Reader::open(&path, &radar, &BinOptions::default()).err().unwrap();
+        let e = open(&path, &radar, &BinOptions::default()).err().unwrap();
         assert!(e.to_string().contains("not a sidecar") && e.exit_code() == 2, "{e}");
-        assert!(Reader::open("/nonexistent.bin", &radar, &BinOptions::default()).is_err());
+        assert!(open(Path::new("/nonexistent.bin"), &radar, &BinOptions::default()).is_err());
     }
 
     proptest! {
@@ -576,7 +541,7 @@ mod tests {
             let mut w = Writer::create(&path, &radar, -7.0, false).unwrap();
             for f in cube.chunks(a * b * c) { w.push_frame(f).unwrap(); }
             prop_assert_eq!(w.finish().unwrap().said.clipped_words, 0);
-            let mut r = Reader::open(&path, &radar, &BinOptions::default()).unwrap();
+            let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
             for (f, want) in cube.chunks(a * b * c).enumerate() {
                 prop_assert_eq!(&all::<f64>(&mut r, f), want);
             }

@@ -10,13 +10,9 @@
 //! `frameCfg first last loops frames period_ms trigger delay_ms` · `bpmCfg subframe on chirp0 chirp1` ·
 //! `lvdsStreamCfg subframe header format software`.
 
-use super::ti_commands::Commands;
 use catseye::error::{BadInput, Error, Result};
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// A configuration has some fifty short lines.
-const MAX_BYTES: u64 = 1 << 20;
 
 /// How the transmitters share the chirps of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,23 +86,6 @@ pub struct TiRadar {
 }
 
 impl TiRadar {
-    /// Reads a `.cfg`.
-    ///
-    /// # Errors
-    /// `BadInput` with the line for a value that is no number or out of range, a chirp without its
-    /// profile, samples beyond the ramp, a frame shorter than its chirps, a mask of antennas that are off.
-    pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
-        let path = path.as_ref();
-        let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
-        let bytes = catseye::formats::input::read(path, "a .cfg file", MAX_BYTES)?;
-        TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
-    }
-
-    /// The radar of a text; `file` is named in errors.
-    pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
-        Commands::parse(file.as_ref(), text)?.radar()
-    }
-
     /// Chirps of a loop.
     pub fn slots(&self) -> usize {
         self.tx_masks.len()

@@ -4,10 +4,32 @@ use super::ti_cfg::{IqOrder, Multiplex, TiRadar, shifted};
 use catseye::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
 
+/// A configuration has some fifty short lines.
+const MAX_BYTES: u64 = 1 << 20;
+
 /// Chirps that the devices can tell apart (`chirpCfg`, mmWave interface control document).
 const MAX_CHIRPS: usize = 512;
 /// Receivers, and transmitters, of one device.
 const MAX_ANTENNAS: u32 = 4;
+
+impl TiRadar {
+    /// Reads a `.cfg`.
+    ///
+    /// # Errors
+    /// `BadInput` with the line for a value that is no number or out of range, a chirp without its
+    /// profile, samples beyond the ramp, a frame shorter than its chirps, a mask of antennas that are off.
+    pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
+        let path = path.as_ref();
+        let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
+        let bytes = catseye::formats::input::read(path, "a .cfg file", MAX_BYTES)?;
+        TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
+    }
+
+    /// The radar of a text; `file` is named in errors.
+    pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
+        Commands::parse(file.as_ref(), text)?.radar()
+    }
+}
 
 /// Words of one line.
 struct Line<'a> {
@@ -107,7 +129,7 @@ struct Frame {
 }
 
 /// A file's commands before they are put together.
-pub(super) struct Commands {
+struct Commands {
     file: PathBuf,
     channel: Option<(usize, u32, u32)>,
     adc: Option<(u32, u32)>,
@@ -136,7 +158,7 @@ impl Commands {
         }
     }
 
-    pub(super) fn parse(file: &Path, text: &str) -> Result<Commands> {
+    fn parse(file: &Path, text: &str) -> Result<Commands> {
         let mut c = Commands::new(file);
         for (i, raw) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             let trimmed = raw.trim();
@@ -287,7 +309,7 @@ impl Commands {
     }
 
     /// The radar that the commands describe together.
-    pub(super) fn radar(self) -> Result<TiRadar> {
+    fn radar(self) -> Result<TiRadar> {
         let (channel_line, rx_mask, tx_mask) = self.channel.ok_or_else(|| self.missing("channelCfg"))?;
         let (bits, format) = self.adc.ok_or_else(|| self.missing("adcCfg"))?;
         if self.profiles.iter().all(Option::is_none) {

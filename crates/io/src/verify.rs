@@ -1,8 +1,8 @@
 //! Whether a dataset is whole: every shard there, once, with the bytes that were written, and nothing else beside. A run of
 //! `catseye simulate` the same, by its files.
 
+use super::dataset::{DATASET, DatasetFile, Marker, SHARDS};
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
-use super::produce::{DATASET, DatasetFile, Marker, SHARDS};
 use super::store::Layout;
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};

@@ -1,4 +1,4 @@
-//! The messages themselves, of `schema.rs` as far as they are written.
+//! Foxglove's messages as far as they are written.
 
 use glam::{DQuat, DVec3};
 use prost::Message;

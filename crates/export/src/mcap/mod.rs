@@ -15,7 +15,6 @@
 //! Times are those of the run. The bytes depend on the sweeps alone.
 
 mod messages;
-mod schema;
 
 use super::class::{RoadUser, road_user};
 use super::{Exporter, Finished, Order, PowerImage, Sweep, SweepBox};
@@ -52,6 +51,18 @@ const ALL: i32 = 1;
 const STRIDE: u32 = 32;
 /// How wide lane lines are drawn (0.15 m is the narrow line of the German rules RMS for motorways).
 const LINE_WIDTH_M: f64 = 0.15;
+
+/// One of Foxglove's message schemas (<https://docs.foxglove.dev/docs/sdk/schemas>): its name, and the serialised `FileDescriptorSet` of
+/// the message and all that it holds, with which any reader can take its messages apart. The tests in `python/tests/readers` compare
+/// them with the published package `foxglove-schemas-protobuf`.
+type Schema = (&'static str, &'static [u8]);
+
+const POINT_CLOUD: Schema = ("foxglove.PointCloud", include_bytes!("foxglove/PointCloud.binpb"));
+const COMPRESSED_IMAGE: Schema =
+    ("foxglove.CompressedImage", include_bytes!("foxglove/CompressedImage.binpb"));
+const FRAME_TRANSFORMS: Schema =
+    ("foxglove.FrameTransforms", include_bytes!("foxglove/FrameTransforms.binpb"));
+const SCENE_UPDATE: Schema = ("foxglove.SceneUpdate", include_bytes!("foxglove/SceneUpdate.binpb"));
 
 /// One recording.
 pub struct Recording {
@@ -94,13 +105,18 @@ impl Recording {
         })
     }
 
-    fn send(&mut self, topic: &str, schema: &str, time_ns: u64, message: &impl Message) -> Result<()> {
+    fn send(
+        &mut self,
+        topic: &str,
+        (name, descriptors): Schema,
+        time_ns: u64,
+        message: &impl Message,
+    ) -> Result<()> {
         let wrong = |e| failed(self.staged.final_path(), e);
         let channel = match self.channels.get(topic) {
             Some(id) => *id,
             None => {
-                let set = schema::descriptor_set(schema);
-                let schema = self.writer.add_schema(schema, "protobuf", &set).map_err(wrong)?;
+                let schema = self.writer.add_schema(name, "protobuf", descriptors).map_err(wrong)?;
                 let id =
                     self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new()).map_err(wrong)?;
                 self.channels.insert(topic.into(), id);
@@ -261,12 +277,12 @@ impl Exporter for Recording {
                 .allowed("a name other than world and vehicle")
                 .into());
         }
-        self.send("/tf", "foxglove.FrameTransforms", time, &transforms(sweep))?;
+        self.send("/tf", FRAME_TRANSFORMS, time, &transforms(sweep))?;
         if self.truth_at != Some(sweep.time_ns) {
-            self.send("/truth", "foxglove.SceneUpdate", time, &truth(sweep))?;
+            self.send("/truth", SCENE_UPDATE, time, &truth(sweep))?;
             self.truth_at = Some(sweep.time_ns);
         }
-        self.send(&format!("/{}/points", sweep.radar), "foxglove.PointCloud", time, &cloud(sweep))?;
+        self.send(&format!("/{}/points", sweep.radar), POINT_CLOUD, time, &cloud(sweep))?;
         if let Some(map) = &sweep.range_doppler {
             let message = CompressedImage {
                 timestamp: Some(Timestamp::from_ns(sweep.time_ns)),
@@ -275,7 +291,7 @@ impl Exporter for Recording {
                 frame_id: sweep.radar.clone(),
             };
             let topic = format!("/{}/range_doppler", sweep.radar);
-            self.send(&topic, "foxglove.CompressedImage", time, &message)?;
+            self.send(&topic, COMPRESSED_IMAGE, time, &message)?;
             self.axes.entry(sweep.radar.clone()).or_insert_with(|| {
                 format!(
                     "x: range, first {} m, step {} m; y upwards: range rate, bottom row {} m/s, step {} m/s",

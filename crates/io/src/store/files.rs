@@ -1,5 +1,6 @@
 //! Files of shards as they stand in a dataset, and what is said about those that do not.
 
+use super::record::Record;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_file, sync_folder};
 use std::fs::File;
@@ -14,6 +15,14 @@ pub struct ShardFile {
     pub bytes: u64,
     /// 64 hexadecimal digits.
     pub sha256: String,
+}
+
+/// A shard under construction. Dropped without `finish`, it leaves no file.
+pub trait ShardWriter {
+    /// The next frame, already checked against the layout.
+    fn push(&mut self, record: &Record) -> Result<()>;
+    /// Puts all files under their names.
+    fn finish(self: Box<Self>) -> Result<Vec<ShardFile>>;
 }
 
 /// Length and checksum of a file that is then safe on the disk.

@@ -1,8 +1,7 @@
 //! A folder a frame: `frame_000000/NAME.npy` for arrays, `NAME.csv` for tables, and `frame.json` with the length and SHA-256 of
 //! each, since these formats have no checksums of their own.
 
-use super::ShardWriter;
-use super::files::{ShardFile, broken, describe, missing, sync_name};
+use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::files::frame_name;

@@ -3,11 +3,10 @@
 //! `row_offsets[k]..row_offsets[k + 1]`. Every chunk has a Fletcher-32 checksum. Text is UTF-8 of fixed width, filled up with
 //! zeros; truth values are h5py's, an enumeration of FALSE and TRUE.
 
-use super::ShardWriter;
-use super::files::{ShardFile, broken};
+use super::files::{ShardFile, ShardWriter, broken};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, FRAME, Layout, ROW_OFFSETS, TableSpec};
 use super::part::{Part, open};
-use super::record::{Column, Data, Record, Table};
+use super::record::{Column, Data, Record, Rows, Table};
 use catseye::error::{Error, Result};
 use hdf5_pure::{
     AttrValue, CharacterSet, CompoundTypeBuilder, Datatype, EnumTypeBuilder, File, FileBuilder, GroupBuilder,
@@ -82,22 +81,13 @@ pub(super) struct Writer<'a> {
     first: u64,
     frames: u64,
     arrays: Vec<Vec<u8>>,
-    tables: Vec<Rows>,
-}
-
-struct Rows {
-    frames: Vec<i64>,
-    columns: Vec<Column>,
-    offsets: Vec<u64>,
+    /// With the row where each frame begins, and the end.
+    tables: Vec<(Rows, Vec<u64>)>,
 }
 
 impl<'a> Writer<'a> {
     pub fn new(layout: &'a Layout, dir: &Path, shard: u64) -> Result<Self> {
-        let tables = layout.tables.iter().map(|spec| Rows {
-            frames: Vec::new(),
-            columns: spec.columns.iter().map(|c| Column::new(c.kind)).collect(),
-            offsets: vec![0],
-        });
+        let tables = layout.tables.iter().map(|spec| (Rows::new(spec), vec![0]));
         Ok(Writer {
             layout,
             part: Part::create(dir, &shard_name(shard))?,
@@ -163,16 +153,10 @@ impl ShardWriter for Writer<'_> {
                 bytes.extend_from_slice(array.data.bytes());
             }
         }
-        for (spec, rows) in self.layout.tables.iter().zip(&mut self.tables) {
+        for (spec, (rows, offsets)) in self.layout.tables.iter().zip(&mut self.tables) {
             let Some(table) = record.table(&spec.name) else { continue };
-            rows.frames.extend(std::iter::repeat_n(record.frame as i64, table.rows()));
-            for (column, (name, more)) in rows.columns.iter_mut().zip(&table.columns) {
-                if !column.extend(more) {
-                    let frame = record.frame;
-                    return Err(Error::Failed(format!("column {name} of frame {frame} has another type")));
-                }
-            }
-            rows.offsets.push(rows.frames.len() as u64);
+            rows.push(record.frame, table)?;
+            offsets.push(rows.len() as u64);
         }
         Ok(())
     }
@@ -202,17 +186,16 @@ impl ShardWriter for Writer<'_> {
             self.compress(dataset, &with_frames(spec, 1));
         }
         let mut tables = file.create_group(TABLES);
-        for (spec, rows) in self.layout.tables.iter().zip(std::mem::take(&mut self.tables)) {
+        for (spec, (rows, offsets)) in self.layout.tables.iter().zip(std::mem::take(&mut self.tables)) {
             let mut group = tables.create_group(&spec.name);
             if !spec.about.is_empty() {
                 group.set_attr("about", AttrValue::VarLenString(spec.about.clone()));
             }
-            let offsets = bytemuck::cast_slice(&rows.offsets).to_vec();
-            let count = rows.offsets.len() as u64;
-            self.put_rows(&mut group, ROW_OFFSETS, "", hdf5_pure::make_u64_type(), offsets, count);
-            self.put_column(&mut group, FRAME, "", &Column::I64(rows.frames))?;
-            for (column, cells) in spec.columns.iter().zip(&rows.columns) {
-                self.put_column(&mut group, &column.name, &column.about, cells)?;
+            let (bytes, count) = (bytemuck::cast_slice(&offsets).to_vec(), offsets.len() as u64);
+            self.put_rows(&mut group, ROW_OFFSETS, "", hdf5_pure::make_u64_type(), bytes, count);
+            let named = spec.columns.iter().map(|c| (c.name.as_str(), c.about.as_str()));
+            for ((name, about), cells) in [(FRAME, "")].into_iter().chain(named).zip(&rows.columns) {
+                self.put_column(&mut group, name, about, cells)?;
             }
             tables.add_group(group.finish());
         }

@@ -1,6 +1,5 @@
 //! What a dataset stores: arrays and tables of a frame, how frames are put into shards, and in which format.
 
-use super::record::{Column, Data, Record};
 use catseye::error::{BadInput, Error, Result, json_in_words, nearest};
 use catseye::formats::stage;
 use serde::{Deserialize, Serialize};
@@ -261,7 +260,7 @@ fn check_name(what: &str, name: &str) -> Result<()> {
         .into())
 }
 
-fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str>) -> Result<()> {
+pub(super) fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str>) -> Result<()> {
     let mut seen = BTreeSet::new();
     match names.into_iter().find(|n| !seen.insert(*n)) {
         Some(twice) => Err(BadInput::new("occurs twice").key(what).value(twice).into()),
@@ -494,79 +493,6 @@ impl Layout {
             "other attributes".into()
         }
     }
-
-    /// Refuses a record that is not of this layout.
-    pub(super) fn check_record(&self, frame: u64, record: &Record) -> Result<()> {
-        let bad =
-            |what: String, problem: &str| BadInput::new(problem).key(format!("{what} of frame {frame}"));
-        if record.frame != frame {
-            return Err(Error::Failed(format!("frame {} came where {frame} was asked for", record.frame)));
-        }
-        check_once("array", record.arrays.iter().map(|a| a.name.as_str()))?;
-        check_once("table", record.tables.iter().map(|t| t.name.as_str()))?;
-        for array in &record.arrays {
-            let spec = self.array(&array.name)?;
-            let here = (array.data.kind(), &array.shape, &array.dims, &array.unit);
-            if here != (spec.kind, &spec.shape, &spec.dims, &spec.unit) {
-                let text = |kind: ArrayKind, shape: &[usize], dims: &[String], unit: &str| {
-                    format!("{} {shape:?} [{}] in {unit}", kind.name(), dims.join(", "))
-                };
-                return Err(bad(format!("array {}", array.name), "is not as in the layout")
-                    .value(text(here.0, here.1, here.2, here.3))
-                    .allowed(text(spec.kind, &spec.shape, &spec.dims, &spec.unit))
-                    .remedy("all frames of a dataset need cubes of one shape: draw nothing that changes it")
-                    .into());
-            }
-            if array.data.len() != spec.count() {
-                return Err(bad(
-                    format!("array {}", array.name),
-                    "does not hold as many numbers as its shape",
-                )
-                .value(array.data.len())
-                .allowed(spec.count().to_string())
-                .into());
-            }
-        }
-        for spec in &self.arrays {
-            if !record.arrays.iter().any(|a| a.name == spec.name) {
-                return Err(bad(format!("array {}", spec.name), "is missing").into());
-            }
-        }
-        for table in &record.tables {
-            let spec = self.table(&table.name)?;
-            let here = table.columns.iter().map(|(name, column)| (name.as_str(), column.kind()));
-            if !here.clone().eq(spec.columns.iter().map(|c| (c.name.as_str(), c.kind))) {
-                let text =
-                    |list: Vec<(&str, ColumnKind)>| list.iter().map(|(n, k)| format!("{n} {k:?}")).collect();
-                let join = |list: Vec<String>| list.join(", ");
-                return Err(bad(format!("table {}", table.name), "has not the columns of the layout")
-                    .value(join(text(here.collect())))
-                    .allowed(join(text(spec.columns.iter().map(|c| (c.name.as_str(), c.kind)).collect())))
-                    .into());
-            }
-            let rows = table.rows();
-            if let Some((name, column)) = table.columns.iter().find(|(_, c)| c.len() != rows) {
-                return Err(bad(format!("table {}", table.name), "its columns differ in length")
-                    .value(format!("{} in {name}", column.len()))
-                    .allowed(rows.to_string())
-                    .into());
-            }
-            // Text of fixed width, as in HDF5, ends at its zeros.
-            let zero =
-                |column: &Column| matches!(column, Column::Text(t) if t.iter().any(|s| s.contains('\0')));
-            if let Some((name, _)) = table.columns.iter().find(|(_, c)| zero(c)) {
-                return Err(bad(format!("table {}", table.name), "text holds a zero byte")
-                    .value(name)
-                    .into());
-            }
-        }
-        for spec in &self.tables {
-            if !record.tables.iter().any(|t| t.name == spec.name) {
-                return Err(bad(format!("table {}", spec.name), "is missing").into());
-            }
-        }
-        Ok(())
-    }
 }
 
 fn absent<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Error {
@@ -577,16 +503,4 @@ fn absent<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clo
         .value(name)
         .allowed(if all.is_empty() { "none".into() } else { all.join(", ") })
         .into()
-}
-
-impl Data {
-    /// Type of the numbers.
-    pub fn kind(&self) -> ArrayKind {
-        match self {
-            Data::C32(_) => ArrayKind::C32,
-            Data::F32(_) => ArrayKind::F32,
-            Data::U8(_) => ArrayKind::U8,
-            Data::I32(_) => ArrayKind::I32,
-        }
-    }
 }

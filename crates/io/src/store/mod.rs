@@ -33,18 +33,11 @@ pub use layout::{
     ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Compression, FRAME, Format, LAYOUT, Layout, TableSpec,
 };
 
+use files::ShardWriter;
 pub use record::{Array, Column, Data, Record, Table};
 
 use catseye::error::{BadInput, Error, Result};
 use std::path::Path;
-
-/// A shard under construction. Dropped without `finish`, it leaves no file.
-trait ShardWriter {
-    /// The next frame, already checked against the layout.
-    fn push(&mut self, record: &Record) -> Result<()>;
-    /// Puts all files under their names.
-    fn finish(self: Box<Self>) -> Result<Vec<ShardFile>>;
-}
 
 impl Layout {
     /// Makes `dir` a dataset of this layout without frames, or finds that it is one: then nothing is changed.

@@ -1,6 +1,7 @@
 //! What is stored of one frame.
 
-use super::layout::{ArraySpec, ColumnKind, ColumnSpec, TableSpec};
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, FRAME, Layout, TableSpec, check_once};
+use catseye::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
 /// Numbers in C order: the last index runs fastest.
@@ -13,6 +14,16 @@ pub enum Data {
 }
 
 impl Data {
+    /// Type of the numbers.
+    pub fn kind(&self) -> ArrayKind {
+        match self {
+            Data::C32(_) => ArrayKind::C32,
+            Data::F32(_) => ArrayKind::F32,
+            Data::U8(_) => ArrayKind::U8,
+            Data::I32(_) => ArrayKind::I32,
+        }
+    }
+
     pub fn len(&self) -> usize {
         match self {
             Data::C32(v) => v.len(),
@@ -38,8 +49,7 @@ impl Data {
 
     #[cfg(any(feature = "zarr", feature = "hdf5"))]
     /// From stored bytes; `None` where they are no whole number of elements.
-    pub(super) fn from_bytes(kind: super::layout::ArrayKind, bytes: Vec<u8>) -> Option<Data> {
-        use super::layout::ArrayKind;
+    pub(super) fn from_bytes(kind: ArrayKind, bytes: Vec<u8>) -> Option<Data> {
         fn cast<T: bytemuck::Pod>(bytes: &[u8]) -> Option<Vec<T>> {
             bytes.len().is_multiple_of(size_of::<T>()).then(|| bytemuck::pod_collect_to_vec(bytes))
         }
@@ -178,6 +188,37 @@ impl Table {
     }
 }
 
+/// Rows of several frames, the column `frame` first.
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
+pub(super) struct Rows {
+    pub columns: Vec<Column>,
+}
+
+#[cfg(any(feature = "zarr", feature = "hdf5"))]
+impl Rows {
+    pub fn new(spec: &TableSpec) -> Rows {
+        let kinds = std::iter::once(ColumnKind::I64).chain(spec.columns.iter().map(|c| c.kind));
+        Rows { columns: kinds.map(Column::new).collect() }
+    }
+
+    pub fn len(&self) -> usize {
+        self.columns[0].len()
+    }
+
+    /// Appends the rows of a frame.
+    pub fn push(&mut self, frame: u64, table: &Table) -> Result<()> {
+        let frames = Column::I64(vec![frame as i64; table.rows()]);
+        let more =
+            std::iter::once((FRAME, &frames)).chain(table.columns.iter().map(|(n, c)| (n.as_str(), c)));
+        for (column, (name, rows)) in self.columns.iter_mut().zip(more) {
+            if !column.extend(rows) {
+                return Err(Error::Failed(format!("column {name} of frame {frame} has another type")));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// What is stored of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
@@ -193,5 +234,80 @@ impl Record {
 
     pub fn table(&self, name: &str) -> Option<&Table> {
         self.tables.iter().find(|t| t.name == name)
+    }
+}
+
+impl Layout {
+    /// Refuses a record that is not of this layout.
+    pub(super) fn check_record(&self, frame: u64, record: &Record) -> Result<()> {
+        let bad =
+            |what: String, problem: &str| BadInput::new(problem).key(format!("{what} of frame {frame}"));
+        if record.frame != frame {
+            return Err(Error::Failed(format!("frame {} came where {frame} was asked for", record.frame)));
+        }
+        check_once("array", record.arrays.iter().map(|a| a.name.as_str()))?;
+        check_once("table", record.tables.iter().map(|t| t.name.as_str()))?;
+        for array in &record.arrays {
+            let spec = self.array(&array.name)?;
+            let here = (array.data.kind(), &array.shape, &array.dims, &array.unit);
+            if here != (spec.kind, &spec.shape, &spec.dims, &spec.unit) {
+                let text = |kind: ArrayKind, shape: &[usize], dims: &[String], unit: &str| {
+                    format!("{} {shape:?} [{}] in {unit}", kind.name(), dims.join(", "))
+                };
+                return Err(bad(format!("array {}", array.name), "is not as in the layout")
+                    .value(text(here.0, here.1, here.2, here.3))
+                    .allowed(text(spec.kind, &spec.shape, &spec.dims, &spec.unit))
+                    .remedy("all frames of a dataset need cubes of one shape: draw nothing that changes it")
+                    .into());
+            }
+            if array.data.len() != spec.count() {
+                return Err(bad(
+                    format!("array {}", array.name),
+                    "does not hold as many numbers as its shape",
+                )
+                .value(array.data.len())
+                .allowed(spec.count().to_string())
+                .into());
+            }
+        }
+        for spec in &self.arrays {
+            if !record.arrays.iter().any(|a| a.name == spec.name) {
+                return Err(bad(format!("array {}", spec.name), "is missing").into());
+            }
+        }
+        for table in &record.tables {
+            let spec = self.table(&table.name)?;
+            let here = table.columns.iter().map(|(name, column)| (name.as_str(), column.kind()));
+            if !here.clone().eq(spec.columns.iter().map(|c| (c.name.as_str(), c.kind))) {
+                let text =
+                    |list: Vec<(&str, ColumnKind)>| list.iter().map(|(n, k)| format!("{n} {k:?}")).collect();
+                let join = |list: Vec<String>| list.join(", ");
+                return Err(bad(format!("table {}", table.name), "has not the columns of the layout")
+                    .value(join(text(here.collect())))
+                    .allowed(join(text(spec.columns.iter().map(|c| (c.name.as_str(), c.kind)).collect())))
+                    .into());
+            }
+            let rows = table.rows();
+            if let Some((name, column)) = table.columns.iter().find(|(_, c)| c.len() != rows) {
+                return Err(bad(format!("table {}", table.name), "its columns differ in length")
+                    .value(format!("{} in {name}", column.len()))
+                    .allowed(rows.to_string())
+                    .into());
+            }
+            // Text of fixed width, as in HDF5, ends at its zeros.
+            let zero =
+                |column: &Column| matches!(column, Column::Text(t) if t.iter().any(|s| s.contains('\0')));
+            if let Some((name, _)) = table.columns.iter().find(|(_, c)| zero(c)) {
+                return Err(bad(format!("table {}", table.name), "text holds a zero byte")
+                    .value(name)
+                    .into());
+            }
+        }
+        for spec in &self.tables {
+            if !record.tables.iter().any(|t| t.name == spec.name) {
+                return Err(bad(format!("table {}", spec.name), "is missing").into());
+            }
+        }
+        Ok(())
     }
 }

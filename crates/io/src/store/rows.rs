@@ -5,7 +5,7 @@
 use super::files::{ShardFile, broken};
 use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
 use super::part::{Part, open};
-use super::record::{Column, Table};
+use super::record::{Column, Rows, Table};
 use catseye::error::{Error, Result, json_in_words};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::get_typed_column_reader;
@@ -85,8 +85,7 @@ pub(super) struct Writer<'a> {
     spec: &'a TableSpec,
     part: Part,
     out: SerializedFileWriter<Checked>,
-    frames: Vec<i64>,
-    columns: Vec<Column>,
+    rows: Rows,
     about: About,
 }
 
@@ -105,9 +104,8 @@ impl<'a> Writer<'a> {
         let out = SerializedFileWriter::new(Checked { file, crc: 0 }, schema, Arc::new(properties));
         let mut out = out.map_err(failed)?;
         start_group(&mut out).map_err(|e| part.failed(e))?;
-        let columns = spec.columns.iter().map(|c| Column::new(c.kind)).collect();
         let about = About { first_frame: 0, rows: Vec::new(), crc32c: Vec::new() };
-        Ok(Writer { spec, part, out, frames: Vec::new(), columns, about })
+        Ok(Writer { spec, part, out, rows: Rows::new(spec), about })
     }
 
     pub fn name(&self) -> &str {
@@ -120,23 +118,18 @@ impl<'a> Writer<'a> {
             self.about.first_frame = frame;
         }
         self.about.rows.push(table.rows() as u64);
-        self.frames.extend(std::iter::repeat_n(frame as i64, table.rows()));
-        for (column, (name, rows)) in self.columns.iter_mut().zip(&table.columns) {
-            if !column.extend(rows) {
-                return Err(Error::Failed(format!("column {name} of frame {frame} has another type")));
-            }
-        }
-        if self.frames.len() >= ROWS_OF_GROUP { self.write_group() } else { Ok(()) }
+        self.rows.push(frame, table)?;
+        if self.rows.len() >= ROWS_OF_GROUP { self.write_group() } else { Ok(()) }
     }
 
     fn write_group(&mut self) -> Result<()> {
-        if self.frames.is_empty() {
+        if self.rows.len() == 0 {
             return Ok(());
         }
-        let frames = Column::I64(std::mem::take(&mut self.frames));
+        let rows = std::mem::replace(&mut self.rows, Rows::new(self.spec));
         let written = (|| {
             let mut group = self.out.next_row_group()?;
-            for column in [&frames].into_iter().chain(&self.columns) {
+            for column in &rows.columns {
                 if let Some(mut writer) = group.next_column()? {
                     write_column(writer.untyped(), column)?;
                     writer.close()?;
@@ -147,7 +140,6 @@ impl<'a> Writer<'a> {
         })();
         written.map_err(|e: ParquetError| self.part.failed(std::io::Error::other(e)))?;
         self.about.crc32c.push(start_group(&mut self.out).map_err(|e| self.part.failed(e))?);
-        self.columns = self.spec.columns.iter().map(|c| Column::new(c.kind)).collect();
         Ok(())
     }
 

@@ -3,11 +3,11 @@
 //! chunk), then the CRC-32C of these places; so frames are written as they come, in one order, and the same frames make the
 //! same bytes.
 
-use super::files::{ShardFile, broken};
+use super::files::{ShardFile, ShardWriter, broken};
 use super::layout::{ArrayKind, ArraySpec, Compression, Layout};
 use super::part::{Part, open};
 use super::record::{Data, Record};
-use super::{ShardWriter, rows};
+use super::rows;
 use catseye::error::{Error, Result};
 use catseye::formats::stage;
 use serde_json::{Value, json};

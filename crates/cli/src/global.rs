@@ -1,0 +1,83 @@
+//! What every command shares: the global options and how results are printed.
+
+use super::bar::{Bar, Kept};
+use catseye::engine::{Engine, Precision};
+use catseye::error::{Error, Result};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+pub const GLOBAL_HEADING: &str = "Global options";
+
+/// Options of several commands, before or after the command's name. `ACTING` says which of them a command has.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = GLOBAL_HEADING)]
+pub struct Global {
+    /// auto: a hardware GPU, else the cpu; cpu; gpu: a hardware GPU; or part of an adapter's name
+    #[arg(long, global = true, default_value = "auto", value_name = "auto|cpu|gpu|NAME")]
+    pub device: String,
+    /// Precision of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
+    #[arg(long, global = true, default_value = "f32", value_parser = choice(&[("f32", Precision::F32), ("f64", Precision::F64)]))]
+    pub precision: Precision,
+    /// Print one machine-readable object on stdout, in case of an error too
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress and no messages on stderr
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Seed of all random numbers
+    #[arg(long, global = true, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Replace an existing result
+    #[arg(long, global = true)]
+    pub force: bool,
+}
+
+/// Reads an option that takes one of these words.
+pub fn choice<T: Copy + Send + Sync>(
+    words: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words.iter().map(|(word, _)| *word))
+        .map(|given| words[words.iter().position(|(word, _)| *word == given).unwrap_or(0)].1)
+}
+
+impl Global {
+    pub fn engine(&self) -> Result<Engine> {
+        let engine = Engine::open(&self.device, self.precision)?;
+        self.say(&format!("engine: {}", engine.describe()));
+        Ok(engine)
+    }
+
+    /// A message for people, on stderr.
+    pub fn say(&self, message: &str) {
+        if !self.quiet {
+            eprintln!("{message}");
+        }
+    }
+
+    /// Progress on stderr, as a bar or as lines; `length` 0 where it is not known (yet).
+    pub fn bar(&self, label: &str, length: u64, kept: Kept) -> Bar {
+        Bar::new(label, length, kept, self.quiet)
+    }
+
+    /// Prints what a command found: the object with `--json`, else the text.
+    pub fn answer(&self, object: &impl serde::Serialize, text: impl FnOnce() -> String) -> Result<()> {
+        if self.json { print_json(object) } else { print(&text()) }
+    }
+}
+
+/// Whether stdout has its object.
+pub static PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// Prints a JSON object on stdout.
+pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("JSON: {e}")))?;
+    PRINTED.store(true, Relaxed);
+    print(&text)
+}
+
+/// Prints a line on stdout; a closed pipe is an `Error::Io` that ends the program quietly.
+pub fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    writeln!(std::io::stdout(), "{text}").map_err(|e| Error::io("stdout", e))
+}

@@ -1,0 +1,166 @@
+//! Files that say what a dataset is made from and which shards are complete, and what makes them: scenes and their frames.
+
+use super::recipe::Recipe;
+use super::site::Site;
+use super::store::{Layout, ShardFile};
+use super::tally::Tally;
+use catseye::adc::cpu::synthesis::Control;
+use catseye::engine::{Engine, EngineReport};
+use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::stage;
+use catseye::simulate::{Frame, Prepared};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+
+/// The file that says what a dataset is made from.
+pub const DATASET: &str = "dataset.json";
+/// The folder of the markers.
+pub const SHARDS: &str = "shards";
+
+/// The engine as far as it decides on bytes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Device {
+    pub engine: String,
+    pub precision: String,
+    pub adapter: String,
+    pub driver: String,
+}
+
+impl Device {
+    pub fn of(report: &EngineReport) -> Device {
+        // Of the cpu engine the driver is a number of threads, on which no byte depends.
+        let driver = match report.engine {
+            "cpu" => String::new(),
+            _ => format!("{} {}", report.driver, report.driver_info),
+        };
+        Device {
+            engine: report.engine.into(),
+            precision: format!("{:?}", report.precision).to_lowercase(),
+            adapter: report.adapter.clone(),
+            driver,
+        }
+    }
+}
+
+impl std::fmt::Display for Device {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = format!("{} {} {}", self.adapter, self.driver, self.precision);
+        f.write_str(&name.replace("  ", " "))
+    }
+}
+
+/// `dataset.json`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetFile {
+    /// Version of the program.
+    pub catseye: String,
+    pub name: String,
+    pub licence: Option<String>,
+    /// SHA-256 of the recipe, its seed, the files that it names, and the version.
+    pub recipe: String,
+    pub seed: u64,
+    pub scenes: u32,
+    pub frames_per_scene: u32,
+    pub device: Device,
+    pub recipe_text: String,
+}
+
+impl DatasetFile {
+    /// Errors: none there, or a damaged one.
+    pub fn read(dir: &Path) -> Result<DatasetFile> {
+        let path = dir.join(DATASET);
+        let bytes = match fs::read(&path) {
+            Ok(b) => b,
+            Err(e)
+                if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
+            {
+                return Err(BadInput::new("is no dataset: it has no dataset.json")
+                    .file(dir)
+                    .remedy("name the folder that `catseye dataset` wrote")
+                    .into());
+            }
+            Err(e) => return Err(Error::io(path, e)),
+        };
+        serde_json::from_slice(&bytes).map_err(|e| {
+            BadInput::new(format!("damaged: {}", json_in_words(&e)))
+                .file(&path)
+                .remedy("bring back the file that was written")
+                .into()
+        })
+    }
+}
+
+/// `shards/000012.json`: the shard is complete.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    pub shard: u64,
+    /// First frame, and how many.
+    pub first_frame: u64,
+    pub frames: u64,
+    /// As in `dataset.json`.
+    pub recipe: String,
+    pub device: Device,
+    pub files: Vec<ShardFile>,
+    pub tally: Tally,
+    /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
+    /// the recipe was mended.
+    #[serde(default)]
+    pub drawn_from: String,
+}
+
+impl Marker {
+    /// Below the dataset's folder.
+    pub fn name(shard: u64) -> String {
+        format!("{SHARDS}/{shard:06}.json")
+    }
+
+    /// None where there is none, or none that can be read.
+    pub fn read(dir: &Path, shard: u64) -> Option<Marker> {
+        serde_json::from_slice(&fs::read(dir.join(Marker::name(shard))).ok()?).ok()
+    }
+
+    /// Whether it stands for this shard, with all files there and of their length.
+    pub fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
+        let frames = layout.frames_of(shard);
+        let there =
+            |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
+        self.shard == shard
+            && self.recipe == recipe
+            && self.first_frame == frames.start
+            && self.frames == frames.end - frames.start
+            && self.files.iter().all(there)
+    }
+}
+
+/// A scene of a recipe, built. Errors: as its readers and builders have them, with the scene's number.
+pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
+    Site::new(recipe.draw(scene)?).map_err(|e| match e {
+        Error::Input(mut b) => {
+            b.problem += &format!(" in scene {scene}");
+            b.file = b.file.or_else(|| Some(recipe.path().to_path_buf()));
+            Error::Input(b)
+        }
+        e => e,
+    })
+}
+
+/// A frame of all radars.
+pub fn frames_of(
+    engine: &Engine,
+    site: &Site,
+    prepared: &Prepared<'_>,
+    index: u32,
+    control: Control<'_>,
+) -> Result<Vec<Frame>> {
+    (0..site.scenario.radars.len()).map(|which| prepared.frame(engine, which, index, control)).collect()
+}
+
+/// A file below the dataset's folder, complete or not at all.
+pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
+    text.push('\n');
+    stage::write_file(dir.join(name), true, text.as_bytes()).map(|_| ())
+}

@@ -1,0 +1,91 @@
+//! An open file of cubes: where its numbers stand ([`Layout`]), and how their bytes are fetched.
+
+use super::cube_layout::{Layout, Real};
+use super::ti_cfg::TiRadar;
+use catseye::error::{Error, Result};
+use num_complex::Complex;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Fills the slice with the bytes from that byte of the numbers on.
+type Fetch = Box<dyn FnMut(u64, &mut [u8]) -> Result<()>>;
+
+/// An open file of one or more cubes of equal shape. Samples are read as they are asked for, and are finite. Memory is that of
+/// the answer and of a megabyte, or one place of the slowest axis.
+pub struct Source {
+    path: PathBuf,
+    /// One array, or real and imaginary parts apart.
+    arrays: Vec<(Layout, Fetch)>,
+    pub(super) ti_radar: Option<TiRadar>,
+}
+
+impl Source {
+    pub(super) fn new(path: &Path, arrays: Vec<(Layout, Fetch)>) -> Source {
+        Source { path: path.to_path_buf(), arrays, ti_radar: None }
+    }
+
+    /// The numbers of a plain file from byte `data_at` on.
+    pub(super) fn plain(path: &Path, mut file: File, layout: Layout, data_at: u64) -> Source {
+        let own = path.to_path_buf();
+        let fetch = move |at, to: &mut [u8]| {
+            file.seek(SeekFrom::Start(data_at + at))
+                .and_then(|_| file.read_exact(to))
+                .map_err(|e| Error::io(&own, e))
+        };
+        Source::new(path, vec![(layout, Box::new(fetch))])
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn frames(&self) -> usize {
+        self.arrays[0].0.frames()
+    }
+
+    /// `[chirp, rx_virtual, sample]` of one frame.
+    pub fn shape(&self) -> [usize; 3] {
+        self.arrays[0].0.shape()
+    }
+
+    /// Whether the file has imaginary parts; else they read as 0.
+    pub fn is_complex(&self) -> bool {
+        self.arrays.iter().any(|(layout, _)| layout.is_complex())
+    }
+
+    /// What the `.cfg` of a `.bin` says.
+    pub fn ti_radar(&self) -> Option<&TiRadar> {
+        self.ti_radar.as_ref()
+    }
+
+    /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are counts.
+    pub fn is_calibrated(&self) -> bool {
+        !self.arrays.iter().any(|(layout, _)| layout.is_counts())
+    }
+
+    /// Channels of one frame, `[chirp, channel of the range, sample]`; memory beyond the answer is small.
+    ///
+    /// # Errors
+    /// `BadInput` with the index for NaN, infinity or a number too large for `T`.
+    pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
+        let [chirps, _, samples] = self.shape();
+        let mut out = vec![Complex::<T>::default(); chirps * channels.len() * samples];
+        for (layout, fetch) in &mut self.arrays {
+            layout.read(&self.path, frame, channels.clone(), &mut out, fetch)?;
+        }
+        Ok(out)
+    }
+
+    /// All channels of one frame, `[chirp, rx_virtual, sample]`.
+    pub fn frame<T: Real>(&mut self, frame: usize) -> Result<Vec<Complex<T>>> {
+        let channels = self.shape()[1];
+        self.channels(frame, 0..channels)
+    }
+}
+
+/// Opens a file that has to be there.
+pub(super) fn open_file(path: &Path) -> Result<File> {
+    catseye::formats::input::open(path, "a file of samples")
+}
