@@ -297,6 +297,18 @@ fn sine_resolution(radar: &Radar) -> f64 {
     radar.wavelength_m() / ((y[y.len() - 1] - y[0]) * n / (n - 1.0))
 }
 
+/// Labels points: `bodies` gives classes and places; `returns` are the echoes of this frame (none for a cube from elsewhere:
+/// all labels are 0).
+pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, bodies: &Bodies) {
+    let labeller = Labeller::new(radar, returns, bodies);
+    for p in points {
+        let label = labeller.label(p);
+        p.object_id = label.object_id;
+        p.class = bodies.class(label.object_id).to_string();
+        (p.bounces, p.ghost, p.share) = (label.bounces, label.ghost, label.share);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,13 +2,11 @@
 
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
-use super::label::{Bodies, Labeller};
 use crate::adc::synthesis::power_gain;
 use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
 use crate::frames::direction_from_angles;
 use crate::scene::radar::Radar;
-use crate::trace::Returns;
 use crate::units::{db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -158,16 +156,4 @@ pub fn peaks<T: Real>(
             (peak, range_rate_mps(radar, peak.doppler))
         })
         .unzip()
-}
-
-/// Labels points: `bodies` gives classes and places; `returns` are the echoes of this frame (none for a cube from elsewhere:
-/// all labels are 0).
-pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, bodies: &Bodies) {
-    let labeller = Labeller::new(radar, returns, bodies);
-    for p in points {
-        let label = labeller.label(p);
-        p.object_id = label.object_id;
-        p.class = bodies.class(label.object_id).to_string();
-        (p.bounces, p.ghost, p.share) = (label.bounces, label.ghost, label.share);
-    }
 }

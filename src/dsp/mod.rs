@@ -4,6 +4,7 @@
 //! of the chain is [`fft`] (range, then Doppler) -> [`power`] -> [`cfar_ca`], [`cfar_go_so`] or [`cfar_os`] ->
 //! [`peaks`] -> [`cfar_noise`], [`snapshot`] -> [`doa_beamform`].
 
+pub use catseye_math::Real;
 use num_complex::Complex;
 
 pub mod cfar;
@@ -44,34 +45,6 @@ pub mod snapshot;
 pub mod stream;
 pub mod window;
 pub mod zero_doppler;
-
-/// The two number types that the chain runs in: f32 as on the GPU, f64 as the truth.
-pub trait Real:
-    catseye_math::fft::Plan + catseye_math::fft::num_traits::Float + Default + std::iter::Sum
-{
-    /// Rounds to this type.
-    fn of(x: f64) -> Self;
-    /// The same value in f64.
-    fn wide(self) -> f64;
-}
-
-impl Real for f32 {
-    fn of(x: f64) -> f32 {
-        x as f32
-    }
-    fn wide(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-impl Real for f64 {
-    fn of(x: f64) -> f64 {
-        x
-    }
-    fn wide(self) -> f64 {
-        self
-    }
-}
 
 /// The complex range-Doppler spectrum, `[doppler, channel, range]`, zero Doppler in the middle row,
 /// rows growing with range rate. Normalised so that |X|^2 of a target in the middle of its cell is

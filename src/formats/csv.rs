@@ -249,6 +249,38 @@ impl<W: Write> Writer<W> {
     }
 }
 
+/// What a table of numbers gives, whatever its format.
+pub trait Columns {
+    fn comments(&self) -> &[String];
+    fn has(&self, column: &str) -> bool;
+    fn len(&self) -> usize;
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Where a row stands in the file, for messages.
+    fn line(&self, row: usize) -> usize;
+    /// Errors: `BadInput` for a missing column or a cell that is not a number.
+    fn numbers(&self, column: &str) -> Result<Vec<f64>>;
+}
+
+impl Columns for Table {
+    fn comments(&self) -> &[String] {
+        &self.comments
+    }
+    fn has(&self, column: &str) -> bool {
+        Table::has(self, column)
+    }
+    fn len(&self) -> usize {
+        Table::len(self)
+    }
+    fn line(&self, row: usize) -> usize {
+        Table::line(self, row)
+    }
+    fn numbers(&self, column: &str) -> Result<Vec<f64>> {
+        Table::numbers(self, column)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Tables of numbers as Parquet: one column of doubles for each name, comments in the file's key-value
 //! metadata under `comments`, one to a line.
 
-use super::rcs_csv::Columns;
+use super::csv::Columns;
 use crate::error::{BadInput, Error, Result};
 use parquet::basic::{Compression, Repetition, Type as Physical};
 use parquet::data_type::DoubleType;

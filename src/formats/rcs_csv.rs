@@ -1,7 +1,7 @@
 //! The columns of the RCS table, as every reader and writer of it sees them: one row for each
 //! frequency and direction, angles in degrees, amplitudes in metres (CONVENTIONS eq. 3).
 
-use super::csv::Table;
+use super::csv::{Columns, Table};
 use crate::error::{BadInput, Result};
 use num_complex::Complex64;
 use std::path::Path;
@@ -41,38 +41,6 @@ pub struct RawRow {
     pub dbsm: [f64; 4],
     /// S[rx][tx] in m, index 0 is V.
     pub s: [[Complex64; 2]; 2],
-}
-
-/// What a table of numbers gives, whatever its format.
-pub trait Columns {
-    fn comments(&self) -> &[String];
-    fn has(&self, column: &str) -> bool;
-    fn len(&self) -> usize;
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-    /// Where a row stands in the file, for messages.
-    fn line(&self, row: usize) -> usize;
-    /// Errors: `BadInput` for a missing column or a cell that is not a number.
-    fn numbers(&self, column: &str) -> Result<Vec<f64>>;
-}
-
-impl Columns for Table {
-    fn comments(&self) -> &[String] {
-        &self.comments
-    }
-    fn has(&self, column: &str) -> bool {
-        Table::has(self, column)
-    }
-    fn len(&self) -> usize {
-        Table::len(self)
-    }
-    fn line(&self, row: usize) -> usize {
-        Table::line(self, row)
-    }
-    fn numbers(&self, column: &str) -> Result<Vec<f64>> {
-        Table::numbers(self, column)
-    }
 }
 
 /// Whether a file of this name is Parquet. Errors: it is, and this build cannot.

@@ -1,8 +1,6 @@
 //! Adapters and the opened device.
 
 use super::kernel::{Kernel, Pipeline, build_pipeline};
-use super::recorder::Recorder;
-use super::selftest;
 use crate::error::{BadInput, Error, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -168,13 +166,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Gpu {
-    /// Opens an adapter with all the limits it has and runs the self-test on it.
-    pub fn open(want: Want<'_>) -> Result<Gpu> {
-        let gpu = Gpu::open_untested(want)?;
-        selftest::run(&gpu, &selftest::KERNEL)?;
-        Ok(gpu)
-    }
-
     pub(super) fn open_untested(want: Want<'_>) -> Result<Gpu> {
         let found = found_adapters();
         let reports: Vec<_> = found.iter().map(|(_, r)| r.clone()).collect();
@@ -233,10 +224,6 @@ impl Gpu {
 
     pub(super) fn poison(&self) -> bool {
         self.poison
-    }
-
-    pub fn recorder(&self, label: &'static str) -> Recorder<'_> {
-        Recorder::new(self, label)
     }
 
     pub(super) fn error(&self, kernel: &str, problem: impl Into<String>) -> Error {

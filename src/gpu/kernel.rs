@@ -1,6 +1,5 @@
 //! One row per shader, and the pipeline built from it.
 
-use super::layout::StructLayout;
 use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
 
 /// How a kernel uses a storage buffer.
@@ -17,10 +16,20 @@ pub struct Tolerance {
     pub reason: &'static str,
 }
 
+/// What Rust knows about a struct that WGSL declares under the same name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StructLayout {
+    pub name: &'static str,
+    /// Bytes.
+    pub size: usize,
+    /// Name and byte offset of each field in order. Names that begin with `pad` need no WGSL member.
+    pub fields: &'static [(&'static str, usize)],
+}
+
 /// Everything the host has to know about a shader. `layout::check_kernel` compares it with the WGSL.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel {
-    /// `dsp/fft` stands for `shaders/dsp/fft.wgsl`, `src/dsp/fft.rs` and `src/cpu/dsp/fft.rs`.
+    /// `dsp/fft` stands for `shaders/dsp/fft.wgsl`, `src/dsp/fft.rs` and `src/dsp/cpu/fft.rs`.
     pub stem: &'static str,
     /// `include_str!` of the shared parts, then of the entry file; concatenated.
     pub sources: &'static [&'static str],

@@ -1,17 +1,7 @@
 //! Rust structs that a shader reads, and the check that both sides lay them out alike.
 
-use super::kernel::{Access, Kernel};
+use super::kernel::{Access, Kernel, StructLayout};
 use naga::{AddressSpace, StorageAccess, TypeInner};
-
-/// What Rust knows about a struct that WGSL declares under the same name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StructLayout {
-    pub name: &'static str,
-    /// Bytes.
-    pub size: usize,
-    /// Name and byte offset of each field in order. Names that begin with `pad` need no WGSL member.
-    pub fields: &'static [(&'static str, usize)],
-}
 
 /// Declares a plain-data struct for the GPU, with `LAYOUT` to be listed in a kernel's row. Give vec3
 /// members a pad word; arrays longer than 32 need a hand-written struct (no `Default`).

@@ -15,6 +15,5 @@ pub mod selftest;
 
 pub use crate::gpu_struct;
 pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
-pub use kernel::{Access, Kernel, Tolerance};
-pub use layout::StructLayout;
+pub use kernel::{Access, Kernel, StructLayout, Tolerance};
 pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};

@@ -128,8 +128,15 @@ pub struct Recorder<'a> {
     error: Option<Error>,
 }
 
+impl Gpu {
+    /// An empty list of commands; `label` names it in errors.
+    pub fn recorder(&self, label: &'static str) -> Recorder<'_> {
+        Recorder::new(self, label)
+    }
+}
+
 impl<'a> Recorder<'a> {
-    pub(super) fn new(gpu: &'a Gpu, label: &'static str) -> Self {
+    fn new(gpu: &'a Gpu, label: &'static str) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
         Recorder { gpu, label, id, commands: Vec::new(), uniforms: Vec::new(), reads: 0, error: None }

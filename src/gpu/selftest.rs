@@ -2,7 +2,7 @@
 //! phase of long paths, Philox, sine and cosine. Drivers are free to simplify float arithmetic, and
 //! some do in ways that ruin double-f32.
 
-use super::context::Gpu;
+use super::context::{Gpu, Want};
 use super::kernel::{Access, Kernel, Tolerance};
 use super::numbers::{df_from_f64, turns_from_f64};
 use super::recorder::Threads;
@@ -231,6 +231,18 @@ fn ask(gpu: &Gpu, kernel: &'static Kernel, questions: &[Question]) -> Result<Vec
     recorder.dispatch(kernel, &params, &[&input, &output], Threads::Linear(items.len() as u64));
     let answers = recorder.read(&output);
     Ok(recorder.submit()?.take(answers))
+}
+
+impl Gpu {
+    /// Opens an adapter with all the limits it has and runs the self-test on it.
+    ///
+    /// # Errors
+    /// `BadInput` when no adapter is as wanted; `Error::Gpu` when it cannot be opened or fails the self-test.
+    pub fn open(want: Want<'_>) -> Result<Gpu> {
+        let gpu = Gpu::open_untested(want)?;
+        run(&gpu, &KERNEL)?;
+        Ok(gpu)
+    }
 }
 
 /// Runs the self-test; a failure is `Error::Gpu`.

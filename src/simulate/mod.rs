@@ -1,12 +1,13 @@
 //! The whole chain for one frame.
 
+pub mod thermal_floor;
 pub mod truth;
 
 use crate::adc::cpu::synthesis::Control;
 use crate::adc::interference::{self, Arrival, Place};
 use crate::adc::synthesis::{FrontEnd, Levels};
-use crate::detect::points::{self, Point};
-use crate::detect::{Bodies, locate};
+use crate::detect::points::Point;
+use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
@@ -24,7 +25,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::time::Instant;
-use truth::thermal_floor_w;
+use thermal_floor::thermal_floor_w;
 
 /// Seconds of each stage of a frame, on the host's clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -299,7 +300,7 @@ pub fn located(
     (returns, bodies): (&Returns, &Bodies),
 ) -> Result<Vec<Point>> {
     let mut cloud = locate::points(engine, radar, maps, velocity_mps)?;
-    points::label(radar, &mut cloud, returns, bodies);
+    label::label(radar, &mut cloud, returns, bodies);
     Ok(cloud)
 }
 

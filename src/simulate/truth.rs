@@ -1,10 +1,9 @@
 //! `truth.json`: what is true of one frame, beside what the radar made of it.
 
 use super::Frame;
-use crate::adc::noise::Noise;
+use super::thermal_floor::thermal_floor_w;
 use crate::adc::synthesis::{Levels, passes};
 use crate::detect::label::object_of;
-use crate::dsp::window::coefficients;
 use crate::road::actors::is_ground;
 use crate::road::free_space::{FreeSpace, free_space};
 use crate::road::labels::RoadTruth;
@@ -159,24 +158,6 @@ fn markers(scene: &Scene, time_s: f64, road: Option<&RoadTruth>) -> Vec<MarkerTr
         }
     };
     scene.objects.iter().filter(|o| o.class == "marker").map(of).collect()
-}
-
-/// Mean thermal noise in a cell of the map, W: windows widen the noise bandwidth. None without thermal noise.
-pub fn thermal_floor_w(radar: &Radar) -> Option<f64> {
-    let noise = Noise::thermal(radar, 0, 0)?;
-    let spread = |w, n: usize| -> Option<f64> {
-        let c = coefficients(w, n).ok()?;
-        let sum: f64 = c.iter().sum();
-        Some(c.iter().map(|x| x * x).sum::<f64>() / (sum * sum))
-    };
-    let p = &radar.processing;
-    // A real sample has half the variance of a complex one, and its spectrum is doubled.
-    Some(
-        2.0 * noise.sigma
-            * noise.sigma
-            * spread(p.range_window, radar.samples)?
-            * spread(p.doppler_window, radar.chirps)?,
-    )
 }
 
 /// By the id of an actor's first part.

@@ -95,7 +95,7 @@ fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found], None).unwrap();
-    points::label(radar, &mut cloud, &returns, &bodies(objects));
+    label::label(radar, &mut cloud, &returns, &bodies(objects));
     cloud
 }
 

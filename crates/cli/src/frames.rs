@@ -11,7 +11,8 @@ use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::{Object, Scene, Shape};
 use catseye::simulate::Frame;
-use catseye::simulate::truth::{Truth, thermal_floor_w};
+use catseye::simulate::thermal_floor::thermal_floor_w;
+use catseye::simulate::truth::Truth;
 use catseye::units::dbm_from_w;
 use catseye_io::manifest::Axes;
 use catseye_plot::{

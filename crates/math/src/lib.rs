@@ -11,8 +11,10 @@
 mod decompose;
 pub mod fft;
 mod matrix;
+mod real;
 
 pub use matrix::Matrix;
+pub use real::Real;
 
 /// An iteration did not settle: the matrix holds values that are not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

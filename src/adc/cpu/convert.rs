@@ -4,8 +4,8 @@ use super::front_end::{narrow, wide};
 use super::synthesis::Precision;
 use crate::adc::Cube;
 use crate::adc::convert::{Convert, Quantiser};
-use crate::dsp::Real;
 use crate::scene::front_end::{QuantiserKind, SaturationKind};
+use catseye_math::Real;
 use num_complex::Complex64;
 use rayon::prelude::*;
 

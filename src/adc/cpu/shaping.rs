@@ -2,8 +2,8 @@
 
 use crate::adc::Cube;
 use crate::adc::shaping::Shaping;
-use crate::dsp::Real;
 use crate::scene::radar::Sampling;
+use catseye_math::Real;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;

@@ -4,7 +4,7 @@ use super::{Outcome, Settings, Sheet, median, relative_l2};
 use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Levels, beat_frequency_hz};
-use catseye::detect::{Bodies, locate, points};
+use catseye::detect::{Bodies, label, locate};
 use catseye::dsp::PowerMap;
 use catseye::engine::Engine;
 use catseye::error::Result;
@@ -84,7 +84,7 @@ pub(super) fn w3(
     let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found, None))?;
     sheet.stage("labels", || {
         let bodies = Bodies::new(&frame.scene, 0.0, &frame.pose);
-        points::label(&frame.radar, &mut cloud, &returns, &bodies);
+        label::label(&frame.radar, &mut cloud, &returns, &bodies);
         Ok(())
     })?;
     sheet.count("points", cloud.len());

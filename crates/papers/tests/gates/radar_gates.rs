@@ -3,7 +3,7 @@
 use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::FrontEnd;
 use catseye::detect::Point;
-use catseye::detect::{Bodies, locate, points};
+use catseye::detect::{Bodies, label, locate, points};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::geom::Geometry;
@@ -51,7 +51,7 @@ fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>
     let (cube, front_end) = engine.cube(radar, &returns, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let mut points = locate::points(engine, radar, &mut [found], None).unwrap();
-    points::label(radar, &mut points, &returns, &Bodies::new(scene, 0.0, pose));
+    label::label(radar, &mut points, &returns, &Bodies::new(scene, 0.0, pose));
     let cube = match cube {
         AnyCube::F32(c) => c.to_f64().data,
         AnyCube::F64(c) => c.data,
