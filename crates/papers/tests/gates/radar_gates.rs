@@ -3,7 +3,7 @@
 use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::FrontEnd;
 use catseye::detect::Point;
-use catseye::detect::{Bodies, label, locate, points};
+use catseye::detect::{Bodies, label, locate};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::geom::Geometry;
