@@ -3,7 +3,6 @@
 
 pub mod backscatter;
 pub mod drive;
-mod exact;
 pub mod front_end;
 pub mod gltf;
 pub mod interferer;
@@ -15,6 +14,7 @@ pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
+mod toml_value;
 pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;

@@ -1,12 +1,13 @@
 //! TOML with serde such that each error is one line: file, line, key, value, what is allowed and what
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
-use super::exact::Exact;
+use super::toml_value::{SPANNED, Value, Wrong, take_span};
 use crate::error::{BadInput, Result, in_words, nearest, one_line};
 use crate::formats::input;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
+use std::marker::PhantomData;
 use std::ops::{Range, RangeBounds};
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
@@ -36,8 +37,22 @@ impl<T: PartialEq> PartialEq for At<T> {
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let s = Spanned::<T>::deserialize(deserializer)?;
-        Ok(At { span: s.span(), value: s.into_inner() })
+        deserializer.deserialize_newtype_struct(SPANNED, AtVisitor(PhantomData))
+    }
+}
+
+struct AtVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for AtVisitor<T> {
+    type Value = At<T>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a value")
+    }
+
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<At<T>, D::Error> {
+        let span = take_span();
+        T::deserialize(deserializer).map(|value| At { value, span })
     }
 }
 
@@ -66,7 +81,7 @@ impl<T: schemars::JsonSchema> schemars::JsonSchema for At<T> {
 pub struct Document<'a> {
     file: PathBuf,
     text: &'a str,
-    tree: DeTable<'a>,
+    tree: Spanned<DeValue<'a>>,
 }
 
 /// The text of a TOML file. Errors: what is no regular file, more than 16 MiB, not UTF-8.
@@ -105,7 +120,10 @@ impl<'a> Document<'a> {
     pub fn parse(file: impl AsRef<Path>, text: &'a str) -> Result<Self> {
         let file = file.as_ref().to_path_buf();
         match DeTable::parse(text) {
-            Ok(tree) => Ok(Document { file, text, tree: tree.into_inner() }),
+            Ok(tree) => {
+                let span = tree.span();
+                Ok(Document { file, text, tree: Spanned::new(span, DeValue::Table(tree.into_inner())) })
+            }
             Err(e) => {
                 let at = e.span().map_or(0, |s| s.start);
                 let line = line_of(text, at);
@@ -148,9 +166,8 @@ impl<'a> Document<'a> {
 
     /// The document as `T`. Errors: unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
-        let complaint = |e: toml::de::Error| self.complaint(e.message(), e.span()).into();
-        let reader = toml::de::Deserializer::parse(self.text).map_err(complaint)?;
-        T::deserialize(Exact(reader)).map_err(complaint)
+        T::deserialize(Value(&self.tree))
+            .map_err(|Wrong { message, span }| self.complaint(&message, span).into())
     }
 
     /// A complaint about the value at `span`: file, line, key and value are filled in.
@@ -252,7 +269,9 @@ impl<'a> Document<'a> {
     /// The innermost key whose name or value covers `span`.
     fn locate(&self, span: &Range<usize>) -> Option<Found> {
         let mut best = None;
-        search(&self.tree, "", span, &mut best);
+        if let DeValue::Table(table) = self.tree.get_ref() {
+            search(table, "", span, &mut best);
+        }
         best
     }
 }
