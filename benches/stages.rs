@@ -3,7 +3,7 @@
 
 use catseye::adc::cpu::synthesis::Control;
 use catseye::dsp::PowerMap;
-use catseye::dsp::fft::Transform;
+use catseye::dsp::transform::Transform;
 use catseye::dsp::{self, cpu};
 use catseye::engine::{Engine, Precision};
 use catseye_papers::bench::frame::Frame;
@@ -94,7 +94,7 @@ fn processing(criterion: &mut Criterion, name: &str, engine: &Engine) {
         Engine::Cpu(Precision::F32) => b.iter(|| black_box(cpu::fft::spectrum(&cube, &transform))),
         Engine::Gpu(gpu) => b.iter(|| {
             let mut recorder = gpu.recorder("fft");
-            let spectrum = dsp::fft::record(&mut recorder, gpu, &cube, &transform).unwrap();
+            let spectrum = dsp::spectrum::record(&mut recorder, gpu, &cube, &transform).unwrap();
             recorder.submit().unwrap();
             black_box(spectrum)
         }),

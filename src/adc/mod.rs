@@ -3,11 +3,13 @@
 pub mod convert;
 pub mod cpu;
 pub mod front_end;
+pub mod grid_device;
 pub mod grid_fft;
 pub mod grid_lines;
 pub mod grid_spread;
 pub mod gridding;
 pub mod interference;
+pub mod methods;
 pub mod noise;
 pub mod shaping;
 pub mod synthesis;

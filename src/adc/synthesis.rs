@@ -8,7 +8,7 @@
 //! wraps round into the first range cells.
 
 use super::front_end::channels;
-use super::gridding::Methods;
+use super::methods::Methods;
 use super::{Cube, CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;

@@ -1,66 +1,15 @@
 //! What the CFAR detectors have in common: the training region, how it shrinks at the ends of the
 //! range axis, and the table of factors (CONVENTIONS eq. 17).
 
+use super::cfar_factor::Factor;
+use super::cfar_window::{Column, Halves, Reach, Window, halves, kind_number, reach, upload_columns};
 use super::{Cell, PowerMap, Real, cfar_ca, cfar_go_so, cfar_noise, cfar_os};
 use crate::error::{BadInput, Error, Result};
 use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
-use crate::gpu_struct;
 use crate::scene::radar::{Cfar, CfarKind};
 use rayon::prelude::*;
-use statrs::function::gamma::ln_gamma;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, PoisonError};
-
-/// How a cell is judged in one range column: detected when power > factor x statistic, where the
-/// statistic is the mean (CA), the greater or smaller of the means of two halves (GO, SO), or the
-/// `rank`-th smallest (OS) of `count` training cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Column {
-    /// Training cells.
-    pub count: u32,
-    /// Those of the half before (GO, SO); else 0.
-    pub before: u32,
-    /// 1-based rank (OS); else 0.
-    pub rank: u32,
-    pub factor: f64,
-    /// Noise power / statistic: 1 for CA, else 1/E[statistic on unit-mean noise].
-    pub scale: f64,
-}
-
-/// A factor on a statistic of the training cells, and what that statistic is on average on noise of unit
-/// mean.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Factor {
-    pub factor: f64,
-    pub expectation: f64,
-}
-
-/// The halves of GO and SO (eq. 85).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Halves {
-    /// The training cells at smaller and at larger range than the cell's own column, whose training cells
-    /// belong to neither.
-    AlongRange,
-    /// Without training columns: the rows before and after.
-    AlongDoppler,
-}
-
-pub(crate) fn halves(cfar: &Cfar) -> Halves {
-    if cfar.train[1] == 0 { Halves::AlongDoppler } else { Halves::AlongRange }
-}
-
-/// The columns `lo..=hi` that the training rectangle and the guard rectangle around `range` have,
-/// both cut to the map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Reach {
-    pub outer: (usize, usize),
-    pub inner: (usize, usize),
-}
-
-pub(crate) fn reach(cfar: &Cfar, range: usize, range_bins: usize) -> Reach {
-    let cut = |half: usize| (range.saturating_sub(half), (range + half).min(range_bins - 1));
-    Reach { outer: cut(cfar.guard[1] + cfar.train[1]), inner: cut(cfar.guard[1]) }
-}
 
 /// One [`Column`] for each range bin. The training region is the full rectangle of half widths
 /// guard + train less the rectangle of half widths guard; the Doppler axis wraps; at the ends of
@@ -182,43 +131,6 @@ pub(crate) fn ratios<T: Real>(columns: &[Column]) -> Vec<T> {
     columns.iter().map(|c| T::of(c.factor / c.scale)).collect()
 }
 
-gpu_struct! {
-    /// Uniform of the CFAR shaders that need no more.
-    pub struct Params {
-        pub doppler_bins: u32,
-        pub range_bins: u32,
-        pub guard_doppler: u32,
-        pub half_doppler: u32,
-        pub guard_range: u32,
-        pub half_range: u32,
-    }
-}
-
-/// [`Column`] as the shaders have it.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct DeviceColumn {
-    count: u32,
-    before: u32,
-    rank: u32,
-    factor: f32,
-    scale: f32,
-}
-
-impl DeviceColumn {
-    pub const LAYOUT: crate::gpu::StructLayout = crate::gpu::StructLayout {
-        name: "Column",
-        size: size_of::<DeviceColumn>(),
-        fields: &[
-            ("count", std::mem::offset_of!(DeviceColumn, count)),
-            ("before", std::mem::offset_of!(DeviceColumn, before)),
-            ("rank", std::mem::offset_of!(DeviceColumn, rank)),
-            ("factor", std::mem::offset_of!(DeviceColumn, factor)),
-            ("scale", std::mem::offset_of!(DeviceColumn, scale)),
-        ],
-    };
-}
-
 /// Iterations of all its loops together that a kernel may ask of a thread. Mesa's llvmpipe leaves
 /// loops, without a word, after 65,535.
 const ITERATIONS: usize = 65_000;
@@ -240,47 +152,6 @@ pub(crate) fn check_window(cfar: &Cfar) -> Result<()> {
         .allowed(format!("about {} cells", ITERATIONS / passes))
         .remedy("take fewer training cells, or the device cpu")
         .into())
-}
-
-/// The window on a map of `[doppler bins, range bins]`.
-pub(crate) type Window = Params;
-
-impl Params {
-    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> Params {
-        let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
-        Params {
-            doppler_bins: size[0] as u32,
-            range_bins: size[1] as u32,
-            guard_doppler: cfar.guard[0] as u32,
-            half_doppler: half[0] as u32,
-            guard_range: cfar.guard[1] as u32,
-            half_range: half[1] as u32,
-        }
-    }
-}
-
-/// As the shaders have it.
-pub(crate) fn kind_number(kind: CfarKind) -> u32 {
-    match kind {
-        CfarKind::Ca => 0,
-        CfarKind::Go => 1,
-        CfarKind::So => 2,
-        CfarKind::Os { .. } => 3,
-    }
-}
-
-pub(crate) fn upload_columns(recorder: &mut Recorder<'_>, columns: &[Column]) -> Buffer<DeviceColumn> {
-    let columns: Vec<DeviceColumn> = columns
-        .iter()
-        .map(|c| DeviceColumn {
-            count: c.count,
-            before: c.before,
-            rank: c.rank,
-            factor: c.factor as f32,
-            scale: c.scale as f32,
-        })
-        .collect();
-    recorder.upload("cfar columns", &columns)
 }
 
 /// Records the detector that `cfar` names on a map of `[doppler bins, range bins]`: 1 in each cell that it
@@ -352,152 +223,10 @@ pub(crate) fn check_cells<T>(map: &PowerMap<T>, cells: &[Cell]) -> Result<()> {
     }
 }
 
-pub(crate) fn check_pfa(pfa: f64) -> Result<()> {
-    if pfa > 0.0 && pfa < 1.0 {
-        return Ok(());
-    }
-    Err(BadInput::new("not a probability of false alarm")
-        .key("cfar.pfa")
-        .value(pfa)
-        .allowed("0 < pfa < 1")
-        .into())
-}
-
-/// A sum of positive terms, each the last times a ratio, that may pass the range of f64. The ratios never
-/// grow. Returns the logarithm.
-pub(crate) fn ln_series(ratios: impl Iterator<Item = f64>) -> f64 {
-    const BIG: f64 = 1e280;
-    let (mut term, mut sum, mut shift) = (1.0f64, 1.0f64, 0.0f64);
-    for ratio in ratios {
-        term *= ratio;
-        sum += term;
-        if sum > BIG {
-            sum /= BIG;
-            term /= BIG;
-            shift += BIG.ln();
-        }
-        // What follows is less than a geometric series.
-        if ratio < 1.0 && term < 1e-17 * (1.0 - ratio) * sum {
-            break;
-        }
-    }
-    shift + sum.ln()
-}
-
-/// ln Q(k, x), the logarithm of the upper regularised incomplete gamma function for whole k:
-/// e^-x sum_{j<k} x^j / j!.
-pub(crate) fn ln_upper(k: usize, x: f64) -> f64 {
-    let top = (k - 1) as f64;
-    if k > 32 && x < top {
-        // The terms of the complement fall from the first on; it is about one half at most.
-        (-ln_lower(k, x).exp()).ln_1p()
-    } else if x < k as f64 {
-        -x + ln_series((1..k).map(|j| x / j as f64))
-    } else {
-        // From the largest term down.
-        -x + top * x.ln() - ln_gamma(top + 1.0) + ln_series((1..k).rev().map(|j| j as f64 / x))
-    }
-}
-
-/// ln P(k, x), the logarithm of the lower regularised incomplete gamma function.
-pub(crate) fn ln_lower(k: usize, x: f64) -> f64 {
-    let kf = k as f64;
-    if x < kf + 1.0 {
-        -x + kf * x.ln() - ln_gamma(kf + 1.0) + ln_series((1..10_000).map(|j| x / (kf + j as f64)))
-    } else {
-        (-ln_upper(k, x).exp()).ln_1p()
-    }
-}
-
-/// Where a concave function is largest, by golden section.
-pub(crate) fn maximum(h: &impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    let g = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - g * (b - a), a + g * (b - a));
-    let (mut hc, mut hd) = (h(c), h(d));
-    while b - a > 1e-6 {
-        if hc > hd {
-            b = d;
-            (d, hd) = (c, hc);
-            c = b - g * (b - a);
-            hc = h(c);
-        } else {
-            a = c;
-            (c, hc) = (d, hd);
-            d = a + g * (b - a);
-            hd = h(d);
-        }
-    }
-    0.5 * (a + b)
-}
-
-/// Where a function that rises from `outside` to `mode` passes `level`; `outside` if it never does.
-pub(crate) fn crossing(h: &impl Fn(f64) -> f64, outside: f64, mode: f64, level: f64) -> f64 {
-    let (mut a, mut b) = (outside, mode);
-    if h(a) > level {
-        return a;
-    }
-    for _ in 0..60 {
-        let c = 0.5 * (a + b);
-        if h(c) > level { b = c } else { a = c }
-    }
-    a
-}
-
-/// The factor at which the falling function `ln_pfa` of the factor meets `ln_wanted`.
-pub(crate) fn solve_factor(ln_pfa: impl Fn(f64) -> f64, ln_wanted: f64) -> Result<f64> {
-    let f = |s: f64| ln_pfa(s.exp()) - ln_wanted;
-    let (mut a, mut b) = (0.0f64, 0.0f64);
-    let (mut fa, mut fb) = (f(a), f(a));
-    // Grow the bracket from factor 1 until fa >= 0 >= fb.
-    let mut step = 0.5;
-    while fb > 0.0 {
-        (a, fa) = (b, fb);
-        b += step;
-        fb = f(b);
-        step *= 1.5;
-        if b > 600.0 {
-            return Err(Error::Failed("CFAR factor: no solution below e^600".into()));
-        }
-    }
-    step = 0.5;
-    while fa < 0.0 {
-        (b, fb) = (a, fa);
-        a -= step;
-        fa = f(a);
-        step *= 1.5;
-        if a < -600.0 {
-            return Err(Error::Failed("CFAR factor: no solution above e^-600".into()));
-        }
-    }
-    // Regula falsi (Illinois), with a bisection whenever it does not halve the bracket.
-    for _ in 0..200 {
-        if fa == 0.0 {
-            return Ok(a.exp());
-        }
-        if fb == 0.0 || (b - a) <= 4e-15 * (1.0 + a.abs().max(b.abs())) {
-            return Ok(b.exp());
-        }
-        let width = b - a;
-        for halve in [false, true] {
-            if halve && (b - a) <= 0.5 * width {
-                break;
-            }
-            let c = if halve { 0.5 * (a + b) } else { (a * fb - b * fa) / (fb - fa) };
-            let c = if c > a && c < b { c } else { 0.5 * (a + b) };
-            let fc = f(c);
-            if fc > 0.0 {
-                (a, fa) = (c, fc);
-            } else {
-                (b, fb) = (c, fc);
-            }
-        }
-    }
-    Ok((0.5 * (a + b)).exp())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dsp::cfar_factor::{ln_lower, ln_series, ln_upper};
     use statrs::function::gamma::{gamma_lr, gamma_ur};
 
     fn cfar(kind: CfarKind) -> Cfar {

@@ -1,6 +1,7 @@
 //! Cell-averaging CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17).
 
-use super::cfar::{DeviceColumn, Params, check_pfa, ln_series, solve_factor};
+use super::cfar_factor::{check_pfa, ln_series, solve_factor};
+use super::cfar_window::{DeviceColumn, Params};
 use crate::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 

@@ -1,8 +1,9 @@
 //! Greatest-of and smallest-of CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 85;
 //! Hansen and Sawyers, IEEE Trans. AES-16 (1980) 115, and Trunk, AES-14 (1978) 750, for one look).
 
-use super::cfar::{DeviceColumn, Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
 use super::cfar_ca;
+use super::cfar_factor::{Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
+use super::cfar_window::DeviceColumn;
 use crate::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use crate::gpu_struct;

@@ -1,6 +1,6 @@
 //! The noise in listed cells: the host side of the kernel (CONVENTIONS eq. 17, 85).
 
-use super::cfar::{self, Column, DeviceColumn, Window};
+use super::cfar_window::{self, Column, DeviceColumn, Window};
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::Cfar;
@@ -58,11 +58,11 @@ pub(crate) fn record(
         half_doppler: w.half_doppler,
         guard_range: w.guard_range,
         half_range: w.half_range,
-        kind: cfar::kind_number(cfar.kind),
-        along_doppler: u32::from(cfar::halves(cfar) == cfar::Halves::AlongDoppler),
+        kind: cfar_window::kind_number(cfar.kind),
+        along_doppler: u32::from(cfar_window::halves(cfar) == cfar_window::Halves::AlongDoppler),
         capacity: capacity as u32,
     };
-    let columns = cfar::upload_columns(recorder, columns);
+    let columns = cfar_window::upload_columns(recorder, columns);
     let noise = recorder.buffer::<f32>("cfar noise", capacity);
     recorder.dispatch(&KERNEL, &params, &[map, &columns, list, &noise], Threads::Linear(capacity as u64));
     noise

@@ -1,9 +1,8 @@
 //! Order-statistic CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17; Rohling,
 //! IEEE Trans. AES-19 (1983) 608, for one look).
 
-use super::cfar::{
-    DeviceColumn, Factor, Params, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor,
-};
+use super::cfar_factor::{Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
+use super::cfar_window::{DeviceColumn, Params};
 use crate::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use statrs::function::gamma::ln_gamma;

@@ -1,74 +1,19 @@
 //! The chain on the GPU: one submission from the cube to the detected cells, with the spectrum left
 //! there.
 
-use super::fft::Transform;
+use super::device_spectrum::DeviceSpectrum;
 use super::peaks;
+use super::transform::Transform;
 use super::{
-    Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_noise, fft, power, snapshot,
+    Cell, Detection, PowerMap, RangeDoppler, Snapshots, cfar, cfar_noise, cfar_window, power, snapshot,
+    spectrum,
 };
+
 use crate::adc::{Cube, DeviceCube};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Done, Gpu, Pending, Recorder};
 use crate::scene::radar::{Cfar, Radar};
 use num_complex::Complex32;
-
-/// Some channels of the receiver and range columns of the spectrum, `[band, doppler, channel, range]`. Bands (eq. 19a) lie
-/// as the transform leaves them: the first, then from the last down.
-#[derive(Clone)]
-pub(crate) struct Chunk {
-    pub spectrum: Buffer<Complex32>,
-    pub first_channel: usize,
-    pub channels: usize,
-    pub first_range: usize,
-    pub ranges: usize,
-}
-
-/// A spectrum in the adapter's memory, in chunks that it can bind.
-#[derive(Clone)]
-pub struct DeviceSpectrum {
-    pub(crate) chunks: Vec<Chunk>,
-    /// Rows of the map.
-    pub doppler_bins: usize,
-    /// Doppler bands (DDM), else 1.
-    pub bands: usize,
-    /// Factor of the map ([`Transform::map_scale`]).
-    pub map_scale: f64,
-    /// Bands times the channels of the cube.
-    pub channels: usize,
-    pub range_bins: usize,
-}
-
-impl DeviceSpectrum {
-    /// How many buffers it fills.
-    pub fn chunks(&self) -> usize {
-        self.chunks.len()
-    }
-
-    /// Copies it to the host.
-    pub fn read(&self, gpu: &Gpu) -> Result<Spectrum<f32>> {
-        let mut recorder = gpu.recorder("spectrum");
-        let pending: Vec<_> = self.chunks.iter().map(|c| recorder.read(&c.spectrum)).collect();
-        let mut done = recorder.submit()?;
-        let mut data = vec![Complex32::default(); self.doppler_bins * self.channels * self.range_bins];
-        for (chunk, pending) in self.chunks.iter().zip(pending) {
-            let part = done.take(pending);
-            for (line, from) in part.chunks_exact(chunk.ranges).enumerate() {
-                let (row, c) = (line / chunk.channels, line % chunk.channels);
-                let (stored, d) = (row / self.doppler_bins, row % self.doppler_bins);
-                let band = (self.bands - stored) % self.bands;
-                let c = band * (self.channels / self.bands) + chunk.first_channel + c;
-                let at = (d * self.channels + c) * self.range_bins + chunk.first_range;
-                data[at..at + chunk.ranges].copy_from_slice(from);
-            }
-        }
-        Ok(Spectrum {
-            doppler_bins: self.doppler_bins,
-            channels: self.channels,
-            range_bins: self.range_bins,
-            data,
-        })
-    }
-}
 
 pub(super) fn too_many(count: usize, limit: usize) -> Error {
     Error::Failed(format!(
@@ -76,7 +21,7 @@ pub(super) fn too_many(count: usize, limit: usize) -> Error {
     ))
 }
 
-pub(super) fn detection(mask: Vec<u32>, columns: &[cfar::Column]) -> Detection<f32> {
+pub(super) fn detection(mask: Vec<u32>, columns: &[cfar_window::Column]) -> Detection<f32> {
     Detection { mask: mask.iter().map(|m| *m != 0).collect(), ratio: cfar::ratios(columns) }
 }
 
@@ -123,7 +68,7 @@ pub(super) const CELLS: usize = 4096;
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let transform = Transform::of_cube(cube, radar)?;
     let mut recorder = gpu.recorder("processing");
-    let spectrum = fft::record(&mut recorder, gpu, cube, &transform)?;
+    let spectrum = spectrum::record(&mut recorder, gpu, cube, &transform)?;
     Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()
 }
 
@@ -136,7 +81,7 @@ pub fn record<'a>(
     transform: &Transform,
     cfar: &'a Cfar,
 ) -> Result<Recorded<'a>> {
-    let spectrum = fft::record_device(&mut recorder, gpu, cube, transform)?;
+    let spectrum = spectrum::record_device(&mut recorder, gpu, cube, transform)?;
     Recorded::new(recorder, gpu, spectrum, cfar)
 }
 
@@ -207,7 +152,7 @@ impl<'a> Recorded<'a> {
 /// What the list of cells is made from.
 struct Found<'a> {
     cfar: &'a Cfar,
-    columns: Vec<cfar::Column>,
+    columns: Vec<cfar_window::Column>,
     spectrum: DeviceSpectrum,
     map: Buffer<f32>,
     mask: Buffer<u32>,

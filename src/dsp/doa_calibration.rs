@@ -3,6 +3,7 @@
 
 use super::doa_covariance::{covariance, eigen};
 use super::doa_manifold::Manifold;
+use super::doa_residual::Residual;
 use crate::error::{BadInput, Result};
 use crate::formats::csv::{Table, Writer};
 use num_complex::Complex64;
@@ -12,6 +13,7 @@ use std::io::Write;
 use std::path::Path;
 
 const HEADER: [&str; 5] = ["azimuth_deg", "elevation_deg", "channel", "re", "im"];
+
 const RANGE: &str = "range_m";
 
 /// Table of measured steering vectors over the product of two axes of angles. The common phase of a
@@ -42,6 +44,20 @@ impl Default for TurntableOptions {
     /// Phases alone, as measured.
     fn default() -> Self {
         TurntableOptions { unit_modulus: true, smoothing_deg: 0.0 }
+    }
+}
+
+impl Manifold {
+    /// Uses measured vectors (eq. 96): between their angles the ratio to this manifold is interpolated.
+    ///
+    /// # Errors
+    /// A table of another number of channels.
+    pub fn with_calibration(self, calibration: &Calibration) -> Result<Self> {
+        let mut there = self.unmeasured();
+        if let Some(range_m) = calibration.range_m {
+            there = there.at_range(range_m)?;
+        }
+        Ok(self.with_residual(calibration.residual(&there)?))
     }
 }
 
@@ -247,7 +263,7 @@ impl Calibration {
     }
 
     /// Ratio to a manifold: what is left to interpolate.
-    pub(super) fn residual(&self, manifold: &Manifold) -> Result<Residual> {
+    fn residual(&self, manifold: &Manifold) -> Result<Residual> {
         let n = self.channels;
         if manifold.channels() != n {
             return Err(BadInput::new("the calibration is of another array")
@@ -293,60 +309,6 @@ pub fn ambiguity(vectors: &[Complex64], channels: usize) -> Vec<f64> {
         }));
     }
     out
-}
-
-/// Smooth part of a calibration: measured vectors over those of the manifold.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Residual {
-    azimuth_rad: Vec<f64>,
-    elevation_rad: Vec<f64>,
-    channels: usize,
-    ratio: Vec<Complex64>,
-}
-
-impl Residual {
-    /// An axis of one angle holds for all.
-    pub(super) fn covers(&self, azimuth_rad: f64, elevation_rad: f64) -> bool {
-        let within = |axis: &[f64], x: f64| {
-            axis.len() == 1 || (x >= axis[0] - 1e-9 && x <= axis[axis.len() - 1] + 1e-9)
-        };
-        within(&self.azimuth_rad, azimuth_rad) && within(&self.elevation_rad, elevation_rad)
-    }
-
-    /// Linear between the angles in both axes, constant beyond them.
-    pub(super) fn at(&self, azimuth_rad: f64, elevation_rad: f64) -> Vec<Complex64> {
-        let (i, u) = bracket(&self.azimuth_rad, azimuth_rad);
-        let (j, v) = bracket(&self.elevation_rad, elevation_rad);
-        let cols = self.azimuth_rad.len();
-        let (i1, j1) = ((i + 1).min(cols - 1), (j + 1).min(self.elevation_rad.len() - 1));
-        let at = |j: usize, i: usize, c: usize| self.ratio[(j * cols + i) * self.channels + c];
-        (0..self.channels)
-            .map(|c| {
-                (at(j, i, c) * (1.0 - u) + at(j, i1, c) * u) * (1.0 - v)
-                    + (at(j1, i, c) * (1.0 - u) + at(j1, i1, c) * u) * v
-            })
-            .collect()
-    }
-
-    /// Over all angles, of each channel.
-    pub(super) fn mean(&self) -> Vec<Complex64> {
-        let places = (self.ratio.len() / self.channels) as f64;
-        (0..self.channels)
-            .map(|c| self.ratio.iter().skip(c).step_by(self.channels).sum::<Complex64>() / places)
-            .collect()
-    }
-}
-
-fn bracket(axis: &[f64], x: f64) -> (usize, f64) {
-    let last = axis.len() - 1;
-    if last == 0 || x <= axis[0] {
-        return (0, 0.0);
-    }
-    if x >= axis[last] {
-        return (last, 0.0);
-    }
-    let i = axis.partition_point(|a| *a <= x) - 1;
-    (i, (x - axis[i]) / (axis[i + 1] - axis[i]))
 }
 
 /// Takes out of the vectors the common phases by which neighbours differ, along each row and from

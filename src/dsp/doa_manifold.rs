@@ -1,7 +1,7 @@
 //! Array manifold: what a wave from a direction leaves on the channels of any array
 //! (CONVENTIONS eq. 90), and the lattices on which shift-invariance methods stand.
 
-use super::doa_calibration::{Calibration, Residual};
+use super::doa_residual::Residual;
 use crate::error::{BadInput, Result};
 use crate::frames::direction_from_angles;
 use crate::scene::radar::Radar;
@@ -105,18 +105,15 @@ impl Manifold {
         Ok(self)
     }
 
-    /// Uses measured vectors (eq. 96): between their angles the ratio to this manifold is interpolated.
-    ///
-    /// Errors: a table of another number of channels.
-    pub fn with_calibration(mut self, calibration: &Calibration) -> Result<Self> {
-        self.residual = None;
-        let mut there = self.clone();
-        there.range_m = None;
-        if let Some(range_m) = calibration.range_m {
-            there = there.at_range(range_m)?;
-        }
-        self.residual = Some(Arc::new(calibration.residual(&there)?));
-        Ok(self)
+    /// Without what was measured, for sources at infinity.
+    pub(super) fn unmeasured(&self) -> Manifold {
+        Manifold { range_m: None, residual: None, ..self.clone() }
+    }
+
+    /// With what a measurement has over [`Self::unmeasured`].
+    pub(super) fn with_residual(mut self, residual: Residual) -> Manifold {
+        self.residual = Some(Arc::new(residual));
+        self
     }
 
     pub fn channels(&self) -> usize {

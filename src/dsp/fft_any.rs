@@ -1,6 +1,6 @@
 //! Pass of any radix: the host side of the kernel, which `fft_pass` records.
 
-use super::fft_pass::{self, Params};
+use super::fft_params::{self, Params};
 use crate::gpu::{Access, Kernel};
 
 pub static KERNEL: Kernel = Kernel {
@@ -14,5 +14,5 @@ pub static KERNEL: Kernel = Kernel {
     params: Some(Params::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
-    tolerance: fft_pass::TOLERANCE,
+    tolerance: fft_params::TOLERANCE,
 };

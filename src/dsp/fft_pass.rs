@@ -1,38 +1,11 @@
 //! Transforms of any length on the device by passes over global memory: mixed radix, and Bluestein's
 //! transform for lengths with a large prime factor (CONVENTIONS eq. 86).
 
+use super::fft_params::Params;
 use super::{fft_any, fft_chirp, fft_radix8, fft_radix16};
-use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads, Tolerance};
-use crate::gpu_struct;
+use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;
-
-gpu_struct! {
-    /// Uniform of the passes (`shaders/shared/fft_pass.wgsl`).
-    pub struct Params {
-        pub lines: u32,
-        pub length: u32,
-        pub butterflies: u32,
-        pub done: u32,
-        pub turn: u32,
-        pub count: u32,
-        pub in_base: u32,
-        pub in_line: u32,
-        pub in_step: u32,
-        pub out_base: u32,
-        pub out_line: u32,
-        pub out_step: u32,
-        pub shift: u32,
-        pub first: u32,
-        pub kept: u32,
-        pub lines_first: u32,
-    }
-}
-
-pub(super) const TOLERANCE: Tolerance = Tolerance {
-    relative_l2: 6e-7,
-    reason: "c eps sqrt(log2 N + log2 M) for two transforms with c = 1, as in one workgroup",
-};
 
 /// Values of a block of lines where blocks have to fit a cache.
 pub(super) const CACHE: usize = 1 << 18;

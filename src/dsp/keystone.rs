@@ -1,43 +1,13 @@
 //! Keystone transform: the range-Doppler spectrum without range migration (CONVENTIONS eq. 89). Its scales, and
 //! the host side of the kernel, which takes the place of the Doppler transform in [`super::fft`].
 
-use super::fft::{Axis, Method, Piece, Transform, fits_workgroup};
+use super::fft::{Axis, Method, Piece, fits_workgroup};
 use super::fft_pass::{CACHE, Layout, Scratch, grid};
+use super::transform::{Keystone, Transform};
 use crate::error::{BadInput, Result};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Tolerance};
 use crate::gpu_struct;
-use crate::scene::radar::Radar;
 use num_complex::Complex32;
-
-/// Frequency of each line over the carrier, in the order of the samples.
-pub fn scale(radar: &Radar) -> Vec<f64> {
-    let lines = radar.lines();
-    (0..lines.count).map(|n| (lines.first_hz + n as f64 * lines.step_hz) / radar.carrier_hz).collect()
-}
-
-/// How targets are held in their range cells.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Keystone {
-    /// The instantaneous frequency over the carrier, for each sample ([`scale`] for a radar).
-    pub scale: Vec<f64>,
-    /// Whole unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
-    /// another fold are not focused.
-    pub fold: i32,
-}
-
-impl Keystone {
-    /// Errors: a scale that is not one positive number a sample.
-    pub fn check(scale: &[f64], samples: usize) -> Result<()> {
-        if scale.len() == samples && scale.iter().all(|s| s.is_finite() && *s > 0.0) {
-            return Ok(());
-        }
-        Err(BadInput::new("the keystone transform needs one positive scale a sample")
-            .key("scale")
-            .value(format!("{} values", scale.len()))
-            .allowed(format!("{samples} positive numbers"))
-            .into())
-    }
-}
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/keystone.wgsl`.
@@ -82,8 +52,11 @@ pub static KERNEL: Kernel = Kernel {
 };
 
 const BEFORE: u32 = 0;
+
 const CHIRP: u32 = 1;
+
 const PRODUCT: u32 = 2;
+
 const AFTER: u32 = 3;
 
 /// Values between two passes at most: enough threads for any GPU, and little of its memory.

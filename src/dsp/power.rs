@@ -1,6 +1,6 @@
 //! Mean power over channels: the host side of the kernel (CONVENTIONS eq. 14).
 
-use super::device::DeviceSpectrum;
+use super::device_spectrum::DeviceSpectrum;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 

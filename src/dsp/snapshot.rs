@@ -1,6 +1,6 @@
 //! The channels of the detected cells: the host side of the kernel.
 
-use super::device::DeviceSpectrum;
+use super::device_spectrum::DeviceSpectrum;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::Complex32;

@@ -1,7 +1,8 @@
 //! Cubes larger than memory: the chain by blocks of channels, on the device (CONVENTIONS eq. 87).
 
 use super::device::{CELLS, ListedCells, detection, too_many};
-use super::fft::{self, Transform};
+use super::spectrum;
+use super::transform::Transform;
 use super::{PowerMap, RangeDoppler, cfar, cfar_noise, peaks, power, snapshot};
 use crate::adc::Cube;
 use crate::error::{Error, Result};
@@ -72,7 +73,7 @@ pub fn process(
             data: std::mem::take(&mut samples),
         };
         let part = Transform { channels: range.len(), ..t.clone() };
-        let spectrum = fft::record(recorder, gpu, &cube, &part);
+        let spectrum = spectrum::record(recorder, gpu, &cube, &part);
         samples = cube.data;
         spectrum
     };

@@ -5,16 +5,17 @@ use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::cpu::synthesis::Control;
 use crate::adc::front_end::{Chain, channels};
-use crate::adc::gridding::{self, Methods};
+use crate::adc::grid_device;
 use crate::adc::interference::Arrival;
+use crate::adc::methods::Methods;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
 use crate::adc::synthesis::{FrontEnd, Plan};
 use crate::adc::{Cube, DeviceCube};
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
-use crate::dsp::fft::Transform;
 use crate::dsp::stream::Source;
+use crate::dsp::transform::Transform;
 use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::error::{Error, Result};
@@ -208,7 +209,7 @@ impl Engine {
             return Ok(None);
         }
         let mut recorder = gpu.recorder("frame");
-        let (device, synthesis) = gridding::record(&plan, gpu, &mut recorder)?;
+        let (device, synthesis) = grid_device::record(&plan, gpu, &mut recorder)?;
         if let Some(n) = Noise::thermal(radar, seed, frame) {
             n.record(&mut recorder, &device);
         }
@@ -287,7 +288,7 @@ impl Engine {
             Engine::Cpu(_) => T::lines(plan, control)?,
             Engine::Gpu(gpu) => {
                 let mut recorder = gpu.recorder("synthesis");
-                let (device, methods) = gridding::record(plan, gpu, &mut recorder)?;
+                let (device, methods) = grid_device::record(plan, gpu, &mut recorder)?;
                 let pending = device.read(&mut recorder);
                 let mut done = recorder.submit()?;
                 let cube = device.take(&mut done, pending);

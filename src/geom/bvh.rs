@@ -1,7 +1,7 @@
 //! Wide BVH over triangles: built by obvhs (CWBVH, Ylitie et al. 2017), traversed here by obvhs with
 //! facets tested in f64, and in WGSL by `shaders/shared/bvh.wgsl`.
 
-use super::Triangle;
+use super::triangle::Triangle;
 use glam::{DVec3, UVec2, Vec3A};
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, ray::Ray, traverse};

@@ -1,8 +1,7 @@
 //! Volumes that dielectric faces close, alone or together with metal (CONVENTIONS eq. 70).
 
-use super::Geometry;
-use super::faces::{Welded, sides};
-use crate::em::layers::Backing;
+use super::triangle::Triangle;
+use super::welded::{Welded, sides};
 use glam::DVec3;
 
 /// No volume.
@@ -36,15 +35,10 @@ type Sheet = (u32, bool);
 /// From the back of a dielectric triangle the search goes on over each edge to the side that is met first
 /// when one turns about the edge through the volume. What is found bounds the volume, also where metal
 /// sheets close it, which have no outside. It is a body when no dielectric shows its front there, all
-/// dielectric is of one material and the volume is positive.
-pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) {
-    let enters: Vec<bool> = geometry
-        .materials
-        .iter()
-        .zip(&geometry.surfaces)
-        .map(|(m, s)| m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_)))
-        .collect();
-    let dielectric = |t: u32| enters[geometry.triangles[t as usize].surface as usize];
+/// dielectric is of one material and the volume is positive. `enters` says of each surface whether it is the front of a
+/// dielectric volume.
+pub(super) fn find(triangles: &[Triangle], enters: &[bool], mesh: &Welded) -> (Vec<u32>, Vec<Cell>) {
+    let dielectric = |t: u32| enters[triangles[t as usize].surface as usize];
     let n = mesh.triangles.len();
     if !(0..n as u32).any(dielectric) {
         return (Vec::new(), Vec::new());
@@ -58,19 +52,19 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
             continue;
         }
         seen[start as usize][0] = start;
-        let surface = geometry.triangles[start as usize].surface;
+        let surface = triangles[start as usize].surface;
         let origin = mesh.points[mesh.triangles[start as usize][0] as usize];
         let mut bounds: Vec<Sheet> = vec![(start, false)];
         let (mut at, mut volume_m3, mut area_m2, mut whole) = (0, 0.0, 0.0, true);
         while at < bounds.len() {
             let (t, front) = bounds[at];
             at += 1;
-            whole &= !dielectric(t) || (!front && geometry.triangles[t as usize].surface == surface);
+            whole &= !dielectric(t) || (!front && triangles[t as usize].surface == surface);
             let [a, b, c] = mesh.triangles[t as usize].map(|v| mesh.points[v as usize] - origin);
             volume_m3 += a.dot(b.cross(c)) / if front { -6.0 } else { 6.0 };
             area_m2 += 0.5 * (b - a).cross(c - a).length();
             for edge in sides(&mesh.triangles[t as usize]) {
-                let same = |u: u32| geometry.triangles[u as usize].surface == surface;
+                let same = |u: u32| triangles[u as usize].surface == surface;
                 let (next, side) = next_side(mesh, (t, front), edge, same);
                 if std::mem::replace(&mut seen[next as usize][side as usize], start) != start {
                     bounds.push((next, side));
@@ -78,7 +72,7 @@ pub(super) fn find(geometry: &Geometry, mesh: &Welded) -> (Vec<u32>, Vec<Cell>) 
             }
         }
         // Of other materials than the one that looks for its bounds nothing is known yet.
-        let of_it = bounds.iter().filter(|(t, _)| geometry.triangles[*t as usize].surface == surface);
+        let of_it = bounds.iter().filter(|(t, _)| triangles[*t as usize].surface == surface);
         of_it.for_each(|(t, front)| done[*t as usize] |= !front);
         if whole && volume_m3 > 0.0 {
             let behind = bounds.iter().filter(|(t, front)| dielectric(*t) && !front);
@@ -130,6 +124,7 @@ fn next_side(mesh: &Welded, (t, front): Sheet, (from, to): (u32, u32), same: imp
 mod tests {
     use super::*;
     use crate::frames::Pose;
+    use crate::geom::Geometry;
     use crate::geom::faces::Faces;
     use crate::road::reflector::Reflector;
     use crate::scene::{Material, Mesh, Scene, material};
@@ -138,7 +133,7 @@ mod tests {
         let mut scene = Scene::default();
         scene.materials.extend(materials.iter().map(|m| material::by_name(m).unwrap()));
         scene.add_mesh("m", "", mesh, Pose::IDENTITY);
-        Faces::build(&Geometry::build(&scene, 0.0, 77e9).unwrap())
+        Geometry::build(&scene, 0.0, 77e9).unwrap().find_faces()
     }
 
     /// A box of 1 x 2 x 3 m with its faces bottom, top, and round; those of `leave` are left out.

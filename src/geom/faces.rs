@@ -1,8 +1,9 @@
 //! Convex faces for exact beams: coplanar neighbours merged, cut into convex polygons of at most
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
-use super::Geometry;
 use super::cells::{self, Cell, NO_CELL};
+use super::triangle::Triangle;
+use super::welded::{Welded, sides};
 use crate::geom::hash::FastMap;
 use crate::units::wavelength_m;
 use glam::{DVec2, DVec3};
@@ -20,6 +21,7 @@ pub const FLAT: f64 = 1e-4;
 /// Least area of a plane that mirrors as an endless one does, m², and times what it mirrors. The first Fresnel zone of a road 30 m
 /// long is 0.3 m wide.
 const MIRROR_M2: f64 = 1.0;
+
 const MIRROR_RATIO: f64 = 100.0;
 
 /// A convex polygon in one plane.
@@ -62,6 +64,16 @@ pub struct HalfSpace {
     pub offset: f64,
 }
 
+/// Triangles at one instant, with their materials at one frequency.
+pub struct Mesh<'a> {
+    pub triangles: &'a [Triangle],
+    /// Of each surface, whether it is the front of a dielectric volume.
+    pub enters: &'a [bool],
+    pub freq_hz: f64,
+    /// Centre and radius of a sphere around them.
+    pub sphere_m: (DVec3, f64),
+}
+
 #[derive(Debug, Default)]
 pub struct Faces {
     /// In the order of the tree's leaves.
@@ -82,26 +94,27 @@ pub struct Faces {
 }
 
 impl Faces {
-    pub fn build(geometry: &Geometry) -> Faces {
-        let flat_m = FLAT * wavelength_m(geometry.freq_hz);
+    pub fn build(mesh: &Mesh<'_>) -> Faces {
+        let flat_m = FLAT * wavelength_m(mesh.freq_hz);
         let mut faces = Faces { flat_m, ..Default::default() };
-        (faces.centre_m, faces.radius_m) = geometry.bounding_sphere_m();
-        if geometry.triangles.is_empty() {
+        (faces.centre_m, faces.radius_m) = mesh.sphere_m;
+        if mesh.triangles.is_empty() {
             return faces;
         }
-        let mesh = Welded::new(geometry);
+        let Mesh { triangles, enters, .. } = *mesh;
+        let mesh = Welded::new(triangles);
         let closed = mesh.closed_components();
-        let (cell_of, found) = cells::find(geometry, &mesh);
+        let (cell_of, found) = cells::find(triangles, enters, &mesh);
         faces.cells = found;
         let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
         let mut patches = mesh.patches(flat_m, cell);
         // Leaves of the triangles' tree come in any order; faces should not depend on it.
         patches.sort_by_key(|p| p[0]);
         for (number, patch) in patches.iter().enumerate() {
-            let lead = &geometry.triangles[patch[0] as usize];
+            let lead = &triangles[patch[0] as usize];
             let plane = Plane::new(lead.v0, lead.normal);
             let one_sided = closed[patch[0] as usize];
-            let area = |t: &u32| geometry.triangles[*t as usize].area_m2();
+            let area = |t: &u32| triangles[*t as usize].area_m2();
             faces.patch_area_m2.push(patch.iter().map(area).sum());
             for polygon in convex_polygons(&mesh, patch, &plane, flat_m) {
                 let first = faces.corners.len() as u32;
@@ -303,133 +316,6 @@ impl Plane {
     }
 }
 
-/// The triangles with corners at one place made one, body by body.
-pub(super) struct Welded<'a> {
-    geometry: &'a Geometry,
-    pub(super) points: Vec<DVec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
-    pub(super) edges: FastMap<(u32, u32), Vec<(u32, bool)>>,
-}
-
-impl<'a> Welded<'a> {
-    fn new(geometry: &'a Geometry) -> Self {
-        let mut number: FastMap<(u32, [u64; 3]), u32> = FastMap::default();
-        let mut points = Vec::new();
-        let triangles: Vec<[u32; 3]> = geometry
-            .triangles
-            .iter()
-            .map(|t| {
-                t.corners_exact().map(|p| {
-                    let key = p.to_array().map(|x| (x + 0.0).to_bits());
-                    *number.entry((t.body, key)).or_insert_with(|| {
-                        points.push(p);
-                        points.len() as u32 - 1
-                    })
-                })
-            })
-            .collect();
-        let mut edges: FastMap<(u32, u32), Vec<(u32, bool)>> =
-            FastMap::with_capacity_and_hasher(2 * triangles.len(), Default::default());
-        for (i, t) in triangles.iter().enumerate() {
-            for (a, b) in sides(t) {
-                edges.entry((a.min(b), a.max(b))).or_default().push((i as u32, a < b));
-            }
-        }
-        Welded { geometry, points, triangles, edges }
-    }
-
-    fn neighbours(&self, i: u32) -> impl Iterator<Item = u32> + '_ {
-        sides(&self.triangles[i as usize])
-            .into_iter()
-            .flat_map(move |(a, b)| self.edges[&(a.min(b), a.max(b))].iter().map(|e| e.0))
-            .filter(move |&j| j != i)
-    }
-
-    /// For each triangle: whether the surface that hangs together with it is closed, oriented outwards.
-    fn closed_components(&self) -> Vec<bool> {
-        let n = self.triangles.len();
-        let mut closed = vec![false; n];
-        let mut seen = vec![false; n];
-        for start in 0..n as u32 {
-            if seen[start as usize] {
-                continue;
-            }
-            seen[start as usize] = true;
-            let mut component = vec![start];
-            let mut at = 0;
-            while at < component.len() {
-                for j in self.neighbours(component[at]) {
-                    if !std::mem::replace(&mut seen[j as usize], true) {
-                        component.push(j);
-                    }
-                }
-                at += 1;
-            }
-            let tight = component.iter().all(|&i| {
-                sides(&self.triangles[i as usize]).into_iter().all(|(a, b)| {
-                    let users = &self.edges[&(a.min(b), a.max(b))];
-                    users.len() == 2 && users[0].1 != users[1].1
-                })
-            });
-            let origin = self.points[self.triangles[start as usize][0] as usize];
-            let volume: f64 = component
-                .iter()
-                .map(|&i| {
-                    let [a, b, c] = self.triangles[i as usize].map(|v| self.points[v as usize] - origin);
-                    a.dot(b.cross(c)) / 6.0
-                })
-                .sum();
-            if tight && volume > 0.0 {
-                component.iter().for_each(|&i| closed[i as usize] = true);
-            }
-        }
-        closed
-    }
-
-    /// Neighbours in one plane, of one material and with the same volume behind them (`cell`), each list
-    /// led by its largest triangle.
-    fn patches(&self, flat_m: f64, cell: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
-        let n = self.triangles.len();
-        let tri = |i: u32| &self.geometry.triangles[i as usize];
-        let mut order: Vec<u32> = (0..n as u32).collect();
-        order.sort_by(|&a, &b| tri(b).area_m2().total_cmp(&tri(a).area_m2()).then(a.cmp(&b)));
-        let mut taken = vec![false; n];
-        let mut patches = Vec::new();
-        for &lead in &order {
-            if taken[lead as usize] {
-                continue;
-            }
-            taken[lead as usize] = true;
-            let l = tri(lead);
-            let offset = l.normal.dot(l.v0);
-            let mut patch = vec![lead];
-            let mut at = 0;
-            while at < patch.len() {
-                for j in self.neighbours(patch[at]) {
-                    let t = tri(j);
-                    let fits = !taken[j as usize]
-                        && (t.body, t.surface) == (l.body, l.surface)
-                        && cell(j) == cell(lead)
-                        && t.normal.dot(l.normal) > 0.5
-                        && t.corners().iter().all(|p| (l.normal.dot(*p) - offset).abs() <= flat_m);
-                    if fits {
-                        taken[j as usize] = true;
-                        patch.push(j);
-                    }
-                }
-                at += 1;
-            }
-            patches.push(patch);
-        }
-        patches
-    }
-}
-
-pub(super) fn sides(t: &[u32; 3]) -> [(u32, u32); 3] {
-    [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]
-}
-
 /// Cuts a patch into convex polygons of at most [`MOST_CORNERS`] corners (indices of welded points,
 /// counter-clockwise about the patch's normal).
 fn convex_polygons(mesh: &Welded, patch: &[u32], plane: &Plane, flat_m: f64) -> Vec<Vec<u32>> {
@@ -614,13 +500,14 @@ fn halved(polygon: Vec<u32>) -> Vec<Vec<u32>> {
 mod tests {
     use super::*;
     use crate::frames::Pose;
+    use crate::geom::Geometry;
     use crate::scene::{Material, Mesh, Scene};
 
     fn faces_of(mesh: Mesh) -> Faces {
         let mut scene = Scene::default();
         scene.materials.push(Material::pec());
         scene.add_mesh("m", "", mesh, Pose::IDENTITY);
-        Faces::build(&Geometry::build(&scene, 0.0, 77e9).unwrap())
+        Geometry::build(&scene, 0.0, 77e9).unwrap().find_faces()
     }
 
     fn area(f: &Faces) -> f64 {

@@ -9,100 +9,25 @@ pub mod faces;
 pub mod hash;
 pub mod outline;
 mod patches;
+pub mod surface;
+pub mod triangle;
 pub mod upload;
 pub mod validate;
+mod welded;
 
-use crate::em::clutter::{self, Front, Sigma0};
-use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
-use crate::em::layers::{Backing, Layer, Stack};
-use crate::em::roughness::{Lobe, Shares};
+use crate::em::layers::Backing;
 use crate::error::{BadInput, Error, Result};
 use crate::frames::{angles_from_direction, polarisation_basis};
-use crate::scene::backscatter::{Backscatter, Law};
 use crate::scene::motion::Moving;
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
-use crate::scene::{Material, MaterialKind, Scene, Shape};
+use crate::scene::{Material, Scene, Shape};
 use bvh::Bvh;
-use faces::Faces;
+use faces::{Faces, Mesh};
 use glam::{DQuat, DVec3};
-use num_complex::Complex64;
 use std::sync::{Arc, OnceLock};
-
-/// Two corners closer than this many times the mesh's size make a triangle degenerate.
-const DEGENERATE: f64 = 1e-12;
-
-/// One facet in the world. A point of the plane has barycentric coordinates
-/// (u, v) = ((p - v0) . du, (p - v0) . dv), inside when u, v >= 0 and u + v <= 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Triangle {
-    pub v0: DVec3,
-    pub e1: DVec3,
-    pub e2: DVec3,
-    /// Unit normal, right-handed about v0, v1, v2.
-    pub normal: DVec3,
-    du: DVec3,
-    dv: DVec3,
-    exact: [DVec3; 3],
-    /// Coplanar neighbours share a patch: a ray that leaves a patch cannot meet it again.
-    pub patch: u32,
-    /// Index into `Geometry::bodies`.
-    pub body: u32,
-    /// Index into `Geometry::surfaces`.
-    pub surface: u32,
-}
-
-impl Triangle {
-    /// None when the corners are (nearly) on one line.
-    pub fn new(v: [DVec3; 3], patch: u32, body: u32, surface: u32) -> Option<Self> {
-        let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
-        let n = e1.cross(e2);
-        let scale = e1.length_squared().max(e2.length_squared()).max((e2 - e1).length_squared());
-        let area2 = n.length();
-        if !(area2.is_finite() && area2 > DEGENERATE * scale && area2 > 0.0) {
-            return None;
-        }
-        let normal = n / area2;
-        Some(Triangle {
-            v0: v[0],
-            e1,
-            e2,
-            normal,
-            du: e2.cross(normal) / area2,
-            dv: normal.cross(e1) / area2,
-            exact: v,
-            patch,
-            body,
-            surface,
-        })
-    }
-
-    pub fn corners(&self) -> [DVec3; 3] {
-        [self.v0, self.v0 + self.e1, self.v0 + self.e2]
-    }
-
-    /// The corners as they came, without the rounding of v0 + e1.
-    pub fn corners_exact(&self) -> [DVec3; 3] {
-        self.exact
-    }
-
-    pub fn area_m2(&self) -> f64 {
-        0.5 * self.e1.cross(self.e2).length()
-    }
-
-    /// Distance along `dir` (in its units) to the triangle's plane if the ray passes through it.
-    #[inline]
-    pub fn intersect(&self, origin: DVec3, dir: DVec3) -> Option<f64> {
-        let r = self.v0 - origin;
-        let t = r.dot(self.normal) / dir.dot(self.normal);
-        // Negative and NaN (ray in the plane) both fail here.
-        if t <= 0.0 || !t.is_finite() {
-            return None;
-        }
-        let p = dir * t - r;
-        let (u, v) = (p.dot(self.du), p.dot(self.dv));
-        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(t)
-    }
-}
+use surface::of_materials;
+pub use surface::{Surface, surfaces_at};
+pub use triangle::Triangle;
 
 /// The object that a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,111 +89,6 @@ impl Body {
     }
 }
 
-/// A material at one frequency: a conductor, a half-space, or layers on one of these or on air.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
-    pub stack: Stack,
-    /// Standard deviation of the front's height, m; 0 is smooth.
-    pub roughness_rms_m: f64,
-    /// None: Lambert's lobe of what the roughness takes from the mirror reflection.
-    pub backscatter: Option<Backscatter>,
-}
-
-impl Surface {
-    /// Errors: a material without a value at this frequency, a perfect conductor as a layer.
-    pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
-        let backing = match (&material.kind, material.eps_r(freq_hz)?) {
-            (_, None) => Backing::Pec,
-            (MaterialKind::Air, _) => Backing::Air,
-            (_, Some(eps)) => Backing::HalfSpace(eps),
-        };
-        let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {
-            Some(eps_r) => Ok(Layer { eps_r, thickness_m: l.thickness_m }),
-            None => Err(BadInput::new("a perfect conductor hides what is under it")
-                .key(format!("layer of '{}'", material.name))
-                .value(&l.material.name)
-                .remedy("make it the base, without what lies under it")
-                .into()),
-        });
-        let stack = Stack { layers: layers.collect::<Result<_>>()?, backing };
-        if material.backscatter.is_some_and(|b| b.law == Law::Oh) && material.roughness_rms_m == 0.0 {
-            return Err(BadInput::new(format!(
-                "material '{}' is smooth, and its backscatter comes from its roughness",
-                material.name
-            ))
-            .key("backscatter")
-            .value("oh")
-            .remedy("give roughness_rms_m, or another law")
-            .into());
-        }
-        let backscatter = material.backscatter;
-        Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m, backscatter })
-    }
-
-    /// (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and `wavenumber`
-    /// rad/m (CONVENTIONS eq. 4 and 22), with the phase on the front.
-    #[inline]
-    pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
-        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
-        if self.roughness_rms_m == 0.0 {
-            return (perp, par);
-        }
-        let loss = rayleigh_factor(wavenumber, self.roughness_rms_m, cos_i);
-        (perp * loss, par * loss)
-    }
-
-    /// Shares of the incident power that the roughness turns from coherent into diffuse scattering,
-    /// [perpendicular, parallel] (CONVENTIONS eq. 27).
-    pub fn diffuse_share(&self, wavenumber: f64, cos_i: f64) -> [f64; 2] {
-        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
-        [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
-    }
-
-    /// Whether it scatters diffusely.
-    pub fn is_rough(&self) -> bool {
-        self.roughness_rms_m > 0.0 || self.backscatter.is_some()
-    }
-
-    /// Backscatter per area beside the mirror reflection (CONVENTIONS eq. 27, 145-147), and the correlation of VV
-    /// with HH. Where the material says no more than its roughness it is that of Lambert's law with facets that
-    /// turn no polarisation (correlation 1, nothing across).
-    pub fn sigma0(&self, wavenumber: f64, cos_i: f64) -> (Sigma0, f64) {
-        let Some(backscatter) = &self.backscatter else {
-            let [hh, vv] =
-                self.diffuse_share(wavenumber, cos_i).map(|s| Lobe::Lambert.backscatter_sigma0(s, cos_i));
-            return (Sigma0 { vv, hh, hv: 0.0 }, 1.0);
-        };
-        let (perp, par) = self.stack.reflection(wavenumber, cos_i);
-        let front = Front {
-            reflectivity: [perp, par].map(|r| r.norm_sqr()),
-            nadir_reflectivity: self.stack.reflection(wavenumber, 1.0).0.norm_sqr(),
-            roughness_rms_m: self.roughness_rms_m,
-        };
-        (clutter::sigma0(backscatter, wavenumber, &front, cos_i), backscatter.copolar_correlation)
-    }
-
-    /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it
-    /// (CONVENTIONS eq. 23 and 24). None when nothing passes, or not into air.
-    pub fn transmission(&self, wavenumber: f64, cos_i: f64) -> Option<(Complex64, Complex64)> {
-        if self.stack.backing != Backing::Air {
-            return None;
-        }
-        let (perp, par) = self.stack.response(wavenumber, cos_i).transmission;
-        let loss =
-            self.stack.layers.first().map_or(1.0, |l| {
-                transmission_roughness_factor(wavenumber, self.roughness_rms_m, l.eps_r, cos_i)
-            });
-        Some((perp * loss, par * loss))
-    }
-}
-
-/// The scene's materials at a frequency, in their order.
-///
-/// Errors: a material without a value there.
-pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
-    of_materials(&scene.materials, freq_hz)
-}
-
 /// An isotropic scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointTarget {
@@ -278,10 +98,6 @@ pub struct PointTarget {
     pub rcs_dbsm: f64,
     /// As [`Body::shifts`].
     pub shifts: [Shift; 2],
-}
-
-fn of_materials(materials: &[Material], freq_hz: f64) -> Result<Vec<Surface>> {
-    materials.iter().map(|m| Surface::of(m, freq_hz)).collect()
 }
 
 /// An object that scatters as a table says.
@@ -468,9 +284,25 @@ impl Geometry {
         of_materials(&self.materials, freq_hz)
     }
 
+    /// The faces anew, without looking whether they were made before.
+    pub fn find_faces(&self) -> Faces {
+        let enters: Vec<bool> = self
+            .materials
+            .iter()
+            .zip(&self.surfaces)
+            .map(|(m, s)| m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_)))
+            .collect();
+        Faces::build(&Mesh {
+            triangles: &self.triangles,
+            enters: &enters,
+            freq_hz: self.freq_hz,
+            sphere_m: self.bounding_sphere_m(),
+        })
+    }
+
     /// The convex faces that beams meet, made when first asked for.
     pub fn faces(&self) -> &Faces {
-        self.faces.get_or_init(|| Faces::build(self))
+        self.faces.get_or_init(|| self.find_faces())
     }
 
     /// Centre and radius of a sphere that holds every triangle.

@@ -3,11 +3,12 @@
 use super::front_end::{self, FrontEndSettings, FrontEndTable};
 use super::radar::{
     AngleMethod, AngleSettings, Antenna, CalibrationFile, Cfar, CfarKind, Pattern, Polarisation, Processing,
-    Radar, Sampling, Sources, Window,
+    Radar, Sources, Window,
 };
+
 use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
 use super::waveform::{Multiplex, Waveform};
-use super::waveform_toml::{self, WaveformTable};
+use super::waveform_toml::{self, ReceiverTable, WaveformTable};
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::frames::{Pose, Sensor, Vehicle};
 use glam::{DVec3, EulerRot};
@@ -41,22 +42,6 @@ pub struct RadarFile {
     pub mounting: MountingTable,
     #[serde(default)]
     pub processing: ProcessingTable,
-}
-
-#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ReceiverTable {
-    /// "iq": complex samples, as many range cells as samples; "real": half as many.
-    pub sampling: Sampling,
-    pub sample_rate_hz: At<f64>,
-    /// Samples of one chirp.
-    pub samples: At<usize>,
-    /// From the start of the ramp to the first sample.
-    #[serde(default)]
-    pub adc_start_s: At<f64>,
-    pub noise_figure_db: At<f64>,
-    #[serde(default = "yes")]
-    pub thermal_noise: bool,
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
@@ -318,10 +303,6 @@ pub struct CfarTable {
     pub train_doppler_cells: At<usize>,
     /// Chance that a cell of noise alone is detected.
     pub false_alarm_probability: At<f64>,
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// Built-in radars: name and TOML text.
@@ -1118,6 +1099,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::radar::Sampling;
     use crate::units::{C0, db_from_power};
     use proptest::prelude::*;
 

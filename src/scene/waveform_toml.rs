@@ -1,6 +1,6 @@
 //! `[waveform]` of a radar file: keys and checks.
 
-use super::radar_toml::ReceiverTable;
+use super::radar::Sampling;
 use super::toml_file::{Above, At, Document, read_beside};
 use super::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform, m_sequence};
 use crate::error::{BadInput, Result};
@@ -32,6 +32,27 @@ pub enum MultiplexName {
     Bpm,
     /// All at once, each in a Doppler band of its own.
     Ddm,
+}
+
+/// What is taken of the echo.
+#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReceiverTable {
+    /// "iq": complex samples, as many range cells as samples; "real": half as many.
+    pub sampling: Sampling,
+    pub sample_rate_hz: At<f64>,
+    /// Samples of one chirp.
+    pub samples: At<usize>,
+    /// From the start of the ramp to the first sample.
+    #[serde(default)]
+    pub adc_start_s: At<f64>,
+    pub noise_figure_db: At<f64>,
+    #[serde(default = "yes")]
+    pub thermal_noise: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]

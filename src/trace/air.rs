@@ -1,6 +1,6 @@
 //! What the air between does to echoes: attenuation along their paths (CONVENTIONS eq. 151, 152).
 
-use super::Return;
+use super::returns::Return;
 use crate::em::weather::{
     FOG_HZ, RAIN_HZ, RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m,
 };

@@ -5,9 +5,9 @@ use catseye::adc::synthesis::point_echo;
 use catseye::adc::{Cube, CubePiece, DeviceCube};
 use catseye::detect::points::range_rate_mps;
 use catseye::dsp::cpu;
-use catseye::dsp::keystone::{self, Keystone};
 use catseye::dsp::multiplex::decode;
-use catseye::dsp::{Cell, RangeDoppler, device, fft, peaks, power, stream, zero_doppler};
+use catseye::dsp::transform::{self, Keystone};
+use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
@@ -101,16 +101,21 @@ fn apart(got: &[Complex64], want: &[Complex64]) -> f64 {
     (error / want.iter().map(|w| w.norm_sqr()).sum::<f64>()).sqrt()
 }
 
-fn on_gpu(gpu: &Gpu, cube: &Cube<f64>, t: &fft::Transform, method: Option<fft::Method>) -> Vec<Complex32> {
+fn on_gpu(
+    gpu: &Gpu,
+    cube: &Cube<f64>,
+    t: &transform::Transform,
+    method: Option<fft::Method>,
+) -> Vec<Complex32> {
     let mut recorder = gpu.recorder("spectrum");
-    let spectrum = fft::record_by(&mut recorder, gpu, &cube.to_f32(), t, method).unwrap();
+    let spectrum = spectrum::record_by(&mut recorder, gpu, &cube.to_f32(), t, method).unwrap();
     recorder.submit().unwrap();
     spectrum.read(gpu).unwrap().data
 }
 
 /// Eq. 89 with bands, as a sum: the band of transmitter k at fold a turns k/B of a turn from chirp to chirp at all
 /// samples, and what the target's range rate adds grows with the frequency of the sample.
-fn slow_keystone(cube: &Cube<f64>, t: &fft::Transform, k: &Keystone) -> Vec<Complex64> {
+fn slow_keystone(cube: &Cube<f64>, t: &transform::Transform, k: &Keystone) -> Vec<Complex64> {
     let (bands, rows) = (t.bands, t.doppler_fft / t.bands);
     let middle = 0.5 * (t.chirps as f64 - 1.0);
     let mut out = Vec::new();
@@ -157,7 +162,7 @@ fn keystone_is_its_sum() {
         let mut p = radar(DDM, "iq", 12, "").processing;
         p.doppler_fft = doppler_fft;
         p.range_fft = if bands == 1 { samples.next_power_of_two() } else { samples + 3 };
-        let mut t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
+        let mut t = transform::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
         t.bands = bands;
         // As of a falling chirp.
         t.reversed = fold > 0;
@@ -204,7 +209,7 @@ fn keystone_on_the_gpu_agrees_with_f64() {
     ] {
         let mut p = radar(DDM, "iq", 12, "").processing;
         (p.doppler_fft, p.range_fft) = (doppler_fft, 2 * samples);
-        let mut t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
+        let mut t = transform::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
         t.bands = bands;
         let scale: Vec<f64> = (0..samples).map(|n| 0.97 + 0.06 * n as f64 / samples as f64).collect();
         let cube = Cube { chirps, channels: 2, samples, data: noise(4, chirps * 2 * samples) };
@@ -216,10 +221,11 @@ fn keystone_on_the_gpu_agrees_with_f64() {
             .unwrap_or_else(|e| panic!("{chirps}: {e}"));
         println!("{chirps} chirps to {doppler_fft}, {bands} bands, fold {fold}: {:.2e}", d.relative_l2);
     }
-    let mut t = fft::Transform::new(8, 2, 8, Sampling::Iq, &radar(DDM, "iq", 12, "").processing).unwrap();
+    let mut t =
+        transform::Transform::new(8, 2, 8, Sampling::Iq, &radar(DDM, "iq", 12, "").processing).unwrap();
     t.keystone = Some(Keystone { scale: vec![1.0; 7], fold: 0 });
     let mut recorder = test_gpu().recorder("refused");
-    let error = fft::record(&mut recorder, test_gpu(), &Cube::zeros(8, 2, 8), &t).err().unwrap();
+    let error = spectrum::record(&mut recorder, test_gpu(), &Cube::zeros(8, 2, 8), &t).err().unwrap();
     assert!(error.exit_code() == 2 && error.to_string().contains("positive scale"), "{error}");
 }
 
@@ -317,12 +323,12 @@ fn chunks_change_no_bit() {
                     })
                     .collect();
                 let on = DeviceCube { chirps, channels, samples, pieces };
-                let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+                let t = transform::Transform::of_cube(&cube, &radar).unwrap();
                 let recorded = device::record(recorder, &gpu, &on, &t, &radar.processing.cfar).unwrap();
                 assert_eq!(recorded.submit().unwrap().1, want, "{limit}");
             }
             // Blocks of channels: with keystone, too; bands are refused.
-            let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+            let t = transform::Transform::of_cube(&cube, &radar).unwrap();
             let cfar = &radar.processing.cfar;
             let on_gpu = stream::process(test_gpu(), &t, cfar, &mut stream::from_cube(&cube));
             let on_cpu = cpu::stream::process(&t, cfar, 1 << 17, &mut stream::from_cube(&cube));

@@ -6,7 +6,7 @@ use catseye::dsp::cpu;
 use catseye::dsp::doa_beamform::{self, Beamformer};
 use catseye::dsp::{
     Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, integrate,
-    keystone, peaks, power, stream, zero_doppler,
+    keystone, peaks, power, spectrum, stream, transform, zero_doppler,
 };
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
@@ -747,7 +747,7 @@ fn gpu_detectors_agree_with_the_cpu() {
 
 /// The spectrum on the device by a method, and the same by the cpu engine in f64, of noise rounded to f32.
 fn spectra(
-    t: &fft::Transform,
+    t: &transform::Transform,
     sampling: Sampling,
     method: fft::Method,
     seed: u64,
@@ -760,7 +760,7 @@ fn spectra(
     }
     let want = cpu::fft::spectrum(&cube.to_f64(), t).data;
     let mut recorder = test_gpu().recorder("spectra");
-    let got = fft::record_by(&mut recorder, test_gpu(), &cube, t, Some(method)).unwrap();
+    let got = spectrum::record_by(&mut recorder, test_gpu(), &cube, t, Some(method)).unwrap();
     recorder.submit().unwrap();
     (got.read(test_gpu()).unwrap().data, want)
 }
@@ -787,7 +787,7 @@ fn every_gpu_length_agrees_with_the_cpu() {
             let count = if n % 3 == 0 { n - n / 3 } else { n };
             let (chirps, samples) = if axis == 0 { (3, count) } else { (count, 2) };
             let p = if axis == 0 { processing(n, 4) } else { processing(2, n) };
-            let t = fft::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
+            let t = transform::Transform::new(chirps, 2, samples, Sampling::Iq, &p).unwrap();
             let (got, want) = spectra(&t, Sampling::Iq, method, 1 + n as u64);
             let d = check_close(parts(&got), parts_f64(&want), fft::KERNEL.tolerance.relative_l2)
                 .unwrap_or_else(|e| panic!("{n} {method:?} axis {axis}: {e}"));
@@ -807,7 +807,7 @@ fn real_and_reversed_samples() {
         (Sampling::Real, false, 1, 16, 16, 1),
     ] {
         let p = processing(range_fft, doppler_fft);
-        let mut t = fft::Transform::new(chirps, 3, samples, sampling, &p).unwrap();
+        let mut t = transform::Transform::new(chirps, 3, samples, sampling, &p).unwrap();
         t.reversed = reversed;
         let mut cube = Cube::<f64>::zeros(chirps, 3, samples);
         let mut random = Random(5);
@@ -838,7 +838,7 @@ fn real_and_reversed_samples() {
         }
         assert!(relative_l2(&got.data, &want) < 1e-14, "{sampling:?} {reversed}");
         let mut recorder = test_gpu().recorder("real");
-        let device = fft::record(&mut recorder, test_gpu(), &cube.to_f32(), &t).unwrap();
+        let device = spectrum::record(&mut recorder, test_gpu(), &cube.to_f32(), &t).unwrap();
         recorder.submit().unwrap();
         let device = device.read(test_gpu()).unwrap();
         check_close(parts(&device.data), parts_f64(&want), fft::KERNEL.tolerance.relative_l2).unwrap();
@@ -852,7 +852,7 @@ fn streaming_changes_no_bit() {
         let mut radar = radar(60, 100, sampling);
         radar.processing.cfar.pfa = 1e-2;
         let (cube, cfar) = (scene(&radar).to_f32(), radar.processing.cfar);
-        let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+        let t = transform::Transform::of_cube(&cube, &radar).unwrap();
         let (_, want) = cpu::process(&cube, &radar).unwrap();
         assert!(want.cells.len() > 2);
         for budget in [0, 500_000, 1 << 30] {
@@ -977,8 +977,8 @@ fn keystone_focuses_a_migrating_target() {
             cube
         };
         let (still, moving) = (cube_of(0.0), cube_of(v));
-        let t = fft::Transform::of_cube(&still, &radar).unwrap();
-        let scale = keystone::scale(&radar);
+        let t = transform::Transform::of_cube(&still, &radar).unwrap();
+        let scale = transform::line_scale(&radar);
         let peak = |s: &catseye::dsp::Spectrum<f64>| {
             let map = cpu::power::power(s);
             let at = (0..map.data.len()).max_by(|a, b| map.data[*a].total_cmp(&map.data[*b])).unwrap();
@@ -1014,12 +1014,13 @@ fn keystone_focuses_a_migrating_target() {
         let single = cpu::keystone::spectrum(&moving.to_f32(), &t, &scale, turns).unwrap();
         assert!(relative_l2(&wide(&single.data), &focused.data) < 2e-6);
         assert!(cpu::keystone::spectrum(&moving, &t, &scale[1..], 0).is_err());
-        let t = fft::Transform { keystone: Some(keystone::Keystone { scale, fold: turns }), ..t };
+        let t = transform::Transform { keystone: Some(transform::Keystone { scale, fold: turns }), ..t };
         let mut recorder = test_gpu().recorder("keystone");
-        let on_device = fft::record(&mut recorder, test_gpu(), &moving.to_f32(), &t).unwrap();
+        let on_device = spectrum::record(&mut recorder, test_gpu(), &moving.to_f32(), &t).unwrap();
         recorder.submit().unwrap();
         let got = on_device.read(test_gpu()).unwrap();
-        let single = cpu::keystone::spectrum(&moving.to_f32().to_f64(), &t, &keystone::scale(&radar), turns);
+        let single =
+            cpu::keystone::spectrum(&moving.to_f32().to_f64(), &t, &transform::line_scale(&radar), turns);
         let bound = keystone::KERNEL.tolerance.relative_l2;
         let d = check_close(parts(&got.data), parts_f64(&single.unwrap().data), bound).unwrap();
         println!("gpu {:.2e}", d.relative_l2);
@@ -1055,7 +1056,7 @@ fn cubes_on_the_device() {
     radar.processing.cfar.pfa = 1e-2;
     let cube = scene(&radar).to_f32();
     let (_, want) = device::process(test_gpu(), &cube, &radar).unwrap();
-    let t = fft::Transform::of_cube(&cube, &radar).unwrap();
+    let t = transform::Transform::of_cube(&cube, &radar).unwrap();
     for limit in [1 << 27, 300 << 10, (32 << 10) + 100] {
         let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
         let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
@@ -1140,10 +1141,10 @@ fn gpu_beamformer_agrees_with_the_cpu() {
 fn gpu_refuses_what_it_cannot_do() {
     let cube = Cube::<f32>::zeros(32, 12, 32);
     for (n, name) in [(8192, "8192"), (48, "48")] {
-        let t = fft::Transform::new(32, 12, 32, Sampling::Iq, &processing(n, 32)).unwrap();
+        let t = transform::Transform::new(32, 12, 32, Sampling::Iq, &processing(n, 32)).unwrap();
         let mut recorder = test_gpu().recorder("refused");
         let method = Some(fft::Method::Workgroup);
-        let error = fft::record_by(&mut recorder, test_gpu(), &cube, &t, method).err().unwrap();
+        let error = spectrum::record_by(&mut recorder, test_gpu(), &cube, &t, method).err().unwrap();
         assert!(error.exit_code() == 2 && error.to_string().contains(name), "{error}");
     }
     let mut wide = radar(128, 32, Sampling::Iq);

@@ -3,9 +3,9 @@
 use catseye::adc::Cube;
 use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::{Control, synthesise};
-use catseye::adc::gridding::{
-    Bell, Costs, DEVICE_COSTS, ECHOES_KEPT, Echoes, Layout, Method, Methods, TAPS, record_with,
-};
+use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
+use catseye::adc::gridding::{Bell, Costs, ECHOES_KEPT, Echoes, Layout, TAPS};
+use catseye::adc::methods::{Method, Methods};
 use catseye::adc::synthesis::{Plan, Set, point_echo};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{test_device_name, test_gpu};

@@ -1,6 +1,6 @@
 //! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
 
-use catseye::adc::gridding::Methods;
+use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::FrontEnd;
 use catseye::engine::EngineReport;
 use catseye::error::{Error, Result};

@@ -1,6 +1,6 @@
 //! Imbalance, constant, saturation and quantiser, sample by sample in f64 (CONVENTIONS eq. 109-111).
 
-use super::front_end::{narrow, wide};
+use super::precision::{narrow, wide};
 use super::synthesis::Precision;
 use crate::adc::Cube;
 use crate::adc::convert::{Convert, Quantiser};

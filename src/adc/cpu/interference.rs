@@ -1,9 +1,10 @@
 //! Samples of other radars, each with its exact phase in f64 (CONVENTIONS eq. 112).
 
-use super::front_end::{narrow, wide};
+use super::precision::{narrow, wide};
 use super::synthesis::Precision;
 use crate::adc::Cube;
-use crate::adc::front_end::{Chain, INTERFERENCE_STREAM, words};
+use crate::adc::front_end::Chain;
+use crate::adc::front_end::draws::{INTERFERENCE_STREAM, words};
 use crate::adc::interference::Arrival;
 use crate::error::{Error, Result};
 use crate::units::C0;

@@ -8,5 +8,6 @@ pub mod grid_spread;
 pub mod gridding;
 pub mod interference;
 pub mod noise;
+mod precision;
 pub mod shaping;
 pub mod synthesis;

@@ -1,6 +1,6 @@
 //! Errors of the channels: they belong to the device and are the same in every frame (CONVENTIONS eq. 108).
 
-use super::{CHANNEL_GAIN_STREAM, POSITION_STREAM, normals};
+use super::draws::{CHANNEL_GAIN_STREAM, POSITION_STREAM, normals};
 use crate::scene::front_end::ChannelErrors;
 use crate::scene::radar::Radar;
 use crate::units::power_from_db;

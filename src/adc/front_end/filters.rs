@@ -5,7 +5,7 @@
 //! beat frequency before it is sampled, so one that a given low-pass lets through above the
 //! band comes back aliased, as it does in the hardware.
 
-use super::Timing;
+use super::timing::Timing;
 use crate::scene::front_end::{Butterworth, Filters};
 use crate::scene::radar::Sampling;
 use num_complex::Complex64;

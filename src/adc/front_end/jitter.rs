@@ -1,6 +1,6 @@
 //! Jitter of the ramp's start and of the sampling instants (CONVENTIONS eq. 103, 104).
 
-use super::{APERTURE_JITTER_STREAM, CHIRP_JITTER_STREAM, normals};
+use super::draws::{APERTURE_JITTER_STREAM, CHIRP_JITTER_STREAM, normals};
 use std::f64::consts::TAU;
 
 /// By how much ramp `ramp` (loop · slots + slot) starts late, s. Mixer and transmitter share the ramp, so a

@@ -11,87 +11,18 @@
 //! Levels are those at the receiver's input, √W. What is off leaves the cube as it was, to the bit.
 
 pub mod channels;
+pub mod draws;
 pub mod filters;
 pub mod jitter;
 pub mod phase_noise;
 pub mod spill;
+pub mod timing;
 
-use crate::rng::philox4x32_10;
 use crate::scene::front_end::FrontEndSettings;
-use crate::scene::radar::{Radar, Sampling};
+use crate::scene::radar::Radar;
 use num_complex::Complex64;
 use spill::Spill;
-use std::f64::consts::{SQRT_2, TAU};
-
-/// Philox streams of the front end; 0 is the thermal noise.
-pub const PHASE_NOISE_STREAM: u32 = 1;
-pub const CHIRP_JITTER_STREAM: u32 = 2;
-pub const APERTURE_JITTER_STREAM: u32 = 3;
-pub const CHANNEL_GAIN_STREAM: u32 = 4;
-pub const POSITION_STREAM: u32 = 5;
-pub const INTERFERENCE_STREAM: u32 = 6;
-
-/// Two independent normal numbers of variance one: Box–Muller on the first two words of Philox4x32-10
-/// with counter (index lo, index hi, seed hi, stream) and key (seed lo, frame).
-pub fn normals(seed: u64, frame: u32, stream: u32, index: u64) -> [f64; 2] {
-    let w = words(seed, frame, stream, index);
-    let u = (f64::from(w[0]) + 1.0) * 2f64.powi(-32);
-    let (sin, cos) = (f64::from(w[1]) * 2f64.powi(-32) * TAU).sin_cos();
-    let r = (-2.0 * u.ln()).sqrt();
-    [r * cos, r * sin]
-}
-
-/// Four words of the same generator.
-pub fn words(seed: u64, frame: u32, stream: u32, index: u64) -> [u32; 4] {
-    philox4x32_10([index as u32, (index >> 32) as u32, (seed >> 32) as u32, stream], [seed as u32, frame])
-}
-
-/// When and how fast the cube was sampled.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Timing {
-    pub sampling: Sampling,
-    pub sample_rate_hz: f64,
-    /// Rise of the sent frequency, Hz/s; falling when negative.
-    pub slope_hz_per_s: f64,
-    /// Sent frequency at the ramp's start.
-    pub start_hz: f64,
-    /// From the ramp's start to the first sample.
-    pub adc_start_s: f64,
-    /// Ramps of this slope that one loop holds. Channels of one ramp follow each other,
-    /// so that channel c of C belongs to ramp ⌊c slots/C⌋.
-    pub slots: usize,
-    /// Start of each ramp, `[loop, slot]`, s.
-    pub starts_s: Vec<f64>,
-}
-
-impl Timing {
-    pub fn of(radar: &Radar) -> Timing {
-        let slots = radar.slots();
-        let starts = |m| (0..slots).map(move |k| radar.chirp_start_s(m, k));
-        Timing {
-            sampling: radar.sampling,
-            sample_rate_hz: radar.sample_rate_hz,
-            slope_hz_per_s: radar.slope_hz_per_s(),
-            start_hz: radar.start_hz(),
-            adc_start_s: radar.adc_start_s,
-            slots,
-            starts_s: (0..radar.chirps).flat_map(starts).collect(),
-        }
-    }
-
-    /// The sample of a phasor (eq. 12): itself, or √2 of its real part.
-    pub fn sampled(&self, z: Complex64) -> Complex64 {
-        match self.sampling {
-            Sampling::Iq => z,
-            Sampling::Real => Complex64::new(SQRT_2 * z.re, 0.0),
-        }
-    }
-
-    /// Beat frequency of a delay at rest, Hz.
-    pub fn beat_hz(&self, delay_s: f64) -> f64 {
-        self.slope_hz_per_s * delay_s
-    }
-}
+use timing::Timing;
 
 /// The front end of one radar.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +77,7 @@ pub const TAPER: usize = 64;
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::draws::{PHASE_NOISE_STREAM, normals};
 
     #[test]
     fn draws_are_normal_and_streams_differ() {

@@ -4,7 +4,8 @@
 //! of f_s/2; what the profile has beyond is left out. It runs on over all ramps of a frame, so ramps keep
 //! the correlation that the profile gives them.
 
-use super::{PHASE_NOISE_STREAM, Timing, normals};
+use super::draws::{PHASE_NOISE_STREAM, normals};
+use super::timing::Timing;
 use crate::scene::front_end::PhaseNoise;
 use num_complex::Complex64;
 use std::f64::consts::PI;

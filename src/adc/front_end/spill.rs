@@ -1,7 +1,7 @@
 //! What goes from transmitter to receiver without an object: leakage inside the radar, and the cover before
 //! it (CONVENTIONS eq. 107). Both stand still against the radar and are the same in every ramp.
 
-use super::Timing;
+use super::timing::Timing;
 use crate::adc::synthesis::power_gain;
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;

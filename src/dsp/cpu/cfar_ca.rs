@@ -1,7 +1,7 @@
 //! Cell-averaging CFAR (CONVENTIONS eq. 17).
 
 use super::cfar::ColumnSums;
-use crate::dsp::cfar::Column;
+use crate::dsp::cfar_window::Column;
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::Cfar;
 use rayon::prelude::*;

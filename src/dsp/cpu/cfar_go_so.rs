@@ -1,7 +1,7 @@
 //! Greatest-of and smallest-of CFAR (CONVENTIONS eq. 85).
 
 use super::cfar::ColumnSums;
-use crate::dsp::cfar::{Column, Halves, halves};
+use crate::dsp::cfar_window::{Column, Halves, halves};
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::{Cfar, CfarKind};
 use rayon::prelude::*;

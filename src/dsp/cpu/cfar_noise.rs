@@ -1,7 +1,7 @@
 //! The noise in single cells, from their training cells listed one by one (CONVENTIONS eq. 17, 85).
 
 use super::{cfar_go_so, cfar_os};
-use crate::dsp::cfar::{Column, Halves, Reach, halves, reach};
+use crate::dsp::cfar_window::{Column, Halves, Reach, halves, reach};
 use crate::dsp::{Cell, PowerMap, Real};
 use crate::scene::radar::{Cfar, CfarKind};
 use rayon::prelude::*;

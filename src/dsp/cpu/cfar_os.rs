@@ -1,7 +1,7 @@
 //! Order-statistic CFAR (CONVENTIONS eq. 17, 85): the mask by counting, the noise of single cells by
 //! selection.
 
-use crate::dsp::cfar::{Column, Reach, reach};
+use crate::dsp::cfar_window::{Column, Reach, reach};
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::Cfar;
 use crate::simd::{Vectorised, vectorised};

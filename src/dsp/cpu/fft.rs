@@ -1,7 +1,7 @@
 //! Range and Doppler transforms with rustfft, any length (CONVENTIONS eq. 14).
 
 use crate::adc::Cube;
-use crate::dsp::fft::Transform;
+use crate::dsp::transform::Transform;
 use crate::dsp::{Real, Spectrum};
 use num_complex::Complex;
 use rayon::prelude::*;

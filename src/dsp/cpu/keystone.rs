@@ -2,8 +2,8 @@
 
 use super::fft::complex_lines;
 use crate::adc::Cube;
-use crate::dsp::fft::Transform;
-use crate::dsp::keystone::Keystone;
+use crate::dsp::transform::Keystone;
+use crate::dsp::transform::Transform;
 use crate::dsp::{Real, Spectrum};
 use crate::error::Result;
 use num_complex::{Complex, Complex64};
@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 const BLOCK: usize = 16;
 
 /// As `fft::spectrum`, with each sample's Doppler axis stretched by its instantaneous frequency over the
-/// carrier, `scale[n]` (`dsp::keystone::scale` for a linear chirp), so that a moving target stays in the
+/// carrier, `scale[n]` (`dsp::transform::line_scale` for a linear chirp), so that a moving target stays in the
 /// range cell where it is in the middle of the frame. `fold` counts the unambiguous intervals of the map (whole turns a
 /// chirp, over the Doppler bands) that a target of interest lies above: targets of another fold are not focused.
 ///

@@ -17,7 +17,7 @@ pub mod stream;
 pub mod zero_doppler;
 
 use crate::adc::Cube;
-use crate::dsp::fft::Transform;
+use crate::dsp::transform::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
 use crate::error::Result;
 use crate::scene::radar::{Cfar, CfarKind, Radar};

@@ -2,8 +2,8 @@
 
 use super::{detect, fft, keystone, noise, peaks};
 use crate::adc::Cube;
-use crate::dsp::fft::Transform;
 use crate::dsp::stream::{Source, blocks, check_bands};
+use crate::dsp::transform::Transform;
 use crate::dsp::{PowerMap, RangeDoppler, Real, Snapshots};
 use crate::error::Result;
 use crate::scene::radar::Cfar;

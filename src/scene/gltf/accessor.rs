@@ -1,7 +1,7 @@
 //! Numbers in buffers.
 
-use super::MAX_UNBACKED;
-use super::read::Importer;
+use super::importer::Importer;
+use super::options::MAX_UNBACKED;
 use crate::error::Result;
 use gltf::json;
 use json::accessor::{ComponentType, Type};

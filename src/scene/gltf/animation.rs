@@ -1,7 +1,8 @@
 //! Animations of a file: which of them move its nodes, and their keys.
 
-use super::read::Importer;
-use super::{Animations, MAX_KEYS};
+use super::importer::Importer;
+use super::importer::{Keys, Moves};
+use super::options::{Animations, MAX_KEYS};
 use crate::error::{BadInput, Result, nearest};
 use crate::scene::motion::{Channel, Interpolation};
 use crate::scene::toml_file::clip;
@@ -13,17 +14,6 @@ use std::collections::HashSet;
 /// A scale may change by this much of itself and count as constant: a metre by a tenth of a millimetre, a fortieth of
 /// a wavelength at 77 GHz.
 const SAME_SCALE: f64 = 1e-4;
-
-/// Keys of one property of a node, in the file's axes and unit.
-#[derive(Debug)]
-pub(super) struct Keys<const N: usize> {
-    times_s: Vec<f64>,
-    values: Vec<[f64; N]>,
-    /// (into, out of) each value, per second, of a cubic.
-    tangents: Vec<([f64; N], [f64; N])>,
-    interpolation: Interpolation,
-    repeat_s: Option<f64>,
-}
 
 impl<const N: usize> Keys<N> {
     /// The value of what does not change.
@@ -54,15 +44,6 @@ impl<const N: usize> Keys<N> {
         let same = self.values.iter().all(near) && self.tangents.iter().all(|(a, b)| flat(a) && flat(b));
         same.then_some(first)
     }
-}
-
-/// What moves a node.
-#[derive(Debug, Default)]
-pub(super) struct Moves {
-    pub(super) translation: Option<Keys<3>>,
-    pub(super) rotation: Option<Keys<4>>,
-    /// Does not change.
-    pub(super) scale: Option<[f64; 3]>,
 }
 
 impl Moves {

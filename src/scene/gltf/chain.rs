@@ -1,23 +1,14 @@
 //! What moves along a line of nodes, as a chain of rigid joints.
 
+use super::importer::Chain;
+use super::importer::Importer;
+use super::options::{MAX_JOINTS, RIGID};
 use super::place::split;
-use super::read::Importer;
-use super::{MAX_JOINTS, RIGID};
 use crate::error::{Error, Result};
 use crate::frames::{Pose, Target, World};
 use crate::scene::motion::{Joint, Motion};
 use glam::{DMat3, DQuat, DVec3};
 use std::sync::Arc;
-
-/// From a node to the world where something on the way moves. A point p of the node (ISO axes, metres) is at
-/// joints(rest p).
-#[derive(Debug, Clone)]
-pub(super) struct Chain {
-    /// The outermost first.
-    joints: Vec<Joint>,
-    /// Scale, shear and mirror, which go into the vertices.
-    pub(super) rest: DMat3,
-}
 
 impl Chain {
     pub(super) fn new(pose: &Pose<Target, World>, rest: DMat3) -> Chain {

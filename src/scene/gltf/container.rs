@@ -61,7 +61,7 @@ pub(super) fn load_uri(file: &Path, folder: Option<&Path>, index: usize, uri: &s
             .ok_or_else(|| bad("is not base64".into()).remedy("export the file again").into());
     }
     let path = beside(file, folder, &format!("buffers[{index}].uri"), uri)?;
-    input::read(&path, "a buffer", super::MAX_BYTES)
+    input::read(&path, "a buffer", super::options::MAX_BYTES)
 }
 
 /// The file behind a URI, which lies in or below the folder.

@@ -1,6 +1,6 @@
 //! Values of `extras.catseye`.
 
-use super::read::Importer;
+use super::importer::Importer;
 use crate::error::{BadInput, Result, nearest};
 use crate::scene::toml_file::clip;
 use gltf::json;

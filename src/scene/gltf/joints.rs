@@ -1,7 +1,7 @@
 //! Motions as text, in and out: `extras.catseye.motion` of a node and `extras.catseye.channels` of the file, all in ISO
 //! axes, metres, seconds and radians.
 
-use super::read::Importer;
+use super::importer::{Channels, Importer};
 use crate::error::{Error, Result, json_in_words};
 use crate::scene::motion::{Channel, Interpolation, Joint};
 use crate::scene::toml_file::clip;
@@ -118,14 +118,6 @@ struct ChannelsText {
     distances_m: Vec<ChannelText<f64>>,
     positions_m: Vec<ChannelText<[f64; 3]>>,
     rotations: Vec<ChannelText<[f64; 4]>>,
-}
-
-/// The channels that the joints of a file share.
-#[derive(Debug, Default)]
-pub(super) struct Channels {
-    distances_m: Vec<Arc<Channel<f64>>>,
-    positions_m: Vec<Arc<Channel<DVec3>>>,
-    rotations: Vec<Arc<Channel<DQuat>>>,
 }
 
 fn text_of<T: Copy, V>(channel: &Channel<T>, plain: impl Fn(T) -> V) -> ChannelText<V> {

@@ -1,7 +1,7 @@
 //! Materials, in and out.
 
-use super::ImportOptions;
-use super::read::Importer;
+use super::importer::Importer;
+use super::options::ImportOptions;
 use crate::error::{BadInput, Error, Result, nearest};
 use crate::scene::backscatter::Backscatter;
 use crate::scene::material::{self, Layer, Material, MaterialKind};

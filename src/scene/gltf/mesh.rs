@@ -1,7 +1,7 @@
 //! Meshes, with what a pose cannot say baked into their vertices.
 
-use super::read::Importer;
-use super::{MAX_TRIANGLES, MAX_VERTICES};
+use super::importer::Importer;
+use super::options::{MAX_TRIANGLES, MAX_VERTICES};
 use crate::error::Result;
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;

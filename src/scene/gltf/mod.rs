@@ -29,15 +29,18 @@
 
 mod accessor;
 mod animation;
+mod buffer;
 mod chain;
 mod container;
 mod extras;
+mod importer;
 mod joints;
 mod material;
 mod mesh;
 #[cfg(test)]
 mod motion_tests;
 mod nodes;
+mod options;
 mod place;
 mod read;
 mod show;
@@ -47,143 +50,18 @@ mod tests;
 mod write;
 
 use super::Scene;
-use super::toml_file::clip;
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::formats::input;
-use glam::{DMat3, DVec3};
 pub(super) use material::{check_material_map, choose_material, is_known_by_name};
+
 pub(super) use mesh::{drop_flat_normals, drop_unused_vertices, has_area};
-use read::Importer;
+
+use importer::Importer;
+use options::MAX_BYTES;
+pub use options::{Animations, ImportOptions, Up, unit_m, up};
+pub(super) use options::{MAX_TRIANGLES, MAX_VERTICES};
 use std::path::Path;
 pub use write::{export, to_glb};
-
-/// Which axis of the file points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Up {
-    /// As glTF prescribes: +Z forward, +X left.
-    #[default]
-    Y,
-    /// The file already has ISO 8855 axes: +X forward, +Y left, +Z up.
-    Z,
-}
-
-impl Up {
-    /// ISO axes from the file's.
-    pub fn axes(self) -> DMat3 {
-        match self {
-            Up::Y => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
-            Up::Z => DMat3::IDENTITY,
-        }
-    }
-}
-
-/// Which animations of a file move its nodes.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Animations {
-    /// In the order of the file, but those that move what an earlier one moves already.
-    #[default]
-    All,
-    /// Nodes stand where the file puts them.
-    None,
-    /// Those of this name; without a name an animation has its number.
-    Named(String),
-}
-
-impl Animations {
-    /// "all", "none" or a name.
-    pub fn from_name(name: &str) -> Animations {
-        match name {
-            "all" => Animations::All,
-            "none" => Animations::None,
-            name => Animations::Named(name.into()),
-        }
-    }
-}
-
-/// How to read a glTF file, or another file of a mesh.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImportOptions {
-    /// Length of the file's unit in metres (glTF prescribes 1).
-    pub unit_m: f64,
-    /// Somebody has said that unit: no size is then doubted.
-    pub unit_given: bool,
-    pub up: Up,
-    /// Somebody has said it.
-    pub up_given: bool,
-    /// Table name of the material for surfaces without one, or with one that nothing else explains.
-    pub default_material: Option<String>,
-    /// (material of the file, table name).
-    pub material_map: Vec<(String, String)>,
-    pub animations: Animations,
-}
-
-impl Default for ImportOptions {
-    fn default() -> Self {
-        ImportOptions {
-            unit_m: 1.0,
-            unit_given: false,
-            up: Up::Y,
-            up_given: false,
-            default_material: None,
-            material_map: Vec::new(),
-            animations: Animations::All,
-        }
-    }
-}
-
-impl ImportOptions {
-    /// Errors: a unit of no sensible length.
-    pub(super) fn check_unit(&self) -> Result<()> {
-        if self.unit_m.is_finite() && (1e-9..=1e6).contains(&self.unit_m) {
-            return Ok(());
-        }
-        Err(BadInput::new("is out of range").key("unit").value(self.unit_m).allowed("1e-9..=1e6 m").into())
-    }
-}
-
-/// Length in metres of "m", "cm", "mm", "in" or "ft".
-pub fn unit_m(name: &str) -> Result<f64> {
-    const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)];
-    UNITS.iter().find(|(n, _)| *n == name).map(|(_, m)| *m).ok_or_else(|| {
-        BadInput::new("is not a unit of length")
-            .key("unit")
-            .value(clip(name))
-            .allowed(UNITS.map(|(n, _)| n).join(", "))
-            .remedy("give the unit of the file's coordinates")
-            .into()
-    })
-}
-
-/// "y" or "z".
-pub fn up(name: &str) -> Result<Up> {
-    match name {
-        "y" | "Y" => Ok(Up::Y),
-        "z" | "Z" => Ok(Up::Z),
-        _ => Err(BadInput::new("is not an up axis")
-            .key("up")
-            .value(clip(name))
-            .allowed("y, z")
-            .remedy("glTF files have y up, CAD files mostly z")
-            .into()),
-    }
-}
-
-/// Larger files, and buffers beside them, are refused before they are read.
-const MAX_BYTES: u64 = 1 << 36;
-/// Vertices and triangles above these are refused: a small file can claim many by repetition.
-pub(super) const MAX_VERTICES: usize = 50_000_000;
-pub(super) const MAX_TRIANGLES: usize = 100_000_000;
-/// Elements of an accessor that no bytes back.
-const MAX_UNBACKED: u64 = 1 << 22;
-const MAX_OBJECTS: usize = 10_000_000;
-/// Keys of all animations, and joints of all objects.
-const MAX_KEYS: usize = 10_000_000;
-const MAX_JOINTS: usize = 2_000_000;
-/// A 3x3 matrix this close to a rotation is one (single-precision rounding of its entries).
-const RIGID: f64 = 2e-6;
-/// Extensions that may be required because they leave positions and names alone.
-const HARMLESS: [&str; 5] =
-    ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_punctual", "KHR_xmp_json_ld"];
 
 /// The bytes of a `.gltf` or `.glb` file. Errors: what is no regular file, or too large.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {

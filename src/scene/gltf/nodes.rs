@@ -1,38 +1,18 @@
 //! From a node to its objects.
 
-use super::MAX_OBJECTS;
-use super::animation::Moves;
-use super::chain::Chain;
 use super::container::beside;
-use super::read::{Importer, Inherited};
+use super::importer::{Chain, Ids, Moves, NodeExtras};
+use super::importer::{Importer, Inherited};
+use super::options::MAX_OBJECTS;
 use crate::error::Result;
 use crate::frames::{Pose, Target, World};
-use crate::scene::motion::{Joint, Motion};
+use crate::scene::motion::Motion;
 use crate::scene::scatterer::ScatteringTable;
 use crate::scene::toml_file::clip;
 use crate::scene::{Object, Shape};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Map, Value};
-use std::collections::HashSet;
 use std::sync::Arc;
-
-/// What `extras.catseye` of a node says.
-#[derive(Default)]
-pub(super) struct NodeExtras {
-    class: Option<String>,
-    velocity_mps: Option<DVec3>,
-    id: Option<u32>,
-    rcs_dbsm: Option<f64>,
-    rcs_table: Option<usize>,
-    pub(super) motion: Option<Vec<Joint>>,
-}
-
-/// Ids that the file gives, and those of the objects so far.
-#[derive(Default)]
-pub(super) struct Ids {
-    pub(super) all: HashSet<u32>,
-    pub(super) given: Vec<Option<u32>>,
-}
 
 /// Where an object is and how it moves there.
 enum Stand {

@@ -1,8 +1,8 @@
 //! Where nodes are: their transforms in the file's axes, and the change to ISO axes.
 
-use super::RIGID;
-use super::animation::Keys;
-use super::read::Importer;
+use super::importer::Importer;
+use super::importer::Keys;
+use super::options::RIGID;
 use crate::error::Result;
 use crate::frames::{Pose, Target, World};
 use crate::scene::toml_file::clip;

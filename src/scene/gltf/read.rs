@@ -1,73 +1,16 @@
 //! The importer: what it holds, and the order in which it reads.
 
-use super::animation::Moves;
-use super::chain::Chain;
 use super::container::{load_uri, split_glb};
-use super::joints::Channels;
-use super::nodes::{Ids, NodeExtras};
-use super::{HARMLESS, ImportOptions};
+use super::importer::Channels;
+use super::importer::{Ids, Importer, Inherited, NodeExtras, Precise};
+use super::options::{HARMLESS, ImportOptions};
 use crate::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::Scene;
 use crate::scene::toml_file::clip;
-use glam::{DAffine3, DMat3, DVec3};
 use gltf::json;
-use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
-
-/// The parts of nodes that `gltf::json` keeps in single precision or not at all.
-#[derive(Deserialize)]
-pub(super) struct Precise {
-    #[serde(default)]
-    pub(super) nodes: Vec<PreciseNode>,
-}
-
-#[derive(Deserialize)]
-pub(super) struct PreciseNode {
-    pub(super) translation: Option<[f64; 3]>,
-    pub(super) rotation: Option<[f64; 4]>,
-    pub(super) scale: Option<[f64; 3]>,
-    pub(super) matrix: Option<[f64; 16]>,
-}
-
-pub(super) struct Importer<'a> {
-    pub(super) file: &'a Path,
-    pub(super) folder: Option<&'a Path>,
-    pub(super) options: &'a ImportOptions,
-    pub(super) root: json::Root,
-    pub(super) nodes: Vec<PreciseNode>,
-    pub(super) buffers: Vec<Cow<'a, [u8]>>,
-    /// ISO axes from the file's.
-    pub(super) axes: DMat3,
-    pub(super) scene: Scene,
-    pub(super) vertices: usize,
-    /// Scene material of each glTF material, and of surfaces without one (last).
-    pub(super) materials: Vec<Option<u32>>,
-    /// (glTF mesh, bits of the baked matrix) to scene mesh; None when nothing is left of it.
-    pub(super) meshes: HashMap<(usize, [u64; 9]), Option<usize>>,
-    /// Files of scattering tables that have been read, and their place in the scene.
-    pub(super) tables: HashMap<PathBuf, usize>,
-    /// What animations move, by node.
-    pub(super) moves: HashMap<usize, Moves>,
-    /// Joints of all chains so far.
-    pub(super) joints: usize,
-    pub(super) channels: Channels,
-    pub(super) notes: HashSet<String>,
-}
-
-/// What a node hands down to its children.
-#[derive(Clone, Default)]
-pub(super) struct Inherited {
-    /// Where nothing is animated, in the file's axes and unit.
-    pub(super) transform: DAffine3,
-    /// Where something is.
-    pub(super) chain: Option<Chain>,
-    /// The innermost node that is animated, this one or one above.
-    pub(super) mover: Option<usize>,
-    pub(super) class: String,
-    pub(super) velocity_mps: DVec3,
-}
+use std::path::Path;
 
 /// The document without the channels that move something else than a node (KHR_animation_pointer), for which
 /// `gltf::json` has no place; None when that is not what is wrong with it.

@@ -4,7 +4,7 @@
 //! A single track is written key by key with its interpolation. Everything else is sampled as finely as straight
 //! interpolation needs to stay within [`OFF_M`] and [`OFF_RAD`], but within [`SHORTEST_S`] of a jump.
 
-use super::write::Buffer;
+use super::buffer::Buffer;
 use crate::scene::motion::{Channel, Interpolation, Joint, Moving};
 use crate::scene::{Object, Scene};
 use glam::{DMat3, DQuat, DVec3};

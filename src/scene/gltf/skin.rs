@@ -5,9 +5,9 @@
 //! parts together are the blended mesh, and a triangle whose corners follow one body is exact at all times. Where
 //! parts meet, edges open or overlap by what blending would have bent.
 
-use super::MAX_VERTICES;
+use super::importer::{Importer, Inherited};
 use super::mesh::{drop_flat_normals, drop_unused_vertices, has_area};
-use super::read::{Importer, Inherited};
+use super::options::MAX_VERTICES;
 use crate::error::Result;
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;

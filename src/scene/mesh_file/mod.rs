@@ -4,17 +4,18 @@
 //! glTF's axes (+Z forward, +X left). An OBJ's `o` becomes an object, its `usemtl` the name of a material as in glTF, and its `vn` smooth
 //! normals; groups, texture coordinates and .mtl files are passed over.
 
+mod contents;
 mod obj;
 mod stl;
 mod table;
 mod write;
 
 use super::gltf::{self, ImportOptions};
-use super::{Mesh, Object, Scene, Shape};
+use super::{Object, Scene, Shape};
 use crate::error::{BadInput, Result};
 use crate::formats::input;
 use crate::frames::Pose;
-use glam::DVec3;
+use contents::{Contents, extension};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -22,6 +23,7 @@ pub use table::{ImportTable, check_stated};
 pub use write::{Written, write};
 
 const WHAT: &str = "a .glb, .gltf, .stl or .obj file";
+
 /// Larger files are refused before they are read.
 const MAX_BYTES: u64 = 6 << 30;
 
@@ -30,24 +32,9 @@ pub const READ: [&str; 4] = ["glb", "gltf", "stl", "obj"];
 
 /// Size of an object, m, that needs no unit.
 pub const OBJECT_M: RangeInclusive<f64> = 1e-3..=100.0;
+
 /// Of a whole scene.
 pub const SCENE_M: RangeInclusive<f64> = 1e-3..=1e5;
-
-/// What a file says: parts with their names, and the names of materials, which the parts' triangles count from 0. `Mesh::material` is
-/// [`NO_MATERIAL`] for a triangle without one. Positions are in the file's unit and axes.
-#[derive(Default)]
-struct Contents {
-    parts: Vec<(String, Mesh)>,
-    materials: Vec<String>,
-    notes: Vec<String>,
-}
-
-const NO_MATERIAL: u32 = u32::MAX;
-
-/// The extension in small letters, "" without one.
-fn extension(path: &Path) -> String {
-    path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase())
-}
 
 /// Whether a text that may also name something else is meant as a file: it has a folder or an extension, or there is such a file.
 pub fn is_file_name(text: &str) -> bool {
@@ -208,31 +195,4 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
     }
     scene.import.triangles = scene.triangle_count();
     Ok(scene)
-}
-
-/// The name of a part that has none.
-fn stem(file: &Path) -> String {
-    file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-}
-
-/// Three finite numbers from words.
-fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
-    let mut next = || words.next()?.parse().ok().filter(|x: &f64| x.is_finite());
-    Some(DVec3::new(next()?, next()?, next()?))
-}
-
-/// Errors: more triangles or vertices than are read.
-fn check_counts(file: &Path, triangles: usize, vertices: usize) -> Result<()> {
-    for (count, most, what) in
-        [(triangles, gltf::MAX_TRIANGLES, "triangles"), (vertices, gltf::MAX_VERTICES, "vertices")]
-    {
-        if count > most {
-            return Err(BadInput::new(format!("too many {what}"))
-                .file(file)
-                .allowed(format!("up to {most} in all"))
-                .remedy("split the file")
-                .into());
-        }
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: vertices, normals, polygons, objects and names of materials.
 
-use super::{Contents, NO_MATERIAL, check_counts, stem, vector};
+use super::contents::{Contents, NO_MATERIAL, check_counts, stem, vector};
 use crate::error::{BadInput, Result};
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;

@@ -1,6 +1,6 @@
 //! STL, binary and ASCII.
 
-use super::{Contents, NO_MATERIAL, check_counts, stem, vector};
+use super::contents::{Contents, NO_MATERIAL, check_counts, stem, vector};
 use crate::error::{BadInput, Result};
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;

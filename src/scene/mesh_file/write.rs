@@ -1,6 +1,6 @@
 //! A scene's surfaces as STL and OBJ, with z up.
 
-use super::extension;
+use super::contents::extension;
 use crate::error::{BadInput, Error, Result};
 use crate::scene::gltf;
 use crate::scene::{Scene, Shape};

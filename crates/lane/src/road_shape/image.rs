@@ -16,7 +16,7 @@ use catseye::dsp::doa_bisvd::BiSvd;
 use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, Source, SourceNumber};
 use catseye::dsp::doa_manifold::{Manifold, Matrix};
 use catseye::dsp::doa_order::Criterion;
-use catseye::dsp::fft::Transform;
+use catseye::dsp::transform::Transform;
 use catseye::engine::{AnyCube, Engine};
 use catseye::error::{BadInput, Result};
 use catseye::frames::direction_from_angles;

@@ -10,7 +10,6 @@ use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye::geom::faces::Faces;
 use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml};
@@ -68,7 +67,7 @@ pub(super) fn w3(
     let f = frame.radar.carrier_hz;
     sheet.stage("geometry", || Geometry::build(&frame.scene, 0.0, f))?;
     // Faces are made once and kept with the geometry.
-    sheet.stage("faces", || Ok(Faces::build(&frame.geometry)))?;
+    sheet.stage("faces", || Ok(frame.geometry.find_faces()))?;
     frame.geometry.faces();
     let returns = sheet.stage("trace", || Ok(frame.returns(engine, ACCURACY_DB)))?;
     sheet.count("triangles", frame.geometry.triangles.len());

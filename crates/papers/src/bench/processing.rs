@@ -5,7 +5,7 @@ use catseye::adc::Cube;
 use catseye::adc::noise::Noise;
 use catseye::detect::{locate, points};
 use catseye::dsp::doa_beamform::Beamformer;
-use catseye::dsp::fft::Transform;
+use catseye::dsp::transform::Transform;
 use catseye::dsp::{self, Snapshots};
 use catseye::engine::{AnyCube, Engine};
 use catseye::error::Result;
@@ -131,7 +131,7 @@ fn parts(
         Engine::Gpu(gpu) => {
             let spectrum = sheet.part("fft", || {
                 let mut recorder = gpu.recorder("fft");
-                let spectrum = dsp::fft::record(&mut recorder, gpu, cube, &transform)?;
+                let spectrum = dsp::spectrum::record(&mut recorder, gpu, cube, &transform)?;
                 recorder.submit()?;
                 Ok(spectrum)
             })?;

@@ -5,6 +5,7 @@ pub mod oscillator;
 use super::convert;
 use super::interference;
 use super::noise;
+use super::precision::{narrow, wide};
 use super::synthesis::Precision;
 use crate::adc::Cube;
 use crate::adc::convert::Convert;
@@ -14,7 +15,7 @@ use crate::adc::noise::Noise;
 use crate::error::{Error, Result};
 use crate::scene::radar::Sampling;
 use catseye_math::Real;
-use num_complex::{Complex, Complex64};
+use num_complex::Complex64;
 use oscillator::Oscillator;
 use rayon::prelude::*;
 
@@ -158,13 +159,4 @@ fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, first_row: usize, noise: 
             }
         },
     );
-}
-
-pub(super) fn wide<T: Real>(z: Complex<T>) -> Complex64 {
-    Complex64::new(z.re.wide(), z.im.wide())
-}
-
-/// By a name of its own, because number types have other ways to round.
-pub(super) fn narrow<T: Precision>(z: Complex64) -> Complex<T> {
-    T::round(z)
 }

@@ -9,11 +9,12 @@
 //!
 //! The Doppler shift counts as delay here: at 30 m/s and 25 MHz/µs as 9 cm of range.
 
-use super::{narrow, wide};
 use crate::adc::Cube;
+use crate::adc::cpu::precision::{narrow, wide};
 use crate::adc::cpu::synthesis::Precision;
 use crate::adc::front_end::phase_noise::{Stretch, fast_length, line, reach, stretches};
-use crate::adc::front_end::{Chain, TAPER, Timing, jitter};
+use crate::adc::front_end::timing::Timing;
+use crate::adc::front_end::{Chain, TAPER, jitter};
 use crate::error::{Error, Result};
 use crate::scene::front_end::PhaseNoise;
 use crate::scene::radar::Sampling;

@@ -1,0 +1,33 @@
+//! How the echoes of a frame were summed.
+
+/// How a set of echoes was summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Every echo at every sample.
+    #[default]
+    Direct,
+    Gridded(Gridded),
+}
+
+/// What [`Method::Gridded`] did.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Gridded {
+    /// Blocks of chirps.
+    pub blocks: usize,
+    /// Range transforms of each block and channel: lines of slow-time frequency.
+    pub lines: usize,
+    /// Cells of a line per sample.
+    pub oversampling: f64,
+    /// Cells, and lines, over which an echo is spread.
+    pub taps: usize,
+    /// Estimate of the error relative to the peak of the cube, rounding included.
+    pub error: f64,
+}
+
+/// How the echoes of one frame were summed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Methods {
+    pub still: Method,
+    pub moving: Method,
+}

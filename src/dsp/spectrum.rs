@@ -1,0 +1,290 @@
+//! The two transforms of a cube on the device, cut so that no buffer passes the adapter's limit.
+
+use super::device_spectrum::{Chunk, DeviceSpectrum};
+use super::fft::{Axis, LONGEST_IN_WORKGROUP, Method, Piece, fits_workgroup};
+use super::fft_pass::{Layout, Scratch, work_length};
+use super::keystone::Warp;
+use super::transform::Transform;
+use crate::adc::{Cube, DeviceCube};
+use crate::error::{BadInput, Result};
+use crate::gpu::{Buffer, Gpu, Recorder};
+use num_complex::Complex32;
+
+/// How a cube is cut so that no buffer passes `limit` bytes: channels together while they fit, then
+/// range columns of one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cut {
+    channels: usize,
+    ranges: usize,
+    /// Chirps that are transformed together.
+    chirps: usize,
+    /// The same of rows whose range transform comes last.
+    rows: usize,
+}
+
+impl Cut {
+    fn new(t: &Transform, limit: u64) -> Result<Self> {
+        let fits = (limit / size_of::<Complex32>() as u64) as usize;
+        let (range, doppler) = (work_length(t.range_fft).max(t.samples), work_length(t.doppler_fft));
+        let (doppler, columns) = match t.keystone {
+            Some(_) => (t.doppler_fft, t.range_bins.max(t.samples)),
+            None => (doppler, t.range_bins),
+        };
+        let channels = (fits / (doppler * columns)).clamp(1, t.channels);
+        let ranges = (fits / (doppler * channels)).min(t.range_bins);
+        let chirps = (fits / (channels * range)).min(t.chirps);
+        let rows = (fits / (channels * range)).min(t.doppler_fft);
+        if ranges == 0 || chirps == 0 || rows == 0 {
+            return Err(BadInput::new(
+                "not one channel of one range bin or chirp fits into a buffer of this adapter",
+            )
+            .key("cube")
+            .value(format!("{} x {} x {}", t.chirps, t.channels, t.samples))
+            .allowed(format!("{limit} bytes a buffer"))
+            .remedy("choose the device cpu")
+            .into());
+        }
+        Ok(Cut { channels, ranges, chirps, rows })
+    }
+}
+
+/// Chirps to rows.
+enum Slow {
+    Doppler(Axis),
+    /// Before the range transform.
+    Keystone(Warp),
+}
+
+/// What the transforms of one recorder share.
+struct Plan<'a> {
+    t: &'a Transform,
+    cut: Cut,
+    range: Axis,
+    slow: Slow,
+    scratch: Scratch,
+}
+
+impl<'a> Plan<'a> {
+    fn new(
+        recorder: &mut Recorder<'_>,
+        gpu: &Gpu,
+        t: &'a Transform,
+        method: Option<Method>,
+    ) -> Result<Plan<'a>> {
+        let of = |length: usize| method.unwrap_or_else(|| Method::of(gpu, length));
+        // The keystone transform has lengths of its own.
+        let doppler = t.keystone.is_none().then_some(("processing.doppler_fft", t.doppler_fft));
+        for (key, length) in [("processing.range_fft", t.range_fft)].into_iter().chain(doppler) {
+            if of(length) == Method::Workgroup && !fits_workgroup(length) {
+                return Err(BadInput::new("a workgroup has no FFT of this length")
+                    .key(key)
+                    .value(length)
+                    .allowed(format!("a power of two up to {LONGEST_IN_WORKGROUP}"))
+                    .remedy("take the passes over global memory")
+                    .into());
+            }
+        }
+        let cut = Cut::new(t, gpu.max_binding_bytes())?;
+        let range = Axis::new(gpu, recorder, of(t.range_fft), t.range_fft, &t.range_window);
+        let slow = match &t.keystone {
+            Some(keystone) => Slow::Keystone(Warp::new(recorder, gpu, t, keystone, method)?),
+            None => {
+                let length = t.doppler_fft;
+                Slow::Doppler(Axis::new(gpu, recorder, of(length), length, &t.doppler_window))
+            }
+        };
+        Ok(Plan { t, cut, range, slow, scratch: Scratch::default() })
+    }
+
+    /// The spectrum of `channels` channels from the `first_channel`-th on, whose samples are in `pieces`.
+    fn record(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        pieces: &[Piece<'_>],
+        (first_channel, channels): (usize, usize),
+        chunks: &mut Vec<Chunk>,
+    ) {
+        let t = self.t;
+        // What the keystone transform leaves in place of chirps: `[row, channel, sample]`, cut along rows.
+        let mut warped: Vec<(usize, Buffer<Complex32>)> = Vec::new();
+        if let Slow::Keystone(warp) = &self.slow {
+            for first in (0..t.doppler_fft).step_by(self.cut.rows) {
+                let rows = self.cut.rows.min(t.doppler_fft - first);
+                warped.push((first, recorder.buffer("warped rows", rows * channels * t.samples)));
+            }
+            warp.record(recorder, &mut self.scratch, t, pieces, channels, &warped);
+        }
+        for first_range in (0..t.range_bins).step_by(self.cut.ranges) {
+            let ranges = self.cut.ranges.min(t.range_bins - first_range);
+            let columns = channels * ranges;
+            let spectrum = recorder.buffer::<Complex32>("spectrum", t.doppler_fft * columns);
+            let range = (first_range, ranges);
+            for (first_chirp, data) in &warped {
+                let chirps = data.len() / (channels * t.samples);
+                let piece = Piece { first_chirp: *first_chirp, chirps, channels, first_channel: 0, data };
+                self.record_range(recorder, &piece, (0, chirps), range, channels, &spectrum);
+            }
+            if let Slow::Doppler(_) = self.slow {
+                let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
+                for piece in pieces {
+                    for first in (0..piece.chirps).step_by(self.cut.chirps) {
+                        let chirps = (first, self.cut.chirps.min(piece.chirps - first));
+                        self.record_range(recorder, piece, chirps, range, channels, &between);
+                    }
+                }
+                self.record_doppler(recorder, columns, &between, &spectrum);
+            }
+            chunks.push(Chunk { spectrum, first_channel, channels, first_range, ranges });
+        }
+    }
+
+    fn record_doppler(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        columns: usize,
+        from: &Buffer<Complex32>,
+        to: &Buffer<Complex32>,
+    ) {
+        let t = self.t;
+        let layout = Layout {
+            lines: columns,
+            in_line: 1,
+            in_step: columns as u32,
+            out_line: 1,
+            out_step: columns as u32,
+            shift: (t.doppler_rows() / 2) as u32,
+            kept: t.doppler_fft as u32,
+            side_by_side: columns > 1,
+            ..Default::default()
+        };
+        if let Slow::Doppler(axis) = &self.slow {
+            axis.record(recorder, &mut self.scratch, from, to, layout);
+        }
+    }
+
+    fn record_range(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        piece: &Piece<'_>,
+        (first, chirps): (usize, usize),
+        (first_range, ranges): (usize, usize),
+        channels: usize,
+        to: &Buffer<Complex32>,
+    ) {
+        let t = self.t;
+        // Lines follow one another where all channels are wanted.
+        let whole = channels == piece.channels;
+        for channel in 0..if whole { 1 } else { channels } {
+            let start = (first * piece.channels + piece.first_channel + channel) * t.samples;
+            let layout = Layout {
+                lines: if whole { chirps * channels } else { chirps },
+                in_base: (start + if t.reversed { t.samples - 1 } else { 0 }) as u32,
+                in_line: (if whole { t.samples } else { piece.channels * t.samples }) as u32,
+                in_step: if t.reversed { u32::MAX } else { 1 },
+                out_base: (((piece.first_chirp + first) * channels + channel) * ranges) as u32,
+                out_line: (if whole { ranges } else { channels * ranges }) as u32,
+                out_step: 1,
+                shift: 0,
+                first: first_range as u32,
+                kept: ranges as u32,
+                side_by_side: false,
+            };
+            self.range.record(recorder, &mut self.scratch, piece.data, to, layout);
+        }
+    }
+}
+
+fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
+    DeviceSpectrum {
+        chunks,
+        doppler_bins: t.doppler_rows(),
+        bands: t.bands,
+        map_scale: t.map_scale,
+        channels: t.channels * t.bands,
+        range_bins: t.range_bins,
+    }
+}
+
+/// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing
+/// runs before the recorder is submitted. Errors: a single column too large for the adapter.
+pub fn record(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &Cube<f32>,
+    t: &Transform,
+) -> Result<DeviceSpectrum> {
+    record_by(recorder, gpu, cube, t, None)
+}
+
+/// [`record`] with a method of choice.
+pub fn record_by(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &Cube<f32>,
+    t: &Transform,
+    method: Option<Method>,
+) -> Result<DeviceSpectrum> {
+    let mut plan = Plan::new(recorder, gpu, t, method)?;
+    let mut chunks = Vec::new();
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        let buffers: Vec<(usize, Buffer<Complex32>)> = (0..t.chirps)
+            .step_by(plan.cut.chirps)
+            .map(|first| {
+                let chirps = first..(first + plan.cut.chirps).min(t.chirps);
+                let data = if channels == t.channels {
+                    let row = channels * t.samples;
+                    recorder.upload("cube", &cube.data[chirps.start * row..chirps.end * row])
+                } else {
+                    let mut part = Vec::with_capacity(chirps.len() * channels * t.samples);
+                    for m in chirps {
+                        let at = (m * t.channels + first_channel) * t.samples;
+                        part.extend_from_slice(&cube.data[at..at + channels * t.samples]);
+                    }
+                    recorder.upload("cube", &part)
+                };
+                (first, data)
+            })
+            .collect();
+        let pieces: Vec<Piece<'_>> = buffers
+            .iter()
+            .map(|(first_chirp, data)| Piece {
+                first_chirp: *first_chirp,
+                chirps: data.len() / (channels * t.samples),
+                channels,
+                first_channel: 0,
+                data,
+            })
+            .collect();
+        plan.record(recorder, &pieces, (first_channel, channels), &mut chunks);
+    }
+    Ok(spectrum(t, chunks))
+}
+
+/// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
+pub fn record_device(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &DeviceCube,
+    t: &Transform,
+) -> Result<DeviceSpectrum> {
+    t.check_shape([cube.chirps, cube.channels, cube.samples])?;
+    let mut plan = Plan::new(recorder, gpu, t, None)?;
+    let mut chunks = Vec::new();
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let pieces: Vec<Piece<'_>> = cube
+            .pieces
+            .iter()
+            .map(|p| Piece {
+                first_chirp: p.first_chirp,
+                chirps: p.chirps,
+                channels: t.channels,
+                first_channel,
+                data: &p.data,
+            })
+            .collect();
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        plan.record(recorder, &pieces, (first_channel, channels), &mut chunks);
+    }
+    Ok(spectrum(t, chunks))
+}

@@ -1,0 +1,69 @@
+//! The echoes that come out of a scene.
+
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// Longest chain of facets that is kept.
+pub const MAX_BOUNCES: usize = 8;
+
+/// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
+/// in sqrt(W) of a channel is
+/// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T spread e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Return {
+    /// Radar to first scatterer ... last scatterer to radar.
+    pub path_length_m: f64,
+    /// Its time derivative; range rate is half of it, positive receding.
+    pub path_rate_mps: f64,
+    /// Its second and third derivatives, m/s² and m/s³, such that the path is right in the middle, at the start and at the end of
+    /// the frame (CONVENTIONS eq. 141).
+    pub path_bend: [f64; 2],
+    /// Unit vector to the first scatterer, sensor frame; and the distance to it.
+    pub departure: DVec3,
+    pub first_range_m: f64,
+    /// Unit vector to the last scatterer, sensor frame; and the distance to it.
+    pub arrival: DVec3,
+    pub last_range_m: f64,
+    /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
+    /// the unfolded length to the last scatterer, R_r = last_range_m.
+    pub spread: [[Complex64; 2]; 2],
+    /// Object ids in the order met; zero after the last.
+    pub chain: [u32; MAX_BOUNCES],
+    pub bounces: u8,
+}
+
+impl Return {
+    pub fn range_m(&self) -> f64 {
+        0.5 * self.path_length_m
+    }
+    pub fn range_rate_mps(&self) -> f64 {
+        0.5 * self.path_rate_mps
+    }
+    /// Whether the path's length stays as it is.
+    pub fn is_still(&self) -> bool {
+        self.path_rate_mps == 0.0 && self.path_bend == [0.0; 2]
+    }
+    /// The object that scattered last.
+    pub fn object_id(&self) -> u32 {
+        self.chain[(self.bounces as usize).saturating_sub(1)]
+    }
+}
+
+/// Largest entry of the matrix, in amplitude (1/m).
+pub fn strength(r: &Return) -> f64 {
+    r.spread.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
+}
+
+/// Drops the returns below `floor` times the strongest, in amplitude.
+pub fn drop_weak(returns: &mut Vec<Return>, floor: f64) {
+    let strongest = returns.iter().map(strength).fold(0.0, f64::max);
+    returns.retain(|r| strength(r) > floor * strongest);
+}
+
+/// All echoes of one frame, in a fixed order (the same bytes whatever the number of threads).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Returns {
+    pub returns: Vec<Return>,
+    /// Samples of diffuse surfaces among them, before weak ones were dropped.
+    pub rays: u64,
+}
