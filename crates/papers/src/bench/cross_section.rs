@@ -1,6 +1,6 @@
 //! W1 and W2: sweeps of a reflector by exact beams, against beams in f64 and a dense grid of rays.
 
-use super::{Outcome, Settings, Sheet};
+use super::sheet::{Outcome, Settings, Sheet};
 use catseye::engine::{Engine, Precision};
 use catseye::error::Result;
 use catseye::geom::Geometry;

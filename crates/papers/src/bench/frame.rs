@@ -1,6 +1,6 @@
 //! W3: one frame of a road from the scene to points, against the same frame with a stricter accuracy.
 
-use super::{Outcome, Settings, Sheet, median, relative_l2};
+use super::sheet::{Outcome, Settings, Sheet, median, relative_l2};
 use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Levels, beat_frequency_hz};

@@ -1,6 +1,6 @@
 //! W4: from a cube of noise and targets to beams, against the same in f64.
 
-use super::{Outcome, Settings, Sheet, relative_l2};
+use super::sheet::{Outcome, Settings, Sheet, relative_l2};
 use catseye::adc::Cube;
 use catseye::adc::noise::Noise;
 use catseye::detect::{locate, points};

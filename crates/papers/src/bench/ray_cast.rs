@@ -1,6 +1,6 @@
 //! W6: closest hits on a terrain of a million triangles, against f64.
 
-use super::{Outcome, RUNS, Settings, Sheet, Stage, median};
+use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, median};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::Pose;

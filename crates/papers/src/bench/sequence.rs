@@ -1,6 +1,6 @@
 //! W5: many frames of W3 in a row, written while the next is computed.
 
-use super::{Outcome, Settings, Sheet};
+use super::sheet::{Outcome, Settings, Sheet};
 use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};

@@ -1,6 +1,6 @@
 //! W4s: the seed's cube, 2048 chirps × 2048 samples × 16 channels, by blocks of channels.
 
-use super::{Outcome, Settings, Sheet};
+use super::sheet::{Outcome, Settings, Sheet};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::rng::philox4x32_10;

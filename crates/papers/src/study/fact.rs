@@ -2,51 +2,8 @@
 
 use super::outcome::Outcome;
 use super::parameter::Value;
+use super::spec::{Fact, FactKind};
 use catseye::error::BadInput;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// How a number is taken from the points that a fact chooses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FactKind {
-    /// The one point.
-    Value,
-    Maximum,
-    Minimum,
-    Mean,
-    Median,
-    /// Greatest less least.
-    Spread,
-    /// Place of the maximum along the one axis that is left.
-    Location,
-    /// Width of the axis around the maximum until `level` dB below it.
-    Width,
-    /// Largest place along the one axis where the quantity crosses `level`.
-    Crossing,
-    /// Smallest such place.
-    FirstCrossing,
-    /// Percentage of the points at or above `level`.
-    Share,
-}
-
-/// One row of a report.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fact {
-    pub text: String,
-    pub document: Option<Value>,
-    pub unit: String,
-    pub kind: FactKind,
-    /// Index into the outcome's fields.
-    pub quantity: usize,
-    /// (axis, value or name).
-    pub at: Vec<(usize, Value)>,
-    pub minus: Vec<(usize, Value)>,
-    /// (axis, limits).
-    pub within: Vec<(usize, [f64; 2])>,
-    pub level: Option<f64>,
-    pub why: String,
-}
 
 impl Fact {
     /// Whether the fact makes sense over so many axes.

@@ -1,25 +1,24 @@
 //! The study TOML: its keys, their checks, and the study that they describe.
 
-use super::fact::{Fact, FactKind};
-use super::outcome::Quantity;
 use super::parameter::{self, TARGET_PREFIX, Value, Values};
-use super::search::{Goal, Limit, Search};
 use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
-use super::solve::Sources;
-use super::view::{Mount, Place, view};
+use super::spec::{
+    Fact, FactKind, Goal, Limit, PictureKind, PictureSpec, Quantity, Reduce, Search, Study, Sweep,
+};
+use super::view::{Mount, Place};
 use catseye::error::{BadInput, Error, Result, nearest};
-use catseye::rcs::{Diffraction, Distance, Ground, RcsOptions};
+use catseye::rcs::Diffraction;
 use catseye::road::target::is_file;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::mesh_file::{self, ImportTable};
+use catseye::scene::radar_toml;
 use catseye::scene::toml_file::{Above, At, Document, read_text};
-use catseye::scene::{material, radar_toml};
 use catseye::trace::{Convention, MAX_BOUNCES};
 use catseye::units::DEFAULT_FREQUENCY_HZ;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A study: quantities over sweeps. Lengths are in metres, angles in degrees.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
@@ -91,21 +90,6 @@ pub struct SweepTable {
     /// Makes one number of the sweep instead of an axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reduce: Option<At<Reduce>>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reduce {
-    /// Mean of the decibels.
-    MeanDb,
-    /// Mean of the powers, in decibels.
-    MeanPower,
-    Maximum,
-    Minimum,
-    /// Of margin_db over a distance: the largest at which it is not negative.
-    DetectionRange,
-    /// Of margin_db over a distance: where it first turns negative after it was not.
-    UnbrokenRange,
 }
 
 /// How files of meshes are read.
@@ -260,14 +244,6 @@ pub struct PictureTable {
     pub contours: Option<At<Vec<f64>>>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum PictureKind {
-    #[default]
-    Curves,
-    Map,
-}
-
 /// A statement of a document beside what this study gives.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -325,54 +301,6 @@ pub struct LimitTable {
     pub name: At<String>,
     pub min: At<f64>,
     pub max: At<f64>,
-}
-
-/// A parameter that varies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sweep {
-    pub parameter: String,
-    pub label: String,
-    pub values: Vec<Value>,
-    /// One for each value.
-    pub names: Vec<String>,
-    pub reduce: Option<Reduce>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct PictureSpec {
-    pub kind: PictureKind,
-    pub limits: Option<[f64; 2]>,
-    pub columns: usize,
-    pub contours: Vec<f64>,
-}
-
-/// A checked study.
-#[derive(Debug, Clone)]
-pub struct Study {
-    pub name: String,
-    pub title: String,
-    pub reference: String,
-    pub note: String,
-    pub quantities: Vec<Quantity>,
-    pub fixed: Values,
-    pub sweeps: Vec<Sweep>,
-    pub place: Place,
-    pub mounts: Vec<Mount>,
-    pub bounces: usize,
-    pub accuracy_db: f64,
-    pub convention: Convention,
-    pub diffraction: Diffraction,
-    /// Of targets that are files.
-    pub import: ImportOptions,
-    pub detection: Option<Detection>,
-    pub picture: PictureSpec,
-    pub facts: Vec<Fact>,
-    pub search: Option<Search>,
-    /// Grids have a quarter of their steps.
-    pub quick: bool,
-    pub file: PathBuf,
-    /// The text of the file.
-    pub source: String,
 }
 
 /// More points than this are refused.
@@ -1023,77 +951,6 @@ fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
     // Rounded to a billionth of the step: 0.30000000000000004 would end up in files.
     let grain = 10f64.powf(step.abs().log10().floor() - 9.0);
     Ok((0..=steps as usize).map(|i| ((start + i as f64 * step) / grain).round() * grain).collect())
-}
-
-impl Study {
-    /// The values of all parameters at point `index` (row-major, the last sweep runs fastest).
-    pub fn values_at(&self, index: usize) -> Values {
-        let mut values = self.fixed.clone();
-        let mut rest = index;
-        for s in self.sweeps.iter().rev() {
-            let n = s.values.len();
-            values.insert(s.parameter.clone(), s.values[rest % n].clone());
-            rest /= n;
-        }
-        values
-    }
-
-    pub fn points(&self) -> usize {
-        self.sweeps.iter().map(|s| s.values.len()).product()
-    }
-
-    /// Options of the solver for a ground and a distance.
-    ///
-    /// # Errors
-    /// A ground that no material is named after.
-    pub fn options(&self, ground: &str, range_m: f64) -> Result<RcsOptions> {
-        let ground = match ground {
-            "none" => Ground::None,
-            name => Ground::Plane(material::parse_spec(name)?),
-        };
-        Ok(RcsOptions {
-            bounces: self.bounces,
-            distance: if range_m.is_finite() { Distance::At(range_m) } else { Distance::Infinite },
-            accuracy_db: self.accuracy_db,
-            diffraction: self.diffraction,
-            ground,
-            last: self.convention == Convention::Last,
-        })
-    }
-
-    /// Whether any quantity needs a cross section.
-    pub fn needs_rcs(&self) -> bool {
-        self.search.is_some() || self.quantities.iter().any(|q| q.needs_rcs())
-    }
-
-    /// Looks at each point once, so that whatever is wrong comes before the work.
-    fn check_points(&self) -> Result<()> {
-        let mut sources = Sources::new(&self.file, &self.import);
-        let mut base = self.clone();
-        if let Some(s) = &self.search {
-            for l in &s.limits {
-                base.fixed.insert(l.name.clone(), Value::Number(l.min));
-            }
-            for &x in &s.front_values {
-                base.fixed.insert(s.front.clone(), Value::Number(x));
-                sources.of(&base.values_at(0))?;
-            }
-            for l in &s.limits {
-                base.fixed.insert(l.name.clone(), Value::Number(l.max));
-            }
-        }
-        for i in 0..base.points() {
-            let values = base.values_at(i);
-            for m in &self.mounts {
-                view(self.place, &values, m)?;
-            }
-            if self.needs_rcs() {
-                sources.of(&values)?;
-                self.options(parameter::word_of(&values, "ground").unwrap_or("none"), f64::INFINITY)?;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// JSON schema of the study TOML.

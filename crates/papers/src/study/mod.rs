@@ -17,7 +17,9 @@ pub mod run;
 pub mod search;
 pub mod sigma_min;
 pub mod solve;
+pub mod spec;
 pub mod view;
 
-pub use file::{Study, StudyFile};
-pub use outcome::{Axis, Outcome, Quantity};
+pub use file::StudyFile;
+pub use outcome::{Axis, Outcome};
+pub use spec::{Quantity, Study};

@@ -1,85 +1,14 @@
 //! What a study gives: quantities over the axes that are left after reducing.
 
-use super::file::{Reduce, Study};
 use super::parameter::{Value, Values, number_of, word_of};
 use super::sigma_min::snr_db;
 use super::solve::{Balls, Cache, Case, Matrix, Source, Sources, cross_section_m2, solve};
+use super::spec::{Quantity, Reduce, Study};
 use super::view::{View, view};
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::units::{db_from_power, power_from_db};
 use std::collections::HashMap;
-
-/// What a study may compute.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Radar cross section in the chosen polarisation.
-    Rcs,
-    /// The least that is detected, of the best radar.
-    SigmaMin,
-    /// Cross section less the least detectable, of the best radar.
-    Margin,
-    /// Of the radar seen from the marker.
-    ViewAzimuth,
-    ViewElevation,
-    ViewRange,
-    /// Of one metal ball.
-    BallRcs,
-    BallCount,
-}
-
-impl Quantity {
-    pub const ALL: [Quantity; 8] = [
-        Quantity::Rcs,
-        Quantity::SigmaMin,
-        Quantity::Margin,
-        Quantity::ViewAzimuth,
-        Quantity::ViewElevation,
-        Quantity::ViewRange,
-        Quantity::BallRcs,
-        Quantity::BallCount,
-    ];
-
-    /// In files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Rcs => "rcs_dbsm",
-            Quantity::SigmaMin => "sigma_min_dbsm",
-            Quantity::Margin => "margin_db",
-            Quantity::ViewAzimuth => "view_azimuth_deg",
-            Quantity::ViewElevation => "view_elevation_deg",
-            Quantity::ViewRange => "view_range_m",
-            Quantity::BallRcs => "ball_rcs_dbsm",
-            Quantity::BallCount => "ball_count",
-        }
-    }
-
-    pub fn by_name(name: &str) -> Option<Quantity> {
-        Quantity::ALL.into_iter().find(|q| q.name() == name)
-    }
-
-    /// In pictures.
-    pub fn label(self) -> &'static str {
-        match self {
-            Quantity::Rcs => "RCS (dBsm)",
-            Quantity::SigmaMin => "least detectable RCS (dBsm)",
-            Quantity::Margin => "RCS over the least detectable (dB)",
-            Quantity::ViewAzimuth => "azimuth at the marker (deg)",
-            Quantity::ViewElevation => "elevation at the marker (deg)",
-            Quantity::ViewRange => "range (m)",
-            Quantity::BallRcs => "RCS of one ball (dBsm)",
-            Quantity::BallCount => "number of balls",
-        }
-    }
-
-    pub fn needs_rcs(self) -> bool {
-        matches!(self, Quantity::Rcs | Quantity::Margin | Quantity::BallRcs | Quantity::BallCount)
-    }
-
-    pub fn needs_detection(self) -> bool {
-        matches!(self, Quantity::SigmaMin | Quantity::Margin)
-    }
-}
 
 /// One axis of the result.
 #[derive(Debug, Clone, PartialEq)]

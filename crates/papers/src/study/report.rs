@@ -1,9 +1,10 @@
 //! The tables and the report that studies leave.
 
-use super::file::Study;
 use super::outcome::Outcome;
 use super::parameter::{Value, word_of};
-use super::search::{Design, Search};
+use super::search::Design;
+use super::spec::Search;
+use super::spec::Study;
 use catseye::error::{Error, Result};
 use catseye::formats::csv::Writer;
 use catseye::units::{level_text, wavelength_m};

@@ -1,11 +1,12 @@
 //! Runs studies into a folder: a CSV and a picture of each, one report, a manifest. What was finished before
 //! an interruption is found again by its content.
 
-use super::file::{Study, load};
+use super::file::load;
 use super::outcome::compute;
 use super::report::{Compared, Given, compare, csv, header, section};
 use super::search::{Design, best};
 use super::solve::Cache;
+use super::spec::Study;
 use catseye::engine::{Engine, EngineReport};
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};

@@ -5,74 +5,17 @@
 //! Mead (1965) from several places, because a cross section has many local maxima. Points that another one
 //! beats in both are left out of the front. The same seed gives the same numbers.
 
-use super::file::Study;
-use super::outcome::{Quantity, Work, detection_range};
+use super::outcome::{Work, detection_range};
 use super::parameter::{Value, Values};
+use super::spec::{Goal, Quantity, Search, Study};
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::rng::philox4x32_10;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
-
-/// What is to be large. The window is every point of the study's sweeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Goal {
-    /// Percentage of the window in which the marker is detected.
-    Coverage,
-    /// The least margin over the least detectable cross section in the window.
-    LeastMargin,
-    /// The least cross section in the window.
-    LeastRcs,
-    /// The largest distance of detection, in the worst of the other sweeps.
-    DetectionRange,
-}
-
-impl Goal {
-    pub fn needs_detection(self) -> bool {
-        self != Goal::LeastRcs
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Goal::Coverage => "coverage_percent",
-            Goal::LeastMargin => "least_margin_db",
-            Goal::LeastRcs => "least_rcs_dbsm",
-            Goal::DetectionRange => "detection_range_m",
-        }
-    }
-
-    pub fn label(self) -> &'static str {
-        match self {
-            Goal::Coverage => "share of the window in which the marker is detected (percent)",
-            Goal::LeastMargin => "least margin in the window (dB)",
-            Goal::LeastRcs => "least RCS in the window (dBsm)",
-            Goal::DetectionRange => "detection range in the worst direction (m)",
-        }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
-    pub name: String,
-    pub min: f64,
-    pub max: f64,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Search {
-    pub goal: Goal,
-    pub front: String,
-    pub front_values: Vec<f64>,
-    pub limits: Vec<Limit>,
-    pub starts: usize,
-    pub steps: u64,
-    pub seed: u64,
-}
 
 /// The best design for one value of the parameter that costs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

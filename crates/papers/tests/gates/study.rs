@@ -1,11 +1,12 @@
 //! Studies from file to report: closed forms, mistakes in files, resuming, the ready studies.
 
 use catseye::engine::{Engine, Precision};
-use catseye_papers::study::file::{self, Study};
+use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
 use catseye_papers::study::report::Given;
 use catseye_papers::study::run::{self, RunOptions};
-use catseye_papers::study::search::{Goal, best};
+use catseye_papers::study::search::best;
+use catseye_papers::study::spec::{Goal, Study};
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
