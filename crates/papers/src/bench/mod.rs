@@ -54,6 +54,7 @@ pub fn run(
 
 #[cfg(test)]
 mod tests {
+    use super::sheet::{median, relative_l2};
     use super::*;
 
     #[test]
