@@ -1,6 +1,6 @@
 //! What the document's steps give, against the true lane.
 
-use super::Settings;
+use crate::trial::camera_fusion::settings::Settings;
 use crate::trial::report::{Row, Sheet, Step, number};
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use catseye_lane::score::TrueLanes;

@@ -1,14 +1,17 @@
 //! What a trial of lane numbers leaves: accuracy beside the document's, wrong cases with their cause, errors of the tracks.
 
-use super::passes::{Pass, Passes, Scan};
-use super::{Settings, Stage, pictures};
-use crate::trial::Given;
+use crate::trial::context::Given;
 use crate::trial::drive::{Drive, Level};
+use crate::trial::hd_map::passes::{Pass, Passes, Scan};
+use crate::trial::hd_map::pictures;
+use crate::trial::hd_map::scene::{Error, KIND, READINGS, Scene};
+use crate::trial::hd_map::settings::Settings;
+use crate::trial::hd_map::stage::Stage;
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
 use catseye::road::layout::LaneKind;
 use catseye_lane::LaneEstimate;
 use catseye_lane::hd_map::Assignment;
-use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, SceneKind, Tally, scan_of_pass};
+use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, Tally, scan_of_pass};
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
 use catseye_lane::score::score;
@@ -17,40 +20,6 @@ use catseye_lane::score::score;
 const OWN_RANGE_M: [f64; 2] = [3.0, 80.0];
 /// Groups of whom the picture of a scene is drawn.
 const DRAWN_GROUPS: usize = 6;
-/// The ways of reading the same tracks.
-pub const READINGS: [&str; 3] = ["as set", "document's line across", "tracks as they are"];
-
-/// Of one scene, over all runs.
-#[derive(Default)]
-pub struct Scene {
-    pub name: String,
-    pub document: Option<(u32, f64)>,
-    /// By reading; all under one kind of the table.
-    pub tables: [AccuracyTable; 3],
-    /// Right and all scans, by reading.
-    pub scans: [[u32; 2]; 3],
-    /// Of scans, by cause.
-    pub wrong_scans: [u32; 5],
-    pub missed: u32,
-    pub strays: [u32; 2],
-    /// (tracked, moved to the middle) across towards the radar, along; range; aspect.
-    pub errors: Vec<Error>,
-    pub drawing: pictures::Drawing,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub struct Error {
-    pub across_m: [f64; 2],
-    pub aspect_rad: f64,
-}
-
-const KIND: SceneKind = SceneKind::Straight;
-
-impl Scene {
-    pub fn tally(&self, reading: usize) -> &Tally {
-        self.tables[reading].tally(KIND)
-    }
-}
 
 pub struct All<'a> {
     given: &'a Given<'a>,

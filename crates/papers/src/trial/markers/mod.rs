@@ -1,17 +1,23 @@
 //! Rows of markers in a driven scenario (Feng 2019, section 5.1; fig. 5.1 to 5.4 and 4.13).
 
 mod level;
+
+mod looks;
+
 mod pictures;
-mod rival;
+
+mod ready;
+
 mod settings;
+
 mod tally;
 
-pub(super) use rival::rival;
-pub use settings::Settings;
-
-use super::drive::suitable;
-use super::report::{Row, Sheet, Step, Trial, common_rows, rms_of_runs};
-use super::{Drive, Given, SpeedSensor};
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, lane_point, suitable};
+use crate::trial::markers::looks::{Kept, Seen, excess_db, is_marker, of_runs};
+use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, rms_of_runs};
+use crate::trial::sensors::SpeedSensor;
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::site::Site;
@@ -19,35 +25,10 @@ use catseye::scene::waveform::Waveform;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::score::score;
 use catseye_lane::track::TrackOptions;
-use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
-use serde::{Deserialize, Serialize};
+use catseye_lane::{LaneEstimator, LanePoint, SensorInput};
+pub(super) use ready::rival;
+pub use settings::Settings;
 use std::time::Instant;
-use tally::{Tally, View, markers_in_view, tally, truth_in_view};
-
-/// What is kept of a frame.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Kept {
-    points: Vec<LanePoint>,
-    /// The object that made each point, for the tables and pictures only; "" for none.
-    classes: Vec<String>,
-}
-
-/// One look with all that pictures and tables need.
-struct Seen {
-    run: u32,
-    frame: u32,
-    time_s: f64,
-    kept: Kept,
-    /// Of the look by itself.
-    single: LaneEstimate,
-    followed: LaneEstimate,
-    steps: catseye_lane::markers::Steps,
-    tally: Tally,
-    markers: Vec<[f64; 2]>,
-    every_marker: Vec<[f64; 2]>,
-    true_speed_mps: f64,
-    true_yaw_rate: f64,
-}
 
 /// Points so near the edge of the angular grid are left out, rad.
 const EDGE_RAD: f64 = 0.01;
@@ -161,7 +142,7 @@ fn points_of(drive: &Drive<'_>, which: usize, index: u32) -> Result<Kept> {
     // At the edge of the view a direction is only a bound.
     let edge_rad = drive.radar(which).processing.azimuth_fov_rad - EDGE_RAD;
     for p in frame.points.iter().filter(|p| p.azimuth_rad.abs() < edge_rad) {
-        if let Some(mut point) = super::drive::lane_point(drive.radar(which), p) {
+        if let Some(mut point) = lane_point(drive.radar(which), p) {
             // Beyond the antennas' view levels are infinite, which files do not hold.
             if !point.rcs_dbsm.is_finite() {
                 point.rcs_dbsm = NO_LEVEL_DBSM;
@@ -182,12 +163,6 @@ fn pictured<'a>(seen: &'a [Seen], settings: &Settings) -> Option<&'a Seen> {
     }
 }
 
-fn of_runs(seen: &[Seen], of: impl Fn(&[&Seen]) -> Option<f64>) -> Vec<f64> {
-    let mut runs: Vec<u32> = seen.iter().map(|s| s.run).collect();
-    runs.dedup();
-    runs.iter().filter_map(|r| of(&seen.iter().filter(|s| s.run == *r).collect::<Vec<_>>())).collect()
-}
-
 /// A share of the markers over each run, in percent.
 fn share(seen: &[Seen], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
     of_runs(seen, |run| {
@@ -204,26 +179,6 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     mean(values.map(|v| v * v)).map(f64::sqrt)
-}
-
-/// Range (m), level seen and level expected (dBsm) of each member of each line.
-fn excess_db(s: &Seen, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
-    s.single
-        .lines
-        .iter()
-        .map(|l| {
-            l.members
-                .iter()
-                .filter_map(|i| {
-                    let p = s.kept.points.get(*i)?;
-                    let curve = &l.fitted.curve;
-                    let foot = curve.foot(glam::DVec2::from_array(p.at_m));
-                    let expected = estimator.expected_dbsm(p, curve.at(foot.s_m).heading_rad)?;
-                    Some((p.range_m, p.rcs_dbsm, expected))
-                })
-                .collect()
-        })
-        .collect()
 }
 
 /// The document's figures, and ours.
@@ -321,10 +276,6 @@ fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
     }
     out.retain(|r| r.ours.is_some());
     out
-}
-
-fn is_marker(s: &Seen, i: usize) -> bool {
-    s.kept.classes.get(i).is_some_and(|c| c == "marker")
 }
 
 fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &View) -> Vec<Sheet> {
@@ -501,9 +452,4 @@ fn notes(options: &MarkersOptions, settings: &Settings, radar: &catseye::scene::
         );
     }
     out
-}
-
-/// A value without its doubt, for charts.
-fn value(m: Option<Measured>) -> Option<f64> {
-    m.map(|m| m.value)
 }

@@ -1,9 +1,12 @@
 //! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (M, Figs. 1 and 2), and what tracking
 //! the subspace costs against decomposing (M, Table I).
 
-use super::{Settings, chosen};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
 use crate::trial::pictures::TRUE;
-use crate::trial::{Drive, Given, Row, Sheet, Trial};
+use crate::trial::report::{Row, Sheet, Trial};
+use crate::trial::road_shape::input::chosen;
+use crate::trial::road_shape::settings::Settings;
 use catseye::dsp::doa_bisvd::{BiSvd, costs};
 use catseye::dsp::doa_covariance::{add_outer, eigen};
 use catseye::dsp::doa_manifold::Matrix;

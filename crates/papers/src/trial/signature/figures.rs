@@ -1,13 +1,12 @@
 //! Figures and tables of the trial.
 
-use super::settings::{CodeName, Settings, bits};
-use super::{Located, Moving, RowPicture, WordRead, Worse};
-use crate::trial::{Row, Sheet, Step};
+use crate::trial::report::{Row, Sheet, Step};
+use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, stds};
+use crate::trial::signature::mapped::Moving;
+use crate::trial::signature::settings::{CodeName, Settings, bits};
 use catseye_lane::LaneError;
 use catseye_lane::signature::codewords::Zone;
-use catseye_lane::signature::estimator::MapPosition;
 use catseye_lane::signature::map::SignatureMap;
-use glam::DVec2;
 
 pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {
     let mut runs: Vec<u32> = places.iter().map(|p| p.run).collect();
@@ -214,15 +213,6 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
         out.push(sheet);
     }
     out
-}
-
-/// Standard deviations along and across the vehicle.
-pub(super) fn stds(p: &MapPosition) -> [f64; 2] {
-    let c = &p.covariance;
-    [0.0, 0.5 * std::f64::consts::PI].map(|turn| {
-        let u = DVec2::from_angle(p.vehicle.heading_rad + turn);
-        (u.x * u.x * c[0][0] + 2.0 * u.x * u.y * c[0][1] + u.y * u.y * c[1][1]).max(0.0).sqrt()
-    })
 }
 
 /// A zone in words.

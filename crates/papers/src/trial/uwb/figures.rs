@@ -1,10 +1,10 @@
 //! Rows, tables and pictures.
 
-use super::settings::StandsFor;
-use super::{Made, Run, Seen, Tuned, energy, failed, wide};
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
-use crate::trial::report::{Row, common_rows};
-use crate::trial::{Sheet, Step, Trial};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
+use crate::trial::uwb::runs::{Made, Run, Seen};
+use crate::trial::uwb::settings::StandsFor;
+use crate::trial::uwb::tuning::{Tuned, energy, failed, wide};
 use catseye::error::Result;
 use catseye_lane::uwb::{self, EventKind, Histogram};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, class_colour, finite_range};

@@ -1,11 +1,14 @@
 //! The method among others on one drive. Its radar takes scans at its own rate, between the frames of the others, and has been on for
 //! some way before the first look, as a vehicle's is: one plate is no lane.
 
-use super::drives::{self, Eye, Progress, Scenery};
-use super::{Estimator, Settings, check_speed, rules, tune, wide};
-use crate::trial::compare::{Finds, Rival, SPEED_STD_MPS};
-use crate::trial::sensors::OwnedLook;
-use crate::trial::{Drive, Given, SpeedSensor};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::ready::{Finds, Rival, SPEED_STD_MPS};
+use crate::trial::sensors::{OwnedLook, SpeedSensor};
+use crate::trial::uwb::drives;
+use crate::trial::uwb::drives::{Eye, Progress, Scenery};
+use crate::trial::uwb::settings::Settings;
+use crate::trial::uwb::tuning::{Estimator, check_speed, rules, tune, wide};
 use catseye::error::Result;
 use catseye::scene::scenario::{Frames, Scenario};
 use catseye::scene::waveform::Waveform;
