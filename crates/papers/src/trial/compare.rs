@@ -10,9 +10,10 @@ use crate::trial::lane_table::LaneTable;
 use crate::trial::method::Method;
 use crate::trial::pictures;
 use crate::trial::ready::{Finds, Rival, SPEED_STD_MPS};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs, number, rms_of_runs};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, number, percent_of_runs, rms_of_runs};
 use crate::trial::result_folder::{RunOptions, RunReport, Workshop, scenario};
 use crate::trial::sensors::{Bus, OwnedLook, Pursuit, Seen, lane_points};
+use crate::trial::stats::timed;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::road::site::Site;
@@ -24,7 +25,6 @@ use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 
@@ -176,9 +176,7 @@ fn drive_once(
                 sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
             }
             seen(entrant, &look);
-            let clock = Instant::now();
-            let estimate = rival.estimator.estimate(&look.look());
-            let seconds = clock.elapsed().as_secs_f64();
+            let (estimate, seconds) = timed(|| rival.estimator.estimate(&look.look()));
             let truth = match rival.finds {
                 Finds::OwnLines => &truth,
                 Finds::RoadEdges => &bounds,
@@ -239,10 +237,7 @@ struct Standing {
 }
 
 fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String>) -> Standing {
-    let percent = |of: &dyn Fn(&Step) -> Option<f64>| {
-        let v: Vec<f64> = mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect();
-        Figure::of(&v)
-    };
+    let percent = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&percent_of_runs(steps, of));
     let rms = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&rms_of_runs(steps, of));
     let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
     for why in steps.iter().filter_map(|s| s.estimate.no_lane.as_ref()) {
@@ -325,7 +320,7 @@ fn markdown(standings: &[Standing]) -> String {
 }
 
 fn sheet(standings: &[Standing]) -> Sheet {
-    let mut sheet = Sheet::new("compare", &["scenario", "method", "cannot", "looks"]);
+    let mut sheet = Sheet::new("compare", "scenario method cannot looks");
     let mut names: Vec<String> =
         ["found_percent", "precision_percent", "recall_percent", "f1_percent"].map(String::from).into();
     names.extend(DISTANCES_M.map(|d| format!("lateral_{d}_m")));

@@ -21,6 +21,7 @@ pub mod road_shape;
 mod run;
 pub mod sensors;
 pub mod signature;
+mod stats;
 pub mod uwb;
 
 pub use context::{Given, Watch, settings};

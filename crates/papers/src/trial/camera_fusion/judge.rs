@@ -239,7 +239,7 @@ impl Judged {
     }
 
     pub(super) fn sheet(&self) -> Sheet {
-        let mut s = Sheet::new("models", &["true_model", "chosen_model", "looks"]);
+        let mut s = Sheet::new("models", "true_model chosen_model looks");
         s.comments.push(format!(
             "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
             number(self.ways.rms())

@@ -14,8 +14,9 @@ use crate::trial::camera_fusion::judge::Judged;
 use crate::trial::camera_fusion::pictures::{Sensors, Shown};
 use crate::trial::context::Given;
 use crate::trial::drive::{Drive, suitable};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs, rms_of_runs};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, percent_of_runs, rms_of_runs};
 use crate::trial::sensors::{Pursuit, SpeedSensor, seen_of};
+use crate::trial::stats::{mean, timed};
 use catseye::error::{BadInput, Error, Result};
 use catseye::geom::Geometry;
 use catseye::rng::Draws;
@@ -23,11 +24,9 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Waveform;
 use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Image, Pnn, RoadModel, generate_bends};
-use catseye_lane::score::score;
 use catseye_lane::{LaneEstimator, Measured, SensorInput};
 pub(super) use ready::rivals;
 pub use settings::{CameraTable, Condition, Settings};
-use std::time::Instant;
 
 const METHOD: &str = "camera-fusion";
 /// Networks that are trained and judged, each on 100 bends that it has not seen.
@@ -154,7 +153,7 @@ fn one_run(
         let geometry = Geometry::build(&site.scene, time_s, drive.radar(which).carrier_hz)?;
         let mut camera = settings.camera.camera();
         camera.pitch_rad += settings.pitch_std_deg.to_radians() * shake.normal();
-        let view = View::new(&geometry, &site.scene, &scenario_pose(&site, time_s), &camera)?;
+        let view = View::new(&geometry, &site.scene, &site.scenario.ego.pose(time_s), &camera)?;
         let mut images: Vec<(Condition, Image)> = Vec::new();
         for condition in &settings.conditions {
             let noise = scenario.seed.wrapping_mul(1000).wrapping_add(u64::from(f));
@@ -167,17 +166,7 @@ fn one_run(
                 Sensors::Both => SensorInput { image: Some(image), ..look },
                 Sensors::RadarAlone => look,
             };
-            let begin = Instant::now();
-            let estimate = e.estimate(&look);
-            let seconds = begin.elapsed().as_secs_f64();
-            let step = Step {
-                run,
-                frame: f,
-                score: score(&estimate, &truth),
-                truth: truth.clone(),
-                estimate,
-                seconds,
-            };
+            let step = Step::new(run, f, timed(|| e.estimate(&look)), truth.clone());
             if c.sensors == Sensors::Both && c.condition == settings.conditions[0] {
                 judged.take(e.insight(), &truth, settings);
             }
@@ -198,13 +187,6 @@ fn one_run(
     Ok(())
 }
 
-fn scenario_pose(
-    site: &Site,
-    time_s: f64,
-) -> catseye::frames::Pose<catseye::frames::Vehicle, catseye::frames::World> {
-    site.scenario.ego.pose(time_s)
-}
-
 /// Bends that a network has not seen, and how many of 100 each of some networks puts right.
 fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
     let mut right = Vec::new();
@@ -219,10 +201,7 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
         let hits = unseen.iter().zip(&chosen).filter(|((_, m), c)| Some(*m) == **c).count();
         right.push(hits as f64);
         if seed == 0 {
-            let mut s = Sheet::new(
-                "table_1",
-                &["sample", "near_slope_deg", "far_slope_deg", "actual", "judged", "correct"],
-            );
+            let mut s = Sheet::new("table_1", "sample near_slope_deg far_slope_deg actual judged correct");
             s.comments
                 .push("Table 1 of the document: one network and 100 bends that it has not seen.".into());
             for (i, ((bend, model), choice)) in unseen.iter().zip(&chosen).enumerate() {
@@ -249,31 +228,17 @@ fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut 
     judged.rows(&mut trial.rows);
     let mut table = Sheet::new(
         "conditions",
-        &[
-            "condition",
-            "sensors",
-            "looks",
-            "with_lane_percent",
-            "precision_percent",
-            "recall_percent",
-            "f1_percent",
-            "error_10_m",
-            "error_20_m",
-            "error_40_m",
-            "offset_error_m",
-            "most_frequent_refusal",
-        ],
+        "condition sensors looks with_lane_percent precision_percent recall_percent f1_percent \
+             error_10_m error_20_m error_40_m offset_error_m most_frequent_refusal",
     );
     table.comments.push(format!(
         "Lines of the own lane between {} and {} m; errors are root mean squares over the looks that state them.",
         settings.range_m[0], settings.range_m[1]
     ));
-    let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
+    let mean = |v: &[f64]| mean(v.iter().copied());
     let text = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.3}"));
     for c in courses {
-        let share = |of: &dyn Fn(&Step) -> Option<f64>| -> Vec<f64> {
-            mean_of_runs(&c.steps, of).iter().map(|v| 100.0 * v).collect()
-        };
+        let share = |of: &dyn Fn(&Step) -> Option<f64>| percent_of_runs(&c.steps, of);
         let lane = share(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none()))));
         // A look without a lane finds nothing.
         let f1 = share(&|s| s.score.f1.or(Some(0.0)));

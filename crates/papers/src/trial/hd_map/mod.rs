@@ -26,6 +26,7 @@ use crate::trial::drive::Drive;
 use crate::trial::hd_map::stage::{Change, estimator, map_of, place, stages};
 use crate::trial::report::Trial;
 use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::timed;
 use catseye::error::{BadInput, Error, Result};
 use catseye::rng::Draws;
 use catseye::road::site::Site;
@@ -96,14 +97,13 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                         place: Some(pose),
                         ..catseye_lane::SensorInput::default()
                     };
-                    let clock = std::time::Instant::now();
-                    let lanes = own.targets(&look);
-                    let estimate = catseye_lane::LaneEstimator::estimate(&mut own, &look);
-                    let seconds = clock.elapsed().as_secs_f64();
+                    let ((lanes, estimate), seconds) = timed(|| {
+                        (own.targets(&look), catseye_lane::LaneEstimator::estimate(&mut own, &look))
+                    });
                     let lanes = lanes.map_err(|why| Error::Failed(format!("hd-map: {why}")))?;
                     let varied = others.each_mut().map(|o| o.targets(&look).unwrap_or_default());
                     passes.look(&site.scene, &stage.lanes, &level, &look, &mut own, (&lanes, &varied), index);
-                    all.step(run, index, &drive, &stage.lanes, &level, estimate, seconds);
+                    all.step(run, index, &drive, &stage.lanes, &level, (estimate, seconds));
                 }
                 all.group(run, k, g, passes, &stage.lanes, &drive);
             }

@@ -1,6 +1,7 @@
 //! A look with all that rows, tables and pictures need.
 
 use crate::trial::markers::tally::Tally;
+use crate::trial::stats::over_runs;
 use catseye_lane::markers::Markers;
 use catseye_lane::{LaneEstimate, LanePoint};
 use serde::{Deserialize, Serialize};
@@ -31,9 +32,7 @@ pub struct Seen {
 }
 
 pub fn of_runs(seen: &[Seen], of: impl Fn(&[&Seen]) -> Option<f64>) -> Vec<f64> {
-    let mut runs: Vec<u32> = seen.iter().map(|s| s.run).collect();
-    runs.dedup();
-    runs.iter().filter_map(|r| of(&seen.iter().filter(|s| s.run == *r).collect::<Vec<_>>())).collect()
+    over_runs(seen, |s| s.run, of)
 }
 
 /// Range (m), level seen and level expected (dBsm) of each member of each line.

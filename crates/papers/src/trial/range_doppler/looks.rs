@@ -5,17 +5,17 @@ use crate::trial::drive::{Drive, Level, true_lanes};
 use crate::trial::range_doppler::settings::Settings;
 use crate::trial::report::Step;
 use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::timed;
 use catseye::detect::points::range_rate_mps;
 use catseye::error::Result;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{LaneLook, RangeDopplerLane};
-use catseye_lane::score::{TrueLanes, score};
+use catseye_lane::score::TrueLanes;
 use catseye_lane::{LanePoint, Measured, SensorInput};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// What stands for a standard deviation that is not known: files of results hold no infinity.
 pub const UNKNOWN_STD: f64 = 1e6;
@@ -112,17 +112,14 @@ impl<'a> Looker<'a> {
             points: &seen.points,
             ..SensorInput::default()
         };
-        let clock = Instant::now();
-        let answer = self.estimator.look(&look);
-        let seconds = clock.elapsed().as_secs_f64();
+        let (answer, seconds) = timed(|| self.estimator.look(&look));
         let mut truth = self.drive.truth_of_rows(time_s, [self.settings.near_m, self.settings.far_m]);
         // What lies behind is not to be found by a radar that looks ahead.
         for line in &mut truth.lines {
             line.retain(|p| p[0] > 0.0);
         }
-        let score = score(&answer.estimate, &truth);
         let (radar, speed_mps, markers) = self.of_radar(time_s, &truth);
-        let step = Step { run, frame: index, estimate: answer.estimate.clone(), truth, score, seconds };
+        let step = Step::new(run, index, (answer.estimate.clone(), seconds), truth);
         Ok(Made { step, look: answer, radar, speed_mps, markers, seen, case: None })
     }
 

@@ -15,6 +15,7 @@ use crate::trial::context::Given;
 use crate::trial::drive::suitable;
 use crate::trial::range_doppler::looks::{Looker, Made, errors};
 use crate::trial::report::{Row, Sheet, Trial, common_rows};
+use crate::trial::stats::{over_runs, rms};
 use catseye::error::{BadInput, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
@@ -77,15 +78,8 @@ fn drives(given: &Given<'_>, settings: &Settings, which: usize) -> Result<Vec<Ma
 }
 
 fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()> {
-    let rms = |of: &dyn Fn(&Made) -> Option<f64>| -> Vec<f64> {
-        let mut runs: Vec<u32> = made.iter().map(|m| m.step.run).collect();
-        runs.dedup();
-        runs.iter()
-            .filter_map(|r| {
-                let v: Vec<f64> = made.iter().filter(|m| m.step.run == *r).filter_map(of).collect();
-                (!v.is_empty()).then(|| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt())
-            })
-            .collect()
+    let rms = |of: &dyn Fn(&Made) -> Option<f64>| {
+        over_runs(&made, |m| m.step.run, |run| rms(run.iter().filter_map(|m| of(m))))
     };
     let share = |of: &dyn Fn(&Made) -> Option<bool>| -> Vec<f64> {
         rms(&|m| of(m).map(|b| if b { 1.0 } else { 0.0 })).iter().map(|x| 100.0 * x * x).collect()
@@ -135,25 +129,9 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()>
 fn looks_sheet(settings: &Settings, made: &[Made]) -> Sheet {
     let mut sheet = Sheet::new(
         "looks",
-        &[
-            "run",
-            "look",
-            "case",
-            "true_offset_m",
-            "offset_m",
-            "offset_std_m",
-            "true_heading_deg",
-            "heading_deg",
-            "heading_std_deg",
-            "curvature_per_m",
-            "curvature_std_per_m",
-            "bend_after_m",
-            "speed_mps",
-            "mirror",
-            "sign_log_odds",
-            "cells_explained",
-            "searched",
-        ],
+        "run look case true_offset_m offset_m offset_std_m true_heading_deg heading_deg \
+             heading_std_deg curvature_per_m curvature_std_per_m bend_after_m speed_mps mirror \
+             sign_log_odds cells_explained searched",
     );
     sheet
         .comments

@@ -18,20 +18,20 @@ use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs};
 use crate::trial::road_shape::input::{chosen, kept_whole};
 use crate::trial::road_shape::pictures::{KeptImage, Tracked};
 use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::{rms, timed};
 use catseye::error::{BadInput, Result};
 use catseye::road::site::Site;
 use catseye_lane::road_shape::image::Imager;
 use catseye_lane::road_shape::{
     EdgeStatus, Ego, HoughSettings, RadarMount, RoadShapeEstimator, Side, VoteMap,
 };
-use catseye_lane::score::{TrueLanes, score};
+use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
 pub use corners::subspace_seconds;
 use glam::DVec2;
 pub(super) use ready::rival;
 use serde::{Deserialize, Serialize};
 pub use settings::{Settings, Source, Task};
-use std::time::Instant;
 
 /// Of one look, as it is kept.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -175,21 +175,8 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     let shown = settings.picture_frame.unwrap_or(count / 2).min(count.saturating_sub(1));
     let mut estimates = Sheet::new(
         "edges",
-        &[
-            "run",
-            "frame",
-            "time_s",
-            "side",
-            "state",
-            "c0_per_m",
-            "c0_std_per_m",
-            "c1_per_m2",
-            "b_m",
-            "b_std_m",
-            "true_b_m",
-            "true_c0_per_m",
-            "why",
-        ],
+        "run frame time_s side state c0_per_m c0_std_per_m c1_per_m2 b_m b_std_m true_b_m \
+             true_c0_per_m why",
     );
     let mut nothing = false;
     for run in 0..given.runs {
@@ -225,9 +212,7 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 points: &k.points,
                 ..SensorInput::default()
             };
-            let clock = Instant::now();
-            let estimate = estimator.estimate(&look);
-            let seconds = clock.elapsed().as_secs_f64();
+            let (estimate, seconds) = timed(|| estimator.estimate(&look));
             let near = edges.near(&level, settings.to_m + 20.0);
             let cars = vehicles(&drive, which, time_s);
             let shape = estimator.latest();
@@ -261,8 +246,7 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                     .pictures
                     .push(("road".into(), pictures::road(title, &k.points, &estimate, shape, &truth, &at)?));
             }
-            let result = score(&estimate, &truth);
-            trial.steps.push(Step { run, frame: index, estimate, truth, score: result, seconds });
+            trial.steps.push(Step::new(run, index, (estimate, seconds), truth));
         }
         if run == 0 {
             trial.pictures.push(("curvature".into(), pictures::curvature(&tracked)?));
@@ -355,10 +339,8 @@ fn rows(trial: &mut Trial, tallies: &[Tally], settings: &Settings) {
     let share = |of: &dyn Fn(&Tally) -> [f64; 2]| -> Vec<f64> {
         tallies.iter().map(of).filter(|v| v[1] > 0.0).map(|v| 100.0 * v[0] / v[1]).collect()
     };
-    let rms = |of: &dyn Fn(&Tally) -> Vec<f64>| -> Vec<f64> {
-        let one = |v: Vec<f64>| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
-        tallies.iter().map(of).filter(|v| !v.is_empty()).map(one).collect()
-    };
+    let rms =
+        |of: &dyn Fn(&Tally) -> Vec<f64>| -> Vec<f64> { tallies.iter().filter_map(|t| rms(of(t))).collect() };
     let mut more = Vec::new();
     for (k, name) in ["right", "left"].into_iter().enumerate() {
         let why = match k {

@@ -22,12 +22,13 @@ use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, compa
 use crate::trial::signature::mapped::{
     BEHIND_M, Kept, Mapped, at_rest, estimator_on, kept, map_drive, moved_on, needs, on_road,
 };
+use crate::trial::stats::timed;
 use catseye::error::Result;
 use catseye::rng::Draws;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
 use catseye::scene::waveform::Waveform;
-use catseye_lane::score::{TrueLanes, score};
+use catseye_lane::score::TrueLanes;
 use catseye_lane::signature::codewords::RowPoint;
 use catseye_lane::signature::estimator::StaticTest;
 use catseye_lane::signature::map::Pose;
@@ -35,7 +36,6 @@ use catseye_lane::{LaneEstimator, LanePoint, Measured, SensorInput};
 use glam::DVec2;
 pub(super) use ready::rival;
 pub use settings::{CodeName, GapsTable, RowTable, Settings, SidesTable};
-use std::time::Instant;
 
 /// True lines ahead of the vehicle: the radar looks that way.
 fn ahead(mut truth: TrueLanes) -> TrueLanes {
@@ -153,9 +153,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 points: &k.points,
                 ..SensorInput::default()
             };
-            let clock = Instant::now();
-            let estimate = estimator.estimate(&look);
-            let seconds = clock.elapsed().as_secs_f64();
+            let (estimate, seconds) = timed(|| estimator.estimate(&look));
             if let Some(in_worse) = &mut in_worse {
                 let points =
                     worsened_look(&k.points, s.worse, &at_rest(&drive, which), measured, &mut worse_draws);
@@ -195,8 +193,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 }
             }
             let truth = ahead(drive.truth(time_s, [5.0, s.reach_m]));
-            let scored = score(&estimate, &truth);
-            let step = Step { run, frame: f, estimate, truth, score: scored, seconds };
+            let step = Step::new(run, f, (estimate, seconds), truth);
             if run == 0 && f == drive.frames() / 2 {
                 shown = Some((k.points.clone(), step.clone()));
             }

@@ -231,12 +231,8 @@ fn notes(trial: &mut Trial, made: &Made<'_>) {
 }
 
 fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
-    let mut scans =
-        Sheet::new("energies", &["run", "radar", "rule", "time_s", "energy", "beside_plate", "lane"]);
-    let mut spacings = Sheet::new(
-        "passes",
-        &["run", "radar", "rule", "time_s", "distance_m", "spacing_m", "peak_energy", "verdict"],
-    );
+    let mut scans = Sheet::new("energies", "run radar rule time_s energy beside_plate lane");
+    let mut spacings = Sheet::new("passes", "run radar rule time_s distance_m spacing_m peak_energy verdict");
     scans.comments.push("energy and peak_energy over the mean of the bare road".into());
     spacings.comments.push("spacing_m to the marker that the pass was paired with".into());
     for (k, run) in made.runs.iter().enumerate() {
@@ -270,7 +266,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
     }
     trial.sheets.push(scans);
     trial.sheets.push(spacings);
-    let mut histogram = Sheet::new("histogram", &["radar", "rule", "from", "to", "bare", "beside_plates"]);
+    let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates");
     histogram.comments.push("from and to over the mean of the bare road".into());
     for (r, rule) in made.rules.iter().enumerate() {
         for (e, eye) in made.eyes.iter().enumerate() {

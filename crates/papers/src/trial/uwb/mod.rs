@@ -20,16 +20,16 @@ use crate::trial::context::Given;
 use crate::trial::drive::Drive;
 use crate::trial::report::{Step, Trial};
 use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::timed;
 use crate::trial::uwb::drives::{Eye, Passed, Progress, Scenery};
 use crate::trial::uwb::runs::{Made, Run, Seen, Slow};
-use crate::trial::uwb::tuning::{Estimator, Tuned, check_speed, energy, failed, rules, tune, wide};
+use crate::trial::uwb::tuning::{Tuned, check_speed, energy, estimator, failed, rules, tune, wide};
 use catseye::error::{BadInput, Result};
-use catseye_lane::score::{TrueLanes, score};
+use catseye_lane::score::TrueLanes;
 use catseye_lane::uwb::Uwb;
-use catseye_lane::{SensorInput, uwb};
+use catseye_lane::{LaneEstimator, SensorInput, uwb};
 pub(super) use ready::rival;
 pub use settings::{Asphalt, CentreOf, Settings, StandsFor};
-use std::time::Instant;
 
 /// Drives the scenario and the slow drives that belong to it.
 ///
@@ -106,7 +106,7 @@ fn one_run(
         .collect();
 
     let last = &tuned[tuned.len() - 1];
-    let mut estimator = Estimator::new(last)?;
+    let mut estimator = estimator(last)?;
     let reach_m = eyes.iter().map(Eye::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
@@ -116,12 +116,9 @@ fn one_run(
             pulse: Some(&pulse),
             ..SensorInput::default()
         };
-        let clock = Instant::now();
-        let estimate = estimator.get().estimate(&look);
-        let seconds = clock.elapsed().as_secs_f64();
+        let (estimate, seconds) = timed(|| estimator.estimate(&look));
         let truth = truth_at(&drive, times_s[i], eyes, reach_m, settings);
-        let score = score(&estimate, &truth);
-        steps.push(Step { run: number, frame: i as u32, estimate, truth, score, seconds });
+        steps.push(Step::new(number, i as u32, (estimate, seconds), truth));
     }
 
     let of: Vec<_> = eyes.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();

@@ -5,7 +5,7 @@ use crate::trial::uwb::settings::{CentreOf, Settings};
 use catseye::error::{BadInput, Error, Result};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::uwb::{Background, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
-use catseye_lane::{LaneError, LaneEstimator, uwb};
+use catseye_lane::{LaneError, uwb};
 
 /// How scans become passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,29 +111,15 @@ pub fn tune(settings: &Settings, rule: &Rule, eye: &Eye, i: usize, quiet: &Scans
     Ok(Tuned { options, threshold, bare })
 }
 
-/// The estimator of the steps.
-pub enum Estimator {
-    One(Box<UwbLanes>),
-    Two(Box<UwbLanes>),
-}
-
-impl Estimator {
-    pub fn new(tuned: &[Tuned]) -> Result<Estimator> {
-        let wrong = |r| failed("lane.uwb", r);
-        Ok(match tuned {
-            [one] => Estimator::One(Box::new(UwbLanes::new(one.options.clone()).map_err(wrong)?)),
-            [left, right, ..] => {
-                let pair = UwbLanes::pair(left.options.clone(), right.options.clone()).map_err(wrong)?;
-                Estimator::Two(Box::new(pair))
-            }
-            [] => return Err(Error::Failed("no impulse radar".into())),
-        })
+/// The estimator of the steps: one radar, or a left and a right one.
+///
+/// # Errors
+/// No radar; options that do not go together.
+pub fn estimator(tuned: &[Tuned]) -> Result<UwbLanes> {
+    match tuned {
+        [] => return Err(Error::Failed("no impulse radar".into())),
+        [one] => UwbLanes::new(one.options.clone()),
+        [left, right, ..] => UwbLanes::pair(left.options.clone(), right.options.clone()),
     }
-
-    pub fn get(&mut self) -> &mut dyn LaneEstimator {
-        match self {
-            Estimator::One(e) => e.as_mut(),
-            Estimator::Two(e) => e.as_mut(),
-        }
-    }
+    .map_err(|r| failed("lane.uwb", r))
 }
