@@ -3,17 +3,21 @@
 //! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
 //! markers) is no mistake.
 
-use super::drive::Drive;
-use super::report::{Row, Sheet, Step, Trial, mean_of_runs, number, rms_of_runs};
-use super::road_shape::Edges;
-use super::run::{LaneTable, Method, RunOptions, RunReport, Workshop, scenario};
-use super::sensors::{Bus, OwnedLook, Pursuit, Seen, lane_points};
-use super::{Given, pictures};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::edges::Edges;
+use crate::trial::lane_table::LaneTable;
+use crate::trial::method::Method;
+use crate::trial::pictures;
+use crate::trial::ready::{Finds, Rival, SPEED_STD_MPS};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, number, percent_of_runs, rms_of_runs};
+use crate::trial::result_folder::{RunOptions, RunReport, Workshop, scenario};
+use crate::trial::sensors::{Bus, OwnedLook, Pursuit, Seen, lane_points};
+use crate::trial::stats::timed;
 use catseye::engine::Engine;
-use catseye::error::{BadInput, Error, Result};
+use catseye::error::{Error, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
-use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
 use catseye_lane::{LaneEstimate, LaneEstimator};
@@ -21,50 +25,8 @@ use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-/// Of the vehicle's bus.
-pub(super) const SPEED_STD_MPS: f64 = 0.1;
 const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
-
-/// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
-pub(super) type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedLook) -> Result<()>>;
-
-/// What a method is to find.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Finds {
-    /// The two lines of the vehicle's own lane.
-    OwnLines,
-    /// The barriers that bound the road: lines, offset, heading and curvature are theirs.
-    RoadEdges,
-}
-
-/// A method that is ready to drive.
-pub(super) struct Rival {
-    pub estimator: Box<dyn LaneEstimator + Send>,
-    pub finds: Finds,
-    /// Radar whose frames it takes.
-    pub radar: Option<usize>,
-    /// Points of that radar's detector go to it.
-    pub points: bool,
-    /// Tracks of what moves, from that radar.
-    pub tracks: bool,
-    pub sense: Option<Sense>,
-}
-
-impl Rival {
-    /// One that takes the points of a radar.
-    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> Rival {
-        Rival {
-            estimator: Box::new(estimator),
-            finds: Finds::OwnLines,
-            radar: Some(radar),
-            points: true,
-            tracks: false,
-            sense: None,
-        }
-    }
-}
 
 /// A method as a comparison drives it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -107,19 +69,6 @@ struct Kept {
 
 /// Of one method on one drive: its steps, or why it cannot take the scenario.
 type Course = std::result::Result<Vec<Kept>, String>;
-
-/// The first radar with chirps and directions.
-pub(super) fn chirp_radar(given: &Given<'_>) -> Result<usize> {
-    let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
-    let radars = &given.scenario.radars;
-    radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1).ok_or_else(|| {
-        BadInput::new("no radar of the scenario has chirps and several channels")
-            .file(given.path)
-            .key("radar")
-            .remedy("add one, as in radar = \"feng77\"")
-            .into()
-    })
-}
 
 /// A method after a drive, with the looks that it was given.
 pub struct Driven {
@@ -227,9 +176,7 @@ fn drive_once(
                 sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
             }
             seen(entrant, &look);
-            let clock = Instant::now();
-            let estimate = rival.estimator.estimate(&look.look());
-            let seconds = clock.elapsed().as_secs_f64();
+            let (estimate, seconds) = timed(|| rival.estimator.estimate(&look.look()));
             let truth = match rival.finds {
                 Finds::OwnLines => &truth,
                 Finds::RoadEdges => &bounds,
@@ -290,10 +237,7 @@ struct Standing {
 }
 
 fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String>) -> Standing {
-    let percent = |of: &dyn Fn(&Step) -> Option<f64>| {
-        let v: Vec<f64> = mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect();
-        Figure::of(&v)
-    };
+    let percent = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&percent_of_runs(steps, of));
     let rms = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&rms_of_runs(steps, of));
     let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
     for why in steps.iter().filter_map(|s| s.estimate.no_lane.as_ref()) {
@@ -376,7 +320,7 @@ fn markdown(standings: &[Standing]) -> String {
 }
 
 fn sheet(standings: &[Standing]) -> Sheet {
-    let mut sheet = Sheet::new("compare", &["scenario", "method", "cannot", "looks"]);
+    let mut sheet = Sheet::new("compare", "scenario method cannot looks");
     let mut names: Vec<String> =
         ["found_percent", "precision_percent", "recall_percent", "f1_percent"].map(String::from).into();
     names.extend(DISTANCES_M.map(|d| format!("lateral_{d}_m")));
@@ -520,7 +464,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
             let mut own = Trial::new(entrant.method.name(), format!("{name}: {}", entrant.name()));
             own.steps = steps;
             if !own.steps.is_empty() {
-                own.rows = super::report::common_rows(&own.steps);
+                own.rows = common_rows(&own.steps);
                 let folder = shop.path().join(format!("{}_{}", number + 1, entrant.file_name()));
                 std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
                 own.write(&folder)?;

@@ -1,6 +1,7 @@
 //! Estimators by name with options as JSON, for callers that bring their own points: what `catseye.LaneEstimator` of Python makes.
 
-use super::{Method, camera_fusion, road_shape};
+use crate::trial::method::Method;
+use crate::trial::{camera_fusion, road_shape};
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye_lane::LaneEstimator;
 use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
@@ -80,12 +81,15 @@ pub struct UwbJson {
 fn eight() -> f64 {
     8.0
 }
+
 fn three() -> f64 {
     3.0
 }
+
 fn lane_width() -> f64 {
     3.5
 }
+
 fn car_width() -> f64 {
     1.9
 }

@@ -9,7 +9,6 @@ pub const TRUE: Rgb = [150, 150, 150];
 pub const FOUND: Rgb = [214, 39, 40];
 pub const SEEN: Rgb = [31, 119, 180];
 pub const OTHER: Rgb = [44, 160, 44];
-
 pub const DOT: Mark = Mark::Dot { radius: 2.5 };
 
 /// The road from above, x forward to the right, y left upwards: true lines in grey, points, estimated lines with the band of two

@@ -1,9 +1,10 @@
 //! What a trial leaves: estimates, scores, figures beside the document's, tables and pictures, in one folder.
 
+use crate::trial::stats::{mean, over_runs, rms};
 use catseye::error::{Error, Result};
 use catseye::formats::csv::Writer;
 use catseye_lane::LaneEstimate;
-use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes};
+use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
 use catseye_plot::Picture;
 use serde::{Deserialize, Serialize};
 use std::fmt::{Display, Write as _};
@@ -22,6 +23,14 @@ pub struct Step {
     pub score: Score,
     /// That the estimator took; not part of what is reproducible.
     pub seconds: f64,
+}
+
+impl Step {
+    /// Judges an estimate that took so many seconds by the truth.
+    pub fn new(run: u32, frame: u32, (estimate, seconds): (LaneEstimate, f64), truth: TrueLanes) -> Step {
+        let score = score(&estimate, &truth);
+        Step { run, frame, estimate, truth, score, seconds }
+    }
 }
 
 /// One figure of the report.
@@ -80,13 +89,9 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    pub fn new(name: &str, columns: &[&str]) -> Sheet {
-        Sheet {
-            name: name.into(),
-            comments: Vec::new(),
-            columns: columns.iter().map(|c| c.to_string()).collect(),
-            rows: Vec::new(),
-        }
+    pub fn new(name: &str, columns: &str) -> Sheet {
+        let columns = columns.split_whitespace().map(String::from).collect();
+        Sheet { name: name.into(), comments: Vec::new(), columns, rows: Vec::new() }
     }
 
     /// One value for each column.
@@ -212,26 +217,11 @@ fn write_sheet(dir: &Path, sheet: &Sheet) -> Result<()> {
 
 /// The score of each look.
 fn scores(steps: &[Step]) -> Sheet {
-    let mut columns = vec!["run".to_string(), "frame".into(), "time_s".into(), "lane".into()];
-    columns.extend(["precision", "recall", "f1"].map(String::from));
-    columns.extend(DISTANCES_M.map(|d| format!("lateral_error_{d}_m")));
-    columns.extend(
-        [
-            "offset_m",
-            "true_offset_m",
-            "heading_deg",
-            "true_heading_deg",
-            "curvature_per_m",
-            "true_curvature_per_m",
-            "lane_number",
-            "true_lane_number",
-            "confidence",
-            "no_lane",
-        ]
-        .map(String::from),
-    );
-    let mut sheet =
-        Sheet { name: "scores".into(), comments: Vec::new(), columns, rows: Vec::with_capacity(steps.len()) };
+    let mut sheet = Sheet::new("scores", "run frame time_s lane precision recall f1");
+    sheet.columns.extend(DISTANCES_M.map(|d| format!("lateral_error_{d}_m")));
+    let rest = "offset_m true_offset_m heading_deg true_heading_deg curvature_per_m true_curvature_per_m lane_number \
+                true_lane_number confidence no_lane";
+    sheet.columns.extend(rest.split_whitespace().map(String::from));
     for s in steps {
         let (e, t) = (&s.estimate, &s.truth);
         let text = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.6}"));
@@ -265,53 +255,42 @@ fn scores(steps: &[Step]) -> Sheet {
 
 /// Root mean square of what a step gives, over each run; the runs' values.
 pub fn rms_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
-    by_run(steps, |run| {
-        let v: Vec<f64> = run.iter().filter_map(|s| of(s)).collect();
-        (!v.is_empty()).then(|| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt())
-    })
+    over_runs(steps, |s| s.run, |run| rms(run.iter().filter_map(|s| of(s))))
 }
 
 /// Mean of what a step gives, over each run; the runs' values.
 pub fn mean_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
-    by_run(steps, |run| {
-        let v: Vec<f64> = run.iter().filter_map(|s| of(s)).collect();
-        (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
-    })
+    over_runs(steps, |s| s.run, |run| mean(run.iter().filter_map(|s| of(s))))
 }
 
-fn by_run(steps: &[Step], of: impl Fn(&[&Step]) -> Option<f64>) -> Vec<f64> {
-    let mut runs: Vec<u32> = steps.iter().map(|s| s.run).collect();
-    runs.sort_unstable();
-    runs.dedup();
-    runs.iter().filter_map(|r| of(&steps.iter().filter(|s| s.run == *r).collect::<Vec<_>>())).collect()
+/// Mean of what a step gives, in percent, over each run; the runs' values.
+pub fn percent_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
+    mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect()
 }
 
 /// The figures that all methods share, over runs.
 pub fn common_rows(steps: &[Step]) -> Vec<Row> {
-    let percent = |of: &dyn Fn(&Step) -> Option<f64>| -> Vec<f64> {
-        mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect()
+    let percent = |quantity: &str, of: &dyn Fn(&Step) -> Option<f64>| {
+        Row::mean(quantity, "%", &percent_of_runs(steps, of))
+    };
+    let rms = |quantity: &str, unit: &str, of: &dyn Fn(&Step) -> Option<f64>| {
+        Row::mean(quantity, unit, &rms_of_runs(steps, of))
     };
     let mut rows = vec![
-        Row::mean(
-            "looks with a lane",
-            "%",
-            &percent(&|s| Some(f64::from(s.estimate.no_lane.is_none() as u8))),
-        ),
-        Row::mean("precision of lines within 0.3 m", "%", &percent(&|s| s.score.precision)),
-        Row::mean("recall of lines within 0.3 m", "%", &percent(&|s| s.score.recall)),
-        Row::mean("F1 within 0.3 m", "%", &percent(&|s| s.score.f1)),
+        percent("looks with a lane", &|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
+        percent("precision of lines within 0.3 m", &|s| s.score.precision),
+        percent("recall of lines within 0.3 m", &|s| s.score.recall),
+        percent("F1 within 0.3 m", &|s| s.score.f1),
     ];
     for (k, d) in DISTANCES_M.iter().enumerate() {
-        let v = rms_of_runs(steps, |s| s.score.lateral_m[k]);
-        rows.push(Row::mean(format!("lateral error at {d} m (rms)"), "m", &v));
+        rows.push(rms(&format!("lateral error at {d} m (rms)"), "m", &|s| s.score.lateral_m[k]));
     }
-    rows.push(Row::mean("offset error (rms)", "m", &rms_of_runs(steps, |s| s.score.offset_error_m)));
-    let heading = rms_of_runs(steps, |s| s.score.heading_error_rad.map(f64::to_degrees));
-    rows.push(Row::mean("heading error (rms)", "deg", &heading));
-    let curvature = rms_of_runs(steps, |s| s.score.curvature_error_per_m);
-    rows.push(Row::mean("curvature error (rms)", "1/m", &curvature));
-    let right = percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r))));
-    rows.push(Row::mean("lane number right", "%", &right));
+    rows.extend([
+        rms("offset error (rms)", "m", &|s| s.score.offset_error_m),
+        rms("heading error (rms)", "deg", &|s| s.score.heading_error_rad.map(f64::to_degrees)),
+        rms("curvature error (rms)", "1/m", &|s| s.score.curvature_error_per_m),
+        percent("lane number right", &|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+    ]);
     rows.retain(|r| r.ours.is_some());
     rows
 }

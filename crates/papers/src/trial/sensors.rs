@@ -1,8 +1,8 @@
 //! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
 //! satellites; and what a frame leaves for estimators, so that it can be kept.
 
-use super::drive::{Drive, Level, lane_point, lane_track};
-use super::{Given, SpeedSensor};
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, Level, lane_point, lane_track};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::points::Point;
@@ -18,6 +18,26 @@ use catseye_lane::{LanePoint, LaneTrack, Measured, PulseScan, SensorInput};
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+
+/// What a vehicle's bus says of a speed: with noise, and rounded to steps. A sequence of its own for each seed.
+pub struct SpeedSensor {
+    pub draws: Draws,
+    pub std_mps: f64,
+    /// 0: not rounded.
+    pub step_mps: f64,
+}
+
+impl SpeedSensor {
+    pub fn new(seed: u64, std_mps: f64, step_mps: f64) -> SpeedSensor {
+        SpeedSensor { draws: Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x5eed), std_mps, step_mps }
+    }
+
+    pub fn read(&mut self, true_mps: f64) -> catseye_lane::Measured {
+        let noisy = true_mps + self.std_mps * self.draws.normal();
+        let value = if self.step_mps > 0.0 { (noisy / self.step_mps).round() * self.step_mps } else { noisy };
+        catseye_lane::Measured { value, std: self.std_mps.hypot(self.step_mps / 12f64.sqrt()) }
+    }
+}
 
 /// A point of a frame without its labels: what an estimator may know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! What the document's steps give, against the true lane.
 
-use super::Settings;
+use crate::trial::camera_fusion::settings::Settings;
 use crate::trial::report::{Row, Sheet, Step, number};
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use catseye_lane::score::TrueLanes;
@@ -239,7 +239,7 @@ impl Judged {
     }
 
     pub(super) fn sheet(&self) -> Sheet {
-        let mut s = Sheet::new("models", &["true_model", "chosen_model", "looks"]);
+        let mut s = Sheet::new("models", "true_model chosen_model looks");
         s.comments.push(format!(
             "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
             number(self.ways.rms())

@@ -1,14 +1,44 @@
 //! The document's figures: the picture with its trapezoid and lines (1, 11, 13), the lane on the ground (2, 12, 14), the fits to a way
 //! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
 
-use super::{Sensors, Settings, Shown};
+use crate::trial::camera_fusion::settings::{Condition, Settings};
 use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE};
-use crate::trial::report::Trial;
+use crate::trial::report::{Step, Trial};
 use catseye::error::Result;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
 use catseye_lane::score::TrueLanes;
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
 use glam::DVec2;
+
+/// What an estimator is given of a look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sensors {
+    CameraAlone,
+    Both,
+    RadarAlone,
+}
+
+impl Sensors {
+    pub const ALL: [Sensors; 3] = [Sensors::CameraAlone, Sensors::Both, Sensors::RadarAlone];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Sensors::CameraAlone => "camera alone",
+            Sensors::Both => "camera and radar",
+            Sensors::RadarAlone => "radar alone",
+        }
+    }
+}
+
+/// What pictures are drawn from.
+pub struct Shown {
+    pub time_s: f64,
+    pub image: Image,
+    pub condition: Condition,
+    pub sensors: Sensors,
+    pub step: Step,
+    pub insight: Insight,
+}
 
 const YELLOW: Rgb = [250, 210, 0];
 const GREYS: usize = 64;

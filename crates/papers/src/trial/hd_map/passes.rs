@@ -1,7 +1,7 @@
 //! Tracks and the vehicles that they belong to: for the score only, the estimator does not know.
 
-use super::traffic::{COUNTED, Group};
 use crate::trial::drive::Level;
+use crate::trial::hd_map::traffic::{COUNTED, Group};
 use catseye::road::actor_truth;
 use catseye::road::actors::{base_class, is_vehicle};
 use catseye::scene::Scene;

@@ -1,56 +1,25 @@
 //! What a trial of lane numbers leaves: accuracy beside the document's, wrong cases with their cause, errors of the tracks.
 
-use super::passes::{Pass, Passes, Scan};
-use super::{Settings, Stage, pictures};
-use crate::trial::Given;
+use crate::trial::context::Given;
 use crate::trial::drive::{Drive, Level};
+use crate::trial::hd_map::passes::{Pass, Passes, Scan};
+use crate::trial::hd_map::pictures;
+use crate::trial::hd_map::scene::{Error, KIND, READINGS, Scene};
+use crate::trial::hd_map::settings::Settings;
+use crate::trial::hd_map::stage::Stage;
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
+use crate::trial::stats::{mean, rms};
 use catseye::road::layout::LaneKind;
 use catseye_lane::LaneEstimate;
 use catseye_lane::hd_map::Assignment;
-use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, SceneKind, Tally, scan_of_pass};
+use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, Tally, scan_of_pass};
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
-use catseye_lane::score::score;
 
 /// Lines of the vehicle's own lane are compared between these distances, m.
 const OWN_RANGE_M: [f64; 2] = [3.0, 80.0];
 /// Groups of whom the picture of a scene is drawn.
 const DRAWN_GROUPS: usize = 6;
-/// The ways of reading the same tracks.
-pub const READINGS: [&str; 3] = ["as set", "document's line across", "tracks as they are"];
-
-/// Of one scene, over all runs.
-#[derive(Default)]
-pub struct Scene {
-    pub name: String,
-    pub document: Option<(u32, f64)>,
-    /// By reading; all under one kind of the table.
-    pub tables: [AccuracyTable; 3],
-    /// Right and all scans, by reading.
-    pub scans: [[u32; 2]; 3],
-    /// Of scans, by cause.
-    pub wrong_scans: [u32; 5],
-    pub missed: u32,
-    pub strays: [u32; 2],
-    /// (tracked, moved to the middle) across towards the radar, along; range; aspect.
-    pub errors: Vec<Error>,
-    pub drawing: pictures::Drawing,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub struct Error {
-    pub across_m: [f64; 2],
-    pub aspect_rad: f64,
-}
-
-const KIND: SceneKind = SceneKind::Straight;
-
-impl Scene {
-    pub fn tally(&self, reading: usize) -> &Tally {
-        self.tables[reading].tally(KIND)
-    }
-}
 
 pub struct All<'a> {
     given: &'a Given<'a>,
@@ -70,50 +39,20 @@ impl<'a> All<'a> {
             document: s.kind.map(|k| k.scene().document()),
             ..Scene::default()
         };
-        let columns = [
-            "scene",
-            "run",
-            "group",
-            "vehicle",
-            "class",
-            "frames_on_a_lane",
-            "scans",
-            "true_lane",
-            "lane",
-            "right",
-            "probability",
-            "lane_by_radar_axis",
-            "lane_without_step",
-            "cause",
-            "mean_range_m",
-            "mean_aspect_deg",
-            "across_m",
-            "across_moved_m",
-        ];
-        let wrong = ["scene", "run", "group", "vehicle", "class", "true_lane", "lane", "cause", "detail"];
-        let scans = [
-            "scene",
-            "run",
-            "group",
-            "vehicle",
-            "frame",
-            "true_lane",
-            "lane",
-            "cause",
-            "range_m",
-            "aspect_deg",
-            "across_m",
-            "across_moved_m",
-            "along_moved_m",
-        ];
+        let columns = "scene run group vehicle class frames_on_a_lane scans true_lane lane right probability \
+             lane_by_radar_axis lane_without_step cause mean_range_m mean_aspect_deg across_m \
+             across_moved_m";
+        let wrong = "scene run group vehicle class true_lane lane cause detail";
+        let scans = "scene run group vehicle frame true_lane lane cause range_m aspect_deg across_m \
+             across_moved_m along_moved_m";
         All {
             given,
             settings,
             scenes: stages.iter().map(scene).collect(),
             steps: Vec::new(),
-            vehicles: Sheet::new("vehicles", &columns),
-            wrong: Sheet::new("wrong", &wrong),
-            wrong_scans: Sheet::new("wrong_scans", &scans),
+            vehicles: Sheet::new("vehicles", columns),
+            wrong: Sheet::new("wrong", wrong),
+            wrong_scans: Sheet::new("wrong_scans", scans),
             notes: Vec::new(),
         }
     }
@@ -127,8 +66,7 @@ impl<'a> All<'a> {
         drive: &Drive<'_>,
         lanes: &[Stripes],
         level: &Level,
-        estimate: LaneEstimate,
-        seconds: f64,
+        estimate: (LaneEstimate, f64),
     ) {
         let on = lanes.iter().find_map(|l| l.lane_at(level.at_m));
         let strip = |k: LaneKind| {
@@ -138,8 +76,7 @@ impl<'a> All<'a> {
             return;
         }
         let truth = drive.truth(drive.time_s(frame), OWN_RANGE_M);
-        let score = score(&estimate, &truth);
-        self.steps.push(Step { run, frame, estimate, truth, score, seconds });
+        self.steps.push(Step::new(run, frame, estimate, truth));
     }
 
     pub fn group(
@@ -258,16 +195,7 @@ impl<'a> All<'a> {
         let mut trial = Trial::new(MapLanes::METHOD, title);
         let mut accuracy = Sheet::new(
             "accuracy",
-            &[
-                "scene",
-                "reading",
-                "vehicles",
-                "right",
-                "accuracy_percent",
-                "low_percent",
-                "high_percent",
-                "document_percent",
-            ],
+            "scene reading vehicles right accuracy_percent low_percent high_percent document_percent",
         );
         for s in &self.scenes {
             trial.rows.extend(rows(s, self.settings));
@@ -345,16 +273,6 @@ fn detail(pass: &Pass, s: &Scan) -> String {
     )
 }
 
-fn rms(v: impl Iterator<Item = f64>) -> Option<f64> {
-    let v: Vec<f64> = v.collect();
-    (!v.is_empty()).then(|| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt())
-}
-
-fn mean(v: impl Iterator<Item = f64>) -> Option<f64> {
-    let v: Vec<f64> = v.collect();
-    (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
-}
-
 fn rows(s: &Scene, settings: &Settings) -> Vec<Row> {
     let name = &s.name;
     let row = |what: &str, unit: &str, value: Option<f64>| Row::new(format!("{name}: {what}"), unit, value);
@@ -426,17 +344,8 @@ fn rows(s: &Scene, settings: &Settings) -> Vec<Row> {
 
 /// Error across by the angle between the line of sight and the vehicle.
 fn errors_by_aspect(scenes: &[Scene]) -> Sheet {
-    let columns = [
-        "scene",
-        "aspect_from_deg",
-        "aspect_to_deg",
-        "scans",
-        "mean_m",
-        "rms_m",
-        "mean_moved_m",
-        "rms_moved_m",
-    ];
-    let mut sheet = Sheet::new("errors_by_aspect", &columns);
+    let columns = "scene aspect_from_deg aspect_to_deg scans mean_m rms_m mean_moved_m rms_moved_m";
+    let mut sheet = Sheet::new("errors_by_aspect", columns);
     sheet
         .comments
         .push("across the vehicle, positive towards the radar; moved: to the middle of a car".into());

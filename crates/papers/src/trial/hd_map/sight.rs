@@ -1,8 +1,8 @@
 //! What the radar sees of what moves: points along the ground, clusters, tracks.
 
-use super::Settings;
-use crate::trial::Given;
+use crate::trial::context::Given;
 use crate::trial::drive::{Drive, Level, lane_track, suitable};
+use crate::trial::hd_map::settings::Settings;
 use catseye::detect::cluster::{Dbscan, Place};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};

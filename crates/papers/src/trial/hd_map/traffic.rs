@@ -1,6 +1,7 @@
 //! Vehicles drawn at random on the lanes of a road file.
 
-use super::{SceneTable, Settings, Stage};
+use crate::trial::hd_map::settings::{SceneTable, Settings};
+use crate::trial::hd_map::stage::Stage;
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::axis::RoadPoint;

@@ -1,6 +1,6 @@
 //! The cross section of a scene's markers, for the check of levels (Feng 2019, section 5.1.5).
 
-use crate::trial::Given;
+use crate::trial::context::Given;
 use catseye::error::Result;
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::reflector::Reflector;

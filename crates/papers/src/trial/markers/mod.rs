@@ -1,53 +1,33 @@
 //! Rows of markers in a driven scenario (Feng 2019, section 5.1; fig. 5.1 to 5.4 and 4.13).
 
 mod level;
+
+mod looks;
+
 mod pictures;
-mod rival;
+
+mod ready;
+
 mod settings;
+
 mod tally;
 
-pub(super) use rival::rival;
-pub use settings::Settings;
-
-use super::drive::suitable;
-use super::report::{Row, Sheet, Step, Trial, common_rows, rms_of_runs};
-use super::{Drive, Given, SpeedSensor};
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, lane_point, suitable};
+use crate::trial::markers::looks::{Kept, Seen, excess_db, is_marker, of_runs};
+use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, rms_of_runs};
+use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::{mean, rms, timed};
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::site::Site;
 use catseye::scene::waveform::Waveform;
 use catseye_lane::markers::{Markers, MarkersOptions};
-use catseye_lane::score::score;
 use catseye_lane::track::TrackOptions;
-use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
-use serde::{Deserialize, Serialize};
-use std::time::Instant;
-use tally::{Tally, View, markers_in_view, tally, truth_in_view};
-
-/// What is kept of a frame.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Kept {
-    points: Vec<LanePoint>,
-    /// The object that made each point, for the tables and pictures only; "" for none.
-    classes: Vec<String>,
-}
-
-/// One look with all that pictures and tables need.
-struct Seen {
-    run: u32,
-    frame: u32,
-    time_s: f64,
-    kept: Kept,
-    /// Of the look by itself.
-    single: LaneEstimate,
-    followed: LaneEstimate,
-    steps: catseye_lane::markers::Steps,
-    tally: Tally,
-    markers: Vec<[f64; 2]>,
-    every_marker: Vec<[f64; 2]>,
-    true_speed_mps: f64,
-    true_yaw_rate: f64,
-}
+use catseye_lane::{LaneEstimator, LanePoint, SensorInput};
+pub(super) use ready::rival;
+pub use settings::Settings;
 
 /// Points so near the edge of the angular grid are left out, rad.
 const EDGE_RAD: f64 = 0.01;
@@ -108,15 +88,14 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let level = drive.level(time_s);
             let speed_mps = bus.as_mut().map(|b| b.read(level.speed_mps));
             let yaw_rate = gyro.as_mut().map(|g| g.read(level.yaw_rate_rad_per_s));
-            let clock = Instant::now();
-            let estimate = estimator.estimate(&SensorInput {
+            let look = SensorInput {
                 time_s,
                 speed_mps,
                 yaw_rate_rad_per_s: yaw_rate,
                 points: &kept.points,
                 ..SensorInput::default()
-            });
-            let seconds = clock.elapsed().as_secs_f64();
+            };
+            let (estimate, seconds) = timed(|| estimator.estimate(&look));
             let truth = truth_in_view(&drive, time_s, &view);
             let single = estimator.by_itself.clone().unwrap_or_else(|| estimate.clone());
             let markers = markers_in_view(&drive, time_s, &view);
@@ -136,8 +115,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 true_speed_mps: level.speed_mps,
                 true_yaw_rate: level.yaw_rate_rad_per_s,
             });
-            let score = score(&estimate, &truth);
-            steps.push(Step { run, frame: index, estimate, truth, score, seconds });
+            steps.push(Step::new(run, index, (estimate, seconds), truth));
             (given.watch)(steps.len() as u64, all);
         }
     }
@@ -161,7 +139,7 @@ fn points_of(drive: &Drive<'_>, which: usize, index: u32) -> Result<Kept> {
     // At the edge of the view a direction is only a bound.
     let edge_rad = drive.radar(which).processing.azimuth_fov_rad - EDGE_RAD;
     for p in frame.points.iter().filter(|p| p.azimuth_rad.abs() < edge_rad) {
-        if let Some(mut point) = super::drive::lane_point(drive.radar(which), p) {
+        if let Some(mut point) = lane_point(drive.radar(which), p) {
             // Beyond the antennas' view levels are infinite, which files do not hold.
             if !point.rcs_dbsm.is_finite() {
                 point.rcs_dbsm = NO_LEVEL_DBSM;
@@ -182,12 +160,6 @@ fn pictured<'a>(seen: &'a [Seen], settings: &Settings) -> Option<&'a Seen> {
     }
 }
 
-fn of_runs(seen: &[Seen], of: impl Fn(&[&Seen]) -> Option<f64>) -> Vec<f64> {
-    let mut runs: Vec<u32> = seen.iter().map(|s| s.run).collect();
-    runs.dedup();
-    runs.iter().filter_map(|r| of(&seen.iter().filter(|s| s.run == *r).collect::<Vec<_>>())).collect()
-}
-
 /// A share of the markers over each run, in percent.
 fn share(seen: &[Seen], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
     of_runs(seen, |run| {
@@ -195,35 +167,6 @@ fn share(seen: &[Seen], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
         run.iter().for_each(|s| sum.add(&s.tally));
         of(&sum).map(|x| 100.0 * x)
     })
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let v: Vec<f64> = values.collect();
-    (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
-    mean(values.map(|v| v * v)).map(f64::sqrt)
-}
-
-/// Range (m), level seen and level expected (dBsm) of each member of each line.
-fn excess_db(s: &Seen, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
-    s.single
-        .lines
-        .iter()
-        .map(|l| {
-            l.members
-                .iter()
-                .filter_map(|i| {
-                    let p = s.kept.points.get(*i)?;
-                    let curve = &l.fitted.curve;
-                    let foot = curve.foot(glam::DVec2::from_array(p.at_m));
-                    let expected = estimator.expected_dbsm(p, curve.at(foot.s_m).heading_rad)?;
-                    Some((p.range_m, p.rcs_dbsm, expected))
-                })
-                .collect()
-        })
-        .collect()
 }
 
 /// The document's figures, and ours.
@@ -323,35 +266,12 @@ fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
     out
 }
 
-fn is_marker(s: &Seen, i: usize) -> bool {
-    s.kept.classes.get(i).is_some_and(|c| c == "marker")
-}
-
 fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &View) -> Vec<Sheet> {
     let mut looks = Sheet::new(
         "looks",
-        &[
-            "run",
-            "frame",
-            "time_s",
-            "points",
-            "at_rest",
-            "grouped",
-            "dense",
-            "left",
-            "paths",
-            "rows_by_hough",
-            "lines",
-            "markers",
-            "detected",
-            "found",
-            "members",
-            "right",
-            "speed_mps",
-            "true_speed_mps",
-            "yaw_rate_deg_per_s",
-            "true_yaw_rate_deg_per_s",
-        ],
+        "run frame time_s points at_rest grouped dense left paths rows_by_hough lines markers \
+             detected found members right speed_mps true_speed_mps yaw_rate_deg_per_s \
+             true_yaw_rate_deg_per_s",
     );
     for s in seen {
         let (t, e) = (&s.tally, &s.steps);
@@ -382,8 +302,7 @@ fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &V
             &format!("{:.4}", s.true_yaw_rate.to_degrees()),
         ]);
     }
-    let mut by_range =
-        Sheet::new("by_range", &["from_m", "to_m", "markers", "detected", "found", "recall", "precision"]);
+    let mut by_range = Sheet::new("by_range", "from_m to_m markers detected found recall precision");
     let edges = [0.0f64, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0];
     for w in edges.windows(2) {
         let ring = View { reach_m: [w[0].max(view.reach_m[0]), w[1].min(view.reach_m[1])], ..*view };
@@ -412,10 +331,8 @@ fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &V
 
 /// What is left of recall and precision when points are taken away and strewn in, after the chain.
 fn robustness(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
-    let mut sheet = Sheet::new(
-        "robustness",
-        &["missing_share", "extra_points", "hough", "recall", "precision", "looks_with_two_lines"],
-    );
+    let mut sheet =
+        Sheet::new("robustness", "missing_share extra_points hough recall precision looks_with_two_lines");
     sheet.comments.push(
         "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.".into(),
     );
@@ -501,9 +418,4 @@ fn notes(options: &MarkersOptions, settings: &Settings, radar: &catseye::scene::
         );
     }
     out
-}
-
-/// A value without its doubt, for charts.
-fn value(m: Option<Measured>) -> Option<f64> {
-    m.map(|m| m.value)
 }

@@ -1,9 +1,11 @@
 //! Pictures in the form of Feng 2019, fig. 5.1 to 5.4 and 4.13.
 
-use super::tally::{View, tally, truth_in_view};
-use super::{Seen, Tally, excess_db, value};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::markers::looks::{Seen, excess_db};
+use crate::trial::markers::tally::{Tally, View, tally, truth_in_view};
 use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::{Drive, Given, Step};
+use crate::trial::report::Step;
 use catseye::error::Result;
 use catseye::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
@@ -401,10 +403,10 @@ fn over_time(run: u32, seen: &[Seen], steps: &[Step]) -> Option<Chart> {
     let alone: Vec<[f64; 2]> = seen
         .iter()
         .filter(|s| s.run == run)
-        .filter_map(|s| Some([s.time_s, value(s.single.offset_m)?]))
+        .filter_map(|s| Some([s.time_s, s.single.offset_m?.value]))
         .collect();
     let followed: Vec<[f64; 2]> =
-        steps.iter().filter_map(|s| Some([s.estimate.time_s, value(s.estimate.offset_m)?])).collect();
+        steps.iter().filter_map(|s| Some([s.estimate.time_s, s.estimate.offset_m?.value])).collect();
     let all = || truth.iter().chain(&alone).chain(&followed).map(|p| p[1]);
     let (lo, hi) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
     if lo > hi {

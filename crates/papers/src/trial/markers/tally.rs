@@ -1,6 +1,6 @@
 //! Markers found and missed, and what a table of the look's figures holds.
 
-use crate::trial::Drive;
+use crate::trial::drive::Drive;
 use catseye::scene::radar::Radar;
 use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LanePoint};

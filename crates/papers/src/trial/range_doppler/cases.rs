@@ -1,9 +1,10 @@
 //! Single looks from poses that are set, each on a road of its own.
 
-use super::{Case, Looker, Made, Settings, errors, in_range};
-use crate::trial::report::Row;
-use crate::trial::{Given, Trial};
-use catseye::error::{BadInput, Result};
+use crate::trial::context::Given;
+use crate::trial::range_doppler::looks::{Looker, Made, errors};
+use crate::trial::range_doppler::settings::{Case, Settings, in_range};
+use crate::trial::report::{Row, Trial};
+use catseye::error::Result;
 use catseye::rng::Draws;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
@@ -21,27 +22,6 @@ const APART_AT_M: f64 = 5.0;
 const VERGE_M: f64 = 6.0;
 
 impl Case {
-    pub(super) fn check(&self, s: &Settings, i: usize) -> Result<()> {
-        let key = |k: &str| format!("lane.range_doppler.case[{i}].{k}");
-        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
-            return Err(BadInput::new("is no name of a case")
-                .key(key("name"))
-                .value(&self.name)
-                .allowed("1 to 60 letters, digits, _ and -")
-                .into());
-        }
-        in_range(&key("offset_m"), self.offset_m, -s.max_offset_m, s.max_offset_m)?;
-        in_range(&key("heading_deg"), self.heading_deg, -s.max_heading_deg, s.max_heading_deg)?;
-        in_range(&key("bend_after_m"), self.bend_after_m, 0.0, s.bend_within_m)?;
-        if self.radius_m != 0.0 {
-            // The lane's inner edge keeps a radius.
-            let least = s.min_radius_m.max(0.5 * s.lane_width_m + 0.3);
-            in_range(&key("radius_m"), self.radius_m.abs(), least, 1e5)?;
-        }
-        Ok(())
-    }
-
     /// For pictures.
     pub(super) fn title(&self) -> String {
         let mut out = format!("{}: offset {} m", self.name, self.offset_m);

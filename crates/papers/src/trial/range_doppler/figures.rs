@@ -1,8 +1,9 @@
 //! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
 
-use super::{Made, MapPicture, Settings, errors};
-use crate::trial::Trial;
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::range_doppler::looks::{Made, MapPicture, errors};
+use crate::trial::range_doppler::settings::Settings;
+use crate::trial::report::Trial;
 use catseye::error::Result;
 use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, finite_range, noise_scale};

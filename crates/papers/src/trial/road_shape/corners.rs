@@ -1,9 +1,13 @@
 //! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (M, Figs. 1 and 2), and what tracking
 //! the subspace costs against decomposing (M, Table I).
 
-use super::{Settings, chosen};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
 use crate::trial::pictures::TRUE;
-use crate::trial::{Drive, Given, Row, Sheet, Trial};
+use crate::trial::report::{Row, Sheet, Trial};
+use crate::trial::road_shape::input::chosen;
+use crate::trial::road_shape::settings::Settings;
+use crate::trial::stats::{mean, rms};
 use catseye::dsp::doa_bisvd::{BiSvd, costs};
 use catseye::dsp::doa_covariance::{add_outer, eigen};
 use catseye::dsp::doa_manifold::Matrix;
@@ -154,7 +158,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     }
     let Some(first) = runs.first() else { return Err(Error::Failed("a trial has one run or more".into())) };
     let gap = |t: &[f64; 2]| t[1] - t[0];
-    let mut sheet = Sheet::new("directions", &["run", "frame", "method", "true_deg", "found_deg"]);
+    let mut sheet = Sheet::new("directions", "run frame method true_deg found_deg");
     for (r, run) in runs.iter().enumerate() {
         for (k, way) in WAYS.iter().enumerate() {
             for (f, (found, truth)) in run.directions_rad[k].iter().zip(&run.truth_rad).enumerate() {
@@ -166,9 +170,8 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
         }
     }
     let apart: Vec<f64> = runs.iter().flat_map(|r| r.truth_rad.iter().map(|t| gap(t).to_degrees())).collect();
-    let mean = apart.iter().sum::<f64>() / apart.len().max(1) as f64;
     trial.rows.push(
-        Row::new("angle between the reflectors", "deg", Some(mean))
+        Row::new("angle between the reflectors", "deg", Some(mean(apart).unwrap_or(0.0)))
             .document((2.0 * (1.5f64 / 17.0).atan()).to_degrees())
             .why("3.0 m at 17 m"),
     );
@@ -194,14 +197,12 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
         let errors: Vec<f64> = runs
             .iter()
             .filter_map(|r| {
-                let e: Vec<f64> = r.directions_rad[k]
+                let e = r.directions_rad[k]
                     .iter()
                     .zip(&r.truth_rad)
                     .filter(|(f, t)| right(f, t))
-                    .flat_map(|(f, t)| [f[0] - t[0], f[1] - t[1]])
-                    .collect();
-                let ms = e.iter().map(|x| x * x).sum::<f64>() / e.len().max(1) as f64;
-                (!e.is_empty()).then(|| ms.sqrt().to_degrees())
+                    .flat_map(|(f, t)| [f[0] - t[0], f[1] - t[1]]);
+                rms(e).map(f64::to_degrees)
             })
             .collect();
         let shown = Row::mean(format!("{}: directions", way.name), "", &counts);

@@ -2,247 +2,42 @@
 //! over a drive. And M's two corner reflectors, on which methods of angle are compared.
 
 mod corners;
-mod edges;
+
+mod input;
+
 mod pictures;
-mod rival;
 
-pub use corners::subspace_seconds;
-pub use edges::{Edges, NearEdges};
-pub(super) use rival::rival;
+mod ready;
 
-use crate::trial::report::{common_rows, mean_of_runs};
-use crate::trial::{Drive, Given, Row, Sheet, SpeedSensor, Step, Trial};
+mod settings;
+
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, lane_point};
+use crate::trial::edges::{Edges, NearEdges};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs};
+use crate::trial::road_shape::input::{chosen, kept_whole};
+use crate::trial::road_shape::pictures::{KeptImage, Tracked};
+use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::{rms, timed};
 use catseye::error::{BadInput, Result};
 use catseye::road::site::Site;
-use catseye::scene::radar::Radar;
-use catseye::scene::waveform::Waveform;
-use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager, suits};
+use catseye_lane::road_shape::image::Imager;
 use catseye_lane::road_shape::{
-    Curve, EdgeStatus, Ego, HoughSettings, RadarMount, RoadShapeEstimator, RoadShapeOptions, Side,
-    TrackerSettings, VoteMap,
+    EdgeStatus, Ego, HoughSettings, RadarMount, RoadShapeEstimator, Side, VoteMap,
 };
-use catseye_lane::score::{TrueLanes, score};
+use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
+pub use corners::subspace_seconds;
 use glam::DVec2;
-use pictures::{KeptImage, Tracked};
-use schemars::JsonSchema;
+pub(super) use ready::rival;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
-
-/// Where the points come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Source {
-    /// The image where the radar has two slopes, else the detector.
-    Auto,
-    /// A spectrum of angle for each beat frequency, as the document has it.
-    Image,
-    /// The radar's own detector and angles.
-    Points,
-}
-
-/// What is tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Task {
-    /// Edges of the road over a drive (M, Figs. 3 to 7).
-    Edges,
-    /// Two corner reflectors at one range, by several methods of angle (M, Figs. 1 and 2, Table I).
-    Corners,
-}
-
-/// The table `[lane.road_shape]` of a scenario.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settings {
-    /// Default edges.
-    pub task: Task,
-    /// Default auto.
-    pub source: Source,
-    /// How a row of the image is made into angles: bi-svd, music, esprit, bartlett. Default bi-svd.
-    pub angles: Angles,
-    /// Most sources in a row of the image. Default 2, as the document counts.
-    pub sources: usize,
-    /// alpha of the subspace tracker, for each snapshot. Default 0.9.
-    pub forgetting: f64,
-    /// Elements of the subarrays that are averaged over, which two echoes with a fixed phase between them need; 0: the whole
-    /// line. Default 0.
-    pub subarray: usize,
-    /// Mean power of a row over the noise for it to count, dB. Default 3.
-    pub row_db: f64,
-    /// Power of a source over the noise, all channels and chirps together, dB. Default 13.
-    pub source_db: f64,
-    /// No point is taken beyond, m. Default 100.
-    pub max_range_m: f64,
-    /// Standard deviation of the speed on the vehicle's bus, m/s. Default 0.1.
-    pub speed_std_mps: f64,
-    /// Standard deviation of the yaw rate on the vehicle's bus, deg/s. Default 0.2.
-    pub yaw_rate_std_deg_per_s: f64,
-    /// Half width of the gate of standing points, standard deviations. Default 3.
-    pub gate_sigmas: f64,
-    /// What the deviations do not know of a range rate, m/s. Default 0.2.
-    pub gate_floor_mps: f64,
-    /// Curve of the vote's refinement: arc, or parabola as in the document. Default arc.
-    pub curve: Curve,
-    /// Deviation of the vehicle's heading from the road's, deg; 0: the road begins straight ahead, as in the document. Default 0.
-    pub heading_std_deg: f64,
-    /// Both edges with one curvature. Default false.
-    pub parallel: bool,
-    /// Random walk of the rate of curvature, 1/m² per √m. Default 6e-6.
-    pub c1_walk: f64,
-    /// Random walk of an edge's distance, m per √m. Default 0.05.
-    pub b_walk: f64,
-    /// Scans with an edge until it is stated. Default 3.
-    pub confirm_scans: usize,
-    /// Edges are scored between these distances from the vehicle, m. Default 10 and 60.
-    pub from_m: f64,
-    pub to_m: f64,
-    /// Frame that the pictures show; default the middle one.
-    pub picture_frame: Option<u32>,
-    /// Largest curvature that a document tells of this drive, 1/m, printed beside ours.
-    pub document_curvature_per_m: Option<f64>,
-    /// Corners: how exactly the reflectors are put up, m along the line of sight, anew in each run. Default 0.002, half a
-    /// wavelength: their phases are any.
-    pub placement_std_m: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            task: Task::Edges,
-            source: Source::Auto,
-            angles: Angles::BiSvd,
-            sources: 2,
-            forgetting: 0.9,
-            subarray: 0,
-            row_db: 3.0,
-            source_db: 13.0,
-            max_range_m: 100.0,
-            speed_std_mps: 0.1,
-            yaw_rate_std_deg_per_s: 0.2,
-            gate_sigmas: 3.0,
-            gate_floor_mps: 0.2,
-            curve: Curve::Arc,
-            heading_std_deg: 0.0,
-            parallel: false,
-            c1_walk: 6e-6,
-            b_walk: 0.05,
-            confirm_scans: 3,
-            from_m: 10.0,
-            to_m: 60.0,
-            picture_frame: None,
-            document_curvature_per_m: None,
-            placement_std_m: 0.002,
-        }
-    }
-}
-
-fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
-    if value.is_finite() && (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(BadInput::new("is outside its range")
-        .key(format!("lane.road_shape.{key}"))
-        .value(value)
-        .allowed(format!("{low}..={high} {unit}"))
-        .remedy("leave it out for its default")
-        .into())
-}
-
-impl Settings {
-    /// Errors: a value outside its range.
-    pub fn check(&self) -> Result<()> {
-        within("sources", self.sources as f64, 1.0, 16.0, "sources")?;
-        within("forgetting", self.forgetting, 1e-3, 0.9999, "")?;
-        within("subarray", self.subarray as f64, 0.0, 1024.0, "elements")?;
-        within("row_db", self.row_db, 0.0, 100.0, "dB")?;
-        within("source_db", self.source_db, 0.0, 100.0, "dB")?;
-        within("max_range_m", self.max_range_m, 5.0, 1000.0, "m")?;
-        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "m/s")?;
-        within("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 90.0, "deg/s")?;
-        within("gate_sigmas", self.gate_sigmas, 0.1, 20.0, "standard deviations")?;
-        within("gate_floor_mps", self.gate_floor_mps, 0.0, 10.0, "m/s")?;
-        within("heading_std_deg", self.heading_std_deg, 0.0, 20.0, "deg")?;
-        within("c1_walk", self.c1_walk, 0.0, 1e-2, "1/m² per √m")?;
-        within("b_walk", self.b_walk, 0.0, 5.0, "m per √m")?;
-        within("confirm_scans", self.confirm_scans as f64, 1.0, 100.0, "scans")?;
-        within("from_m", self.from_m, 0.0, 500.0, "m")?;
-        within("to_m", self.to_m, self.from_m + 1.0, 500.0, "m")?;
-        within("placement_std_m", self.placement_std_m, 0.0, 1.0, "m")?;
-        if let Some(c) = self.document_curvature_per_m {
-            within("document_curvature_per_m", c, 0.0, 1.0, "1/m")?;
-        }
-        Ok(())
-    }
-
-    fn image(&self) -> ImageSettings {
-        ImageSettings {
-            angles: self.angles,
-            sources: self.sources,
-            forgetting: self.forgetting,
-            subarray: self.subarray,
-            row_db: self.row_db,
-            source_db: self.source_db,
-            max_range_m: self.max_range_m,
-            ..ImageSettings::default()
-        }
-    }
-
-    /// What the estimator is made with; `fold_mps` as in [`catseye_lane::road_shape::StaticGate`].
-    pub fn options(&self, fold_mps: Option<f64>) -> RoadShapeOptions {
-        let mut tracker = TrackerSettings {
-            parallel: self.parallel,
-            confirm_scans: self.confirm_scans,
-            ..TrackerSettings::default()
-        };
-        tracker.gate.sigmas = self.gate_sigmas;
-        tracker.gate.floor_mps = self.gate_floor_mps;
-        tracker.gate.max_range_m = self.max_range_m;
-        tracker.gate.fold_mps = fold_mps;
-        tracker.fit.curve = self.curve;
-        tracker.fit.heading_std_rad = self.heading_std_deg.to_radians();
-        tracker.fit.c1_walk = self.c1_walk;
-        tracker.filter.c1_walk = self.c1_walk;
-        tracker.filter.b_walk = self.b_walk;
-        RoadShapeOptions { tracker, own_speed_share: 0.0 }
-    }
-}
+pub use settings::{Settings, Source, Task};
 
 /// Of one look, as it is kept.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Kept {
     points: Vec<LanePoint>,
     image: Option<KeptImage>,
-}
-
-/// A look with what came of it.
-pub(crate) struct Seen<'a> {
-    pub points: &'a [LanePoint],
-    pub estimate: &'a LaneEstimate,
-}
-
-/// The radar that is taken, and whether its image is.
-fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
-    let image = radars.iter().position(suits);
-    let points =
-        radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }) && r.virtual_channels() > 1);
-    let none = |what: &str, remedy: &str| {
-        BadInput::new(format!("no radar of the scenario has {what}"))
-            .key("radar")
-            .value(radars.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "))
-            .remedy(remedy.to_string())
-    };
-    match settings.source {
-        Source::Image | Source::Auto if image.is_some() => Ok((image.unwrap_or(0), true)),
-        Source::Image => {
-            Err(none("two slopes and three channels in one line", "take fmcw76, or source = \"points\"")
-                .into())
-        }
-        _ => match points {
-            Some(k) => Ok((k, false)),
-            None => Err(none("two channels", "take fmcw76 or front77").into()),
-        },
-    }
 }
 
 /// Runs what the settings ask for. Errors: settings and scenarios that do not go together; those of the chain.
@@ -273,8 +68,7 @@ fn seen(given: &Given<'_>, run: u32, settings: &Settings, site: &Site, shown: u3
                 let ahead = radar.mounting.rotation * glam::DVec3::X;
                 let mount = RadarMount { x_m: at.x, y_m: at.y, yaw_rad: ahead.y.atan2(ahead.x) };
                 let points = imager.points(&images, Some(&ego), &mount)?;
-                let points =
-                    points.iter().filter_map(|p| crate::trial::drive::lane_point(radar, p)).collect();
+                let points = points.iter().filter_map(|p| lane_point(radar, p)).collect();
                 (points, with.then(|| KeptImage::of(&images[0])))
             }
             None => (drive.points(&frame), None),
@@ -284,11 +78,6 @@ fn seen(given: &Given<'_>, run: u32, settings: &Settings, site: &Site, shown: u3
         (given.watch)(u64::from(run) * u64::from(drive.frames()) + u64::from(index) + 1, all);
     }
     Ok(out)
-}
-
-/// JSON holds no infinities, which points without antenna gain have.
-fn kept_whole(p: &LanePoint) -> bool {
-    p.rcs_dbsm.is_finite() && p.snr_db.is_finite() && p.at_m.iter().chain(&p.std_m).all(|v| v.is_finite())
 }
 
 /// What the vehicle's bus says.
@@ -386,21 +175,8 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     let shown = settings.picture_frame.unwrap_or(count / 2).min(count.saturating_sub(1));
     let mut estimates = Sheet::new(
         "edges",
-        &[
-            "run",
-            "frame",
-            "time_s",
-            "side",
-            "state",
-            "c0_per_m",
-            "c0_std_per_m",
-            "c1_per_m2",
-            "b_m",
-            "b_std_m",
-            "true_b_m",
-            "true_c0_per_m",
-            "why",
-        ],
+        "run frame time_s side state c0_per_m c0_std_per_m c1_per_m2 b_m b_std_m true_b_m \
+             true_c0_per_m why",
     );
     let mut nothing = false;
     for run in 0..given.runs {
@@ -436,9 +212,7 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 points: &k.points,
                 ..SensorInput::default()
             };
-            let clock = Instant::now();
-            let estimate = estimator.estimate(&look);
-            let seconds = clock.elapsed().as_secs_f64();
+            let (estimate, seconds) = timed(|| estimator.estimate(&look));
             let near = edges.near(&level, settings.to_m + 20.0);
             let cars = vehicles(&drive, which, time_s);
             let shape = estimator.latest();
@@ -466,13 +240,13 @@ fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
                 {
                     trial.pictures.push(("votes".into(), picture));
                 }
-                let view = Seen { points: &k.points, estimate: &estimate };
                 let at: Vec<[f64; 2]> = cars.iter().map(|c| c.at_m).collect();
                 let title = "Estimated and true edges (M, Figs. 5 and 6)";
-                trial.pictures.push(("road".into(), pictures::road(title, &view, shape, &truth, &at)?));
+                trial
+                    .pictures
+                    .push(("road".into(), pictures::road(title, &k.points, &estimate, shape, &truth, &at)?));
             }
-            let result = score(&estimate, &truth);
-            trial.steps.push(Step { run, frame: index, estimate, truth, score: result, seconds });
+            trial.steps.push(Step::new(run, index, (estimate, seconds), truth));
         }
         if run == 0 {
             trial.pictures.push(("curvature".into(), pictures::curvature(&tracked)?));
@@ -565,10 +339,8 @@ fn rows(trial: &mut Trial, tallies: &[Tally], settings: &Settings) {
     let share = |of: &dyn Fn(&Tally) -> [f64; 2]| -> Vec<f64> {
         tallies.iter().map(of).filter(|v| v[1] > 0.0).map(|v| 100.0 * v[0] / v[1]).collect()
     };
-    let rms = |of: &dyn Fn(&Tally) -> Vec<f64>| -> Vec<f64> {
-        let one = |v: Vec<f64>| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
-        tallies.iter().map(of).filter(|v| !v.is_empty()).map(one).collect()
-    };
+    let rms =
+        |of: &dyn Fn(&Tally) -> Vec<f64>| -> Vec<f64> { tallies.iter().filter_map(|t| rms(of(t))).collect() };
     let mut more = Vec::new();
     for (k, name) in ["right", "left"].into_iter().enumerate() {
         let why = match k {

@@ -1,11 +1,11 @@
 //! Pictures as the document's figures 2 to 7.
 
-use super::Seen;
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use catseye::error::Result;
 use catseye_lane::road_shape::image::SlopeImage;
 use catseye_lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
 use catseye_lane::score::TrueLanes;
+use catseye_lane::{LaneEstimate, LanePoint};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol};
 use catseye_plot::{ColourMap, Scale, class_colour, curve_pen, heat_map};
 use serde::{Deserialize, Serialize};
@@ -110,16 +110,16 @@ pub fn votes(shape: &RoadShape, settings: &HoughSettings) -> Result<Option<Pictu
 /// Figs. 5 and 6: the estimated edges over the true ones, with standing points and what moves.
 pub fn road(
     title: &str,
-    seen: &Seen,
+    points: &[LanePoint],
+    estimate: &LaneEstimate,
     shape: Option<&RoadShape>,
     truth: &TrueLanes,
     cars: &[[f64; 2]],
 ) -> Result<Picture> {
-    let estimate = &seen.estimate;
     let at_rest = shape.map_or(&[][..], |s| &s.points[..]);
     let rest: Vec<[f64; 2]> = at_rest.iter().map(|p| [p.x_m, p.y_m]).collect();
     let near = |p: &[f64; 2]| rest.iter().any(|q| (p[0] - q[0]).hypot(p[1] - q[1]) < 0.3);
-    let other: Vec<[f64; 2]> = seen.points.iter().map(|p| p.at_m).filter(|p| !near(p)).collect();
+    let other: Vec<[f64; 2]> = points.iter().map(|p| p.at_m).filter(|p| !near(p)).collect();
     let reach = truth.range_m[1] + 20.0;
     let top = truth
         .lines

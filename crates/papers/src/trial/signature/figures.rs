@@ -1,26 +1,17 @@
 //! Figures and tables of the trial.
 
-use super::settings::{CodeName, Settings, bits};
-use super::{Located, Moving, RowPicture, WordRead, Worse};
-use crate::trial::{Row, Sheet, Step};
+use crate::trial::report::{Row, Sheet, Step};
+use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, stds};
+use crate::trial::signature::mapped::Moving;
+use crate::trial::signature::settings::{CodeName, Settings, bits};
+use crate::trial::stats::{mean, over_runs, rms};
 use catseye_lane::LaneError;
 use catseye_lane::signature::codewords::Zone;
-use catseye_lane::signature::estimator::MapPosition;
 use catseye_lane::signature::map::SignatureMap;
-use glam::DVec2;
 
 pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {
-    let mut runs: Vec<u32> = places.iter().map(|p| p.run).collect();
-    runs.dedup();
-    let of_runs = |of: &dyn Fn(&[&Located]) -> Option<f64>| -> Vec<f64> {
-        runs.iter().filter_map(|r| of(&places.iter().filter(|p| p.run == *r).collect::<Vec<_>>())).collect()
-    };
-    let rms = |k: usize| {
-        of_runs(&|run| {
-            let v: Vec<f64> = run.iter().filter_map(|p| Some(p.error?[k].powi(2))).collect();
-            (!v.is_empty()).then(|| (v.iter().sum::<f64>() / v.len() as f64).sqrt())
-        })
-    };
+    let of_runs = |of: &dyn Fn(&[&Located]) -> Option<f64>| over_runs(places, |p| p.run, of);
+    let rms = |k: usize| of_runs(&|run| rms(run.iter().filter_map(|p| Some(p.error?[k]))));
     let plane: Vec<f64> = rms(0).iter().zip(rms(1)).map(|(a, b)| a.hypot(b)).collect();
     let heading: Vec<f64> = rms(2).iter().map(|h| h.to_degrees()).collect();
     let share = |of: &dyn Fn(&Located) -> bool| {
@@ -28,10 +19,7 @@ pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {
     };
     let error = |p: &Located| p.error.map(|e| e[0].hypot(e[1]));
     let worst = places.iter().filter_map(error).max_by(f64::total_cmp);
-    let nees = of_runs(&|run| {
-        let v: Vec<f64> = run.iter().filter_map(|p| p.nees).collect();
-        (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64 / 3.0)
-    });
+    let nees = of_runs(&|run| mean(run.iter().filter_map(|p| p.nees)).map(|n| n / 3.0));
     let first = of_runs(&|run| {
         let p = run.first()?;
         Some(if error(p).is_some_and(|e| e < 0.5) { 100.0 } else { 0.0 })
@@ -55,8 +43,7 @@ pub(super) fn place_rows(places: &[Located]) -> Vec<Row> {
 }
 
 pub(super) fn map_rows(map: &SignatureMap, errors: &[f64], moving: &Moving) -> Vec<Row> {
-    let rms = (!errors.is_empty())
-        .then(|| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt());
+    let rms = rms(errors.iter().copied());
     let percent = |a: usize, b: usize| (b > 0).then(|| 100.0 * a as f64 / b as f64);
     vec![
         Row::new("landmarks of the map", "", Some(map.landmarks().len() as f64)),
@@ -126,7 +113,7 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
     let f = |v: f64| format!("{v:.4}");
     let opt = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.4}"));
     let mut out = Vec::new();
-    let mut sheet = Sheet::new("map", &["x_m", "y_m", "std_x_m", "std_y_m", "hits", "occupancy"]);
+    let mut sheet = Sheet::new("map", "x_m y_m std_x_m std_y_m hits occupancy");
     for l in map.landmarks() {
         let [xx, _, yy] = l.covariance_m2;
         sheet.row(&[
@@ -139,26 +126,9 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
         ]);
     }
     out.push(sheet);
-    let columns = [
-        "run",
-        "time_s",
-        "way_m",
-        "true_x_m",
-        "true_y_m",
-        "x_m",
-        "y_m",
-        "along_m",
-        "across_m",
-        "heading_deg",
-        "std_along_m",
-        "std_across_m",
-        "points",
-        "explained",
-        "rivals",
-        "probability",
-        "tracked",
-    ];
-    let mut sheet = Sheet::new("places", &columns);
+    let columns = "run time_s way_m true_x_m true_y_m x_m y_m along_m across_m heading_deg std_along_m \
+             std_across_m points explained rivals probability tracked";
+    let mut sheet = Sheet::new("places", columns);
     for p in places {
         let std = |axis: usize| p.place.as_ref().map(|q| stds(q)[axis]);
         let radar = p.place.as_ref().map(|q| &q.radar);
@@ -185,11 +155,8 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
     }
     out.push(sheet);
     if !s.row.is_empty() {
-        let columns = [
-            "run", "frame", "row", "worse", "points", "word", "log_odds", "sure", "right", "missing",
-            "extra", "zone",
-        ];
-        let mut sheet = Sheet::new("words", &columns);
+        let columns = "run frame row worse points word log_odds sure right missing extra zone";
+        let mut sheet = Sheet::new("words", columns);
         for w in words {
             let r = w.reading.as_ref();
             let text = |v: Option<String>| v.unwrap_or_default();
@@ -214,15 +181,6 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
         out.push(sheet);
     }
     out
-}
-
-/// Standard deviations along and across the vehicle.
-pub(super) fn stds(p: &MapPosition) -> [f64; 2] {
-    let c = &p.covariance;
-    [0.0, 0.5 * std::f64::consts::PI].map(|turn| {
-        let u = DVec2::from_angle(p.vehicle.heading_rad + turn);
-        (u.x * u.x * c[0][0] + 2.0 * u.x * u.y * c[0][1] + u.y * u.y * c[1][1]).max(0.0).sqrt()
-    })
 }
 
 /// A zone in words.

@@ -1,9 +1,9 @@
 //! Pictures of the map, of the place over the drive, and of a row with its bits.
 
-use super::figures::stds;
-use super::{Located, RowPicture, RowTable};
-use crate::trial::Step;
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::report::Step;
+use crate::trial::signature::looks::{Located, RowPicture, stds};
+use crate::trial::signature::settings::RowTable;
 use catseye::error::Result;
 use catseye::road::labels::RoadTruth;
 use catseye_lane::LanePoint;

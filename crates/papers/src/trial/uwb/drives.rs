@@ -1,7 +1,8 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
-use super::settings::Settings;
-use crate::trial::{Drive, Given};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::uwb::settings::Settings;
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::labels::RoadLabel;

@@ -1,10 +1,10 @@
 //! Rows, tables and pictures.
 
-use super::settings::StandsFor;
-use super::{Made, Run, Seen, Tuned, energy, failed, wide};
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
-use crate::trial::report::{Row, common_rows};
-use crate::trial::{Sheet, Step, Trial};
+use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
+use crate::trial::uwb::runs::{Made, Run, Seen};
+use crate::trial::uwb::settings::StandsFor;
+use crate::trial::uwb::tuning::{Tuned, energy, failed, wide};
 use catseye::error::Result;
 use catseye_lane::uwb::{self, EventKind, Histogram};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, class_colour, finite_range};
@@ -231,12 +231,8 @@ fn notes(trial: &mut Trial, made: &Made<'_>) {
 }
 
 fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
-    let mut scans =
-        Sheet::new("energies", &["run", "radar", "rule", "time_s", "energy", "beside_plate", "lane"]);
-    let mut spacings = Sheet::new(
-        "passes",
-        &["run", "radar", "rule", "time_s", "distance_m", "spacing_m", "peak_energy", "verdict"],
-    );
+    let mut scans = Sheet::new("energies", "run radar rule time_s energy beside_plate lane");
+    let mut spacings = Sheet::new("passes", "run radar rule time_s distance_m spacing_m peak_energy verdict");
     scans.comments.push("energy and peak_energy over the mean of the bare road".into());
     spacings.comments.push("spacing_m to the marker that the pass was paired with".into());
     for (k, run) in made.runs.iter().enumerate() {
@@ -270,7 +266,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
     }
     trial.sheets.push(scans);
     trial.sheets.push(spacings);
-    let mut histogram = Sheet::new("histogram", &["radar", "rule", "from", "to", "bare", "beside_plates"]);
+    let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates");
     histogram.comments.push("from and to over the mean of the bare road".into());
     for (r, rule) in made.rules.iter().enumerate() {
         for (e, eye) in made.eyes.iter().enumerate() {

@@ -5,94 +5,31 @@
 //! of a pass is its centre) and for the settings' rule.
 
 mod drives;
+
 mod figures;
-mod rival;
+
+mod ready;
+
+mod runs;
+
 mod settings;
 
-pub(super) use rival::rival;
+mod tuning;
+
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::report::{Step, Trial};
+use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::timed;
+use crate::trial::uwb::drives::{Eye, Passed, Progress, Scenery};
+use crate::trial::uwb::runs::{Made, Run, Seen, Slow};
+use crate::trial::uwb::tuning::{Tuned, check_speed, energy, estimator, failed, rules, tune, wide};
+use catseye::error::{BadInput, Result};
+use catseye_lane::score::TrueLanes;
+use catseye_lane::uwb::Uwb;
+use catseye_lane::{LaneEstimator, SensorInput, uwb};
+pub(super) use ready::rival;
 pub use settings::{Asphalt, CentreOf, Settings, StandsFor};
-
-use crate::trial::{Drive, Given, SpeedSensor, Step, Trial};
-use catseye::error::{BadInput, Error, Result};
-use catseye::scene::scenario::Scenario;
-use catseye_lane::score::{TrueLanes, score};
-use catseye_lane::uwb::{Background, OffsetSource, Threshold, Uwb, UwbConfig, UwbLanes, UwbOptions};
-use catseye_lane::{LaneError, LaneEstimator, SensorInput, uwb};
-use drives::{Eye, Passed, Progress, Scans, Scenery};
-use std::time::Instant;
-
-/// How scans become passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Rule {
-    /// In the report.
-    name: &'static str,
-    take_background: bool,
-    centre: CentreOf,
-}
-
-/// One eye under one rule.
-struct Tuned {
-    options: UwbOptions,
-    threshold: Threshold,
-    /// Energies of the bare road.
-    bare: Vec<f64>,
-}
-
-/// One run as one eye sees it under one rule.
-struct Seen {
-    energies: Vec<f64>,
-    result: uwb::LaneEstimate,
-    score: uwb::RunScore,
-    /// Departure warnings where no marker of the own line was due, and where one was.
-    warnings_right: usize,
-    warnings_wrong: usize,
-    /// By counted markers, and by the speed alone: error at the last scan, m.
-    odometer_m: Option<[f64; 2]>,
-}
-
-/// One run.
-struct Run {
-    times_s: Vec<f64>,
-    /// By eye.
-    passes: Vec<Vec<Passed>>,
-    beside: Vec<Vec<Option<f64>>>,
-    covers: Vec<Vec<f64>>,
-    /// `[rule][eye]`.
-    seen: Vec<Vec<Seen>>,
-    scans: Scans,
-}
-
-/// The slow drive past the plates.
-struct Slow {
-    beside: Vec<Vec<Option<f64>>>,
-    scans: Scans,
-}
-
-/// All that figures are made from.
-struct Made<'a> {
-    settings: &'a Settings,
-    eyes: Vec<Eye>,
-    rules: Vec<Rule>,
-    /// `[rule][eye]`.
-    tuned: Vec<Vec<Tuned>>,
-    quiet: Scans,
-    slow: Vec<Slow>,
-    runs: Vec<Run>,
-    /// Lateral distance and scan of the first eye.
-    sweep: Vec<(f64, Vec<f32>)>,
-}
-
-fn failed(what: &str, reason: LaneError) -> Error {
-    Error::Failed(format!("{what}: {reason}"))
-}
-
-fn wide(scan: &[f32]) -> Vec<f64> {
-    scan.iter().map(|v| f64::from(*v)).collect()
-}
-
-fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
-    options.echo(&wide(scan)).map_err(|why: LaneError| Error::Failed(format!("a scan's energy: {why}")))
-}
 
 /// Drives the scenario and the slow drives that belong to it.
 ///
@@ -139,108 +76,6 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     Ok(trial)
 }
 
-/// The settings' rule comes last: it is that of the steps.
-fn rules(settings: &Settings) -> Vec<Rule> {
-    let document = Rule { name: "document's rule", take_background: false, centre: CentreOf::Maximum };
-    let ours =
-        Rule { name: "settings' rule", take_background: settings.take_background, centre: settings.centre };
-    match (ours.take_background, ours.centre) == (document.take_background, document.centre) {
-        true => vec![document],
-        false => vec![document, ours],
-    }
-}
-
-fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
-    let interval_s = scenario.frames.interval_s;
-    let own = scenario.ego.on_road.iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
-    let ranges = settings.speed_range_kmh.iter().map(|r| r[1] / 3.6);
-    let fastest = match settings.speed_range_kmh {
-        Some(_) => ranges.fold(0.0, f64::max),
-        None => own.fold(scenario.ego.speed_mps.abs(), |m, v| m.max(v.abs())),
-    };
-    let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
-    if step_m.is_nan() || step_m >= settings.plate_length_m {
-        return Err(BadInput::new("two scans are farther apart than a plate is long")
-            .key("frames.interval_s")
-            .value(format!("{interval_s} s at {fastest} m/s"))
-            .allowed(format!("less than {} m from scan to scan", settings.plate_length_m))
-            .remedy("more scans a second, or a slower drive")
-            .into());
-    }
-    Ok(())
-}
-
-fn tune(settings: &Settings, rule: &Rule, eye: &Eye, i: usize, quiet: &Scans) -> Result<Tuned> {
-    let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
-    let background = match rule.take_background {
-        true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
-        false => None,
-    };
-    // For the energies alone, until the threshold is known.
-    let floor = Threshold::maximum(&[0.0, 1.0]).map_err(|r| failed("threshold", r))?;
-    let config = |t: &Threshold| {
-        UwbConfig::new(settings.spacing_m, settings.plate_length_m, t).map(|c| UwbConfig {
-            max_spacing_error_m: settings.largest_error_m(),
-            least_distance_m: c.least_distance_m.min(settings.spacing_m - settings.largest_error_m()),
-            centre: rule.centre.core(),
-            confirm_spacings: settings.confirm_spacings as usize,
-            misses_to_warn: settings.misses_to_warn as usize,
-            // With the mirror reflection in the scan the strongest echo is always that.
-            offset: match rule.take_background {
-                true => OffsetSource::Range { height_m: eye.height_m },
-                false => OffsetSource::None,
-            },
-            ..c
-        })
-    };
-    let mut options = UwbOptions {
-        axis: eye.axis,
-        gate: eye.gate,
-        background,
-        config: config(&floor).map_err(|r| failed("lane.uwb", r))?,
-        side: eye.side,
-        at_m: eye.at_m,
-        offset_std_m: settings.offset_std_m,
-        lane_width_m: Some(settings.lane_width_m),
-    };
-    let bare: Vec<f64> =
-        quiet.iter().map(|s| energy(&options, &s[i]).map(|e| e.energy)).collect::<Result<_>>()?;
-    let threshold = match settings.false_alarm_probability {
-        None => Threshold::maximum(&bare),
-        Some(p) => Threshold::extreme_value(&bare, p),
-    };
-    let threshold = threshold.map_err(|r| failed("threshold", r))?;
-    options.config = config(&threshold).map_err(|r| failed("lane.uwb", r))?;
-    Ok(Tuned { options, threshold, bare })
-}
-
-/// The estimator of the steps.
-enum Estimator {
-    One(Box<UwbLanes>),
-    Two(Box<UwbLanes>),
-}
-
-impl Estimator {
-    fn new(tuned: &[Tuned]) -> Result<Estimator> {
-        let wrong = |r| failed("lane.uwb", r);
-        Ok(match tuned {
-            [one] => Estimator::One(Box::new(UwbLanes::new(one.options.clone()).map_err(wrong)?)),
-            [left, right, ..] => {
-                let pair = UwbLanes::pair(left.options.clone(), right.options.clone()).map_err(wrong)?;
-                Estimator::Two(Box::new(pair))
-            }
-            [] => return Err(Error::Failed("no impulse radar".into())),
-        })
-    }
-
-    fn get(&mut self) -> &mut dyn LaneEstimator {
-        match self {
-            Estimator::One(e) => e.as_mut(),
-            Estimator::Two(e) => e.as_mut(),
-        }
-    }
-}
-
 fn one_run(
     given: &Given<'_>,
     progress: &Progress<'_>,
@@ -271,7 +106,7 @@ fn one_run(
         .collect();
 
     let last = &tuned[tuned.len() - 1];
-    let mut estimator = Estimator::new(last)?;
+    let mut estimator = estimator(last)?;
     let reach_m = eyes.iter().map(Eye::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
@@ -281,12 +116,9 @@ fn one_run(
             pulse: Some(&pulse),
             ..SensorInput::default()
         };
-        let clock = Instant::now();
-        let estimate = estimator.get().estimate(&look);
-        let seconds = clock.elapsed().as_secs_f64();
+        let (estimate, seconds) = timed(|| estimator.estimate(&look));
         let truth = truth_at(&drive, times_s[i], eyes, reach_m, settings);
-        let score = score(&estimate, &truth);
-        steps.push(Step { run: number, frame: i as u32, estimate, truth, score, seconds });
+        steps.push(Step::new(number, i as u32, (estimate, seconds), truth));
     }
 
     let of: Vec<_> = eyes.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();

@@ -1,10 +1,11 @@
 //! The method among others on one drive: in each of its lights the camera alone and with the radar.
 
-use super::super::camera::View;
-use super::{Condition, Settings};
-use crate::trial::compare::{Finds, Rival, Sense, chirp_radar};
+use crate::trial::camera::View;
+use crate::trial::camera_fusion::settings::{Condition, Settings};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::ready::{Finds, Rival, Sense, chirp_radar};
 use crate::trial::sensors::OwnedLook;
-use crate::trial::{Drive, Given};
 use catseye::error::Result;
 use catseye::geom::Geometry;
 use catseye::rng::Draws;

@@ -1,8 +1,9 @@
 //! The method among others on one drive.
 
-use super::Settings;
-use crate::trial::compare::{Rival, chirp_radar};
-use crate::trial::{Drive, Given};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::range_doppler::settings::Settings;
+use crate::trial::ready::{Rival, chirp_radar};
 use catseye::error::Result;
 
 pub(in crate::trial) fn rival(

@@ -1,8 +1,10 @@
 //! The method among others on one drive.
 
-use super::{Settings, estimator_on, map_drive, needs, on_road};
-use crate::trial::compare::{Rival, chirp_radar};
-use crate::trial::{Drive, Given};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::ready::{Rival, chirp_radar};
+use crate::trial::signature::mapped::{estimator_on, map_drive, needs, on_road};
+use crate::trial::signature::settings::Settings;
 use catseye::error::Result;
 use catseye::road::scene_toml;
 

@@ -1,9 +1,11 @@
 //! The method among others on one drive: the lane of the vehicle itself, by its own place on the map.
 
-use super::{Change, Settings, estimator, map_of, place, stages};
-use crate::trial::compare::{Finds, Rival, chirp_radar};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::hd_map::settings::Settings;
+use crate::trial::hd_map::stage::{Change, estimator, map_of, place, stages};
+use crate::trial::ready::{Finds, Rival, chirp_radar};
 use crate::trial::sensors::OwnedLook;
-use crate::trial::{Drive, Given};
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 

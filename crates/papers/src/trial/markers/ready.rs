@@ -1,8 +1,10 @@
 //! The method among others on one drive.
 
-use super::{Settings, level};
-use crate::trial::compare::{Rival, chirp_radar};
-use crate::trial::{Drive, Given};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::markers::level;
+use crate::trial::markers::settings::Settings;
+use crate::trial::ready::{Rival, chirp_radar};
 use catseye::error::Result;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::track::TrackOptions;

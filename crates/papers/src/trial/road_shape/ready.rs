@@ -1,10 +1,11 @@
 //! The method among others on one drive.
 
-use super::{Settings, chosen, kept_whole};
-use crate::trial::compare::{Finds, Rival};
-use crate::trial::drive::lane_point;
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, lane_point};
+use crate::trial::ready::{Finds, Rival};
+use crate::trial::road_shape::input::{chosen, kept_whole};
+use crate::trial::road_shape::settings::Settings;
 use crate::trial::sensors::OwnedLook;
-use crate::trial::{Drive, Given};
 use catseye::error::{BadInput, Result};
 use catseye::simulate::Frame;
 use catseye_lane::road_shape::image::Imager;

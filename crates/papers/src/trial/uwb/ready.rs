@@ -1,15 +1,18 @@
 //! The method among others on one drive. Its radar takes scans at its own rate, between the frames of the others, and has been on for
 //! some way before the first look, as a vehicle's is: one plate is no lane.
 
-use super::drives::{self, Eye, Progress, Scenery};
-use super::{Estimator, Settings, check_speed, rules, tune, wide};
-use crate::trial::compare::{Finds, Rival, SPEED_STD_MPS};
-use crate::trial::sensors::OwnedLook;
-use crate::trial::{Drive, Given, SpeedSensor};
+use crate::trial::context::Given;
+use crate::trial::drive::Drive;
+use crate::trial::ready::{Finds, Rival, SPEED_STD_MPS};
+use crate::trial::sensors::{OwnedLook, SpeedSensor};
+use crate::trial::uwb::drives;
+use crate::trial::uwb::drives::{Eye, Progress, Scenery};
+use crate::trial::uwb::settings::Settings;
+use crate::trial::uwb::tuning::{check_speed, estimator, rules, tune, wide};
 use catseye::error::Result;
 use catseye::scene::scenario::{Frames, Scenario};
 use catseye::scene::waveform::Waveform;
-use catseye_lane::{LaneEstimator, PulseScan};
+use catseye_lane::PulseScan;
 use std::collections::VecDeque;
 
 /// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
@@ -61,10 +64,7 @@ pub(in crate::trial) fn rival(
         .enumerate()
         .map(|(i, eye)| tune(&settings, rule, eye, i, &quiet))
         .collect::<Result<Vec<_>>>()?;
-    let estimator: Box<dyn LaneEstimator + Send> = match Estimator::new(&tuned)? {
-        Estimator::One(e) => e,
-        Estimator::Two(e) => e,
-    };
+    let estimator = Box::new(estimator(&tuned)?);
 
     let mut speeds = SpeedSensor::new(scenario.seed ^ SPEEDS, SPEED_STD_MPS, 0.0);
     let mut taken: VecDeque<PulseScan> = VecDeque::new();

@@ -1,0 +1,56 @@
+//! The lane methods by their names on the command line.
+
+use catseye::error::{BadInput, Result};
+use serde::{Deserialize, Serialize};
+
+/// A method of [`catseye_lane`], as on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Impulse radar that looks down at metal plates (Kim 2020)
+    Uwb,
+    /// Rows of markers among the points (Feng 2019, section 5.1)
+    Markers,
+    /// Place in a marked lane from the range-Doppler map alone (Feng 2019, section 3.6)
+    RangeDoppler,
+    /// Map of static points, the place in it, code words (Feng 2019, section 4.3)
+    Signature,
+    /// Road edges by MUSIC and a clothoid filter (Miyake)
+    RoadShape,
+    /// Lane numbers by radar tracks and a map (Li 2022)
+    HdMap,
+    /// Camera near, radar tracks far (Sangeetha Lakshmi)
+    CameraFusion,
+}
+
+impl Method {
+    pub const ALL: [Method; 7] = [
+        Method::Uwb,
+        Method::Markers,
+        Method::RangeDoppler,
+        Method::Signature,
+        Method::RoadShape,
+        Method::HdMap,
+        Method::CameraFusion,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Uwb => "uwb",
+            Method::Markers => "markers",
+            Method::RangeDoppler => "range-doppler",
+            Method::Signature => "signature",
+            Method::RoadShape => "road-shape",
+            Method::HdMap => "hd-map",
+            Method::CameraFusion => "camera-fusion",
+        }
+    }
+
+    /// Errors: a name that no method has.
+    pub fn named(name: &str) -> Result<Method> {
+        let known = || Method::ALL.map(Method::name).join(", ");
+        Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
+            BadInput::new("is no lane method").key("method").value(name).allowed(known()).into()
+        })
+    }
+}

@@ -1,0 +1,223 @@
+//! Looks of one radar at one site, beside the truth.
+
+use crate::trial::context::Given;
+use crate::trial::drive::{Drive, Level, true_lanes};
+use crate::trial::range_doppler::settings::Settings;
+use crate::trial::report::Step;
+use crate::trial::sensors::SpeedSensor;
+use crate::trial::stats::timed;
+use catseye::detect::points::range_rate_mps;
+use catseye::error::Result;
+use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
+use catseye::simulate::Frame;
+use catseye_lane::range_doppler::{LaneLook, RangeDopplerLane};
+use catseye_lane::score::TrueLanes;
+use catseye_lane::{LanePoint, Measured, SensorInput};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+/// What stands for a standard deviation that is not known: files of results hold no infinity.
+pub const UNKNOWN_STD: f64 = 1e6;
+
+/// What a frame leaves for the estimator, and for pictures.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Seen {
+    pub points: Vec<LanePoint>,
+    pub map: Option<MapPicture>,
+}
+
+/// The strongest cell of each patch of the map, dBm.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct MapPicture {
+    /// Edges.
+    pub range_m: [f64; 2],
+    pub range_rate_mps: [f64; 2],
+    pub rows: usize,
+    pub columns: usize,
+    pub dbm: Vec<f32>,
+}
+
+/// What is true of the radar: offset and heading, speed, its markers.
+pub type OfRadar = (Option<[f64; 2]>, f64, Vec<([f64; 2], bool)>);
+
+/// One look with all that rows and pictures need.
+pub struct Made {
+    pub step: Step,
+    pub look: LaneLook,
+    /// Of the radar: its offset from the middle of the lane and the heading of its motion, as true.
+    pub radar: Option<[f64; 2]>,
+    /// Of the radar over ground, as true.
+    pub speed_mps: f64,
+    /// Range, range rate, and whether it stands behind the radar, of each true marker in reach.
+    pub markers: Vec<([f64; 2], bool)>,
+    pub seen: Seen,
+    pub case: Option<usize>,
+}
+
+/// One radar's looks at one site.
+pub struct Looker<'a> {
+    pub drive: Drive<'a>,
+    pub which: usize,
+    pub settings: &'a Settings,
+    pub estimator: RangeDopplerLane,
+    pub speed: SpeedSensor,
+    pub yaw: SpeedSensor,
+}
+
+impl<'a> Looker<'a> {
+    pub fn new(
+        site: &'a Site,
+        given: &Given<'a>,
+        which: usize,
+        settings: &'a Settings,
+        equal: bool,
+    ) -> Result<Looker<'a>> {
+        let seed = site.scenario.seed;
+        let yaw_std = settings.bus_yaw_rate_std_deg_per_s.to_radians();
+        Ok(Looker {
+            drive: Drive::new(site, given.engine)?,
+            which,
+            settings,
+            estimator: settings.estimator(&site.scenario.radars[which], equal)?,
+            speed: SpeedSensor::new(seed, settings.bus_speed_std_mps, settings.bus_speed_step_mps),
+            yaw: SpeedSensor::new(seed.wrapping_add(0x9e37_79b9), yaw_std, 0.0),
+        })
+    }
+
+    /// Simulates frame `index` (or takes what is kept under `key`), lets the estimator look, and compares.
+    pub fn look(
+        &mut self,
+        given: &Given<'_>,
+        key: &str,
+        index: u32,
+        run: u32,
+        picture: bool,
+    ) -> Result<Made> {
+        let radar = self.drive.radar(self.which);
+        let time_s = self.drive.time_s(index);
+        let level = self.drive.level(time_s);
+        let seen: Seen = given.kept(key, || {
+            let frame = self.drive.frame(self.which, index)?;
+            let map =
+                picture.then(|| map_picture(radar, &frame, self.settings.far_m, level.speed_mps)).flatten();
+            Ok(Seen { points: points_of(radar, &frame), map })
+        })?;
+        let bus = Some(self.speed.read(level.speed_mps));
+        let look = SensorInput {
+            time_s,
+            speed_mps: bus.filter(|_| self.settings.bus_speed),
+            yaw_rate_rad_per_s: Some(self.yaw.read(level.yaw_rate_rad_per_s))
+                .map(|m| Measured { std: m.std.max(1e-6), ..m }),
+            points: &seen.points,
+            ..SensorInput::default()
+        };
+        let (answer, seconds) = timed(|| self.estimator.look(&look));
+        let mut truth = self.drive.truth_of_rows(time_s, [self.settings.near_m, self.settings.far_m]);
+        // What lies behind is not to be found by a radar that looks ahead.
+        for line in &mut truth.lines {
+            line.retain(|p| p[0] > 0.0);
+        }
+        let (radar, speed_mps, markers) = self.of_radar(time_s, &truth);
+        let step = Step::new(run, index, (answer.estimate.clone(), seconds), truth);
+        Ok(Made { step, look: answer, radar, speed_mps, markers, seen, case: None })
+    }
+
+    /// What is true of the radar rather than of the vehicle's reference point.
+    pub fn of_radar(&self, time_s: f64, truth: &TrueLanes) -> OfRadar {
+        let level = self.drive.level(time_s);
+        let mounting = self.drive.radar(self.which).mounting.translation_m;
+        let lever = mounting.truncate();
+        // As a body turns, the radar's motion points another way than the vehicle.
+        let motion = DVec2::new(
+            level.speed_mps - level.yaw_rate_rad_per_s * lever.y,
+            level.yaw_rate_rad_per_s * lever.x,
+        );
+        let speed = motion.length();
+        let along = motion.normalize_or(DVec2::X);
+        let there =
+            Level { at_m: level.to_world(lever), heading_rad: level.heading_rad + along.to_angle(), ..level };
+        let lane = self.drive.site.road.as_ref().map(|r| true_lanes(r, &there, truth.range_m));
+        let place = lane.and_then(|l| Some([l.offset_m?, l.heading_rad?]));
+        let markers = self.drive.rows(time_s).into_iter().flat_map(|(_, row)| row).filter_map(|m| {
+            let d = DVec2::from_array(m) - lever;
+            let range = d.extend(mounting.z).length();
+            let ahead = d.dot(along) / range.max(1e-9);
+            (range <= self.settings.far_m).then_some(([range, -speed * ahead], ahead < 0.0))
+        });
+        (place, speed, markers.collect())
+    }
+}
+
+/// Points with range and range rate, whether or not they have an angle.
+pub fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
+    let finite = |v: f64, or: f64| if v.is_finite() { v } else { or };
+    let point = |p: &catseye::detect::points::Point| {
+        let at = radar.mounting.point(p.position_m);
+        let from = at - radar.mounting.translation_m;
+        let across = p.std.azimuth_rad.map_or(UNKNOWN_STD, |s| finite(s * p.range_m, UNKNOWN_STD));
+        LanePoint {
+            at_m: [finite(at.x, 0.0), finite(at.y, 0.0)],
+            std_m: [finite(p.std.range_m, UNKNOWN_STD), across],
+            range_rate_mps: p.range_rate_mps,
+            range_rate_std_mps: finite(p.std.range_rate_mps, UNKNOWN_STD),
+            range_m: p.range_m,
+            azimuth_rad: from.y.atan2(from.x),
+            rcs_dbsm: finite(p.rcs_dbsm, -300.0),
+            snr_db: finite(p.snr_db, 200.0),
+        }
+    };
+    let is_number =
+        |p: &&catseye::detect::points::Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();
+    frame.points.iter().filter(is_number).map(point).collect()
+}
+
+/// The part of the map that closing markers within `far_m` fill; None where the map is empty.
+pub fn map_picture(radar: &Radar, frame: &Frame, far_m: f64, speed_mps: f64) -> Option<MapPicture> {
+    const MOST: usize = 360;
+    let map = &frame.maps.first()?.map;
+    let (rows, columns) = (map.doppler_bins, map.range_bins);
+    let last =
+        (((far_m - radar.first_range_m()) / radar.range_bin_m()).ceil().max(1.0) as usize).min(columns);
+    let rate = |row: usize| range_rate_mps(radar, row as f64);
+    let wanted = (-1.15 * speed_mps.abs() - 0.5)..=0.5;
+    let first = (0..rows).find(|r| wanted.contains(&rate(*r)))?;
+    let end = (first..rows).take_while(|r| wanted.contains(&rate(*r))).count() + first;
+    if end - first < 2 || last < 2 {
+        return None;
+    }
+    let (by_row, by_column) = ((end - first).div_ceil(MOST), last.div_ceil(MOST));
+    let (tall, wide) = ((end - first).div_ceil(by_row), last.div_ceil(by_column));
+    let mut dbm = Vec::with_capacity(tall * wide);
+    for i in 0..tall {
+        for j in 0..wide {
+            let mut most = 0.0f64;
+            for r in (first + i * by_row)..(first + (i + 1) * by_row).min(end) {
+                for c in (j * by_column)..((j + 1) * by_column).min(last) {
+                    most = most.max(map.data[r * columns + c]);
+                }
+            }
+            dbm.push((10.0 * (most.max(1e-30) * 1e3).log10()) as f32);
+        }
+    }
+    let (bin, step) = (radar.range_bin_m(), radar.velocity_bin_mps());
+    let from = radar.first_range_m() - 0.5 * bin;
+    let low = rate(first) - 0.5 * step;
+    Some(MapPicture {
+        range_m: [from, from + bin * (wide * by_column) as f64],
+        range_rate_mps: [low, low + step * (tall * by_row) as f64],
+        rows: tall,
+        columns: wide,
+        dbm,
+    })
+}
+
+/// Differences from the truth of the radar: offset (m), heading (rad). Of a lane whose sign is open, the nearer of the two readings.
+pub fn errors(m: &Made) -> Option<[f64; 2]> {
+    let (lane, [offset, heading]) = (m.look.lane.as_ref()?, m.radar?);
+    let of = |sign: f64| [sign * lane.offset_m.value - offset, sign * lane.heading_rad.value - heading];
+    let (same, other) = (of(1.0), of(-1.0));
+    let size =
+        |e: [f64; 2]| (e[0] / lane.offset_m.std.max(1e-6)).hypot(e[1] / lane.heading_rad.std.max(1e-6));
+    Some(if m.look.mirror && size(other) < size(same) { other } else { same })
+}

@@ -1,0 +1,235 @@
+//! The table `[lane.range_doppler]`.
+
+use catseye::error::{BadInput, Result};
+use catseye::scene::radar::Radar;
+use catseye_lane::LaneError;
+use catseye_lane::range_doppler::{CurveStart, LaneSettings, Options, RangeDopplerLane};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The table `[lane.range_doppler]`: what the vehicle knows of the marked lane, what its sensors are worth, and the poses to look from.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Between the two rows of markers, m. Default 2.8.
+    pub row_distance_m: f64,
+    /// Between markers of the left row, m. Default 1.5.
+    pub left_spacing_m: f64,
+    /// Of the right row, m; with the same as the left the side is not told. Default 2.
+    pub right_spacing_m: f64,
+    /// Nearest and farthest markers that are used, m. Default 1.5 and 40.
+    pub near_m: f64,
+    pub far_m: f64,
+    /// Half the field of view, about the direction of motion, degrees. Default 70.
+    pub half_view_deg: f64,
+    /// Offsets, headings and radii that are searched: m, degrees, m. Default 1.5, 60, 5.
+    pub max_offset_m: f64,
+    pub max_heading_deg: f64,
+    pub min_radius_m: f64,
+    /// A bend begins within this distance, m. Default 30.
+    pub bend_within_m: f64,
+    /// Weaker points are taken for noise, dB. Default 6.
+    pub min_snr_db: f64,
+    /// What a marker's range and range rate are never more certain than, m and m/s. Default 0.05 and 0.02.
+    pub least_range_std_m: f64,
+    pub least_range_rate_std_mps: f64,
+    /// Whether the vehicle's bus tells its speed; if not, the map does. Default true.
+    pub bus_speed: bool,
+    /// Noise of the bus's speed (m/s) and its step (m/s; 0: none). Default 0.05 and 0.
+    pub bus_speed_std_mps: f64,
+    pub bus_speed_step_mps: f64,
+    /// Noise of its yaw rate, degrees per second. Default 0.1.
+    pub bus_yaw_rate_std_deg_per_s: f64,
+    /// Every so many looks of a drive the whole search range is gone through, in between what lies near the last look's. Default 20.
+    pub search_every: u32,
+    /// Most looks of which pictures are made. Default 12.
+    pub pictures: u32,
+    /// Lane width of the roads of `case`, m; their rows stand inside it, `row_distance_m` apart. Default 3.
+    pub lane_width_m: f64,
+    /// Markers of the roads of `case`, as `catseye rcs` takes a reflector.
+    pub marker: String,
+    /// Single looks in place of the scenario's drive, each on a road of its own.
+    pub case: Vec<Case>,
+}
+
+/// A pose of the radar in the lane, and the lane.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Case {
+    /// Of its pictures and rows: letters, digits, `_` and `-`; no two are the same.
+    pub name: String,
+    /// From the middle of the lane, m, positive left. Default 0.
+    pub offset_m: f64,
+    /// Of the motion against the lane, degrees, positive left. Default 0.
+    pub heading_deg: f64,
+    /// Of the bend ahead, m, positive left; 0 (default): straight on.
+    pub radius_m: f64,
+    /// From the radar to the bend, m. Default 10.
+    pub bend_after_m: f64,
+    /// Whether the right row has the spacing of the left one. Default false.
+    pub equal: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            row_distance_m: 2.8,
+            left_spacing_m: 1.5,
+            right_spacing_m: 2.0,
+            near_m: 1.5,
+            far_m: 40.0,
+            half_view_deg: 70.0,
+            max_offset_m: 1.5,
+            max_heading_deg: 60.0,
+            min_radius_m: 5.0,
+            bend_within_m: 30.0,
+            min_snr_db: 6.0,
+            least_range_std_m: 0.05,
+            least_range_rate_std_mps: 0.02,
+            bus_speed: true,
+            bus_speed_std_mps: 0.05,
+            bus_speed_step_mps: 0.0,
+            bus_yaw_rate_std_deg_per_s: 0.1,
+            search_every: 20,
+            pictures: 12,
+            lane_width_m: 3.0,
+            marker: "type1:width_m=0.16,height_m=0.004,material=aluminium".into(),
+            case: Vec::new(),
+        }
+    }
+}
+
+impl Default for Case {
+    fn default() -> Self {
+        Case {
+            name: "case".into(),
+            offset_m: 0.0,
+            heading_deg: 0.0,
+            radius_m: 0.0,
+            bend_after_m: 10.0,
+            equal: false,
+        }
+    }
+}
+
+impl Settings {
+    /// Errors: a value outside its range, with the range.
+    pub fn check(&self) -> Result<()> {
+        let numbers = [
+            ("row_distance_m", self.row_distance_m, 0.5, 10.0),
+            ("left_spacing_m", self.left_spacing_m, 0.1, 50.0),
+            ("right_spacing_m", self.right_spacing_m, 0.1, 50.0),
+            ("near_m", self.near_m, 0.0, 100.0),
+            ("far_m", self.far_m, self.near_m + 1.0, 300.0),
+            ("half_view_deg", self.half_view_deg, 5.0, 180.0),
+            ("max_offset_m", self.max_offset_m, 0.05, 10.0),
+            ("max_heading_deg", self.max_heading_deg, 0.5, 90.0),
+            ("min_radius_m", self.min_radius_m, 0.5 * self.row_distance_m + 0.1, 1e4),
+            ("bend_within_m", self.bend_within_m, 0.0, 300.0),
+            ("min_snr_db", self.min_snr_db, -50.0, 100.0),
+            ("least_range_std_m", self.least_range_std_m, 1e-3, 5.0),
+            ("least_range_rate_std_mps", self.least_range_rate_std_mps, 1e-3, 5.0),
+            ("bus_speed_std_mps", self.bus_speed_std_mps, 1e-4, 10.0),
+            ("bus_speed_step_mps", self.bus_speed_step_mps, 0.0, 10.0),
+            ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0),
+            ("search_every", f64::from(self.search_every), 1.0, 1e9),
+            ("pictures", f64::from(self.pictures), 0.0, 1000.0),
+        ];
+        for (key, value, low, high) in numbers {
+            in_range(&format!("lane.range_doppler.{key}"), value, low, high)?;
+        }
+        if !self.case.is_empty() {
+            in_range("lane.range_doppler.lane_width_m", self.lane_width_m, self.row_distance_m, 20.0)?;
+        }
+        for (i, case) in self.case.iter().enumerate() {
+            case.check(self, i)?;
+            if self.case[..i].iter().any(|c| c.name == case.name) {
+                return Err(BadInput::new("two cases have the same name")
+                    .key(format!("lane.range_doppler.case[{i}].name"))
+                    .value(&case.name)
+                    .remedy("name each case, its files are called so")
+                    .into());
+            }
+        }
+        Ok(())
+    }
+
+    /// As the estimator takes them, for a radar.
+    pub fn options(&self, radar: &Radar, equal: bool) -> Options {
+        let at = radar.mounting.translation_m;
+        Options {
+            radar_at_m: [at.x, at.y],
+            frame_time_s: radar.frame_time_s(),
+            min_snr_db: self.min_snr_db,
+            least_range_std_m: self.least_range_std_m,
+            least_range_rate_std_mps: self.least_range_rate_std_mps,
+            speed_from_map: true,
+            search_every: self.search_every,
+            lane: LaneSettings {
+                lane_width_m: self.row_distance_m,
+                left_spacing_m: self.left_spacing_m,
+                right_spacing_m: if equal { self.left_spacing_m } else { self.right_spacing_m },
+                curve_start: CurveStart::UpTo(self.bend_within_m),
+                radar_height_m: at.z.max(0.0),
+                max_offset_m: self.max_offset_m,
+                max_heading_rad: self.max_heading_deg.to_radians(),
+                min_radius_m: self.min_radius_m,
+                near_m: self.near_m,
+                far_m: self.far_m,
+                half_view_rad: self.half_view_deg.to_radians(),
+                ..LaneSettings::default()
+            },
+        }
+    }
+
+    /// Rows as curves, in front of the radar.
+    pub fn lane_ahead(&self) -> LaneSettings {
+        LaneSettings {
+            lane_width_m: self.row_distance_m,
+            near_m: 0.0,
+            far_m: self.far_m,
+            max_offset_m: self.max_offset_m,
+            ..LaneSettings::default()
+        }
+    }
+
+    pub fn estimator(&self, radar: &Radar, equal: bool) -> Result<RangeDopplerLane> {
+        RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
+            BadInput::new(r.to_string())
+                .key("lane.range_doppler")
+                .remedy("compare the table with its defaults")
+                .into()
+        })
+    }
+}
+
+pub fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<()> {
+    if value >= low && value <= high {
+        return Ok(());
+    }
+    let bad = BadInput::new("is out of range").key(key).value(value).allowed(format!("{low}..={high}"));
+    Err(bad.remedy("give a value in that range, or leave the key out for its default").into())
+}
+
+impl Case {
+    fn check(&self, s: &Settings, i: usize) -> Result<()> {
+        let key = |k: &str| format!("lane.range_doppler.case[{i}].{k}");
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
+            return Err(BadInput::new("is no name of a case")
+                .key(key("name"))
+                .value(&self.name)
+                .allowed("1 to 60 letters, digits, _ and -")
+                .into());
+        }
+        in_range(&key("offset_m"), self.offset_m, -s.max_offset_m, s.max_offset_m)?;
+        in_range(&key("heading_deg"), self.heading_deg, -s.max_heading_deg, s.max_heading_deg)?;
+        in_range(&key("bend_after_m"), self.bend_after_m, 0.0, s.bend_within_m)?;
+        if self.radius_m != 0.0 {
+            // The lane's inner edge keeps a radius.
+            let least = s.min_radius_m.max(0.5 * s.lane_width_m + 0.3);
+            in_range(&key("radius_m"), self.radius_m.abs(), least, 1e5)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,133 @@
+//! The folder that a command over scenario files leaves: resumable, with a manifest.
+
+use crate::trial::context::Watch;
+use crate::trial::report::{Row, Trial};
+use catseye::engine::{Engine, EngineReport};
+use catseye::error::{Error, Result};
+use catseye::formats::stage::{StagedDir, sha256_of_bytes};
+use catseye::scene::scenario::Scenario;
+use catseye::scene::toml_file::read_text;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// How to run.
+pub struct RunOptions<'a> {
+    pub force: bool,
+    /// In place of the scenario's.
+    pub runs: Option<u32>,
+    pub frames: Option<u32>,
+    pub seed: Option<u64>,
+    pub watch: Watch<'a>,
+}
+
+/// What a run left.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunReport {
+    pub folder: PathBuf,
+    pub method: String,
+    pub title: String,
+    pub rows: Vec<Row>,
+    pub notes: Vec<String>,
+}
+
+/// The folder's `manifest.json`.
+#[derive(Serialize)]
+pub struct Manifest<'a> {
+    pub catseye: &'a str,
+    pub engine: EngineReport,
+    pub command: &'a str,
+    pub seed: u64,
+    pub runs: u32,
+    /// Texts of the scenario files.
+    pub scenarios: BTreeMap<String, String>,
+    /// That one look took the estimator, on the machine that ran it: median and worst, by method.
+    pub seconds_per_look: BTreeMap<String, [f64; 2]>,
+}
+
+/// A folder under construction for a command over some scenario files, and where its finished frames are kept.
+pub struct Workshop {
+    pub staged: StagedDir,
+    pub keep: PathBuf,
+}
+
+impl Workshop {
+    pub fn open(
+        command: &str,
+        paths: &[&Path],
+        engine: &Engine,
+        out: &Path,
+        o: &RunOptions<'_>,
+    ) -> Result<Self> {
+        // Whatever decides on the bytes: another one of these does not go on where this stopped.
+        let mut identity = format!(
+            "{} {command} {:?} {:?} {:?} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            engine.report(),
+            o.runs,
+            o.frames,
+            o.seed
+        );
+        for path in paths {
+            identity += &read_text(path)?;
+        }
+        let (staged, keep) =
+            StagedDir::resumable(out, o.force, "lane", &sha256_of_bytes(identity.as_bytes()))?;
+        Ok(Workshop { staged, keep })
+    }
+
+    pub fn path(&self) -> &Path {
+        self.staged.path()
+    }
+
+    /// Adds the manifest and gives the folder its name.
+    pub fn finish(
+        self,
+        engine: &Engine,
+        command: &str,
+        (seed, runs): (u64, u32),
+        paths: &[&Path],
+        trials: &[(String, &Trial)],
+    ) -> Result<PathBuf> {
+        let dir = self.staged.path();
+        let mut scenarios = BTreeMap::new();
+        for path in paths {
+            let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+            scenarios.insert(name, read_text(path)?);
+        }
+        let mut seconds: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for (name, trial) in trials {
+            seconds.entry(name.clone()).or_default().extend(trial.steps.iter().map(|s| s.seconds));
+        }
+        let middle = |mut v: Vec<f64>| {
+            v.sort_by(f64::total_cmp);
+            [v.get(v.len() / 2).copied().unwrap_or(0.0), v.last().copied().unwrap_or(0.0)]
+        };
+        let manifest = Manifest {
+            catseye: env!("CARGO_PKG_VERSION"),
+            engine: engine.report(),
+            command,
+            seed,
+            runs,
+            scenarios,
+            seconds_per_look: seconds.into_iter().map(|(k, v)| (k, middle(v))).collect(),
+        };
+        let text =
+            serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
+        let path = dir.join("manifest.json");
+        std::fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
+        self.staged.commit()
+    }
+}
+
+/// The scenario of a file with what the caller changes.
+pub fn scenario(path: &Path, o: &RunOptions<'_>) -> Result<Scenario> {
+    let mut scenario = Scenario::load(path)?;
+    if let Some(n) = o.frames {
+        scenario.frames.count = n;
+    }
+    if let Some(seed) = o.seed {
+        scenario.seed = seed;
+    }
+    Ok(scenario)
+}

@@ -1,0 +1,186 @@
+//! The table `[lane.road_shape]`.
+
+use catseye::error::{BadInput, Result};
+use catseye_lane::road_shape::image::{Angles, ImageSettings};
+use catseye_lane::road_shape::{Curve, RoadShapeOptions, TrackerSettings};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Where the points come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// The image where the radar has two slopes, else the detector.
+    Auto,
+    /// A spectrum of angle for each beat frequency, as the document has it.
+    Image,
+    /// The radar's own detector and angles.
+    Points,
+}
+
+/// What is tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Task {
+    /// Edges of the road over a drive (M, Figs. 3 to 7).
+    Edges,
+    /// Two corner reflectors at one range, by several methods of angle (M, Figs. 1 and 2, Table I).
+    Corners,
+}
+
+/// The table `[lane.road_shape]` of a scenario.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Default edges.
+    pub task: Task,
+    /// Default auto.
+    pub source: Source,
+    /// How a row of the image is made into angles: bi-svd, music, esprit, bartlett. Default bi-svd.
+    pub angles: Angles,
+    /// Most sources in a row of the image. Default 2, as the document counts.
+    pub sources: usize,
+    /// alpha of the subspace tracker, for each snapshot. Default 0.9.
+    pub forgetting: f64,
+    /// Elements of the subarrays that are averaged over, which two echoes with a fixed phase between them need; 0: the whole
+    /// line. Default 0.
+    pub subarray: usize,
+    /// Mean power of a row over the noise for it to count, dB. Default 3.
+    pub row_db: f64,
+    /// Power of a source over the noise, all channels and chirps together, dB. Default 13.
+    pub source_db: f64,
+    /// No point is taken beyond, m. Default 100.
+    pub max_range_m: f64,
+    /// Standard deviation of the speed on the vehicle's bus, m/s. Default 0.1.
+    pub speed_std_mps: f64,
+    /// Standard deviation of the yaw rate on the vehicle's bus, deg/s. Default 0.2.
+    pub yaw_rate_std_deg_per_s: f64,
+    /// Half width of the gate of standing points, standard deviations. Default 3.
+    pub gate_sigmas: f64,
+    /// What the deviations do not know of a range rate, m/s. Default 0.2.
+    pub gate_floor_mps: f64,
+    /// Curve of the vote's refinement: arc, or parabola as in the document. Default arc.
+    pub curve: Curve,
+    /// Deviation of the vehicle's heading from the road's, deg; 0: the road begins straight ahead, as in the document. Default 0.
+    pub heading_std_deg: f64,
+    /// Both edges with one curvature. Default false.
+    pub parallel: bool,
+    /// Random walk of the rate of curvature, 1/m² per √m. Default 6e-6.
+    pub c1_walk: f64,
+    /// Random walk of an edge's distance, m per √m. Default 0.05.
+    pub b_walk: f64,
+    /// Scans with an edge until it is stated. Default 3.
+    pub confirm_scans: usize,
+    /// Edges are scored between these distances from the vehicle, m. Default 10 and 60.
+    pub from_m: f64,
+    pub to_m: f64,
+    /// Frame that the pictures show; default the middle one.
+    pub picture_frame: Option<u32>,
+    /// Largest curvature that a document tells of this drive, 1/m, printed beside ours.
+    pub document_curvature_per_m: Option<f64>,
+    /// Corners: how exactly the reflectors are put up, m along the line of sight, anew in each run. Default 0.002, half a
+    /// wavelength: their phases are any.
+    pub placement_std_m: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            task: Task::Edges,
+            source: Source::Auto,
+            angles: Angles::BiSvd,
+            sources: 2,
+            forgetting: 0.9,
+            subarray: 0,
+            row_db: 3.0,
+            source_db: 13.0,
+            max_range_m: 100.0,
+            speed_std_mps: 0.1,
+            yaw_rate_std_deg_per_s: 0.2,
+            gate_sigmas: 3.0,
+            gate_floor_mps: 0.2,
+            curve: Curve::Arc,
+            heading_std_deg: 0.0,
+            parallel: false,
+            c1_walk: 6e-6,
+            b_walk: 0.05,
+            confirm_scans: 3,
+            from_m: 10.0,
+            to_m: 60.0,
+            picture_frame: None,
+            document_curvature_per_m: None,
+            placement_std_m: 0.002,
+        }
+    }
+}
+
+pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+    if value.is_finite() && (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(BadInput::new("is outside its range")
+        .key(format!("lane.road_shape.{key}"))
+        .value(value)
+        .allowed(format!("{low}..={high} {unit}"))
+        .remedy("leave it out for its default")
+        .into())
+}
+
+impl Settings {
+    /// Errors: a value outside its range.
+    pub fn check(&self) -> Result<()> {
+        within("sources", self.sources as f64, 1.0, 16.0, "sources")?;
+        within("forgetting", self.forgetting, 1e-3, 0.9999, "")?;
+        within("subarray", self.subarray as f64, 0.0, 1024.0, "elements")?;
+        within("row_db", self.row_db, 0.0, 100.0, "dB")?;
+        within("source_db", self.source_db, 0.0, 100.0, "dB")?;
+        within("max_range_m", self.max_range_m, 5.0, 1000.0, "m")?;
+        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "m/s")?;
+        within("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 90.0, "deg/s")?;
+        within("gate_sigmas", self.gate_sigmas, 0.1, 20.0, "standard deviations")?;
+        within("gate_floor_mps", self.gate_floor_mps, 0.0, 10.0, "m/s")?;
+        within("heading_std_deg", self.heading_std_deg, 0.0, 20.0, "deg")?;
+        within("c1_walk", self.c1_walk, 0.0, 1e-2, "1/m² per √m")?;
+        within("b_walk", self.b_walk, 0.0, 5.0, "m per √m")?;
+        within("confirm_scans", self.confirm_scans as f64, 1.0, 100.0, "scans")?;
+        within("from_m", self.from_m, 0.0, 500.0, "m")?;
+        within("to_m", self.to_m, self.from_m + 1.0, 500.0, "m")?;
+        within("placement_std_m", self.placement_std_m, 0.0, 1.0, "m")?;
+        if let Some(c) = self.document_curvature_per_m {
+            within("document_curvature_per_m", c, 0.0, 1.0, "1/m")?;
+        }
+        Ok(())
+    }
+
+    pub fn image(&self) -> ImageSettings {
+        ImageSettings {
+            angles: self.angles,
+            sources: self.sources,
+            forgetting: self.forgetting,
+            subarray: self.subarray,
+            row_db: self.row_db,
+            source_db: self.source_db,
+            max_range_m: self.max_range_m,
+            ..ImageSettings::default()
+        }
+    }
+
+    /// What the estimator is made with; `fold_mps` as in [`catseye_lane::road_shape::StaticGate`].
+    pub fn options(&self, fold_mps: Option<f64>) -> RoadShapeOptions {
+        let mut tracker = TrackerSettings {
+            parallel: self.parallel,
+            confirm_scans: self.confirm_scans,
+            ..TrackerSettings::default()
+        };
+        tracker.gate.sigmas = self.gate_sigmas;
+        tracker.gate.floor_mps = self.gate_floor_mps;
+        tracker.gate.max_range_m = self.max_range_m;
+        tracker.gate.fold_mps = fold_mps;
+        tracker.fit.curve = self.curve;
+        tracker.fit.heading_std_rad = self.heading_std_deg.to_radians();
+        tracker.fit.c1_walk = self.c1_walk;
+        tracker.filter.c1_walk = self.c1_walk;
+        tracker.filter.b_walk = self.b_walk;
+        RoadShapeOptions { tracker, own_speed_share: 0.0 }
+    }
+}

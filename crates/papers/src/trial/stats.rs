@@ -1,0 +1,30 @@
+//! Statistics over looks and runs, and the time that an estimator takes.
+
+use std::time::Instant;
+
+/// The mean of the values; None of no values.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let v: Vec<f64> = values.into_iter().collect();
+    (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
+}
+
+/// The root mean square of the values; None of no values.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    mean(values.into_iter().map(|v| v * v)).map(f64::sqrt)
+}
+
+/// The value that `of` gives for the items of each run, by rising number of the run; runs without a value are left out.
+pub fn over_runs<T>(items: &[T], run: impl Fn(&T) -> u32, of: impl Fn(&[&T]) -> Option<f64>) -> Vec<f64> {
+    let mut runs: Vec<u32> = items.iter().map(&run).collect();
+    runs.sort_unstable();
+    runs.dedup();
+    let one = |r: &u32| of(&items.iter().filter(|i| run(i) == *r).collect::<Vec<_>>());
+    runs.iter().filter_map(one).collect()
+}
+
+/// What `work` gives, and the seconds that it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let clock = Instant::now();
+    let result = work();
+    (result, clock.elapsed().as_secs_f64())
+}
