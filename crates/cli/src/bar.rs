@@ -100,7 +100,12 @@ impl Deref for Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-        *lock(&AT_WORK) = None;
+        let mut at_work = lock(&AT_WORK);
+        // A command that was asked to end and says itself what is kept must not be overtaken by who watches.
+        if !(cancel().load(Ordering::Relaxed) && matches!(*at_work, Some((_, Kept::Itself)))) {
+            *at_work = None;
+        }
+        drop(at_work);
         *lock(&self.ended.0) = true;
         self.ended.1.notify_all();
         if let Some(lines) = self.lines.take() {
@@ -157,13 +162,15 @@ struct Estimate {
     done: u64,
     last: Instant,
     found: u64,
+    /// The longest time between two advances, s.
+    longest_s: f64,
     /// What was said last, s, and when.
     said: Option<(f64, Instant)>,
 }
 
 impl Estimate {
     fn new(now: Instant) -> Estimate {
-        Estimate { start: now, done: 0, last: now, found: 0, said: None }
+        Estimate { start: now, done: 0, last: now, found: 0, longest_s: 0.0, said: None }
     }
 
     /// None as long as nothing is known.
@@ -173,6 +180,7 @@ impl Estimate {
             *self = Estimate::new(now);
         }
         if done != self.done {
+            self.longest_s = self.longest_s.max(now.duration_since(self.last).as_secs_f64());
             (self.done, self.last) = (done, now);
         }
         let elapsed_s = now.duration_since(self.start).as_secs_f64();
@@ -182,7 +190,12 @@ impl Estimate {
         }
         let each_s = self.last.duration_since(self.start).as_secs_f64() / worked as f64;
         let since_s = now.duration_since(self.last).as_secs_f64();
-        let new_s = (all.saturating_sub(done) as f64 * each_s - since_s).max(0.0);
+        let rest = all.saturating_sub(done) as f64;
+        let new_s = match since_s > 1.5 * self.longest_s {
+            // It goes slower than it did.
+            true => rest * elapsed_s / worked as f64,
+            false => (rest * each_s - since_s).max(0.0),
+        };
         // Workers end their parts together: what was said moves towards the new value, the slower the longer it runs.
         let left_s = match self.said {
             None => new_s,
@@ -278,6 +291,17 @@ mod tests {
             }
             before = Some((left, t_s));
         }
+        // Parts that take longer than those before: the rest is never said to be over while nothing advances.
+        let mut e = Estimate::new(start);
+        for s in 1..=80 {
+            e.left_s(s, 180, start + Duration::from_secs(s));
+        }
+        let mut left = 0.0;
+        for s in 81..=1000 {
+            left = e.left_s(80, 180, start + Duration::from_secs(s)).unwrap();
+            assert!(left > 60.0, "{left} s left after {s} s");
+        }
+        assert!((900.0..1300.0).contains(&left), "{left}");
         // What was found complete tells nothing about the rest.
         let mut e = Estimate::new(start);
         e.found = 40;

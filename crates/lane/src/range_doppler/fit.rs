@@ -1,8 +1,11 @@
 //! The likelihood of a lane, its top and its curvature there.
 
+use super::cells::Cell;
+use super::lane::*;
 use super::rows::Marker;
-use super::*;
 use crate::matrix::solve;
+use glam::DVec2;
+use std::f64::consts::TAU;
 
 /// A cell and a marker near it.
 #[derive(Clone, Copy)]

@@ -13,14 +13,12 @@
 //!
 //! The lane is straight for `curve_start`, then an arc. x along the lane, y left, radians, positive left.
 
-use crate::error::{self, LaneError};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
-use std::f64::consts::{PI, TAU};
+use crate::error::LaneError;
 
 mod cells;
 pub mod estimator;
 mod fit;
+mod lane;
 mod rows;
 mod search;
 
@@ -28,203 +26,10 @@ pub use cells::{Cell, Parameter, speed_from_edge};
 use cells::{too_slow, usable};
 pub use estimator::{LaneLook, Options, RangeDopplerLane};
 use fit::Fit;
+use lane::*;
+pub use lane::{Along, CurveStart, LaneFromMap, LaneSettings, OtherLane, Sign, Speed, VALUES};
 pub use rows::Foreseen;
 use search::Blots;
-
-/// Number of fitted values.
-pub const VALUES: usize = 7;
-const OFFSET: usize = 0;
-const HEADING: usize = 1;
-const CURVATURE: usize = 2;
-const START: usize = 3;
-const LEFT: usize = 4;
-const RIGHT: usize = 5;
-const SPEED: usize = 6;
-
-type Vector = [f64; VALUES];
-type Matrix = [[f64; VALUES]; VALUES];
-
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Speed {
-    /// Of the radar over ground, m/s, with its standard deviation.
-    Known { mps: f64, std_mps: f64 },
-    /// From the edge of the map, then fitted with the rest.
-    FromMap,
-}
-
-/// Line that the spacings are measured along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Along {
-    /// The middle of the lane.
-    Middle,
-    /// Each row itself.
-    Row,
-}
-
-/// Straight part of the lane in front of the radar.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum CurveStart {
-    /// Its length is known, m; zero where the radar is in the bend.
-    Known(f64),
-    /// Its length is fitted, between zero and this, m.
-    UpTo(f64),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LaneSettings {
-    pub lane_width_m: f64,
-    pub left_spacing_m: f64,
-    pub right_spacing_m: f64,
-    pub along: Along,
-    pub curve_start: CurveStart,
-    /// Of the radar over the markers.
-    pub radar_height_m: f64,
-    pub max_offset_m: f64,
-    pub max_heading_rad: f64,
-    pub min_radius_m: f64,
-    /// The bend ends where it has turned by this.
-    pub max_turn_rad: f64,
-    /// Ranges at which markers are seen.
-    pub near_m: f64,
-    pub far_m: f64,
-    /// Half the field of view, about the direction of motion.
-    pub half_view_rad: f64,
-    /// Of a marker in view.
-    pub detection_probability: f64,
-    /// Share of the cells that are no markers.
-    pub extra_share: f64,
-    /// Log odds from which on one of two readings is taken as true.
-    pub sure_log_odds: f64,
-}
-
-impl Default for LaneSettings {
-    fn default() -> Self {
-        Self {
-            lane_width_m: 3.0,
-            left_spacing_m: 1.5,
-            right_spacing_m: 2.0,
-            along: Along::Middle,
-            curve_start: CurveStart::UpTo(30.0),
-            radar_height_m: 0.15,
-            max_offset_m: 1.5,
-            max_heading_rad: PI / 3.0,
-            min_radius_m: 5.0,
-            max_turn_rad: PI,
-            near_m: 0.5,
-            far_m: 40.0,
-            half_view_rad: PI / 2.0,
-            detection_probability: 0.9,
-            extra_share: 0.1,
-            sure_log_odds: 4.6,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Sign {
-    Known,
-    /// The mirrored lane fits about as well. With equal spacings it fits exactly as well, and the lane
-    /// reported is the one with its offset (or, where that is zero within its standard deviation, its
-    /// heading, then its curvature) to the left.
-    Unknown,
-}
-
-/// Another lane that fits about as well, not the mirrored one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct OtherLane {
-    pub offset_m: f64,
-    pub heading_rad: f64,
-    pub curvature_per_m: f64,
-    /// How much less likely it is.
-    pub log_odds: f64,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LaneFromMap {
-    /// From the middle of the lane, metres, positive to the left.
-    pub offset_m: Parameter,
-    /// Of the motion against the lane, radians, positive to the left.
-    pub heading_rad: Parameter,
-    /// Of the bend, 1/m, positive to the left.
-    pub curvature_per_m: Parameter,
-    /// Along the lane from the radar to the bend. Not observed where the lane is straight.
-    pub curve_start_m: Parameter,
-    /// From the radar along the lane to the first marker ahead.
-    pub left_phase_m: Parameter,
-    pub right_phase_m: Parameter,
-    pub speed_mps: Parameter,
-    /// In the order of the values above.
-    pub covariance: Matrix,
-    pub sign: Sign,
-    /// Log odds of this lane against the mirrored one; infinite where no mirrored one fits.
-    pub sign_log_odds: f64,
-    pub other: Option<OtherLane>,
-    /// Expected number of cells that are markers.
-    pub explained: f64,
-    pub log_likelihood: f64,
-}
-
-impl LaneFromMap {
-    /// Radius of the bend and the radii one standard deviation of the curvature to either side, metres,
-    /// unsigned. None where the curvature is less than two standard deviations from zero.
-    pub fn radius_m(&self) -> Option<[f64; 3]> {
-        let (k, s) = (self.curvature_per_m.value.abs(), self.curvature_per_m.std);
-        (k > 2.0 * s).then(|| [1.0 / k, 1.0 / (k + s), 1.0 / (k - s)])
-    }
-}
-
-impl LaneFromMap {
-    /// Where this lane is to be looked for after the radar has moved by `ahead_m` along the lane, by `left_m` to its side, and has
-    /// turned by `turn_rad`: the start of a search for [`lane_near`].
-    pub fn moved(&self, ahead_m: f64, left_m: f64, turn_rad: f64) -> LaneFromMap {
-        let by = |p: Parameter, d: f64| Parameter { value: p.value + d, ..p };
-        let mut out = self.clone();
-        let start = self.curve_start_m.value;
-        // In the bend the lane's direction turns along.
-        let bent = if self.curve_start_m.observed {
-            (ahead_m - start.max(0.0)).clamp(0.0, ahead_m.max(0.0))
-        } else {
-            0.0
-        };
-        out.offset_m = by(self.offset_m, left_m);
-        out.heading_rad = by(self.heading_rad, turn_rad - bent * self.curvature_per_m.value);
-        if self.curve_start_m.observed {
-            out.curve_start_m.value = (start - ahead_m).max(0.0);
-        }
-        out.left_phase_m = by(self.left_phase_m, -ahead_m);
-        out.right_phase_m = by(self.right_phase_m, -ahead_m);
-        out
-    }
-}
-
-impl LaneSettings {
-    /// Errors: the name of a setting that lies outside its range.
-    pub fn check(&self) -> Result<(), LaneError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        let start = match self.curve_start {
-            CurveStart::Known(m) | CurveStart::UpTo(m) => m,
-        };
-        let rules: [(&'static str, bool); 15] = [
-            ("lane_width_m", positive(self.lane_width_m)),
-            ("left_spacing_m", positive(self.left_spacing_m) && self.left_spacing_m >= 0.05),
-            ("right_spacing_m", positive(self.right_spacing_m) && self.right_spacing_m >= 0.05),
-            ("curve_start", start.is_finite() && (0.0..=500.0).contains(&start)),
-            ("radar_height_m", self.radar_height_m.is_finite() && self.radar_height_m >= 0.0),
-            ("max_offset_m", positive(self.max_offset_m) && self.max_offset_m <= 20.0),
-            ("max_heading_rad", positive(self.max_heading_rad) && self.max_heading_rad <= PI / 2.0),
-            ("min_radius_m", self.min_radius_m > 0.5 * self.lane_width_m),
-            ("max_turn_rad", positive(self.max_turn_rad) && self.max_turn_rad <= TAU),
-            ("near_m", self.near_m.is_finite() && self.near_m >= 0.0),
-            ("far_m", positive(self.far_m) && self.far_m > self.near_m && self.far_m <= 500.0),
-            ("half_view_rad", positive(self.half_view_rad) && self.half_view_rad <= PI),
-            ("detection_probability", self.detection_probability > 0.0 && self.detection_probability < 1.0),
-            ("extra_share", self.extra_share > 0.0 && self.extra_share < 1.0),
-            ("sure_log_odds", positive(self.sure_log_odds)),
-        ];
-        error::settings(&rules)
-    }
-}
 
 /// The lane that the cells of a map draw. Errors: see [`LaneError`]. Cells that are not finite, without
 /// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
@@ -275,9 +80,6 @@ struct Problem<'a> {
     is_free: [bool; VALUES],
     speeds: Vec<f64>,
 }
-
-/// Log likelihoods and lanes, best first.
-type Modes = Vec<(f64, Vector)>;
 
 impl<'a> Problem<'a> {
     fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Problem<'a>, LaneError> {
@@ -498,26 +300,6 @@ impl<'a> Problem<'a> {
 
 fn unexplained(explained: f64, cells: usize) -> LaneError {
     LaneError::Unexplained { best: "lane", explained, of: cells, what: "cells" }
-}
-
-fn mirrored(p: &Vector) -> Vector {
-    let mut q = *p;
-    for i in [OFFSET, HEADING, CURVATURE] {
-        q[i] = -q[i];
-    }
-    q
-}
-
-fn mirrored_covariance(c: &Matrix) -> Matrix {
-    let to = [OFFSET, HEADING, CURVATURE, START, RIGHT, LEFT, SPEED];
-    let sign = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0];
-    let mut out = [[0.0; VALUES]; VALUES];
-    for i in 0..VALUES {
-        for j in 0..VALUES {
-            out[to[i]][to[j]] = sign[i] * sign[j] * c[i][j];
-        }
-    }
-    out
 }
 
 #[cfg(test)]

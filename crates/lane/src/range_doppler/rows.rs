@@ -1,6 +1,9 @@
 //! Rows of markers as a radar sees them: where each stands, at which range and range rate.
 
-use super::*;
+use super::lane::*;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// A lesser curvature counts as none.
 const STRAIGHT_PER_M: f64 = 1e-6;

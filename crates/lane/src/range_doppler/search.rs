@@ -1,8 +1,11 @@
 //! Where the fit starts: lanes from a grid, phases and bends by trial.
 
+use super::cells::Cell;
 use super::fit::Fit;
+use super::lane::*;
 use super::rows::Marker;
-use super::*;
+use glam::DVec2;
+use std::f64::consts::{PI, TAU};
 
 impl Fit<'_> {
     /// Phases of both rows that fit best with the rest given, by trial.

@@ -1,5 +1,6 @@
 use super::*;
 use catseye::rng::Draws;
+use glam::DVec2;
 
 #[derive(Clone, Copy, Debug)]
 struct Truth {
