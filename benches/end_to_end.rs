@@ -10,8 +10,6 @@ use criterion::{BenchmarkId, Criterion};
 use std::hint::black_box;
 use std::time::Duration;
 
-mod devices;
-
 fn main() {
     let mut criterion = Criterion::default()
         .sample_size(10)

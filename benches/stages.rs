@@ -12,8 +12,6 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use std::hint::black_box;
 use std::time::Duration;
 
-mod devices;
-
 const SCREEN: [usize; 2] = [480, 270];
 
 fn main() {

@@ -678,7 +678,7 @@ fn gpu_noise_is_that_of_the_cpu() {
     }
 }
 
-/// `cargo test --release --test adc -- --ignored --nocapture speed`
+/// `cargo test --release -p catseye --test simulator adc -- --ignored --nocapture speed`
 #[test]
 #[ignore = "a measurement"]
 fn speed() {

@@ -424,7 +424,7 @@ fn engines_agree_on_a_terrain() {
     compare("random", &mesh, &random_rays(40_000, 149.0));
 }
 
-/// Workload W6, also its timing: `cargo test --release --test closest -- --ignored --nocapture`.
+/// Workload W6, also its timing: `cargo test --release -p catseye --test simulator closest -- --ignored --nocapture`.
 #[test]
 #[ignore = "a million triangles and four million rays: some seconds on a software driver"]
 fn engines_agree_on_a_million_triangles() {

@@ -397,7 +397,7 @@ fn bells() {
     }
 }
 
-/// `cargo test --release --test gridding -- --ignored --nocapture speed`
+/// `cargo test --release -p catseye --test simulator gridding -- --ignored --nocapture speed`
 #[test]
 #[ignore = "a measurement"]
 fn speed() {

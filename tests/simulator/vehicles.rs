@@ -78,7 +78,7 @@ fn median_dbsm(mean_dbsm: f64, sigma_db: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "minutes of computing: cargo test --release --test vehicles -- --ignored --nocapture"]
+#[ignore = "minutes of computing: cargo test --release -p catseye --test simulator vehicles -- --ignored --nocapture"]
 fn levels_beside_published_ones() {
     for (kind, range_m, speed, time, mean, sigma) in [
         (Kind::Sedan, 30.0, 0.0, 0.0, 7.07, 3.41),

@@ -395,7 +395,7 @@ fn cylinder_rims() {
     assert!((s[1][1] - expected).norm() < 0.01 * near.norm() && s[0][1].norm() < 1e-9, "{s:?} {expected}");
 }
 
-/// The picture of the documentation: `cargo test --release --test austin -- --ignored picture`.
+/// The picture of the documentation: `cargo test --release -p catseye-papers --test gates austin -- --ignored picture`.
 #[test]
 #[ignore = "writes docs/images/austin_plate.png"]
 fn picture() {

@@ -1,5 +1,5 @@
 //! Times of exact beams on the cpu engine, one thread:
-//! `cargo test --release --test beam_times -- --ignored --nocapture --test-threads 1`.
+//! `cargo test --release -p catseye-papers --test gates beam_times -- --ignored --nocapture --test-threads 1`.
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;

@@ -319,7 +319,7 @@ fn wrong_data_fail() {
     assert!(worst_db(&found, &truth, 40.0) > 0.05);
 }
 
-/// `cargo test --release --test gpu_beams -- --ignored --nocapture`: whole sweeps on both engines.
+/// `cargo test --release -p catseye-papers --test gates gpu_beams -- --ignored --nocapture`: whole sweeps on both engines.
 #[test]
 #[ignore = "prints times, judges nothing"]
 fn times_of_w1_and_w2() {
@@ -356,7 +356,7 @@ fn times_of_w1_and_w2() {
     }
 }
 
-/// `CATSEYE_SPEC=sphere CATSEYE_LOOKS=4 cargo test --release --test gpu_beams reflector_of -- --ignored --nocapture`
+/// `CATSEYE_SPEC=sphere CATSEYE_LOOKS=4 cargo test --release -p catseye-papers --test gates reflector_of -- --ignored --nocapture`
 #[test]
 #[ignore = "a reflector of one's choice"]
 fn reflector_of_the_environment() {
