@@ -19,7 +19,7 @@ use catseye::error::{Error, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Frame;
-use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
+use catseye_lane::score::{Figure, Score, TrueLanes, score};
 use catseye_lane::{LaneEstimate, LaneEstimator};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
 use serde::{Deserialize, Serialize};
@@ -222,16 +222,8 @@ struct Standing {
     /// Why there is nothing.
     cannot: Option<String>,
     looks: usize,
-    /// Mean and half of the 95 % interval over runs.
-    found_percent: Option<Figure>,
-    precision_percent: Option<Figure>,
-    recall_percent: Option<Figure>,
-    f1_percent: Option<Figure>,
-    lateral_m: [Option<Figure>; 4],
-    offset_m: Option<Figure>,
-    heading_deg: Option<Figure>,
-    curvature_per_m: Option<Figure>,
-    lane_percent: Option<Figure>,
+    /// Of each of [`QUANTITIES`]: mean and half of the 95 % interval over runs.
+    figures: [Option<Figure>; QUANTITIES.len()],
     /// The reason that was given most often where no lane was stated.
     reason: Option<String>,
 }
@@ -248,15 +240,20 @@ fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String
         entrant: entrant.clone(),
         cannot,
         looks: steps.len(),
-        found_percent: percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
-        precision_percent: percent(&|s| s.score.precision),
-        recall_percent: percent(&|s| s.score.recall),
-        f1_percent: percent(&|s| s.score.f1),
-        lateral_m: std::array::from_fn(|k| rms(&|s| s.score.lateral_m[k])),
-        offset_m: rms(&|s| s.score.offset_error_m),
-        heading_deg: rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
-        curvature_per_m: rms(&|s| s.score.curvature_error_per_m),
-        lane_percent: percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+        figures: [
+            percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
+            percent(&|s| s.score.precision),
+            percent(&|s| s.score.recall),
+            percent(&|s| s.score.f1),
+            rms(&|s| s.score.lateral_m[0]),
+            rms(&|s| s.score.lateral_m[1]),
+            rms(&|s| s.score.lateral_m[2]),
+            rms(&|s| s.score.lateral_m[3]),
+            rms(&|s| s.score.offset_error_m),
+            rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
+            rms(&|s| s.score.curvature_error_per_m),
+            percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+        ],
         reason: reasons.into_iter().max_by_key(|r| r.1).map(|r| r.0),
     }
 }
@@ -269,44 +266,39 @@ fn shown(figure: Option<Figure>) -> String {
     }
 }
 
-const HEADS: [&str; 13] = [
-    "scenario",
-    "method",
-    "looks with a lane, %",
-    "precision, %",
-    "recall, %",
-    "F1, %",
-    "at 10 m, m",
-    "at 20 m, m",
-    "at 40 m, m",
-    "offset, m",
-    "heading, deg",
-    "curvature, 1/km",
-    "lane number, %",
+/// What the table compares: head in Markdown (empty: in the file alone), name in the file, factor from the file's unit to the head's.
+const QUANTITIES: [(&str, &str, f64); 12] = [
+    ("looks with a lane, %", "found_percent", 1.0),
+    ("precision, %", "precision_percent", 1.0),
+    ("recall, %", "recall_percent", 1.0),
+    ("F1, %", "f1_percent", 1.0),
+    ("at 10 m, m", "lateral_10_m", 1.0),
+    ("at 20 m, m", "lateral_20_m", 1.0),
+    ("at 40 m, m", "lateral_40_m", 1.0),
+    ("", "lateral_60_m", 1.0),
+    ("offset, m", "offset_m", 1.0),
+    ("heading, deg", "heading_deg", 1.0),
+    ("curvature, 1/km", "curvature_per_m", 1e3),
+    ("lane number, %", "lane_percent", 1.0),
 ];
+/// Places in [`QUANTITIES`].
+const FOUND: usize = 0;
+const F1: usize = 3;
+const LATERAL_20_M: usize = 5;
 
 fn cells(s: &Standing) -> Vec<String> {
-    let per_km = s.curvature_per_m.map(|f| Figure { mean: 1e3 * f.mean, half: 1e3 * f.half, ..f });
     let mut out = vec![s.scenario.clone(), s.entrant.name()];
-    let figures = [
-        s.found_percent,
-        s.precision_percent,
-        s.recall_percent,
-        s.f1_percent,
-        s.lateral_m[0],
-        s.lateral_m[1],
-        s.lateral_m[2],
-        s.offset_m,
-        s.heading_deg,
-        per_km,
-        s.lane_percent,
-    ];
-    out.extend(figures.map(shown));
+    let with_head = QUANTITIES.iter().zip(s.figures).filter(|(q, _)| !q.0.is_empty());
+    out.extend(with_head.map(|((_, _, factor), figure)| {
+        shown(figure.map(|f| Figure { mean: factor * f.mean, half: factor * f.half, ..f }))
+    }));
     out
 }
 
 fn markdown(standings: &[Standing]) -> String {
-    let mut out = format!("| {} |\n|{}\n", HEADS.join(" | "), "---|".repeat(HEADS.len()));
+    let quantities = QUANTITIES.iter().map(|q| q.0).filter(|head| !head.is_empty());
+    let heads: Vec<&str> = ["scenario", "method"].into_iter().chain(quantities).collect();
+    let mut out = format!("| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()));
     for s in standings {
         match &s.cannot {
             None => out += &format!("| {} |\n", cells(s).join(" | ")),
@@ -321,12 +313,8 @@ fn markdown(standings: &[Standing]) -> String {
 
 fn sheet(standings: &[Standing]) -> Sheet {
     let mut sheet = Sheet::new("compare", "scenario method cannot looks");
-    let mut names: Vec<String> =
-        ["found_percent", "precision_percent", "recall_percent", "f1_percent"].map(String::from).into();
-    names.extend(DISTANCES_M.map(|d| format!("lateral_{d}_m")));
-    names.extend(["offset_m", "heading_deg", "curvature_per_m", "lane_percent"].map(String::from));
-    for n in &names {
-        sheet.columns.extend([n.clone(), format!("{n}_half")]);
+    for (_, name, _) in QUANTITIES {
+        sheet.columns.extend([name.to_string(), format!("{name}_half")]);
     }
     sheet.columns.push("reason".into());
     for s in standings {
@@ -336,11 +324,7 @@ fn sheet(standings: &[Standing]) -> Sheet {
             s.cannot.clone().unwrap_or_default(),
             s.looks.to_string(),
         ];
-        let figures = [s.found_percent, s.precision_percent, s.recall_percent, s.f1_percent]
-            .into_iter()
-            .chain(s.lateral_m)
-            .chain([s.offset_m, s.heading_deg, s.curvature_per_m, s.lane_percent]);
-        for f in figures {
+        for f in s.figures {
             let text =
                 |v: Option<f64>| v.filter(|v| v.is_finite()).map_or(String::new(), |v| format!("{v:.6}"));
             row.extend([text(f.map(|f| f.mean)), text(f.map(|f| f.half))]);
@@ -367,7 +351,7 @@ fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
         for s in standings.iter().filter(|s| s.scenario == *name) {
             let place = entrants.iter().position(|e| **e == s.entrant).unwrap_or(0) as f64;
             let at = place + step * (k as f64 - 0.5 * (scenarios.len() as f64 - 1.0));
-            if let Some(f) = s.f1_percent {
+            if let Some(f) = s.figures[F1] {
                 let half = if f.half.is_finite() { f.half } else { 0.0 };
                 // A share is no more than all of it.
                 let bar = vec![[(f.mean - half).max(0.0), at], [(f.mean + half).min(100.0), at]];
@@ -456,8 +440,8 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                     let quantity = format!("{name}, {}: {quantity}", entrant.name());
                     Row { half, ..Row::new(quantity, unit, f.map(|f| f.mean)) }
                 };
-                trial.rows.push(figure("F1 within 0.3 m", "%", s.f1_percent));
-                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.lateral_m[1]));
+                trial.rows.push(figure("F1 within 0.3 m", "%", s.figures[F1]));
+                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.figures[LATERAL_20_M]));
             }
             standings.push(s);
             timed.entry(entrant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
@@ -489,7 +473,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     trial.rows.retain(|r| r.ours.is_some());
     trial.notes.push(markdown(&standings));
     for s in standings.iter().filter(|s| s.reason.is_some()) {
-        let share = s.found_percent.map_or(0.0, |f| 100.0 - f.mean);
+        let share = s.figures[FOUND].map_or(0.0, |f| 100.0 - f.mean);
         trial.notes.push(format!(
             "{}, {}: no lane in {}% of looks, most often: {}.",
             s.scenario,

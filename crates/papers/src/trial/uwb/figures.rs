@@ -65,13 +65,6 @@ fn db(ratio: f64) -> f64 {
     10.0 * ratio.log10()
 }
 
-fn with(row: Row, document: Option<f64>) -> Row {
-    match document {
-        Some(v) => row.document(v),
-        None => row,
-    }
-}
-
 /// Mean over runs, where a run has a value.
 fn over_runs(name: String, unit: &str, runs: &[Run], of: impl Fn(&Run) -> Option<f64>) -> Row {
     let values: Vec<f64> = runs.iter().filter_map(of).filter(|v| v.is_finite()).collect();
@@ -136,10 +129,10 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     );
     let alarms = uwb::exceedance_rate(&tuned.bare, level).map_err(|r| failed("false alarms", r))?;
     let alarms = Row::new(format!("{of}false alarms on these scans"), "%", Some(100.0 * alarms));
-    push(with(alarms, made.settings.stands_for.map(|_| 0.0)));
+    push(alarms.document(made.settings.stands_for.map(|_| 0.0)));
     let [beside, between] = slow_shares(made, tuned, e)?;
     let row = Row::new(format!("{of}slow drive: scans beside a plate over the threshold"), "%", beside);
-    push(with(row, d.histogram).why("the document does not say whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side"));
+    push(row.document(d.histogram).why("the document does not say whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side"));
     push(Row::new(format!("{of}slow drive: scans between plates over the threshold"), "%", between));
     let row = of_seen("scans over the threshold", "%", &|_, s| {
         let over = s.energies.iter().filter(|v| **v > level).count();
@@ -153,7 +146,7 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
         let beside = s.energies.iter().zip(&run.beside[e]).filter(|(_, b)| b.is_some());
         beside.map(|(v, _)| *v).max_by(f64::total_cmp).map(|v| db(v / level))
     });
-    push(with(row, d.contrast_db).why("the document's passes reach 6 to 7 mW over 5.4 mW"));
+    push(row.document(d.contrast_db).why("the document's passes reach 6 to 7 mW over 5.4 mW"));
     let row = of_seen("mean energy beside a plate over the bare road", "dB", &|run, s| {
         let beside: Vec<f64> =
             s.energies.iter().zip(&run.beside[e]).filter(|(_, b)| b.is_some()).map(|(v, _)| *v).collect();
@@ -162,18 +155,18 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     push(row);
     let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
     let row = of_seen("plates found", "%", &|_, s| percent(s.score.marker_rate()));
-    push(with(row, d.runs).why("the document's rate in runs: of scans, plates or spacings is not said"));
+    push(row.document(d.runs).why("the document's rate in runs: of scans, plates or spacings is not said"));
     let row = of_seen("spacings right", "%", &|_, s| percent(s.score.spacing_rate()));
-    push(with(row, d.runs));
+    push(row.document(d.runs));
     let errors: Vec<f64> =
         runs.iter().flat_map(|run| run.seen[r][e].score.spacing_errors_m.iter().copied()).collect();
     let row = of_seen("mean spacing error", "m", &|_, s| {
         let n = s.score.spacing_errors_m.len();
         (n > 0).then(|| s.score.spacing_errors_m.iter().map(|v| v.abs()).sum::<f64>() / n as f64)
     });
-    push(with(row, d.mean_m).why(format!("{} spacings", errors.len())));
+    push(row.document(d.mean_m).why(format!("{} spacings", errors.len())));
     let worst = errors.iter().map(|v| v.abs()).max_by(f64::total_cmp);
-    push(with(Row::new(format!("{of}worst spacing error"), "m", worst), d.worst_m));
+    push(Row::new(format!("{of}worst spacing error"), "m", worst).document(d.worst_m));
     push(of_seen("passes without a plate, a run", "", &|_, s| Some(s.score.false_passes as f64)));
     push(of_seen("scans with a lane", "%", &|_, s| {
         let n = s.result.lane_present.len();
@@ -182,20 +175,20 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     let row = of_seen("runs with a warning where no plate was due", "%", &|_, s| {
         Some(100.0 * f64::from(u8::from(s.warnings_right > 0)))
     });
-    push(with(row, d.warned));
+    push(row.document(d.warned));
     push(of_seen("warnings where a plate was due, a run", "", &|_, s| Some(s.warnings_wrong as f64)));
     let departed = |s: &Seen| s.result.departures().last().map(|(_, d)| *d);
     push(of_seen("warning behind the missing plate's place", "m", &|_, s| departed(s).map(|d| d.delay_m)));
     let row = of_seen("largest energy since the last plate over the threshold", "dB", &|_, s| {
         departed(s).map(|d| db(d.peak_energy / level))
     });
-    push(with(row, d.departed_db));
+    push(row.document(d.departed_db));
     let row = of_seen("covers over the threshold", "%", &|run, s| {
         let n = run.covers[e].len();
         let over = run.covers[e].iter().filter(|t| over_near(run, s, **t, level)).count();
         (n > 0).then(|| 100.0 * over as f64 / n as f64)
     });
-    push(with(row, d.covers.map(|c| c[0])));
+    push(row.document(d.covers.map(|c| c[0])));
     let row = of_seen("passes rejected for want of a period", "%", &|run, s| {
         let n = s.result.markers.len();
         (n > 0 && !run.covers[e].is_empty()).then(|| {
@@ -203,7 +196,7 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
                 / n as f64
         })
     });
-    push(with(row, d.covers.map(|c| c[1])));
+    push(row.document(d.covers.map(|c| c[1])));
     push(of_seen("distance by counted plates, error", "m", &|_, s| s.odometer_m.map(|o| o[0].abs())));
     push(of_seen("distance by the speed alone, error", "m", &|_, s| s.odometer_m.map(|o| o[1].abs())));
     Ok(())
