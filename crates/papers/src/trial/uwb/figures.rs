@@ -2,7 +2,7 @@
 
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
-use crate::trial::uwb::runs::{Made, Run, Seen};
+use crate::trial::uwb::runs::{Run, RunResult, UwbResults};
 use crate::trial::uwb::settings::StandsFor;
 use crate::trial::uwb::tuning::{Tuned, energy, failed, wide};
 use catseye::error::Result;
@@ -71,12 +71,12 @@ fn over_runs(name: String, unit: &str, runs: &[Run], of: impl Fn(&Run) -> Option
     Row::mean(name, unit, &values)
 }
 
-pub(super) fn fill(trial: &mut Trial, made: &Made<'_>, steps: Vec<Step>) -> Result<()> {
+pub(super) fn fill(trial: &mut Trial, made: &UwbResults<'_>, steps: Vec<Step>) -> Result<()> {
     trial.rows = common_rows(&steps);
     trial.steps = steps;
     let d = document(made.settings.stands_for);
-    for (e, eye) in made.eyes.iter().enumerate() {
-        let of = if made.eyes.len() > 1 { format!("{}, ", eye.name) } else { String::new() };
+    for (e, eye) in made.impulse_radars.iter().enumerate() {
+        let of = if made.impulse_radars.len() > 1 { format!("{}, ", eye.name) } else { String::new() };
         let gate = Row::new(format!("{of}far end of the gate"), "m", Some(eye.gate.max_m));
         let gate = match made.settings.stands_for {
             Some(_) => gate.document(3.65).why("K (3) with its own lengths gives 3.25"),
@@ -98,7 +98,7 @@ pub(super) fn fill(trial: &mut Trial, made: &Made<'_>, steps: Vec<Step>) -> Resu
 }
 
 /// Shares of scans beside a plate and of the others that are over the threshold, of the slow drive.
-fn slow_shares(made: &Made<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>; 2]> {
+fn slow_shares(made: &UwbResults<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>; 2]> {
     let mut counts = [[0_u32; 2]; 2];
     for slow in &made.slow {
         for (scan, beside) in slow.scans.iter().zip(&slow.beside[e]) {
@@ -111,11 +111,11 @@ fn slow_shares(made: &Made<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>;
     Ok(counts.map(|[all, over]| (all > 0).then(|| 100.0 * f64::from(over) / f64::from(all))))
 }
 
-fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of: &str) -> Result<()> {
+fn rows(trial: &mut Trial, made: &UwbResults<'_>, d: &Document, r: usize, e: usize, of: &str) -> Result<()> {
     let tuned = &made.tuned[r][e];
     let (level, floor) = (tuned.threshold.energy, tuned.threshold.floor_energy);
     let runs = &made.runs;
-    let of_seen = |name: &str, unit: &str, f: &dyn Fn(&Run, &Seen) -> Option<f64>| {
+    let of_seen = |name: &str, unit: &str, f: &dyn Fn(&Run, &RunResult) -> Option<f64>| {
         over_runs(format!("{of}{name}"), unit, runs, |run| f(run, &run.seen[r][e]))
     };
     let mut push = |row: Row| {
@@ -177,7 +177,7 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     });
     push(row.document(d.warned));
     push(of_seen("warnings where a plate was due, a run", "", &|_, s| Some(s.warnings_wrong as f64)));
-    let departed = |s: &Seen| s.result.departures().last().map(|(_, d)| *d);
+    let departed = |s: &RunResult| s.result.departures().last().map(|(_, d)| *d);
     push(of_seen("warning behind the missing plate's place", "m", &|_, s| departed(s).map(|d| d.delay_m)));
     let row = of_seen("largest energy since the last plate over the threshold", "dB", &|_, s| {
         departed(s).map(|d| db(d.peak_energy / level))
@@ -203,11 +203,11 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
 }
 
 /// Whether the energy passes the threshold within half a second of a time.
-fn over_near(run: &Run, s: &Seen, time_s: f64, level: f64) -> bool {
+fn over_near(run: &Run, s: &RunResult, time_s: f64, level: f64) -> bool {
     run.times_s.iter().zip(&s.energies).any(|(t, v)| (t - time_s).abs() < 0.5 && *v > level)
 }
 
-fn notes(trial: &mut Trial, made: &Made<'_>) {
+fn notes(trial: &mut Trial, made: &UwbResults<'_>) {
     let a = made.settings.asphalt;
     trial.notes.push(format!(
         "Energies are sums of squares over the samples in the gate, in units of the mean of the bare road. Asphalt outside the band of \
@@ -223,14 +223,14 @@ fn notes(trial: &mut Trial, made: &Made<'_>) {
     }
 }
 
-fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
+fn tables(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
     let mut scans = Sheet::new("energies", "run radar rule time_s energy beside_plate lane");
     let mut spacings = Sheet::new("passes", "run radar rule time_s distance_m spacing_m peak_energy verdict");
     scans.comments.push("energy and peak_energy over the mean of the bare road".into());
     spacings.comments.push("spacing_m to the marker that the pass was paired with".into());
     for (k, run) in made.runs.iter().enumerate() {
         for (r, rule) in made.rules.iter().enumerate() {
-            for (e, eye) in made.eyes.iter().enumerate() {
+            for (e, eye) in made.impulse_radars.iter().enumerate() {
                 let (seen, tuned) = (&run.seen[r][e], &made.tuned[r][e]);
                 let floor = tuned.threshold.floor_energy;
                 for (i, v) in seen.energies.iter().enumerate() {
@@ -262,7 +262,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
     let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates");
     histogram.comments.push("from and to over the mean of the bare road".into());
     for (r, rule) in made.rules.iter().enumerate() {
-        for (e, eye) in made.eyes.iter().enumerate() {
+        for (e, eye) in made.impulse_radars.iter().enumerate() {
             let Some((bare, marked)) = histograms(made, r, e)? else { continue };
             for i in 0..bare.counts.len() {
                 let (from, to) = (format!("{:.6}", bare.edges[i]), format!("{:.6}", bare.edges[i + 1]));
@@ -275,7 +275,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
 }
 
 /// Of the bare road and of scans beside plates in the slow drive, on common edges in units of the bare road's mean.
-fn histograms(made: &Made<'_>, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
+fn histograms(made: &UwbResults<'_>, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
     let tuned = &made.tuned[r][e];
     let floor = tuned.threshold.floor_energy;
     let mut marked = Vec::new();
@@ -295,9 +295,9 @@ fn histograms(made: &Made<'_>, r: usize, e: usize) -> Result<Option<(Histogram, 
     Ok(Some((of(&bare)?, of(&marked)?)))
 }
 
-fn pictures(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
-    for e in 0..made.eyes.len() {
-        let suffix = if made.eyes.len() > 1 { format!("_{}", e + 1) } else { String::new() };
+fn pictures(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
+    for e in 0..made.impulse_radars.len() {
+        let suffix = if made.impulse_radars.len() > 1 { format!("_{}", e + 1) } else { String::new() };
         for (r, rule) in made.rules.iter().enumerate() {
             let name = |what: &str| match r + 1 == made.rules.len() && made.rules.len() > 1 {
                 true => format!("{what}{suffix}"),
@@ -327,7 +327,7 @@ fn pictures(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
 }
 
 /// Energy against time with the places of plates, K figures 8 to 11, 13 and 14.
-fn energy_chart(made: &Made<'_>, run: &Run, r: usize, e: usize, rule: &str) -> Chart {
+fn energy_chart(made: &UwbResults<'_>, run: &Run, r: usize, e: usize, rule: &str) -> Chart {
     let (seen, tuned) = (&run.seen[r][e], &made.tuned[r][e]);
     let floor = tuned.threshold.floor_energy;
     let level = tuned.threshold.energy / floor;
@@ -439,9 +439,9 @@ fn histogram_chart(title: &str, bare: &Histogram, marked: &Histogram, level: f64
 }
 
 /// The scan of the greatest energy of the first run and a bare one, K figures 8 and 9.
-fn signal_chart(made: &Made<'_>, e: usize) -> Result<Option<Chart>> {
+fn signal_chart(made: &UwbResults<'_>, e: usize) -> Result<Option<Chart>> {
     let (Some(run), Some(tuned)) = (made.runs.first(), made.tuned.last()) else { return Ok(None) };
-    let eye = &made.eyes[e];
+    let eye = &made.impulse_radars[e];
     let energies = &run.seen[run.seen.len() - 1][e].energies;
     let beside = |i: &usize| run.beside[e][*i].is_some();
     let most = |all: Vec<usize>| all.into_iter().max_by(|a, b| energies[*a].total_cmp(&energies[*b]));
@@ -482,7 +482,7 @@ fn signal_chart(made: &Made<'_>, e: usize) -> Result<Option<Chart>> {
 }
 
 /// Energy at the middle of a plate against the lateral distance, under each rule.
-fn sweep_chart(made: &Made<'_>) -> Result<Option<Chart>> {
+fn sweep_chart(made: &UwbResults<'_>) -> Result<Option<Chart>> {
     if made.sweep.is_empty() {
         return Ok(None);
     }
@@ -514,7 +514,7 @@ fn sweep_chart(made: &Made<'_>) -> Result<Option<Chart>> {
 }
 
 /// Spacing errors of each run under each rule.
-fn spacing_chart(made: &Made<'_>) -> Option<Chart> {
+fn spacing_chart(made: &UwbResults<'_>) -> Option<Chart> {
     let limit = made.settings.largest_error_m();
     let (dot, ring) = (Mark::Dot { radius: 3.5 }, Mark::Diamond { radius: 4.5 });
     let of = |r: usize| -> Vec<[f64; 2]> {
