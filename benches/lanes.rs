@@ -30,7 +30,7 @@ fn main() {
         group.bench_function(name, |b| {
             b.iter(|| {
                 for look in &d.looks {
-                    black_box(d.estimator.estimate(&look.look()));
+                    black_box(d.estimator.estimate(&look.input()));
                 }
             })
         });

@@ -360,15 +360,3 @@ fn glint(s: &Sight, sun: DVec3) -> f64 {
     let grain = (1.0 + 2.0 * GRAIN * f64::from(s.grain)).max(0.0);
     fresnel * facets * hidden(no) * hidden(ni) / (4.0 * no * ni) * grain
 }
-
-/// One picture: [`View::new`] and [`View::lit`].
-pub fn render(
-    geometry: &Geometry,
-    scene: &Scene,
-    pose: &Pose<Vehicle, World>,
-    camera: &Camera,
-    light: &Light,
-    seed: u64,
-) -> Result<Image> {
-    View::new(geometry, scene, pose, camera)?.lit(geometry, light, seed)
-}

@@ -3,23 +3,23 @@
 //! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
 //! markers) is no mistake.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::edges::Edges;
 use crate::trial::lane_table::LaneTable;
 use crate::trial::method::Method;
 use crate::trial::pictures;
-use crate::trial::ready::{Finds, Rival, SPEED_STD_MPS};
+use crate::trial::ready::{Finds, ReadyMethod, SPEED_STD_MPS};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, number, percent_of_runs, rms_of_runs};
-use crate::trial::result_folder::{RunOptions, RunReport, Workshop, scenario};
-use crate::trial::sensors::{Bus, OwnedLook, Pursuit, Seen, lane_points};
+use crate::trial::result_folder::{ResultFolder, RunOptions, RunReport, scenario};
+use crate::trial::sensors::{Bus, KeptPoint, OwnedInput, TrackFollower, lane_points};
 use crate::trial::stats::timed;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Frame;
-use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
+use catseye_lane::score::{Figure, Score, TrueLanes, score};
 use catseye_lane::{LaneEstimate, LaneEstimator};
 use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
 use serde::{Deserialize, Serialize};
@@ -30,13 +30,13 @@ const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 
 /// A method as a comparison drives it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Entrant {
+pub struct MethodVariant {
     pub method: Method,
     /// Sensors and light, for a method that drives with several; empty otherwise.
     pub variant: String,
 }
 
-impl Entrant {
+impl MethodVariant {
     /// As tables name it.
     pub fn name(&self) -> String {
         match self.variant.as_str() {
@@ -72,9 +72,9 @@ type Course = std::result::Result<Vec<Kept>, String>;
 
 /// A method after a drive, with the looks that it was given.
 pub struct Driven {
-    pub entrant: Entrant,
+    pub entrant: MethodVariant,
     pub estimator: Box<dyn LaneEstimator + Send>,
-    pub looks: Vec<OwnedLook>,
+    pub looks: Vec<OwnedInput>,
 }
 
 /// The first drive of a scenario file: every method that can take it, with its looks.
@@ -84,45 +84,46 @@ pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> 
     let table = LaneTable::load(path)?;
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
-    let given = Given { scenario: &scenario, path, engine, runs: 1, keep: None, watch: &|_, _| {} };
-    let mut looks: BTreeMap<Entrant, Vec<OwnedLook>> = BTreeMap::new();
-    let mut told =
-        |entrant: &Entrant, look: &OwnedLook| looks.entry(entrant.clone()).or_default().push(look.clone());
-    let (rivals, _) = drive_once(&given, &table, 0, &mut told, &mut || {})?;
-    Ok(rivals
+    let given = TrialContext { scenario: &scenario, path, engine, runs: 1, keep: None, watch: &|_, _| {} };
+    let mut looks: BTreeMap<MethodVariant, Vec<OwnedInput>> = BTreeMap::new();
+    let mut told = |entrant: &MethodVariant, look: &OwnedInput| {
+        looks.entry(entrant.clone()).or_default().push(look.clone())
+    };
+    let (methods, _) = drive_once(&given, &table, 0, &mut told, &mut || {})?;
+    Ok(methods
         .into_iter()
-        .map(|(entrant, rival)| {
+        .map(|(entrant, method)| {
             let looks = looks.remove(&entrant).unwrap_or_default();
-            Driven { entrant, estimator: rival.estimator, looks }
+            Driven { entrant, estimator: method.estimator, looks }
         })
         .collect())
 }
 
 /// One drive with all methods. `seen` is called with each look, `told` after each frame.
 fn drive_once(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     table: &LaneTable,
     run: u32,
-    seen: &mut dyn FnMut(&Entrant, &OwnedLook),
+    seen: &mut dyn FnMut(&MethodVariant, &OwnedInput),
     told: &mut dyn FnMut(),
-) -> Result<(BTreeMap<Entrant, Rival>, BTreeMap<Entrant, Course>)> {
+) -> Result<(BTreeMap<MethodVariant, ReadyMethod>, BTreeMap<MethodVariant, Course>)> {
     let site = Site::new(&given.scenario_of(run))?;
     let drive = Drive::new(&site, given.engine)?;
-    let mut rivals = BTreeMap::new();
-    let mut out: BTreeMap<Entrant, Course> = BTreeMap::new();
+    let mut methods = BTreeMap::new();
+    let mut out: BTreeMap<MethodVariant, Course> = BTreeMap::new();
     for method in Method::ALL {
-        match table.rivals(method, given, &drive, run) {
+        match table.ready_methods(method, given, &drive, run) {
             Ok(found) => {
-                for (variant, rival) in found {
-                    let entrant = Entrant { method, variant };
-                    rivals.insert(entrant.clone(), rival);
+                for (variant, ready) in found {
+                    let entrant = MethodVariant { method, variant };
+                    methods.insert(entrant.clone(), ready);
                     out.insert(entrant, Ok(Vec::new()));
                 }
             }
             // What a scenario lacks for a method is a result; what is wrong with a file or a device is not.
             Err(Error::Input(why)) => {
                 out.insert(
-                    Entrant { method, variant: String::new() },
+                    MethodVariant { method, variant: String::new() },
                     Err(why.problem.clone() + &why.remedy.map_or(String::new(), |r| format!(" ({r})"))),
                 );
             }
@@ -132,30 +133,30 @@ fn drive_once(
     let scenario = &site.scenario;
     let edges = Edges::of(&site.scene, site.road.as_ref());
     let mut bus = Bus::new(scenario.seed, SPEED_STD_MPS, 0.0, YAW_RATE_STD_DEG_PER_S.to_radians());
-    let mut pursuits: BTreeMap<usize, Pursuit> = BTreeMap::new();
+    let mut pursuits: BTreeMap<usize, TrackFollower> = BTreeMap::new();
     for index in 0..drive.frames() {
         let time_s = drive.time_s(index);
         let level = drive.level(time_s);
         let read = bus.read(&level);
-        let base = OwnedLook {
+        let base = OwnedInput {
             time_s,
             speed_mps: Some(read.0),
             yaw_rate_rad_per_s: Some(read.1),
-            ..OwnedLook::default()
+            ..OwnedInput::default()
         };
-        let mut frames: BTreeMap<usize, (Frame, Vec<Seen>)> = BTreeMap::new();
+        let mut frames: BTreeMap<usize, (Frame, Vec<KeptPoint>)> = BTreeMap::new();
         let mut tracks = BTreeMap::new();
-        for rival in rivals.values() {
-            let Some(which) = rival.radar else { continue };
+        for method in methods.values() {
+            let Some(which) = method.radar else { continue };
             if let std::collections::btree_map::Entry::Vacant(free) = frames.entry(which) {
                 let frame = drive.frame(which, index)?;
-                let seen = frame.points.iter().filter_map(Seen::of).collect();
+                let seen = frame.points.iter().filter_map(KeptPoint::of).collect();
                 free.insert((frame, seen));
             }
-            if rival.tracks && !tracks.contains_key(&which) {
+            if method.tracks && !tracks.contains_key(&which) {
                 let pursuit = match pursuits.entry(which) {
                     std::collections::btree_map::Entry::Occupied(o) => o.into_mut(),
-                    std::collections::btree_map::Entry::Vacant(v) => v.insert(Pursuit::new()?),
+                    std::collections::btree_map::Entry::Vacant(v) => v.insert(TrackFollower::new()?),
                 };
                 let seen = &frames[&which].1;
                 tracks.insert(which, pursuit.step(scenario, drive.radar(which), index, seen, read)?);
@@ -163,21 +164,21 @@ fn drive_once(
         }
         let truth = own_lines(&drive, &edges, time_s);
         let bounds = TrueLanes { also: truth.also.clone(), ..edges.truth(&level, RANGE_M) };
-        for (entrant, rival) in &mut rivals {
+        for (entrant, method) in &mut methods {
             let mut look = base.clone();
-            let frame = rival.radar.and_then(|w| frames.get(&w));
-            if let (true, Some(which), Some((_, seen))) = (rival.points, rival.radar, frame) {
+            let frame = method.radar.and_then(|w| frames.get(&w));
+            if let (true, Some(which), Some((_, seen))) = (method.points, method.radar, frame) {
                 look.points = lane_points(drive.radar(which), seen);
             }
-            if let (true, Some(which)) = (rival.tracks, rival.radar) {
+            if let (true, Some(which)) = (method.tracks, method.radar) {
                 look.tracks = tracks.get(&which).cloned().unwrap_or_default();
             }
-            if let Some(sense) = &mut rival.sense {
+            if let Some(sense) = &mut method.sense {
                 sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
             }
             seen(entrant, &look);
-            let (estimate, seconds) = timed(|| rival.estimator.estimate(&look.look()));
-            let truth = match rival.finds {
+            let (estimate, seconds) = timed(|| method.estimator.estimate(&look.input()));
+            let truth = match method.finds {
                 Finds::OwnLines => &truth,
                 Finds::RoadEdges => &bounds,
             };
@@ -188,7 +189,7 @@ fn drive_once(
         }
         told();
     }
-    Ok((rivals, out))
+    Ok((methods, out))
 }
 
 /// Distances within which lines are judged, m.
@@ -218,25 +219,17 @@ fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {
 #[derive(Debug, Clone, Serialize)]
 struct Standing {
     scenario: String,
-    entrant: Entrant,
+    entrant: MethodVariant,
     /// Why there is nothing.
     cannot: Option<String>,
     looks: usize,
-    /// Mean and half of the 95 % interval over runs.
-    found_percent: Option<Figure>,
-    precision_percent: Option<Figure>,
-    recall_percent: Option<Figure>,
-    f1_percent: Option<Figure>,
-    lateral_m: [Option<Figure>; 4],
-    offset_m: Option<Figure>,
-    heading_deg: Option<Figure>,
-    curvature_per_m: Option<Figure>,
-    lane_percent: Option<Figure>,
+    /// Of each of [`QUANTITIES`]: mean and half of the 95 % interval over runs.
+    figures: [Option<Figure>; QUANTITIES.len()],
     /// The reason that was given most often where no lane was stated.
     reason: Option<String>,
 }
 
-fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String>) -> Standing {
+fn standing(name: &str, entrant: &MethodVariant, steps: &[Step], cannot: Option<String>) -> Standing {
     let percent = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&percent_of_runs(steps, of));
     let rms = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&rms_of_runs(steps, of));
     let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
@@ -248,15 +241,20 @@ fn standing(name: &str, entrant: &Entrant, steps: &[Step], cannot: Option<String
         entrant: entrant.clone(),
         cannot,
         looks: steps.len(),
-        found_percent: percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
-        precision_percent: percent(&|s| s.score.precision),
-        recall_percent: percent(&|s| s.score.recall),
-        f1_percent: percent(&|s| s.score.f1),
-        lateral_m: std::array::from_fn(|k| rms(&|s| s.score.lateral_m[k])),
-        offset_m: rms(&|s| s.score.offset_error_m),
-        heading_deg: rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
-        curvature_per_m: rms(&|s| s.score.curvature_error_per_m),
-        lane_percent: percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+        figures: [
+            percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
+            percent(&|s| s.score.precision),
+            percent(&|s| s.score.recall),
+            percent(&|s| s.score.f1),
+            rms(&|s| s.score.lateral_m[0]),
+            rms(&|s| s.score.lateral_m[1]),
+            rms(&|s| s.score.lateral_m[2]),
+            rms(&|s| s.score.lateral_m[3]),
+            rms(&|s| s.score.offset_error_m),
+            rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
+            rms(&|s| s.score.curvature_error_per_m),
+            percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
+        ],
         reason: reasons.into_iter().max_by_key(|r| r.1).map(|r| r.0),
     }
 }
@@ -269,44 +267,39 @@ fn shown(figure: Option<Figure>) -> String {
     }
 }
 
-const HEADS: [&str; 13] = [
-    "scenario",
-    "method",
-    "looks with a lane, %",
-    "precision, %",
-    "recall, %",
-    "F1, %",
-    "at 10 m, m",
-    "at 20 m, m",
-    "at 40 m, m",
-    "offset, m",
-    "heading, deg",
-    "curvature, 1/km",
-    "lane number, %",
+/// What the table compares: head in Markdown (empty: in the file alone), name in the file, factor from the file's unit to the head's.
+const QUANTITIES: [(&str, &str, f64); 12] = [
+    ("looks with a lane, %", "found_percent", 1.0),
+    ("precision, %", "precision_percent", 1.0),
+    ("recall, %", "recall_percent", 1.0),
+    ("F1, %", "f1_percent", 1.0),
+    ("at 10 m, m", "lateral_10_m", 1.0),
+    ("at 20 m, m", "lateral_20_m", 1.0),
+    ("at 40 m, m", "lateral_40_m", 1.0),
+    ("", "lateral_60_m", 1.0),
+    ("offset, m", "offset_m", 1.0),
+    ("heading, deg", "heading_deg", 1.0),
+    ("curvature, 1/km", "curvature_per_m", 1e3),
+    ("lane number, %", "lane_percent", 1.0),
 ];
+/// Places in [`QUANTITIES`].
+const FOUND: usize = 0;
+const F1: usize = 3;
+const LATERAL_20_M: usize = 5;
 
 fn cells(s: &Standing) -> Vec<String> {
-    let per_km = s.curvature_per_m.map(|f| Figure { mean: 1e3 * f.mean, half: 1e3 * f.half, ..f });
     let mut out = vec![s.scenario.clone(), s.entrant.name()];
-    let figures = [
-        s.found_percent,
-        s.precision_percent,
-        s.recall_percent,
-        s.f1_percent,
-        s.lateral_m[0],
-        s.lateral_m[1],
-        s.lateral_m[2],
-        s.offset_m,
-        s.heading_deg,
-        per_km,
-        s.lane_percent,
-    ];
-    out.extend(figures.map(shown));
+    let with_head = QUANTITIES.iter().zip(s.figures).filter(|(q, _)| !q.0.is_empty());
+    out.extend(with_head.map(|((_, _, factor), figure)| {
+        shown(figure.map(|f| Figure { mean: factor * f.mean, half: factor * f.half, ..f }))
+    }));
     out
 }
 
 fn markdown(standings: &[Standing]) -> String {
-    let mut out = format!("| {} |\n|{}\n", HEADS.join(" | "), "---|".repeat(HEADS.len()));
+    let quantities = QUANTITIES.iter().map(|q| q.0).filter(|head| !head.is_empty());
+    let heads: Vec<&str> = ["scenario", "method"].into_iter().chain(quantities).collect();
+    let mut out = format!("| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()));
     for s in standings {
         match &s.cannot {
             None => out += &format!("| {} |\n", cells(s).join(" | ")),
@@ -321,12 +314,8 @@ fn markdown(standings: &[Standing]) -> String {
 
 fn sheet(standings: &[Standing]) -> Sheet {
     let mut sheet = Sheet::new("compare", "scenario method cannot looks");
-    let mut names: Vec<String> =
-        ["found_percent", "precision_percent", "recall_percent", "f1_percent"].map(String::from).into();
-    names.extend(DISTANCES_M.map(|d| format!("lateral_{d}_m")));
-    names.extend(["offset_m", "heading_deg", "curvature_per_m", "lane_percent"].map(String::from));
-    for n in &names {
-        sheet.columns.extend([n.clone(), format!("{n}_half")]);
+    for (_, name, _) in QUANTITIES {
+        sheet.columns.extend([name.to_string(), format!("{name}_half")]);
     }
     sheet.columns.push("reason".into());
     for s in standings {
@@ -336,11 +325,7 @@ fn sheet(standings: &[Standing]) -> Sheet {
             s.cannot.clone().unwrap_or_default(),
             s.looks.to_string(),
         ];
-        let figures = [s.found_percent, s.precision_percent, s.recall_percent, s.f1_percent]
-            .into_iter()
-            .chain(s.lateral_m)
-            .chain([s.offset_m, s.heading_deg, s.curvature_per_m, s.lane_percent]);
-        for f in figures {
+        for f in s.figures {
             let text =
                 |v: Option<f64>| v.filter(|v| v.is_finite()).map_or(String::new(), |v| format!("{v:.6}"));
             row.extend([text(f.map(|f| f.mean)), text(f.map(|f| f.half))]);
@@ -353,21 +338,21 @@ fn sheet(standings: &[Standing]) -> Sheet {
 
 /// F1 of each method on each scenario, with intervals.
 fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
-    let entrants: Vec<&Entrant> =
+    let variants: Vec<&MethodVariant> =
         standings.iter().map(|s| &s.entrant).collect::<BTreeSet<_>>().into_iter().collect();
-    let names = entrants.iter().enumerate().map(|(i, e)| (i as f64, e.name()));
+    let names = variants.iter().enumerate().map(|(i, e)| (i as f64, e.name()));
     let x = Axis::new("F1 (%)", 0.0, 105.0);
     // The first on top.
-    let y = Axis::new("", entrants.len() as f64 - 0.4, -0.6).named(names);
+    let y = Axis::new("", variants.len() as f64 - 0.4, -0.6).named(names);
     let mut chart = Chart::new("F1 of the own lane's lines within 0.3 m", x, y);
     let step = 0.6 / scenarios.len().max(1) as f64;
     for (k, name) in scenarios.iter().enumerate() {
         let pen = curve_pen(k);
         let mut dots = Vec::new();
         for s in standings.iter().filter(|s| s.scenario == *name) {
-            let place = entrants.iter().position(|e| **e == s.entrant).unwrap_or(0) as f64;
+            let place = variants.iter().position(|e| **e == s.entrant).unwrap_or(0) as f64;
             let at = place + step * (k as f64 - 0.5 * (scenarios.len() as f64 - 1.0));
-            if let Some(f) = s.f1_percent {
+            if let Some(f) = s.figures[F1] {
                 let half = if f.half.is_finite() { f.half } else { 0.0 };
                 // A share is no more than all of it.
                 let bar = vec![[(f.mean - half).max(0.0), at], [(f.mean + half).min(100.0), at]];
@@ -389,7 +374,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     let loaded =
         paths.iter().map(|p| Ok((LaneTable::load(p)?, scenario(p, o)?))).collect::<Result<Vec<_>>>()?;
-    let shop = Workshop::open("lane compare", &paths, engine, out, o)?;
+    let shop = ResultFolder::open("lane compare", &paths, engine, out, o)?;
     let all: u64 = loaded
         .iter()
         .map(|(t, s)| u64::from(o.runs.or(t.runs).unwrap_or(1)) * u64::from(s.frames.count))
@@ -405,27 +390,29 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
             true => format!("{} ({})", scenario.name, number + 1),
         };
         let runs = o.runs.or(table.runs).unwrap_or(1);
-        let mut courses: BTreeMap<Entrant, Vec<(u32, Course)>> = BTreeMap::new();
+        let mut courses: BTreeMap<MethodVariant, Vec<(u32, Course)>> = BTreeMap::new();
         for run in 0..runs {
-            let given = Given { scenario, path, engine, runs, keep: Some(shop.keep.clone()), watch: o.watch };
+            let given =
+                TrialContext { scenario, path, engine, runs, keep: Some(shop.keep.clone()), watch: o.watch };
             let before = done;
-            let made: Vec<(Entrant, Course)> = given.kept(&format!("scenario{number}_run{run}"), || {
-                // Frames of a drive that is part of preparing a method are not told.
-                let inner = Given { watch: &|_, _| {}, keep: None, scenario, path, engine, runs };
-                let mut told = || {
-                    done += 1;
-                    (o.watch)(done, all);
-                };
-                let (_, courses) = drive_once(&inner, table, run, &mut |_, _| {}, &mut told)?;
-                Ok(courses.into_iter().collect())
-            })?;
+            let made: Vec<(MethodVariant, Course)> =
+                given.kept(&format!("scenario{number}_run{run}"), || {
+                    // Frames of a drive that is part of preparing a method are not told.
+                    let inner = TrialContext { watch: &|_, _| {}, keep: None, scenario, path, engine, runs };
+                    let mut told = || {
+                        done += 1;
+                        (o.watch)(done, all);
+                    };
+                    let (_, courses) = drive_once(&inner, table, run, &mut |_, _| {}, &mut told)?;
+                    Ok(courses.into_iter().collect())
+                })?;
             done = before + u64::from(scenario.frames.count);
             (o.watch)(done, all);
             for (entrant, course) in made {
                 courses.entry(entrant).or_default().push((run, course));
             }
         }
-        let mut middle: Vec<(Entrant, Kept)> = Vec::new();
+        let mut middle: Vec<(MethodVariant, Kept)> = Vec::new();
         for (entrant, of_entrant) in courses {
             let mut steps = Vec::new();
             let mut cannot = None;
@@ -456,8 +443,8 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                     let quantity = format!("{name}, {}: {quantity}", entrant.name());
                     Row { half, ..Row::new(quantity, unit, f.map(|f| f.mean)) }
                 };
-                trial.rows.push(figure("F1 within 0.3 m", "%", s.f1_percent));
-                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.lateral_m[1]));
+                trial.rows.push(figure("F1 within 0.3 m", "%", s.figures[F1]));
+                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.figures[LATERAL_20_M]));
             }
             standings.push(s);
             timed.entry(entrant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
@@ -471,9 +458,10 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
             }
         }
         // One line for each method; those of a method with several variants beside each other.
-        let several = |e: &Entrant| middle.iter().filter(|m| m.0.method == e.method).count() > 1;
-        let first = |e: &Entrant| middle.iter().find(|m| m.0.method == e.method).is_some_and(|m| m.0 == *e);
-        let of: [(&str, Vec<&(Entrant, Kept)>); 2] = [
+        let several = |e: &MethodVariant| middle.iter().filter(|m| m.0.method == e.method).count() > 1;
+        let first =
+            |e: &MethodVariant| middle.iter().find(|m| m.0.method == e.method).is_some_and(|m| m.0 == *e);
+        let of: [(&str, Vec<&(MethodVariant, Kept)>); 2] = [
             ("lanes", middle.iter().filter(|m| first(&m.0)).collect()),
             ("variants", middle.iter().filter(|m| several(&m.0)).collect()),
         ];
@@ -489,7 +477,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     trial.rows.retain(|r| r.ours.is_some());
     trial.notes.push(markdown(&standings));
     for s in standings.iter().filter(|s| s.reason.is_some()) {
-        let share = s.found_percent.map_or(0.0, |f| 100.0 - f.mean);
+        let share = s.figures[FOUND].map_or(0.0, |f| 100.0 - f.mean);
         trial.notes.push(format!(
             "{}, {}: no lane in {}% of looks, most often: {}.",
             s.scenario,

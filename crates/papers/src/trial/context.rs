@@ -24,7 +24,7 @@ pub fn settings<T: DeserializeOwned + Default>(scenario: &Path) -> Result<T> {
 pub type Watch<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// What a trial is given.
-pub struct Given<'a> {
+pub struct TrialContext<'a> {
     pub scenario: &'a Scenario,
     /// The scenario's file: names in its settings are relative to it.
     pub path: &'a Path,
@@ -36,7 +36,7 @@ pub struct Given<'a> {
     pub watch: Watch<'a>,
 }
 
-impl Given<'_> {
+impl TrialContext<'_> {
     /// The scenario of run number `run`.
     pub fn scenario_of(&self, run: u32) -> Scenario {
         let mut scenario = self.scenario.clone();

@@ -2,7 +2,6 @@
 //! y left, the origin on the road under the vehicle's reference point.
 
 use catseye::adc::cpu::synthesis::Control;
-use catseye::detect::ego_motion::Radial;
 use catseye::detect::points::Point;
 use catseye::detect::tracker::Track;
 use catseye::engine::Engine;
@@ -140,20 +139,6 @@ pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
         rcs_dbsm: p.rcs_dbsm,
         snr_db: p.snr_db,
     })
-}
-
-/// Range rates as the ego-motion fit takes them, in the radar's own frame.
-pub fn radials(points: &[Point], radar: usize) -> Vec<Radial> {
-    points
-        .iter()
-        .map(|p| Radial {
-            azimuth_rad: p.azimuth_rad,
-            elevation_rad: p.elevation_rad,
-            range_rate_mps: p.range_rate_mps,
-            range_rate_std_mps: p.std.range_rate_mps,
-            radar,
-        })
-        .collect()
 }
 
 /// The radar of a scenario that a method takes: the first whose waveform suits, by number. Impulse radars go with impulse

@@ -1,9 +1,9 @@
 //! The table `[lane]` of a scenario file, and the methods by it.
 
-use crate::trial::context::{Given, settings};
+use crate::trial::context::{TrialContext, settings};
 use crate::trial::drive::Drive;
 use crate::trial::method::Method;
-use crate::trial::ready::Rival;
+use crate::trial::ready::ReadyMethod;
 use crate::trial::report::Trial;
 use crate::trial::{camera_fusion, hd_map, markers, range_doppler, road_shape, signature, uwb};
 use catseye::error::{BadInput, Error, Result};
@@ -60,29 +60,30 @@ impl LaneTable {
     /// The method ready for a drive of a comparison, by variant: one, or one for each choice of sensors and light.
     ///
     /// Errors: what the scenario lacks for it, as bad input.
-    pub fn rivals(
+    pub fn ready_methods(
         &self,
         method: Method,
-        given: &Given<'_>,
+        given: &TrialContext<'_>,
         drive: &Drive<'_>,
         run: u32,
-    ) -> Result<Vec<(String, Rival)>> {
-        let only = |rival: Rival| vec![(String::new(), rival)];
+    ) -> Result<Vec<(String, ReadyMethod)>> {
+        let only = |ready: ReadyMethod| vec![(String::new(), ready)];
         match method {
-            Method::Uwb => uwb::rival(given, &self.uwb, drive, run).map(only),
-            Method::Markers => markers::rival(given, &self.markers, drive, run).map(only),
-            Method::RangeDoppler => range_doppler::rival(given, &self.range_doppler, drive, run).map(only),
-            Method::Signature => signature::rival(given, &self.signature, drive, run).map(only),
-            Method::RoadShape => {
-                road_shape::rival(given, &self.road_shape, drive, run).map(|r| vec![("road edges".into(), r)])
+            Method::Uwb => uwb::ready_method(given, &self.uwb, drive, run).map(only),
+            Method::Markers => markers::ready_method(given, &self.markers, drive, run).map(only),
+            Method::RangeDoppler => {
+                range_doppler::ready_method(given, &self.range_doppler, drive, run).map(only)
             }
-            Method::HdMap => hd_map::rival(given, &self.hd_map, drive, run).map(only),
-            Method::CameraFusion => camera_fusion::rivals(given, &self.camera_fusion, drive, run),
+            Method::Signature => signature::ready_method(given, &self.signature, drive, run).map(only),
+            Method::RoadShape => road_shape::ready_method(given, &self.road_shape, drive, run)
+                .map(|r| vec![("road edges".into(), r)]),
+            Method::HdMap => hd_map::ready_method(given, &self.hd_map, drive, run).map(only),
+            Method::CameraFusion => camera_fusion::ready_methods(given, &self.camera_fusion, drive, run),
         }
     }
 
     /// Drives the scenario and lets the method say what it finds.
-    pub fn trial(&self, method: Method, given: &Given<'_>) -> Result<Trial> {
+    pub fn trial(&self, method: Method, given: &TrialContext<'_>) -> Result<Trial> {
         match method {
             Method::Uwb => uwb::run(given, &self.uwb),
             Method::Markers => markers::run(given, &self.markers),

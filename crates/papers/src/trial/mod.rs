@@ -24,7 +24,7 @@ pub mod signature;
 mod stats;
 pub mod uwb;
 
-pub use context::{Given, Watch, settings};
+pub use context::{TrialContext, Watch, settings};
 pub use drive::Drive;
 pub use lane_table::{LaneTable, schemas};
 pub use method::Method;

@@ -1,8 +1,8 @@
 //! A method that is ready for the drives of a comparison.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
-use crate::trial::sensors::OwnedLook;
+use crate::trial::sensors::OwnedInput;
 use catseye::error::{BadInput, Result};
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
@@ -12,7 +12,7 @@ use catseye_lane::LaneEstimator;
 pub const SPEED_STD_MPS: f64 = 0.1;
 
 /// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
-pub type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedLook) -> Result<()>>;
+pub type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedInput) -> Result<()>>;
 
 /// What a method is to find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub enum Finds {
 }
 
 /// A method that is ready to drive.
-pub struct Rival {
+pub struct ReadyMethod {
     pub estimator: Box<dyn LaneEstimator + Send>,
     pub finds: Finds,
     /// Radar whose frames it takes.
@@ -36,10 +36,10 @@ pub struct Rival {
     pub sense: Option<Sense>,
 }
 
-impl Rival {
+impl ReadyMethod {
     /// One that takes the points of a radar.
-    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> Rival {
-        Rival {
+    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> ReadyMethod {
+        ReadyMethod {
             estimator: Box::new(estimator),
             finds: Finds::OwnLines,
             radar: Some(radar),
@@ -51,7 +51,7 @@ impl Rival {
 }
 
 /// The first radar with chirps and directions.
-pub fn chirp_radar(given: &Given<'_>) -> Result<usize> {
+pub fn chirp_radar(given: &TrialContext<'_>) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
     let radars = &given.scenario.radars;
     radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1).ok_or_else(|| {

@@ -68,8 +68,9 @@ impl Row {
         Row { half, ..Row::new(quantity, unit, figure.map(|f| f.mean)) }
     }
 
-    pub fn document(self, value: f64) -> Row {
-        Row { document: Some(value), ..self }
+    /// With the document's value, where it states one.
+    pub fn document(self, value: impl Into<Option<f64>>) -> Row {
+        Row { document: value.into(), ..self }
     }
 
     pub fn why(self, why: impl Into<String>) -> Row {

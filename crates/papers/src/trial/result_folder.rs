@@ -46,12 +46,12 @@ pub struct Manifest<'a> {
 }
 
 /// A folder under construction for a command over some scenario files, and where its finished frames are kept.
-pub struct Workshop {
+pub struct ResultFolder {
     pub staged: StagedDir,
     pub keep: PathBuf,
 }
 
-impl Workshop {
+impl ResultFolder {
     pub fn open(
         command: &str,
         paths: &[&Path],
@@ -73,7 +73,7 @@ impl Workshop {
         }
         let (staged, keep) =
             StagedDir::resumable(out, o.force, "lane", &sha256_of_bytes(identity.as_bytes()))?;
-        Ok(Workshop { staged, keep })
+        Ok(ResultFolder { staged, keep })
     }
 
     pub fn path(&self) -> &Path {

@@ -1,9 +1,9 @@
 //! `catseye lane`: one method on one scenario, into one folder, resumable.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::lane_table::LaneTable;
 use crate::trial::method::Method;
-use crate::trial::result_folder::{RunOptions, RunReport, Workshop, scenario};
+use crate::trial::result_folder::{ResultFolder, RunOptions, RunReport, scenario};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use std::path::Path;
@@ -22,9 +22,15 @@ pub fn run(
     let scenario = scenario(path, o)?;
     let runs = o.runs.or(table.runs).unwrap_or(1);
     let command = format!("lane {}", method.name());
-    let shop = Workshop::open(&command, &[path], engine, out, o)?;
-    let given =
-        Given { scenario: &scenario, path, engine, runs, keep: Some(shop.keep.clone()), watch: o.watch };
+    let shop = ResultFolder::open(&command, &[path], engine, out, o)?;
+    let given = TrialContext {
+        scenario: &scenario,
+        path,
+        engine,
+        runs,
+        keep: Some(shop.keep.clone()),
+        watch: o.watch,
+    };
     let trial = table.trial(method, &given)?;
     trial.write(shop.path())?;
     let trials = [(method.name().to_string(), &trial)];

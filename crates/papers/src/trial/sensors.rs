@@ -1,7 +1,7 @@
 //! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
 //! satellites; and what a frame leaves for estimators, so that it can be kept.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, lane_point, lane_track};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
@@ -41,7 +41,7 @@ impl SpeedSensor {
 
 /// A point of a frame without its labels: what an estimator may know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Seen {
+pub struct KeptPoint {
     range_m: f64,
     range_rate_mps: f64,
     azimuth_rad: f64,
@@ -55,10 +55,10 @@ pub struct Seen {
     ambiguity: Ambiguity,
 }
 
-impl Seen {
+impl KeptPoint {
     /// None where a number is infinite, as the cross section is where an antenna has no gain.
-    pub fn of(p: &Point) -> Option<Seen> {
-        let seen = Seen {
+    pub fn of(p: &Point) -> Option<KeptPoint> {
+        let seen = KeptPoint {
             range_m: p.range_m,
             range_rate_mps: p.range_rate_mps,
             azimuth_rad: p.azimuth_rad,
@@ -101,18 +101,18 @@ impl Seen {
 }
 
 /// The points of a frame, kept.
-pub fn seen_of(
-    given: &Given<'_>,
+pub fn kept_points(
+    given: &TrialContext<'_>,
     drive: &Drive<'_>,
     which: usize,
     key: &str,
     index: u32,
-) -> Result<Vec<Seen>> {
-    given.kept(key, || Ok(drive.frame(which, index)?.points.iter().filter_map(Seen::of).collect()))
+) -> Result<Vec<KeptPoint>> {
+    given.kept(key, || Ok(drive.frame(which, index)?.points.iter().filter_map(KeptPoint::of).collect()))
 }
 
 /// Those points as lane estimators take them.
-pub fn lane_points(radar: &Radar, seen: &[Seen]) -> Vec<LanePoint> {
+pub fn lane_points(radar: &Radar, seen: &[KeptPoint]) -> Vec<LanePoint> {
     seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
 }
 
@@ -180,15 +180,15 @@ impl Odometer {
 }
 
 /// Tracks of what moves, told the vehicle's motion by its own bus.
-pub struct Pursuit {
+pub struct TrackFollower {
     follower: Follower,
     odometer: Option<Odometer>,
 }
 
-impl Pursuit {
+impl TrackFollower {
     /// Errors: none with the default settings.
-    pub fn new() -> Result<Pursuit> {
-        Ok(Pursuit { follower: Follower::new()?, odometer: None })
+    pub fn new() -> Result<TrackFollower> {
+        Ok(TrackFollower { follower: Follower::new()?, odometer: None })
     }
 
     /// The tracks that this frame's points went to, in the vehicle's level frame.
@@ -197,14 +197,14 @@ impl Pursuit {
         scenario: &Scenario,
         radar: &Radar,
         index: u32,
-        seen: &[Seen],
+        seen: &[KeptPoint],
         (speed, yaw_rate): (Measured, Measured),
     ) -> Result<Vec<LaneTrack>> {
         let time_s = scenario.frames.time_s(index);
         let odometer =
             self.odometer.get_or_insert_with(|| Odometer::new(time_s, speed.value, yaw_rate.value));
         odometer.step(time_s, speed.value, yaw_rate.value);
-        let points: Vec<Point> = seen.iter().map(Seen::point).collect();
+        let points: Vec<Point> = seen.iter().map(KeptPoint::point).collect();
         self.follower.points(&odometer.told(scenario), radar, index, &points)?;
         let now = odometer.now;
         let fresh = self.follower.tracker.confirmed().filter(|t| t.seen_s == time_s);
@@ -214,7 +214,7 @@ impl Pursuit {
 
 /// A [`SensorInput`] that owns what it holds.
 #[derive(Debug, Clone, Default)]
-pub struct OwnedLook {
+pub struct OwnedInput {
     pub time_s: f64,
     pub speed_mps: Option<Measured>,
     pub yaw_rate_rad_per_s: Option<Measured>,
@@ -226,8 +226,8 @@ pub struct OwnedLook {
     pub place: Option<RadarPose>,
 }
 
-impl OwnedLook {
-    pub fn look(&self) -> SensorInput<'_> {
+impl OwnedInput {
+    pub fn input(&self) -> SensorInput<'_> {
         SensorInput {
             time_s: self.time_s,
             speed_mps: self.speed_mps,

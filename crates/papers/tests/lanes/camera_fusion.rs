@@ -12,7 +12,7 @@ use catseye_lane::camera_fusion::{
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
 use catseye_papers::trial::camera_fusion::{CameraTable, Settings, run};
-use catseye_papers::trial::{Drive, Given};
+use catseye_papers::trial::{Drive, TrialContext};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -139,8 +139,14 @@ fn a_drive_joins_both_sensors() {
         range_m: [6.0, 45.0],
         ..Settings::default()
     };
-    let given =
-        Given { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
+    let given = TrialContext {
+        scenario: &scenario,
+        path: &path,
+        engine: &engine,
+        runs: 1,
+        keep: None,
+        watch: &|_, _| {},
+    };
     let trial = run(&given, &settings).unwrap();
     let row = |name: &str| trial.rows.iter().find(|r| r.quantity == name).and_then(|r| r.ours);
     println!("{}", trial.markdown());
@@ -179,7 +185,7 @@ fn settings_and_scenarios_that_cannot_be() {
     }
     let engine = Engine::open("cpu", Precision::F32).unwrap();
     let run_on = |scenario: &Scenario, path: &Path, settings: &Settings| {
-        let given = Given { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
+        let given = TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
         run(&given, settings).map(|_| ()).unwrap_err().to_string()
     };
     let (mut s, path) = scenario("road_model_straight", 2.0, 2);

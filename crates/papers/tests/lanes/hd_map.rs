@@ -13,7 +13,7 @@ use catseye_lane::score::score;
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, SensorInput};
 use catseye_papers::trial::drive::true_lanes;
 use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings, run};
-use catseye_papers::trial::{Given, Trial, drive::Level};
+use catseye_papers::trial::{Trial, TrialContext, drive::Level};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ fn scenario() -> (PathBuf, Scenario) {
 
 fn trial(path: &Path, scenario: &Scenario, settings: &Settings) -> catseye::Result<Trial> {
     let engine = Engine::open("cpu", Precision::F32)?;
-    run(&Given { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} }, settings)
+    run(&TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} }, settings)
 }
 
 fn anchor() -> RadarPose {

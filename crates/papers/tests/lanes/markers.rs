@@ -5,7 +5,7 @@ use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::markers::{Settings, run};
-use catseye_papers::trial::{Given, Trial};
+use catseye_papers::trial::{Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn scenes() -> PathBuf {
@@ -19,7 +19,7 @@ fn tried(path: &Path, frames: u32, settings: &Settings) -> catseye::error::Resul
     scenario.frames.count = frames;
     let engine = Engine::open("cpu", Precision::F32)?;
     run(
-        &Given { scenario: &scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| () },
+        &TrialContext { scenario: &scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| () },
         settings,
     )
 }

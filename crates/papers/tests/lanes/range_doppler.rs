@@ -7,7 +7,7 @@ use catseye::scene::scenario::Scenario;
 use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::range_doppler::{Case, Settings, run};
-use catseye_papers::trial::{Given, Trial};
+use catseye_papers::trial::{Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn folder(name: &str) -> PathBuf {
@@ -34,7 +34,8 @@ const STANDING: &str =
 fn trial(dir: &Path, text: &str, settings: &Settings, keep: Option<PathBuf>) -> Result<Trial, Error> {
     let (path, scenario) = scenario(dir, text);
     let engine = Engine::open("cpu", Precision::F32).unwrap();
-    let given = Given { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| () };
+    let given =
+        TrialContext { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| () };
     run(&given, settings)
 }
 

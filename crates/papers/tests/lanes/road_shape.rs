@@ -7,7 +7,7 @@ use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::road_shape::{Settings, Task, run, subspace_seconds};
-use catseye_papers::trial::{Given, Trial};
+use catseye_papers::trial::{Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn scene(name: &str) -> PathBuf {
@@ -30,7 +30,8 @@ fn trial(
     let mut scenario = Scenario::load(&path)?;
     quick(&mut scenario);
     let engine = cpu();
-    let given = Given { scenario: &scenario, path: &path, engine: &engine, runs, keep, watch: &|_, _| {} };
+    let given =
+        TrialContext { scenario: &scenario, path: &path, engine: &engine, runs, keep, watch: &|_, _| {} };
     run(&given, settings)
 }
 

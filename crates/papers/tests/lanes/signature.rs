@@ -10,7 +10,7 @@ use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings, run};
-use catseye_papers::trial::{Given, Trial};
+use catseye_papers::trial::{Trial, TrialContext};
 use glam::DVec2;
 use std::path::PathBuf;
 
@@ -72,8 +72,14 @@ fn trial(name: &str, scenario: impl Fn(&mut Scenario), settings: &Settings) -> c
     let mut loaded = Scenario::load(&path).unwrap();
     scenario(&mut loaded);
     let engine = Engine::open("cpu", Precision::F32).unwrap();
-    let given =
-        Given { scenario: &loaded, path: &path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
+    let given = TrialContext {
+        scenario: &loaded,
+        path: &path,
+        engine: &engine,
+        runs: 1,
+        keep: None,
+        watch: &|_, _| {},
+    };
     let out = run(&given, settings);
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
     out

@@ -10,7 +10,7 @@ use catseye_lane::uwb::{
 };
 use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Measured, SensorInput};
 use catseye_papers::trial::uwb::Settings;
-use catseye_papers::trial::{Drive, Given, Trial, uwb};
+use catseye_papers::trial::{Drive, Trial, TrialContext, uwb};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -295,7 +295,8 @@ fn drive_through(file: &str, frames: u32, settings: &Settings, keep: Option<Path
     scenario.frames.count = frames;
     scenario.trace.rays = 500;
     let engine = Engine::open("cpu", Precision::F32).unwrap();
-    let given = Given { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| {} };
+    let given =
+        TrialContext { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| {} };
     uwb::run(&given, settings).unwrap()
 }
 
@@ -422,7 +423,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
         let path = dir.join("s.toml");
         std::fs::write(&path, text).unwrap();
         let scenario = Scenario::load(&path).unwrap();
-        let given = Given {
+        let given = TrialContext {
             scenario: &scenario,
             path: &path,
             engine: &engine,
@@ -463,8 +464,14 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
     let path = dir.join("s.toml");
     std::fs::write(&path, &lane).unwrap();
     let scenario = Scenario::load(&path).unwrap();
-    let given =
-        Given { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
+    let given = TrialContext {
+        scenario: &scenario,
+        path: &path,
+        engine: &engine,
+        runs: 1,
+        keep: None,
+        watch: &|_, _| {},
+    };
     assert!(uwb::run(&given, &missing).unwrap_err().to_string().contains("nowhere.toml"));
     std::fs::remove_dir_all(&dir).unwrap();
 

@@ -12,10 +12,10 @@ mod settings;
 use crate::trial::camera::View;
 use crate::trial::camera_fusion::judge::Judged;
 use crate::trial::camera_fusion::pictures::{Sensors, Shown};
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, suitable};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, percent_of_runs, rms_of_runs};
-use crate::trial::sensors::{Pursuit, SpeedSensor, seen_of};
+use crate::trial::sensors::{SpeedSensor, TrackFollower, kept_points};
 use crate::trial::stats::{mean, timed};
 use catseye::error::{BadInput, Error, Result};
 use catseye::geom::Geometry;
@@ -25,7 +25,7 @@ use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Waveform;
 use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Image, Pnn, RoadModel, generate_bends};
 use catseye_lane::{LaneEstimator, Measured, SensorInput};
-pub(super) use ready::rivals;
+pub(super) use ready::ready_methods;
 pub use settings::{CameraTable, Condition, Settings};
 
 const METHOD: &str = "camera-fusion";
@@ -44,7 +44,7 @@ struct Course {
 ///
 /// Errors: settings outside what is allowed; a scenario without a radar for tracks, without frames enough or without a road that the
 /// vehicle is on; those of the frames.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     settings.estimator()?;
     let scenario = given.scenario;
@@ -97,7 +97,7 @@ fn looks(scenario: &Scenario, settings: &Settings) -> Vec<u32> {
 
 #[allow(clippy::too_many_arguments, reason = "one drive fills all tables")]
 fn one_run(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     settings: &Settings,
     which: usize,
     run: u32,
@@ -116,7 +116,7 @@ fn one_run(
     };
     let mut estimators: Vec<CameraFusion> =
         courses.iter().map(|_| settings.estimator_with(drive.radar(which))).collect::<Result<_>>()?;
-    let mut pursuit = Pursuit::new()?;
+    let mut pursuit = TrackFollower::new()?;
     let mut bus = SpeedSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_mps);
     let seed = scenario.seed as u32 ^ (scenario.seed >> 32) as u32;
     let mut gyro = Draws::new(seed, 0x9a40);
@@ -125,7 +125,7 @@ fn one_run(
     let frames = drive.frames().min(looks.last().map_or(0, |l| l + 1));
     for f in 0..frames {
         let time_s = drive.time_s(f);
-        let seen = seen_of(given, &drive, which, &format!("run{run}_frame{f}"), f)?;
+        let seen = kept_points(given, &drive, which, &format!("run{run}_frame{f}"), f)?;
         let level = drive.level(time_s);
         let speed = bus.read(level.speed_mps);
         let yaw_rate = Measured { value: level.yaw_rate_rad_per_s + yaw_std * gyro.normal(), std: yaw_std };

@@ -2,10 +2,10 @@
 
 use crate::trial::camera::View;
 use crate::trial::camera_fusion::settings::{Condition, Settings};
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
-use crate::trial::ready::{Finds, Rival, Sense, chirp_radar};
-use crate::trial::sensors::OwnedLook;
+use crate::trial::ready::{Finds, ReadyMethod, Sense, chirp_radar};
+use crate::trial::sensors::OwnedInput;
 use catseye::error::Result;
 use catseye::geom::Geometry;
 use catseye::rng::Draws;
@@ -14,7 +14,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 /// The camera of one vehicle: all variants of the method see the same pictures.
-struct Eye {
+struct SharedCamera {
     settings: Settings,
     carrier_hz: f64,
     seed: u64,
@@ -24,7 +24,7 @@ struct Eye {
     lit: Vec<(Condition, Image)>,
 }
 
-impl Eye {
+impl SharedCamera {
     fn picture(&mut self, drive: &Drive<'_>, index: u32, time_s: f64, condition: Condition) -> Result<Image> {
         let site = drive.site;
         let (_, geometry, view) = match self.seen.take() {
@@ -48,15 +48,15 @@ impl Eye {
     }
 }
 
-pub(in crate::trial) fn rivals(
-    given: &Given<'_>,
+pub(in crate::trial) fn ready_methods(
+    given: &TrialContext<'_>,
     settings: &Settings,
     drive: &Drive<'_>,
     run: u32,
-) -> Result<Vec<(String, Rival)>> {
+) -> Result<Vec<(String, ReadyMethod)>> {
     let which = chirp_radar(given)?;
     let seed = given.scenario_of(run).seed;
-    let eye = Rc::new(RefCell::new(Eye {
+    let eye = Rc::new(RefCell::new(SharedCamera {
         settings: settings.clone(),
         carrier_hz: drive.radar(which).carrier_hz,
         seed,
@@ -68,12 +68,12 @@ pub(in crate::trial) fn rivals(
     for condition in &settings.conditions {
         for (name, tracks) in [("camera and radar", true), ("camera alone", false)] {
             let (eye, condition) = (eye.clone(), *condition);
-            let sense: Sense = Box::new(move |drive, _, index, look: &mut OwnedLook| {
+            let sense: Sense = Box::new(move |drive, _, index, look: &mut OwnedInput| {
                 let time_s = look.time_s;
                 look.image = Some(eye.borrow_mut().picture(drive, index, time_s, condition)?);
                 Ok(())
             });
-            let rival = Rival {
+            let rival = ReadyMethod {
                 estimator: Box::new(settings.estimator_with(drive.radar(which))?),
                 finds: Finds::OwnLines,
                 radar: tracks.then_some(which),

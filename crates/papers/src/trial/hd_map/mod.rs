@@ -21,7 +21,7 @@ mod stage;
 
 mod traffic;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::hd_map::stage::{Change, estimator, map_of, place, stages};
 use crate::trial::report::Trial;
@@ -32,12 +32,12 @@ use catseye::rng::Draws;
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 pub use passes::{Pass, Scan};
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 pub use settings::{Divided, Kind, SceneTable, Settings};
 pub use sight::{Mover, Sight};
 
 /// Runs the trial. Errors: settings out of their ranges; a scene without lanes and no map; a radar that tells no azimuth.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     let which = sight::radar(given)?;
     let stages = stages(given, settings)?;

@@ -1,6 +1,6 @@
 //! What a trial of lane numbers leaves: accuracy beside the document's, wrong cases with their cause, errors of the tracks.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level};
 use crate::trial::hd_map::passes::{Pass, Passes, Scan};
 use crate::trial::hd_map::pictures;
@@ -22,7 +22,7 @@ const OWN_RANGE_M: [f64; 2] = [3.0, 80.0];
 const DRAWN_GROUPS: usize = 6;
 
 pub struct All<'a> {
-    given: &'a Given<'a>,
+    given: &'a TrialContext<'a>,
     settings: &'a Settings,
     scenes: Vec<Scene>,
     steps: Vec<Step>,
@@ -33,7 +33,7 @@ pub struct All<'a> {
 }
 
 impl<'a> All<'a> {
-    pub fn new(given: &'a Given<'a>, settings: &'a Settings, stages: &[Stage]) -> All<'a> {
+    pub fn new(given: &'a TrialContext<'a>, settings: &'a Settings, stages: &[Stage]) -> All<'a> {
         let scene = |s: &Stage| Scene {
             name: s.name.clone(),
             document: s.kind.map(|k| k.scene().document()),

@@ -1,6 +1,6 @@
 //! What the radar sees of what moves: points along the ground, clusters, tracks.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, lane_track, suitable};
 use crate::trial::hd_map::settings::Settings;
 use catseye::detect::cluster::{Dbscan, Place};
@@ -41,7 +41,7 @@ pub struct Sight {
 }
 
 /// The radar of the scenario that tells azimuths. Errors: there is none.
-pub fn radar(given: &Given<'_>) -> Result<usize> {
+pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
     let found = suitable(radars, |w| !matches!(w, Waveform::Pulse { .. }))
         .filter(|i| radars[*i].virtual_channels() > 1);

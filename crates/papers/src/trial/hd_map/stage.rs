@@ -1,6 +1,6 @@
 //! The scenes of a trial, the map of each, the estimator on it, and the place of its radar.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Level;
 use crate::trial::hd_map::settings::{Divided, Kind, SceneTable, Settings};
 use catseye::error::{BadInput, Error, Result};
@@ -29,7 +29,7 @@ pub struct Stage {
 /// True lanes are told by lines of points this near to each other, m.
 pub const TRUTH_STEP_M: f64 = 2.0;
 
-pub fn stages(given: &Given<'_>, settings: &Settings) -> Result<Vec<Stage>> {
+pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage>> {
     let own = || -> Result<Stage> {
         let scenario = given.scenario.clone();
         let name = scenario.name.clone();
@@ -81,7 +81,12 @@ pub fn stages(given: &Given<'_>, settings: &Settings) -> Result<Vec<Stage>> {
 }
 
 /// The map that the estimator gets.
-pub fn map_of(given: &Given<'_>, settings: &Settings, stage: &Stage, draws: &mut Draws) -> Result<HdMap> {
+pub fn map_of(
+    given: &TrialContext<'_>,
+    settings: &Settings,
+    stage: &Stage,
+    draws: &mut Draws,
+) -> Result<HdMap> {
     if let Some(name) = &settings.map {
         return file::read(&referred(given.path, name)?);
     }

@@ -1,6 +1,6 @@
 //! The cross section of a scene's markers, for the check of levels (Feng 2019, section 5.1.5).
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use catseye::error::Result;
 use catseye::rcs::{Aspect, Look, RcsOptions};
 use catseye::road::reflector::Reflector;
@@ -27,13 +27,13 @@ struct Table {
 
 /// Of the reflector of the first row in the scene, for the radar's polarisation (V), in free space: the road under it changes the
 /// level of a whole row alike. None: no row, or no echo from ahead.
-pub fn of_first_row(given: &Given<'_>, site: &Site, radar: &Radar) -> Result<Option<MarkerRcs>> {
+pub fn of_first_row(given: &TrialContext<'_>, site: &Site, radar: &Radar) -> Result<Option<MarkerRcs>> {
     let Some(row) = site.road.iter().flat_map(|r| &r.marker_rows).next() else { return Ok(None) };
     let table = given.kept("marker_rcs", || table(given, &row.reflector, radar))?;
     Ok(MarkerRcs::new(table.azimuth_rad, table.elevation_rad, table.dbsm).ok())
 }
 
-fn table(given: &Given<'_>, spec: &str, radar: &Radar) -> Result<Table> {
+fn table(given: &TrialContext<'_>, spec: &str, radar: &Radar) -> Result<Table> {
     let scene = Reflector::parse(spec)?.to_scene(&material::parse_spec)?;
     let height_m = radar.mounting.translation_m.z.max(0.01);
     // Rising: the farthest is the flattest.

@@ -15,7 +15,7 @@ pub struct Kept {
 }
 
 /// One look with all that pictures and tables need.
-pub struct Seen {
+pub struct MarkerLook {
     pub run: u32,
     pub frame: u32,
     pub time_s: f64,
@@ -31,12 +31,12 @@ pub struct Seen {
     pub true_yaw_rate: f64,
 }
 
-pub fn of_runs(seen: &[Seen], of: impl Fn(&[&Seen]) -> Option<f64>) -> Vec<f64> {
+pub fn of_runs(seen: &[MarkerLook], of: impl Fn(&[&MarkerLook]) -> Option<f64>) -> Vec<f64> {
     over_runs(seen, |s| s.run, of)
 }
 
 /// Range (m), level seen and level expected (dBsm) of each member of each line.
-pub fn excess_db(s: &Seen, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
+pub fn excess_db(s: &MarkerLook, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
     s.single
         .lines
         .iter()
@@ -55,6 +55,6 @@ pub fn excess_db(s: &Seen, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
         .collect()
 }
 
-pub fn is_marker(s: &Seen, i: usize) -> bool {
+pub fn is_marker(s: &MarkerLook, i: usize) -> bool {
     s.kept.classes.get(i).is_some_and(|c| c == "marker")
 }

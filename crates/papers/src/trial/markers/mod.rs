@@ -12,9 +12,9 @@ mod settings;
 
 mod tally;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, lane_point, suitable};
-use crate::trial::markers::looks::{Kept, Seen, excess_db, is_marker, of_runs};
+use crate::trial::markers::looks::{Kept, MarkerLook, excess_db, is_marker, of_runs};
 use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, rms_of_runs};
 use crate::trial::sensors::SpeedSensor;
@@ -26,7 +26,7 @@ use catseye::scene::waveform::Waveform;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::track::TrackOptions;
 use catseye_lane::{LaneEstimator, LanePoint, SensorInput};
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 pub use settings::Settings;
 
 /// Points so near the edge of the angular grid are left out, rad.
@@ -37,7 +37,7 @@ const NO_LEVEL_DBSM: f64 = -300.0;
 /// Drives the scenario, looks for the rows of markers in each frame, and compares them with the rows that are there.
 ///
 /// Errors: a radar without directions; no spacing; those of the chain.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     let scenario = given.scenario;
     let Some(which) = suitable(&scenario.radars, |w| !matches!(w, Waveform::Pulse { .. })) else {
@@ -71,7 +71,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     let shown = MarkersOptions { rcs: levels, ..options.clone() };
     let view = View::of(radar, settings.reach_m, settings.nearest_m);
     let mut steps: Vec<Step> = Vec::new();
-    let mut seen: Vec<Seen> = Vec::new();
+    let mut seen: Vec<MarkerLook> = Vec::new();
     let all = u64::from(given.runs) * u64::from(scenario.frames.count);
     for run in 0..given.runs {
         let site = Site::new(&given.scenario_of(run))?;
@@ -101,7 +101,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
             let markers = markers_in_view(&drive, time_s, &view);
             let every_marker: Vec<[f64; 2]> = drive.rows(time_s).into_iter().flat_map(|r| r.1).collect();
             let counted = tally(&single, &kept.points, &markers, &every_marker, &view, settings.within_m);
-            seen.push(Seen {
+            seen.push(MarkerLook {
                 run,
                 frame: index,
                 time_s,
@@ -152,7 +152,7 @@ fn points_of(drive: &Drive<'_>, which: usize, index: u32) -> Result<Kept> {
 }
 
 /// The look that pictures show.
-fn pictured<'a>(seen: &'a [Seen], settings: &Settings) -> Option<&'a Seen> {
+fn pictured<'a>(seen: &'a [MarkerLook], settings: &Settings) -> Option<&'a MarkerLook> {
     let first = || seen.iter().filter(|s| s.run == 0);
     match settings.picture_frame {
         Some(f) => first().find(|s| s.frame == f).or_else(|| first().next()),
@@ -161,7 +161,7 @@ fn pictured<'a>(seen: &'a [Seen], settings: &Settings) -> Option<&'a Seen> {
 }
 
 /// A share of the markers over each run, in percent.
-fn share(seen: &[Seen], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
+fn share(seen: &[MarkerLook], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
     of_runs(seen, |run| {
         let mut sum = Tally::default();
         run.iter().for_each(|s| sum.add(&s.tally));
@@ -170,7 +170,7 @@ fn share(seen: &[Seen], of: impl Fn(&Tally) -> Option<f64>) -> Vec<f64> {
 }
 
 /// The document's figures, and ours.
-fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
+fn rows(steps: &[Step], seen: &[MarkerLook], options: &MarkersOptions) -> Vec<Row> {
     let speed = of_runs(seen, |run| {
         rms(run.iter().filter_map(|s| Some(s.steps.motion?.velocity_mps[0] - s.true_speed_mps)))
     });
@@ -198,8 +198,8 @@ fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
         Row::mean("of the markers with a point those that a line has", "%", &share(seen, Tally::of_detected)),
         Row::mean("members of lines that are markers (precision)", "%", &share(seen, Tally::precision)),
     ]);
-    let marker = |s: &Seen, list: &[usize]| list.iter().filter(|i| is_marker(s, **i)).count() as f64;
-    type Count<'a> = &'a dyn Fn(&Seen) -> f64;
+    let marker = |s: &MarkerLook, list: &[usize]| list.iter().filter(|i| is_marker(s, **i)).count() as f64;
+    type Count<'a> = &'a dyn Fn(&MarkerLook) -> f64;
     let counts: [(&str, Count<'_>); 4] = [
         ("points in groups at the spacing, {p1}", &|s| s.steps.grouped.len() as f64),
         ("of those in denser groups, {p1} and {p2}", &|s| {
@@ -225,7 +225,7 @@ fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
     );
     if options.rcs.is_some() {
         let estimator = Markers::new(options.clone());
-        let over = |s: &Seen| excess_db(s, &estimator);
+        let over = |s: &MarkerLook| excess_db(s, &estimator);
         let middle = of_runs(seen, |run| {
             mean(run.iter().flat_map(|s| over(s)).flatten().map(|(_, seen, expected)| expected - seen))
         });
@@ -266,7 +266,7 @@ fn rows(steps: &[Step], seen: &[Seen], options: &MarkersOptions) -> Vec<Row> {
     out
 }
 
-fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &View) -> Vec<Sheet> {
+fn sheets(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings, view: &View) -> Vec<Sheet> {
     let mut looks = Sheet::new(
         "looks",
         "run frame time_s points at_rest grouped dense left paths rows_by_hough lines markers \
@@ -330,7 +330,7 @@ fn sheets(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &V
 }
 
 /// What is left of recall and precision when points are taken away and strewn in, after the chain.
-fn robustness(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
+fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
     let mut sheet =
         Sheet::new("robustness", "missing_share extra_points hough recall precision looks_with_two_lines");
     sheet.comments.push(
@@ -371,7 +371,7 @@ fn robustness(seen: &[Seen], options: &MarkersOptions, settings: &Settings, view
 }
 
 /// The points of a look with some missing and some that are no markers.
-fn injected(s: &Seen, missing: f64, extra: u32) -> Vec<LanePoint> {
+fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
     let mut draws = Draws::new(s.run * 1009 + s.frame, 0x006d_6b72);
     let mut points: Vec<LanePoint> =
         s.kept.points.iter().copied().filter(|_| draws.uniform() >= missing).collect();

@@ -1,8 +1,8 @@
 //! Pictures in the form of Feng 2019, fig. 5.1 to 5.4 and 4.13.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
-use crate::trial::markers::looks::{Seen, excess_db};
+use crate::trial::markers::looks::{MarkerLook, excess_db};
 use crate::trial::markers::tally::{Tally, View, tally, truth_in_view};
 use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use crate::trial::report::Step;
@@ -26,11 +26,11 @@ const BOX: (f64, f64) = (760.0, 520.0);
 
 #[allow(clippy::too_many_arguments, reason = "all that a trial knows of a look")]
 pub(super) fn pictures(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     drive: &Drive<'_>,
     which: usize,
-    look: &Seen,
-    seen: &[Seen],
+    look: &MarkerLook,
+    seen: &[MarkerLook],
     options: &MarkersOptions,
     view: &View,
     steps: &[Step],
@@ -90,7 +90,7 @@ fn with_key_room(mut chart: Chart, view: &View) -> Chart {
     chart.equal_scale(BOX.0, BOX.1)
 }
 
-fn places(look: &Seen, of: impl IntoIterator<Item = usize>) -> Vec<[f64; 2]> {
+fn places(look: &MarkerLook, of: impl IntoIterator<Item = usize>) -> Vec<[f64; 2]> {
     of.into_iter().filter_map(|i| look.kept.points.get(i)).map(|p| p.at_m).collect()
 }
 
@@ -102,7 +102,7 @@ fn dots(chart: &mut Chart, points: Vec<[f64; 2]>, mark: Mark, colour: Rgb, label
     chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(colour) });
 }
 
-fn markers(chart: &mut Chart, look: &Seen) {
+fn markers(chart: &mut Chart, look: &MarkerLook) {
     let mark = Mark::Diamond { radius: 3.0 };
     if look.markers.is_empty() {
         return;
@@ -112,7 +112,7 @@ fn markers(chart: &mut Chart, look: &Seen) {
 }
 
 /// Fig. 5.1: all points, by what made them.
-fn points(look: &Seen, view: &View) -> Chart {
+fn points(look: &MarkerLook, view: &View) -> Chart {
     let mut chart = plane(&format!("Points of one scan, {:.2} s", look.time_s), view);
     markers(&mut chart, look);
     let mut classes: Vec<&str> = look.kept.classes.iter().map(String::as_str).collect();
@@ -139,7 +139,7 @@ pub(super) struct NearMap {
 /// Farthest range of fig. 5.2, m.
 const NEAR_M: f64 = 15.0;
 
-fn near_map(drive: &Drive<'_>, which: usize, look: &Seen) -> Result<NearMap> {
+fn near_map(drive: &Drive<'_>, which: usize, look: &MarkerLook) -> Result<NearMap> {
     let frame = drive.frame(which, look.frame)?;
     let radar = drive.radar(which);
     let mut out = NearMap { range_m: [0.0; 2], rate_mps: [0.0; 2], columns: 0, dbm: Vec::new() };
@@ -163,7 +163,7 @@ fn near_map(drive: &Drive<'_>, which: usize, look: &Seen) -> Result<NearMap> {
 }
 
 /// Fig. 5.2: the map near the radar, and the speed that points at rest give.
-fn speed(map: &NearMap, look: &Seen) -> Option<Chart> {
+fn speed(map: &NearMap, look: &MarkerLook) -> Option<Chart> {
     let rows = map.dbm.len().checked_div(map.columns)?;
     if rows < 2 {
         return None;
@@ -195,7 +195,7 @@ fn speed(map: &NearMap, look: &Seen) -> Option<Chart> {
 }
 
 /// Pairs of these points at the spacing of any pattern.
-fn edges(look: &Seen, of: &[usize], options: &MarkersOptions) -> Vec<[[f64; 2]; 2]> {
+fn edges(look: &MarkerLook, of: &[usize], options: &MarkersOptions) -> Vec<[[f64; 2]; 2]> {
     let at = places(look, of.iter().copied());
     let mut out = Vec::new();
     for (k, a) in at.iter().enumerate() {
@@ -211,7 +211,7 @@ fn edges(look: &Seen, of: &[usize], options: &MarkersOptions) -> Vec<[[f64; 2]; 
 
 /// Some of the points at rest, with lines between them.
 fn chosen(
-    look: &Seen,
+    look: &MarkerLook,
     view: &View,
     title: &str,
     of: &[usize],
@@ -230,7 +230,7 @@ fn chosen(
 }
 
 /// Fig. 5.3e: how many of the points left lie on each line x cos + y sin = r.
-fn hough(look: &Seen) -> Chart {
+fn hough(look: &MarkerLook) -> Chart {
     let at = places(look, look.steps.left.iter().copied());
     let reach = at.iter().map(|p| p[0].hypot(p[1])).fold(5.0, f64::max);
     let (rows, columns, cell) = ((2.0 * reach / 0.25).ceil() as usize, 180, 0.25);
@@ -261,7 +261,7 @@ fn hough(look: &Seen) -> Chart {
 }
 
 /// Fig. 5.4b: edges, paths, and the lines that came of them.
-fn paths(look: &Seen, view: &View, options: &MarkersOptions) -> Chart {
+fn paths(look: &MarkerLook, view: &View, options: &MarkersOptions) -> Chart {
     let mut chart = plane(&format!("Paths and lines, {:.2} s", look.time_s), view);
     markers(&mut chart, look);
     let green = Pen::solid(OTHER, 1.0);
@@ -288,7 +288,7 @@ fn paths(look: &Seen, view: &View, options: &MarkersOptions) -> Chart {
 }
 
 /// Fig. 5.4d: levels seen and expected over distance.
-fn levels(look: &Seen, options: &MarkersOptions) -> Option<Chart> {
+fn levels(look: &MarkerLook, options: &MarkersOptions) -> Option<Chart> {
     let lines = excess_db(look, &Markers::new(options.clone()));
     let all = || lines.iter().flatten().flat_map(|(_, a, b)| [*a, *b]).filter(|x| x.is_finite());
     let (lo, hi) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -315,9 +315,9 @@ fn levels(look: &Seen, options: &MarkersOptions) -> Option<Chart> {
 }
 
 /// Fig. 4.13: the rows from above, the vehicle's way, and what the looks of the first run found.
-fn field(drive: &Drive<'_>, seen: &[Seen]) -> Chart {
-    let world = |s: &Seen, p: [f64; 2]| drive.level(s.time_s).to_world(DVec2::from_array(p)).to_array();
-    let first: Vec<&Seen> = seen.iter().filter(|s| s.run == seen[0].run).collect();
+fn field(drive: &Drive<'_>, seen: &[MarkerLook]) -> Chart {
+    let world = |s: &MarkerLook, p: [f64; 2]| drive.level(s.time_s).to_world(DVec2::from_array(p)).to_array();
+    let first: Vec<&MarkerLook> = seen.iter().filter(|s| s.run == seen[0].run).collect();
     let true_markers: Vec<[f64; 2]> = drive
         .site
         .road
@@ -356,7 +356,7 @@ fn field(drive: &Drive<'_>, seen: &[Seen]) -> Chart {
 }
 
 /// Shares of markers detected and found, over distance.
-fn by_distance(seen: &[Seen], view: &View) -> Chart {
+fn by_distance(seen: &[MarkerLook], view: &View) -> Chart {
     const RING_M: f64 = 2.5;
     let n = (view.reach_m[1] / RING_M).ceil() as usize;
     let mut curves: [Vec<[f64; 2]>; 3] = Default::default();
@@ -393,7 +393,7 @@ fn by_distance(seen: &[Seen], view: &View) -> Chart {
 const WITHIN_M: f64 = 0.3;
 
 /// The offset over the drive of one run: true, of each look, and followed.
-fn over_time(run: u32, seen: &[Seen], steps: &[Step]) -> Option<Chart> {
+fn over_time(run: u32, seen: &[MarkerLook], steps: &[Step]) -> Option<Chart> {
     let steps: Vec<&Step> = steps.iter().filter(|s| s.run == run).collect();
     if steps.len() < 2 {
         return None;

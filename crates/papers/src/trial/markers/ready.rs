@@ -1,20 +1,20 @@
 //! The method among others on one drive.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::markers::level;
 use crate::trial::markers::settings::Settings;
-use crate::trial::ready::{Rival, chirp_radar};
+use crate::trial::ready::{ReadyMethod, chirp_radar};
 use catseye::error::Result;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_lane::track::TrackOptions;
 
-pub(in crate::trial) fn rival(
-    given: &Given<'_>,
+pub(in crate::trial) fn ready_method(
+    given: &TrialContext<'_>,
     settings: &Settings,
     drive: &Drive<'_>,
     _run: u32,
-) -> Result<Rival> {
+) -> Result<ReadyMethod> {
     let which = chirp_radar(given)?;
     let radar = drive.radar(which);
     let options = MarkersOptions {
@@ -23,5 +23,5 @@ pub(in crate::trial) fn rival(
         radar_ahead_m: radar.mounting.translation_m.x,
         rcs: if settings.levels { level::of_first_row(given, drive.site, radar)? } else { None },
     };
-    Ok(Rival::of_points(Markers::new(options), which))
+    Ok(ReadyMethod::of_points(Markers::new(options), which))
 }

@@ -1,7 +1,7 @@
 //! Single looks from poses that are set, each on a road of its own.
 
-use crate::trial::context::Given;
-use crate::trial::range_doppler::looks::{Looker, Made, errors};
+use crate::trial::context::TrialContext;
+use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
 use crate::trial::range_doppler::settings::{Case, Settings, in_range};
 use crate::trial::report::{Row, Trial};
 use catseye::error::Result;
@@ -96,12 +96,12 @@ impl Case {
 }
 
 /// Each case once in each run.
-pub(super) fn looks(given: &Given<'_>, s: &Settings, which: usize) -> Result<Vec<Made>> {
+pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let ego = &given.scenario.ego;
     let speed_mps = ego.on_road.as_ref().map_or(ego.speed_mps, |on| on.drive.speed_mps(0.0));
     in_range("ego.speed_mps", speed_mps, 0.5, 150.0)?;
     let all = u64::from(given.runs) * s.case.len() as u64;
-    let mut out: Vec<Made> = Vec::new();
+    let mut out: Vec<RadarLook> = Vec::new();
     for run in 0..given.runs {
         let mut scenario = given.scenario_of(run);
         let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, 0xca5e);
@@ -110,7 +110,7 @@ pub(super) fn looks(given: &Given<'_>, s: &Settings, which: usize) -> Result<Vec
             scenario.seed = given.scenario_of(run).seed.wrapping_add(1_000_003 * (i as u64 + 1));
             let site = case.site(&scenario, s, which, speed_mps, &mut draws)?;
             let equal = case.equal || s.left_spacing_m == s.right_spacing_m;
-            let mut looker = Looker::new(&site, given, which, s, equal)?;
+            let mut looker = RadarDrive::new(&site, given, which, s, equal)?;
             let picture = run == 0 && i < s.pictures as usize;
             let mut made = looker.look(given, &format!("run{run}_frame{i}"), 0, run, picture)?;
             made.case = Some(i);
@@ -123,13 +123,13 @@ pub(super) fn looks(given: &Given<'_>, s: &Settings, which: usize) -> Result<Vec
 }
 
 /// What each case set and what came out, and what the curves look like.
-pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[Made]) {
+pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[RadarLook]) {
     let mut bends: Vec<f64> = Vec::new();
     for (i, case) in s.case.iter().enumerate() {
-        let looks: Vec<&Made> = made.iter().filter(|m| m.case == Some(i)).collect();
+        let looks: Vec<&RadarLook> = made.iter().filter(|m| m.case == Some(i)).collect();
         let lanes = || looks.iter().filter_map(|m| Some((*m, m.look.lane.as_ref()?)));
         let name = &case.name;
-        let sign = |m: &Made, v: f64, set: f64| match m.look.mirror {
+        let sign = |m: &RadarLook, v: f64, set: f64| match m.look.mirror {
             // Up to the sign, which is the set one's here.
             true => v.abs() * if set < 0.0 { -1.0 } else { 1.0 },
             false => v,
@@ -181,7 +181,7 @@ pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[Made]) {
     trial.rows.push(row.why(format!("more than five standard deviations off, of {}", made.len())));
 }
 
-fn is_gross(m: &Made) -> bool {
+fn is_gross(m: &RadarLook) -> bool {
     let (Some(e), Some(l)) = (errors(m), m.look.lane.as_ref()) else { return false };
     (e[0] / l.offset_m.std).abs().max((e[1] / l.heading_rad.std).abs()) > 5.0
 }

@@ -1,7 +1,7 @@
 //! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
 
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::range_doppler::looks::{Made, MapPicture, errors};
+use crate::trial::range_doppler::looks::{MapPicture, RadarLook, errors};
 use crate::trial::range_doppler::settings::Settings;
 use crate::trial::report::Trial;
 use catseye::error::Result;
@@ -14,7 +14,7 @@ const RIGHT: Rgb = [120, 220, 255];
 const BEHIND: Rgb = [222, 180, 120];
 const WHITE: Rgb = [255, 255, 255];
 
-pub(super) fn draw(trial: &mut Trial, s: &Settings, made: &[Made]) -> Result<()> {
+pub(super) fn draw(trial: &mut Trial, s: &Settings, made: &[RadarLook]) -> Result<()> {
     for m in made.iter().filter(|m| m.seen.map.is_some()) {
         let (file, title) = match m.case {
             Some(i) => (s.case[i].name.clone(), s.case[i].title()),
@@ -43,7 +43,7 @@ fn curves(lane: &LaneFromMap, s: &Settings) -> [Vec<[f64; 2]>; 2] {
 }
 
 /// The map of Fig. 3.21 and 3.22 with true markers, detections and fitted curves.
-fn map_chart(title: &str, map: &MapPicture, m: &Made, s: &Settings) -> Chart {
+fn map_chart(title: &str, map: &MapPicture, m: &RadarLook, s: &Settings) -> Chart {
     let x = Axis::new("range (m)", map.range_m[0].max(0.0), map.range_m[1]);
     let y = Axis::new("range rate (m/s), positive receding", map.range_rate_mps[0], map.range_rate_mps[1]);
     let mut chart = Chart::new(title, x, y);
@@ -77,7 +77,7 @@ fn map_chart(title: &str, map: &MapPicture, m: &Made, s: &Settings) -> Chart {
 }
 
 /// Range rates of all markers, those behind the radar as diamonds (Fig. 3.22 b and d, 3.23, 3.24), and the fitted curves.
-fn rates_chart(title: &str, m: &Made, s: &Settings) -> Chart {
+fn rates_chart(title: &str, m: &RadarLook, s: &Settings) -> Chart {
     let v = m.speed_mps.abs().max(0.1);
     let x = Axis::new("range (m)", 0.0, s.far_m);
     let y = Axis::new("range rate (m/s), positive receding", -1.1 * v, 1.1 * v);
@@ -135,8 +135,8 @@ fn over(title: &str, x: &str, y: &str, points: &[[f64; 3]], truth: Vec<[f64; 2]>
     chart
 }
 
-fn drive(trial: &mut Trial, made: &[Made]) -> Result<()> {
-    let first: Vec<&Made> = made.iter().filter(|m| m.step.run == 0).collect();
+fn drive(trial: &mut Trial, made: &[RadarLook]) -> Result<()> {
+    let first: Vec<&RadarLook> = made.iter().filter(|m| m.step.run == 0).collect();
     if first.len() < 2 {
         return Ok(());
     }
@@ -180,7 +180,7 @@ fn drive(trial: &mut Trial, made: &[Made]) -> Result<()> {
     Ok(())
 }
 
-fn sweeps(trial: &mut Trial, s: &Settings, made: &[Made]) -> Result<()> {
+fn sweeps(trial: &mut Trial, s: &Settings, made: &[RadarLook]) -> Result<()> {
     let mut charts = Vec::new();
     for m in made.iter().filter(|m| m.step.run == 0 && m.seen.map.is_some()) {
         let Some(case) = m.case.map(|i| &s.case[i]) else { continue };
@@ -189,8 +189,8 @@ fn sweeps(trial: &mut Trial, s: &Settings, made: &[Made]) -> Result<()> {
     if !charts.is_empty() {
         trial.pictures.push(("range_rates".into(), catseye_plot::Picture::sheet(&charts, 2)));
     }
-    let set = |m: &Made| m.case.map(|i| &s.case[i]);
-    let of = |what: &dyn Fn(&Made) -> Option<[f64; 3]>| made.iter().filter_map(what).collect::<Vec<_>>();
+    let set = |m: &RadarLook| m.case.map(|i| &s.case[i]);
+    let of = |what: &dyn Fn(&RadarLook) -> Option<[f64; 3]>| made.iter().filter_map(what).collect::<Vec<_>>();
     let line = |p: &[[f64; 3]]| {
         let (lo, hi) = finite_range(p.iter().map(|p| p[0])).unwrap_or((0.0, 1.0));
         vec![[lo, lo], [hi, hi]]

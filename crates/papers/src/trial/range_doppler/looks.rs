@@ -1,6 +1,6 @@
 //! Looks of one radar at one site, beside the truth.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, true_lanes};
 use crate::trial::range_doppler::settings::Settings;
 use crate::trial::report::Step;
@@ -22,7 +22,7 @@ pub const UNKNOWN_STD: f64 = 1e6;
 
 /// What a frame leaves for the estimator, and for pictures.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Seen {
+pub struct KeptLook {
     pub points: Vec<LanePoint>,
     pub map: Option<MapPicture>,
 }
@@ -42,7 +42,7 @@ pub struct MapPicture {
 pub type OfRadar = (Option<[f64; 2]>, f64, Vec<([f64; 2], bool)>);
 
 /// One look with all that rows and pictures need.
-pub struct Made {
+pub struct RadarLook {
     pub step: Step,
     pub look: LaneLook,
     /// Of the radar: its offset from the middle of the lane and the heading of its motion, as true.
@@ -51,12 +51,12 @@ pub struct Made {
     pub speed_mps: f64,
     /// Range, range rate, and whether it stands behind the radar, of each true marker in reach.
     pub markers: Vec<([f64; 2], bool)>,
-    pub seen: Seen,
+    pub seen: KeptLook,
     pub case: Option<usize>,
 }
 
 /// One radar's looks at one site.
-pub struct Looker<'a> {
+pub struct RadarDrive<'a> {
     pub drive: Drive<'a>,
     pub which: usize,
     pub settings: &'a Settings,
@@ -65,17 +65,17 @@ pub struct Looker<'a> {
     pub yaw: SpeedSensor,
 }
 
-impl<'a> Looker<'a> {
+impl<'a> RadarDrive<'a> {
     pub fn new(
         site: &'a Site,
-        given: &Given<'a>,
+        given: &TrialContext<'a>,
         which: usize,
         settings: &'a Settings,
         equal: bool,
-    ) -> Result<Looker<'a>> {
+    ) -> Result<RadarDrive<'a>> {
         let seed = site.scenario.seed;
         let yaw_std = settings.bus_yaw_rate_std_deg_per_s.to_radians();
-        Ok(Looker {
+        Ok(RadarDrive {
             drive: Drive::new(site, given.engine)?,
             which,
             settings,
@@ -88,20 +88,20 @@ impl<'a> Looker<'a> {
     /// Simulates frame `index` (or takes what is kept under `key`), lets the estimator look, and compares.
     pub fn look(
         &mut self,
-        given: &Given<'_>,
+        given: &TrialContext<'_>,
         key: &str,
         index: u32,
         run: u32,
         picture: bool,
-    ) -> Result<Made> {
+    ) -> Result<RadarLook> {
         let radar = self.drive.radar(self.which);
         let time_s = self.drive.time_s(index);
         let level = self.drive.level(time_s);
-        let seen: Seen = given.kept(key, || {
+        let seen: KeptLook = given.kept(key, || {
             let frame = self.drive.frame(self.which, index)?;
             let map =
                 picture.then(|| map_picture(radar, &frame, self.settings.far_m, level.speed_mps)).flatten();
-            Ok(Seen { points: points_of(radar, &frame), map })
+            Ok(KeptLook { points: points_of(radar, &frame), map })
         })?;
         let bus = Some(self.speed.read(level.speed_mps));
         let look = SensorInput {
@@ -120,7 +120,7 @@ impl<'a> Looker<'a> {
         }
         let (radar, speed_mps, markers) = self.of_radar(time_s, &truth);
         let step = Step::new(run, index, (answer.estimate.clone(), seconds), truth);
-        Ok(Made { step, look: answer, radar, speed_mps, markers, seen, case: None })
+        Ok(RadarLook { step, look: answer, radar, speed_mps, markers, seen, case: None })
     }
 
     /// What is true of the radar rather than of the vehicle's reference point.
@@ -213,7 +213,7 @@ pub fn map_picture(radar: &Radar, frame: &Frame, far_m: f64, speed_mps: f64) -> 
 }
 
 /// Differences from the truth of the radar: offset (m), heading (rad). Of a lane whose sign is open, the nearer of the two readings.
-pub fn errors(m: &Made) -> Option<[f64; 2]> {
+pub fn errors(m: &RadarLook) -> Option<[f64; 2]> {
     let (lane, [offset, heading]) = (m.look.lane.as_ref()?, m.radar?);
     let of = |sign: f64| [sign * lane.offset_m.value - offset, sign * lane.heading_rad.value - heading];
     let (same, other) = (of(1.0), of(-1.0));

@@ -11,9 +11,9 @@ mod ready;
 
 mod settings;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::suitable;
-use crate::trial::range_doppler::looks::{Looker, Made, errors};
+use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
 use crate::trial::report::{Row, Sheet, Trial, common_rows};
 use crate::trial::stats::{over_runs, rms};
 use catseye::error::{BadInput, Result};
@@ -21,7 +21,7 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::waveform::Waveform;
 use catseye_lane::range_doppler::LaneFromMap;
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 pub use settings::{Case, Settings};
 
 const METHOD: &str = "range-doppler";
@@ -44,7 +44,7 @@ fn radar_of(scenario: &Scenario) -> Result<usize> {
 /// Drives the scenario, or looks from each [`Case`], and reports.
 ///
 /// Errors: those of the scenario's files and of the chain; no suitable radar; settings outside their ranges.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     let which = radar_of(given.scenario)?;
     let mut trial = Trial::new(METHOD, format!("{}: lane from the range-Doppler map", given.scenario.name));
@@ -57,7 +57,7 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
 }
 
 /// The scenario's own drive, all runs.
-fn drives(given: &Given<'_>, settings: &Settings, which: usize) -> Result<Vec<Made>> {
+fn drives(given: &TrialContext<'_>, settings: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let equal = settings.left_spacing_m == settings.right_spacing_m;
     let frames = given.scenario.frames.count;
     let all = u64::from(given.runs) * u64::from(frames);
@@ -66,7 +66,7 @@ fn drives(given: &Given<'_>, settings: &Settings, which: usize) -> Result<Vec<Ma
     let every = frames.div_ceil(settings.pictures.clamp(1, 4));
     for run in 0..given.runs {
         let site = Site::new(&given.scenario_of(run))?;
-        let mut looker = Looker::new(&site, given, which, settings, equal)?;
+        let mut looker = RadarDrive::new(&site, given, which, settings, equal)?;
         for index in 0..frames {
             let picture = run == 0 && settings.pictures > 0 && index % every == 0;
             let key = format!("run{run}_frame{index}");
@@ -77,11 +77,11 @@ fn drives(given: &Given<'_>, settings: &Settings, which: usize) -> Result<Vec<Ma
     Ok(out)
 }
 
-fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()> {
-    let rms = |of: &dyn Fn(&Made) -> Option<f64>| {
+fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Result<()> {
+    let rms = |of: &dyn Fn(&RadarLook) -> Option<f64>| {
         over_runs(&made, |m| m.step.run, |run| rms(run.iter().filter_map(|m| of(m))))
     };
-    let share = |of: &dyn Fn(&Made) -> Option<bool>| -> Vec<f64> {
+    let share = |of: &dyn Fn(&RadarLook) -> Option<bool>| -> Vec<f64> {
         rms(&|m| of(m).map(|b| if b { 1.0 } else { 0.0 })).iter().map(|x| 100.0 * x * x).collect()
     };
     let row = Row::mean;
@@ -90,7 +90,7 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()>
     trial.rows.push(row("offset of the radar, error (rms)", "m", &rms(&|m| Some(errors(m)?[0]))).why(truth));
     let heading = rms(&|m| Some(errors(m)?[1].to_degrees()));
     trial.rows.push(row("heading of its motion, error (rms)", "deg", &heading).why(truth));
-    let chi = |m: &Made| {
+    let chi = |m: &RadarLook| {
         let (e, l) = (errors(m)?, m.look.lane.as_ref()?);
         Some((0.5 * ((e[0] / l.offset_m.std).powi(2) + (e[1] / l.heading_rad.std).powi(2))).sqrt())
     };
@@ -100,7 +100,7 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()>
     let why = "the mirrored lane fits as well; with equal spacings always";
     trial.rows.push(row("looks whose sign is open", "%", &open).why(why));
     // An offset or heading that is nothing has no sign.
-    let right = |m: &Made| {
+    let right = |m: &RadarLook| {
         let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.mirror)?, m.radar?);
         let sure = |v: f64, std: f64| v.abs() > 3.0 * std;
         match (sure(offset, l.offset_m.std), sure(heading, l.heading_rad.std)) {
@@ -126,7 +126,7 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<Made>) -> Result<()>
     Ok(())
 }
 
-fn looks_sheet(settings: &Settings, made: &[Made]) -> Sheet {
+fn looks_sheet(settings: &Settings, made: &[RadarLook]) -> Sheet {
     let mut sheet = Sheet::new(
         "looks",
         "run look case true_offset_m offset_m offset_std_m true_heading_deg heading_deg \

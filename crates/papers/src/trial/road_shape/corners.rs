@@ -1,7 +1,7 @@
 //! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (M, Figs. 1 and 2), and what tracking
 //! the subspace costs against decomposing (M, Table I).
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::pictures::TRUE;
 use crate::trial::report::{Row, Sheet, Trial};
@@ -47,7 +47,7 @@ const WAYS: [Way; 5] = [
 ];
 
 /// Both reflectors, moved along their lines of sight by draws of this run.
-fn put_up(given: &Given<'_>, run: u32, settings: &Settings) -> Result<Site> {
+fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Site> {
     let mut scenario = given.scenario_of(run);
     let at = scenario.ego.position_m;
     let mut draws = catseye::rng::Draws::new(scenario.seed as u32, 0x6d75_7369);
@@ -68,7 +68,7 @@ fn put_up(given: &Given<'_>, run: u32, settings: &Settings) -> Result<Site> {
     Site::new(&scenario)
 }
 
-fn one_run(given: &Given<'_>, run: u32, settings: &Settings, shown: u32) -> Result<KeptRun> {
+fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) -> Result<KeptRun> {
     let site = put_up(given, run, settings)?;
     let (which, by_image) = chosen(&site.scenario.radars, settings)?;
     if !by_image {
@@ -148,7 +148,7 @@ fn one_run(given: &Given<'_>, run: u32, settings: &Settings, shown: u32) -> Resu
     Ok(out)
 }
 
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     let mut trial = Trial::new("road-shape", format!("Two reflectors: {}", given.scenario.name));
     let count = given.scenario.frames.count;
     let shown = settings.picture_frame.unwrap_or(0).min(count.saturating_sub(1));

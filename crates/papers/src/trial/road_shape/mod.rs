@@ -11,7 +11,7 @@ mod ready;
 
 mod settings;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, lane_point};
 use crate::trial::edges::{Edges, NearEdges};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs};
@@ -29,7 +29,7 @@ use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
 pub use corners::subspace_seconds;
 use glam::DVec2;
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 use serde::{Deserialize, Serialize};
 pub use settings::{Settings, Source, Task};
 
@@ -41,7 +41,7 @@ struct Kept {
 }
 
 /// Runs what the settings ask for. Errors: settings and scenarios that do not go together; those of the chain.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     match settings.task {
         Task::Edges => drives(given, settings),
@@ -50,7 +50,13 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
 }
 
 /// One run: what the radar gave in all frames. The subspace tracker remembers, so a run is kept as a whole.
-fn seen(given: &Given<'_>, run: u32, settings: &Settings, site: &Site, shown: u32) -> Result<Vec<Kept>> {
+fn seen(
+    given: &TrialContext<'_>,
+    run: u32,
+    settings: &Settings,
+    site: &Site,
+    shown: u32,
+) -> Result<Vec<Kept>> {
     let (which, by_image) = chosen(&site.scenario.radars, settings)?;
     let drive = Drive::new(site, given.engine)?;
     let radar = drive.radar(which);
@@ -168,7 +174,7 @@ fn lateral_at(line: &[[f64; 2]], x: f64) -> Option<f64> {
 
 const AHEAD_M: [f64; 3] = [20.0, 40.0, 60.0];
 
-fn drives(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+fn drives(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     let mut trial = Trial::new("road-shape", format!("Road shape: {}", given.scenario.name));
     let mut tallies = Vec::new();
     let count = given.scenario.frames.count;

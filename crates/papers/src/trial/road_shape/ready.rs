@@ -1,33 +1,33 @@
 //! The method among others on one drive.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, lane_point};
-use crate::trial::ready::{Finds, Rival};
+use crate::trial::ready::{Finds, ReadyMethod};
 use crate::trial::road_shape::input::{chosen, kept_whole};
 use crate::trial::road_shape::settings::Settings;
-use crate::trial::sensors::OwnedLook;
+use crate::trial::sensors::OwnedInput;
 use catseye::error::{BadInput, Result};
 use catseye::simulate::Frame;
 use catseye_lane::road_shape::image::Imager;
 use catseye_lane::road_shape::{Ego, RadarMount, RoadShapeEstimator};
 
-pub(in crate::trial) fn rival(
-    given: &Given<'_>,
+pub(in crate::trial) fn ready_method(
+    given: &TrialContext<'_>,
     settings: &Settings,
     drive: &Drive<'_>,
     _run: u32,
-) -> Result<Rival> {
+) -> Result<ReadyMethod> {
     let (which, by_image) = chosen(&given.scenario.radars, settings)?;
     let radar = drive.radar(which);
     let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
     let estimator = RoadShapeEstimator::new(settings.options(fold))
         .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape"))?;
-    let mut rival = Rival { finds: Finds::RoadEdges, ..Rival::of_points(estimator, which) };
+    let mut rival = ReadyMethod { finds: Finds::RoadEdges, ..ReadyMethod::of_points(estimator, which) };
     if by_image {
         let mut imager = Imager::new(radar, &settings.image())?;
         rival.points = false;
         rival.sense =
-            Some(Box::new(move |drive: &Drive<'_>, frame: Option<&Frame>, _, look: &mut OwnedLook| {
+            Some(Box::new(move |drive: &Drive<'_>, frame: Option<&Frame>, _, look: &mut OwnedInput| {
                 let (Some(frame), Some(speed), Some(yaw)) = (frame, look.speed_mps, look.yaw_rate_rad_per_s)
                 else {
                     return Ok(());

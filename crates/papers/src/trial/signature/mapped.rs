@@ -1,6 +1,6 @@
 //! The drive that is mapped with the poses of an inertial system, and the estimator on its map.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, lane_point};
 use crate::trial::sensors::SpeedSensor;
 use crate::trial::signature::settings::Settings;
@@ -184,7 +184,7 @@ pub struct Mapped {
 
 /// The drive that is mapped. `told` is called with the frames that are done.
 pub fn map_drive(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     s: &Settings,
     which: usize,
     plan: &ScenePlan,

@@ -13,7 +13,7 @@ mod ready;
 
 mod settings;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, suitable};
 use crate::trial::report::{Step, Trial, common_rows};
 use crate::trial::sensors::SpeedSensor;
@@ -34,7 +34,7 @@ use catseye_lane::signature::estimator::StaticTest;
 use catseye_lane::signature::map::Pose;
 use catseye_lane::{LaneEstimator, LanePoint, Measured, SensorInput};
 use glam::DVec2;
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 pub use settings::{CodeName, GapsTable, RowTable, Settings, SidesTable};
 
 /// True lines ahead of the vehicle: the radar looks that way.
@@ -96,7 +96,7 @@ fn worsened_look(
 
 /// Maps a drive, locates the runs in it, reads the rows. Errors: a scenario without a road file, an ego that is not on a road, no
 /// radar with angles; those of the simulation.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
     let s = settings;
     let scenario = given.scenario;

@@ -1,6 +1,6 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::uwb::settings::Settings;
 use catseye::error::{BadInput, Result};
@@ -40,7 +40,7 @@ const MOST_RUN_UP: u32 = 10_000;
 const SPEEDS: u32 = 0x75_77_62;
 
 /// One impulse radar and what its samples mean.
-pub struct Eye {
+pub struct ImpulseRadar {
     /// Number of the radar in the scenario.
     pub which: usize,
     pub name: String,
@@ -54,7 +54,7 @@ pub struct Eye {
     pub samples: usize,
 }
 
-impl Eye {
+impl ImpulseRadar {
     /// Lateral distance up to which a marker beside the radar lies within the gate, m.
     pub fn reach_m(&self) -> f64 {
         (self.gate.max_m * self.gate.max_m - self.height_m * self.height_m).max(0.0).sqrt()
@@ -68,8 +68,8 @@ fn wrong(key: &str, reason: LaneError) -> catseye::error::Error {
 /// The impulse radars of a scenario: the first of each side, left before right.
 ///
 /// Errors: none; one that is not real-valued, does not cover the gate, or stands on the ground.
-pub fn eyes(scenario: &Scenario, settings: &Settings) -> Result<Vec<Eye>> {
-    let mut found: Vec<Eye> = Vec::new();
+pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<ImpulseRadar>> {
+    let mut found: Vec<ImpulseRadar> = Vec::new();
     for (which, radar) in scenario.radars.iter().enumerate() {
         if !matches!(radar.waveform, Waveform::Pulse { .. }) {
             continue;
@@ -90,7 +90,7 @@ pub fn eyes(scenario: &Scenario, settings: &Settings) -> Result<Vec<Eye>> {
     Ok(found)
 }
 
-fn eye(which: usize, radar: &Radar, settings: &Settings) -> Result<Eye> {
+fn eye(which: usize, radar: &Radar, settings: &Settings) -> Result<ImpulseRadar> {
     let bad = |problem: &str, key: &str| BadInput::new(problem).key(format!("{}: {key}", radar.name));
     if radar.sampling != Sampling::Real {
         let e = bad("the method takes samples of the wave itself", "receiver.sampling");
@@ -125,7 +125,7 @@ fn eye(which: usize, radar: &Radar, settings: &Settings) -> Result<Eye> {
             .into());
     }
     let samples = ((gate.max_m - axis.start_m) / axis.step_m).ceil() as usize + 1;
-    Ok(Eye {
+    Ok(ImpulseRadar {
         which,
         name: radar.name.clone(),
         // Looks to the right: left of the middle is the left line.
@@ -162,7 +162,7 @@ pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
 }
 
 /// The scenario of a run, at a speed and with a sway of its own where the settings say so.
-pub fn scenario_of_run(given: &Given<'_>, settings: &Settings, run: u32) -> Scenario {
+pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) -> Scenario {
     let mut scenario = given.scenario_of(run);
     let duration_s = scenario.duration_s();
     let Some(on) = &mut scenario.ego.on_road else { return scenario };
@@ -185,13 +185,13 @@ pub fn scenario_of_run(given: &Given<'_>, settings: &Settings, run: u32) -> Scen
 
 /// Counts frames over all drives.
 pub struct Progress<'a> {
-    given: &'a Given<'a>,
+    given: &'a TrialContext<'a>,
     done: Cell<u64>,
     pub all: u64,
 }
 
 impl<'a> Progress<'a> {
-    pub fn new(given: &'a Given<'a>, all: u64) -> Progress<'a> {
+    pub fn new(given: &'a TrialContext<'a>, all: u64) -> Progress<'a> {
         Progress { given, done: Cell::new(0), all }
     }
     fn step(&self, frames: u64) {
@@ -201,7 +201,7 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// Scans of all eyes, `[frame][eye]`, up to the end of each gate.
+/// Scans of all impulse_radars, `[frame][eye]`, up to the end of each gate.
 pub type Scans = Vec<Vec<Vec<f32>>>;
 
 /// What of a site is simulated.
@@ -214,11 +214,11 @@ pub enum Scenery {
 
 /// Drives a site and takes the scans.
 pub fn scans(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     progress: &Progress<'_>,
     key: &str,
     site: &Site,
-    eyes: &[Eye],
+    impulse_radars: &[ImpulseRadar],
     scenery: Scenery,
 ) -> Result<Scans> {
     let whole = match scenery {
@@ -235,19 +235,19 @@ pub fn scans(
             let drive = match &whole {
                 Some(drive) => drive,
                 None => {
-                    near = within_reach(site, eyes, from..to);
+                    near = within_reach(site, impulse_radars, from..to);
                     part = Drive::new(&near, given.engine)?;
                     &part
                 }
             };
             (from..to)
                 .map(|index| {
-                    let scan = |e: &Eye| {
+                    let scan = |e: &ImpulseRadar| {
                         let cube = drive.frame(e.which, index)?.cube.into_f32();
                         // One scan a frame: the first where a radar gives several.
                         Ok(cube.row(0, 0).iter().take(e.samples).map(|z| z.re).collect())
                     };
-                    eyes.iter().map(scan).collect::<Result<Vec<Vec<f32>>>>()
+                    impulse_radars.iter().map(scan).collect::<Result<Vec<Vec<f32>>>>()
                 })
                 .collect()
         })?;
@@ -261,12 +261,12 @@ pub fn scans(
 /// Lengths of a pulse, c / 2B, that an echo reaches at most.
 const ECHO_PULSES: f64 = 3.0;
 
-/// The site without what lies beyond the samples of all eyes in these frames. With one bounce nothing there shows in them: its echoes
+/// The site without what lies beyond the samples of all impulse_radars in these frames. With one bounce nothing there shows in them: its echoes
 /// come later, and it hides nothing nearer.
-fn within_reach(site: &Site, eyes: &[Eye], frames: std::ops::Range<u32>) -> Site {
+fn within_reach(site: &Site, impulse_radars: &[ImpulseRadar], frames: std::ops::Range<u32>) -> Site {
     let scenario = &site.scenario;
     let mut near = Bounds::EMPTY;
-    for eye in eyes {
+    for eye in impulse_radars {
         let radar = &scenario.radars[eye.which];
         let pulse_m = C0 / (2.0 * radar.bandwidth_hz());
         let reach_m = eye.axis.start_m + eye.samples as f64 * eye.axis.step_m + ECHO_PULSES * pulse_m;
@@ -451,10 +451,10 @@ fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) 
 ///
 /// Errors: a scenario without a road and a vehicle on it; a road with nothing but objects.
 pub fn quiet(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     progress: &Progress<'_>,
     settings: &Settings,
-    eyes: &[Eye],
+    impulse_radars: &[ImpulseRadar],
     scenery: Scenery,
 ) -> Result<Scans> {
     let mut scenario = given.scenario.clone();
@@ -493,17 +493,17 @@ pub fn quiet(
                 .remedy("give a road file without markers")
                 .into());
         }
-        all.extend(scans(given, progress, &format!("quiet{k}"), &site, eyes, scenery)?);
+        all.extend(scans(given, progress, &format!("quiet{k}"), &site, impulse_radars, scenery)?);
     }
     Ok(all)
 }
 
 /// The slow drive past the markers at the scenario's own place in the lane: the site, for what is true, and its scans.
 pub fn histogram(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     progress: &Progress<'_>,
     settings: &Settings,
-    eyes: &[Eye],
+    impulse_radars: &[ImpulseRadar],
 ) -> Result<Vec<(Site, Scans)>> {
     if settings.histogram_scans == 0 {
         return Ok(Vec::new());
@@ -518,7 +518,7 @@ pub fn histogram(
         let mut one = slowly(scenario, settings, &slow, against);
         one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
         let site = site(&one, settings)?;
-        let scans = scans(given, progress, &format!("slow{k}"), &site, eyes, Scenery::All)?;
+        let scans = scans(given, progress, &format!("slow{k}"), &site, impulse_radars, Scenery::All)?;
         all.push((site, scans));
     }
     Ok(all)
@@ -539,7 +539,11 @@ pub struct Passed {
 
 /// What is true of the markers of a drive for one eye: the passes within the gate, in order, and for each frame whether the radar
 /// is beside a plate and how far it is to the side, m.
-pub fn markers_of(drive: &Drive<'_>, eye: &Eye, settings: &Settings) -> (Vec<Passed>, Vec<Option<f64>>) {
+pub fn markers_of(
+    drive: &Drive<'_>,
+    eye: &ImpulseRadar,
+    settings: &Settings,
+) -> (Vec<Passed>, Vec<Option<f64>>) {
     let [rx, ry] = eye.at_m;
     let mut passes = Vec::new();
     let mut beside = Vec::new();
@@ -568,7 +572,7 @@ pub fn markers_of(drive: &Drive<'_>, eye: &Eye, settings: &Settings) -> (Vec<Pas
 }
 
 /// Places of single things of metal (manhole covers) beside a drive: the times at which the eye passes them.
-pub fn covers_of(drive: &Drive<'_>, eye: &Eye) -> Vec<f64> {
+pub fn covers_of(drive: &Drive<'_>, eye: &ImpulseRadar) -> Vec<f64> {
     let markers: Vec<u32> =
         drive.site.road.iter().flat_map(|r| &r.marker_rows).flat_map(|r| &r.markers).map(|m| m.id).collect();
     let things =
@@ -596,10 +600,10 @@ pub fn covers_of(drive: &Drive<'_>, eye: &Eye) -> Vec<f64> {
 
 /// One scan of the first eye at the middle of a marker for each lateral distance: (m, scan).
 pub fn sweep(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     progress: &Progress<'_>,
     settings: &Settings,
-    eye: &Eye,
+    eye: &ImpulseRadar,
     distances_m: &[f64],
 ) -> Result<Vec<(f64, Vec<f32>)>> {
     let Some(on) = &given.scenario.ego.on_road else { return Ok(Vec::new()) };
@@ -687,9 +691,9 @@ mod tests {
         scenario.trace.rays = 0;
         scenario.trace.bounces = 1;
         let settings = compared_settings();
-        let eyes = eyes(&scenario, &settings).unwrap();
+        let impulse_radars = impulse_radars(&scenario, &settings).unwrap();
         let site = site(&scenario, &settings).unwrap();
-        let near = within_reach(&site, &eyes, 0..BLOCK);
+        let near = within_reach(&site, &impulse_radars, 0..BLOCK);
         let triangles = |s: &Site| -> usize {
             let mesh = |o: &Object| match o.shape {
                 Shape::Mesh(m) => s.scene.meshes[m].triangles.len(),
@@ -703,7 +707,7 @@ mod tests {
         for index in [4, 33, BLOCK - 1] {
             let scan = |site: &Site| -> Vec<f32> {
                 let cube = Drive::new(site, &engine).unwrap().frame(0, index).unwrap().cube.into_f32();
-                cube.row(0, 0).iter().take(eyes[0].samples).map(|z| z.re).collect()
+                cube.row(0, 0).iter().take(impulse_radars[0].samples).map(|z| z.re).collect()
             };
             let (all, part) = (scan(&site), scan(&near));
             let peak = all.iter().fold(0.0f32, |m, v| m.max(v.abs()));

@@ -2,7 +2,7 @@
 
 use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
 use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
-use crate::trial::uwb::runs::{Made, Run, Seen};
+use crate::trial::uwb::runs::{Run, RunResult, UwbResults};
 use crate::trial::uwb::settings::StandsFor;
 use crate::trial::uwb::tuning::{Tuned, energy, failed, wide};
 use catseye::error::Result;
@@ -65,25 +65,18 @@ fn db(ratio: f64) -> f64 {
     10.0 * ratio.log10()
 }
 
-fn with(row: Row, document: Option<f64>) -> Row {
-    match document {
-        Some(v) => row.document(v),
-        None => row,
-    }
-}
-
 /// Mean over runs, where a run has a value.
 fn over_runs(name: String, unit: &str, runs: &[Run], of: impl Fn(&Run) -> Option<f64>) -> Row {
     let values: Vec<f64> = runs.iter().filter_map(of).filter(|v| v.is_finite()).collect();
     Row::mean(name, unit, &values)
 }
 
-pub(super) fn fill(trial: &mut Trial, made: &Made<'_>, steps: Vec<Step>) -> Result<()> {
+pub(super) fn fill(trial: &mut Trial, made: &UwbResults<'_>, steps: Vec<Step>) -> Result<()> {
     trial.rows = common_rows(&steps);
     trial.steps = steps;
     let d = document(made.settings.stands_for);
-    for (e, eye) in made.eyes.iter().enumerate() {
-        let of = if made.eyes.len() > 1 { format!("{}, ", eye.name) } else { String::new() };
+    for (e, eye) in made.impulse_radars.iter().enumerate() {
+        let of = if made.impulse_radars.len() > 1 { format!("{}, ", eye.name) } else { String::new() };
         let gate = Row::new(format!("{of}far end of the gate"), "m", Some(eye.gate.max_m));
         let gate = match made.settings.stands_for {
             Some(_) => gate.document(3.65).why("K (3) with its own lengths gives 3.25"),
@@ -105,7 +98,7 @@ pub(super) fn fill(trial: &mut Trial, made: &Made<'_>, steps: Vec<Step>) -> Resu
 }
 
 /// Shares of scans beside a plate and of the others that are over the threshold, of the slow drive.
-fn slow_shares(made: &Made<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>; 2]> {
+fn slow_shares(made: &UwbResults<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>; 2]> {
     let mut counts = [[0_u32; 2]; 2];
     for slow in &made.slow {
         for (scan, beside) in slow.scans.iter().zip(&slow.beside[e]) {
@@ -118,11 +111,11 @@ fn slow_shares(made: &Made<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>;
     Ok(counts.map(|[all, over]| (all > 0).then(|| 100.0 * f64::from(over) / f64::from(all))))
 }
 
-fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of: &str) -> Result<()> {
+fn rows(trial: &mut Trial, made: &UwbResults<'_>, d: &Document, r: usize, e: usize, of: &str) -> Result<()> {
     let tuned = &made.tuned[r][e];
     let (level, floor) = (tuned.threshold.energy, tuned.threshold.floor_energy);
     let runs = &made.runs;
-    let of_seen = |name: &str, unit: &str, f: &dyn Fn(&Run, &Seen) -> Option<f64>| {
+    let of_seen = |name: &str, unit: &str, f: &dyn Fn(&Run, &RunResult) -> Option<f64>| {
         over_runs(format!("{of}{name}"), unit, runs, |run| f(run, &run.seen[r][e]))
     };
     let mut push = |row: Row| {
@@ -136,10 +129,10 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     );
     let alarms = uwb::exceedance_rate(&tuned.bare, level).map_err(|r| failed("false alarms", r))?;
     let alarms = Row::new(format!("{of}false alarms on these scans"), "%", Some(100.0 * alarms));
-    push(with(alarms, made.settings.stands_for.map(|_| 0.0)));
+    push(alarms.document(made.settings.stands_for.map(|_| 0.0)));
     let [beside, between] = slow_shares(made, tuned, e)?;
     let row = Row::new(format!("{of}slow drive: scans beside a plate over the threshold"), "%", beside);
-    push(with(row, d.histogram).why("the document does not say whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side"));
+    push(row.document(d.histogram).why("the document does not say whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side"));
     push(Row::new(format!("{of}slow drive: scans between plates over the threshold"), "%", between));
     let row = of_seen("scans over the threshold", "%", &|_, s| {
         let over = s.energies.iter().filter(|v| **v > level).count();
@@ -153,7 +146,7 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
         let beside = s.energies.iter().zip(&run.beside[e]).filter(|(_, b)| b.is_some());
         beside.map(|(v, _)| *v).max_by(f64::total_cmp).map(|v| db(v / level))
     });
-    push(with(row, d.contrast_db).why("the document's passes reach 6 to 7 mW over 5.4 mW"));
+    push(row.document(d.contrast_db).why("the document's passes reach 6 to 7 mW over 5.4 mW"));
     let row = of_seen("mean energy beside a plate over the bare road", "dB", &|run, s| {
         let beside: Vec<f64> =
             s.energies.iter().zip(&run.beside[e]).filter(|(_, b)| b.is_some()).map(|(v, _)| *v).collect();
@@ -162,18 +155,18 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     push(row);
     let percent = |v: Option<f64>| v.map(|v| 100.0 * v);
     let row = of_seen("plates found", "%", &|_, s| percent(s.score.marker_rate()));
-    push(with(row, d.runs).why("the document's rate in runs: of scans, plates or spacings is not said"));
+    push(row.document(d.runs).why("the document's rate in runs: of scans, plates or spacings is not said"));
     let row = of_seen("spacings right", "%", &|_, s| percent(s.score.spacing_rate()));
-    push(with(row, d.runs));
+    push(row.document(d.runs));
     let errors: Vec<f64> =
         runs.iter().flat_map(|run| run.seen[r][e].score.spacing_errors_m.iter().copied()).collect();
     let row = of_seen("mean spacing error", "m", &|_, s| {
         let n = s.score.spacing_errors_m.len();
         (n > 0).then(|| s.score.spacing_errors_m.iter().map(|v| v.abs()).sum::<f64>() / n as f64)
     });
-    push(with(row, d.mean_m).why(format!("{} spacings", errors.len())));
+    push(row.document(d.mean_m).why(format!("{} spacings", errors.len())));
     let worst = errors.iter().map(|v| v.abs()).max_by(f64::total_cmp);
-    push(with(Row::new(format!("{of}worst spacing error"), "m", worst), d.worst_m));
+    push(Row::new(format!("{of}worst spacing error"), "m", worst).document(d.worst_m));
     push(of_seen("passes without a plate, a run", "", &|_, s| Some(s.score.false_passes as f64)));
     push(of_seen("scans with a lane", "%", &|_, s| {
         let n = s.result.lane_present.len();
@@ -182,20 +175,20 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
     let row = of_seen("runs with a warning where no plate was due", "%", &|_, s| {
         Some(100.0 * f64::from(u8::from(s.warnings_right > 0)))
     });
-    push(with(row, d.warned));
+    push(row.document(d.warned));
     push(of_seen("warnings where a plate was due, a run", "", &|_, s| Some(s.warnings_wrong as f64)));
-    let departed = |s: &Seen| s.result.departures().last().map(|(_, d)| *d);
+    let departed = |s: &RunResult| s.result.departures().last().map(|(_, d)| *d);
     push(of_seen("warning behind the missing plate's place", "m", &|_, s| departed(s).map(|d| d.delay_m)));
     let row = of_seen("largest energy since the last plate over the threshold", "dB", &|_, s| {
         departed(s).map(|d| db(d.peak_energy / level))
     });
-    push(with(row, d.departed_db));
+    push(row.document(d.departed_db));
     let row = of_seen("covers over the threshold", "%", &|run, s| {
         let n = run.covers[e].len();
         let over = run.covers[e].iter().filter(|t| over_near(run, s, **t, level)).count();
         (n > 0).then(|| 100.0 * over as f64 / n as f64)
     });
-    push(with(row, d.covers.map(|c| c[0])));
+    push(row.document(d.covers.map(|c| c[0])));
     let row = of_seen("passes rejected for want of a period", "%", &|run, s| {
         let n = s.result.markers.len();
         (n > 0 && !run.covers[e].is_empty()).then(|| {
@@ -203,18 +196,18 @@ fn rows(trial: &mut Trial, made: &Made<'_>, d: &Document, r: usize, e: usize, of
                 / n as f64
         })
     });
-    push(with(row, d.covers.map(|c| c[1])));
+    push(row.document(d.covers.map(|c| c[1])));
     push(of_seen("distance by counted plates, error", "m", &|_, s| s.odometer_m.map(|o| o[0].abs())));
     push(of_seen("distance by the speed alone, error", "m", &|_, s| s.odometer_m.map(|o| o[1].abs())));
     Ok(())
 }
 
 /// Whether the energy passes the threshold within half a second of a time.
-fn over_near(run: &Run, s: &Seen, time_s: f64, level: f64) -> bool {
+fn over_near(run: &Run, s: &RunResult, time_s: f64, level: f64) -> bool {
     run.times_s.iter().zip(&s.energies).any(|(t, v)| (t - time_s).abs() < 0.5 && *v > level)
 }
 
-fn notes(trial: &mut Trial, made: &Made<'_>) {
+fn notes(trial: &mut Trial, made: &UwbResults<'_>) {
     let a = made.settings.asphalt;
     trial.notes.push(format!(
         "Energies are sums of squares over the samples in the gate, in units of the mean of the bare road. Asphalt outside the band of \
@@ -230,14 +223,14 @@ fn notes(trial: &mut Trial, made: &Made<'_>) {
     }
 }
 
-fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
+fn tables(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
     let mut scans = Sheet::new("energies", "run radar rule time_s energy beside_plate lane");
     let mut spacings = Sheet::new("passes", "run radar rule time_s distance_m spacing_m peak_energy verdict");
     scans.comments.push("energy and peak_energy over the mean of the bare road".into());
     spacings.comments.push("spacing_m to the marker that the pass was paired with".into());
     for (k, run) in made.runs.iter().enumerate() {
         for (r, rule) in made.rules.iter().enumerate() {
-            for (e, eye) in made.eyes.iter().enumerate() {
+            for (e, eye) in made.impulse_radars.iter().enumerate() {
                 let (seen, tuned) = (&run.seen[r][e], &made.tuned[r][e]);
                 let floor = tuned.threshold.floor_energy;
                 for (i, v) in seen.energies.iter().enumerate() {
@@ -269,7 +262,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
     let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates");
     histogram.comments.push("from and to over the mean of the bare road".into());
     for (r, rule) in made.rules.iter().enumerate() {
-        for (e, eye) in made.eyes.iter().enumerate() {
+        for (e, eye) in made.impulse_radars.iter().enumerate() {
             let Some((bare, marked)) = histograms(made, r, e)? else { continue };
             for i in 0..bare.counts.len() {
                 let (from, to) = (format!("{:.6}", bare.edges[i]), format!("{:.6}", bare.edges[i + 1]));
@@ -282,7 +275,7 @@ fn tables(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
 }
 
 /// Of the bare road and of scans beside plates in the slow drive, on common edges in units of the bare road's mean.
-fn histograms(made: &Made<'_>, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
+fn histograms(made: &UwbResults<'_>, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
     let tuned = &made.tuned[r][e];
     let floor = tuned.threshold.floor_energy;
     let mut marked = Vec::new();
@@ -302,9 +295,9 @@ fn histograms(made: &Made<'_>, r: usize, e: usize) -> Result<Option<(Histogram, 
     Ok(Some((of(&bare)?, of(&marked)?)))
 }
 
-fn pictures(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
-    for e in 0..made.eyes.len() {
-        let suffix = if made.eyes.len() > 1 { format!("_{}", e + 1) } else { String::new() };
+fn pictures(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
+    for e in 0..made.impulse_radars.len() {
+        let suffix = if made.impulse_radars.len() > 1 { format!("_{}", e + 1) } else { String::new() };
         for (r, rule) in made.rules.iter().enumerate() {
             let name = |what: &str| match r + 1 == made.rules.len() && made.rules.len() > 1 {
                 true => format!("{what}{suffix}"),
@@ -334,7 +327,7 @@ fn pictures(trial: &mut Trial, made: &Made<'_>) -> Result<()> {
 }
 
 /// Energy against time with the places of plates, K figures 8 to 11, 13 and 14.
-fn energy_chart(made: &Made<'_>, run: &Run, r: usize, e: usize, rule: &str) -> Chart {
+fn energy_chart(made: &UwbResults<'_>, run: &Run, r: usize, e: usize, rule: &str) -> Chart {
     let (seen, tuned) = (&run.seen[r][e], &made.tuned[r][e]);
     let floor = tuned.threshold.floor_energy;
     let level = tuned.threshold.energy / floor;
@@ -446,9 +439,9 @@ fn histogram_chart(title: &str, bare: &Histogram, marked: &Histogram, level: f64
 }
 
 /// The scan of the greatest energy of the first run and a bare one, K figures 8 and 9.
-fn signal_chart(made: &Made<'_>, e: usize) -> Result<Option<Chart>> {
+fn signal_chart(made: &UwbResults<'_>, e: usize) -> Result<Option<Chart>> {
     let (Some(run), Some(tuned)) = (made.runs.first(), made.tuned.last()) else { return Ok(None) };
-    let eye = &made.eyes[e];
+    let eye = &made.impulse_radars[e];
     let energies = &run.seen[run.seen.len() - 1][e].energies;
     let beside = |i: &usize| run.beside[e][*i].is_some();
     let most = |all: Vec<usize>| all.into_iter().max_by(|a, b| energies[*a].total_cmp(&energies[*b]));
@@ -489,7 +482,7 @@ fn signal_chart(made: &Made<'_>, e: usize) -> Result<Option<Chart>> {
 }
 
 /// Energy at the middle of a plate against the lateral distance, under each rule.
-fn sweep_chart(made: &Made<'_>) -> Result<Option<Chart>> {
+fn sweep_chart(made: &UwbResults<'_>) -> Result<Option<Chart>> {
     if made.sweep.is_empty() {
         return Ok(None);
     }
@@ -521,7 +514,7 @@ fn sweep_chart(made: &Made<'_>) -> Result<Option<Chart>> {
 }
 
 /// Spacing errors of each run under each rule.
-fn spacing_chart(made: &Made<'_>) -> Option<Chart> {
+fn spacing_chart(made: &UwbResults<'_>) -> Option<Chart> {
     let limit = made.settings.largest_error_m();
     let (dot, ring) = (Mark::Dot { radius: 3.5 }, Mark::Diamond { radius: 4.5 });
     let of = |r: usize| -> Vec<[f64; 2]> {

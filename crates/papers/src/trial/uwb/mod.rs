@@ -16,28 +16,28 @@ mod settings;
 
 mod tuning;
 
-use crate::trial::context::Given;
+use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::report::{Step, Trial};
 use crate::trial::sensors::SpeedSensor;
 use crate::trial::stats::timed;
-use crate::trial::uwb::drives::{Eye, Passed, Progress, Scenery};
-use crate::trial::uwb::runs::{Made, Run, Seen, Slow};
+use crate::trial::uwb::drives::{ImpulseRadar, Passed, Progress, Scenery};
+use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
 use crate::trial::uwb::tuning::{Tuned, check_speed, energy, estimator, failed, rules, tune, wide};
 use catseye::error::{BadInput, Result};
 use catseye_lane::score::TrueLanes;
 use catseye_lane::uwb::Uwb;
 use catseye_lane::{LaneEstimator, SensorInput, uwb};
-pub(super) use ready::rival;
+pub(super) use ready::ready_method;
 pub use settings::{Asphalt, CentreOf, Settings, StandsFor};
 
 /// Drives the scenario and the slow drives that belong to it.
 ///
 /// Errors: a scenario without an impulse radar, a road, or a vehicle on it; samples that do not cover the gate; speeds at which
 /// two scans are farther apart than a plate is long.
-pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     settings.check()?;
-    let eyes = drives::eyes(given.scenario, settings)?;
+    let impulse_radars = drives::impulse_radars(given.scenario, settings)?;
     drives::check_road(given.scenario)?;
     check_speed(given.scenario, settings)?;
     let rules = rules(settings);
@@ -48,46 +48,48 @@ pub fn run(given: &Given<'_>, settings: &Settings) -> Result<Trial> {
     let frames = u64::from(given.scenario.frames.count) * u64::from(given.runs);
     let progress = Progress::new(given, drives::slow_frames(settings) + frames + sweep_m.len() as u64);
 
-    let quiet = drives::quiet(given, &progress, settings, &eyes, Scenery::All)?;
+    let quiet = drives::quiet(given, &progress, settings, &impulse_radars, Scenery::All)?;
     let tuned: Vec<Vec<Tuned>> = rules
         .iter()
-        .map(|rule| eyes.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, &quiet)).collect())
+        .map(|rule| {
+            impulse_radars.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, &quiet)).collect()
+        })
         .collect::<Result<_>>()?;
-    let slow = drives::histogram(given, &progress, settings, &eyes)?
+    let slow = drives::histogram(given, &progress, settings, &impulse_radars)?
         .into_iter()
         .map(|(site, scans)| {
             let drive = Drive::new(&site, given.engine)?;
-            let beside = eyes.iter().map(|e| drives::markers_of(&drive, e, settings).1).collect();
+            let beside = impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings).1).collect();
             Ok(Slow { beside, scans })
         })
         .collect::<Result<_>>()?;
     let mut steps = Vec::new();
     let mut runs = Vec::new();
     for k in 0..given.runs {
-        runs.push(one_run(given, &progress, settings, &eyes, &tuned, k, &mut steps)?);
+        runs.push(one_run(given, &progress, settings, &impulse_radars, &tuned, k, &mut steps)?);
     }
     let sweep = match runs.iter().any(|r| !r.passes[0].is_empty()) {
-        true => drives::sweep(given, &progress, settings, &eyes[0], &sweep_m)?,
+        true => drives::sweep(given, &progress, settings, &impulse_radars[0], &sweep_m)?,
         false => Vec::new(),
     };
-    let made = Made { settings, eyes, rules, tuned, quiet, slow, runs, sweep };
+    let made = UwbResults { settings, impulse_radars, rules, tuned, quiet, slow, runs, sweep };
     let mut trial = Trial::new(uwb::estimator::METHOD, format!("uwb: {}", given.scenario.name));
     figures::fill(&mut trial, &made, steps)?;
     Ok(trial)
 }
 
 fn one_run(
-    given: &Given<'_>,
+    given: &TrialContext<'_>,
     progress: &Progress<'_>,
     settings: &Settings,
-    eyes: &[Eye],
+    impulse_radars: &[ImpulseRadar],
     tuned: &[Vec<Tuned>],
     number: u32,
     steps: &mut Vec<Step>,
 ) -> Result<Run> {
     let scenario = drives::scenario_of_run(given, settings, number);
     let site = drives::site(&scenario, settings)?;
-    let scans = drives::scans(given, progress, &format!("run{number}"), &site, eyes, Scenery::All)?;
+    let scans = drives::scans(given, progress, &format!("run{number}"), &site, impulse_radars, Scenery::All)?;
     let drive = Drive::new(&site, given.engine)?;
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();
@@ -107,7 +109,7 @@ fn one_run(
 
     let last = &tuned[tuned.len() - 1];
     let mut estimator = estimator(last)?;
-    let reach_m = eyes.iter().map(Eye::reach_m).fold(0.0, f64::max);
+    let reach_m = impulse_radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
         let look = SensorInput {
@@ -117,13 +119,13 @@ fn one_run(
             ..SensorInput::default()
         };
         let (estimate, seconds) = timed(|| estimator.estimate(&look));
-        let truth = truth_at(&drive, times_s[i], eyes, reach_m, settings);
+        let truth = truth_at(&drive, times_s[i], impulse_radars, reach_m, settings);
         steps.push(Step::new(number, i as u32, (estimate, seconds), truth));
     }
 
-    let of: Vec<_> = eyes.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();
+    let of: Vec<_> = impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();
     let (passes, beside): (Vec<_>, Vec<_>) = of.into_iter().unzip();
-    let covers = eyes.iter().map(|e| drives::covers_of(&drive, e)).collect();
+    let covers = impulse_radars.iter().map(|e| drives::covers_of(&drive, e)).collect();
     let way_m = ways(&times_s, &true_mps);
     let seen = tuned
         .iter()
@@ -141,14 +143,20 @@ fn one_run(
 }
 
 /// Of the rows of markers that pass within reach beside the vehicle.
-fn truth_at(drive: &Drive<'_>, time_s: f64, eyes: &[Eye], reach_m: f64, settings: &Settings) -> TrueLanes {
+fn truth_at(
+    drive: &Drive<'_>,
+    time_s: f64,
+    impulse_radars: &[ImpulseRadar],
+    reach_m: f64,
+    settings: &Settings,
+) -> TrueLanes {
     let mut truth = drive.truth_of_rows(time_s, [0.0, settings.spacing_m]);
     let beside = |line: &[[f64; 2]]| {
         let near = line.iter().filter(|p| p[0].abs() < 2.0 * settings.spacing_m);
         near.map(|p| p[1]).min_by(|a, b| a.abs().total_cmp(&b.abs()))
     };
     let seen = |line: &[[f64; 2]]| {
-        beside(line).is_some_and(|y| eyes.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
+        beside(line).is_some_and(|y| impulse_radars.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
     };
     let own = truth.own.map(|i| i.filter(|i| truth.lines.get(*i).is_some_and(|l| seen(l))));
     let lines: Vec<_> = own.iter().flatten().map(|i| truth.lines[*i].clone()).collect();
@@ -194,7 +202,7 @@ fn see(
     speeds: &[catseye_lane::Measured],
     passes: &[Passed],
     way_m: &[f64],
-) -> Result<Seen> {
+) -> Result<RunResult> {
     let energies: Vec<f64> = echoes.iter().map(|e| e.energy).collect();
     let ranges: Vec<f64> = echoes.iter().map(|e| e.strongest_range_m.unwrap_or(f64::NAN)).collect();
     let values: Vec<f64> = speeds.iter().map(|m| m.value).collect();
@@ -236,5 +244,5 @@ fn see(
         let true_m = whole_m - at_time(times_s, way_m, start.time_s);
         Some([o.distance_m - true_m, o.speed_distance_m - true_m])
     });
-    Ok(Seen { energies, result, score, warnings_right: right, warnings_wrong: wrong, odometer_m })
+    Ok(RunResult { energies, result, score, warnings_right: right, warnings_wrong: wrong, odometer_m })
 }

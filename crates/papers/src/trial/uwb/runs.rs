@@ -1,12 +1,12 @@
 //! What the drives gave under each rule.
 
-use crate::trial::uwb::drives::{Eye, Passed, Scans};
+use crate::trial::uwb::drives::{ImpulseRadar, Passed, Scans};
 use crate::trial::uwb::settings::Settings;
 use crate::trial::uwb::tuning::{Rule, Tuned};
 use catseye_lane::uwb;
 
 /// One run as one eye sees it under one rule.
-pub struct Seen {
+pub struct RunResult {
     pub energies: Vec<f64>,
     pub result: uwb::LaneEstimate,
     pub score: uwb::RunScore,
@@ -25,7 +25,7 @@ pub struct Run {
     pub beside: Vec<Vec<Option<f64>>>,
     pub covers: Vec<Vec<f64>>,
     /// `[rule][eye]`.
-    pub seen: Vec<Vec<Seen>>,
+    pub seen: Vec<Vec<RunResult>>,
     pub scans: Scans,
 }
 
@@ -36,9 +36,9 @@ pub struct Slow {
 }
 
 /// All that figures are made from.
-pub struct Made<'a> {
+pub struct UwbResults<'a> {
     pub settings: &'a Settings,
-    pub eyes: Vec<Eye>,
+    pub impulse_radars: Vec<ImpulseRadar>,
     pub rules: Vec<Rule>,
     /// `[rule][eye]`.
     pub tuned: Vec<Vec<Tuned>>,

@@ -1,6 +1,6 @@
 //! Rules by which scans become passes, and thresholds by the bare road.
 
-use crate::trial::uwb::drives::{Eye, Scans};
+use crate::trial::uwb::drives::{ImpulseRadar, Scans};
 use crate::trial::uwb::settings::{CentreOf, Settings};
 use catseye::error::{BadInput, Error, Result};
 use catseye::scene::scenario::Scenario;
@@ -67,7 +67,7 @@ pub fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-pub fn tune(settings: &Settings, rule: &Rule, eye: &Eye, i: usize, quiet: &Scans) -> Result<Tuned> {
+pub fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
     let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
     let background = match rule.take_background {
         true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
