@@ -2,7 +2,7 @@
 #![no_main]
 mod check;
 
-use catseye::formats::{ti_bin, ti_cfg};
+use catseye_io::{ti_bin, ti_cfg};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -11,7 +11,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Some(radar) = check::read(ti_cfg::TiRadar::parse("fuzz.cfg", text)) else { return };
     check::read(radar.to_radar_toml("fuzz", ti_cfg::Board::default()));
     let path = check::file("a.bin", bytes.get(at + 1..).unwrap_or(&[]));
-    let Some(mut reader) = check::read(ti_bin::Reader::open(&path, &radar, &ti_bin::BinOptions::default())) else { return };
+    let Some(mut reader) = check::read(ti_bin::open(&path, &radar, &ti_bin::BinOptions::default())) else { return };
     for frame in 0..reader.frames().min(2) {
         let channels = reader.shape()[1];
         check::read(reader.channels::<f32>(frame, 0..channels));

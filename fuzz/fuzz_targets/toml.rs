@@ -2,10 +2,10 @@
 #![no_main]
 mod check;
 
-use catseye::dataset::recipe::Recipe;
 use catseye::road::scene_toml;
 use catseye::scene::{radar_toml, scenario};
-use catseye::study::file as study;
+use catseye_io::recipe::Recipe;
+use catseye_papers::study::file as study;
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 

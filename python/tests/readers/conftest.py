@@ -1,7 +1,7 @@
 """Files of catseye's exporters, read by the formats' own public readers.
 
 The samples and `expected.json`, which says what is in them, are written by the Rust test
-`formats::interop::samples::written_for_the_public_readers` into the folder that the environment variable
+`samples::written_for_the_public_readers` of catseye-export into the folder that the environment variable
 `CATSEYE_SAMPLES` names.
 """
 
