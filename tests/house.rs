@@ -441,7 +441,7 @@ fn backward_members(member: &str, manifest: &str) -> Vec<String> {
 
 #[test]
 fn members_point_one_way() {
-    let manifest = |folder: &str| text(&[folder, "Cargo.toml"].join("/").trim_start_matches('/').to_string());
+    let manifest = |folder: &str| text([folder, "Cargo.toml"].join("/").trim_start_matches('/'));
     for entry in fs::read_dir(root().join("crates")).unwrap() {
         let folder = format!("crates/{}", entry.unwrap().file_name().to_str().unwrap());
         assert!(MEMBERS.iter().any(|m| m.1 == folder), "{folder} is not in the list of tests/house.rs");
