@@ -71,12 +71,11 @@ impl StagedDir {
         identity: &str,
     ) -> Result<(Self, PathBuf)> {
         let (final_path, lock) = begin(final_path.as_ref(), force, kind)?;
-        let workshop = hidden(&final_path, "unfinished")?;
+        let workshop = hidden(&final_path, UNFINISHED)?;
         let temporary = workshop.join(RESULT);
         let notes = workshop.join(NOTES);
         let mark = workshop.join(IDENTITY);
-        // A workshop whose result has been taken out was left by a commit that could not tidy up.
-        let resumed = temporary.is_dir() && fs::read_to_string(&mark).is_ok_and(|found| found == identity);
+        let resumed = fs::read_to_string(&mark).is_ok_and(|found| found == identity);
         if !resumed {
             if workshop.exists() {
                 fs::remove_dir_all(&workshop).map_err(|e| Error::io(&workshop, e))?;
@@ -138,23 +137,40 @@ impl StagedDir {
 /// Checks the place, makes its parents, takes the lock and clears up what killed runs left beside it.
 fn begin(path: &Path, force: bool, kind: &'static str) -> Result<(PathBuf, Lock)> {
     let path = resolved(path)?;
-    check_dir(&path, force, kind)?;
+    let take = || Lock::take(&path, hidden(&path, "lock")?);
+    if let Err(refused) = check_dir(&path, force, kind) {
+        // The run that made it may have been killed before it could tidy up. Who holds the lock still does so itself.
+        let _ = take().and_then(|_lock| clear_up(&path));
+        return Err(refused);
+    }
     make_parents(&path)?;
-    let lock = Lock::take(&path, hidden(&path, "lock")?)?;
-    // Only who holds the lock makes these, so nobody works on those that are there.
-    for old in leavings(&path, OLD)? {
-        // Killed between its two renames: what it wanted to replace is all there is.
-        match path.exists() {
-            false => fs::rename(&old, &path).map_err(|e| Error::io(&path, e))?,
-            true => fs::remove_dir_all(&old).map_err(|e| Error::io(&old, e))?,
-        }
-    }
-    for partial in leavings(&path, PARTIAL)?.into_iter().filter(|p| p.is_dir()) {
-        fs::remove_dir_all(&partial).map_err(|e| Error::io(&partial, e))?;
-    }
+    let lock = take()?;
+    clear_up(&path)?;
     // What was there before the lock was ours may be another's result by now.
     check_dir(&path, force, kind)?;
     Ok((path, lock))
+}
+
+/// Takes away what killed runs left beside `path`, or gives it back. Only who holds the lock makes such things, so nobody works on
+/// those that are there.
+fn clear_up(path: &Path) -> Result<()> {
+    let remove = |rest: &Path| fs::remove_dir_all(rest).map_err(|e| Error::io(rest, e));
+    for old in leavings(path, OLD)? {
+        // Killed between its two renames: what it wanted to replace is all there is.
+        match path.exists() {
+            false => fs::rename(&old, path).map_err(|e| Error::io(path, e))?,
+            true => remove(&old)?,
+        }
+    }
+    for partial in leavings(path, PARTIAL)?.into_iter().filter(|p| p.is_dir()) {
+        remove(&partial)?;
+    }
+    // Killed after its result had been taken out.
+    let workshop = hidden(path, UNFINISHED)?;
+    match workshop.is_dir() && !workshop.join(RESULT).exists() {
+        true => remove(&workshop),
+        false => Ok(()),
+    }
 }
 
 /// Hidden siblings of `path` of one kind, in order.
@@ -347,8 +363,9 @@ fn check_file(path: &Path, force: bool) -> Result<()> {
     }
 }
 
-/// Kinds of hidden siblings: what is being made, and a result that is being replaced.
+/// Kinds of hidden siblings: what is being made, also over several starts, and a result that is being replaced.
 const PARTIAL: &str = "partial";
+const UNFINISHED: &str = "unfinished";
 const OLD: &str = "old";
 
 /// The folder that a path lies in.
@@ -640,6 +657,27 @@ mod tests {
         fs::create_dir(t.path().join(".run.old-2-0")).unwrap();
         drop(StagedDir::new(&target, true, "run").unwrap());
         assert_eq!(names(t.path()), [".run2.partial-1-0", "run"]);
+    }
+
+    #[test]
+    fn what_a_run_left_that_was_killed_after_its_result_stood_is_cleared_up() {
+        let t = tempfile::tempdir().unwrap();
+        let target = t.path().join("run");
+        let start = |force| StagedDir::resumable(&target, force, "run", "a");
+        start(false).unwrap().0.commit().unwrap();
+        for force in [false, true] {
+            fs::create_dir_all(t.path().join(".run.unfinished/notes")).unwrap();
+            fs::write(t.path().join(".run.lock"), "").unwrap();
+            assert_eq!(start(force).is_ok(), force);
+            assert_eq!(names(t.path()).len(), if force { 2 } else { 1 }, "{:?}", names(t.path()));
+        }
+        // A refusal takes nothing from a run that goes on, nor from one that can be resumed.
+        let (first, _) = start(true).unwrap();
+        fs::write(first.path().join("kept"), "kept").unwrap();
+        start(false).unwrap_err();
+        drop(first);
+        start(false).unwrap_err();
+        assert!(start(true).unwrap().0.path().join("kept").exists());
     }
 
     #[test]
