@@ -32,6 +32,14 @@ deny:
 devices:
     cargo run --release -- devices
 
-# API documentation
+# The manual, in the browser (needs mdbook)
+book:
+    mdbook serve --open
+
+# API documentation of all crates
 doc:
-    cargo doc --release --no-deps --open
+    cargo doc --release --no-deps --workspace --exclude catseye-python --open
+
+# Tables of keys in docs/reference from the schemas
+keys:
+    scripts/reference-pages

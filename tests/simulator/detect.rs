@@ -299,6 +299,6 @@ fn tables_hold_what_the_contract_says() {
     assert_eq!(table.text("chain").unwrap(), ["5 9"]);
     assert_eq!(table.numbers("bounces").unwrap(), [2.0]);
     assert_eq!(table.numbers("range_rate_mps").unwrap(), [-3.0]);
-    // 12 + 22 + 10 dB, lambda 3.8934 mm, 50 m: as in tests/adc.rs with 2 dB more gain.
+    // 12 + 22 + 10 dB, lambda 3.8934 mm, 50 m: as in `adc.rs` with 2 dB more gain.
     assert!((table.numbers("power_dbm").unwrap()[0] + 105.1286).abs() < 0.01);
 }

@@ -1,7 +1,7 @@
 """Datasets as zarr-python, pyarrow and h5py read them.
 
 The folder that CATSEYE_SAMPLES names holds what the library's test `samples_for_other_readers` writes: seven frames, three a
-shard, once for each format and compression. The numbers follow the formulas of `sample` in src/dataset/store/tests.rs.
+shard, once for each format and compression. The numbers follow the formulas of `sample` in crates/io/src/store/tests.rs.
 """
 
 import json

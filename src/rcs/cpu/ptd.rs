@@ -8,7 +8,7 @@
 //! extent d along a ray that grazes it at the angle α needs k d (1 − cos α) of 3 and more, else its far edge
 //! lies in the penumbra of its near one.
 //!
-//! Measured on the plates and the box of the Austin suite (`tests/austin.rs`, 5 to 10 GHz): beyond 40° from the
+//! Measured on the plates and the box of the Austin suite (`crates/papers/tests/gates/austin.rs`, 5 to 10 GHz): beyond 40° from the
 //! normal the lobes of a plate of 3 to 9 wavelengths are off by 1.1 to 2.1 dB rms in VV and 3.9 to 5.3 dB in
 //! HH, against 13 to 27 and 9 to 12 dB of physical optics alone.
 //!

@@ -98,7 +98,7 @@ fn car_width() -> f64 {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HdMapJson {
-    /// Path of a map file (`lane/hd_map/file.rs`).
+    /// Path of a map file (`crates/lane/src/hd_map/file.rs`).
     pub map: PathBuf,
     /// Of the radar on the vehicle, m, and its yaw.
     #[serde(default)]

@@ -131,7 +131,7 @@ fn points_are_where_they_are_put() {
     }
 }
 
-/// The radar's rows of the canonical table on every engine (tests/gates.rs has them on one).
+/// The radar's rows of the canonical table on every engine (`gates.rs` has them on one).
 #[test]
 fn levels_and_noise_on_every_engine() {
     for engine in engines() {

@@ -68,7 +68,7 @@ impl Default for SceneTable {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// A map file (JSON or TOML, see `lane/hd_map/file.rs`), relative to the scenario's file. Default: the map of the scene's roads.
+    /// A map file (JSON or TOML, see `crates/lane/src/hd_map/file.rs`), relative to the scenario's file. Default: the map of the scene's roads.
     pub map: Option<At<String>>,
     /// Where the world's origin lies: latitude and longitude in degrees (WGS-84), height in m over the ellipsoid.
     pub origin: [f64; 3],
