@@ -55,7 +55,7 @@ fn links(page: &str) -> Vec<String> {
 /// Names of a page's headings as links give them.
 fn anchors(page: &str) -> Vec<String> {
     let headings = prose(page);
-    let headings = headings.lines().filter_map(|l| l.starts_with('#').then(|| l.trim_matches('#').trim()));
+    let headings = headings.lines().filter(|l| l.starts_with('#')).map(|l| l.trim_matches('#').trim());
     let kept = |c: &char| c.is_alphanumeric() || [' ', '-', '_'].contains(c);
     headings.map(|h| h.to_lowercase().chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
 }
