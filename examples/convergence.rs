@@ -4,7 +4,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::units::wavenumber;
@@ -58,7 +58,7 @@ fn grids(engine: &Engine) -> catseye::Result<Chart> {
     {
         let scene = scene(spec)?;
         let aspects = aspects(elevation, 12);
-        let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+        let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
         let truth = engine.rcs(&scene, &[FREQUENCY_HZ], &looks, &RcsOptions::default())?;
         let geometry = Geometry::build(&scene, 0.0, FREQUENCY_HZ)?;
         let mut points = Vec::new();
@@ -90,7 +90,8 @@ fn asked(engine: &Engine) -> catseye::Result<Chart> {
     .enumerate()
     {
         let scene = scene(spec)?;
-        let looks: Vec<Look> = aspects(elevation, 12).iter().map(|a| Look::monostatic(*a)).collect();
+        let looks: Vec<BistaticAspect> =
+            aspects(elevation, 12).iter().map(|a| BistaticAspect::monostatic(*a)).collect();
         let of = |accuracy_db| {
             let options = RcsOptions { accuracy_db, distance, last: false, ..Default::default() };
             engine.rcs(&scene, &[FREQUENCY_HZ], &looks, &options)

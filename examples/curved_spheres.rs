@@ -4,7 +4,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{refined_scene, sagitta_m};
 use catseye::rcs::closed_form::mie_sphere;
-use catseye::rcs::{Aspect, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, wavenumber};
@@ -21,12 +21,12 @@ fn sphere(sagitta_m: f64) -> catseye::Result<Scene> {
 fn errors(scene: &Scene, accuracy_db: f64) -> catseye::Result<[f64; 2]> {
     let exact = dbsm_from_amplitude(mie_sphere(RADIUS_M, DEFAULT_FREQUENCY_HZ)?.norm());
     // A spiral of even steps of height over the sphere.
-    let looks: Vec<Look> = (0..50)
+    let looks: Vec<BistaticAspect> = (0..50)
         .map(|i| Aspect {
             azimuth: 2.399_963 * f64::from(i),
             elevation: ((f64::from(i) + 0.5) / 25.0 - 1.0).asin(),
         })
-        .map(Look::monostatic)
+        .map(BistaticAspect::monostatic)
         .collect();
     let options = RcsOptions { accuracy_db, bounces: 1, last: false, ..Default::default() };
     let swept = Engine::open("cpu", Precision::F64)?.rcs(scene, &[DEFAULT_FREQUENCY_HZ], &looks, &options)?;

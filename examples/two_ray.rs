@@ -3,7 +3,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
-use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, material};
 use catseye::units::{dbsm_from_amplitude, wavelength_m};
@@ -29,7 +29,7 @@ fn curve(spec: &str, pitch: f64, ground: &Ground, ranges_m: &[f64]) -> catseye::
             last: false,
             ..Default::default()
         };
-        let s = engine.rcs(&scene, &[FREQUENCY_HZ], &[Look::monostatic(aspect)], &options)?[0];
+        let s = engine.rcs(&scene, &[FREQUENCY_HZ], &[BistaticAspect::monostatic(aspect)], &options)?[0];
         points.push([d, dbsm_from_amplitude(s.every[1][1].norm())]);
     }
     Ok(points)

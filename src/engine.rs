@@ -11,10 +11,10 @@ use crate::dsp;
 use crate::error::{BadInput, Error, Result};
 use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
-use crate::rcs::cpu::beam_sum::{self, Tone};
+use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
 use crate::rcs::{
-    self, Aspect, Diffraction, Distance, Ground, Look, RayGrid, RcsOptions, Scattering, po_sum,
+    self, Aspect, BistaticAspect, Diffraction, Distance, Ground, RayGrid, RcsOptions, Scattering, po_sum,
 };
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
@@ -101,7 +101,7 @@ impl AnyCube {
 }
 
 /// Looks between two reports of progress.
-const LOOKS_PER_BATCH: usize = 1024;
+const ASPECTS_PER_BATCH: usize = 1024;
 
 fn not_a_number(aspect: &Aspect) -> Error {
     Error::Failed(format!(
@@ -111,10 +111,10 @@ fn not_a_number(aspect: &Aspect) -> Error {
     ))
 }
 
-/// The material of a face through which waves pass at one of the tones, if there is any.
-fn passed(geometry: &Geometry, tones: &[Tone]) -> Option<String> {
+/// The material of a face through which waves pass at one of the frequencies, if there is any.
+fn passed(geometry: &Geometry, frequencies: &[FrequencyPoint]) -> Option<String> {
     let faces = geometry.faces();
-    tones.iter().find_map(|t| {
+    frequencies.iter().find_map(|t| {
         let media = Media::of(faces, t.surfaces, t.wavenumber)?;
         let face = faces.faces.iter().find(|f| media.passes(f))?;
         Some(geometry.materials[face.surface as usize].name.clone())
@@ -196,7 +196,7 @@ impl Engine {
     }
 
     /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
-    /// and each look (`[frequency, look]`). What beams meet does not depend on frequency and is found once.
+    /// and each aspect (`[frequency, aspect]`). What beams meet does not depend on frequency and is found once.
     ///
     /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
     ///
@@ -206,10 +206,10 @@ impl Engine {
         &self,
         scene: &Scene,
         frequencies_hz: &[f64],
-        looks: &[Look],
+        aspects: &[BistaticAspect],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
-        self.rcs_watched(scene, frequencies_hz, looks, options, &|_| ())
+        self.rcs_watched(scene, frequencies_hz, aspects, options, &|_| ())
     }
 
     /// How far S moves, in dB, when cells at finite range and facets of curved surfaces have a quarter of the
@@ -219,12 +219,12 @@ impl Engine {
         &self,
         scene: &Scene,
         frequencies_hz: &[f64],
-        looks: &[Look],
+        aspects: &[BistaticAspect],
         options: &RcsOptions,
     ) -> Result<Option<f64>> {
         let options = RcsOptions { last: false, ..options.clone() };
-        let found = self.rcs(scene, frequencies_hz, looks, &options)?;
-        let finer = self.swept(scene, frequencies_hz, looks, &options, 4.0, &|_| ())?;
+        let found = self.rcs(scene, frequencies_hz, aspects, &options)?;
+        let finer = self.swept(scene, frequencies_hz, aspects, &options, 4.0, &|_| ())?;
         let mut worst: Option<f64> = None;
         for i in 0..2 {
             let peak = finer.iter().map(|s| s.every[i][i].norm()).fold(0.0, f64::max);
@@ -238,16 +238,16 @@ impl Engine {
         Ok(worst)
     }
 
-    /// [`Engine::rcs`] that tells `watch` how many looks were finished since it last did.
+    /// [`Engine::rcs`] that tells `watch` how many aspects were finished since it last did.
     pub fn rcs_watched(
         &self,
         scene: &Scene,
         frequencies_hz: &[f64],
-        looks: &[Look],
+        aspects: &[BistaticAspect],
         options: &RcsOptions,
         watch: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Scattering>> {
-        self.swept(scene, frequencies_hz, looks, options, 1.0, watch)
+        self.swept(scene, frequencies_hz, aspects, options, 1.0, watch)
     }
 
     /// [`Engine::rcs_watched`] with the phases that decide the accuracy divided by `finer`.
@@ -255,15 +255,15 @@ impl Engine {
         &self,
         scene: &Scene,
         frequencies_hz: &[f64],
-        looks: &[Look],
+        aspects: &[BistaticAspect],
         options: &RcsOptions,
         finer: f64,
         watch: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Scattering>> {
         if options.ground != Ground::None {
-            return rcs::ground::scattering(scene, frequencies_hz, looks, options, |s, f, l, o| {
-                // Each look is taken several times with its images.
-                let share = looks.len() as f64 / l.len() as f64;
+            return rcs::ground::scattering(scene, frequencies_hz, aspects, options, |s, f, l, o| {
+                // Each aspect is taken several times with its images.
+                let share = aspects.len() as f64 / l.len() as f64;
                 let done = std::sync::Mutex::new(0.0);
                 self.swept(s, f, l, o, finer, &|n| {
                     let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
@@ -274,29 +274,29 @@ impl Engine {
             });
         }
         let highest = frequencies_hz.iter().copied().fold(f64::NAN, f64::max);
-        if !highest.is_finite() || looks.is_empty() {
+        if !highest.is_finite() || aspects.is_empty() {
             return Ok(Vec::new());
         }
         let sagitta_m = curved::sagitta_m(options.accuracy_db, wavenumber(highest)) / finer;
         let geometry = Geometry::build(&*curved::refined_scene(scene, sagitta_m)?, 0.0, highest)?;
         let surfaces = frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
-        let tones: Vec<Tone> = frequencies_hz
+        let frequencies: Vec<FrequencyPoint> = frequencies_hz
             .iter()
             .zip(&surfaces)
-            .map(|(f, surfaces)| Tone { wavenumber: wavenumber(*f), surfaces })
+            .map(|(f, surfaces)| FrequencyPoint { wavenumber: wavenumber(*f), surfaces })
             .collect();
-        let passed = passed(&geometry, &tones);
+        let passed = passed(&geometry, &frequencies);
         if let Some(material) = &passed {
             self.check_passed(material, options.distance)?;
         }
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
-        let mut by_look = Vec::with_capacity(looks.len());
-        for batch in looks.chunks(LOOKS_PER_BATCH) {
-            by_look.extend(match self {
-                Engine::Cpu(_) => beam_sum::sweep(&geometry, &tones, batch, options.distance, &beams),
+        let mut by_aspect = Vec::with_capacity(aspects.len());
+        for batch in aspects.chunks(ASPECTS_PER_BATCH) {
+            by_aspect.extend(match self {
+                Engine::Cpu(_) => beam_sum::sweep(&geometry, &frequencies, batch, options.distance, &beams),
                 Engine::Gpu(gpu) => {
-                    rcs::beam_sum::sweep(gpu, &geometry, &tones, batch, options.distance, &beams)?
+                    rcs::beam_sum::sweep(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
                 }
             });
             watch(batch.len() as u64);
@@ -305,21 +305,21 @@ impl Engine {
             Diffraction::None => None,
             Diffraction::Ptd => {
                 let edges = edges::find(&geometry, edges::SMOOTH_RAD);
-                Some(ptd::sweep(&geometry, &edges, frequencies_hz, looks, options.distance))
+                Some(ptd::sweep(&geometry, &edges, frequencies_hz, aspects, options.distance))
             }
         };
-        let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
+        let mut out = Vec::with_capacity(frequencies_hz.len() * aspects.len());
         for (i, f) in frequencies_hz.iter().enumerate() {
-            for (look, s) in looks.iter().zip(&by_look) {
+            for (aspect, s) in aspects.iter().zip(&by_aspect) {
                 let mut s = s[i];
-                s.add(&rcs::point_sum(&geometry, *look, *f, options.distance)?);
+                s.add(&rcs::point_sum(&geometry, *aspect, *f, options.distance)?);
                 if let Some(edges) = &edges {
                     s.add(&edges[out.len()]);
                 }
                 if !s.every.iter().flatten().all(|z| z.is_finite()) {
                     return Err(match &passed {
                         Some(material) => not_a_body(material),
-                        None => not_a_number(&look.transmit),
+                        None => not_a_number(&aspect.transmit),
                     });
                 }
                 if !options.last {
@@ -361,7 +361,12 @@ impl Engine {
             Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
         };
         for (s, a) in swept.iter_mut().zip(aspects) {
-            s.add(&rcs::point_sum(geometry, Look::monostatic(*a), geometry.freq_hz, options.distance)?);
+            s.add(&rcs::point_sum(
+                geometry,
+                BistaticAspect::monostatic(*a),
+                geometry.freq_hz,
+                options.distance,
+            )?);
         }
         match swept.iter().position(|s| !s.is_finite()) {
             None => Ok(swept),

@@ -4,9 +4,9 @@
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
-@group(0) @binding(2) var<storage, read> looks: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;
-// What the receiver sees, and where the pieces of each look and face begin.
+// What the receiver sees, and where the pieces of each aspect and face begin.
 @group(0) @binding(4) var<storage, read> seen: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> seen_from: array<u32>;
 @group(0) @binding(6) var<storage, read> surfaces: array<vec4<f32>>;
@@ -164,11 +164,11 @@ fn main(
     let record = (id >> params.halvings) * RECORD;
     let share = id & ((1u << params.halvings) - 1u);
     let bounce = record_bounce(record);
-    let look = records[record].x;
+    let aspect = records[record].x;
     let index = chain_at(record, bounce - 1u);
     let face = face_at(index);
     let f = frame_after(record, bounce - 1u);
-    let receiver = root_frame(look, 1u);
+    let receiver = root_frame(aspect, 1u);
     let corner = corner_at(face.first);
     let near = nearness(f, vec4<f32>(face.normal, face.offset));
     let side = side_of(face, dot(face.normal, towards(f, corner)));
@@ -177,8 +177,8 @@ fn main(
     var last_piece = 1u;
     var direct = bounce == 1u && params.monostatic != 0u;
     if !direct {
-        first_piece = seen_from[look * params.faces + index];
-        last_piece = seen_from[look * params.faces + index + 1u];
+        first_piece = seen_from[aspect * params.faces + index];
+        last_piece = seen_from[aspect * params.faces + index + 1u];
         if first_piece == last_piece || dot(side.xyz, towards(receiver, corner)) >= 0.0 {
             last_piece = first_piece;
         } else if (seen[first_piece * RECORD].y & 0x100u) != 0u {

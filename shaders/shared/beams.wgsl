@@ -2,7 +2,7 @@
 // binding `records` of the entry point and `body`: three words a face, (normal, offset), (first axis,
 // first corner), (second axis, corners | one-sided << 8 | surface << 16), then the corners, then two
 // words a node of the tree in the order of a walk, (centre, node behind the branch), (half size, first face
-// | faces << 24, 0 above the leaves), and for few faces a table of sides; `looks`: three words, (u, 1 / distance),
+// | faces << 24, 0 above the leaves), and for few faces a table of sides; `aspects`: three words, (u, 1 / distance),
 // (v, 0), (k, 0), of the transmitter's frame and as many of the receiver's. Places are measured from
 // the centre of the target.
 
@@ -40,7 +40,7 @@ struct Params {
 const SLIVER: f32 = 1e-6;
 // Cosine below which a face is edge-on.
 const GRAZING: f32 = 1e-6;
-// Words of a record: (look, corners | whole << 8 | bounce << 16), the faces met (8), free (2), the corners.
+// Words of a record: (aspect, corners | whole << 8 | bounce << 16), the faces met (8), free (2), the corners.
 const RECORD: u32 = 9u;
 
 // Rays through the plane at `c` across `k`, in which (u, v) are measured, from a source that is 1 / inv_d
@@ -87,10 +87,10 @@ fn corner_at(i: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(body[3u * params.faces + i].xyz);
 }
 
-fn root_frame(look: u32, port: u32) -> Frame {
-    let a = looks[6u * look + 3u * port];
-    let b = looks[6u * look + 3u * port + 1u];
-    let c = looks[6u * look + 3u * port + 2u];
+fn root_frame(aspect: u32, port: u32) -> Frame {
+    let a = aspects[6u * aspect + 3u * port];
+    let b = aspects[6u * aspect + 3u * port + 1u];
+    let c = aspects[6u * aspect + 3u * port + 2u];
     return Frame(vec3<f32>(), a.w, a.xyz, b.xyz, c.xyz);
 }
 

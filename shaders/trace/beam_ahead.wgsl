@@ -3,7 +3,7 @@
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
-@group(0) @binding(2) var<storage, read> looks: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;
 // Faces met and parts that leave.
 @group(0) @binding(4) var<storage, read_write> met: array<u32>;

@@ -1,10 +1,10 @@
 // What the rays of a beam light of one face: the beam's polygon on the face less what nearer faces hide. A
-// thread takes one beam and one face, or (level 0) one look and one face. Counts first, and keeps what is a
+// thread takes one beam and one face, or (level 0) one aspect and one face. Counts first, and keeps what is a
 // single piece; then, the counts being summed, writes.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
-@group(0) @binding(2) var<storage, read> looks: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 // Beams that set out, and (beam, face) of each item; not read at level 0.
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> items: array<vec2<u32>>;
@@ -40,7 +40,7 @@ fn main(
         }
     }
     let onward = params.level != 0u;
-    var look: u32;
+    var aspect: u32;
     var target_face: u32;
     var parent = 0u;
     var bounce = 0u;
@@ -52,7 +52,7 @@ fn main(
         let item = items[id];
         parent = item.x * RECORD;
         target_face = item.y;
-        look = records[parent].x;
+        aspect = records[parent].x;
         bounce = record_bounce(parent);
         f = frame_after(parent, bounce);
         source_face = chain_at(parent, bounce - 1u);
@@ -62,9 +62,9 @@ fn main(
         source = side_of(mirror, -away);
         source_turned = away < 0.0;
     } else {
-        look = id / params.faces;
+        aspect = id / params.faces;
         target_face = id % params.faces;
-        f = root_frame(look, params.port);
+        f = root_frame(aspect, params.port);
     }
     let face = face_at(target_face);
     let cosine = lit(f, face);
@@ -146,7 +146,7 @@ fn main(
     for (var p = 0u; p < pieces; p += 1u) {
         let to = (first + p) * RECORD;
         let n = piece_corners(p);
-        var head = vec4<u32>(look, n | ((bounce + 1u) << 16u), target_face, 0u);
+        var head = vec4<u32>(aspect, n | ((bounce + 1u) << 16u), target_face, 0u);
         var more = vec4<u32>();
         var rest = vec4<u32>();
         if onward {

@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::error::{BadInput, Result};
 use crate::geom::{Geometry, curved};
-use crate::rcs::{self, Aspect, Distance, Look, RcsOptions, Scattering};
+use crate::rcs::{self, Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use crate::scene::Scene;
 use crate::trace::MAX_BOUNCES;
 
@@ -11,7 +11,7 @@ use crate::trace::MAX_BOUNCES;
 pub const MAX_LOOKS: usize = 10_000_000;
 
 /// Looks that are taken again more finely for the estimate of convergence.
-const CONVERGENCE_LOOKS: usize = 25;
+const CONVERGENCE_ASPECTS: usize = 25;
 /// Times that cells are made smaller before the accuracy counts as out of reach.
 const CONVERGENCE_TRIES: usize = 4;
 
@@ -53,8 +53,8 @@ impl Accuracy {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swept {
     /// For each of `transmit` all of `receive`.
-    pub looks: Vec<Look>,
-    /// `[frequency, look]`.
+    pub aspects: Vec<BistaticAspect>,
+    /// `[frequency, aspect]`.
     pub scattering: Vec<Scattering>,
     pub accuracy: Accuracy,
 }
@@ -122,18 +122,18 @@ impl Sweep {
         Ok(())
     }
 
-    fn looks(&self) -> Vec<Look> {
+    fn aspects(&self) -> Vec<BistaticAspect> {
         match &self.receive {
-            None => self.transmit.iter().copied().map(Look::monostatic).collect(),
+            None => self.transmit.iter().copied().map(BistaticAspect::monostatic).collect(),
             Some(list) => self
                 .transmit
                 .iter()
-                .flat_map(|t| list.iter().map(|r| Look { transmit: *t, receive: *r }))
+                .flat_map(|t| list.iter().map(|r| BistaticAspect { transmit: *t, receive: *r }))
                 .collect(),
         }
     }
 
-    /// Where the ground's images do not hold: the lowest look has the longest zone.
+    /// Where the ground's images do not hold: the lowest aspect has the longest zone.
     fn ground_warnings(&self, scene: &Scene) -> Vec<String> {
         let lowest = self.transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
         let warning = |f: &f64| lowest.and_then(|a| rcs::ground::warning(scene, *f, a, &self.options));
@@ -174,7 +174,7 @@ fn check_angles(list: &[Aspect], keys: [&str; 2]) -> Result<()> {
 impl Engine {
     /// S of the scene over a sweep. At finite range the cells shrink until the change that a stricter run makes is within
     /// `accuracy_db`. Facets of curved surfaces grow so many that their change is only told. `warn` hears what may be
-    /// wrong with the result as soon as it is known, `watch` how many looks were finished since it last did.
+    /// wrong with the result as soon as it is known, `watch` how many aspects were finished since it last did.
     ///
     /// Errors: those of [`Sweep::check`] and of [`Engine::rcs`]; a radar inside the target.
     pub fn sweep(
@@ -186,15 +186,15 @@ impl Engine {
     ) -> Result<Swept> {
         sweep.check()?;
         let frequencies = &sweep.frequencies_hz;
-        let looks = sweep.looks();
-        if frequencies.is_empty() || looks.is_empty() {
-            return Ok(Swept { looks, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
+        let aspects = sweep.aspects();
+        if frequencies.is_empty() || aspects.is_empty() {
+            return Ok(Swept { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
         }
         sweep.check_for(scene)?;
         sweep.ground_warnings(scene).iter().for_each(|w| warn(w));
-        let (options, accuracy) = self.accurate(scene, sweep, &looks, warn)?;
-        let scattering = self.rcs_watched(scene, frequencies, &looks, &options, watch)?;
-        Ok(Swept { looks, scattering, accuracy })
+        let (options, accuracy) = self.accurate(scene, sweep, &aspects, warn)?;
+        let scattering = self.rcs_watched(scene, frequencies, &aspects, &options, watch)?;
+        Ok(Swept { aspects, scattering, accuracy })
     }
 
     /// The options with which the sweep reaches its accuracy.
@@ -202,7 +202,7 @@ impl Engine {
         &self,
         scene: &Scene,
         sweep: &Sweep,
-        looks: &[Look],
+        aspects: &[BistaticAspect],
         warn: &mut dyn FnMut(&str),
     ) -> Result<(RcsOptions, Accuracy)> {
         let wanted_db = sweep.options.accuracy_db;
@@ -214,8 +214,8 @@ impl Engine {
             (Distance::At(_), false) => (CONVERGENCE_TRIES, 8.0),
             (Distance::At(_), true) => (CONVERGENCE_TRIES, 2.0),
         };
-        let step = looks.len().div_ceil(CONVERGENCE_LOOKS);
-        let some: Vec<Look> = looks.iter().copied().step_by(step).collect();
+        let step = aspects.len().div_ceil(CONVERGENCE_ASPECTS);
+        let some: Vec<BistaticAspect> = aspects.iter().copied().step_by(step).collect();
         let mut accuracy = Accuracy::NoEcho;
         for i in 0..tries {
             accuracy = match self.rcs_convergence_db(scene, &sweep.frequencies_hz, &some, &taken) {

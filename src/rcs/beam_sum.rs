@@ -1,10 +1,10 @@
 //! Scattering matrix from exact beams, on the gpu engine (CONVENTIONS eq. 50-54).
 //!
-//! Beams of many looks advance together, one bounce at a time. What comes out of a step is first counted,
-//! then written to slots that prefix sums give, so that all beams of a look stand together and in the same
-//! order in every run. The host adds up each look's polygons in f64.
+//! Beams of many aspects advance together, one bounce at a time. What comes out of a step is first counted,
+//! then written to slots that prefix sums give, so that all beams of a aspect stand together and in the same
+//! order in every run. The host adds up each aspect's polygons in f64.
 
-use super::{Distance, Look, Scattering};
+use super::{BistaticAspect, Distance, Scattering};
 use crate::error::{BadInput, Error, Result};
 use crate::geom::upload::surface_words;
 use crate::geom::{Geometry, Surface};
@@ -48,12 +48,12 @@ pub static KERNEL: Kernel = Kernel {
 };
 
 /// A frequency and the materials at it.
-pub struct Tone<'a> {
+pub struct FrequencyPoint<'a> {
     pub wavenumber: f64,
     pub surfaces: &'a [Surface],
 }
 
-/// Pairs of looks and faces in one batch.
+/// Pairs of aspects and faces in one batch.
 const ITEMS: usize = 1 << 18;
 /// Threads of a dispatch, whose scratch memory is theirs alone: many for a GPU; few for a driver on the cpu,
 /// where it is to stay in the cache, and no power of two, which would put a thread's words into one set.
@@ -63,22 +63,22 @@ const THREADS: [usize; 2] = [1 << 15, 1016];
 /// of cells.
 const HALVINGS: u32 = 4;
 
-/// S of the geometry's facets for each look and each tone (`[look][tone]`), as
+/// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`), as
 /// `rcs::cpu::beam_sum::sweep` gives it.
 ///
 /// Errors: a polygon with more corners or pieces than a thread has room for, or more work than the adapter's
-/// driver allows it; a single look that does not fit the adapter's buffers.
+/// driver allows it; a single aspect that does not fit the adapter's buffers.
 pub fn sweep(
     gpu: &Gpu,
     geometry: &Geometry,
-    tones: &[Tone],
-    looks: &[Look],
+    frequencies: &[FrequencyPoint],
+    aspects: &[BistaticAspect],
     distance: Distance,
     options: &BeamOptions,
 ) -> Result<Vec<Vec<Scattering>>> {
     let faces = geometry.faces();
     if faces.faces.is_empty() {
-        return Ok(vec![vec![Scattering::default(); tones.len()]; looks.len()]);
+        return Ok(vec![vec![Scattering::default(); frequencies.len()]; aspects.len()]);
     }
     if options.bounces == 0 || options.bounces > MAX_BOUNCES {
         return Err(BadInput::new("the number of bounces is out of range")
@@ -103,8 +103,8 @@ pub fn sweep(
             .remedy("use --device cpu")
             .into());
     }
-    // Monostatic looks spare themselves the receiver's view.
-    let monostatic = looks.iter().all(Look::is_monostatic);
+    // Monostatic aspects spare themselves the receiver's view.
+    let monostatic = aspects.iter().all(BistaticAspect::is_monostatic);
     let mut arrays = BeamArrays::new(faces, options, monostatic);
     if let Distance::At(_) = distance {
         arrays.params.halvings = HALVINGS;
@@ -116,11 +116,11 @@ pub fn sweep(
     let shared = Shared {
         gpu,
         options,
-        tones,
+        frequencies,
         centre: faces.centre_m,
         params: arrays.params,
         body: recorder.upload("faces", &arrays.body),
-        surfaces: tones
+        surfaces: frequencies
             .iter()
             .map(|t| {
                 let freq_hz = t.wavenumber * C0 / std::f64::consts::TAU;
@@ -133,8 +133,8 @@ pub fn sweep(
         scratch: recorder.buffer("scratch", threads * SCRATCH),
     };
     recorder.submit()?;
-    let mut out = Vec::with_capacity(looks.len());
-    let mut rest = looks;
+    let mut out = Vec::with_capacity(aspects.len());
+    let mut rest = aspects;
     let mut most = (ITEMS / faces.faces.len()).max(1);
     while !rest.is_empty() {
         let (batch, after) = rest.split_at(most.min(rest.len()));
@@ -166,11 +166,11 @@ pub fn sweep(
 struct Shared<'a> {
     gpu: &'a Gpu,
     options: &'a BeamOptions,
-    tones: &'a [Tone<'a>],
+    frequencies: &'a [FrequencyPoint<'a>],
     centre: DVec3,
     params: Params,
     body: Buffer<[u32; 4]>,
-    /// For each tone.
+    /// For each frequency.
     surfaces: Vec<Buffer<[f32; 4]>>,
     no_records: Buffer<[u32; 4]>,
     no_items: Buffer<[u32; 2]>,
@@ -178,12 +178,12 @@ struct Shared<'a> {
     scratch: Buffer<[f32; 2]>,
 }
 
-/// Polygons of one bounce, those of a look side by side.
+/// Polygons of one bounce, those of a aspect side by side.
 #[derive(Clone)]
 struct Beams {
     records: Buffer<[u32; 4]>,
     count: usize,
-    /// First beam of each look, and the number of all.
+    /// First beam of each aspect, and the number of all.
     starts: Vec<u32>,
 }
 
@@ -214,19 +214,19 @@ impl Shared<'_> {
     fn batch(&self, ports: &[[Port; 2]]) -> Result<Option<Vec<Vec<Scattering>>>> {
         let mut run = Batch {
             shared: self,
-            looks: None,
+            aspects: None,
             troubles: None,
-            sums: vec![vec![Scattering::default(); self.tones.len()]; ports.len()],
+            sums: vec![vec![Scattering::default(); self.frequencies.len()]; ports.len()],
         };
         if run.all(ports)?.is_err() {
             return Ok(None);
         }
         let mut sums = run.sums;
-        for (of_look, [transmit, receive]) in sums.iter_mut().zip(ports) {
+        for (of_aspect, [transmit, receive]) in sums.iter_mut().zip(ports) {
             let ((lead_t, spread_t), (lead_r, spread_r)) =
                 (transmit.lead(self.centre), receive.lead(self.centre));
-            for (s, tone) in of_look.iter_mut().zip(self.tones) {
-                let z = Complex64::from_polar(spread_t * spread_r, -tone.wavenumber * (lead_t + lead_r));
+            for (s, point) in of_aspect.iter_mut().zip(self.frequencies) {
+                let z = Complex64::from_polar(spread_t * spread_r, -point.wavenumber * (lead_t + lead_r));
                 s.every.iter_mut().chain(&mut s.last).flatten().for_each(|x| *x *= z);
             }
         }
@@ -245,12 +245,12 @@ impl Shared<'_> {
 
 struct Batch<'a> {
     shared: &'a Shared<'a>,
-    looks: Option<Buffer<[f32; 4]>>,
+    aspects: Option<Buffer<[f32; 4]>>,
     troubles: Option<Buffer<u32>>,
     sums: Vec<Vec<Scattering>>,
 }
 
-/// Contributions on their way to the host, for each tone, with the beams that they belong to.
+/// Contributions on their way to the host, for each frequency, with the beams that they belong to.
 struct Radiated {
     starts: Vec<u32>,
     pending: Vec<Pending<[f32; 4]>>,
@@ -267,9 +267,9 @@ impl Batch<'_> {
         }
         let words: Vec<[f32; 4]> = ports.iter().flatten().flat_map(|p| p.words(shared.centre)).collect();
         let mut recorder = shared.gpu.recorder("beams");
-        let looks = recorder.upload("looks", &words);
+        let aspects = recorder.upload("aspects", &words);
         let troubles = recorder.zeros::<u32>("troubles", 1);
-        (self.looks, self.troubles) = (Some(looks), Some(troubles.clone()));
+        (self.aspects, self.troubles) = (Some(aspects), Some(troubles.clone()));
 
         // What the ports see of each face.
         let views = if shared.params.monostatic != 0 { 1 } else { 2 };
@@ -390,7 +390,7 @@ impl Batch<'_> {
         singles: &Buffer<[u32; 4]>,
     ) {
         let shared = self.shared;
-        let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) else { return };
+        let (Some(aspects), Some(troubles)) = (&self.aspects, &self.troubles) else { return };
         let params = Params {
             count: lit.items as u32,
             mode,
@@ -403,7 +403,7 @@ impl Batch<'_> {
             None => (&shared.no_records, &shared.no_items),
         };
         let storage: [&dyn AnyBuffer; 9] =
-            [&shared.body, looks, records, targets, &lit.counts, out, &shared.scratch, singles, troubles];
+            [&shared.body, aspects, records, targets, &lit.counts, out, &shared.scratch, singles, troubles];
         self.dispatch(recorder, &beam_clip::KERNEL, params, &storage);
     }
 
@@ -417,11 +417,11 @@ impl Batch<'_> {
         out: Option<Found<'_>>,
     ) {
         let shared = self.shared;
-        let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) else { return };
+        let (Some(aspects), Some(troubles)) = (&self.aspects, &self.troubles) else { return };
         let params = Params { count: beams.count as u32, mode, go_on: go_on as u32, ..shared.params };
         let (items, exits) = out.unwrap_or((&shared.no_items, &shared.no_records));
         let storage: [&dyn AnyBuffer; 9] =
-            [&shared.body, looks, &beams.records, met, leaving, items, exits, &shared.scratch, troubles];
+            [&shared.body, aspects, &beams.records, met, leaving, items, exits, &shared.scratch, troubles];
         self.dispatch(recorder, &beam_ahead::KERNEL, params, &storage);
     }
 
@@ -444,18 +444,18 @@ impl Batch<'_> {
     fn radiate(&self, recorder: &mut Recorder<'_>, beams: &Beams, seen: &Seen, last: bool) -> Radiated {
         let shared = self.shared;
         let shares = 1 << shared.params.halvings;
-        let mut pending = Vec::with_capacity(shared.tones.len());
-        if let (Some(looks), Some(troubles)) = (&self.looks, &self.troubles) {
-            for (tone, surfaces) in shared.tones.iter().zip(&shared.surfaces) {
+        let mut pending = Vec::with_capacity(shared.frequencies.len());
+        if let (Some(aspects), Some(troubles)) = (&self.aspects, &self.troubles) {
+            for (point, surfaces) in shared.frequencies.iter().zip(&shared.surfaces) {
                 let sums = recorder.buffer::<[f32; 4]>("contributions", 2 * shares * beams.count);
                 let params = Params {
                     count: (shares * beams.count) as u32,
-                    wavenumber: tone.wavenumber as f32,
+                    wavenumber: point.wavenumber as f32,
                     ..shared.params
                 };
                 let storage: [&dyn AnyBuffer; 9] = [
                     &shared.body,
-                    looks,
+                    aspects,
                     &beams.records,
                     &seen.records,
                     &seen.from,
@@ -474,10 +474,10 @@ impl Batch<'_> {
     fn add(&mut self, mut done: crate::gpu::Done, radiated: Vec<Radiated>) {
         let shares = 2 << self.shared.params.halvings;
         for r in radiated {
-            for (tone, pending) in r.pending.into_iter().enumerate() {
+            for (point, pending) in r.pending.into_iter().enumerate() {
                 let sums = done.take(pending);
-                for (look, range) in r.starts.windows(2).enumerate() {
-                    let s = &mut self.sums[look][tone];
+                for (aspect, range) in r.starts.windows(2).enumerate() {
+                    let s = &mut self.sums[aspect][point];
                     let s = if r.last { &mut s.last } else { &mut s.every };
                     for of_beam in
                         sums[shares * range[0] as usize..shares * range[1] as usize].chunks_exact(2)

@@ -16,7 +16,7 @@
 //! than what is known to be plane, take the target alone, on the conducting plane and on the material, and give all three:
 //! [`warning`] says when.
 
-use super::{Aspect, Distance, Ground, Look, RcsOptions, Scattering};
+use super::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use crate::error::{BadInput, Result};
 use crate::frames::{Pose, direction_from_angles};
 use crate::geom::Surface;
@@ -57,51 +57,51 @@ pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Compl
     Scattering { every: sum(&|s| s.every), last: sum(&|s| s.last) }
 }
 
-/// S over the ground of `options` for each frequency and look; `free` gives S without a ground.
+/// S over the ground of `options` for each frequency and aspect; `free` gives S without a ground.
 ///
-/// Errors: looks from below the plane, a target that reaches below it, and those of `free`.
+/// Errors: aspects from below the plane, a target that reaches below it, and those of `free`.
 pub fn scattering(
     scene: &Scene,
     frequencies_hz: &[f64],
-    looks: &[Look],
+    aspects: &[BistaticAspect],
     options: &RcsOptions,
-    free: impl Fn(&Scene, &[f64], &[Look], &RcsOptions) -> Result<Vec<Scattering>>,
+    free: impl Fn(&Scene, &[f64], &[BistaticAspect], &RcsOptions) -> Result<Vec<Scattering>>,
 ) -> Result<Vec<Scattering>> {
     let Ground::Plane(material) = &options.ground else {
-        return free(scene, frequencies_hz, looks, options);
+        return free(scene, frequencies_hz, aspects, options);
     };
-    check(scene, looks)?;
+    check(scene, aspects)?;
     let alone = RcsOptions { ground: Ground::None, ..options.clone() };
     if is_mirror(material) {
         let doubled = with_image(scene)?;
         if doubled.objects.is_empty() {
             // All of the target lies in the plane: it is a part of the ground.
-            return Ok(vec![Scattering::default(); frequencies_hz.len() * looks.len()]);
+            return Ok(vec![Scattering::default(); frequencies_hz.len() * aspects.len()]);
         }
-        let ways: Vec<Look> = looks
+        let ways: Vec<BistaticAspect> = aspects
             .iter()
-            .flat_map(|l| [*l, Look { transmit: below(l.transmit), receive: l.receive }])
+            .flat_map(|l| [*l, BistaticAspect { transmit: below(l.transmit), receive: l.receive }])
             .collect();
         let parts = free(&doubled, frequencies_hz, &ways, &alone)?;
         let none = Scattering::default();
         let rho = [Complex64::ONE, -Complex64::ONE];
         return Ok(parts.chunks(2).map(|p| combine([&p[0], &p[1], &none, &none], rho, rho)).collect());
     }
-    let ways: Vec<Look> = looks
+    let ways: Vec<BistaticAspect> = aspects
         .iter()
         .flat_map(|l| {
             let (t, r) = (l.transmit, l.receive);
             [(t, r), (below(t), r), (t, below(r)), (below(t), below(r))]
-                .map(|(transmit, receive)| Look { transmit, receive })
+                .map(|(transmit, receive)| BistaticAspect { transmit, receive })
         })
         .collect();
     let parts = free(scene, frequencies_hz, &ways, &alone)?;
     let centre = middle(scene);
-    let mut out = Vec::with_capacity(frequencies_hz.len() * looks.len());
+    let mut out = Vec::with_capacity(frequencies_hz.len() * aspects.len());
     for (p, i) in parts.chunks(4).zip(0..) {
-        let (f, look) = (frequencies_hz[i / looks.len()], &looks[i % looks.len()]);
+        let (f, aspect) = (frequencies_hz[i / aspects.len()], &aspects[i % aspects.len()]);
         let at = |a: Aspect| coefficients(material, f, sin_grazing(options.distance, a, centre));
-        out.push(combine([&p[0], &p[1], &p[2], &p[3]], at(look.transmit)?, at(look.receive)?));
+        out.push(combine([&p[0], &p[1], &p[2], &p[3]], at(aspect.transmit)?, at(aspect.receive)?));
     }
     Ok(out)
 }
@@ -128,8 +128,8 @@ fn sin_grazing(distance: Distance, aspect: Aspect, centre: DVec3) -> f64 {
     }
 }
 
-fn check(scene: &Scene, looks: &[Look]) -> Result<()> {
-    for a in looks.iter().flat_map(|l| [l.transmit, l.receive]) {
+fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
+    for a in aspects.iter().flat_map(|l| [l.transmit, l.receive]) {
         if a.elevation < 0.0 {
             return Err(BadInput::new("the radar stands below the ground")
                 .key("elevation")
@@ -251,7 +251,7 @@ impl FresnelZone {
     }
 }
 
-/// Says where reflection by a plane is not to be trusted for this look: the first Fresnel zone reaches the ground on
+/// Says where reflection by a plane is not to be trusted for this aspect: the first Fresnel zone reaches the ground on
 /// which the target stands, which the target covers or which is not the plane's (CONVENTIONS eq. 48).
 pub fn warning(scene: &Scene, freq_hz: f64, aspect: Aspect, options: &RcsOptions) -> Option<String> {
     if options.ground == Ground::None {

@@ -55,14 +55,14 @@ pub struct Aspect {
 
 /// A direction to transmit from and one to receive in, seen from the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct BistaticAspect {
     pub transmit: Aspect,
     pub receive: Aspect,
 }
 
-impl Look {
+impl BistaticAspect {
     pub fn monostatic(aspect: Aspect) -> Self {
-        Look { transmit: aspect, receive: aspect }
+        BistaticAspect { transmit: aspect, receive: aspect }
     }
 
     pub fn is_monostatic(&self) -> bool {
@@ -157,10 +157,15 @@ impl Scattering {
 /// transmitter or the receiver is left out.
 ///
 /// Errors: a scattering table seen with transmitter and receiver apart, or without a value at the frequency.
-pub fn point_sum(geometry: &Geometry, look: Look, freq_hz: f64, distance: Distance) -> Result<Scattering> {
+pub fn point_sum(
+    geometry: &Geometry,
+    aspect: BistaticAspect,
+    freq_hz: f64,
+    distance: Distance,
+) -> Result<Scattering> {
     let k = wavenumber(freq_hz);
-    let directions = [look.transmit, look.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
-    if !look.is_monostatic() && !geometry.tables.is_empty() {
+    let directions = [aspect.transmit, aspect.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
+    if !aspect.is_monostatic() && !geometry.tables.is_empty() {
         return Err(BadInput::new("a scattering table holds echoes to where the wave came from")
             .key("rcs_table")
             .remedy("take it out of the scene for other directions and for a ground")

@@ -1,7 +1,7 @@
 //! The RCS table and its CSV (the columns of the file format that users rely on).
 
 use super::polarisation::Derived;
-use super::{Aspect, Look};
+use super::{Aspect, BistaticAspect};
 use crate::error::{Error, Result};
 use crate::formats::csv::Writer;
 use crate::formats::rcs_csv;
@@ -35,8 +35,8 @@ impl Row {
         degrees(self.aspect.elevation)
     }
 
-    pub fn look(&self) -> Look {
-        Look { transmit: self.aspect, receive: self.receive.unwrap_or(self.aspect) }
+    pub fn bistatic(&self) -> BistaticAspect {
+        BistaticAspect { transmit: self.aspect, receive: self.receive.unwrap_or(self.aspect) }
     }
 
     /// 10 lg(4 pi |S|^2 / 1 m^2); -inf for no echo.
@@ -102,7 +102,7 @@ impl RcsTable {
         cells.extend(pairs.map(|(rx, tx)| micro(r.dbsm(rx, tx))));
         cells.extend(pairs.iter().flat_map(|&(rx, tx)| [r.s[rx][tx].re, r.s[rx][tx].im]));
         if self.is_bistatic() {
-            let to = r.look().receive;
+            let to = r.bistatic().receive;
             cells.extend([degrees(to.azimuth), degrees(to.elevation)]);
         }
         for d in derived {
@@ -180,7 +180,10 @@ mod tests {
         assert!(lines.next().unwrap().ends_with(",0,0.1,-inf,10.992099,10.992099,-inf"), "{text}");
         assert!(lines.next().unwrap().contains(",7.5,-0.25,"), "{text}");
         let back = RcsTable::read(&path).unwrap();
-        assert_eq!((back.rows[0].look(), back.rows[1].look()), (table.rows[0].look(), table.rows[1].look()));
+        assert_eq!(
+            (back.rows[0].bistatic(), back.rows[1].bistatic()),
+            (table.rows[0].bistatic(), table.rows[1].bistatic())
+        );
         assert_eq!(back.rows[1].s, table.rows[1].s);
     }
 

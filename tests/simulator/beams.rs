@@ -3,9 +3,9 @@
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::rcs::closed_form::po_plate;
-use catseye::rcs::cpu::beam_sum::{Tone, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
 use catseye::rcs::cpu::po_sum;
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, Mesh, Scene, material};
 use catseye::trace::beams::BeamOptions;
@@ -27,9 +27,9 @@ fn of_mesh(mesh: Mesh) -> Geometry {
     Geometry::build(&scene, 0.0, F).unwrap()
 }
 
-fn beams(g: &Geometry, looks: &[Look], distance: Distance, accuracy_db: f64) -> Vec<Scattering> {
+fn beams(g: &Geometry, looks: &[BistaticAspect], distance: Distance, accuracy_db: f64) -> Vec<Scattering> {
     let options = BeamOptions::new(3, accuracy_db, true);
-    let tone = Tone { wavenumber: wavenumber(g.freq_hz), surfaces: &g.surfaces };
+    let tone = FrequencyPoint { wavenumber: wavenumber(g.freq_hz), surfaces: &g.surfaces };
     sweep(g, &[tone], looks, distance, &options).into_iter().map(|s| s[0]).collect()
 }
 
@@ -37,8 +37,8 @@ fn aspect(azimuth_deg: f64, elevation_deg: f64) -> Aspect {
     Aspect { azimuth: azimuth_deg.to_radians(), elevation: elevation_deg.to_radians() }
 }
 
-fn looks(list: &[(f64, f64)]) -> Vec<Look> {
-    list.iter().map(|(a, e)| Look::monostatic(aspect(*a, *e))).collect()
+fn looks(list: &[(f64, f64)]) -> Vec<BistaticAspect> {
+    list.iter().map(|(a, e)| BistaticAspect::monostatic(aspect(*a, *e))).collect()
 }
 
 fn db(z: Complex64) -> f64 {
@@ -235,7 +235,7 @@ fn far_is_the_limit_of_near() {
 fn bistatic() {
     let g = geometry("plate:width_m=0.06,height_m=0.06");
     let t = aspect(20.0, 0.0);
-    let to = |az: f64| Look { transmit: t, receive: aspect(az, 0.0) };
+    let to = |az: f64| BistaticAspect { transmit: t, receive: aspect(az, 0.0) };
     let levels: Vec<f64> =
         (-60..=60).map(|a| db(beams(&g, &[to(a as f64)], Distance::Infinite, 0.1)[0].every[0][0])).collect();
     let best = levels.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
@@ -247,7 +247,7 @@ fn bistatic() {
     // Almost monostatic is almost monostatic, with shadows and bounces.
     let g = geometry("trihedral:leg_m=0.05");
     for (a, e) in [(0.0, 35.0), (20.0, 10.0)] {
-        let near = Look { transmit: aspect(a, e), receive: aspect(a + 1e-7, e) };
+        let near = BistaticAspect { transmit: aspect(a, e), receive: aspect(a + 1e-7, e) };
         let s = beams(&g, &[near], Distance::Infinite, 0.1);
         let m = beams(&g, &looks(&[(a, e)]), Distance::Infinite, 0.1);
         assert!(relative(&s, &m) < 1e-6);
@@ -260,13 +260,18 @@ fn tones_of_one_sweep_are_those_of_single_runs() {
     let scene = Reflector::parse("type1").unwrap().to_scene(&material::by_name).unwrap();
     let g = Geometry::build(&scene, 0.0, 81e9).unwrap();
     let k = [76e9, 77e9, 81e9].map(wavenumber);
-    let tones = k.map(|wavenumber| Tone { wavenumber, surfaces: &g.surfaces });
+    let tones = k.map(|wavenumber| FrequencyPoint { wavenumber, surfaces: &g.surfaces });
     let options = BeamOptions::new(3, 0.1, true);
     let at = looks(&[(0.0, 1.0), (11.0, 2.0)]);
     let all = sweep(&g, &tones, &at, Distance::Infinite, &options);
     for (i, k) in k.into_iter().enumerate() {
-        let alone =
-            sweep(&g, &[Tone { wavenumber: k, surfaces: &g.surfaces }], &at, Distance::Infinite, &options);
+        let alone = sweep(
+            &g,
+            &[FrequencyPoint { wavenumber: k, surfaces: &g.surfaces }],
+            &at,
+            Distance::Infinite,
+            &options,
+        );
         for look in 0..2 {
             assert_eq!(all[look][i], alone[look][0]);
         }

@@ -4,7 +4,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::geom::curved::{refined, refined_scene, sagitta_m};
 use catseye::rcs::closed_form::{mie_sphere, po_cylinder};
-use catseye::rcs::{Aspect, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::units::{dbsm_from_amplitude, wavenumber};
 use glam::DVec3;
@@ -36,7 +36,7 @@ fn scene(mesh: Mesh) -> Scene {
 /// S in VV at the looks.
 fn cross_section(mesh: Mesh, looks: &[Aspect], accuracy_db: f64) -> Vec<Complex64> {
     let engine = Engine::open("cpu", Precision::F64).unwrap();
-    let looks: Vec<Look> = looks.iter().map(|a| Look::monostatic(*a)).collect();
+    let looks: Vec<BistaticAspect> = looks.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = RcsOptions { accuracy_db, last: false, bounces: 1, ..RcsOptions::default() };
     engine.rcs(&scene(mesh), &[F], &looks, &options).unwrap().iter().map(|s| s.every[0][0]).collect()
 }
@@ -429,7 +429,7 @@ fn hostile_normals_are_refused_or_flat() {
 
 fn cross_section_error(mesh: Mesh) -> String {
     let engine = Engine::open("cpu", Precision::F64).unwrap();
-    let look = [Look::monostatic(Aspect { azimuth: 0.0, elevation: 0.0 })];
+    let look = [BistaticAspect::monostatic(Aspect { azimuth: 0.0, elevation: 0.0 })];
     engine.rcs(&scene(mesh), &[F], &look, &RcsOptions::default()).unwrap_err().to_string()
 }
 
@@ -439,7 +439,7 @@ fn a_coarse_sphere_is_the_same_on_the_gpu() {
     let gpu = Engine::open(&catseye::gpu::compare::test_device_name(), Precision::F32).unwrap();
     let mut random = Random(7);
     let looks: Vec<Aspect> = (0..4).map(|_| random.direction()).collect();
-    let ways: Vec<Look> = looks.iter().map(|a| Look::monostatic(*a)).collect();
+    let ways: Vec<BistaticAspect> = looks.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = RcsOptions { accuracy_db: 0.5, last: false, bounces: 1, ..RcsOptions::default() };
     let want = cross_section(sphere(0.015, 2), &looks, 0.5);
     let got = gpu.rcs(&scene(sphere(0.015, 2)), &[F], &ways, &options).unwrap();
@@ -459,7 +459,7 @@ fn a_sphere_from_a_file_is_a_sphere() {
     let mut random = Random(3);
     let looks: Vec<Aspect> = (0..20).map(|_| random.direction()).collect();
     let want = cross_section(sphere(radius, 4), &looks, 0.2);
-    let ways: Vec<Look> = looks.iter().map(|a| Look::monostatic(*a)).collect();
+    let ways: Vec<BistaticAspect> = looks.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = RcsOptions { accuracy_db: 0.2, last: false, bounces: 1, ..RcsOptions::default() };
     for (s, w) in engine.rcs(&read, &[F], &ways, &options).unwrap().iter().zip(&want) {
         assert!((s.every[0][0] - w).norm() < 1e-3 * w.norm());
@@ -472,7 +472,8 @@ fn convergence_covers_curvature() {
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let radius = 40.5 / wavenumber(F);
     let mut random = Random(5);
-    let looks: Vec<Look> = (0..10).map(|_| Look::monostatic(random.direction())).collect();
+    let looks: Vec<BistaticAspect> =
+        (0..10).map(|_| BistaticAspect::monostatic(random.direction())).collect();
     let options = |accuracy_db| RcsOptions { accuracy_db, last: false, bounces: 1, ..RcsOptions::default() };
     let of = |mesh: Mesh, db: f64| {
         engine.rcs_convergence_db(&scene(mesh), &[F], &looks, &options(db)).unwrap().unwrap()

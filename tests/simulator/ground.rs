@@ -5,7 +5,7 @@ use catseye::error::Result;
 use catseye::frames::Pose;
 use catseye::rcs::closed_form::sinc;
 use catseye::rcs::ground::{FresnelZone, coefficients, warning};
-use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Scene, material};
 use catseye::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 const F: f64 = 77e9;
 
-fn rcs(scene: &Scene, looks: &[Look], options: &RcsOptions) -> Result<Vec<Scattering>> {
+fn rcs(scene: &Scene, looks: &[BistaticAspect], options: &RcsOptions) -> Result<Vec<Scattering>> {
     Engine::open("cpu", Precision::F64)?.rcs(scene, &[F], looks, options)
 }
 
@@ -39,16 +39,19 @@ fn nearly_pec() -> Ground {
     Ground::Plane(Material { kind, ..Material::pec() })
 }
 
-fn look(azimuth_deg: f64, elevation_deg: f64) -> Look {
-    Look::monostatic(Aspect { azimuth: azimuth_deg.to_radians(), elevation: elevation_deg.to_radians() })
+fn look(azimuth_deg: f64, elevation_deg: f64) -> BistaticAspect {
+    BistaticAspect::monostatic(Aspect {
+        azimuth: azimuth_deg.to_radians(),
+        elevation: elevation_deg.to_radians(),
+    })
 }
 
-fn one(scene: &Scene, look: Look, options: &RcsOptions) -> [[Complex64; 2]; 2] {
+fn one(scene: &Scene, look: BistaticAspect, options: &RcsOptions) -> [[Complex64; 2]; 2] {
     rcs(scene, &[look], options).unwrap()[0].every
 }
 
 /// The look and the distance of a radar `h` above the plane, `d` away along it.
-fn place(d: f64, h: f64) -> (Look, Distance) {
+fn place(d: f64, h: f64) -> (BistaticAspect, Distance) {
     (look(0.0, h.atan2(d).to_degrees()), Distance::At(d.hypot(h)))
 }
 
@@ -161,7 +164,7 @@ fn image_of_the_target_and_four_ways_agree() {
         for l in [
             look(0.0, 2.0),
             look(11.0, 20.0),
-            Look { transmit: look(3.0, 4.0).transmit, receive: look(-8.0, 9.0).receive },
+            BistaticAspect { transmit: look(3.0, 4.0).transmit, receive: look(-8.0, 9.0).receive },
         ] {
             let a = one(&scene, l, &over(pec(), distance));
             let b = one(&scene, l, &over(nearly_pec(), distance));
@@ -186,7 +189,7 @@ fn what_lies_in_the_conducting_plane_is_ground() {
 #[test]
 fn low_marker_on_conducting_ground() {
     let scene = target("type1:width_m=0.16,height_m=0.004", 0.0);
-    let looks: Vec<Look> = (1..=100).map(|i| look(0.0, 0.1 * f64::from(i))).collect();
+    let looks: Vec<BistaticAspect> = (1..=100).map(|i| look(0.0, 0.1 * f64::from(i))).collect();
     let peak = |ground| {
         rcs(&scene, &looks, &over(ground, Distance::Infinite))
             .unwrap()
@@ -257,7 +260,7 @@ fn warnings_where_the_zone_reaches_the_target() {
 
 #[test]
 fn bad_input() {
-    let complaint = |scene: &Scene, l: Look, ground: Ground| {
+    let complaint = |scene: &Scene, l: BistaticAspect, ground: Ground| {
         let e = rcs(scene, &[l], &over(ground, Distance::Infinite)).unwrap_err();
         assert_eq!(e.exit_code(), 2, "{e}");
         e.to_string()

@@ -5,8 +5,8 @@ use catseye::em::layers::{Backing, Layer, Stack};
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, angles_from_direction, direction_from_angles, polarisation_basis};
 use catseye::geom::Geometry;
-use catseye::rcs::cpu::beam_sum::{Tone, sweep};
-use catseye::rcs::{Aspect, Distance, Look, RcsOptions, Scattering};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Mesh, Scene, material};
 use catseye::trace::beams::BeamOptions;
@@ -68,17 +68,17 @@ fn aspect(d: DVec3) -> Aspect {
     Aspect { azimuth, elevation }
 }
 
-fn look(transmit: DVec3, receive: DVec3) -> Look {
-    Look { transmit: aspect(transmit), receive: aspect(receive) }
+fn look(transmit: DVec3, receive: DVec3) -> BistaticAspect {
+    BistaticAspect { transmit: aspect(transmit), receive: aspect(receive) }
 }
 
 fn deg(azimuth: f64, elevation: f64) -> DVec3 {
     direction_from_angles(azimuth.to_radians(), elevation.to_radians())
 }
 
-fn scattered(g: &Geometry, l: Look, bounces: usize) -> Scattering {
+fn scattered(g: &Geometry, l: BistaticAspect, bounces: usize) -> Scattering {
     let options = BeamOptions::new(bounces, 0.1, true);
-    let tone = Tone { wavenumber: wavenumber(F), surfaces: &g.surfaces };
+    let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
     sweep(g, &[tone], &[l], Distance::Infinite, &options)[0][0]
 }
 
@@ -333,7 +333,7 @@ fn a_flush_filling_is_the_empty_corner_at_snells_angle() {
         let ci = (1.0 - si * si).sqrt();
         let inside = normal * ci + side * si;
         let l = look(inside, inside);
-        let tone = Tone { wavenumber: n * k, surfaces: &empty.surfaces };
+        let tone = FrequencyPoint { wavenumber: n * k, surfaces: &empty.surfaces };
         let bare = sweep(&empty, &[tone], &[l], Distance::Infinite, &BeamOptions::new(3, 0.1, true))[0][0];
         // Transmission by angles, with E across and in the plane of incidence (outside vectors to inside ones).
         let across = if so > 0.0 { normal.cross(side) } else { u };
@@ -593,7 +593,7 @@ fn what_is_not_entered_and_what_is_refused() {
         assert!((s.every[0][0].norm() / at_range.every[0][0].norm() - 1.0).abs() < 0.02);
         let g = Geometry::build(&scene, 0.0, F).unwrap();
         let look = look(deg(20.0, 30.0), deg(20.0, 30.0));
-        let tone = Tone { wavenumber: wavenumber(F), surfaces: &g.surfaces };
+        let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
         let same = sweep(&g, &[tone], &[look], Distance::Infinite, &BeamOptions::new(3, 0.1, true))[0][0];
         assert_eq!(s.every, same.every);
     }
@@ -631,7 +631,7 @@ fn tones_are_those_of_single_runs() {
         let g = geometry(&list, &[material::by_name(name).unwrap()]);
         let f = [76e9, 78e9, 81e9];
         let surfaces = f.map(|f| g.surfaces_at(f).unwrap());
-        let tone = |i: usize| Tone { wavenumber: wavenumber(f[i]), surfaces: &surfaces[i] };
+        let tone = |i: usize| FrequencyPoint { wavenumber: wavenumber(f[i]), surfaces: &surfaces[i] };
         let l = look(deg(30.0, 20.0), deg(30.0, 20.0));
         let options = BeamOptions::new(4, 0.1, true);
         let all = sweep(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options);

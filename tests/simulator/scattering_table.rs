@@ -2,9 +2,9 @@
 
 use catseye::frames::{Pose, Sensor, World, polarisation_basis};
 use catseye::geom::Geometry;
-use catseye::rcs::cpu::beam_sum::{Tone, between, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between, sweep};
 use catseye::rcs::table::{RcsTable, Row};
-use catseye::rcs::{Aspect, Distance, Look, point_sum};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, point_sum};
 use catseye::road::reflector::Reflector;
 use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
@@ -21,8 +21,8 @@ const F: f64 = 77e9;
 
 /// Every bounce's S of the facets by exact beams.
 fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<[[Complex64; 2]; 2]> {
-    let tone = Tone { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
-    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+    let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
+    let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = BeamOptions::new(3, 0.1, false);
     sweep(geometry, &[tone], &looks, Distance::Infinite, &options).iter().map(|s| s[0].every).collect()
 }
@@ -91,7 +91,8 @@ fn a_table_scatters_as_the_facets_that_it_was_made_of() {
                 [Aspect { azimuth: 0.0, elevation: 0.0 }, Aspect { azimuth: 0.11, elevation: -0.07 }]
             {
                 let a = exact(&facets, &[aspect])[0];
-                let b = point_sum(&tables, Look::monostatic(aspect), F, Distance::Infinite).unwrap();
+                let b =
+                    point_sum(&tables, BistaticAspect::monostatic(aspect), F, Distance::Infinite).unwrap();
                 let d = worst(&a, &b.every) / face_on;
                 // Interpolation: at most 0.45 rad from line to line.
                 assert!(d < 3e-3, "{spec} {p:?}: {d}\n{a:?}\n{:?}", b.every);
@@ -126,7 +127,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     for (n, p) in POSES.into_iter().enumerate() {
         let [facets, tables] = both(&scene, &table, pose(p, std::f64::consts::PI));
         // Exact beams from the radar's place: their H points the other way, as seen from the object.
-        let tone = Tone { wavenumber: k, surfaces: &facets.surfaces };
+        let tone = FrequencyPoint { wavenumber: k, surfaces: &facets.surfaces };
         let beams = BeamOptions::new(3, 0.02, false);
         let [[vv, vh], [hv, hh]] =
             between(facets.faces(), &[tone], Port::At(place), Port::At(place), &beams)[0].every;
@@ -160,6 +161,6 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     wall.add_to(&mut walled, &material::by_name, ("wall", ""), at, DVec3::ZERO).unwrap();
     let g = Geometry::build(&walled, 0.0, F).unwrap();
     assert!(point_returns(&g, &radar, DVec3::ZERO, &TraceOptions::default()).is_empty());
-    let behind = Look::monostatic(Aspect { azimuth: std::f64::consts::PI, elevation: 0.0 });
+    let behind = BistaticAspect::monostatic(Aspect { azimuth: std::f64::consts::PI, elevation: 0.0 });
     assert_eq!(point_sum(&g, behind, F, Distance::Infinite).unwrap(), Default::default());
 }

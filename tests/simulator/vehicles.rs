@@ -4,7 +4,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::validate::check_scene;
-use catseye::rcs::{Aspect, Distance, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions};
 use catseye::road::vehicle::{Kind, vehicle};
 use catseye::scene::gltf::{ImportOptions, import_bytes, to_glb};
 use catseye::scene::{Scene, material};
@@ -52,8 +52,10 @@ fn a_gltf_brings_them_back() {
 /// Cross sections in VV, dBsm, sorted, from a radar 0.5 m over the road.
 fn levels_dbsm(scene: &Scene, range_m: f64, step_deg: f64) -> Vec<f64> {
     let elevation = (0.5 / range_m).asin();
-    let looks: Vec<Look> = (0..(360.0 / step_deg) as usize)
-        .map(|i| Look::monostatic(Aspect { azimuth: (i as f64 * step_deg).to_radians(), elevation }))
+    let looks: Vec<BistaticAspect> = (0..(360.0 / step_deg) as usize)
+        .map(|i| {
+            BistaticAspect::monostatic(Aspect { azimuth: (i as f64 * step_deg).to_radians(), elevation })
+        })
         .collect();
     let options = RcsOptions {
         distance: Distance::At(range_m),

@@ -6,7 +6,7 @@ use super::global::{Global, print};
 use super::simulate::summary;
 use catseye::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
-use catseye::rcs::{Aspect, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::demo::MARKER;
 use catseye::road::reflector::Reflector;
 use catseye::scene::{material, scenario};
@@ -72,7 +72,7 @@ fn draw_marker(engine: &catseye::engine::Engine, dir: &Path) -> Result<()> {
     let elevation = (0.5f64 / 10.0).atan();
     let aspects: Vec<Aspect> =
         (-90..=90).map(|i| Aspect { azimuth: f64::from(i).to_radians(), elevation }).collect();
-    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+    let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let swept = engine.rcs(&scene, &[77e9], &looks, &RcsOptions { last: false, ..Default::default() })?;
     let curve = |name: &str, i: usize| Curve {
         label: name.into(),

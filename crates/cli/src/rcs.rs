@@ -12,7 +12,7 @@ use catseye::formats::{check_extension, rcs_csv};
 use catseye::geom::validate::check_scene;
 use catseye::rcs::polarisation::Derived;
 use catseye::rcs::table::{RcsTable, Row};
-use catseye::rcs::{Aspect, Diffraction, Distance, Ground, Look, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::target;
 use catseye::scene::material;
 use catseye::trace::Convention;
@@ -190,7 +190,8 @@ impl Rcs {
             elevation: target.boresight_deg.1.to_radians(),
         };
         let both = RcsOptions { last: true, ..options.clone() };
-        let on_boresight = engine.rcs(&target.scene, frequencies, &[Look::monostatic(boresight)], &both)?;
+        let on_boresight =
+            engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?;
         let mut warnings: Vec<String> = Vec::new();
         let mut warn = |w: &str| {
             bar.suspend(|| global.say(&format!("warning: {w}")));
@@ -198,7 +199,7 @@ impl Rcs {
         };
         let swept = engine.sweep(&target.scene, &sweep, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
         drop(bar);
-        let looks = &swept.looks;
+        let looks = &swept.aspects;
         let rows =
             frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept.scattering).map(
                 |((frequency_hz, look), s)| Row {

@@ -16,7 +16,7 @@ use catseye::geom::Geometry;
 use catseye::rcs::closed_form::{
     go_dihedral_m2, go_square_trihedral_m2, go_trihedral_m2, mie_sphere, po_cylinder, po_plate, rcs_m2,
 };
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::objects::ground;
 use catseye::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use catseye::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
@@ -134,7 +134,7 @@ fn scene(spec: &str, roll: f64) -> Result<Scene> {
 }
 
 fn sweep(engine: &Engine, scene: &Scene, aspects: &[Aspect]) -> Result<Vec<Scattering>> {
-    let looks: Vec<Look> = aspects.iter().map(|a| Look::monostatic(*a)).collect();
+    let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     engine.rcs(scene, &[F], &looks, &RcsOptions::default())
 }
 

@@ -5,8 +5,8 @@ use crate::em::aperture::{Moments, phase_integral};
 use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::faces::Faces;
-pub use crate::rcs::beam_sum::Tone;
-use crate::rcs::{Distance, Look, Scattering};
+pub use crate::rcs::beam_sum::FrequencyPoint;
+use crate::rcs::{BistaticAspect, Distance, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use crate::trace::cpu::beams::{Clipped, Piece, clip};
@@ -20,30 +20,33 @@ use std::f64::consts::PI;
 /// Cells are at most this share of the distance to the nearer port.
 const CELL_TO_DISTANCE: f64 = 0.01;
 
-/// S of the geometry's facets for each look and each tone (`[look][tone]`). The clipping is done once a
-/// look.
+/// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`). The clipping is done once a
+/// aspect.
 pub fn sweep(
     geometry: &Geometry,
-    tones: &[Tone],
-    looks: &[Look],
+    frequencies: &[FrequencyPoint],
+    aspects: &[BistaticAspect],
     distance: Distance,
     options: &BeamOptions,
 ) -> Vec<Vec<Scattering>> {
-    looks.par_iter().map(|look| one_look(geometry.faces(), tones, look, distance, options)).collect()
+    aspects
+        .par_iter()
+        .map(|aspect| one_aspect(geometry.faces(), frequencies, aspect, distance, options))
+        .collect()
 }
 
-fn one_look(
+fn one_aspect(
     faces: &Faces,
-    tones: &[Tone],
-    look: &Look,
+    frequencies: &[FrequencyPoint],
+    aspect: &BistaticAspect,
     distance: Distance,
     options: &BeamOptions,
 ) -> Vec<Scattering> {
     if faces.faces.is_empty() {
-        return vec![Scattering::default(); tones.len()];
+        return vec![Scattering::default(); frequencies.len()];
     }
-    let (transmit, receive) = (distance.port(look.transmit), distance.port(look.receive));
-    between(faces, tones, transmit, receive, options)
+    let (transmit, receive) = (distance.port(aspect.transmit), distance.port(aspect.receive));
+    between(faces, frequencies, transmit, receive, options)
         .into_iter()
         .map(|mut s| {
             if let Distance::At(r) = distance {
@@ -55,64 +58,64 @@ fn one_look(
         .collect()
 }
 
-/// S between two ports for each tone. For a port at a finite place it is over the distance to it, and with
+/// S between two ports for each frequency. For a port at a finite place it is over the distance to it, and with
 /// the phase of the way to the world's origin taken out. Not a number for a port at a finite place when
 /// waves pass through what stands there.
 pub fn between(
     faces: &Faces,
-    tones: &[Tone],
+    frequencies: &[FrequencyPoint],
     transmit: Port,
     receive: Port,
     options: &BeamOptions,
 ) -> Vec<Scattering> {
     let media: Vec<Option<Media>> =
-        tones.iter().map(|t| Media::of(faces, t.surfaces, t.wavenumber)).collect();
+        frequencies.iter().map(|t| Media::of(faces, t.surfaces, t.wavenumber)).collect();
     if media.iter().any(Option::is_some) {
-        return between_passing(faces, tones, &media, transmit, receive, options);
+        return between_passing(faces, frequencies, &media, transmit, receive, options);
     }
     let clipped = clip(faces, transmit, receive, options);
-    tones
+    frequencies
         .iter()
-        .map(|tone| {
+        .map(|point| {
             let sum = |pieces| match (transmit, receive) {
-                (Port::Far(t), Port::Far(s)) => far_sum(faces, &clipped, pieces, tone, t, s),
-                _ => near_sum(faces, &clipped, pieces, tone, transmit, receive, options.tau),
+                (Port::Far(t), Port::Far(s)) => far_sum(faces, &clipped, pieces, point, t, s),
+                _ => near_sum(faces, &clipped, pieces, point, transmit, receive, options.tau),
             };
             Scattering { every: sum(&clipped.every), last: sum(&clipped.last) }
         })
         .collect()
 }
 
-/// The same where waves pass through something at some of the tones. Not a number for a port at a finite
+/// The same where waves pass through something at some of the frequencies. Not a number for a port at a finite
 /// place.
 fn between_passing(
     faces: &Faces,
-    tones: &[Tone],
+    frequencies: &[FrequencyPoint],
     media: &[Option<Media>],
     transmit: Port,
     receive: Port,
     options: &BeamOptions,
 ) -> Vec<Scattering> {
     let nan = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
-    let mut out = vec![Scattering { every: nan, last: nan }; tones.len()];
+    let mut out = vec![Scattering { every: nan, last: nan }; frequencies.len()];
     let (Port::Far(t), Port::Far(s)) = (transmit, receive) else { return out };
-    for i in 0..tones.len() {
+    for i in 0..frequencies.len() {
         if media[..i].contains(&media[i]) {
             continue;
         }
-        let alike: Vec<usize> = (i..tones.len()).filter(|j| media[*j] == media[i]).collect();
+        let alike: Vec<usize> = (i..frequencies.len()).filter(|j| media[*j] == media[i]).collect();
         let found: Vec<Scattering> = match &media[i] {
             Some(m) => {
-                let tones: Vec<&Tone> = alike.iter().map(|j| &tones[*j]).collect();
-                refract_sum::between(faces, m, &tones, t, s, options)
+                let frequencies: Vec<&FrequencyPoint> = alike.iter().map(|j| &frequencies[*j]).collect();
+                refract_sum::between(faces, m, &frequencies, t, s, options)
             }
             None => {
                 let clipped = clip(faces, transmit, receive, options);
-                let both = |tone: &Tone| Scattering {
-                    every: far_sum(faces, &clipped, &clipped.every, tone, t, s),
-                    last: far_sum(faces, &clipped, &clipped.last, tone, t, s),
+                let both = |point: &FrequencyPoint| Scattering {
+                    every: far_sum(faces, &clipped, &clipped.every, point, t, s),
+                    last: far_sum(faces, &clipped, &clipped.last, point, t, s),
                 };
-                alike.iter().map(|j| both(&tones[*j])).collect()
+                alike.iter().map(|j| both(&frequencies[*j])).collect()
             }
         };
         alike.into_iter().zip(found).for_each(|(j, s)| out[j] = s);
@@ -126,11 +129,11 @@ fn far_sum(
     faces: &Faces,
     clipped: &Clipped,
     pieces: &[Piece],
-    tone: &Tone,
+    point: &FrequencyPoint,
     towards: DVec3,
     s: DVec3,
 ) -> Matrix {
-    let k = tone.wavenumber;
+    let k = point.wavenumber;
     let (v0, h0) = polarisation_basis(towards);
     let (v, h) = polarisation_basis(s);
     // Fields are the same all over a node; nodes stand behind their parents.
@@ -140,7 +143,7 @@ fn far_sum(
             u32::MAX => [CVec::real(v0), CVec::real(h0)],
             parent => radiated[parent as usize].1,
         };
-        let surface = &tone.surfaces[faces.faces[node.face as usize].surface as usize];
+        let surface = &point.surfaces[faces.faces[node.face as usize].surface as usize];
         let bounce = Bounce::new(field, node.frame.k, node.normal, surface, k);
         radiated.push((bounce.radiated(s, v, h), bounce.reflected));
     }
@@ -200,7 +203,7 @@ fn near_sum(
     faces: &Faces,
     clipped: &Clipped,
     pieces: &[Piece],
-    tone: &Tone,
+    point: &FrequencyPoint,
     transmit: Port,
     receive: Port,
     tau: f64,
@@ -210,9 +213,9 @@ fn near_sum(
         .map(|block| {
             let mut sum = Matrix::default();
             for piece in block {
-                cells(faces, clipped, piece, transmit, receive, tone.wavenumber, tau, |cell| {
-                    let m = cell.radiated(faces, clipped, tone);
-                    add(&mut sum, &m, cell.integral * Complex64::new(0.0, -tone.wavenumber / (4.0 * PI)));
+                cells(faces, clipped, piece, transmit, receive, point.wavenumber, tau, |cell| {
+                    let m = cell.radiated(faces, clipped, point);
+                    add(&mut sum, &m, cell.integral * Complex64::new(0.0, -point.wavenumber / (4.0 * PI)));
                 });
             }
             sum
@@ -321,7 +324,7 @@ fn length_shift(frame: &Frame, image: Port, reference: f64) -> f64 {
 }
 
 impl Cell {
-    fn radiated(&self, faces: &Faces, clipped: &Clipped, tone: &Tone) -> Matrix {
+    fn radiated(&self, faces: &Faces, clipped: &Clipped, point: &FrequencyPoint) -> Matrix {
         let mut chain = [0u32; MAX_BOUNCES];
         let mut n = 0;
         let mut i = self.node;
@@ -335,9 +338,9 @@ impl Cell {
         let (v, h) = polarisation_basis(-node(chain[n - 1]).frame.direction(uv));
         let mut field = [CVec::real(v), CVec::real(h)];
         for &i in chain[1..n].iter().rev() {
-            field = self.bounce(faces, clipped, tone, i, uv, field).reflected;
+            field = self.bounce(faces, clipped, point, i, uv, field).reflected;
         }
-        let last = self.bounce(faces, clipped, tone, self.node, uv, field);
+        let last = self.bounce(faces, clipped, point, self.node, uv, field);
         let (v, h) = polarisation_basis(self.to_receiver);
         last.radiated(self.to_receiver, v, h)
     }
@@ -346,13 +349,13 @@ impl Cell {
         &self,
         faces: &Faces,
         clipped: &Clipped,
-        tone: &Tone,
+        point: &FrequencyPoint,
         i: u32,
         uv: DVec2,
         field: [CVec; 2],
     ) -> Bounce {
         let node = &clipped.nodes[i as usize];
-        let surface = &tone.surfaces[faces.faces[node.face as usize].surface as usize];
-        Bounce::new(field, node.frame.direction(uv), node.normal, surface, tone.wavenumber)
+        let surface = &point.surfaces[faces.faces[node.face as usize].surface as usize];
+        Bounce::new(field, node.frame.direction(uv), node.normal, surface, point.wavenumber)
     }
 }

@@ -20,7 +20,7 @@ use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::edges::Edge;
 use crate::rcs::closed_form::sinc;
-use crate::rcs::{Distance, Look, Scattering};
+use crate::rcs::{BistaticAspect, Distance, Scattering};
 use crate::trace::beams::Port;
 use crate::units::{wavelength_m, wavenumber};
 use glam::DVec3;
@@ -64,21 +64,22 @@ impl Port {
     }
 }
 
-/// S of the geometry's edges for each frequency and look (`[frequency, look]`), the same in both conventions,
+/// S of the geometry's edges for each frequency and aspect (`[frequency, aspect]`), the same in both conventions,
 /// to be added to the physical-optics sum. `edges` are those of `geom::edges::find`.
 pub fn sweep(
     geometry: &Geometry,
     edges: &[Edge],
     frequencies_hz: &[f64],
-    looks: &[Look],
+    aspects: &[BistaticAspect],
     distance: Distance,
 ) -> Vec<Scattering> {
-    let cases: Vec<(f64, &Look)> =
-        frequencies_hz.iter().flat_map(|f| looks.iter().map(move |l| (*f, l))).collect();
+    let cases: Vec<(f64, &BistaticAspect)> =
+        frequencies_hz.iter().flat_map(|f| aspects.iter().map(move |l| (*f, l))).collect();
     cases
         .par_iter()
-        .map(|(f, look)| {
-            let s = edge_sum(geometry, edges, *f, distance.port(look.transmit), distance.port(look.receive));
+        .map(|(f, aspect)| {
+            let s =
+                edge_sum(geometry, edges, *f, distance.port(aspect.transmit), distance.port(aspect.receive));
             Scattering { every: s, last: s }
         })
         .collect()

@@ -1,6 +1,6 @@
 //! Scattering matrix of targets that waves pass through, in f64 (CONVENTIONS eq. 70-75).
 
-use super::beam_sum::Tone;
+use super::beam_sum::FrequencyPoint;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack, crossing};
@@ -22,12 +22,12 @@ type Pair = (Complex64, Complex64);
 /// Loss across a piece above which it is halved, Np; its mean then stands for it within a 10^4th.
 const EVEN_NP: f64 = 0.04;
 
-/// S between two directions for tones with the same media. Not a number where a body turns out to be open
+/// S between two directions for frequencies with the same media. Not a number where a body turns out to be open
 /// or to touch another.
 pub fn between(
     faces: &Faces,
     media: &Media,
-    tones: &[&Tone],
+    frequencies: &[&FrequencyPoint],
     transmit: DVec3,
     receive: DVec3,
     options: &BeamOptions,
@@ -35,12 +35,12 @@ pub fn between(
     let clipped = clip(faces, media, transmit, receive, options);
     if clipped.broken {
         let none = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
-        return vec![Scattering { every: none, last: none }; tones.len()];
+        return vec![Scattering { every: none, last: none }; frequencies.len()];
     }
-    tones
+    frequencies
         .iter()
-        .map(|tone| {
-            let sum = Sum::new(faces, media, &clipped, tone, transmit, receive);
+        .map(|point| {
+            let sum = Sum::new(faces, media, &clipped, point, transmit, receive);
             let forward = sum.of(&clipped.forward, |p| sum.forward(p));
             let with = |pieces: &[Piece]| {
                 let mut s = sum.of(pieces, |p| sum.reflected(p));
@@ -66,7 +66,7 @@ struct Sum<'a> {
     faces: &'a Faces,
     media: &'a Media,
     clipped: &'a Clipped,
-    tone: &'a Tone<'a>,
+    point: &'a FrequencyPoint<'a>,
     nodes: Vec<Contact>,
     /// Fields of the receiver's waves.
     views: Vec<[CVec; 2]>,
@@ -77,11 +77,11 @@ impl<'a> Sum<'a> {
         faces: &'a Faces,
         media: &'a Media,
         clipped: &'a Clipped,
-        tone: &'a Tone<'a>,
+        point: &'a FrequencyPoint<'a>,
         transmit: DVec3,
         receive: DVec3,
     ) -> Self {
-        let mut sum = Sum { faces, media, clipped, tone, nodes: Vec::new(), views: Vec::new() };
+        let mut sum = Sum { faces, media, clipped, point, nodes: Vec::new(), views: Vec::new() };
         let basis = |towards| {
             let (v, h) = polarisation_basis(towards);
             [CVec::real(v), CVec::real(h)]
@@ -120,7 +120,7 @@ impl<'a> Sum<'a> {
     }
 
     fn eps(&self, cell: u32) -> Complex64 {
-        permittivity(self.faces, self.tone.surfaces, cell)
+        permittivity(self.faces, self.point.surfaces, cell)
     }
 
     /// What a face makes of a wave.
@@ -149,8 +149,8 @@ impl<'a> Sum<'a> {
 
     /// Reflection and transmission (CONVENTIONS eq. 71, 72), and the direction of what is let through.
     fn coefficients(&self, face: &Face, wave: &Wave, normal: DVec3, cos_i: f64) -> (Pair, Pair, DVec3) {
-        let k0 = self.tone.wavenumber;
-        let surface = &self.tone.surfaces[face.surface as usize];
+        let k0 = self.point.wavenumber;
+        let surface = &self.point.surfaces[face.surface as usize];
         let (k, stack, rough) = (wave.frame.k, &surface.stack, surface.roughness_rms_m);
         let none = (Complex64::ZERO, Complex64::ZERO);
         let times = |p: Pair, z: Complex64| (p.0 * z, p.1 * z);
@@ -285,7 +285,7 @@ impl<'a> Sum<'a> {
     }
 
     fn of(&self, pieces: &[Piece], radiated: impl Fn(&Piece) -> Matrix) -> Matrix {
-        let k = self.tone.wavenumber;
+        let k = self.point.wavenumber;
         let mut sum = Matrix::default();
         for piece in pieces {
             let node = &self.clipped.nodes[piece.node as usize];

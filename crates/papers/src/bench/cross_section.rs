@@ -4,7 +4,7 @@ use super::sheet::{Outcome, Settings, Sheet};
 use catseye::engine::{Engine, Precision};
 use catseye::error::Result;
 use catseye::geom::Geometry;
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
@@ -68,8 +68,8 @@ impl Sweep {
         Reflector::parse(self.spec)?.to_scene(&material::by_name)
     }
 
-    pub fn looks(&self) -> Vec<Look> {
-        self.aspects.iter().map(|a| Look::monostatic(*a)).collect()
+    pub fn looks(&self) -> Vec<BistaticAspect> {
+        self.aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect()
     }
 
     /// The convention "every" alone.

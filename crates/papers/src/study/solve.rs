@@ -7,7 +7,7 @@ use catseye::engine::Engine;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use catseye::frames::{Pose, Target};
-use catseye::rcs::{Aspect, Distance, Look, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::road::target::is_file;
 use catseye::scene::gltf::ImportOptions;
@@ -275,9 +275,14 @@ pub fn solve(
     }
     let call = |batch: &Batch| -> Result<Vec<Matrix>> {
         let first = &cases[batch[0]];
-        let looks: Vec<Look> = batch
+        let looks: Vec<BistaticAspect> = batch
             .iter()
-            .map(|&i| Look::monostatic(Aspect { azimuth: cases[i].azimuth, elevation: cases[i].elevation }))
+            .map(|&i| {
+                BistaticAspect::monostatic(Aspect {
+                    azimuth: cases[i].azimuth,
+                    elevation: cases[i].elevation,
+                })
+            })
             .collect();
         let options = options(&first.ground, first.range_m)?;
         let scene = &sources.scenes[first.scene].scene;

@@ -9,7 +9,7 @@ use catseye::geom::Geometry;
 use catseye::geom::edges::{SMOOTH_RAD, find};
 use catseye::rcs::closed_form::{po_cylinder, po_plate};
 use catseye::rcs::cpu::ptd;
-use catseye::rcs::{Aspect, Distance, Look};
+use catseye::rcs::{Aspect, BistaticAspect, Distance};
 use catseye::road::reflector::{Builder, Cylinder, Ends};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::Port;
@@ -105,7 +105,7 @@ fn fringe(faces: &[Vec<DVec3>], edges: usize, cut: &Cut) -> Vec<[[Complex64; 2];
     let g = geometry(faces, cut.freq_hz);
     let found = find(&g, SMOOTH_RAD);
     assert_eq!(found.len(), edges);
-    let looks: Vec<Look> = cut.aspects().into_iter().map(Look::monostatic).collect();
+    let looks: Vec<BistaticAspect> = cut.aspects().into_iter().map(BistaticAspect::monostatic).collect();
     ptd::sweep(&g, &found, &[cut.freq_hz], &looks, Distance::Infinite).iter().map(|s| s.every).collect()
 }
 

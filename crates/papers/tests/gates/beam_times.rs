@@ -5,8 +5,8 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::geom::curved::{refined_scene, sagitta_m};
-use catseye::rcs::cpu::beam_sum::{Tone, sweep};
-use catseye::rcs::{Aspect, Distance, Look, Scattering};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Scattering};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
 use catseye::units::wavenumber;
@@ -98,7 +98,7 @@ fn w1_and_w2() {
     for sweep_of in [cross_section::trihedral(false), cross_section::type1(false)] {
         let geometry = Geometry::build(&sweep_of.scene().unwrap(), 0.0, F).unwrap();
         let looks = sweep_of.looks();
-        let tones = [Tone { wavenumber: wavenumber(F), surfaces: &geometry.surfaces }];
+        let tones = [FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces }];
         for last in [false, true] {
             let options = BeamOptions::new(3, 0.1, last);
             let mut found = Vec::new();
@@ -130,7 +130,7 @@ fn a_car_of_a_hundred_thousand_triangles() {
         "car of {} triangles, {faces} faces: geometry {built:.3}, faces {prepared:.3} core-s",
         scene.triangle_count()
     );
-    let tones = [Tone { wavenumber: wavenumber(F), surfaces: &geometry.surfaces }];
+    let tones = [FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces }];
     for (distance, last) in
         [(Distance::Infinite, false), (Distance::Infinite, true), (Distance::At(20.0), false)]
     {
@@ -138,7 +138,7 @@ fn a_car_of_a_hundred_thousand_triangles() {
         let (mut found, mut times) = (Vec::new(), Vec::new());
         for (azimuth, elevation) in [(0.0, 2.0), (30.0, 0.0), (90.0, 5.0), (135.0, 30.0), (180.0, 1.0)] {
             let aspect = Aspect { azimuth: f64::to_radians(azimuth), elevation: f64::to_radians(elevation) };
-            let look = [Look::monostatic(aspect)];
+            let look = [BistaticAspect::monostatic(aspect)];
             let (s, t) = timed(|| sweep(&geometry, &tones, &look, distance, &options));
             found.extend(s);
             times.push(t);
@@ -165,7 +165,7 @@ fn refinement_and_repeated_calls() {
     println!("geometry and faces: {prepared:.3} core-s");
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let options = cross_section::Sweep::options();
-    let look = [Look::monostatic(Aspect { azimuth: 0.3, elevation: 0.2 })];
+    let look = [BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation: 0.2 })];
     let times: Vec<f64> =
         (0..5).map(|_| timed(|| engine.rcs(&scene, &[F], &look, &options).unwrap()).1).collect();
     println!("one look by Engine::rcs: {times:.3?} core-s");

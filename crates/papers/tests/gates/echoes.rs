@@ -3,7 +3,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
-use catseye::rcs::cpu::beam_sum::{Tone, between};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between};
 use catseye::road::objects::{ground, standing_box};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, Scene, Shape, material};
@@ -32,7 +32,7 @@ fn total(returns: &Returns, k: f64) -> Matrix {
 /// The sum of cells so small that they are exact, 1/m.
 fn dense(geometry: &Geometry, at: DVec3, bounces: usize) -> Matrix {
     let k = wavenumber(geometry.freq_hz);
-    let tones = [Tone { wavenumber: k, surfaces: &geometry.surfaces }];
+    let tones = [FrequencyPoint { wavenumber: k, surfaces: &geometry.surfaces }];
     let options = BeamOptions { tau: 0.001, ..BeamOptions::new(bounces, 0.2, false) };
     let s = between(geometry.faces(), &tones, Port::At(at), Port::At(at), &options).remove(0);
     let z = Complex64::cis(-2.0 * k * at.length());
@@ -274,7 +274,7 @@ fn a_point_over_a_road_fades_as_the_two_ray_formula_says() {
 /// Corner S over a conducting plane: what beams, reciprocals and images give together is what the mirrored corner gives.
 #[test]
 fn a_corner_over_a_plane_is_what_image_theory_says() {
-    use catseye::rcs::{Aspect, Distance, Ground, Look, RcsOptions};
+    use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
     let tilt = 0.5f64.sqrt().atan();
     let (radar_m, target_m) = (0.15, 0.35);
     let spec = "trihedral:leg_m=0.1";
@@ -298,7 +298,7 @@ fn a_corner_over_a_plane_is_what_image_theory_says() {
             last: false,
             ..Default::default()
         };
-        let s = engine.rcs(&scene, &[77e9], &[Look::monostatic(aspect)], &options).unwrap()[0];
+        let s = engine.rcs(&scene, &[77e9], &[BistaticAspect::monostatic(aspect)], &options).unwrap()[0];
         let r2 = d.hypot(radar_m).powi(2);
         let db = |z: Complex64| 20.0 * z.norm().log10();
         let (got, want) = (db(got[1][1] * r2), db(s.every[1][1]));

@@ -4,7 +4,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, Target, World};
 use catseye::geom::Geometry;
 use catseye::gpu::compare::test_device_name;
-use catseye::rcs::{Aspect, Distance, Look, RayGrid, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::{Material, MaterialKind, Scene, material};
@@ -163,7 +163,7 @@ fn beams_of_reflectors_are_the_same_on_the_gpu() {
         if s.triangle_count() > 6000 {
             continue;
         }
-        let looks = around(kind).map(Look::monostatic);
+        let looks = around(kind).map(BistaticAspect::monostatic);
         let o = RcsOptions::default();
         let want = exact.rcs(&s, &[F], &looks, &o).unwrap();
         match gpu.rcs(&s, &[F], &looks, &o) {
@@ -193,7 +193,7 @@ fn a_file_keeps_the_cross_section() {
         let before = scene(kind.name);
         let bytes = gltf::to_glb(&before).unwrap();
         let after = gltf::import_bytes(&bytes, Path::new("r.glb"), None, &ImportOptions::default()).unwrap();
-        let looks = around(kind).map(Look::monostatic);
+        let looks = around(kind).map(BistaticAspect::monostatic);
         let by_beams = |s: &Scene| cpu().rcs(s, &[F], &looks, &RcsOptions::default()).unwrap();
         let d = distance(&by_beams(&after), &by_beams(&before));
         println!("{}: {d:.1e}", kind.name);

@@ -4,8 +4,8 @@
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
-use catseye::rcs::beam_sum::{self, Tone};
-use catseye::rcs::{Aspect, Distance, Look, Scattering};
+use catseye::rcs::beam_sum::{self, FrequencyPoint};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
@@ -72,8 +72,8 @@ fn deg(az: f64, el: f64) -> Aspect {
     Aspect { azimuth: az.to_radians(), elevation: el.to_radians() }
 }
 
-fn monostatic(directions: impl IntoIterator<Item = (f64, f64)>) -> Vec<Look> {
-    directions.into_iter().map(|(az, el)| Look::monostatic(deg(az, el))).collect()
+fn monostatic(directions: impl IntoIterator<Item = (f64, f64)>) -> Vec<BistaticAspect> {
+    directions.into_iter().map(|(az, el)| BistaticAspect::monostatic(deg(az, el))).collect()
 }
 
 fn parts(s: &[Vec<Scattering>], last: bool) -> Vec<f64> {
@@ -102,7 +102,7 @@ fn worst_db(found: &[Vec<Scattering>], truth: &[Vec<Scattering>], below_db: f64)
 
 struct Case<'a> {
     geometry: &'a Geometry,
-    looks: Vec<Look>,
+    looks: Vec<BistaticAspect>,
     distance: Distance,
     bounces: usize,
     freqs_hz: Vec<f64>,
@@ -112,7 +112,7 @@ struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    fn new(geometry: &'a Geometry, looks: Vec<Look>) -> Self {
+    fn new(geometry: &'a Geometry, looks: Vec<BistaticAspect>) -> Self {
         Case {
             geometry,
             looks,
@@ -127,8 +127,8 @@ impl<'a> Case<'a> {
 
     fn both(&self) -> (Vec<Vec<Scattering>>, Vec<Vec<Scattering>>) {
         let surfaces = &self.geometry.surfaces;
-        let tones: Vec<Tone> =
-            self.freqs_hz.iter().map(|f| Tone { wavenumber: wavenumber(*f), surfaces }).collect();
+        let tones: Vec<FrequencyPoint> =
+            self.freqs_hz.iter().map(|f| FrequencyPoint { wavenumber: wavenumber(*f), surfaces }).collect();
         let options = BeamOptions::new(self.bounces, self.accuracy_db, true);
         let truth =
             catseye::rcs::cpu::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options);
@@ -244,8 +244,11 @@ fn a_wall_close_by() {
 #[test]
 fn bistatic_and_several_tones() {
     let g = occluded();
-    let looks: Vec<Look> = (0..12)
-        .map(|i| Look { transmit: deg(10.0 + i as f64, 20.0), receive: deg(-25.0 + 3.0 * i as f64, 35.0) })
+    let looks: Vec<BistaticAspect> = (0..12)
+        .map(|i| BistaticAspect {
+            transmit: deg(10.0 + i as f64, 20.0),
+            receive: deg(-25.0 + 3.0 * i as f64, 35.0),
+        })
         .collect();
     let mut case = Case::new(&g, looks);
     case.freqs_hz = vec![76e9, 77e9, 81e9];
@@ -263,7 +266,7 @@ fn bistatic_and_several_tones() {
 fn runs_repeat_to_the_bit_whatever_fits_a_buffer() {
     let g = reflector("trihedral:leg_m=0.1");
     let looks = monostatic((0..700).map(|i| (-45.0 + 0.13 * i as f64, 20.0 + 0.02 * i as f64)));
-    let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
+    let tones = [FrequencyPoint { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
     let options = BeamOptions::new(3, 0.1, true);
     let run = |gpu: &Gpu| beam_sum::sweep(gpu, &g, &tones, &looks, Distance::Infinite, &options);
     let whole = run(compare::test_gpu()).unwrap();
@@ -292,7 +295,7 @@ fn more_pieces_than_there_is_room_for_are_an_error() {
     let looks = monostatic([(4.0, 5.0)]);
     Case { bounces: 1, ..Case::new(&strips(30), looks.clone()) }.check();
     let g = strips(34);
-    let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
+    let tones = [FrequencyPoint { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
     let options = BeamOptions::new(1, 0.1, true);
     let e =
         beam_sum::sweep(compare::test_gpu(), &g, &tones, &looks, Distance::Infinite, &options).unwrap_err();
@@ -329,8 +332,9 @@ fn times_of_w1_and_w2() {
     let gpu = Gpu::open(Want::Named(&gpu.report().name)).unwrap();
     for sweep in [cross_section::trihedral(false), cross_section::type1(false)] {
         let geometry = Geometry::build(&sweep.scene().unwrap(), 0.0, FREQ_HZ).unwrap();
-        let looks: Vec<Look> = sweep.aspects.iter().copied().map(Look::monostatic).collect();
-        let tones = [Tone { wavenumber: wavenumber(FREQ_HZ), surfaces: &geometry.surfaces }];
+        let looks: Vec<BistaticAspect> =
+            sweep.aspects.iter().copied().map(BistaticAspect::monostatic).collect();
+        let tones = [FrequencyPoint { wavenumber: wavenumber(FREQ_HZ), surfaces: &geometry.surfaces }];
         for last in [false, true] {
             let options = BeamOptions::new(3, 0.1, last);
             let mut times = [Vec::new(), Vec::new()];

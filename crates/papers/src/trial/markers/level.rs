@@ -2,7 +2,7 @@
 
 use crate::trial::context::TrialContext;
 use catseye::error::Result;
-use catseye::rcs::{Aspect, Look, RcsOptions};
+use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::road::site::Site;
 use catseye::scene::material;
@@ -46,7 +46,7 @@ fn table(given: &TrialContext<'_>, spec: &str, radar: &Radar) -> Result<Table> {
         for azimuth in &azimuth_rad {
             for off in SPREAD_DEG {
                 let aspect = Aspect { azimuth: azimuth + off.to_radians(), elevation: *elevation };
-                looks.push(Look::monostatic(aspect));
+                looks.push(BistaticAspect::monostatic(aspect));
             }
         }
     }
