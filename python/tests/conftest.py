@@ -1,5 +1,6 @@
 """What the tests share: small scenes, a small radar, and a dataset that is made once."""
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,12 @@ class = "car"
 count = 3
 interval_s = 0.1
 """
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interrupts():
+    # A job in the background of a script starts with Ctrl-C ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
