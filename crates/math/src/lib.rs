@@ -1,8 +1,8 @@
 //! Fourier transforms of any length, and dense complex matrices of a few to some hundred rows with the
 //! decompositions that estimators of angle take.
 //!
-//! The algorithms of rustfft and faer are generic: whoever calls them compiles them, for a minute. This crate
-//! calls them for the types in use, so that the crates above compile none of it. No type of faer stands in a
+//! The algorithms of rustfft and nalgebra are generic: whoever calls them compiles them, for a minute. This crate
+//! calls them for the types in use, so that the crates above compile none of it. No type of nalgebra stands in a
 //! signature, and plans of rustfft are trait objects.
 //!
 //! Everything runs on the calling thread, in a fixed order: the same input gives the same bytes.
