@@ -16,6 +16,19 @@ fn has_avx512() -> bool {
     has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") && has!("avx2") && has!("fma")
 }
 
+/// `lanes!(8, l => f(l))`: f of each lane, as a loop where it stands. A closure given to `array::from_fn` may be compiled beside other
+/// code, without the wide instructions.
+macro_rules! lanes {
+    ($count:expr, $lane:ident => $value:expr) => {{
+        let mut out = [Default::default(); $count];
+        for $lane in 0..$count {
+            out[$lane] = $value;
+        }
+        out
+    }};
+}
+pub(crate) use lanes;
+
 /// Which instructions `vectorised` uses here, for reports.
 pub fn level() -> &'static str {
     #[cfg(target_arch = "x86_64")]

@@ -11,10 +11,12 @@ pub type FastMap<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 pub struct Mixer(u64);
 
 impl Hasher for Mixer {
+    #[inline]
     fn finish(&self) -> u64 {
         self.0
     }
 
+    #[inline]
     fn write(&mut self, bytes: &[u8]) {
         for chunk in bytes.chunks(8) {
             let mut word = [0; 8];
@@ -23,14 +25,17 @@ impl Hasher for Mixer {
         }
     }
 
+    #[inline]
     fn write_u32(&mut self, x: u32) {
         self.write_u64(u64::from(x));
     }
 
+    #[inline]
     fn write_usize(&mut self, x: usize) {
         self.write_u64(x as u64);
     }
 
+    #[inline]
     fn write_u64(&mut self, x: u64) {
         // Any odd number of many bits would do, and any other keeps zeros from vanishing.
         let product = u128::from(self.0 ^ x ^ 0x5851_f42d_4c95_7f2d) * 0x9e37_79b9_7f4a_7c15;

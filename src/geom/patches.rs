@@ -21,23 +21,17 @@ pub fn coplanar_patches(mesh: &Mesh) -> (Vec<u32>, u32) {
         })
         .collect();
     let mut parent: Vec<u32> = (0..n as u32).collect();
-    // Vertices are compared by position: exporters duplicate them for flat shading.
-    let key = |i: u32| mesh.positions_m[i as usize].to_array().map(|x| (x + 0.0).to_bits());
-    let mut edge_owner: FastMap<([u64; 3], [u64; 3]), u32> =
-        FastMap::with_capacity_and_hasher(2 * n, Default::default());
+    let place = places(mesh);
+    let mut edge_owner: FastMap<u64, u32> = FastMap::with_capacity_and_hasher(2 * n, Default::default());
     for (i, t) in mesh.triangles.iter().enumerate() {
+        let i = i as u32;
         for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-            let (ka, kb) = (key(a), key(b));
-            let edge = if ka < kb { (ka, kb) } else { (kb, ka) };
-            match edge_owner.get(&edge) {
-                Some(&j) if normal[i].cross(normal[j as usize]).length() < COPLANAR => {
-                    let (ri, rj) = (root(&mut parent, i as u32), root(&mut parent, j));
-                    parent[ri.max(rj) as usize] = ri.min(rj);
-                }
-                Some(_) => {}
-                None => {
-                    edge_owner.insert(edge, i as u32);
-                }
+            let (a, b) = (place[a as usize], place[b as usize]);
+            let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+            let j = *edge_owner.entry(edge).or_insert(i);
+            if j != i && normal[i as usize].cross(normal[j as usize]).length() < COPLANAR {
+                let (ri, rj) = (root(&mut parent, i), root(&mut parent, j));
+                parent[ri.max(rj) as usize] = ri.min(rj);
             }
         }
     }
@@ -54,6 +48,19 @@ pub fn coplanar_patches(mesh: &Mesh) -> (Vec<u32>, u32) {
         })
         .collect();
     (patch, count)
+}
+
+/// The first vertex that lies where each one lies: exporters duplicate vertices for flat shading.
+fn places(mesh: &Mesh) -> Vec<u32> {
+    let mut first: FastMap<[u64; 3], u32> =
+        FastMap::with_capacity_and_hasher(mesh.positions_m.len(), Default::default());
+    let mut place = Vec::with_capacity(mesh.positions_m.len());
+    for (i, p) in mesh.positions_m.iter().enumerate() {
+        // Zeros of either sign are one place.
+        let key = [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits(), (p.z + 0.0).to_bits()];
+        place.push(*first.entry(key).or_insert(i as u32));
+    }
+    place
 }
 
 fn root(parent: &mut [u32], mut i: u32) -> u32 {

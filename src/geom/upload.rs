@@ -33,8 +33,8 @@ pub fn split(x: f64) -> [f32; 2] {
 
 /// High and low parts of a vector.
 pub fn split3(v: DVec3) -> [[f32; 3]; 2] {
-    let s = v.to_array().map(split);
-    [s.map(|x| x[0]), s.map(|x| x[1])]
+    let high = v.as_vec3();
+    [high.to_array(), (v - high.as_dvec3()).as_vec3().to_array()]
 }
 
 impl GeometryArrays {
@@ -66,8 +66,7 @@ impl GeometryArrays {
         };
         for t in &geometry.triangles {
             for (v, bits) in [(t.v0, t.patch), (t.e1, t.body), (t.e2, t.surface)] {
-                let [x, y, z] = v.to_array().map(|x| x as f32);
-                arrays.triangles.push([x, y, z, f32::from_bits(bits)]);
+                arrays.triangles.push(v.as_vec3().extend(f32::from_bits(bits)).to_array());
             }
             let [n_hi, n_lo] = split3(t.normal);
             let [d_hi, d_lo] = split(t.normal.dot(t.v0));

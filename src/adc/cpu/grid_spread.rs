@@ -48,10 +48,8 @@ struct Spread<'a> {
 /// Loops run over all taps of the group, which suits vectors.
 #[inline(always)]
 fn weigh<const FMA: bool>(bell: &[f32; DEGREE + 1], first: &[f32; GROUP], weights: &mut Weights) {
-    for (w, first) in weights.0.as_chunks_mut::<TAPS>().0.iter_mut().zip(first) {
-        for (i, w) in w.iter_mut().enumerate() {
-            *w = first + i as f32;
-        }
+    for (i, w) in weights.0.iter_mut().enumerate() {
+        *w = first[i / TAPS] + (i % TAPS) as f32;
     }
     for w in &mut weights.0 {
         let d = *w * (2.0 / TAPS as f32);
@@ -122,21 +120,25 @@ impl Vectorised for Spread<'_> {
                     let a = e.amplitude[start + i];
                     let (re, im) = (a.re * c[l] - a.im * s[l], a.re * s[l] + a.im * c[l]);
                     let mut x = [0.0; 2 * TAPS];
-                    for (x, w) in x.as_chunks_mut::<2>().0.iter_mut().zip(&w.0[i * TAPS..]) {
-                        *x = [re * w, im * w];
+                    let w = &w.0[i * TAPS..(i + 1) * TAPS];
+                    for t in 0..TAPS {
+                        (x[2 * t], x[2 * t + 1]) = (re * w[t], im * w[t]);
                     }
                     let from = 2 * cell[i] as usize;
                     if !many {
-                        for (to, x) in self.grid[from..from + 2 * TAPS].iter_mut().zip(&x) {
-                            *to += x;
+                        let to = &mut self.grid[from..from + 2 * TAPS];
+                        for t in 0..2 * TAPS {
+                            to[t] += x[t];
                         }
                         continue;
                     }
                     let first = line[i] as usize;
-                    let lines = self.grid[first * width..(first + TAPS) * width].chunks_exact_mut(width);
-                    for (line, u) in lines.zip(&u.0[i * TAPS..]) {
-                        for (to, x) in line[from..from + 2 * TAPS].iter_mut().zip(&x) {
-                            *to = madd::<FMA>(*u, *x, *to);
+                    let u = &u.0[i * TAPS..(i + 1) * TAPS];
+                    for row in 0..TAPS {
+                        let from = (first + row) * width + from;
+                        let to = &mut self.grid[from..from + 2 * TAPS];
+                        for t in 0..2 * TAPS {
+                            to[t] = madd::<FMA>(u[row], x[t], to[t]);
                         }
                     }
                 }

@@ -6,7 +6,7 @@ use crate::adc::Cube;
 use crate::adc::noise::Noise;
 use crate::rng::philox4x32_10;
 use crate::scene::radar::Sampling;
-use crate::simd::{Vectorised, vectorised};
+use crate::simd::{Vectorised, lanes, vectorised};
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
 
@@ -64,34 +64,32 @@ impl Vectorised for Draws<'_> {
 
     #[inline(always)]
     fn run<const FMA: bool>(self) {
-        let (mut words, mut angles) = ([0u32; GROUP], [0u32; GROUP]);
+        let mut words = [0u32; GROUP];
         let (mut radius, mut cosines, mut sines) = ([0f32; GROUP], [0f32; GROUP], [0f32; GROUP]);
         let sigma = self.noise.sigma as f32;
         let real = self.noise.sampling == Sampling::Real;
         for (group, samples) in self.samples.chunks_mut(GROUP).enumerate() {
             let first = self.first + (group * GROUP) as u64;
-            let (word, _) = words.as_chunks_mut::<LANES>();
-            let (angle, _) = angles.as_chunks_mut::<LANES>();
-            for (first, (word, angle)) in (first..).step_by(LANES).zip(word.iter_mut().zip(angle)) {
-                (*word, *angle) = philox(self.noise.counter(first), self.noise.key());
+            for g in 0..GROUP / LANES {
+                let counter = self.noise.counter(first + (g * LANES) as u64);
+                let (word, angle) = philox(counter, self.noise.key());
+                let (cosine, sine) = cis::<FMA>(&angle);
+                for l in 0..LANES {
+                    (words[g * LANES + l], cosines[g * LANES + l], sines[g * LANES + l]) =
+                        (word[l], cosine[l], sine[l]);
+                }
             }
-            for (r, word) in radius.iter_mut().zip(&words) {
+            for i in 0..GROUP {
                 // From 2⁻²⁴ to 1 and exact, so that −2 ln u is not negative.
-                let u = ((word >> 8) + 1) as f32 * (1.0 / 16_777_216.0);
-                *r = sigma * (-2.0 * ln::<FMA>(u)).max(0.0).sqrt();
-            }
-            let (turns, _) = angles.as_chunks::<LANES>();
-            let (cosine, _) = cosines.as_chunks_mut::<LANES>();
-            let (sine, _) = sines.as_chunks_mut::<LANES>();
-            for ((turns, c), s) in turns.iter().zip(cosine).zip(sine) {
-                (*c, *s) = cis::<FMA>(turns);
+                let u = ((words[i] >> 8) + 1) as f32 * (1.0 / 16_777_216.0);
+                radius[i] = sigma * (-2.0 * ln::<FMA>(u)).max(0.0).sqrt();
             }
             if real {
                 sines.fill(0.0);
             }
-            for (((z, r), c), s) in samples.iter_mut().zip(&radius).zip(&cosines).zip(&sines) {
-                z.re += r * c;
-                z.im += r * s;
+            for (i, z) in samples.iter_mut().enumerate() {
+                z.re += radius[i] * cosines[i];
+                z.im += radius[i] * sines[i];
             }
         }
     }
@@ -103,20 +101,20 @@ impl Vectorised for Draws<'_> {
 fn philox(counter: [u32; 4], key: [u32; 2]) -> ([u32; LANES], [u32; LANES]) {
     type Words = [u64; LANES];
     let first = u64::from(counter[1]) << 32 | u64::from(counter[0]);
-    let mut c0: Words = std::array::from_fn(|l| first.wrapping_add(l as u64));
-    let mut c1: Words = c0.map(|c| c >> 32);
+    let mut c0: Words = lanes!(LANES, l => first.wrapping_add(l as u64));
+    let mut c1: Words = lanes!(LANES, l => c0[l] >> 32);
     let (mut c2, mut c3) = ([u64::from(counter[2]); LANES], [u64::from(counter[3]); LANES]);
-    let [mut k0, mut k1] = key.map(u64::from);
+    let (mut k0, mut k1) = (u64::from(key[0]), u64::from(key[1]));
     for _ in 0..10 {
-        let p: Words = c0.map(|c| (c & 0xffff_ffff) * 0xD251_1F53);
-        let q: Words = c2.map(|c| (c & 0xffff_ffff) * 0xCD9E_8D57);
-        c0 = std::array::from_fn(|l| (q[l] >> 32) ^ c1[l] ^ k0);
-        c2 = std::array::from_fn(|l| (p[l] >> 32) ^ c3[l] ^ k1);
+        let p: Words = lanes!(LANES, l => (c0[l] & 0xffff_ffff) * 0xD251_1F53);
+        let q: Words = lanes!(LANES, l => (c2[l] & 0xffff_ffff) * 0xCD9E_8D57);
+        c0 = lanes!(LANES, l => (q[l] >> 32) ^ c1[l] ^ k0);
+        c2 = lanes!(LANES, l => (p[l] >> 32) ^ c3[l] ^ k1);
         (c1, c3) = (q, p);
         k0 = k0.wrapping_add(0x9E37_79B9);
         k1 = k1.wrapping_add(0xBB67_AE85);
     }
-    (c0.map(|c| c as u32), c1.map(|c| c as u32))
+    (lanes!(LANES, l => c0[l] as u32), lanes!(LANES, l => c1[l] as u32))
 }
 
 /// Natural logarithm of a normal positive number, to about 1e-7 of itself: the polynomial of

@@ -11,7 +11,7 @@ use crate::adc::Cube;
 use crate::adc::synthesis::{Plan, Set};
 use crate::error::{Error, Result};
 use crate::scene::radar::Sampling;
-use crate::simd::{Vectorised, vectorised};
+use crate::simd::{Vectorised, lanes, vectorised};
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -225,17 +225,12 @@ struct Rotation<'a> {
 
 type V64 = [f64; 4];
 
-#[inline(always)]
-fn v64(f: impl Fn(usize) -> f64) -> V64 {
-    std::array::from_fn(f)
-}
-
 /// (a + jb)(c + jd).
 #[inline(always)]
 fn turn64<const FMA: bool>(a: &V64, b: &V64, c: &V64, d: &V64) -> (V64, V64) {
-    let bd = v64(|l| b[l] * d[l]);
-    let bc = v64(|l| b[l] * c[l]);
-    (v64(|l| madd64::<FMA>(a[l], c[l], -bd[l])), v64(|l| madd64::<FMA>(a[l], d[l], bc[l])))
+    let bd = lanes!(4, l => b[l] * d[l]);
+    let bc = lanes!(4, l => b[l] * c[l]);
+    (lanes!(4, l => madd64::<FMA>(a[l], c[l], -bd[l])), lanes!(4, l => madd64::<FMA>(a[l], d[l], bc[l])))
 }
 
 impl Vectorised for Rotation<'_> {
@@ -262,8 +257,8 @@ impl Vectorised for Rotation<'_> {
             }
             let drifts = self.tile.c[g..g + 4].iter().any(|c| *c != 0.0);
             for a in acc.iter_mut() {
-                a[0] = v64(|l| a[0][l] + zr[l]);
-                a[1] = v64(|l| a[1][l] + zi[l]);
+                a[0] = lanes!(4, l => a[0][l] + zr[l]);
+                a[1] = lanes!(4, l => a[1][l] + zi[l]);
                 (zr, zi) = turn64::<FMA>(&zr, &zi, &wr, &wi);
                 if drifts {
                     (wr, wi) = turn64::<FMA>(&wr, &wi, &qr, &qi);
@@ -287,12 +282,7 @@ struct Recurrence<'a> {
     sum: &'a mut [Complex64],
 }
 
-pub(super) type V = [f32; LANES];
-
-#[inline(always)]
-pub(super) fn v(f: impl Fn(usize) -> f32) -> V {
-    std::array::from_fn(f)
-}
+type V = [f32; LANES];
 
 #[inline(always)]
 pub(super) fn madd<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
@@ -306,29 +296,37 @@ pub(super) fn fixed(turns: f64) -> u32 {
     (turns + 1_572_864.0).to_bits() as u32
 }
 
+/// A small part of a turn to units of 2⁻³².
+#[inline(always)]
+fn to_fixed(turns: f32) -> u32 {
+    (turns * 4_294_967_296.0) as i32 as u32
+}
+
+/// Of an even or odd quadrant, with the sign bit turned.
+#[inline(always)]
+fn pick(quadrant: u32, even: f32, odd: f32, sign: u32) -> f32 {
+    let mask = (quadrant & 1).wrapping_neg();
+    f32::from_bits(((odd.to_bits() & mask) | (even.to_bits() & !mask)) ^ sign)
+}
+
 /// Cosine and sine of a phase in units of 2⁻³² turn; error below 2e-7.
 #[inline(always)]
 pub(super) fn cis<const FMA: bool>(p: &[u32; LANES]) -> (V, V) {
-    let quadrant: [u32; LANES] = std::array::from_fn(|l| p[l].wrapping_add(1 << 29) >> 30);
-    let x =
-        v(|l| p[l].wrapping_sub(quadrant[l] << 30) as i32 as f32 * (std::f32::consts::TAU / 4_294_967_296.0));
-    let x2 = v(|l| x[l] * x[l]);
+    let quadrant: [u32; LANES] = lanes!(LANES, l => p[l].wrapping_add(1 << 29) >> 30);
+    let x = lanes!(LANES, l => p[l].wrapping_sub(quadrant[l] << 30) as i32 as f32 * (std::f32::consts::TAU / 4_294_967_296.0));
+    let x2 = lanes!(LANES, l => x[l] * x[l]);
     // Taylor to x^9 and x^8: below 2e-9 and 3e-8 at pi/4.
-    let s = v(|l| madd::<FMA>(x2[l], 1.0 / 362_880.0, -1.0 / 5040.0));
-    let s = v(|l| madd::<FMA>(x2[l], s[l], 1.0 / 120.0));
-    let s = v(|l| madd::<FMA>(x2[l], s[l], -1.0 / 6.0));
-    let s = v(|l| madd::<FMA>(x2[l] * x[l], s[l], x[l]));
-    let c = v(|l| madd::<FMA>(x2[l], 1.0 / 40_320.0, -1.0 / 720.0));
-    let c = v(|l| madd::<FMA>(x2[l], c[l], 1.0 / 24.0));
-    let c = v(|l| madd::<FMA>(x2[l], c[l], -0.5));
-    let c = v(|l| madd::<FMA>(x2[l], c[l], 1.0));
+    let s = lanes!(LANES, l => madd::<FMA>(x2[l], 1.0 / 362_880.0, -1.0 / 5040.0));
+    let s = lanes!(LANES, l => madd::<FMA>(x2[l], s[l], 1.0 / 120.0));
+    let s = lanes!(LANES, l => madd::<FMA>(x2[l], s[l], -1.0 / 6.0));
+    let s = lanes!(LANES, l => madd::<FMA>(x2[l] * x[l], s[l], x[l]));
+    let c = lanes!(LANES, l => madd::<FMA>(x2[l], 1.0 / 40_320.0, -1.0 / 720.0));
+    let c = lanes!(LANES, l => madd::<FMA>(x2[l], c[l], 1.0 / 24.0));
+    let c = lanes!(LANES, l => madd::<FMA>(x2[l], c[l], -0.5));
+    let c = lanes!(LANES, l => madd::<FMA>(x2[l], c[l], 1.0));
     // Odd quadrants swap; the sign bits follow from the quadrant's bits.
-    let pick = |l: usize, even: f32, odd: f32, sign: u32| {
-        let mask = (quadrant[l] & 1).wrapping_neg();
-        f32::from_bits(((odd.to_bits() & mask) | (even.to_bits() & !mask)) ^ sign)
-    };
-    let cos = v(|l| pick(l, c[l], s[l], ((quadrant[l] + 1) & 2) << 30));
-    let sin = v(|l| pick(l, s[l], c[l], (quadrant[l] & 2) << 30));
+    let cos = lanes!(LANES, l => pick(quadrant[l], c[l], s[l], ((quadrant[l] + 1) & 2) << 30));
+    let sin = lanes!(LANES, l => pick(quadrant[l], s[l], c[l], (quadrant[l] & 2) << 30));
     (cos, sin)
 }
 
@@ -417,39 +415,41 @@ impl Echoes<'_> {
         let groups = self.n / LANES;
         for g in 0..groups {
             let at = g * LANES;
-            let take = |a: &[f32; TILE]| -> V { std::array::from_fn(|l| a[at + l]) };
-            let drift = take(self.drift);
-            let mut half_step: [u32; LANES] = std::array::from_fn(|l| self.half_step[at + l]);
-            let mut phase: [u32; LANES] = std::array::from_fn(|l| self.phase[at + l]);
+            let drift = lanes!(LANES, l => self.drift[at + l]);
+            let mut half_step: [u32; LANES] = lanes!(LANES, l => self.half_step[at + l]);
+            let mut phase: [u32; LANES] = lanes!(LANES, l => self.phase[at + l]);
             for l in 0..LANES {
                 phase[l] = phase[l].wrapping_add(half_step[l].wrapping_mul(self.twice as u32));
-                let to_fixed = |turns: f32| (turns * 4_294_967_296.0) as i32 as u32;
                 phase[l] = phase[l].wrapping_add(to_fixed(offset * offset * drift[l]));
                 half_step[l] = half_step[l].wrapping_add(to_fixed(offset * drift[l]));
             }
             let (pc, ps) = cis::<FMA>(&phase);
             let (mut c, mut s) = cis::<FMA>(&half_step);
-            let (re, im) = (take(self.re), take(self.im));
-            let x = v(|l| madd::<FMA>(re[l], pc[l], -(im[l] * ps[l])));
-            let y = v(|l| madd::<FMA>(re[l], ps[l], im[l] * pc[l]));
+            let (re, im) = (lanes!(LANES, l => self.re[at + l]), lanes!(LANES, l => self.im[at + l]));
+            let x = lanes!(LANES, l => madd::<FMA>(re[l], pc[l], -(im[l] * ps[l])));
+            let y = lanes!(LANES, l => madd::<FMA>(re[l], ps[l], im[l] * pc[l]));
             // 2 cos θ without the loss of digits of the plain form at small θ.
-            let two = v(|l| madd::<FMA>(-4.0 * s[l], s[l], 2.0));
-            let (mut c_before, mut s_before) = (c, v(|l| -s[l]));
+            let two = lanes!(LANES, l => madd::<FMA>(-4.0 * s[l], s[l], 2.0));
+            let (mut c_before, mut s_before) = (c, lanes!(LANES, l => -s[l]));
             let tau = std::f32::consts::TAU;
-            let (xd, yd) = (v(|l| -tau * drift[l] * y[l]), v(|l| tau * drift[l] * x[l]));
+            let (xd, yd) =
+                (lanes!(LANES, l => -tau * drift[l] * y[l]), lanes!(LANES, l => tau * drift[l] * x[l]));
             for (k, a) in acc.iter_mut().enumerate() {
                 let (xk, yk) = if DRIFT {
                     let o2 = SQUARES[k];
-                    (v(|l| madd::<FMA>(xd[l], o2, x[l])), v(|l| madd::<FMA>(yd[l], o2, y[l])))
+                    (
+                        lanes!(LANES, l => madd::<FMA>(xd[l], o2, x[l])),
+                        lanes!(LANES, l => madd::<FMA>(yd[l], o2, y[l])),
+                    )
                 } else {
                     (x, y)
                 };
-                a[0] = v(|l| madd::<FMA>(xk[l], c[l], a[0][l]));
-                a[1] = v(|l| madd::<FMA>(yk[l], s[l], a[1][l]));
-                a[2] = v(|l| madd::<FMA>(yk[l], c[l], a[2][l]));
-                a[3] = v(|l| madd::<FMA>(xk[l], s[l], a[3][l]));
-                let c_next = v(|l| madd::<FMA>(two[l], c[l], -c_before[l]));
-                let s_next = v(|l| madd::<FMA>(two[l], s[l], -s_before[l]));
+                a[0] = lanes!(LANES, l => madd::<FMA>(xk[l], c[l], a[0][l]));
+                a[1] = lanes!(LANES, l => madd::<FMA>(yk[l], s[l], a[1][l]));
+                a[2] = lanes!(LANES, l => madd::<FMA>(yk[l], c[l], a[2][l]));
+                a[3] = lanes!(LANES, l => madd::<FMA>(xk[l], s[l], a[3][l]));
+                let c_next = lanes!(LANES, l => madd::<FMA>(two[l], c[l], -c_before[l]));
+                let s_next = lanes!(LANES, l => madd::<FMA>(two[l], s[l], -s_before[l]));
                 (c_before, s_before, c, s) = (c, s, c_next, s_next);
             }
         }

@@ -98,7 +98,9 @@ impl<T: Real> Row<'_, T> {
 #[inline(always)]
 fn count<T: Real>(cells: &[T], offsets: Range<usize>, power: &[T; BLOCK], below: &mut [u32; BLOCK]) {
     for offset in offsets {
-        let cells = &cells[offset..offset + BLOCK];
+        let Some(cells) = cells[offset..].first_chunk::<BLOCK>() else {
+            return;
+        };
         for i in 0..BLOCK {
             below[i] += u32::from(cells[i] < power[i]);
         }
