@@ -29,8 +29,8 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
     group.bench_function(BenchmarkId::new("W3-static", name), |b| {
         b.iter(|| {
             let frame = Frame::new(false).unwrap();
-            let returns = frame.returns(engine, 0.2);
-            let (cube, _) = engine.cube(&frame.radar, &returns, &[], 1, 0, Control::default()).unwrap();
+            let echoes = frame.echoes(engine, 0.2);
+            let (cube, _) = engine.cube(&frame.radar, &echoes, &[], 1, 0, Control::default()).unwrap();
             black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
         })
     });

@@ -53,9 +53,9 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
         });
     }
     let frame = Frame::new(false).unwrap();
-    group.throughput(Throughput::Elements(frame.returns(engine, 0.2).returns.len() as u64));
+    group.throughput(Throughput::Elements(frame.echoes(engine, 0.2).echoes.len() as u64));
     group.bench_function(BenchmarkId::new("W3 by beams", name), |b| {
-        b.iter(|| black_box(frame.returns(engine, 0.2)))
+        b.iter(|| black_box(frame.echoes(engine, 0.2)))
     });
     group.finish();
 }
@@ -65,14 +65,14 @@ fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("synthesis");
     for (kind, moving, echoes) in [("at rest", false, 16_384), ("moving", true, 256)] {
         let frame = Frame::new(moving).unwrap();
-        let mut returns = frame.returns(engine, 0.2);
-        returns.returns.truncate(echoes);
+        let mut echoes = frame.echoes(engine, 0.2);
+        echoes.list.truncate(echoes);
         let chirps = if moving { frame.radar.chirps } else { 1 };
         let samples = chirps * frame.radar.channels() * frame.radar.samples;
-        group.throughput(Throughput::Elements((returns.returns.len() * samples) as u64));
-        let label = format!("{kind}, {} echoes", returns.returns.len());
+        group.throughput(Throughput::Elements((echoes.list.len() * samples) as u64));
+        let label = format!("{kind}, {} echoes", echoes.list.len());
         group.bench_function(BenchmarkId::new(label, name), |b| {
-            b.iter(|| black_box(engine.cube(&frame.radar, &returns, &[], 1, 0, Control::default()).unwrap()))
+            b.iter(|| black_box(engine.cube(&frame.radar, &echoes, &[], 1, 0, Control::default()).unwrap()))
         });
     }
     group.finish();

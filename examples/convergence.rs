@@ -108,7 +108,7 @@ fn asked(engine: &Engine) -> catseye::Result<Chart> {
     let k = wavenumber(FREQUENCY_HZ);
     let of = |accuracy_db| -> Vec<Complex64> {
         let mut sums = vec![Complex64::ZERO; frame.scene.objects.len() + 1];
-        for r in frame.returns(engine, accuracy_db).returns {
+        for r in frame.echoes(engine, accuracy_db).list {
             sums[r.object_id() as usize] += r.spread[0][0] * Complex64::cis(-k * r.path_length_m);
         }
         sums

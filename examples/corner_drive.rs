@@ -11,7 +11,7 @@ use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Radar, Window};
 use catseye::scene::{Scene, material, radar_toml};
-use catseye::trace::{Returns, TraceOptions};
+use catseye::trace::{Echoes, TraceOptions};
 use catseye::units::{db_from_power, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::{DVec2, DVec3};
@@ -25,11 +25,11 @@ const STEP_M: f64 = 0.05;
 fn level(
     engine: &Engine,
     radar: &Radar,
-    returns: &Returns,
+    echoes: &Echoes,
     range_m: f64,
     frame: u32,
 ) -> catseye::Result<[f64; 2]> {
-    let (cube, _) = engine.cube(radar, returns, &[], 1, frame, Control::default())?;
+    let (cube, _) = engine.cube(radar, echoes, &[], 1, frame, Control::default())?;
     let map = engine.range_doppler(radar, &cube)?.map;
     let bin = |r: f64| (r / radar.range_bin_m()).round() as usize;
     let rows = 0..map.doppler_bins;
@@ -75,13 +75,13 @@ fn main() -> catseye::Result<()> {
         let range = d.hypot(RADAR_M);
         let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, ..Default::default() };
         if i % 5 == 0 {
-            let returns = engine.returns(&empty, &radar, &pose, DVec3::ZERO, &options);
-            clutter.push([d, dbm_from_w(level(&engine, &radar, &returns, range, i)?[0])]);
+            let echoes = engine.echoes(&empty, &radar, &pose, DVec3::ZERO, &options);
+            clutter.push([d, dbm_from_w(level(&engine, &radar, &echoes, range, i)?[0])]);
         }
         road.objects[1].pose = Pose::from_yaw_pitch_roll(DVec3::new(d, 0.0, TARGET_M), PI, tilt, 0.0);
         let geometry = Geometry::build(&road, 0.0, radar.carrier_hz)?;
-        let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &options);
-        let [top, floor] = level(&engine, &radar, &returns, range, i)?;
+        let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &options);
+        let [top, floor] = level(&engine, &radar, &echoes, range, i)?;
         seen.push([d, dbm_from_w(top)]);
         noise.push([d, dbm_from_w(floor)]);
         // Free space times (1 +- |rho|)^4, rho at the grazing angle of the mirror path.

@@ -8,7 +8,7 @@ use catseye::detect::Bodies;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::error::BadInput;
 use catseye::simulate::{Stages, detect};
-use catseye::trace::Returns;
+use catseye::trace::Echoes;
 use num_complex::{Complex32, Complex64};
 use numpy::{PyReadonlyArray3, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -100,7 +100,7 @@ pub fn process(
     }
     let described = radar.clone();
     let (found, cloud) = work::run(py, None, move |_| {
-        let nothing = (&Returns::default(), &Bodies::default());
+        let nothing = (&Echoes::default(), &Bodies::default());
         detect(&engine, &described, &cube, None, nothing, &mut Stages::default())
     })?;
     let shape = [found[0].map.doppler_bins, found[0].map.range_bins];

@@ -16,7 +16,7 @@ use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
 use catseye::simulate::{Frame as Made, simulate_with};
-use catseye::trace::{MAX_BOUNCES, Return};
+use catseye::trace::{Echo, MAX_BOUNCES};
 use catseye::units::dbm_from_w;
 use catseye_io::files::Truth;
 use catseye_io::manifest::Axes;
@@ -191,7 +191,7 @@ pub struct Frame {
     /// Seconds of each stage.
     #[pyo3(get)]
     seconds: Py<PyAny>,
-    echoes: Vec<Return>,
+    echoes: Vec<Echo>,
     described: Described,
     truth: String,
     road: Option<Py<PyAny>>,
@@ -207,7 +207,7 @@ impl Frame {
         let levels = Levels::new(&self.described);
         let all = &self.echoes;
         let angles: Vec<(f64, f64)> = all.iter().map(|r| angles_from_direction(r.arrival)).collect();
-        let f8 = |f: &dyn Fn(&Return) -> f64| all.iter().map(f).collect::<Vec<f64>>();
+        let f8 = |f: &dyn Fn(&Echo) -> f64| all.iter().map(f).collect::<Vec<f64>>();
         Records::new(all.len())
             .numbers(py, "range_m", f8(&|r| r.range_m()), "f8")
             .numbers(py, "range_rate_mps", f8(&|r| r.range_rate_mps()), "f8")
@@ -281,7 +281,7 @@ impl Frame {
             points: points(py, &made.points)?,
             triangles: made.triangles,
             seconds: dictionary(py, &stages)?.into_any().unbind(),
-            echoes: made.returns.returns,
+            echoes: made.echoes.list,
             described: radar,
             truth,
             road,

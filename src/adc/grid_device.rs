@@ -1,6 +1,6 @@
 //! Gridded synthesis on the device: which echoes are gridded and how, and the passes in order.
 
-use super::gridding::{Costs, ECHOES_KEPT, Echoes, Layout, moving_portions};
+use super::gridding::{Costs, ECHOES_KEPT, GridEchoes, Layout, moving_portions};
 use super::methods::{Method, Methods};
 use super::synthesis::{Plan, Set};
 use super::{DeviceCube, grid_fft, grid_lines, grid_spread};
@@ -39,7 +39,7 @@ pub fn record_with(
     costs: &Costs,
 ) -> Result<(DeviceCube, Methods)> {
     let limit = gpu.max_binding_bytes() as usize;
-    let kept = ECHOES_KEPT.min(limit / size_of::<grid_spread::Echo>());
+    let kept = ECHOES_KEPT.min(limit / size_of::<grid_spread::DeviceEcho>());
     // One channel's grid has to fit a binding.
     let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
     let mut methods = Methods::default();
@@ -49,7 +49,7 @@ pub fn record_with(
     };
     let (mut still, mut moving) = (Vec::new(), Vec::new());
     for portion in plan.set(Set::Still).chunks((kept / plan.channels.max(1)).max(1)) {
-        let echoes = Echoes::new(plan, portion, 0..plan.channels);
+        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
         let Some(layout) = Layout::choose_still(plan.samples, &echoes, costs).filter(|l| fits(l, Set::Still))
         else {
             still.clear();
@@ -60,14 +60,14 @@ pub fn record_with(
     let still_directly = if still.is_empty() { plan.set(Set::Still) } else { &[] };
     let mut directly = Vec::new();
     for portion in moving_portions(plan, kept) {
-        let echoes = Echoes::new(plan, portion, 0..plan.channels);
+        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
         let layout = Layout::choose(plan.chirps, plan.samples, &echoes, costs);
         match layout.filter(|l| fits(l, Set::Moving)) {
             Some(layout) => moving.push((Set::Moving, layout, echoes)),
             None => directly.extend_from_slice(portion),
         }
     }
-    let worst = |jobs: &[(Set, Layout, Echoes)]| {
+    let worst = |jobs: &[(Set, Layout, GridEchoes)]| {
         let layouts = jobs.iter().map(|(_, l, _)| l);
         layouts.max_by(|a, b| a.error.total_cmp(&b.error)).map_or(Method::Direct, Layout::method)
     };
@@ -83,7 +83,7 @@ pub fn record_with(
             Set::Moving => grid_spread::Sorted::by_line(echoes, layout),
         };
         let grid_bytes = layout.blocks() * sorted.lines() * layout.cells * size_of::<Complex32>();
-        let echo_bytes = echoes.count * size_of::<grid_spread::Echo>();
+        let echo_bytes = echoes.count * size_of::<grid_spread::DeviceEcho>();
         let together = (limit / grid_bytes.max(echo_bytes).max(1)).clamp(1, plan.channels.max(1));
         let steps = recorder.upload("steps", &grid_lines::steps(layout));
         for first in (0..plan.channels).step_by(together) {

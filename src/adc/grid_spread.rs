@@ -1,6 +1,6 @@
 //! Echoes onto a grid: host side of the kernel (CONVENTIONS eq. 83).
 
-use super::gridding::{Bell, Echoes, Layout, TAPS};
+use super::gridding::{Bell, GridEchoes, Layout, TAPS};
 use super::synthesis::fixed_turns;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
@@ -33,7 +33,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// One echo as the shader reads it.
-    pub struct Echo {
+    pub struct DeviceEcho {
         pub amplitude: [f32; 2],
         pub a0: u32,
         pub a1: u32,
@@ -67,7 +67,7 @@ pub static KERNEL: Kernel = Kernel {
     workgroup: [64, 1, 1],
     params: Some(Params::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
-    structs: &[Echo::LAYOUT, Span::LAYOUT],
+    structs: &[DeviceEcho::LAYOUT, Span::LAYOUT],
     tolerance: Tolerance {
         relative_l2: 2e-5,
         reason: "of the whole synthesis: images of the grid and what the warp leaves over 1.5e-5 together, f32 2e-6",
@@ -95,7 +95,7 @@ pub struct Sorted {
 
 impl Sorted {
     /// For echoes that are to go into one line each, the same number into every line.
-    pub fn shared_out(echoes: &Echoes, lines: usize) -> Sorted {
+    pub fn shared_out(echoes: &GridEchoes, lines: usize) -> Sorted {
         let n = echoes.count;
         Sorted {
             order: (0..n as u32).collect(),
@@ -105,7 +105,7 @@ impl Sorted {
     }
 
     /// By place among the lines.
-    pub fn by_line(echoes: &Echoes, layout: &Layout) -> Sorted {
+    pub fn by_line(echoes: &GridEchoes, layout: &Layout) -> Sorted {
         if layout.lines == 1 {
             return Sorted {
                 order: (0..echoes.count as u32).collect(),
@@ -142,7 +142,7 @@ impl Sorted {
 pub fn record(
     recorder: &mut Recorder,
     layout: &Layout,
-    echoes: &Echoes,
+    echoes: &GridEchoes,
     sorted: &Sorted,
     channels: Range<usize>,
 ) -> Buffer<Complex32> {
@@ -156,7 +156,7 @@ pub fn record(
                 0.0 => 0.0,
                 step => (echoes.a1[i] - layout.first_line) / step,
             };
-            Echo {
+            DeviceEcho {
                 amplitude: [echoes.amplitude[i].re, echoes.amplitude[i].im],
                 a0: fixed_turns(echoes.a0[i]),
                 a1: fixed_turns(echoes.a1[i]),

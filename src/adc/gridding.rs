@@ -139,7 +139,7 @@ fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
 
 /// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`.
 #[derive(Debug, Clone, Default)]
-pub struct Echoes {
+pub struct GridEchoes {
     pub count: usize,
     pub channels: usize,
     pub amplitude: Vec<Complex32>,
@@ -161,17 +161,17 @@ pub fn origin(plan: &Plan) -> [f64; 2] {
     [(plan.chirps / 2) as f64, (plan.samples / 2) as f64]
 }
 
-impl Echoes {
+impl GridEchoes {
     /// By how much the a1 of an echo moves from the middle of the frame to a place `all_m` loops from it: 2 m a2 + 3 m² a3.
     fn moved(&self, i: usize, all_m: f64) -> f64 {
         all_m * (2.0 * self.a2[i].abs() + 3.0 * all_m * self.a3[i].abs())
     }
 
     /// `indices` into the returns of the plan, in some channels.
-    pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Echoes {
+    pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> GridEchoes {
         let (count, total) = (indices.len(), indices.len() * channels.len());
         let column = || vec![0.0; total];
-        let mut e = Echoes {
+        let mut e = GridEchoes {
             count,
             channels: channels.len(),
             amplitude: vec![Complex32::ZERO; total],
@@ -225,7 +225,7 @@ pub struct Line {
 
 /// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half
 /// to all echoes alike.
-fn fit(echoes: &Echoes) -> [Line; 3] {
+fn fit(echoes: &GridEchoes) -> [Line; 3] {
     let columns = [&echoes.b1[..], &echoes.c, &echoes.a2];
     let x = &echoes.a1[..];
     const PART: usize = 4096;
@@ -339,7 +339,7 @@ impl Bent {
 }
 
 impl Bends {
-    fn of(echoes: &Echoes, warp: &Warp, all_m: f64) -> Bends {
+    fn of(echoes: &GridEchoes, warp: &Warp, all_m: f64) -> Bends {
         let any = echoes.a3.iter().chain(&echoes.b2).any(|x| *x != 0.0);
         if !any {
             return Bends::default();
@@ -464,14 +464,14 @@ impl Layout {
     }
 
     /// For echoes that do not change from chirp to chirp, if gridding them pays and is accurate.
-    pub fn choose_still(samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+    pub fn choose_still(samples: usize, echoes: &GridEchoes, costs: &Costs) -> Option<Layout> {
         let layout = Layout::still(samples, costs);
         let pays = Layout::still_pays(echoes.count, samples, costs);
         (pays && Layout::still_residual(echoes, samples) <= layout.error).then_some(layout)
     }
 
     /// Phase that a layout of echoes at rest leaves out at the ends of the ramp, rad.
-    pub fn still_residual(echoes: &Echoes, samples: usize) -> f64 {
+    pub fn still_residual(echoes: &GridEchoes, samples: usize) -> f64 {
         TAU * echoes.c.iter().map(|c| c.abs()).fold(0.0, f64::max) * (0.5 * samples as f64).powi(2)
     }
 
@@ -484,7 +484,7 @@ impl Layout {
     }
 
     /// The cheapest layout that is accurate enough, if there is one cheaper than the direct sum.
-    pub fn choose(chirps: usize, samples: usize, echoes: &Echoes, costs: &Costs) -> Option<Layout> {
+    pub fn choose(chirps: usize, samples: usize, echoes: &GridEchoes, costs: &Costs) -> Option<Layout> {
         if echoes.count == 0 || chirps == 0 || samples == 0 {
             return None;
         }
@@ -575,7 +575,7 @@ impl Layout {
     }
 
     /// Most echoes of the first channel that meet in one square of [`TAPS`] cells by lines.
-    fn crowding(&self, echoes: &Echoes) -> usize {
+    fn crowding(&self, echoes: &GridEchoes) -> usize {
         let across = self.cells.div_ceil(TAPS);
         let mut squares = vec![0; across * self.lines.div_ceil(TAPS)];
         let per_step = if self.lines == 1 { 0.0 } else { 1.0 / self.line_step };

@@ -38,14 +38,20 @@ pub struct Arrival {
 
 /// Where the victim is and how it moves, in the middle of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct RadarState {
     pub pose: Pose<Sensor, World>,
     pub velocity_mps: DVec3,
 }
 
 /// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's. Errors: one that stands where
 /// a receiver does.
-pub fn direct(sender: &Interferer, number: u32, place: Place, radar: &Radar, at: Place) -> Result<Arrival> {
+pub fn direct(
+    sender: &Interferer,
+    number: u32,
+    place: RadarState,
+    radar: &Radar,
+    at: RadarState,
+) -> Result<Arrival> {
     let from = place.pose.translation_m;
     let nearest = std::iter::once(at.pose.translation_m)
         .chain(radar.rx.iter().map(|rx| at.pose.point(rx.position_m)))
@@ -77,9 +83,9 @@ pub fn direct(sender: &Interferer, number: u32, place: Place, radar: &Radar, at:
 pub fn scattered(
     sender: &Interferer,
     number: u32,
-    place: Place,
+    place: RadarState,
     radar: &Radar,
-    at: Place,
+    at: RadarState,
     body: (DVec3, DVec3, f64),
 ) -> Arrival {
     let (body_m, body_mps, sigma_m2) = body;

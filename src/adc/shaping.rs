@@ -11,8 +11,8 @@
 use super::synthesis::Plan;
 use crate::error::{BadInput, Result};
 use crate::scene::radar::{Radar, Sampling};
-use crate::scene::waveform::{Lines, Waveform};
-use crate::trace::Returns;
+use crate::scene::waveform::{FrequencySamples, Waveform};
+use crate::trace::Echoes;
 use crate::units::C0;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -25,7 +25,7 @@ const LARGEST_TURN: f64 = 5.0;
 /// How lines of one radar become samples.
 pub struct Shaping {
     /// What is to be synthesised.
-    pub lines: Lines,
+    pub lines: FrequencySamples,
     /// Conjugate spectrum of the pulse or code at each line.
     spectrum: Vec<Complex64>,
     /// Length of the transform, T′ in samples.
@@ -96,8 +96,8 @@ impl Shaping {
     }
 
     /// The echoes as set `order` of lines needs them. Errors when an echo is not finite.
-    pub fn plan<'a>(&self, radar: &'a Radar, returns: &'a Returns, order: u32) -> Result<Plan<'a>> {
-        let plan = Plan::with_lines(radar, self.lines, returns)?;
+    pub fn plan<'a>(&self, radar: &'a Radar, echoes: &'a Echoes, order: u32) -> Result<Plan<'a>> {
+        let plan = Plan::with_lines(radar, self.lines, echoes)?;
         if order == 0 {
             return Ok(plan);
         }
@@ -132,12 +132,12 @@ fn zero_hz(radar: &Radar) -> f64 {
 }
 
 /// Index of the first line in a transform of `period` samples.
-pub fn index(radar: &Radar, lines: &Lines, period: usize) -> usize {
+pub fn index(radar: &Radar, lines: &FrequencySamples, period: usize) -> usize {
     ((lines.first_hz - zero_hz(radar)) / lines.step_hz).round().rem_euclid(period as f64) as usize
 }
 
 /// Fourier coefficients, at each line, of the pulse or code when it is repeated at the rate of the lines' spacing.
-pub fn spectrum(radar: &Radar, lines: &Lines) -> Vec<Complex64> {
+pub fn spectrum(radar: &Radar, lines: &FrequencySamples) -> Vec<Complex64> {
     (0..lines.count)
         .map(|k| {
             let f = lines.first_hz + k as f64 * lines.step_hz - radar.carrier_hz;

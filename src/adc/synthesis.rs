@@ -15,8 +15,8 @@ use crate::frames::angles_from_direction;
 use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar, Sampling};
-use crate::scene::waveform::{Lines, Multiplex, Waveform};
-use crate::trace::{Return, Returns};
+use crate::scene::waveform::{FrequencySamples, Multiplex, Waveform};
+use crate::trace::{Echo, Echoes};
 use crate::units::{C0, power_from_db, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -30,7 +30,7 @@ use std::ops::Range;
 /// This is eq. 12 with eq. 11 put in, without approximation where the delay is linear in m and in n. A bent path adds a3, b2
 /// and its part of the others (eq. 142). Real sampling takes √2 Re of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Coefficients {
+pub struct PhasePolynomial {
     pub amplitude: Complex64,
     pub a0: f64,
     pub a1: f64,
@@ -42,7 +42,7 @@ pub struct Coefficients {
     pub c: f64,
 }
 
-impl Coefficients {
+impl PhasePolynomial {
     /// Phase in turns, not wrapped.
     pub fn turns(&self, chirp: f64, sample: f64) -> f64 {
         let (m, n) = (chirp, sample);
@@ -52,9 +52,9 @@ impl Coefficients {
     }
 
     /// The same polynomial about (chirp, sample) as origin.
-    pub fn about(&self, chirp: f64, sample: f64) -> Coefficients {
+    pub fn about(&self, chirp: f64, sample: f64) -> PhasePolynomial {
         let (m, n) = (chirp, sample);
-        Coefficients {
+        PhasePolynomial {
             amplitude: self.amplitude,
             a0: self.turns(m, n),
             a1: self.a1 + m * (2.0 * self.a2 + 3.0 * m * self.a3) + n * (self.b1 + 2.0 * m * self.b2),
@@ -70,7 +70,7 @@ impl Coefficients {
 
 /// What the front end did with the echoes of one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
-pub struct FrontEnd {
+pub struct SynthesisStats {
     pub echoes: u64,
     /// Of those, the ones whose path length changes. When there are none, one chirp of each
     /// transmitter is synthesised and copied to all loops, which is exact.
@@ -82,10 +82,10 @@ pub struct FrontEnd {
     pub synthesis: Methods,
 }
 
-impl FrontEnd {
+impl SynthesisStats {
     /// What was seen of one frame's echoes through two ramps.
-    pub fn and(&self, other: &FrontEnd) -> FrontEnd {
-        FrontEnd {
+    pub fn and(&self, other: &SynthesisStats) -> SynthesisStats {
+        SynthesisStats {
             echoes: self.echoes.max(other.echoes),
             moving: self.moving.max(other.moving),
             dropped: self.dropped.max(other.dropped),
@@ -108,7 +108,7 @@ pub enum Set {
 
 /// One transmitter heard by one receiver in one slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Way {
+struct TxRxPair {
     tx: usize,
     rx: usize,
     slot: usize,
@@ -122,7 +122,7 @@ struct Way {
 
 /// The ways of one radar, ordered by slot, then transmitter, then receiver: for transmitters in turn one for each channel,
 /// else several that add up to one.
-fn ways(radar: &Radar, kind: &[usize]) -> Vec<Way> {
+fn ways(radar: &Radar, kind: &[usize]) -> Vec<TxRxPair> {
     let errors = match &radar.front_end.channels {
         Some(e) => channels::gains(e, radar.tx.len(), radar.rx.len()),
         None => Vec::new(),
@@ -143,7 +143,7 @@ fn ways(radar: &Radar, kind: &[usize]) -> Vec<Way> {
             list.extend((0..n_rx).map(|rx| {
                 let pair = tx * n_rx + rx;
                 let error = errors.get(pair).copied().unwrap_or(Complex64::ONE);
-                Way { tx, rx, slot, kind: kind[pair], factor: sign * error, code_turns }
+                TxRxPair { tx, rx, slot, kind: kind[pair], factor: sign * error, code_turns }
             }));
         }
     }
@@ -160,16 +160,16 @@ pub struct Plan<'a> {
     pub samples: usize,
     /// Of the lines: what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
-    pub front_end: FrontEnd,
+    pub front_end: SynthesisStats,
     radar: &'a Radar,
-    lines: Lines,
-    returns: &'a [Return],
+    lines: FrequencySamples,
+    echoes: &'a [Echo],
     still: Vec<u32>,
     /// In order of how much their paths bend.
     moving: Vec<u32>,
     /// Of `moving`, those that bend about equally much.
     classes: Vec<Range<usize>>,
-    ways: Vec<Way>,
+    ways: Vec<TxRxPair>,
     /// conj(a0) of eq. 12, `[return, kind]`.
     amplitudes: Vec<Complex64>,
     kinds: usize,
@@ -180,24 +180,24 @@ pub struct Plan<'a> {
 impl<'a> Plan<'a> {
     /// The lines that processing sees are those that are synthesised, but for pulses and codes
     /// ([`crate::adc::shaping`]). Errors when an echo is not finite.
-    pub fn new(radar: &'a Radar, returns: &'a Returns) -> Result<Plan<'a>> {
-        Self::with_lines(radar, radar.lines(), returns)
+    pub fn new(radar: &'a Radar, echoes: &'a Echoes) -> Result<Plan<'a>> {
+        Self::with_lines(radar, radar.lines(), echoes)
     }
 
     /// With lines of one's choice. Errors when an echo is not finite.
-    pub fn with_lines(radar: &'a Radar, lines: Lines, returns: &'a Returns) -> Result<Plan<'a>> {
+    pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
-        let returns = &returns.returns[..];
-        if returns.len() > u32::MAX as usize {
-            return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", returns.len())));
+        let echoes = &echoes.list[..];
+        if echoes.len() > u32::MAX as usize {
+            return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
         }
-        if let Some((i, r)) = returns.iter().enumerate().find(|(_, r)| !is_finite(r)) {
+        if let Some((i, r)) = echoes.iter().enumerate().find(|(_, r)| !is_finite(r)) {
             return Err(Error::Failed(format!("echo {i} is not finite: {r:?}")));
         }
         let levels = Levels::new(radar);
         let kinds = levels.pairs.len();
         let amplitudes: Vec<Complex64> =
-            returns.par_iter().flat_map_iter(|r| levels.amplitudes(r).map(|a| a.conj())).collect();
+            echoes.par_iter().flat_map_iter(|r| levels.amplitudes(r).map(|a| a.conj())).collect();
         let ways = ways(radar, &levels.kind);
         let coded = ways.iter().any(|w| w.code_turns != 0.0);
         let mut plan = Plan {
@@ -205,10 +205,10 @@ impl<'a> Plan<'a> {
             channels: ways.len(),
             samples: lines.count,
             sampling: if lines.step_s > 0.0 { radar.sampling } else { Sampling::Iq },
-            front_end: FrontEnd { echoes: returns.len() as u64, ..Default::default() },
+            front_end: SynthesisStats { echoes: echoes.len() as u64, ..Default::default() },
             radar,
             lines,
-            returns,
+            echoes,
             still: Vec::new(),
             moving: Vec::new(),
             classes: Vec::new(),
@@ -217,7 +217,7 @@ impl<'a> Plan<'a> {
             kinds,
             power: Vec::new(),
         };
-        for (i, r) in returns.iter().enumerate() {
+        for (i, r) in echoes.iter().enumerate() {
             if !passes(radar, r) {
                 plan.front_end.dropped += 1;
                 plan.front_end.dropped_power_w +=
@@ -244,7 +244,7 @@ impl<'a> Plan<'a> {
         let half_s = 0.5 * self.radar.frame_time_s();
         let k = crate::units::wavenumber(self.radar.carrier_hz);
         let class = |i: &u32| {
-            let [second, third] = self.returns[*i as usize].path_bend;
+            let [second, third] = self.echoes[*i as usize].path_acceleration_and_jerk;
             let phase = k * half_s * half_s * (0.5 * second.abs() + half_s * third.abs() / 6.0);
             if phase <= STRAIGHT_RAD { 0 } else { 1 + (phase / STRAIGHT_RAD).log(16.0) as u32 }
         };
@@ -266,9 +266,9 @@ impl<'a> Plan<'a> {
     }
 
     /// The same echoes with each amplitude multiplied by `factor` of its return.
-    pub fn weighted(mut self, factor: impl Fn(&Return) -> Complex64 + Sync) -> Plan<'a> {
+    pub fn weighted(mut self, factor: impl Fn(&Echo) -> Complex64 + Sync) -> Plan<'a> {
         let kinds = self.kinds;
-        self.amplitudes.par_chunks_mut(kinds.max(1)).zip(self.returns).for_each(|(a, r)| {
+        self.amplitudes.par_chunks_mut(kinds.max(1)).zip(self.echoes).for_each(|(a, r)| {
             let f = factor(r);
             a.iter_mut().for_each(|a| *a *= f);
         });
@@ -299,7 +299,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The contribution of return `index` to `channel`.
-    pub fn coefficients(&self, index: u32, channel: usize) -> Coefficients {
+    pub fn coefficients(&self, index: u32, channel: usize) -> PhasePolynomial {
         self.channel(channel).coefficients(index)
     }
 
@@ -307,7 +307,7 @@ impl<'a> Plan<'a> {
     pub fn channel(&self, channel: usize) -> Channel<'_> {
         let way = self.ways[channel];
         Channel {
-            returns: self.returns,
+            echoes: self.echoes,
             amplitudes: &self.amplitudes,
             kinds: self.kinds,
             way,
@@ -347,10 +347,10 @@ impl<'a> Plan<'a> {
     }
 }
 
-fn is_finite(r: &Return) -> bool {
+fn is_finite(r: &Echo) -> bool {
     r.path_length_m.is_finite()
         && r.path_rate_mps.is_finite()
-        && r.path_bend.iter().all(|b| b.is_finite())
+        && r.path_acceleration_and_jerk.iter().all(|b| b.is_finite())
         && r.departure.is_finite()
         && r.arrival.is_finite()
         && r.first_range_m.is_finite()
@@ -399,13 +399,13 @@ impl<'a> Levels<'a> {
     }
 
     /// a of eq. 9 without its e^{-jkL} for each kind of antenna pair, √W.
-    fn amplitudes<'b>(&'b self, r: &'b Return) -> impl Iterator<Item = Complex64> + 'b {
+    fn amplitudes<'b>(&'b self, r: &'b Echo) -> impl Iterator<Item = Complex64> + 'b {
         self.pairs.iter().map(|(t, x)| self.scale * pair_amplitude(r, t, x))
     }
 
     /// a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over
     /// channels; its phase is that of channel 0.
-    pub fn amplitude(&self, r: &Return) -> Complex64 {
+    pub fn amplitude(&self, r: &Echo) -> Complex64 {
         let all: Vec<Complex64> = self.amplitudes(r).collect();
         let power: f64 = self.kind.iter().map(|k| all[*k].norm_sqr()).sum();
         let mean = (power / self.kind.len().max(1) as f64).sqrt();
@@ -414,7 +414,7 @@ impl<'a> Levels<'a> {
 }
 
 /// √(G_t G_r) p_rᵀ [S/(R_t R_r)] p_t of eq. 9, in 1/m.
-fn pair_amplitude(r: &Return, tx: &Antenna, rx: &Antenna) -> Complex64 {
+fn pair_amplitude(r: &Echo, tx: &Antenna, rx: &Antenna) -> Complex64 {
     let gain = power_gain(tx, r.departure) * power_gain(rx, r.arrival);
     let (t, s) = (&tx.polarisation, &r.spread);
     let v = s[0][0] * t.v + s[0][1] * t.h;
@@ -430,7 +430,7 @@ pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
 
 /// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,
 /// exact for spherical waves. The rate of change is taken at the phase centre for all channels.
-pub fn channel_path_m(radar: &Radar, r: &Return, tx: usize, rx: usize) -> f64 {
+pub fn channel_path_m(radar: &Radar, r: &Echo, tx: usize, rx: usize) -> f64 {
     r.path_length_m
         + excess_m(r.departure, r.first_range_m, radar.tx[tx].position_m)
         + excess_m(r.arrival, r.last_range_m, radar.rx[rx].position_m)
@@ -446,10 +446,10 @@ fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
 
 /// One channel of a plan.
 pub struct Channel<'a> {
-    returns: &'a [Return],
+    echoes: &'a [Echo],
     amplitudes: &'a [Complex64],
     kinds: usize,
-    way: Way,
+    way: TxRxPair,
     tx_m: DVec3,
     rx_m: DVec3,
     polynomial: Polynomial,
@@ -458,15 +458,15 @@ pub struct Channel<'a> {
 impl Channel<'_> {
     /// The contribution of return `index`.
     #[inline]
-    pub fn coefficients(&self, index: u32) -> Coefficients {
-        let r = &self.returns[index as usize];
+    pub fn coefficients(&self, index: u32) -> PhasePolynomial {
+        let r = &self.echoes[index as usize];
         let path_m = r.path_length_m
             + excess_m(r.departure, r.first_range_m, self.tx_m)
             + excess_m(r.arrival, r.last_range_m, self.rx_m);
         let amplitude = self.way.factor * self.amplitudes[index as usize * self.kinds + self.way.kind];
         let mut c = self.polynomial.coefficients(path_m, r.path_rate_mps, amplitude);
-        if r.path_bend != [0.0; 2] {
-            self.polynomial.bend(&mut c, path_m, r.path_bend);
+        if r.path_acceleration_and_jerk != [0.0; 2] {
+            self.polynomial.bend(&mut c, path_m, r.path_acceleration_and_jerk);
         }
         c.a1 += self.way.code_turns;
         c
@@ -489,7 +489,7 @@ struct Polynomial {
 }
 
 impl Polynomial {
-    fn new(radar: &Radar, lines: &Lines, slot: usize) -> Polynomial {
+    fn new(radar: &Radar, lines: &FrequencySamples, slot: usize) -> Polynomial {
         Polynomial {
             slope: if lines.dechirped { lines.step_hz / lines.step_s } else { 0.0 },
             step: lines.step_hz,
@@ -501,13 +501,13 @@ impl Polynomial {
     }
 
     #[inline]
-    fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> Coefficients {
+    fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> PhasePolynomial {
         let Polynomial { slope, step, line, loop_, start, f } = *self;
         let stretch = 1.0 / (C0 + 0.5 * rate);
         let beta = rate * stretch;
         let a = path_m * stretch + beta * start;
         let (b, d) = (beta * loop_, beta * line);
-        Coefficients {
+        PhasePolynomial {
             amplitude,
             a0: f * a - 0.5 * slope * a * a,
             a1: f * b - slope * a * b,
@@ -515,13 +515,13 @@ impl Polynomial {
             b0: f * d + step * a - slope * a * d,
             b1: step * b - slope * b * d,
             c: step * d - 0.5 * slope * d * d,
-            ..Coefficients::default()
+            ..PhasePolynomial::default()
         }
     }
 
     /// Adds what a bent path does (eq. 142): to first order in the bend, which is a few millimetres, and in the place in the ramp.
     #[inline]
-    fn bend(&self, c: &mut Coefficients, path_m: f64, [second, third]: [f64; 2]) {
+    fn bend(&self, c: &mut PhasePolynomial, path_m: f64, [second, third]: [f64; 2]) {
         let Polynomial { slope, step, line, loop_: l, start: s, f } = *self;
         let turns = (f - slope * path_m / C0) / C0;
         let step = step / C0;
@@ -545,7 +545,7 @@ impl Polynomial {
 
 /// Beat frequency of an echo at the middle of the frame and of the samples, Hz: the turns from line to line times
 /// the sample rate. Negative for falling frequencies, and when the Doppler shift outweighs the delay.
-pub fn beat_frequency_hz(radar: &Radar, r: &Return) -> f64 {
+pub fn beat_frequency_hz(radar: &Radar, r: &Echo) -> f64 {
     let lines = radar.lines();
     let middle = 0.5 * (lines.count as f64 - 1.0);
     let stretch = 1.0 / (C0 + 0.5 * r.path_rate_mps);
@@ -557,7 +557,7 @@ pub fn beat_frequency_hz(radar: &Radar, r: &Return) -> f64 {
 
 /// Whether the receiver hears an echo: an ideal anti-alias filter for what is mixed with the sweep; for pulses it is in time
 /// for the samples at some time of the frame; with codes and single tones it always is.
-pub fn passes(radar: &Radar, r: &Return) -> bool {
+pub fn passes(radar: &Radar, r: &Echo) -> bool {
     match &radar.waveform {
         Waveform::Fmcw(_) => passes_filter(radar, beat_frequency_hz(radar, r)),
         Waveform::Pulse { shape, .. } => {
@@ -588,16 +588,16 @@ pub fn passes_filter(radar: &Radar, beat_hz: f64) -> bool {
 
 /// The echo of an isotropic scatterer in free space, with the radar at rest in the origin of the
 /// sensor frame: σ in m², position in m, velocity in m/s (CONVENTIONS eq. 3, 7).
-pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object: u32) -> Return {
+pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object: u32) -> Echo {
     let range = position_m.length();
     let u = position_m / range;
     let s = Complex64::from((sigma_m2 / (4.0 * PI)).sqrt() / (range * range));
     let mut chain = [0; crate::trace::MAX_BOUNCES];
     chain[0] = object;
-    Return {
+    Echo {
         path_length_m: 2.0 * range,
         path_rate_mps: 2.0 * velocity_mps.dot(u),
-        path_bend: [0.0; 2],
+        path_acceleration_and_jerk: [0.0; 2],
         departure: u,
         first_range_m: range,
         arrival: u,
@@ -624,8 +624,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// `Coefficients` about the middle of frame and ramp as the shader reads them.
-    pub struct Echo {
+    /// `PhasePolynomial` about the middle of frame and ramp as the shader reads them.
+    pub struct DeviceEcho {
         pub amplitude: [f32; 2],
         pub a0: u32,
         pub a1: u32,
@@ -649,7 +649,7 @@ pub static KERNEL: Kernel = Kernel {
     workgroup: [64, 1, 1],
     params: Some(Params::LAYOUT),
     storage: &[Access::Read, Access::ReadWrite],
-    structs: &[Echo::LAYOUT],
+    structs: &[DeviceEcho::LAYOUT],
     tolerance: Tolerance {
         relative_l2: 2e-5,
         reason: "cosine and sine 3e-7, recurrence over 8 steps 64 eps = 4e-6, first order in the drift \
@@ -677,10 +677,10 @@ impl Plan<'_> {
         ((self.chirps / 2) as i32, (self.samples / 2) as i32)
     }
 
-    fn echo(&self, index: u32, channel: usize) -> Echo {
+    fn echo(&self, index: u32, channel: usize) -> DeviceEcho {
         let (m, n) = self.origin();
         let k = self.coefficients(index, channel).about(f64::from(m), f64::from(n));
-        Echo {
+        DeviceEcho {
             amplitude: [k.amplitude.re as f32, k.amplitude.im as f32],
             a0: fixed_turns(k.a0),
             a1: fixed_turns(k.a1),
@@ -694,7 +694,7 @@ impl Plan<'_> {
     }
 
     fn dispatch(&self, recorder: &mut Recorder, cube: &DeviceCube, set: Set, echoes: &[u32], first: bool) {
-        let mut list = vec![Echo::default(); self.channels * echoes.len()];
+        let mut list = vec![DeviceEcho::default(); self.channels * echoes.len()];
         if !echoes.is_empty() {
             list.par_chunks_mut(echoes.len()).enumerate().for_each(|(channel, list)| {
                 list.par_iter_mut()
@@ -753,7 +753,7 @@ impl Plan<'_> {
         }
         let limit = gpu.max_binding_bytes() as usize;
         let chirp_bytes = self.channels * self.samples * size_of::<[f32; 2]>();
-        let echo_bytes = self.channels * size_of::<Echo>();
+        let echo_bytes = self.channels * size_of::<DeviceEcho>();
         let per_piece = (limit / chirp_bytes.max(1)).min(CHIRPS_PER_PIECE);
         let per_upload = (limit / echo_bytes.max(1)).min(ECHOES_PER_DISPATCH);
         if per_piece == 0 || per_upload == 0 {

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// Where a point lies for clustering: metres in any plane, range rate in m/s. With points of a moving
 /// radar take the range rate that is left when its own motion is taken out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct ClusterPoint {
     pub x_m: f64,
     pub y_m: f64,
     pub range_rate_mps: f64,
@@ -39,7 +39,7 @@ impl Dbscan {
     /// another share a cluster. A point that is no core but within reach of some belongs to the nearest
     /// of them (of equals, the first): the partition does not depend on the order of the points
     /// unless distances are equal. Errors: scales that are not positive, `min_points` = 0.
-    pub fn labels(&self, points: &[Place]) -> Result<Vec<Option<usize>>> {
+    pub fn labels(&self, points: &[ClusterPoint]) -> Result<Vec<Option<usize>>> {
         for (key, value, top) in [
             ("position_m", self.position_m, f64::MAX),
             ("range_rate_mps", self.range_rate_mps, f64::INFINITY),
@@ -263,8 +263,8 @@ mod tests {
         }
     }
 
-    fn place(x_m: f64, y_m: f64, range_rate_mps: f64) -> Place {
-        Place { x_m, y_m, range_rate_mps }
+    fn place(x_m: f64, y_m: f64, range_rate_mps: f64) -> ClusterPoint {
+        ClusterPoint { x_m, y_m, range_rate_mps }
     }
 
     #[test]
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     #[ignore = "a measurement: run it by name"]
     fn ten_thousand_points() {
-        let points: Vec<Place> = (0..10_000)
+        let points: Vec<ClusterPoint> = (0..10_000)
             .map(|i| {
                 let [x, y, v] = uniform(i, 7);
                 place(120.0 * x, 60.0 * (y - 0.5), 40.0 * (v - 0.5))

@@ -5,7 +5,7 @@ use crate::adc::synthesis::Levels;
 use crate::formats::csv::Writer;
 use crate::frames::angles_from_direction;
 use crate::scene::radar::Radar;
-use crate::trace::Returns;
+use crate::trace::Echoes;
 use crate::units::dbm_from_w;
 use std::io::Write;
 
@@ -71,10 +71,10 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
     table.finish()
 }
 
-pub fn write_returns<W: Write>(out: W, radar: &Radar, returns: &Returns) -> std::io::Result<W> {
+pub fn write_returns<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &RETURN_COLUMNS)?;
     let levels = Levels::new(radar);
-    for r in &returns.returns {
+    for r in &echoes.list {
         let (azimuth, elevation) = angles_from_direction(r.arrival);
         let chain: Vec<String> = r.chain.iter().take_while(|id| **id != 0).map(u32::to_string).collect();
         table.row([

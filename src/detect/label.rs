@@ -7,7 +7,7 @@ use crate::frames::{Pose, Sensor, Target, World, angles_from_direction, directio
 use crate::road::actors::{actor_boxes, is_ground};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
-use crate::trace::{MAX_BOUNCES, Return, Returns};
+use crate::trace::{Echo, Echoes, MAX_BOUNCES};
 use crate::units::{C0, wavenumber};
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
@@ -21,7 +21,7 @@ pub const MIRRORS: [&str; 5] = ["guard_rail", "post", "wall", "kerb", "fence"];
 /// The object that a chain of bounces is an echo of: the first in it that is neither ground nor a [mirror](MIRRORS) along the
 /// road, else the first that is not ground, else the first; 0 for an empty chain. A path and the same path backwards
 /// thus belong to the same object when one of the two that it touches is a mirror.
-pub fn object_of<'a>(r: &Return, class: impl Fn(u32) -> &'a str) -> u32 {
+pub fn object_of<'a>(r: &Echo, class: impl Fn(u32) -> &'a str) -> u32 {
     let chain = || r.chain.iter().copied().take_while(|id| *id != 0);
     let stands = |id: &u32| !is_ground(class(*id));
     chain()
@@ -35,7 +35,7 @@ pub fn object_of<'a>(r: &Return, class: impl Fn(u32) -> &'a str) -> u32 {
 #[derive(Debug, Clone, Default)]
 pub struct Bodies {
     objects: HashMap<u32, Body>,
-    boxes: Vec<Place>,
+    boxes: Vec<BodyBox>,
 }
 
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ struct Body {
 
 /// A box in the sensor's frame.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct BodyBox {
     pose: Pose<Target, Sensor>,
     lower_m: DVec3,
     upper_m: DVec3,
@@ -62,7 +62,7 @@ impl Bodies {
             for part in b.parts.iter().map(|i| &scene.objects[*i]) {
                 objects.insert(part.id, Body { class: part.class.clone(), actor });
             }
-            Place { pose: b.pose.then(&to_sensor), lower_m: b.lower_m, upper_m: b.upper_m }
+            BodyBox { pose: b.pose.then(&to_sensor), lower_m: b.lower_m, upper_m: b.upper_m }
         });
         Bodies { boxes: boxes.collect(), objects }
     }
@@ -85,7 +85,7 @@ impl Bodies {
     }
 }
 
-impl Place {
+impl BodyBox {
     /// Whether the box lies outside the point's ellipsoid, whose half axes along range, azimuth and elevation are three
     /// standard deviations and at least `least_m`.
     fn is_off(&self, point: &Point, least_m: f64) -> bool {
@@ -160,7 +160,7 @@ fn least_over_box(a: &DMat3, b: DVec3, lower: DVec3, upper: DVec3) -> f64 {
 }
 
 /// One echo, reduced to what labelling needs.
-struct Echo {
+struct LabelEcho {
     range_m: f64,
     range_rate_mps: f64,
     /// y of the direction, mean of departure and arrival.
@@ -190,7 +190,7 @@ pub struct Label {
 /// does. A flat road that sums to little there thus does not outweigh a car.
 pub struct Labeller<'a> {
     /// By range.
-    echoes: Vec<Echo>,
+    echoes: Vec<LabelEcho>,
     bodies: &'a Bodies,
     range_m: f64,
     range_rate_mps: f64,
@@ -205,18 +205,18 @@ struct Part<'e> {
     sum: Complex64,
     /// The strongest.
     most: f64,
-    echo: Option<&'e Echo>,
+    echo: Option<&'e LabelEcho>,
 }
 
 impl<'a> Labeller<'a> {
-    pub fn new(radar: &Radar, returns: &Returns, bodies: &'a Bodies) -> Labeller<'a> {
+    pub fn new(radar: &Radar, echoes: &Echoes, bodies: &'a Bodies) -> Labeller<'a> {
         let k = wavenumber(radar.carrier_hz);
         let levels = Levels::new(radar);
-        let mut echoes: Vec<Echo> = returns
-            .returns
+        let mut echoes: Vec<LabelEcho> = echoes
+            .list
             .par_iter()
             .filter(|r| passes(radar, r))
-            .map(|r| Echo {
+            .map(|r| LabelEcho {
                 range_m: r.range_m(),
                 range_rate_mps: r.range_rate_mps(),
                 sine: 0.5 * (r.departure.y + r.arrival.y),
@@ -299,8 +299,8 @@ fn sine_resolution(radar: &Radar) -> f64 {
 
 /// Labels points: `bodies` gives classes and places; `returns` are the echoes of this frame (none for a cube from elsewhere:
 /// all labels are 0).
-pub fn label(radar: &Radar, points: &mut [Point], returns: &Returns, bodies: &Bodies) {
-    let labeller = Labeller::new(radar, returns, bodies);
+pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodies) {
+    let labeller = Labeller::new(radar, echoes, bodies);
     for p in points {
         let label = labeller.label(p);
         p.object_id = label.object_id;

@@ -28,7 +28,7 @@ pub fn alternating_projection(
     const SAME: f64 = 1e-8;
     const SWEEPS: usize = 100;
     const STARTS: usize = 6;
-    let look = Look { manifold, grid, table, factor };
+    let look = GridSearch { manifold, grid, table, factor };
     if count < 2 {
         return if found.len() < count { look.grown(found, count) } else { found };
     }
@@ -61,14 +61,14 @@ pub fn alternating_projection(
 }
 
 /// Where and on what to look.
-struct Look<'a> {
+struct GridSearch<'a> {
     manifold: &'a Manifold,
     grid: &'a Grid,
     table: &'a Steering,
     factor: &'a Matrix,
 }
 
-impl Look<'_> {
+impl GridSearch<'_> {
     fn direction(&self, index: usize) -> (f64, f64) {
         let cols = self.grid.azimuth_rad.len();
         (self.grid.azimuth_rad[index % cols], self.grid.elevation_rad[index / cols])

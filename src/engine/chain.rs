@@ -10,7 +10,7 @@ use crate::adc::interference::Arrival;
 use crate::adc::methods::Methods;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
-use crate::adc::synthesis::{FrontEnd, Plan};
+use crate::adc::synthesis::{Plan, SynthesisStats};
 use crate::adc::{Cube, DeviceCube};
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::doa_spectrum::{Forms, Steering};
@@ -26,7 +26,7 @@ use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
 use crate::trace::windows::windows;
-use crate::trace::{Returns, TraceOptions};
+use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use std::time::Instant;
@@ -57,7 +57,7 @@ const STREAM_BYTES: usize = 256 << 20;
 
 /// What comes to the receivers of one frame.
 struct Received<'a> {
-    returns: &'a Returns,
+    echoes: &'a Echoes,
     interference: &'a [Arrival],
     seed: u64,
     frame: u32,
@@ -86,18 +86,18 @@ impl Engine {
     ///
     /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
     /// they light must be known to a thousandth of a wavelength all over the scene.
-    pub fn returns(
+    pub fn echoes(
         &self,
         geometry: &Geometry,
         radar: &Radar,
         pose: &Pose<Sensor, World>,
         velocity_mps: DVec3,
         options: &TraceOptions,
-    ) -> Returns {
+    ) -> Echoes {
         let windows = windows(radar, pose);
-        let mut all = crate::trace::cpu::echoes::returns(geometry, &windows, pose, velocity_mps, options);
+        let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
         if let Some(air) = &options.air {
-            all.returns.extend(crate::trace::cpu::volume::returns(
+            all.list.extend(crate::trace::cpu::volume::echoes(
                 geometry,
                 radar,
                 pose,
@@ -105,7 +105,7 @@ impl Engine {
                 air,
                 options,
             ));
-            air.attenuate(&mut all.returns);
+            air.attenuate(&mut all.list);
         }
         all
     }
@@ -115,20 +115,20 @@ impl Engine {
     pub fn cube(
         &self,
         radar: &Radar,
-        returns: &Returns,
+        echoes: &Echoes,
         interference: &[Arrival],
         seed: u64,
         frame: u32,
         control: Control<'_>,
-    ) -> Result<(AnyCube, FrontEnd)> {
+    ) -> Result<(AnyCube, SynthesisStats)> {
         if let Some((mut recorder, device, seen)) =
-            self.on_device(radar, returns, interference, seed, frame)?
+            self.on_device(radar, echoes, interference, seed, frame)?
         {
             let pending = device.read(&mut recorder);
             let mut done = recorder.submit()?;
             return Ok((AnyCube::F32(device.take(&mut done, pending)), seen));
         }
-        let with = Received { returns, interference, seed, frame };
+        let with = Received { echoes, interference, seed, frame };
         Ok(match self {
             Engine::Cpu(Precision::F64) => {
                 let (cube, seen) = self.received::<f64>(radar, &with, control)?;
@@ -146,17 +146,17 @@ impl Engine {
     pub fn frame(
         &self,
         radar: &Radar,
-        returns: &Returns,
+        echoes: &Echoes,
         interference: &[Arrival],
         (seed, frame): (u64, u32),
         control: Control<'_>,
         seconds: &mut dyn FnMut(f64, f64),
-    ) -> Result<(AnyCube, FrontEnd, Vec<RangeDoppler<f64>>)> {
+    ) -> Result<(AnyCube, SynthesisStats, Vec<RangeDoppler<f64>>)> {
         let start = Instant::now();
         let p = &radar.processing;
         if let Engine::Gpu(gpu) = self
             && let Some((mut recorder, device, seen)) =
-                self.on_device(radar, returns, interference, seed, frame)?
+                self.on_device(radar, echoes, interference, seed, frame)?
         {
             let pending = device.read(&mut recorder);
             if p.remove_static {
@@ -169,7 +169,7 @@ impl Engine {
             seconds(start.elapsed().as_secs_f64(), 0.0);
             return Ok((AnyCube::F32(device.take(&mut done, pending)), seen, vec![found.widened()]));
         }
-        let (cube, seen) = self.cube(radar, returns, interference, seed, frame, control)?;
+        let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
         let synthesis = start.elapsed().as_secs_f64();
         let maps = self.maps(radar, &cube)?;
         seconds(synthesis, start.elapsed().as_secs_f64() - synthesis);
@@ -186,11 +186,11 @@ impl Engine {
     fn on_device(
         &self,
         radar: &Radar,
-        returns: &Returns,
+        echoes: &Echoes,
         interference: &[Arrival],
         seed: u64,
         frame: u32,
-    ) -> Result<Option<(Recorder<'_>, DeviceCube, FrontEnd)>> {
+    ) -> Result<Option<(Recorder<'_>, DeviceCube, SynthesisStats)>> {
         // What acts on single samples has a kernel; the rest of the front end runs on the host.
         let pointwise = |s: &FrontEndSettings| FrontEndSettings {
             iq: None,
@@ -204,7 +204,7 @@ impl Engine {
         if !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
             return Ok(None);
         }
-        let plan = Plan::new(radar, returns)?;
+        let plan = Plan::new(radar, echoes)?;
         if plan.channels != radar.channels() {
             return Ok(None);
         }
@@ -216,7 +216,7 @@ impl Engine {
         if let Some(c) = Convert::new(&radar.front_end, radar.sampling) {
             c.record(&mut recorder, &device);
         }
-        Ok(Some((recorder, device, FrontEnd { synthesis, ..plan.front_end })))
+        Ok(Some((recorder, device, SynthesisStats { synthesis, ..plan.front_end })))
     }
 
     /// Samples of all ramps. What the receiver hears at once is added up, lines of pulses and codes become samples, and
@@ -226,19 +226,19 @@ impl Engine {
         radar: &Radar,
         with: &Received<'_>,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, FrontEnd)> {
+    ) -> Result<(Cube<T>, SynthesisStats)> {
         let built = match &radar.front_end.channels {
             Some(errors) => channels::displaced(radar, errors),
             None => radar.clone(),
         };
         let parts = radar.waveform.parts();
         let mut made = Vec::with_capacity(parts);
-        let mut front_end = FrontEnd::default();
+        let mut front_end = SynthesisStats::default();
         for i in 0..parts {
             let part = built.part(i);
             let chain = Chain::new(&part, &part.front_end);
             let margin = chain.margin();
-            let (clean, seen) = self.clean::<T>(&part, with.returns, margin, control)?;
+            let (clean, seen) = self.clean::<T>(&part, with.echoes, margin, control)?;
             front_end = if i == 0 { seen } else { front_end.and(&seen) };
             // Each ramp of a loop has draws of its own.
             let seed = with.seed ^ ((i as u64) << 40);
@@ -259,23 +259,23 @@ impl Engine {
     fn clean<T: Precise>(
         &self,
         part: &Radar,
-        returns: &Returns,
+        echoes: &Echoes,
         margin: usize,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, FrontEnd)> {
-        let largest_rate = returns.returns.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
+    ) -> Result<(Cube<T>, SynthesisStats)> {
+        let largest_rate = echoes.list.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
         let Some(shaping) = Shaping::of(part, largest_rate) else {
-            let plan = Plan::with_lines(part, part.lines().wider(margin), returns)?;
+            let plan = Plan::with_lines(part, part.lines().wider(margin), echoes)?;
             let (cube, synthesis) = self.lines::<T>(&plan, control)?;
-            return Ok((cube, FrontEnd { synthesis, ..plan.front_end }));
+            return Ok((cube, SynthesisStats { synthesis, ..plan.front_end }));
         };
         let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
-        let mut seen = FrontEnd::default();
+        let mut seen = SynthesisStats::default();
         for order in 0..shaping.orders(largest_rate)? {
-            let plan = shaping.plan(part, returns, order)?;
+            let plan = shaping.plan(part, echoes, order)?;
             let (lines, synthesis) = self.lines::<T>(&plan, control)?;
             if order == 0 {
-                seen = FrontEnd { synthesis, ..plan.front_end };
+                seen = SynthesisStats { synthesis, ..plan.front_end };
             }
             crate::adc::cpu::shaping::add(&shaping, &lines, order, &mut samples);
         }

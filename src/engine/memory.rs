@@ -49,7 +49,7 @@ impl FrameMemory {
         let map_bytes = 9.0 * cells * parts as f64;
         let beams = product(&[p.azimuth_bins, p.elevation_bins]);
         let angle_bytes = beams * (8.0 + complex * (radar.virtual_channels() * bands) as f64);
-        let echo_bytes = (echoes * size_of::<crate::trace::Return>()) as f64;
+        let echo_bytes = (echoes * size_of::<crate::trace::Echo>()) as f64;
         let synthesis =
             cube_bytes * if parts > 1 { 2.0 } else { 1.0 } + if apart { lines_bytes } else { 0.0 };
         let copied = if p.remove_static || shaped { lines_bytes } else { 0.0 };

@@ -202,7 +202,7 @@ struct Lit {
 }
 
 /// What the receiver sees of each face.
-struct Seen {
+struct VisibleFaces {
     records: Buffer<[u32; 4]>,
     from: Buffer<u32>,
 }
@@ -298,7 +298,7 @@ impl Batch<'_> {
             views.push((Beams { records, count, starts }, lit.counts));
         }
         let Some((receiver, from)) = views.pop() else { return Ok(Err(TooMuch)) };
-        let seen = Seen { records: receiver.records.clone(), from };
+        let seen = VisibleFaces { records: receiver.records.clone(), from };
         let mut beams = views.pop().map_or(receiver, |(transmitter, _)| transmitter);
 
         for bounce in 1..=options.bounces {
@@ -441,7 +441,13 @@ impl Batch<'_> {
         }
     }
 
-    fn radiate(&self, recorder: &mut Recorder<'_>, beams: &Beams, seen: &Seen, last: bool) -> Radiated {
+    fn radiate(
+        &self,
+        recorder: &mut Recorder<'_>,
+        beams: &Beams,
+        seen: &VisibleFaces,
+        last: bool,
+    ) -> Radiated {
         let shared = self.shared;
         let shares = 1 << shared.params.halvings;
         let mut pending = Vec::with_capacity(shared.frequencies.len());

@@ -75,7 +75,7 @@ pub struct Channel<T> {
 }
 
 /// Where a time lies: the interval's first value, the share of it that has passed, and its length.
-enum Place {
+enum TimeInterval {
     At(usize),
     Between(usize, f64, f64),
 }
@@ -146,18 +146,18 @@ impl<T: Copy> Channel<T> {
         self.repeat_s
     }
 
-    fn place(&self, time_s: f64) -> Place {
+    fn place(&self, time_s: f64) -> TimeInterval {
         let time_s = self.repeat_s.map_or(time_s, |period| time_s.rem_euclid(period));
         let after = self.times_s.partition_point(|t| *t <= time_s);
         if after == 0 {
-            return Place::At(0);
+            return TimeInterval::At(0);
         }
         let i = after - 1;
         if after == self.times_s.len() || self.interpolation == Interpolation::Step {
-            return Place::At(i);
+            return TimeInterval::At(i);
         }
         let length = self.times_s[after] - self.times_s[i];
-        Place::Between(i, (time_s - self.times_s[i]) / length, length)
+        TimeInterval::Between(i, (time_s - self.times_s[i]) / length, length)
     }
 }
 
@@ -175,8 +175,8 @@ impl Channel<DVec3> {
     /// Value and rate.
     pub fn at(&self, time_s: f64) -> (DVec3, DVec3) {
         match self.place(time_s) {
-            Place::At(i) => (self.values[i], DVec3::ZERO),
-            Place::Between(i, u, length) => {
+            TimeInterval::At(i) => (self.values[i], DVec3::ZERO),
+            TimeInterval::Between(i, u, length) => {
                 let (a, b) = (self.values[i], self.values[i + 1]);
                 if self.interpolation == Interpolation::Linear {
                     return (a + (b - a) * u, (b - a) / length);
@@ -196,8 +196,8 @@ impl Channel<f64> {
     /// Value and rate.
     pub fn at(&self, time_s: f64) -> (f64, f64) {
         match self.place(time_s) {
-            Place::At(i) => (self.values[i], 0.0),
-            Place::Between(i, u, length) => {
+            TimeInterval::At(i) => (self.values[i], 0.0),
+            TimeInterval::Between(i, u, length) => {
                 let (a, b) = (self.values[i], self.values[i + 1]);
                 if self.interpolation == Interpolation::Linear {
                     return (a + (b - a) * u, (b - a) / length);
@@ -217,8 +217,8 @@ impl Channel<DQuat> {
     /// Rotation, and its spin in rad/s along the outer axes. Linear: at a constant spin, the short way round.
     pub fn at(&self, time_s: f64) -> (DQuat, DVec3) {
         match self.place(time_s) {
-            Place::At(i) => (self.values[i], DVec3::ZERO),
-            Place::Between(i, u, length) => {
+            TimeInterval::At(i) => (self.values[i], DVec3::ZERO),
+            TimeInterval::Between(i, u, length) => {
                 let (a, b) = (self.values[i], self.values[i + 1]);
                 if self.interpolation == Interpolation::Linear {
                     let mut turn = b * a.inverse();

@@ -1,7 +1,7 @@
 //! The radar description: what the TOML says, checked, in SI.
 
 use super::front_end::FrontEndSettings;
-use super::waveform::{Lines, Multiplex, Waveform};
+use super::waveform::{FrequencySamples, Multiplex, Waveform};
 use crate::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -308,9 +308,9 @@ impl Radar {
         }
     }
     /// Lines of one chirp as processing sees them, in the order of the samples.
-    pub fn lines(&self) -> Lines {
+    pub fn lines(&self) -> FrequencySamples {
         let step_hz = self.step_hz();
-        let samples = |first_hz: f64, dechirped: bool| Lines {
+        let samples = |first_hz: f64, dechirped: bool| FrequencySamples {
             count: self.samples,
             first_hz,
             step_hz,
@@ -327,7 +327,7 @@ impl Radar {
     }
     /// Harmonics of a period 1/`step_hz` up to `half_band_hz` on both sides of the carrier, all taken in the middle of
     /// the samples.
-    pub fn harmonics(&self, step_hz: f64, half_band_hz: f64) -> Lines {
+    pub fn harmonics(&self, step_hz: f64, half_band_hz: f64) -> FrequencySamples {
         let most = (0.5 * self.sample_rate_hz / step_hz - 0.5).floor();
         let each_side = (half_band_hz / step_hz * (1.0 + 1e-12)).floor().min(most).max(0.0);
         // Real samples are of the wave itself, so its harmonics count from zero frequency.
@@ -335,7 +335,7 @@ impl Radar {
             Sampling::Iq => self.carrier_hz,
             Sampling::Real => (self.carrier_hz / step_hz).round() * step_hz,
         };
-        Lines {
+        FrequencySamples {
             count: 2 * each_side as usize + 1,
             first_hz: middle - each_side * step_hz,
             step_hz,

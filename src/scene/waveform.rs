@@ -195,7 +195,7 @@ impl Waveform {
 /// Lines of one chirp: line n is taken at `start_s` + n `step_s` after the chirp's start and is the response at
 /// `first_hz` + n `step_hz` (CONVENTIONS eq. 12a).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lines {
+pub struct FrequencySamples {
     pub count: usize,
     pub first_hz: f64,
     /// Negative when the frequency falls.
@@ -206,11 +206,11 @@ pub struct Lines {
     pub dechirped: bool,
 }
 
-impl Lines {
+impl FrequencySamples {
     /// With `margin` more at either end.
-    pub fn wider(self, margin: usize) -> Lines {
+    pub fn wider(self, margin: usize) -> FrequencySamples {
         let m = margin as f64;
-        Lines {
+        FrequencySamples {
             count: self.count + 2 * margin,
             first_hz: self.first_hz - m * self.step_hz,
             start_s: self.start_s - m * self.step_s,

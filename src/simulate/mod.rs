@@ -4,8 +4,8 @@ pub mod thermal_floor;
 pub mod truth;
 
 use crate::adc::cpu::synthesis::Control;
-use crate::adc::interference::{self, Arrival, Place};
-use crate::adc::synthesis::{FrontEnd, Levels};
+use crate::adc::interference::{self, Arrival, RadarState};
+use crate::adc::synthesis::{Levels, SynthesisStats};
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
@@ -18,7 +18,7 @@ use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
 use crate::scene::{Object, Scene, Shape};
 use crate::trace::air::Air;
-use crate::trace::{Convention, Returns, TraceOptions};
+use crate::trace::{Convention, Echoes, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -55,8 +55,8 @@ pub struct Frame {
     pub pose: Pose<Sensor, World>,
     pub velocity_mps: DVec3,
     pub triangles: usize,
-    pub returns: Returns,
-    pub front_end: FrontEnd,
+    pub echoes: Echoes,
+    pub front_end: SynthesisStats,
     pub cube: AnyCube,
     /// One for each ramp.
     pub maps: Vec<RangeDoppler<f64>>,
@@ -130,11 +130,11 @@ pub struct Prepared<'a> {
     scenario: &'a Scenario,
     scene: &'a Scene,
     first: usize,
-    radars: Vec<Seen<'a>>,
+    radars: Vec<RadarView<'a>>,
 }
 
 /// What one radar needs of the scene.
-struct Seen<'a> {
+struct RadarView<'a> {
     refined: Cow<'a, Scene>,
     still: OnceLock<Geometry>,
 }
@@ -149,7 +149,7 @@ impl<'a> Prepared<'a> {
         let seen = |radar: &Radar| {
             let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
             let refined = curved::refined_within(scene, sagitta_m, scenario.trace.facets as usize)?;
-            Ok(Seen { refined, still: OnceLock::new() })
+            Ok(RadarView { refined, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {
@@ -195,13 +195,13 @@ impl<'a> Prepared<'a> {
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
         let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
-        let returns = engine.returns(geometry, radar, &pose, velocity_mps, &options);
-        engine.check_memory(radar, returns.returns.len())?;
+        let echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
+        engine.check_memory(radar, echoes.list.len())?;
         stages.trace_s = clock.lap();
         let interference = arrivals(scenario, scene, which, time_s)?;
         let (cube, front_end, mut maps) = engine.frame(
             radar,
-            &returns,
+            &echoes,
             &interference,
             (seed, index),
             control,
@@ -212,7 +212,7 @@ impl<'a> Prepared<'a> {
         clock.lap();
         let bodies = Bodies::new(scene, time_s, &pose);
         let own = pose.inverse().direction(velocity_mps);
-        let points = located(engine, radar, &mut maps, Some(own), (&returns, &bodies))?;
+        let points = located(engine, radar, &mut maps, Some(own), (&echoes, &bodies))?;
         stages.angles_s = clock.lap();
         Ok(Frame {
             index,
@@ -221,7 +221,7 @@ impl<'a> Prepared<'a> {
             pose,
             velocity_mps,
             triangles: geometry.triangles.len(),
-            returns,
+            echoes,
             front_end,
             cube,
             maps,
@@ -236,21 +236,21 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
     let radar = &scenario.radars[which];
     let place = |r: &Radar| {
         let (pose, velocity_mps) = radar_pose(r, &scenario.ego, time_s);
-        Place { pose, velocity_mps }
+        RadarState { pose, velocity_mps }
     };
-    let mut senders: Vec<(Interferer, Place)> = scenario
+    let mut senders: Vec<(Interferer, RadarState)> = scenario
         .interferers
         .iter()
         .map(|i| {
             let at = i.pose.translation_m + i.velocity_mps * time_s;
-            (i.clone(), Place { pose: Pose::new(i.pose.rotation, at), velocity_mps: i.velocity_mps })
+            (i.clone(), RadarState { pose: Pose::new(i.pose.rotation, at), velocity_mps: i.velocity_mps })
         })
         .collect();
     if scenario.mutual_interference {
         for other in scenario.radars.iter().enumerate().filter(|(k, _)| *k != which).map(|(_, r)| r) {
             let at = place(other);
             if let Some(sender) = Interferer::of_radar(other, at.pose, at.velocity_mps) {
-                let at = Place { pose: sender.pose, ..at };
+                let at = RadarState { pose: sender.pose, ..at };
                 senders.push((sender, at));
             }
         }
@@ -280,13 +280,13 @@ pub fn detect(
     radar: &Radar,
     cube: &AnyCube,
     velocity_mps: Option<DVec3>,
-    (returns, bodies): (&Returns, &Bodies),
+    (echoes, bodies): (&Echoes, &Bodies),
     stages: &mut Stages,
 ) -> Result<(Vec<RangeDoppler<f64>>, Vec<Point>)> {
     let mut clock = Clock::start();
     let mut maps = engine.maps(radar, cube)?;
     stages.processing_s = clock.lap();
-    let cloud = located(engine, radar, &mut maps, velocity_mps, (returns, bodies))?;
+    let cloud = located(engine, radar, &mut maps, velocity_mps, (echoes, bodies))?;
     stages.angles_s = clock.lap();
     Ok((maps, cloud))
 }
@@ -297,10 +297,10 @@ pub fn located(
     radar: &Radar,
     maps: &mut [RangeDoppler<f64>],
     velocity_mps: Option<DVec3>,
-    (returns, bodies): (&Returns, &Bodies),
+    (echoes, bodies): (&Echoes, &Bodies),
 ) -> Result<Vec<Point>> {
     let mut cloud = locate::points(engine, radar, maps, velocity_mps)?;
-    label::label(radar, &mut cloud, returns, bodies);
+    label::label(radar, &mut cloud, echoes, bodies);
     Ok(cloud)
 }
 
@@ -356,8 +356,8 @@ pub fn convergence(
 /// Range, range rate and index in the map of the largest cell near the object's strongest echo.
 fn strongest_cell(radar: &Radar, frame: &Frame, id: u32) -> Option<(f64, f64, usize)> {
     let best = frame
-        .returns
-        .returns
+        .echoes
+        .list
         .iter()
         .filter(|r| r.object_id() == id)
         .max_by(|a, b| crate::trace::strength(a).total_cmp(&crate::trace::strength(b)))?;

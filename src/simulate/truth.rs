@@ -42,12 +42,12 @@ pub struct ActorTruth {
     /// Ids of its objects, the first part first.
     pub parts: Vec<u32>,
     #[serde(flatten)]
-    pub seen: Seen,
+    pub seen: Visibility,
 }
 
 /// What came back from an actor in this frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Seen {
+pub struct Visibility {
     /// Its strongest cell lies above the thermal noise of a cell.
     pub visible: bool,
     /// Echoes of it in the receiver's band.
@@ -161,7 +161,7 @@ fn markers(scene: &Scene, time_s: f64, road: Option<&RoadTruth>) -> Vec<MarkerTr
 }
 
 /// By the id of an actor's first part.
-fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Seen> {
+fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Visibility> {
     let (mut head, mut class) = (HashMap::new(), HashMap::new());
     for parts in crate::road::actors::actors(&scene.objects) {
         for i in &parts {
@@ -176,8 +176,8 @@ fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Seen> {
     let cell = |x: f64, bin: f64| if bin.is_finite() && bin > 0.0 { (x / bin).round() as i64 } else { 0 };
     // (actor, range cell, rate cell) and the amplitude of each echo.
     let mut echoes: Vec<((u32, i64, i64), Complex64)> = frame
-        .returns
-        .returns
+        .echoes
+        .list
         .par_iter()
         .filter(|r| passes(radar, r))
         .filter_map(|r| {
@@ -189,7 +189,7 @@ fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Seen> {
     // Stable, so that sums repeat.
     echoes.par_sort_by_key(|e| e.0);
     let floor_w = thermal_floor_w(radar).unwrap_or(0.0);
-    let mut out = BTreeMap::<u32, Seen>::new();
+    let mut out = BTreeMap::<u32, Visibility>::new();
     for run in echoes.chunk_by(|a, b| a.0 == b.0) {
         let power_w = run.iter().map(|e| e.1).sum::<Complex64>().norm_sqr();
         let seen = out.entry(run[0].0.0).or_default();

@@ -1,6 +1,6 @@
 //! What the air between does to echoes: attenuation along their paths (CONVENTIONS eq. 151, 152).
 
-use super::returns::Return;
+use super::echo::Echo;
 use crate::em::weather::{
     FOG_HZ, RAIN_HZ, RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m,
 };
@@ -63,9 +63,9 @@ impl Air {
     }
 
     /// Takes from each echo what the air takes on its path, half of it as the polarisation that was sent and half as the one received.
-    pub fn attenuate(&self, returns: &mut [Return]) {
+    pub fn attenuate(&self, echoes: &mut [Echo]) {
         let [v, h] = self.loss_db_per_m;
-        for r in returns {
+        for r in echoes {
             let amplitude = |db_per_m: f64| 10f64.powf(-db_per_m * r.path_length_m / 20.0);
             let (vv, hh, mixed) = (amplitude(v), amplitude(h), amplitude(0.5 * (v + h)));
             for (rx, row) in r.spread.iter_mut().enumerate() {

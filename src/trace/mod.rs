@@ -8,14 +8,14 @@ pub mod beam_clip;
 pub mod beams;
 pub mod closest;
 pub mod cpu;
+pub mod echo;
 pub mod launch;
-pub mod returns;
 pub mod scan;
 pub mod upload;
 pub mod windows;
 
+pub use echo::{Echo, Echoes, MAX_BOUNCES, drop_weak, strength};
 use glam::DVec3;
-pub use returns::{MAX_BOUNCES, Return, Returns, drop_weak, strength};
 
 /// Which bounces radiate to the receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

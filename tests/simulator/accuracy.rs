@@ -13,7 +13,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::rng::philox4x32_10;
 use catseye::scene::radar::*;
-use catseye::trace::Returns;
+use catseye::trace::Echoes;
 use catseye::units::{C0, power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -69,13 +69,13 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
 }
 
 /// The map, its detections and snapshots of one target in noise, and the echo itself.
-fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Returns) {
+fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Echoes) {
     let [range, rate, azimuth, elevation] = target;
     let u = direction_from_angles(azimuth, elevation);
-    let returns = Returns { returns: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
-    let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
+    let echoes = Echoes { list: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
+    let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
-    (catseye::dsp::cpu::process(&cube, radar).unwrap().1, returns)
+    (catseye::dsp::cpu::process(&cube, radar).unwrap().1, echoes)
 }
 
 fn measure(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> Option<Point> {

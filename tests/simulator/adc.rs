@@ -12,7 +12,7 @@ use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
-use catseye::trace::{Return, Returns};
+use catseye::trace::{Echo, Echoes};
 use catseye::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -69,16 +69,16 @@ fn radar() -> Radar {
     }
 }
 
-fn returns(list: Vec<Return>) -> Returns {
-    Returns { returns: list, rays: 0 }
+fn echoes(all: Vec<Echo>) -> Echoes {
+    Echoes { list: all, rays: 0 }
 }
 
-fn cube<T: Precision>(radar: &Radar, list: &Returns) -> Cube<T> {
-    synthesise(&Plan::new(radar, list).unwrap(), Control::default()).unwrap()
+fn cube<T: Precision>(radar: &Radar, all: &Echoes) -> Cube<T> {
+    synthesise(&Plan::new(radar, all).unwrap(), Control::default()).unwrap()
 }
 
 /// Equations 9-12 as they stand, one sample of one echo.
-fn direct(radar: &Radar, r: &Return, chirp: usize, channel: usize, n: usize) -> Complex64 {
+fn direct(radar: &Radar, r: &Echo, chirp: usize, channel: usize, n: usize) -> Complex64 {
     let (k, rx) = (channel / radar.rx.len(), channel % radar.rx.len());
     let (t, q) = (&radar.tx[k], &radar.rx[rx]);
     let first = r.departure * r.first_range_m;
@@ -119,23 +119,23 @@ fn errors(got: &Cube<f64>, truth: &Cube<f64>) -> (f64, f64) {
     (worst / peak, (l2 / truth.data.iter().map(|z| z.norm_sqr()).sum::<f64>()).sqrt())
 }
 
-fn direct_cube(radar: &Radar, list: &Returns) -> Cube<f64> {
+fn direct_cube(radar: &Radar, all: &Echoes) -> Cube<f64> {
     let mut cube = Cube::zeros(radar.chirps, radar.channels(), radar.samples);
     let (channels, samples) = (cube.channels, cube.samples);
     for (i, z) in cube.data.iter_mut().enumerate() {
         let (m, c, n) = (i / (channels * samples), i / samples % channels, i % samples);
-        let heard = list.returns.iter().filter(|r| passes_filter(radar, beat_frequency_hz(radar, r)));
+        let heard = all.list.iter().filter(|r| passes_filter(radar, beat_frequency_hz(radar, r)));
         *z = heard.map(|r| direct(radar, r, m, c, n)).sum();
     }
     cube
 }
 
 /// A repeatable spread of echoes with every entry of S, moving and still.
-fn many(count: usize, speed: f64) -> Returns {
+fn many(count: usize, speed: f64) -> Echoes {
     let word = |i: usize, j: usize| {
         catseye::rng::philox4x32_10([i as u32, j as u32, 0, 7], [1, 2])[0] as f64 / 4_294_967_296.0
     };
-    returns(
+    echoes(
         (0..count)
             .map(|i| {
                 let range = 2.0 + 50.0 * word(i, 0);
@@ -163,13 +163,13 @@ fn phase_at_every_sample_is_that_of_the_formula() {
     radar.sample_rate_hz = 62.5e6;
     radar.samples = 2050;
     radar.sampling = Sampling::Iq;
-    let list = returns(vec![point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1)]);
-    let got = cube::<f64>(&radar, &list);
+    let all = echoes(vec![point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1)]);
+    let got = cube::<f64>(&radar, &all);
     let mut worst = 0.0f64;
     for m in 0..radar.chirps {
         for c in 0..radar.channels() {
             for (n, z) in got.row(m, c).iter().enumerate() {
-                let truth = direct(&radar, &list.returns[0], m, c, n);
+                let truth = direct(&radar, &all.list[0], m, c, n);
                 worst = worst.max((z * truth.conj()).arg().abs());
                 assert!((z.norm() / truth.norm() - 1.0).abs() < 1e-9);
             }
@@ -188,8 +188,8 @@ fn stop_and_hop_would_be_off_by_two_radians() {
     radar.samples = 2050;
     radar.chirps = 1;
     (radar.tx, radar.rx) = (vec![antenna(0.0, 0.0, 0.0)], vec![antenna(0.0, 0.0, 0.0)]);
-    let list = returns(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1)]);
-    let got = cube::<f64>(&radar, &list);
+    let all = echoes(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1)]);
+    let got = cube::<f64>(&radar, &all);
     // The delay of the ramp's start, held through the ramp.
     let tau = 2.0 * (30.0 - 20.0 * -0.5 * radar.chirp_period_s()) / (C0 - 20.0);
     let stopped = |n: usize| TAU * radar.slope_hz_per_s() * tau * n as f64 / radar.sample_rate_hz;
@@ -208,12 +208,12 @@ fn cube_equals_the_sum_of_the_formulas() {
         radar.sampling = sampling;
         radar.rx[1].polarisation = Polarisation { v: Complex64::new(0.6, 0.0), h: Complex64::new(0.0, 0.8) };
         radar.tx[1].gain_dbi = 7.0;
-        let list = many(37, 30.0);
-        let truth = direct_cube(&radar, &list);
-        let (worst, l2) = errors(&cube::<f64>(&radar, &list), &truth);
+        let all = many(37, 30.0);
+        let truth = direct_cube(&radar, &all);
+        let (worst, l2) = errors(&cube::<f64>(&radar, &all), &truth);
         println!("f64 {sampling:?}: worst {worst:.1e} of the peak, L2 {l2:.1e}");
         assert!(worst < 1e-9);
-        let (worst, l2) = errors(&cube::<f32>(&radar, &list).to_f64(), &truth);
+        let (worst, l2) = errors(&cube::<f32>(&radar, &all).to_f64(), &truth);
         println!("f32 {sampling:?}: worst {worst:.1e} of the peak, L2 {l2:.1e}");
         assert!(worst < 1e-4 && l2 < 1e-4);
     }
@@ -236,17 +236,17 @@ fn single_precision_keeps_80_db_for_any_echo_and_radar() {
         for (part, speed) in
             [(0.001, 0.0), (0.1, -70.0), (0.25, 70.0), (0.3, -20.0), (0.5, 70.0), (0.9, -70.0), (0.999, 0.0)]
         {
-            let list = returns(vec![point_echo(
+            let all = echoes(vec![point_echo(
                 DVec3::new(part * r_max, 0.1 * part * r_max, 0.0),
                 DVec3::new(speed, 0.0, 0.0),
                 1.0,
                 1,
             )]);
-            if Plan::new(&radar, &list).unwrap().front_end.dropped > 0 {
+            if Plan::new(&radar, &all).unwrap().front_end.dropped > 0 {
                 continue;
             }
-            let truth = cube::<f64>(&radar, &list);
-            let (worst, l2) = errors(&cube::<f32>(&radar, &list).to_f64(), &truth);
+            let truth = cube::<f64>(&radar, &all);
+            let (worst, l2) = errors(&cube::<f32>(&radar, &all).to_f64(), &truth);
             println!("{samples} samples, {part} r_max, {speed} m/s: worst {worst:.1e}, L2 {l2:.1e}");
             assert!(worst < 1e-4);
         }
@@ -279,14 +279,14 @@ fn ten_dbsm_at_50_m_by_hand() {
         let mut radar = radar();
         radar.sampling = sampling;
         radar.samples = 512;
-        let list = returns(vec![point_echo(DVec3::new(50.0, 0.0, 0.0), DVec3::ZERO, 10.0, 1)]);
-        let cube = cube::<f64>(&radar, &list);
+        let all = echoes(vec![point_echo(DVec3::new(50.0, 0.0, 0.0), DVec3::ZERO, 10.0, 1)]);
+        let cube = cube::<f64>(&radar, &all);
         let beat = radar.slope_hz_per_s() * 2.0 * 50.0 / C0;
         // Half of a real signal's power lies at the negative frequency.
         let half = if sampling == Sampling::Real { 2.0 } else { 1.0 };
         if sampling == Sampling::Real {
             assert_eq!(
-                Plan::new(&radar, &list).unwrap().front_end.dropped,
+                Plan::new(&radar, &all).unwrap().front_end.dropped,
                 1,
                 "50 m lies beyond N/2 cells here"
             );
@@ -300,9 +300,9 @@ fn ten_dbsm_at_50_m_by_hand() {
     radar.sampling = Sampling::Real;
     radar.samples = 512;
     radar.waveform = Waveform::chirp(0.4e9, 40e-6, 55e-6);
-    let list = returns(vec![point_echo(DVec3::new(50.0, 0.0, 0.0), DVec3::ZERO, 10.0, 1)]);
+    let all = echoes(vec![point_echo(DVec3::new(50.0, 0.0, 0.0), DVec3::ZERO, 10.0, 1)]);
     let beat = radar.slope_hz_per_s() * 2.0 * 50.0 / C0;
-    let power = dbm_from_w(2.0 * dft_power_w(&radar, &cube::<f64>(&radar, &list), 0, beat));
+    let power = dbm_from_w(2.0 * dft_power_w(&radar, &cube::<f64>(&radar, &all), 0, beat));
     println!("real: {power:.4} dBm, by hand {hand}");
     assert!((power - hand).abs() < 0.05, "{power}");
 }
@@ -320,8 +320,8 @@ fn signs_of_doppler_azimuth_and_elevation() {
     radar.tx.truncate(1);
     let at = |azimuth: f64, elevation: f64, v: f64| {
         let u = direction_from_angles(azimuth, elevation);
-        let list = returns(vec![point_echo(u * 30.0, u * v, 1.0, 1)]);
-        cube::<f64>(&radar, &list)
+        let all = echoes(vec![point_echo(u * 30.0, u * v, 1.0, 1)]);
+        cube::<f64>(&radar, &all)
     };
     // Slow-time frequency +2v/lambda: positive when receding.
     let loop_period = radar.loop_period_s();
@@ -343,14 +343,14 @@ fn transmitters_take_turns() {
     // Two transmitters in one place: their channels differ by the time between their chirps alone.
     radar.tx[1] = radar.tx[0].clone();
     let v = 3.0;
-    let list = returns(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(v, 0.0, 0.0), 1.0, 1)]);
-    let cube = cube::<f64>(&radar, &list);
+    let all = echoes(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(v, 0.0, 0.0), 1.0, 1)]);
+    let cube = cube::<f64>(&radar, &all);
     let expected = TAU * 2.0 * v / radar.wavelength_m() * radar.chirp_period_s();
     assert!((step(&cube, (4, 0), (4, 3)) - expected).abs() < 0.01);
     assert!((step(&cube, (4, 3), (5, 0)) - expected).abs() < 0.01);
     // Time zero is the middle of the frame: the middle chirp sees the range as given.
     let m = radar.chirps / 2;
-    let still = returns(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::ZERO, 1.0, 1)]);
+    let still = echoes(vec![point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::ZERO, 1.0, 1)]);
     let moved = (cube.row(m, 0)[0] * self::cube::<f64>(&radar, &still).row(m, 0)[0].conj()).arg();
     assert!(moved.abs() < TAU * 2.0 * v / radar.wavelength_m() * 2e-6 + 0.01, "{moved}");
 }
@@ -358,9 +358,9 @@ fn transmitters_take_turns() {
 #[test]
 fn still_scenes_repeat_in_every_loop_and_mix_with_moving_ones() {
     let radar = radar();
-    let list = many(30, 0.0);
-    let cube = cube::<f32>(&radar, &list);
-    assert_eq!(Plan::new(&radar, &list).unwrap().front_end.moving, 0);
+    let all = many(30, 0.0);
+    let cube = cube::<f32>(&radar, &all);
+    assert_eq!(Plan::new(&radar, &all).unwrap().front_end.moving, 0);
     let row = radar.channels() * radar.samples;
     assert!((1..radar.chirps).all(|m| cube.data[..row] == cube.data[m * row..(m + 1) * row]));
 }
@@ -368,8 +368,8 @@ fn still_scenes_repeat_in_every_loop_and_mix_with_moving_ones() {
 #[test]
 fn same_bytes_whatever_the_number_of_threads() {
     let radar = radar();
-    let list = many(3000, 20.0);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(3000, 20.0);
+    let plan = Plan::new(&radar, &all).unwrap();
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -385,8 +385,8 @@ fn same_bytes_whatever_the_number_of_threads() {
 fn progress_and_cancel() {
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
     let radar = radar();
-    let list = many(5, 20.0);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(5, 20.0);
+    let plan = Plan::new(&radar, &all).unwrap();
     let (most, total) = (AtomicU64::new(0), AtomicU64::new(0));
     let progress = |done: u64, of: u64| {
         most.fetch_max(done, Ordering::Relaxed);
@@ -404,8 +404,8 @@ fn anti_alias_filter_decides_what_wraps() {
     radar.samples = 512;
     let r_max = C0 * radar.sample_rate_hz / (2.0 * radar.slope_hz_per_s());
     let at = |r: f64, v: f64| point_echo(DVec3::new(r, 0.0, 0.0), DVec3::new(v, 0.0, 0.0), 1.0, 1);
-    let list = returns(vec![at(r_max - 0.5, 0.0), at(r_max + 0.5, 0.0), at(0.01, -30.0), at(5.0, -30.0)]);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = echoes(vec![at(r_max - 0.5, 0.0), at(r_max + 0.5, 0.0), at(0.01, -30.0), at(5.0, -30.0)]);
+    let plan = Plan::new(&radar, &all).unwrap();
     assert_eq!(plan.front_end.dropped, 2);
     assert_eq!(plan.front_end.moving, 1);
     let a = &radar.tx[0];
@@ -417,21 +417,21 @@ fn anti_alias_filter_decides_what_wraps() {
     assert!((power / (expected(r_max + 0.5) + expected(0.01)) - 1.0).abs() < 1e-9);
     // A real mixer hears negative beat frequencies too.
     radar.sampling = Sampling::Real;
-    assert_eq!(Plan::new(&radar, &list).unwrap().front_end.dropped, 2);
-    assert!(beat_frequency_hz(&radar, &list.returns[2]) < 0.0);
-    assert!(passes_filter(&radar, beat_frequency_hz(&radar, &list.returns[2])));
+    assert_eq!(Plan::new(&radar, &all).unwrap().front_end.dropped, 2);
+    assert!(beat_frequency_hz(&radar, &all.list[2]) < 0.0);
+    assert!(passes_filter(&radar, beat_frequency_hz(&radar, &all.list[2])));
 }
 
 #[test]
 fn beat_frequency_is_the_slope_of_the_phase() {
     let radar = radar();
-    for r in &many(20, 40.0).returns {
+    for r in &many(20, 40.0).list {
         let mut radar = radar.clone();
         radar.tx = vec![antenna(0.0, 0.0, 0.0)];
         radar.rx = radar.tx.clone();
         radar.samples = 257;
-        let list = returns(vec![r.clone()]);
-        let plan = Plan::new(&radar, &list).unwrap();
+        let all = echoes(vec![r.clone()]);
+        let plan = Plan::new(&radar, &all).unwrap();
         let k = plan.coefficients(0, 0);
         let slope = k.about(0.5 * radar.chirps as f64, 128.0).b0 * radar.sample_rate_hz;
         // The beat frequency drifts by some ten hertz from the frame's middle to the sample's time.
@@ -442,9 +442,9 @@ fn beat_frequency_is_the_slope_of_the_phase() {
 #[test]
 fn echoes_that_are_not_numbers_are_refused() {
     let radar = radar();
-    let mut list = many(3, 1.0);
-    list.returns[1].spread[1][0] = Complex64::new(f64::NAN, 0.0);
-    let message = Plan::new(&radar, &list).err().unwrap().to_string();
+    let mut all = many(3, 1.0);
+    all.list[1].spread[1][0] = Complex64::new(f64::NAN, 0.0);
+    let message = Plan::new(&radar, &all).err().unwrap().to_string();
     assert!(message.contains("echo 1"), "{message}");
 }
 
@@ -462,11 +462,11 @@ fn channel_paths_are_those_of_spheres() {
 }
 
 /// A point over flat ground with reflection -1: direct, up-down, down-up, and both by the image.
-fn over_ground(distance: f64, radar_height: f64, target_height: f64, sigma: f64) -> Returns {
+fn over_ground(distance: f64, radar_height: f64, target_height: f64, sigma: f64) -> Echoes {
     let up = DVec3::new(distance, 0.0, target_height - radar_height);
     let down = DVec3::new(distance, 0.0, -target_height - radar_height);
     let leg = |image: bool| if image { down } else { up };
-    let mut list = Vec::new();
+    let mut all = Vec::new();
     for out in [false, true] {
         for back in [false, true] {
             let (d, a) = (leg(out), leg(back));
@@ -477,10 +477,10 @@ fn over_ground(distance: f64, radar_height: f64, target_height: f64, sigma: f64)
             let sign = if out == back { 1.0 } else { -1.0 };
             let s = sign * (sigma / (4.0 * PI)).sqrt() / (d.length() * a.length());
             r.spread = [[Complex64::from(s), Complex64::ZERO], [Complex64::ZERO, Complex64::from(s)]];
-            list.push(r);
+            all.push(r);
         }
     }
-    returns(list)
+    echoes(all)
 }
 
 #[test]
@@ -494,11 +494,11 @@ fn two_rays_over_ground_make_the_known_nulls_and_peaks() {
     radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
     // Power over that of free space, which is 16 sin^4(k h1 h2 / d).
     let gain = |d: f64| {
-        let list = over_ground(d, 0.15, 0.35, 1.0);
-        let mean = |list: &Returns| {
-            cube::<f64>(&radar, list).data.iter().map(|z| z.norm_sqr()).sum::<f64>() / radar.samples as f64
+        let all = over_ground(d, 0.15, 0.35, 1.0);
+        let mean = |all: &Echoes| {
+            cube::<f64>(&radar, all).data.iter().map(|z| z.norm_sqr()).sum::<f64>() / radar.samples as f64
         };
-        db_from_power(mean(&list) / mean(&returns(vec![list.returns[0].clone()])))
+        db_from_power(mean(&all) / mean(&echoes(vec![all.list[0].clone()])))
     };
     let extreme = |about: f64, sign: f64| {
         let d = |i: i32| about * (1.0 + 0.0005 * i as f64);
@@ -591,13 +591,13 @@ fn gpu_synthesis_agrees_with_f64() {
         (radar.sampling, radar.samples) = (sampling, samples);
         radar.sample_rate_hz = rate;
         radar.waveform = Waveform::chirp(bandwidth, ramp, 55e-6);
-        for list in [many(201, speed), many(1, speed), many(0, 0.0)] {
-            let plan = Plan::new(&radar, &list).unwrap();
-            let want = cube::<f64>(&radar, &list);
+        for all in [many(201, speed), many(1, speed), many(0, 0.0)] {
+            let plan = Plan::new(&radar, &all).unwrap();
+            let want = cube::<f64>(&radar, &all);
             let got = on_gpu(test_gpu(), &plan, None);
             let d = check_close(&parts(&got), &parts(&want), tolerance).unwrap();
-            println!("{sampling:?} {samples}, {} echoes: {:.1e}", list.returns.len(), d.relative_l2);
-            if list.returns.len() == 201 {
+            println!("{sampling:?} {samples}, {} echoes: {:.1e}", all.list.len(), d.relative_l2);
+            if all.list.len() == 201 {
                 let (worst, _) = errors(&got.to_f64(), &want);
                 assert!(worst < 1e-4);
             }
@@ -609,8 +609,8 @@ fn gpu_synthesis_agrees_with_f64() {
 fn gpu_pieces_are_the_whole() {
     let mut radar = radar();
     radar.chirps = 7;
-    let list = many(50, 20.0);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(50, 20.0);
+    let plan = Plan::new(&radar, &all).unwrap();
     let noise = Noise::thermal(&radar, 9, 4);
     let whole = on_gpu(test_gpu(), &plan, noise);
     // Two chirps in a piece; all echoes in one upload, so the sums keep their order.
@@ -621,7 +621,7 @@ fn gpu_pieces_are_the_whole() {
     assert!(parts(&whole) == parts(&pieces));
     // Echoes in several uploads: the same up to rounding. Few samples, so that a chirp still fits.
     radar.samples = 20;
-    let plan = Plan::new(&radar, &list).unwrap();
+    let plan = Plan::new(&radar, &all).unwrap();
     let whole = on_gpu(test_gpu(), &plan, None);
     let pieces = on_gpu(&limit(6 * 32 * 7), &plan, None);
     check_close(&parts(&pieces), &parts(&whole.to_f64()), 1e-6).unwrap();
@@ -642,8 +642,8 @@ fn gpu_adds_up_more_echoes_than_a_software_driver_loops() {
             let at = DVec3::new(20.0 + 1e-9 * i as f64, 0.3, 0.1);
             point_echo(at, DVec3::new(rate, 0.0, 0.0), 1.0, 1)
         };
-        let list = returns((0..70_000).map(one).collect());
-        let plan = Plan::new(&radar, &list).unwrap();
+        let all = echoes((0..70_000).map(one).collect());
+        let plan = Plan::new(&radar, &all).unwrap();
         let truth: Cube<f64> = synthesise(&plan, Control::default()).unwrap();
         // -80 dB: 16,384 terms of one sign in a row round more than the kernel's tolerance foresees (2e-5).
         check_close(&parts(&on_gpu(test_gpu(), &plan, None)), &parts(&truth), 1e-4).unwrap();
@@ -655,8 +655,8 @@ fn gpu_refuses_a_drift_that_it_cannot_follow() {
     let mut radar = radar();
     (radar.samples, radar.sample_rate_hz) = (16, 0.3e6);
     radar.waveform = Waveform::chirp(4e9, 60e-6, 60e-6);
-    let list = returns(vec![point_echo(DVec3::new(0.3, 0.0, 0.0), DVec3::new(70.0, 0.0, 0.0), 1.0, 1)]);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = echoes(vec![point_echo(DVec3::new(0.3, 0.0, 0.0), DVec3::new(70.0, 0.0, 0.0), 1.0, 1)]);
+    let plan = Plan::new(&radar, &all).unwrap();
     assert_eq!(plan.front_end.dropped, 0);
     let mut recorder = test_gpu().recorder("adc");
     assert!(plan.record(test_gpu(), &mut recorder).err().unwrap().to_string().contains("drifts"));
@@ -667,7 +667,7 @@ fn gpu_noise_is_that_of_the_cpu() {
     for sampling in [Sampling::Iq, Sampling::Real] {
         let mut radar = radar();
         (radar.sampling, radar.chirps, radar.samples) = (sampling, 40, 512);
-        let none = returns(Vec::new());
+        let none = echoes(Vec::new());
         let noise = Noise::thermal(&radar, 0xfeed_0123_4567_89ab, 77).unwrap();
         let got = on_gpu(test_gpu(), &Plan::new(&radar, &none).unwrap(), Some(noise));
         let mut want = cube::<f64>(&radar, &none);
@@ -685,8 +685,8 @@ fn speed() {
     let mut radar = radar();
     radar.samples = 512;
     radar.chirps = 16;
-    let list = many(3 * 4000, 20.0);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(3 * 4000, 20.0);
+    let plan = Plan::new(&radar, &all).unwrap();
     println!("{:?}, {}", plan.front_end, catseye::simd::level());
     let still = plan.set(synthesis::Set::Still).len();
     let work = (plan.front_end.moving as usize * plan.chirps + still) * plan.channels * plan.samples;
@@ -723,6 +723,6 @@ fn speed() {
         "{}: {:.4} ns per echo and sample; record {:.1} ns per echo and channel",
         test_device_name(),
         per(gpu_s),
-        1e9 * record_s / (list.returns.len() * plan.channels) as f64
+        1e9 * record_s / (all.list.len() * plan.channels) as f64
     );
 }

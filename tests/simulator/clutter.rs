@@ -15,7 +15,7 @@ use catseye::scene::{Material, Scene, Shape, material, radar_toml};
 use catseye::trace::air::Air;
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
-use catseye::trace::{Return, TraceOptions};
+use catseye::trace::{Echo, TraceOptions};
 use catseye::units::{C0, power_from_db, w_from_dbm, wavenumber};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
@@ -160,7 +160,7 @@ fn road_clutter_falls_as_its_closed_form() {
         let scene = road(spec, DVec2::new(-1.0, -far), DVec2::new(far, far));
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
         let mut sum = vec![0.0; bins];
-        let mut echoes = 0;
+        let mut rays = 0;
         for seed in 0..SEEDS {
             let options = TraceOptions {
                 seed,
@@ -169,26 +169,26 @@ fn road_clutter_falls_as_its_closed_form() {
                 amplitude_floor: 0.0,
                 ..Default::default()
             };
-            let returns = engine.returns(&geometry, &radar, &pose(HEIGHT_M), DVec3::ZERO, &options);
-            echoes += returns.rays;
-            let (cube, _) = engine.cube(&radar, &returns, &[], seed, 0, Control::default()).unwrap();
+            let echoes = engine.echoes(&geometry, &radar, &pose(HEIGHT_M), DVec3::ZERO, &options);
+            rays += echoes.rays;
+            let (cube, _) = engine.cube(&radar, &echoes, &[], seed, 0, Control::default()).unwrap();
             spectrum(&radar, &cube, bins).iter().zip(&mut sum).for_each(|(p, s)| *s += p / SEEDS as f64);
         }
-        println!("{spec}: {} echoes a frame, bins of {:.3} m", echoes / SEEDS, bin_m(&radar));
+        println!("{spec}: {} echoes a frame, bins of {:.3} m", rays / SEEDS, bin_m(&radar));
         let want: Vec<f64> =
             (first..bins).map(|b| expected(&radar, b, &|r| road_w_per_m(&radar, &*sigma0, r))).collect();
         compare(spec, &sum[first..], &want, first, SEEDS, 4);
     }
 }
 
-fn diffuse_of(geometry: &Geometry, at: &Pose<Sensor, World>, options: &TraceOptions) -> Vec<Return> {
+fn diffuse_of(geometry: &Geometry, at: &Pose<Sensor, World>, options: &TraceOptions) -> Vec<Echo> {
     let options = TraceOptions { amplitude_floor: 0.0, ..*options };
-    let all = echoes::returns(geometry, &around(at), at, DVec3::ZERO, &options);
-    let coherent = all.returns.len() - all.rays as usize;
-    all.returns[coherent..].to_vec()
+    let all = echoes::echoes(geometry, &around(at), at, DVec3::ZERO, &options);
+    let coherent = all.list.len() - all.rays as usize;
+    all.list[coherent..].to_vec()
 }
 
-fn field(list: &[Return], k: f64, rx: usize, tx: usize) -> Complex64 {
+fn field(list: &[Echo], k: f64, rx: usize, tx: usize) -> Complex64 {
     list.iter().map(|r| r.spread[rx][tx] * Complex64::cis(-k * r.path_length_m)).sum()
 }
 
@@ -254,11 +254,7 @@ fn speckle_of_a_cell() {
 }
 
 /// Places of the scatterers in the frame of the body that they belong to, rounded to a hundredth of a millimetre, with S.
-fn places(
-    list: &[Return],
-    at: &Pose<Sensor, World>,
-    body: &Pose<Sensor, World>,
-) -> Vec<([i64; 3], Complex64)> {
+fn places(list: &[Echo], at: &Pose<Sensor, World>, body: &Pose<Sensor, World>) -> Vec<([i64; 3], Complex64)> {
     let back = body.inverse();
     let mut all: Vec<([i64; 3], Complex64)> = list
         .iter()
@@ -309,8 +305,8 @@ fn the_pattern_belongs_to_the_place() {
         last = both;
     }
     // A range cell's field a millimetre on is that of the same scatterers on their new paths.
-    let cell = |list: &[Return], x: f64| -> Vec<Return> {
-        let inside = |r: &&Return| (20.0..20.5).contains(&(r.departure.x * r.first_range_m + x));
+    let cell = |list: &[Echo], x: f64| -> Vec<Echo> {
+        let inside = |r: &&Echo| (20.0..20.5).contains(&(r.departure.x * r.first_range_m + x));
         list.iter().filter(inside).cloned().collect()
     };
     let before = cell(&here, 0.0);
@@ -373,8 +369,8 @@ fn rain_clutter_falls_as_its_closed_form() {
     let mut sum = vec![0.0; bins];
     for seed in 0..SEEDS {
         let options = TraceOptions { seed, rays: 20_000, amplitude_floor: 0.0, air, ..Default::default() };
-        let returns = engine.returns(&geometry, &radar, &pose(0.0), DVec3::ZERO, &options);
-        let (cube, _) = engine.cube(&radar, &returns, &[], seed, 0, Control::default()).unwrap();
+        let echoes = engine.echoes(&geometry, &radar, &pose(0.0), DVec3::ZERO, &options);
+        let (cube, _) = engine.cube(&radar, &echoes, &[], seed, 0, Control::default()).unwrap();
         spectrum(&radar, &cube, bins).iter().zip(&mut sum).for_each(|(p, s)| *s += p / SEEDS as f64);
     }
     // cos^6 of azimuth over a half turn, cos^41 of elevation: G^2 cos(el).
@@ -409,8 +405,8 @@ fn a_point_fades_by_the_recommendations() {
         // The rain's own echoes would come on top.
         air.iter_mut().for_each(|a| a.rain = None);
         let options = TraceOptions { air, ..Default::default() };
-        let returns = engine.returns(&geometry, &radar, &pose(0.0), DVec3::ZERO, &options);
-        let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default()).unwrap();
+        let echoes = engine.echoes(&geometry, &radar, &pose(0.0), DVec3::ZERO, &options);
+        let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default()).unwrap();
         spectrum(&radar, &cube, 64)[60]
     };
     let dry = peak(&Weather::default());
@@ -438,10 +434,10 @@ fn rain_falls() {
     let up: Pose<Sensor, World> = Pose::from_yaw_pitch_roll(DVec3::ZERO, 0.0, -0.5 * PI, 0.0);
     let air = Air::of(&rainy(10.0), radar.carrier_hz).unwrap();
     let options = TraceOptions { rays: 20_000, amplitude_floor: 0.0, air, ..Default::default() };
-    let all = engine.returns(&empty(-200.0, 5.0), &radar, &up, DVec3::ZERO, &options);
+    let all = engine.echoes(&empty(-200.0, 5.0), &radar, &up, DVec3::ZERO, &options);
     // Nearly straight up.
     let rates: Vec<f64> = all
-        .returns
+        .list
         .iter()
         .filter(|r| r.chain[0] == 0 && r.departure.x > 0.995)
         .map(|r| r.range_rate_mps() / r.departure.x)

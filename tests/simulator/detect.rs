@@ -13,7 +13,7 @@ use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::scene::{Object, Scene, Shape};
-use catseye::trace::{Return, Returns};
+use catseye::trace::{Echo, Echoes};
 use catseye::units::{C0, power_from_db};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -84,18 +84,18 @@ fn bodies(objects: &[Object]) -> Bodies {
     Bodies::new(&Scene { objects: objects.to_vec(), ..Default::default() }, 0.0, &Pose::IDENTITY)
 }
 
-fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, id: u32) -> Return {
+fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, id: u32) -> Echo {
     let u = direction_from_angles(azimuth_deg.to_radians(), elevation_deg.to_radians());
     point_echo(u * range, u * rate, power_from_db(dbsm), id)
 }
 
-fn cloud(radar: &Radar, list: Vec<Return>, objects: &[Object]) -> Vec<Point> {
-    let returns = Returns { returns: list, rays: 0 };
-    let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
+fn cloud(radar: &Radar, list: Vec<Echo>, objects: &[Object]) -> Vec<Point> {
+    let echoes = Echoes { list: list, rays: 0 };
+    let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found], None).unwrap();
-    label::label(radar, &mut cloud, &returns, &bodies(objects));
+    label::label(radar, &mut cloud, &echoes, &bodies(objects));
     cloud
 }
 
@@ -164,9 +164,9 @@ fn labels_follow_range_rate_and_azimuth() {
         echo(20.0, 40.0, 0.0, 0.0, 12.0, 3),
         echo(25.0, 0.0, 0.0, 0.0, 0.0, 4),
     ];
-    let returns = Returns { returns: list, rays: 0 };
+    let echoes = Echoes { list: list, rays: 0 };
     let bodies = bodies(&objects);
-    let labeller = Labeller::new(&radar, &returns, &bodies);
+    let labeller = Labeller::new(&radar, &echoes, &bodies);
     let at = |range: f64, azimuth: f64, rate: f64| {
         let d = Detected {
             range_bin: (range + rate * radar.carrier_hz / radar.slope_hz_per_s()) / radar.range_bin_m(),
@@ -209,9 +209,8 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     let p =
         Point { range_m: 20.0, range_rate_mps: 0.0, azimuth_rad: 0.0, elevation_rad: 0.0, ..sample_point() };
     let bodies = bodies(&objects);
-    let of =
-        |list: Vec<Return>| Labeller::new(&radar, &Returns { returns: list, rays: 0 }, &bodies).label(&p);
-    let best = |list: Vec<Return>| of(list).object_id;
+    let of = |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list: list, rays: 0 }, &bodies).label(&p);
+    let best = |list: Vec<Echo>| of(list).object_id;
     assert_eq!(best(vec![by_ground.clone(), echo(20.0, 0.0, 0.0, 0.0, 11.0, 3)]), 2);
     assert_eq!(best(vec![by_ground, echo(20.0, 0.0, 0.0, 0.0, 13.0, 3)]), 3);
     // Two echoes of the road in opposite phase carry nothing.
@@ -292,7 +291,7 @@ fn tables_hold_what_the_contract_says() {
     let mut r = echo(50.0, 0.0, 0.0, -3.0, 10.0, 5);
     r.chain[1] = 9;
     r.bounces = 2;
-    let list = Returns { returns: vec![r], rays: 1 };
+    let list = Echoes { list: vec![r], rays: 1 };
     let bytes = files::write_returns(Vec::new(), &radar, &list).unwrap();
     let table = Table::parse("returns.csv", String::from_utf8(bytes).unwrap()).unwrap();
     assert_eq!(table.header, files::RETURN_COLUMNS);

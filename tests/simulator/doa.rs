@@ -22,7 +22,7 @@ use catseye::gpu::{Gpu, Want};
 use catseye::rng::philox4x32_10;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
-use catseye::trace::Returns;
+use catseye::trace::Echoes;
 use catseye::units::wavelength_m;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -144,8 +144,8 @@ fn small_radar(rx: &[DVec3]) -> Radar {
 fn chain(radar: &Radar, targets: &[(DVec3, f64)]) -> Vec<Complex64> {
     let list = targets.iter().enumerate();
     let echoes = list.map(|(i, (p, sigma))| point_echo(*p, DVec3::ZERO, *sigma, i as u32 + 1)).collect();
-    let returns = Returns { returns: echoes, rays: 0 };
-    let cube: Cube<f64> = synthesise(&Plan::new(radar, &returns).unwrap(), Control::default()).unwrap();
+    let echoes = Echoes { list: echoes, rays: 0 };
+    let cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     let (spectrum, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let strongest =
         (0..found.map.data.len()).max_by(|a, b| found.map.data[*a].total_cmp(&found.map.data[*b]));

@@ -40,7 +40,7 @@ fn most_in_a_cell(chirps: &[&[Complex64]]) -> f64 {
 fn what_is_left_out_stays_under_the_noise() {
     let (s, all) = frame("");
     let (_, some) = frame("floor_db = -30");
-    let (many, few) = (all.returns.returns.len(), some.returns.returns.len());
+    let (many, few) = (all.echoes.list.len(), some.echoes.list.len());
     assert!(few * 4 < many * 3, "{few} of {many}");
     let (AnyCube::F64(all_cube), AnyCube::F64(some_cube)) = (&all.cube, &some.cube) else { unreachable!() };
     let radar = &s.radars[0];

@@ -5,7 +5,7 @@ use catseye::adc::convert::{self, Convert, full_scale_snr_db, peak};
 use catseye::adc::cpu::front_end::{Inputs, Runner, apply};
 use catseye::adc::front_end::phase_noise::{line, stretches};
 use catseye::adc::front_end::{Chain, jitter};
-use catseye::adc::interference::{self, Arrival, Place, burst_s, ghost_range_m};
+use catseye::adc::interference::{self, Arrival, RadarState, burst_s, ghost_range_m};
 use catseye::adc::noise::Noise;
 use catseye::frames::Pose;
 use catseye::scene::front_end::*;
@@ -522,15 +522,15 @@ fn sender() -> Interferer {
     }
 }
 
-fn here() -> Place {
-    Place {
+fn here() -> RadarState {
+    RadarState {
         pose: Pose::from_yaw_pitch_roll(DVec3::new(0.0, 0.0, 0.5), 0.0, 0.0, 0.0),
         velocity_mps: DVec3::ZERO,
     }
 }
 
-fn place(i: &Interferer) -> Place {
-    Place { pose: i.pose, velocity_mps: i.velocity_mps }
+fn place(i: &Interferer) -> RadarState {
+    RadarState { pose: i.pose, velocity_mps: i.velocity_mps }
 }
 
 fn add(chain: &Chain, chirps: usize, arrivals: &[Arrival]) -> Cube<f64> {

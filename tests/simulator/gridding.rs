@@ -4,7 +4,7 @@ use catseye::adc::Cube;
 use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
-use catseye::adc::gridding::{Bell, Costs, ECHOES_KEPT, Echoes, Layout, TAPS};
+use catseye::adc::gridding::{Bell, Costs, ECHOES_KEPT, GridEchoes, Layout, TAPS};
 use catseye::adc::methods::{Method, Methods};
 use catseye::adc::synthesis::{Plan, Set, point_echo};
 use catseye::frames::{Pose, direction_from_angles};
@@ -13,7 +13,7 @@ use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
 use catseye::scene::waveform::{Multiplex, Waveform};
-use catseye::trace::Returns;
+use catseye::trace::Echoes;
 use catseye::units::C0;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
@@ -76,7 +76,7 @@ fn swept(radar: &Radar, bandwidth_hz: f64) -> Waveform {
 }
 
 /// A repeatable spread of echoes of random phase and of powers over 40 dB.
-pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Returns {
+pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Echoes {
     let word = |i: usize, j: usize| {
         catseye::rng::philox4x32_10([i as u32, j as u32, 0, 11], [1, 2])[0] as f64 / 4_294_967_296.0
     };
@@ -91,7 +91,7 @@ pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Returns {
         r.spread = [[a, Complex64::ZERO], [Complex64::ZERO, a]];
         r
     };
-    Returns { returns: (0..count).map(echo).collect(), rays: 0 }
+    Echoes { list: (0..count).map(echo).collect(), rays: 0 }
 }
 
 /// Worst error over the peak, and relative L2.
@@ -108,20 +108,20 @@ fn errors(got: &Cube<f32>, truth: &Cube<f64>) -> (f64, f64) {
 /// A direct sum that is too dear: everything is gridded that can be.
 const NEVER_DIRECT: Costs = Costs { direct: 1e9, ..COSTS };
 
-fn gridded(radar: &Radar, list: &Returns) -> (Cube<f32>, Methods) {
-    synthesise_with(&Plan::new(radar, list).unwrap(), &NEVER_DIRECT, Control::default()).unwrap()
+fn gridded(radar: &Radar, all: &Echoes) -> (Cube<f32>, Methods) {
+    synthesise_with(&Plan::new(radar, all).unwrap(), &NEVER_DIRECT, Control::default()).unwrap()
 }
 
-fn check(name: &str, radar: &Radar, list: &Returns) -> Methods {
-    check_within(2e-5, name, radar, list)
+fn check(name: &str, radar: &Radar, all: &Echoes) -> Methods {
+    check_within(2e-5, name, radar, all)
 }
 
 /// −80 dB of the peak: what holds however echoes conspire.
 const ALWAYS: f64 = 1e-4;
 
-fn check_within(most: f64, name: &str, radar: &Radar, list: &Returns) -> Methods {
-    let (got, methods) = gridded(radar, list);
-    let plan = Plan::new(radar, list).unwrap();
+fn check_within(most: f64, name: &str, radar: &Radar, all: &Echoes) -> Methods {
+    let (got, methods) = gridded(radar, all);
+    let plan = Plan::new(radar, all).unwrap();
     let truth = synthesise::<f64>(&plan, Control::default()).unwrap();
     let (worst, l2) = errors(&got, &truth);
     let direct = errors(&synthesise::<f32>(&plan, Control::default()).unwrap(), &truth);
@@ -147,9 +147,9 @@ fn agrees_with_the_direct_sum() {
         }
     }
     // Both together, which meet in one cube.
-    let (radar, mut list) = (radar(32, 200), many(100, [2.0, 30.0], 15.0));
-    list.returns.extend(many(120, [2.0, 30.0], 0.0).returns);
-    let methods = check("both", &radar, &list);
+    let (radar, mut all) = (radar(32, 200), many(100, [2.0, 30.0], 15.0));
+    all.list.extend(many(120, [2.0, 30.0], 0.0).list);
+    let methods = check("both", &radar, &all);
     assert!(matches!((methods.still, methods.moving), (Method::Gridded(_), Method::Gridded(_))));
 }
 
@@ -160,21 +160,21 @@ fn agrees_with_the_direct_sum() {
 #[test]
 fn agrees_when_paths_bend() {
     let radar = radar(192, 200);
-    let mut list = many(600, [4.0, 50.0], 12.0);
-    for (i, r) in list.returns.iter_mut().enumerate() {
+    let mut all = many(600, [4.0, 50.0], 12.0);
+    for (i, r) in all.list.iter_mut().enumerate() {
         let a = 100.0 / f64::from(1 + i as u32 % 60);
-        r.path_bend = [if i % 3 == 0 { -a } else { a }, 30.0 * a];
+        r.path_acceleration_and_jerk = [if i % 3 == 0 { -a } else { a }, 30.0 * a];
     }
-    let curved = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
-    let bent = check_within(1e-3, "bent", &radar, &list);
-    for r in &mut list.returns {
-        r.path_bend = [0.0; 2];
+    let curved = synthesise::<f64>(&Plan::new(&radar, &all).unwrap(), Control::default()).unwrap();
+    let bent = check_within(1e-3, "bent", &radar, &all);
+    for r in &mut all.list {
+        r.path_acceleration_and_jerk = [0.0; 2];
     }
-    let straight = check("straight", &radar, &list);
+    let straight = check("straight", &radar, &all);
     let blocks = |m: Methods| if let Method::Gridded(g) = m.moving { g.blocks } else { 0 };
     assert!(blocks(bent) > blocks(straight), "{bent:?} {straight:?}");
     // Without the bend the sum is another one.
-    let (flat, _) = gridded(&radar, &list);
+    let (flat, _) = gridded(&radar, &all);
     assert!(errors(&flat, &curved).0 > 0.1);
 }
 
@@ -196,7 +196,7 @@ fn agrees_however_far_echoes_migrate() {
     check("1.5 GHz at 8.7 GHz", &low, &many(120, [2.0, 20.0], 30.0));
     // All echoes recede: neither a1 nor b1 has mean zero.
     let mut receding = many(120, [5.0, 30.0], 10.0);
-    receding.returns.iter_mut().for_each(|r| r.path_rate_mps += 60.0);
+    receding.list.iter_mut().for_each(|r| r.path_rate_mps += 60.0);
     check("receding", &base, &receding);
 }
 
@@ -214,11 +214,11 @@ fn few_and_equal_echoes() {
     let radar = radar(24, 100);
     for speed in [0.0, 10.0] {
         check("one", &radar, &many(1, [3.0, 30.0], speed));
-        let one = many(1, [3.0, 30.0], speed).returns.remove(0);
-        check_within(ALWAYS, "equal", &radar, &Returns { returns: vec![one; 30_000], rays: 0 });
+        let one = many(1, [3.0, 30.0], speed).list.remove(0);
+        check_within(ALWAYS, "equal", &radar, &Echoes { list: vec![one; 30_000], rays: 0 });
         // Silent echoes beside one that is heard.
         let mut silent = many(50, [3.0, 30.0], speed);
-        for r in &mut silent.returns[1..] {
+        for r in &mut silent.list[1..] {
             r.spread = [[Complex64::ZERO; 2]; 2];
         }
         check("silent", &radar, &silent);
@@ -233,19 +233,19 @@ fn few_and_equal_echoes() {
 fn portions_add_up() {
     let radar = radar(3, 16);
     let count = ECHOES_KEPT / 6 + 7000;
-    let mut list = many(4000, [2.0, 30.0], 20.0);
-    while list.returns.len() < count {
-        list.returns.extend_from_within(..4000.min(count - list.returns.len()));
+    let mut all = many(4000, [2.0, 30.0], 20.0);
+    while all.list.len() < count {
+        all.list.extend_from_within(..4000.min(count - all.list.len()));
     }
-    check_within(ALWAYS, "portions", &radar, &list);
+    check_within(ALWAYS, "portions", &radar, &all);
 }
 
 #[test]
 fn the_cheaper_way_is_taken() {
     let radar = radar(64, 256);
     let methods = |count, speed| {
-        let list = many(count, [2.0, 30.0], speed);
-        synthesise_with(&Plan::new(&radar, &list).unwrap(), &COSTS, Control::default()).unwrap().1
+        let all = many(count, [2.0, 30.0], speed);
+        synthesise_with(&Plan::new(&radar, &all).unwrap(), &COSTS, Control::default()).unwrap().1
     };
     assert_eq!(methods(5, 0.0), Methods::default());
     assert_eq!(methods(5, 10.0), Methods::default());
@@ -256,9 +256,9 @@ fn the_cheaper_way_is_taken() {
     };
     assert!((s.blocks, s.lines) == (1, 1) && m.blocks > 1 && m.lines > m.taps);
     // Few moving echoes are summed directly beside many at rest.
-    let mut list = many(5000, [2.0, 30.0], 0.0);
-    list.returns.extend(many(3, [2.0, 30.0], 10.0).returns);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let mut all = many(5000, [2.0, 30.0], 0.0);
+    all.list.extend(many(3, [2.0, 30.0], 10.0).list);
+    let plan = Plan::new(&radar, &all).unwrap();
     let (cube, mixed) = synthesise_with(&plan, &COSTS, Control::default()).unwrap();
     assert!(mixed.moving == Method::Direct && mixed.still != Method::Direct);
     assert!(errors(&cube, &synthesise::<f64>(&plan, Control::default()).unwrap()).0 < 2e-5);
@@ -270,11 +270,11 @@ fn the_cheaper_way_is_taken() {
 #[test]
 fn the_same_bytes_with_any_number_of_threads() {
     let radar = radar(40, 150);
-    let mut list = many(9000, [2.0, 30.0], 15.0);
-    list.returns.extend(many(9000, [2.0, 30.0], 0.0).returns);
+    let mut all = many(9000, [2.0, 30.0], 15.0);
+    all.list.extend(many(9000, [2.0, 30.0], 0.0).list);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| gridded(&radar, &list))
+        pool.install(|| gridded(&radar, &all))
     };
     let (one, methods) = run(1);
     assert!(methods.still != Method::Direct && methods.moving != Method::Direct);
@@ -288,8 +288,8 @@ fn the_same_bytes_with_any_number_of_threads() {
 #[test]
 fn reports_progress_and_can_be_cancelled() {
     let radar = radar(40, 100);
-    let list = many(2000, [2.0, 30.0], 15.0);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(2000, [2.0, 30.0], 15.0);
+    let plan = Plan::new(&radar, &all).unwrap();
     let (most, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
     let progress = |done: u64, total: u64| {
         assert_eq!(total, 40 * 6);
@@ -308,7 +308,7 @@ fn check_polynomial(chirps: usize, samples: usize, seed: u32, turns: [f64; 2], l
     let word = |i: usize, j: u32| {
         catseye::rng::philox4x32_10([i as u32, j, seed, 5], [3, 4])[0] as f64 / 4_294_967_296.0 - 0.5
     };
-    let mut e = Echoes { count: COUNT, channels: 1, ..Default::default() };
+    let mut e = GridEchoes { count: COUNT, channels: 1, ..Default::default() };
     for i in 0..COUNT {
         let a1 = turns[1] * word(i, 1);
         e.amplitude.push(Complex32::from_polar(1.0, 6.0 * word(i, 0) as f32));
@@ -362,9 +362,9 @@ proptest! {
 #[test]
 fn unrelated_terms_are_refused() {
     let radar = radar(32, 128);
-    let list = many(50, [3.0, 30.0], 10.0);
-    let plan = Plan::new(&radar, &list).unwrap();
-    let mut e = Echoes::new(&plan, plan.set(Set::Moving), 0..1);
+    let all = many(50, [3.0, 30.0], 10.0);
+    let plan = Plan::new(&radar, &all).unwrap();
+    let mut e = GridEchoes::new(&plan, plan.set(Set::Moving), 0..1);
     assert!(Layout::choose(32, 128, &e, &NEVER_DIRECT).is_some());
     // The drift within a chirp, which no number of blocks makes smaller.
     e.c.iter_mut().enumerate().for_each(|(i, c)| *c += if i % 2 == 0 { 1e-7 } else { -1e-7 });
@@ -414,8 +414,8 @@ fn speed() {
     for (count, speed) in
         [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5), (124_138, 12.5), (5172, 60.0)]
     {
-        let list = many(count, [2.0, 60.0], speed);
-        let plan = Plan::new(&radar, &list).unwrap();
+        let all = many(count, [2.0, 60.0], speed);
+        let plan = Plan::new(&radar, &all).unwrap();
         let (mut best, mut core, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
         for _ in 0..5 {
             let (t, c) = (std::time::Instant::now(), core_seconds());
@@ -433,8 +433,8 @@ fn speed() {
 fn speed_direct() {
     let mut radar = radar_toml::preset("front77").unwrap();
     radar.chirps = 64;
-    let list = many(2048, [2.0, 60.0], 12.5);
-    let plan = Plan::new(&radar, &list).unwrap();
+    let all = many(2048, [2.0, 60.0], 12.5);
+    let plan = Plan::new(&radar, &all).unwrap();
     let mut core = f64::INFINITY;
     for _ in 0..4 {
         let c = core_seconds();
@@ -451,8 +451,8 @@ fn core_seconds() -> f64 {
     (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
 }
 
-fn on_gpu(gpu: &Gpu, radar: &Radar, list: &Returns, costs: &Costs) -> (Cube<f32>, Methods, f64) {
-    let plan = Plan::new(radar, list).unwrap();
+fn on_gpu(gpu: &Gpu, radar: &Radar, all: &Echoes, costs: &Costs) -> (Cube<f32>, Methods, f64) {
+    let plan = Plan::new(radar, all).unwrap();
     let mut recorder = gpu.recorder("gridding");
     let (cube, methods) = record_with(&plan, gpu, &mut recorder, costs).unwrap();
     let pending = cube.read(&mut recorder);
@@ -467,9 +467,9 @@ fn gpu_agrees_with_the_direct_sum() {
     for (samples, chirps) in [(512, 1), (300, 16), (64, 33), (17, 5), (1500, 7)] {
         for speed in [0.0, 20.0] {
             let radar = radar(chirps, samples);
-            let list = many(200, [2.0, 30.0], speed);
-            let (got, methods, _) = on_gpu(test_gpu(), &radar, &list, &costs);
-            let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+            let all = many(200, [2.0, 30.0], speed);
+            let (got, methods, _) = on_gpu(test_gpu(), &radar, &all, &costs);
+            let truth = synthesise::<f64>(&Plan::new(&radar, &all).unwrap(), Control::default()).unwrap();
             let (worst, l2) = errors(&got, &truth);
             println!(
                 "{samples} samples, {chirps} chirps, {speed} m/s: worst {worst:.1e}, L2 {l2:.1e}, {methods:?}"
@@ -485,17 +485,17 @@ fn gpu_agrees_with_the_direct_sum() {
 fn gpu_agrees_when_paths_bend() {
     let gpu = test_gpu();
     let radar = radar(96, 128);
-    let mut list = many(200, [4.0, 40.0], 12.0);
-    for (i, r) in list.returns.iter_mut().enumerate() {
-        r.path_bend = [100.0 / f64::from(1 + i as u32 % 40), 1000.0];
+    let mut all = many(200, [4.0, 40.0], 12.0);
+    for (i, r) in all.list.iter_mut().enumerate() {
+        r.path_acceleration_and_jerk = [100.0 / f64::from(1 + i as u32 % 40), 1000.0];
     }
-    let plan = Plan::new(&radar, &list).unwrap();
+    let plan = Plan::new(&radar, &all).unwrap();
     let truth = synthesise::<f64>(&plan, Control::default()).unwrap();
     for (name, costs, within) in [
         ("gridded", Costs { direct: 1e9, ..DEVICE_COSTS }, 1e-3),
         ("direct", Costs { direct: 0.0, ..DEVICE_COSTS }, 1e-4),
     ] {
-        let (got, methods, _) = on_gpu(gpu, &radar, &list, &costs);
+        let (got, methods, _) = on_gpu(gpu, &radar, &all, &costs);
         let (worst, l2) = errors(&got, &truth);
         println!("{name}: worst {worst:.1e}, L2 {l2:.1e}, {methods:?}");
         assert!(worst < within, "{name}: {worst}");
@@ -505,14 +505,14 @@ fn gpu_agrees_when_paths_bend() {
 #[test]
 fn gpu_pieces_are_the_whole() {
     let radar = radar(40, 100);
-    let mut list = many(800, [2.0, 20.0], 15.0);
-    list.returns.extend(many(700, [2.0, 20.0], 0.0).returns);
+    let mut all = many(800, [2.0, 20.0], 15.0);
+    all.list.extend(many(700, [2.0, 20.0], 0.0).list);
     let costs = Costs { direct: 1e9, ..DEVICE_COSTS };
-    let (whole, methods, _) = on_gpu(test_gpu(), &radar, &list, &costs);
+    let (whole, methods, _) = on_gpu(test_gpu(), &radar, &all, &costs);
     assert!(methods.still != Method::Direct && methods.moving != Method::Direct);
     let bits = |cube: &Cube<f32>| bytemuck::cast_slice::<_, u32>(&cube.data).to_vec();
-    assert!(bits(&on_gpu(test_gpu(), &radar, &list, &costs).0) == bits(&whole));
-    let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+    assert!(bits(&on_gpu(test_gpu(), &radar, &all, &costs).0) == bits(&whole));
+    let truth = synthesise::<f64>(&Plan::new(&radar, &all).unwrap(), Control::default()).unwrap();
     assert!(errors(&whole, &truth).1 < 2e-5);
     let Method::Gridded(g) = methods.moving else { panic!("{methods:?}") };
     // Of one channel; the whole cube has 192,000 bytes.
@@ -521,7 +521,7 @@ fn gpu_pieces_are_the_whole() {
     for bytes in [(5 * grid / 2) as u64, 150_000.max(grid as u64 + 100)] {
         let small = Gpu::open(Want::Named(&test_device_name())).unwrap();
         let small = small.with_poisoned_buffers().with_binding_limit(bytes);
-        let (pieces, methods, _) = on_gpu(&small, &radar, &list, &costs);
+        let (pieces, methods, _) = on_gpu(&small, &radar, &all, &costs);
         assert!(methods.still != Method::Direct && methods.moving != Method::Direct, "{methods:?}");
         assert!(errors(&pieces, &truth).1 < 2e-5);
     }
@@ -531,11 +531,11 @@ fn gpu_pieces_are_the_whole() {
 #[test]
 fn gpu_leaves_crowds_to_the_direct_sum() {
     let radar = radar(4, 32);
-    let one = many(1, [1.0, 3.0], 5.0).returns.remove(0);
-    let list = Returns { returns: vec![one; 3000], rays: 0 };
-    let (cube, methods, _) = on_gpu(test_gpu(), &radar, &list, &Costs { direct: 1e9, ..DEVICE_COSTS });
+    let one = many(1, [1.0, 3.0], 5.0).list.remove(0);
+    let all = Echoes { list: vec![one; 3000], rays: 0 };
+    let (cube, methods, _) = on_gpu(test_gpu(), &radar, &all, &Costs { direct: 1e9, ..DEVICE_COSTS });
     assert_eq!(methods, Methods::default());
-    let truth = synthesise::<f64>(&Plan::new(&radar, &list).unwrap(), Control::default()).unwrap();
+    let truth = synthesise::<f64>(&Plan::new(&radar, &all).unwrap(), Control::default()).unwrap();
     assert!(errors(&cube, &truth).0 < ALWAYS);
 }
 
@@ -554,11 +554,11 @@ fn speed_gpu() {
     radar.chirps = 256;
     println!("{}", test_device_name());
     for (count, speed) in [(5172, 0.0), (124_138, 0.0), (5172, 12.5), (20_000, 12.5)] {
-        let list = many(count, [2.0, 60.0], speed);
+        let all = many(count, [2.0, 60.0], speed);
         let (mut whole, mut device, mut methods) = (f64::INFINITY, f64::INFINITY, Methods::default());
         for _ in 0..3 {
             let t = std::time::Instant::now();
-            let (_, m, seconds) = on_gpu(test_gpu(), &radar, &list, &DEVICE_COSTS);
+            let (_, m, seconds) = on_gpu(test_gpu(), &radar, &all, &DEVICE_COSTS);
             methods = m;
             (whole, device) = (whole.min(t.elapsed().as_secs_f64()), device.min(seconds));
         }

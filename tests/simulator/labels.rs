@@ -12,7 +12,7 @@ use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::simulate::simulate;
 use catseye::simulate::truth::Truth;
-use catseye::trace::{Return, Returns};
+use catseye::trace::{Echo, Echoes};
 use catseye::units::power_from_db;
 use glam::DVec3;
 use std::path::Path;
@@ -123,7 +123,7 @@ fn sensor() -> Pose<Sensor, World> {
 }
 
 /// A point and the echo that made it, at a place in the world, over the objects of a chain.
-fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Return) {
+fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
     let at = place - sensor().translation_m;
     let (azimuth_rad, elevation_rad) = angles_from_direction(at);
     let mut echo = catseye::adc::synthesis::point_echo(at, DVec3::ZERO, power_from_db(10.0), chain[0]);
@@ -169,8 +169,8 @@ fn ghosts_by_chain_and_place() {
     let (road, car, wheel, lamp) = (1, 2, 3, 4);
     let ghost = |place: [f64; 3], chain: &[u32], with_elevation: bool| {
         let (point, echo) = seen(DVec3::from_array(place), chain, with_elevation);
-        let returns = Returns { returns: vec![echo], rays: 0 };
-        let label = Labeller::new(&radar, &returns, &bodies).label(&point);
+        let echoes = Echoes { list: vec![echo], rays: 0 };
+        let label = Labeller::new(&radar, &echoes, &bodies).label(&point);
         assert_eq!((usize::from(label.bounces), label.share), (chain.len(), 1.0));
         (label.object_id, label.ghost)
     };

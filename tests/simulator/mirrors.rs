@@ -7,7 +7,7 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::{Mesh, Scene, material};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
-use catseye::trace::{Return, TraceOptions};
+use catseye::trace::{Echo, TraceOptions};
 use catseye::units::wavenumber;
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
@@ -23,10 +23,10 @@ fn wall(scene: &mut Scene, name: &str) {
     scene.add_mesh("wall", "wall", plane, upright);
 }
 
-fn seen(scene: &Scene, height_m: f64, options: &TraceOptions) -> Vec<Return> {
+fn seen(scene: &Scene, height_m: f64, options: &TraceOptions) -> Vec<Echo> {
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
     let at: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, DVec3::Z * height_m);
-    echoes::returns(&geometry, &around(&at), &at, DVec3::ZERO, options).returns
+    echoes::echoes(&geometry, &around(&at), &at, DVec3::ZERO, options).list
 }
 
 /// A target beside a wall is seen again where its mirror image is, with the wall's Fresnel coefficient for each time it is met, and
@@ -40,7 +40,7 @@ fn a_wall_shows_a_target_again_at_the_mirror_place() {
         let body = Reflector::parse("point:rcs_dbsm=0").unwrap();
         let pose = Pose::new(DQuat::IDENTITY, target + DVec3::Z * 0.5);
         body.add_to(&mut scene, &material::by_name, ("post", ""), pose, DVec3::ZERO).unwrap();
-        let found: Vec<Return> = seen(&scene, 0.5, &TraceOptions::default())
+        let found: Vec<Echo> = seen(&scene, 0.5, &TraceOptions::default())
             .into_iter()
             .filter(|r| r.chain.contains(&2))
             .collect();
@@ -72,7 +72,7 @@ fn a_wall_shows_a_target_again_at_the_mirror_place() {
 }
 
 /// Mean of |sum|^2 over a band in which a body's corners beat.
-fn mean_power(list: &[Return]) -> f64 {
+fn mean_power(list: &[Echo]) -> f64 {
     let n = 64;
     (0..n)
         .map(|i| {
@@ -106,7 +106,7 @@ fn a_mesh_has_its_ghost_in_a_metal_wall() {
         wall(&mut both, "pec");
         body(&mut both, spec, at(1.2, yaw));
         let all = seen(&both, 0.5, &options);
-        let ghost: Vec<Return> = all
+        let ghost: Vec<Echo> = all
             .into_iter()
             .filter(|r| {
                 let left = |d: DVec3| angles_from_direction(d).0 > 0.2;
@@ -166,7 +166,7 @@ fn vertical_curves() {
             scene.add_mesh("road", "road", curved_road(radius_m, facet_m), Pose::IDENTITY);
             let place = DVec3::new(d, 0.0, target_m + d * d / (2.0 * radius_m));
             body(&mut scene, "point:rcs_dbsm=0", Pose::new(DQuat::IDENTITY, place));
-            let found: Vec<Return> = seen(&scene, radar_m, &TraceOptions::default())
+            let found: Vec<Echo> = seen(&scene, radar_m, &TraceOptions::default())
                 .into_iter()
                 .filter(|r| r.chain.contains(&2))
                 .collect();

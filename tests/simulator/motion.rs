@@ -14,7 +14,7 @@ use catseye::scene::{Scene, Shape, material};
 use catseye::simulate::{radar_pose, simulate, trace_options};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::windows;
-use catseye::trace::{Return, Returns, TraceOptions, strength};
+use catseye::trace::{Echo, Echoes, TraceOptions, strength};
 use glam::{DQuat, DVec2, DVec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ fn scenario(ego: &str) -> Scenario {
     scenario::parse(Path::new("s.toml"), &text).unwrap()
 }
 
-fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Return> {
+fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Echo> {
     let radar = &s.radars[0];
     let geometry = Geometry::of_frame(scene, time_s, radar.carrier_hz, REACH_S).unwrap();
     let (pose, velocity) = radar_pose(radar, &s.ego, time_s);
@@ -40,12 +40,12 @@ fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Return> {
         radar_sway_m: [sway(-REACH_S), sway(REACH_S)],
         ..trace_options(s, 0, 0).unwrap()
     };
-    echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity, &options).returns
+    echoes::echoes(&geometry, &windows(radar, &pose), &pose, velocity, &options).list
 }
 
 /// The longest-range strong echo of each chain, by chain.
-fn strongest(list: &[Return]) -> Vec<Return> {
-    let mut best: Vec<Return> = Vec::new();
+fn strongest(list: &[Echo]) -> Vec<Echo> {
+    let mut best: Vec<Echo> = Vec::new();
     for r in list {
         match best.iter_mut().find(|b| b.chain == r.chain) {
             Some(b) if strength(b) < strength(r) => *b = r.clone(),
@@ -56,8 +56,10 @@ fn strongest(list: &[Return]) -> Vec<Return> {
     best
 }
 
-fn path(r: &Return, dt: f64) -> f64 {
-    r.path_length_m + dt * (r.path_rate_mps + dt * (0.5 * r.path_bend[0] + dt * r.path_bend[1] / 6.0))
+fn path(r: &Echo, dt: f64) -> f64 {
+    r.path_length_m
+        + dt * (r.path_rate_mps
+            + dt * (0.5 * r.path_acceleration_and_jerk[0] + dt * r.path_acceleration_and_jerk[1] / 6.0))
 }
 
 /// Largest error of the paths of the strongest echo of each chain at some times of the frame, m, and how far they would be off
@@ -152,7 +154,10 @@ fn walls_slide_and_boxes_turn() {
     assert!(off < 1e-6, "{off}");
     let now = traced(&scene, &scenario("speed_mps = 20"), 0.5);
     let specular = now.iter().max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
-    assert!(specular.path_rate_mps.abs() < 1e-9 && specular.path_bend[0].abs() < 1e-3, "{specular:?}");
+    assert!(
+        specular.path_rate_mps.abs() < 1e-9 && specular.path_acceleration_and_jerk[0].abs() < 1e-3,
+        "{specular:?}"
+    );
 
     let mut scene = Scene::default();
     let m = metal(&mut scene);
@@ -169,7 +174,7 @@ fn walls_slide_and_boxes_turn() {
         },
     );
     let list = traced(&scene, &scenario("speed_mps = 10"), 0.5);
-    assert!(list.iter().any(|r| r.path_bend[0].abs() > 0.5));
+    assert!(list.iter().any(|r| r.path_acceleration_and_jerk[0].abs() > 0.5));
     let (off, straight) = worst(&scene, &scenario("speed_mps = 10"));
     println!("turning box: {off:.1e} m off, {straight:.1e} as a line");
     assert!(off < 2e-5 && straight > 1e-4, "{off} {straight}");
@@ -182,7 +187,7 @@ fn what_rests_stays_still() {
     let m = scene.material_index(&material::by_name("pec").unwrap());
     let turned = Pose::from_yaw_pitch_roll(DVec3::new(20.0, 1.0, 0.0), 0.3, 0.1, 0.0);
     scene.add_mesh("box", "car", cuboid(DVec3::ONE, DVec3::Z, m), turned);
-    assert!(traced(&scene, &scenario(""), 0.5).iter().all(Return::is_still));
+    assert!(traced(&scene, &scenario(""), 0.5).iter().all(Echo::is_still));
 }
 
 /// The samples of a point that is passed closely, against the sum with the exact path at each chirp.
@@ -207,15 +212,16 @@ fn samples_follow_the_exact_path() {
         let (pose, velocity) = radar_pose(radar, &s.ego, t);
         let d = DVec3::new(9.0, 3.0, 0.6) - pose.translation_m;
         let rate = -2.0 * velocity.dot(d.normalize());
-        let first = frame.returns.returns.iter().find(|r| r.object_id() == 2).unwrap();
+        let first = frame.echoes.list.iter().find(|r| r.object_id() == 2).unwrap();
         let mut echo = first.clone();
         // Such that its length at this chirp is the exact one.
-        echo.path_bend = [0.0; 2];
+        echo.path_acceleration_and_jerk = [0.0; 2];
         (echo.path_length_m, echo.path_rate_mps) = (2.0 * d.length() - rate * t, rate);
-        for (echo, sum) in
-            [(echo, &mut worst), (Return { path_bend: [0.0; 2], ..first.clone() }, &mut straight)]
-        {
-            let list = Returns { returns: vec![echo], rays: 0 };
+        for (echo, sum) in [
+            (echo, &mut worst),
+            (Echo { path_acceleration_and_jerk: [0.0; 2], ..first.clone() }, &mut straight),
+        ] {
+            let list = Echoes { list: vec![echo], rays: 0 };
             let truth = synthesise::<f64>(&Plan::new(radar, &list).unwrap(), Control::default()).unwrap();
             for n in 0..radar.samples {
                 let at = m * radar.samples + n;

@@ -112,8 +112,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     let echo = |g: &Geometry, radar: &Pose<Sensor, World>| {
         let options = TraceOptions { amplitude_floor: 0.0, accuracy_db: 0.02, ..Default::default() };
         let mut s = [[Complex64::ZERO; 2]; 2];
-        for r in catseye::trace::cpu::echoes::returns(g, &around(radar), radar, DVec3::ZERO, &options).returns
-        {
+        for r in catseye::trace::cpu::echoes::echoes(g, &around(radar), radar, DVec3::ZERO, &options).list {
             for (z, x) in s.as_flattened_mut().iter_mut().zip(r.spread.as_flattened()) {
                 *z += x
                     * Complex64::cis(-k * (r.path_length_m - 2.0 * place.length()))

@@ -9,7 +9,7 @@ use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::radar_toml::parse;
 use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform};
-use catseye::trace::{Return, Returns};
+use catseye::trace::{Echo, Echoes};
 use catseye::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -68,8 +68,8 @@ fn coded() -> Radar {
 }
 
 /// Echoes at these ranges with these range rates.
-fn echoes(list: &[(f64, f64)]) -> Returns {
-    let returns = list
+fn echoes(all: &[(f64, f64)]) -> Echoes {
+    let all = all
         .iter()
         .enumerate()
         .map(|(i, (range, rate))| {
@@ -77,11 +77,11 @@ fn echoes(list: &[(f64, f64)]) -> Returns {
             point_echo(u * *range, u * *rate, 1.0 + i as f64, i as u32 + 1)
         })
         .collect();
-    Returns { returns, rays: 0 }
+    Echoes { list: all, rays: 0 }
 }
 
-fn cube(radar: &Radar, returns: &Returns) -> catseye::adc::Cube<f64> {
-    match Engine::Cpu(Precision::F64).cube(radar, returns, &[], 0, 0, Control::default()).unwrap() {
+fn cube(radar: &Radar, echoes: &Echoes) -> catseye::adc::Cube<f64> {
+    match Engine::Cpu(Precision::F64).cube(radar, echoes, &[], 0, 0, Control::default()).unwrap() {
         (AnyCube::F64(c), front_end) => {
             assert_eq!(front_end.dropped, 0, "an echo was not heard");
             c
@@ -91,23 +91,23 @@ fn cube(radar: &Radar, returns: &Returns) -> catseye::adc::Cube<f64> {
 }
 
 /// conj(a) of eq. 9 for isotropic antennas of one place, √W.
-fn amplitude(radar: &Radar, r: &Return) -> Complex64 {
+fn amplitude(radar: &Radar, r: &Echo) -> Complex64 {
     let power = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0);
     (power.sqrt() * (C0 / radar.carrier_hz) / (4.0 * PI) * r.spread[0][0]).conj()
 }
 
 /// Delay at time t (eq. 11).
-fn delay(r: &Return, t: f64) -> f64 {
+fn delay(r: &Echo, t: f64) -> f64 {
     (r.path_length_m + r.path_rate_mps * t) / (C0 + 0.5 * r.path_rate_mps)
 }
 
 /// Largest difference over the largest sample.
-fn worst(radar: &Radar, returns: &Returns, sample: impl Fn(&Return, usize, usize) -> Complex64) -> f64 {
-    let got = cube(radar, returns);
+fn worst(radar: &Radar, echoes: &Echoes, sample: impl Fn(&Echo, usize, usize) -> Complex64) -> f64 {
+    let got = cube(radar, echoes);
     let (mut error, mut peak) = (0.0f64, 0.0f64);
     for m in 0..got.chirps {
         for (n, z) in got.row(m, 0).iter().enumerate() {
-            let want: Complex64 = returns.returns.iter().map(|r| sample(r, m, n)).sum();
+            let want: Complex64 = echoes.list.iter().map(|r| sample(r, m, n)).sum();
             error = error.max((z - want).norm());
             peak = peak.max(want.norm());
         }
@@ -124,8 +124,8 @@ fn start(radar: &Radar, m: usize, period: f64) -> f64 {
 #[test]
 fn stepped_frequency_is_a_tone_at_a_time() {
     let radar = stepped();
-    let list = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
-    let error = worst(&radar, &list, |r, m, n| {
+    let all = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
+    let error = worst(&radar, &all, |r, m, n| {
         let t = start(&radar, m, 60e-6) + n as f64 / 5e6;
         let f = 77e9 + (n as f64 - 128.0) * 2e6;
         amplitude(&radar, r) * Complex64::cis(TAU * f * delay(r, t))
@@ -138,8 +138,8 @@ fn stepped_frequency_is_a_tone_at_a_time() {
 fn a_falling_ramp_has_its_formula() {
     for sampling in ["iq", "real"] {
         let radar = falling(sampling);
-        let list = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
-        let error = worst(&radar, &list, |r, m, n| {
+        let all = echoes(&[(20.0, 0.0), (33.0, -30.0), (5.0, 14.0)]);
+        let error = worst(&radar, &all, |r, m, n| {
             let ramp_time = 1e-6 + n as f64 / 12.8e6;
             let tau = delay(r, start(&radar, m, 55e-6) + ramp_time);
             let (f0, slope) = (77e9 + 0.25e9, -0.5e9 / 40e-6);
@@ -155,8 +155,8 @@ fn a_falling_ramp_has_its_formula() {
 #[test]
 fn ramps_come_in_turn() {
     let radar = triangle();
-    let list = echoes(&[(40.0, -12.0)]);
-    let error = worst(&radar, &list, |r, row, n| {
+    let all = echoes(&[(40.0, -12.0)]);
+    let error = worst(&radar, &all, |r, row, n| {
         let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
         let ramp_time = n as f64 / 512e3;
         let tau = delay(r, (row as f64 - 8.0) * 1.1e-3 + ramp_time);
@@ -173,8 +173,8 @@ fn pulses_come_back_with_their_shape() {
     for sampling in ["iq", "real"] {
         let radar = pulse(sampling);
         let Waveform::Pulse { shape, .. } = &radar.waveform else { panic!("no pulse") };
-        let list = echoes(&[(2.0, 0.0), (5.0, -30.0), (9.5, 55.0)]);
-        let error = worst(&radar, &list, |r, m, n| {
+        let all = echoes(&[(2.0, 0.0), (5.0, -30.0), (9.5, 55.0)]);
+        let error = worst(&radar, &all, |r, m, n| {
             let after = 8.8e-9 + n as f64 / radar.sample_rate_hz;
             let tau = delay(r, start(&radar, m, 0.05) + after);
             let z = amplitude(&radar, r) * shape.at(after - tau).conj() * Complex64::cis(TAU * 8.748e9 * tau);
@@ -199,10 +199,9 @@ fn a_given_pulse_is_sent_as_given() {
     };
     // Sampled at the rate of the shape, an echo whose delay is a whole sample shows the samples themselves.
     let range = 0.5 * C0 * (8.8e-9 + 100.0 / 6e9);
-    let list = echoes(&[(range, 0.0)]);
-    let got = cube(&radar, &list);
-    let a = amplitude(&radar, &list.returns[0])
-        * Complex64::cis(TAU * 8.748e9 * list.returns[0].path_length_m / C0);
+    let all = echoes(&[(range, 0.0)]);
+    let got = cube(&radar, &all);
+    let a = amplitude(&radar, &all.list[0]) * Complex64::cis(TAU * 8.748e9 * all.list[0].path_length_m / C0);
     for (n, z) in got.row(0, 0).iter().enumerate() {
         let want = match n {
             99..=102 => a * envelope[n - 99].conj(),
@@ -219,8 +218,8 @@ fn a_code_comes_back_shifted() {
     let mut radar = coded();
     (radar.sample_rate_hz, radar.samples) = (1e9, 511);
     let Waveform::Coded { code, .. } = &radar.waveform else { panic!("no code") };
-    let list = echoes(&[(0.5 * C0 * 37e-9, 0.0), (0.5 * C0 * 200e-9, 0.0)]);
-    let error = worst(&radar, &list, |r, _, n| {
+    let all = echoes(&[(0.5 * C0 * 37e-9, 0.0), (0.5 * C0 * 200e-9, 0.0)]);
+    let error = worst(&radar, &all, |r, _, n| {
         let tau = r.path_length_m / C0;
         let chips = (tau * 1e9).round() as usize;
         amplitude(&radar, r) * f64::from(code[(n + 511 - chips) % 511]) * Complex64::cis(TAU * 79e9 * tau)
@@ -238,9 +237,9 @@ fn a_code_comes_back_shifted() {
             )
         })
         .collect();
-    let list = echoes(&[(31.7, 60.0)]);
-    let r = &list.returns[0];
-    let got = cube(&radar, &list);
+    let all = echoes(&[(31.7, 60.0)]);
+    let r = &all.list[0];
+    let got = cube(&radar, &all);
     for (m, n) in [(0, 0), (0, 1021), (7, 300), (31, 1000)] {
         let after = n as f64 / 2e9;
         let tau = delay(r, start(&radar, m, 20e-6) + after);
@@ -263,9 +262,9 @@ fn targets_stand_where_they_are() {
         ("pulse real", pulse("real"), 6.0, -0.05, 0.02),
         ("code", coded(), 40.0, -8.0, 0.04),
     ] {
-        let list = echoes(&[(range, rate)]);
+        let all = echoes(&[(range, rate)]);
         let engine = Engine::Cpu(Precision::F64);
-        let cube = AnyCube::F64(cube(&radar, &list));
+        let cube = AnyCube::F64(cube(&radar, &all));
         let found = engine.range_doppler(&radar, &cube).unwrap();
         let at = (0..found.map.data.len())
             .max_by(|a, b| found.map.data[*a].total_cmp(&found.map.data[*b]))
@@ -277,7 +276,7 @@ fn targets_stand_where_they_are() {
         let peak = catseye::dsp::peaks::place(&found.map, cell, [None, None]);
         let v = catseye::detect::points::range_rate_mps(&radar, peak.doppler);
         let r = catseye::detect::points::range_m(&radar, peak.range, v, radar.range_per_rate_s());
-        let level = 10.0 * (found.map.data[at] / amplitude(&radar, &list.returns[0]).norm_sqr()).log10();
+        let level = 10.0 * (found.map.data[at] / amplitude(&radar, &all.list[0]).norm_sqr()).log10();
         println!("{name}: {r:.3} m for {range}, {v:.3} m/s for {rate}, {level:.2} dB");
         assert!((r - range).abs() < tolerance, "{name}: {r}");
         assert!((v - rate).abs() < 0.3 * radar.velocity_bin_mps(), "{name}: {v}");
@@ -291,9 +290,9 @@ fn targets_stand_where_they_are() {
 fn slopes_shift_a_moving_target_to_opposite_sides() {
     let radar = triangle();
     let (range, rate) = (60.0, -15.0);
-    let list = echoes(&[(range, rate)]);
+    let all = echoes(&[(range, rate)]);
     let engine = Engine::Cpu(Precision::F64);
-    let cube = AnyCube::F64(cube(&radar, &list));
+    let cube = AnyCube::F64(cube(&radar, &all));
     let mut seen = Vec::new();
     for i in 0..2 {
         let part = radar.part(i);
@@ -340,10 +339,10 @@ fn transmitters_are_told_apart() {
     ] {
         let radar = mimo(multiplex, chirps);
         let u = DVec3::new(0.9, 0.3, 0.0).normalize();
-        let mut list = echoes(&[(25.0, 0.0)]);
-        list.returns[0] = point_echo(u * 25.0, u * rate, 1.0, 1);
+        let mut all = echoes(&[(25.0, 0.0)]);
+        all.list[0] = point_echo(u * 25.0, u * rate, 1.0, 1);
         let engine = Engine::Cpu(Precision::F64);
-        let cube = AnyCube::F64(cube(&radar, &list));
+        let cube = AnyCube::F64(cube(&radar, &all));
         let found = engine.range_doppler(&radar, &cube).unwrap();
         let cell = found.cells[0];
         let row = catseye::dsp::peaks::place(&found.map, cell, [None, None]).doppler;
@@ -386,7 +385,7 @@ fn levels_and_noise_of_points_of_every_multiplex() {
         // In the middle of a cell, so that windows lose nothing.
         let range = 84.0 * radar.range_bin_m() - rate * radar.range_per_rate_s();
         let u = DVec3::new(0.95, 0.2, 0.0).normalize();
-        let list = Returns { returns: vec![point_echo(u * range, u * rate, sigma_m2, 1)], rays: 0 };
+        let all = Echoes { list: vec![point_echo(u * range, u * rate, sigma_m2, 1)], rays: 0 };
         // Eq. 9 and 13; a Hann window over N samples lets through 1.5/N of white noise.
         let echo_w = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0) * radar.wavelength_m().powi(2) * sigma_m2
             / ((4.0 * PI).powi(3) * range.powi(4));
@@ -397,7 +396,7 @@ fn levels_and_noise_of_points_of_every_multiplex() {
         const FRAMES: u64 = 6;
         let (mut snr, mut rcs) = (0.0, 0.0);
         for seed in 0..FRAMES {
-            let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
+            let (cube, _) = engine.cube(&radar, &all, &[], seed, 0, Control::default()).unwrap();
             let mut maps = engine.maps(&radar, &cube).unwrap();
             let p = locate::points(&engine, &radar, &mut maps, None).unwrap().swap_remove(0);
             assert!((p.range_rate_mps - rate).abs() < 0.1 * radar.velocity_bin_mps(), "{multiplex:?}: {p:?}");
@@ -413,9 +412,9 @@ fn levels_and_noise_of_points_of_every_multiplex() {
 }
 
 /// Ramps (bandwidth, period) of 20 us in turn, of a radar whose three transmitters take turns within each.
-fn ramps_in_turn(list: &[(f64, f64)]) -> Radar {
+fn ramps_in_turn(all: &[(f64, f64)]) -> Radar {
     let mut radar = mimo("", 64);
-    let ramps = list.iter().map(|(b, period)| Ramp { bandwidth_hz: *b, time_s: 20e-6, period_s: *period });
+    let ramps = all.iter().map(|(b, period)| Ramp { bandwidth_hz: *b, time_s: 20e-6, period_s: *period });
     radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0 });
     radar
 }
@@ -437,8 +436,8 @@ fn folds_are_found_with_several_ramps() {
         // λ/2T_loop, three turns of each ramp.
         let period = 3.0 * (ramps[0].1 + ramps[1].1);
         let interval = C0 / radar.carrier_hz / (2.0 * period);
-        let list = Returns { returns: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], rays: 0 };
-        let cube = AnyCube::F64(cube(&radar, &list));
+        let all = Echoes { list: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], rays: 0 };
+        let cube = AnyCube::F64(cube(&radar, &all));
         let mut maps = engine.maps(&radar, &cube).unwrap();
         for (i, map) in maps.iter().enumerate() {
             let part = radar.part(i);
@@ -480,9 +479,9 @@ fn slow_ramps_have_the_right_angle() {
     (radar.tx, radar.rx) = (two.tx[..2].to_vec(), two.rx.clone());
     for (range, rate) in [(60.0, -14.8), (45.0, 7.6), (80.0, 0.0)] {
         let u = DVec3::new(0.95, -0.25, 0.0).normalize();
-        let list = Returns { returns: vec![point_echo(u * range, u * rate, 1.0, 1)], rays: 0 };
+        let all = Echoes { list: vec![point_echo(u * range, u * rate, 1.0, 1)], rays: 0 };
         let engine = Engine::Cpu(Precision::F64);
-        let cube = AnyCube::F64(cube(&radar, &list));
+        let cube = AnyCube::F64(cube(&radar, &all));
         let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
         let p = &points[0];
         println!("{:.4} m, {:.2} m/s, {:.4} rad", p.range_m, p.range_rate_mps, p.azimuth_rad);
@@ -505,8 +504,8 @@ fn equal_slopes_are_put_together() {
     let range = 60.0;
     let seen = |bands: &[f64], rate: f64, seed: u64| {
         let radar = with(bands);
-        let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)], rays: 0 };
-        let (cube, _) = engine.cube(&radar, &list, &[], seed, 0, Control::default()).unwrap();
+        let all = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)], rays: 0 };
+        let (cube, _) = engine.cube(&radar, &all, &[], seed, 0, Control::default()).unwrap();
         let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
         points.into_iter().next().unwrap_or_else(|| panic!("{bands:?}: nothing seen"))
     };
@@ -543,10 +542,10 @@ fn the_gpu_agrees_with_f64() {
     use catseye::scene::front_end::{Adc, QuantiserKind};
     let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
     let truth = Engine::Cpu(Precision::F64);
-    let list = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
+    let all = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
     let run = |engine: &Engine, radar: &Radar| {
         let (cube, _, maps) =
-            engine.frame(radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
+            engine.frame(radar, &all, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
         let cube = match cube {
             AnyCube::F32(c) => c.to_f64(),
             AnyCube::F64(c) => c,
@@ -596,8 +595,8 @@ fn ranges_belong_to_the_middle_of_the_frame() {
     (radar.chirps, radar.processing.doppler_fft) = (4, 4);
     (radar.processing.cfar.guard[0], radar.processing.cfar.train[0]) = (0, 0);
     for (range, rate) in [(60.0, -15.0), (45.3, 15.0), (70.6, -9.0)] {
-        let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1.0, 1)], rays: 0 };
-        let cube = cube(&radar, &list);
+        let all = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1.0, 1)], rays: 0 };
+        let cube = cube(&radar, &all);
         let seen: Vec<f64> = (0..2)
             .map(|i| {
                 let part = radar.part(i);

@@ -11,7 +11,7 @@ use catseye::error::{BadInput, Result};
 use catseye::formats::stage::{self, StagedDir};
 use catseye::scene::radar::Radar;
 use catseye::simulate::{Stages, detect, located};
-use catseye::trace::Returns;
+use catseye::trace::Echoes;
 use catseye_io::cube::Source;
 use catseye_io::files::{write_maps, write_point_file};
 use catseye_io::manifest::{Axes, Manifest, PerRadar, keep_radars};
@@ -80,7 +80,7 @@ impl Process {
             false => {
                 engine.check_memory(&radar, 0)?;
                 let cube = whole(&engine, &mut source, self.input.frame)?;
-                let nothing = (&Returns::default(), &Bodies::default());
+                let nothing = (&Echoes::default(), &Bodies::default());
                 detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
             }
         };
@@ -136,7 +136,7 @@ impl Process {
             Ok(())
         })?];
         seconds.processing_s = start.elapsed().as_secs_f64();
-        let points = located(engine, radar, &mut maps, own, (&Returns::default(), &Bodies::default()))?;
+        let points = located(engine, radar, &mut maps, own, (&Echoes::default(), &Bodies::default()))?;
         seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
         Ok((maps, points))
     }

@@ -195,7 +195,7 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
         let options = trace_options(scenario, which, 0)?;
         let echoes =
-            echoes::returns(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).returns.len();
+            echoes::echoes(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).list.len();
         let needs = memory(radar, echoes);
         needs.check(radar)?;
         let samples = (radar.rows() * radar.channels() * radar.samples) as u64;

@@ -5,7 +5,7 @@ use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::units::level_text;
 use catseye_papers::study::parameter;
-use catseye_papers::study::report::{Given, searched};
+use catseye_papers::study::report::{StudyResult, searched};
 use catseye_papers::study::run::{self, RunOptions};
 use catseye_papers::study::spec::{PictureKind, Study};
 use catseye_plot::{Panel, study_picture};
@@ -89,9 +89,9 @@ impl RunStudy {
 }
 
 /// The picture of what a study gave.
-pub fn picture(study: &Study, given: &Given) -> Result<Vec<u8>> {
+pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
     let outcome = match given {
-        Given::Front(designs) => {
+        StudyResult::Front(designs) => {
             let search = searched(study)?;
             let curve = |label: &str, only_front: bool| catseye_plot::Curve {
                 label: label.into(),
@@ -111,7 +111,7 @@ pub fn picture(study: &Study, given: &Given) -> Result<Vec<u8>> {
             };
             return study_picture(&[panel], 1)?.png();
         }
-        Given::Table(outcome) => outcome,
+        StudyResult::Table(outcome) => outcome,
     };
     let axes = &outcome.axes;
     let places = |i: usize| -> Vec<f64> {

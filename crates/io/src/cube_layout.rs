@@ -162,7 +162,7 @@ pub struct Layout {
 }
 
 #[derive(Clone, Copy, Default)]
-struct Place {
+struct CellIndex {
     frame: usize,
     chirp: usize,
     channel: usize,
@@ -260,7 +260,7 @@ impl Layout {
         !matches!(self.number, Number::F32 | Number::F64) && self.scale.is_none()
     }
 
-    fn step(&self, place: &mut Place, dim: &Dim, index: usize) {
+    fn step(&self, place: &mut CellIndex, dim: &Dim, index: usize) {
         let Some(c) = dim.coordinate(index) else {
             place.unused = true;
             return;
@@ -276,8 +276,8 @@ impl Layout {
     }
 
     /// The place of number `flat` among the numbers of `dims`.
-    fn place(&self, dims: &[Dim], mut flat: usize) -> Place {
-        let mut place = Place::default();
+    fn place(&self, dims: &[Dim], mut flat: usize) -> CellIndex {
+        let mut place = CellIndex::default();
         for d in dims.iter().rev() {
             self.step(&mut place, d, flat % d.size);
             flat /= d.size;
@@ -329,7 +329,7 @@ impl Layout {
         let channel_inside = inner.iter().any(|d| matches!(d.axis, Axis::Tx | Axis::Rx));
         let all_used = table.iter().all(|e| e.channel != UNUSED);
         let frame_inside = inner.iter().any(|d| d.axis == Axis::Frame);
-        let wanted = |p: &Place| {
+        let wanted = |p: &CellIndex| {
             !p.unused
                 && (frame_inside || p.frame == frame)
                 && (channel_inside || channels.contains(&p.channel))

@@ -90,7 +90,7 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
     if output.returns {
         let path = dir.join("returns.csv");
         let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
-        write_returns(BufWriter::new(file), radar, &frame.returns).map_err(|e| Error::io(&path, e))?;
+        write_returns(BufWriter::new(file), radar, &frame.echoes).map_err(|e| Error::io(&path, e))?;
     }
     if output.truth {
         let path = dir.join("truth.json");

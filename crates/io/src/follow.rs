@@ -3,7 +3,7 @@
 
 use super::files::frame_name;
 use catseye::detect::accuracy::PointStd;
-use catseye::detect::cluster::{Dbscan, Place};
+use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
@@ -258,11 +258,11 @@ fn clustered(radar: &Radar, points: &[SensorPoint]) -> Result<Vec<Plot>> {
             plot.check(0).is_ok().then_some(plot)
         })
         .collect();
-    let places: Vec<Place> = plots
+    let places: Vec<ClusterPoint> = plots
         .iter()
         .map(|p| {
             let at = p.position_m();
-            Place { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
+            ClusterPoint { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
         })
         .collect();
     // A far car may be one point.

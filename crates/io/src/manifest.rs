@@ -1,7 +1,7 @@
 //! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
 
 use catseye::adc::methods::Methods;
-use catseye::adc::synthesis::FrontEnd;
+use catseye::adc::synthesis::SynthesisStats;
 use catseye::engine::EngineReport;
 use catseye::error::{Error, Result};
 use catseye::formats::stage::MANIFEST;
@@ -78,14 +78,14 @@ pub struct FrontEndRecord {
 
 impl FrameRecord {
     pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
-        let FrontEnd { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
+        let SynthesisStats { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
         FrameRecord {
             index: frame.index,
             radar: radar.into(),
             time_s: frame.time_s,
             triangles: frame.triangles,
-            rays: frame.returns.rays,
-            returns: frame.returns.returns.len(),
+            rays: frame.echoes.rays,
+            returns: frame.echoes.list.len(),
             front_end: FrontEndRecord { moving, dropped, dropped_power_w, synthesis },
             points: frame.points.len(),
             convergence,

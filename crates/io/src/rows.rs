@@ -12,7 +12,7 @@ use catseye::road::labels::Polyline;
 use catseye::road::truth_boxes;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
-use catseye::trace::Return;
+use catseye::trace::Echo;
 use catseye::units::dbm_from_w;
 use serde::Serialize;
 
@@ -152,7 +152,7 @@ fn radar_table(site: &Site, radars: &[Frame]) -> Table {
         .f64("first_range_rate_mps", |f| axes(f).range_rate_mps.first)
         .f64("range_rate_bin_mps", |f| axes(f).range_rate_mps.step)
         .u32("triangles", |f| f.triangles as u32)
-        .u32("echoes", |f| f.returns.returns.len() as u32)
+        .u32("echoes", |f| f.echoes.list.len() as u32)
         .vector(PLACE, |f| f.pose.translation_m.to_array())
         .rotation(|f| f.pose.rotation.to_array())
         .vector(VELOCITY, |f| f.velocity_mps.to_array())
@@ -190,19 +190,19 @@ fn point_table(site: &Site, radars: &[Frame]) -> Table {
 
 /// The columns of returns.csv.
 fn return_table(site: &Site, radars: &[Frame]) -> Table {
-    struct Echo<'a> {
+    struct EchoRow<'a> {
         radar: &'a Radar,
-        of: &'a Return,
+        of: &'a Echo,
         power_w: f64,
     }
     let mut echoes = Vec::new();
     for f in radars {
         let radar = &site.scenario.radars[f.radar];
         let levels = Levels::new(radar);
-        let power_w = |of: &Return| levels.amplitude(of).norm_sqr();
-        echoes.extend(f.returns.returns.iter().map(|of| Echo { radar, of, power_w: power_w(of) }));
+        let power_w = |of: &Echo| levels.amplitude(of).norm_sqr();
+        echoes.extend(f.echoes.list.iter().map(|of| EchoRow { radar, of, power_w: power_w(of) }));
     }
-    let chain = |r: &Return| {
+    let chain = |r: &Echo| {
         let ids: Vec<String> = r.chain.iter().take_while(|id| **id != 0).map(u32::to_string).collect();
         ids.join(" ")
     };

@@ -53,7 +53,7 @@ impl Tally {
         let mut t = Tally { frames: 1, ..Default::default() };
         t.splits.insert(split.to_string(), 1);
         for f in radars {
-            t.echoes += f.returns.returns.len() as u64;
+            t.echoes += f.echoes.list.len() as u64;
             t.points += f.points.len() as u64;
             for p in &f.points {
                 // Of a cube without noise the ratio is infinite.

@@ -1,12 +1,13 @@
 //! Decompositions, by nalgebra.
 
 use crate::{Matrix, NoConvergence};
-use nalgebra::{DMatrix, Dyn, SVD, Schur, SymmetricEigen};
+use nalgebra::{DMatrix, Schur, SymmetricEigen};
 use num_complex::Complex64;
 
 /// Deviation at which an iteration ends, and the number of steps after which it is given up.
 const EPS: f64 = f64::EPSILON;
 const STEPS: usize = 10_000;
+const SWEEPS: usize = 60;
 
 fn copy(m: &Matrix) -> DMatrix<Complex64> {
     DMatrix::from_column_slice(m.nrows(), m.ncols(), m.as_slice())
@@ -77,13 +78,58 @@ impl Matrix {
         Ok(owned(&vectors))
     }
 
-    fn decomposed(&self, vectors: bool) -> Result<SVD<Complex64, Dyn, Dyn>, NoConvergence> {
-        SVD::try_new(self.finite()?, false, vectors, EPS, STEPS).ok_or(NoConvergence)
+    /// Singular values, largest first, as many as there are columns, and V of U S V^H: by one-sided Jacobi rotations (Golub and Van
+    /// Loan, Matrix Computations, section 8.6.3). nalgebra's decomposition errs by 1e-4 where singular values vanish.
+    fn singular(&self) -> Result<(Vec<f64>, Matrix), NoConvergence> {
+        let n = self.ncols();
+        let (mut u, mut v) = (self.finite()?, DMatrix::<Complex64>::identity(n, n));
+        let least = EPS * EPS * u.norm_squared();
+        let turn = |m: &mut DMatrix<Complex64>, [p, q]: [usize; 2], c: f64, s: Complex64| {
+            for i in 0..m.nrows() {
+                let (x, y) = (m[(i, p)], m[(i, q)]);
+                (m[(i, p)], m[(i, q)]) = (c * x - s.conj() * y, s * x + c * y);
+            }
+        };
+        for _ in 0..SWEEPS {
+            let mut settled = true;
+            for p in 0..n {
+                for q in p + 1..n {
+                    let (a, b) = (u.column(p).norm_squared(), u.column(q).norm_squared());
+                    let between = u.column(p).dotc(&u.column(q));
+                    let size = between.norm();
+                    if size <= EPS * (a * b).sqrt() || size <= least {
+                        continue;
+                    }
+                    settled = false;
+                    let zeta = (b - a) / (2.0 * size);
+                    let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+                    let c = 1.0 / t.hypot(1.0);
+                    let s = c * t * (between / size);
+                    turn(&mut u, [p, q], c, s);
+                    turn(&mut v, [p, q], c, s);
+                }
+            }
+            if settled {
+                let length: Vec<f64> = u.column_iter().map(|x| x.norm()).collect();
+                let mut order: Vec<usize> = (0..n).collect();
+                order.sort_by(|&i, &j| length[j].total_cmp(&length[i]));
+                let values = order.iter().map(|&i| length[i]).collect();
+                return Ok((values, Matrix::from_fn(n, n, |i, j| v[(i, order[j])])));
+            }
+        }
+        Err(NoConvergence)
     }
 
     /// Largest first.
     pub fn singular_values(&self) -> Result<Vec<f64>, NoConvergence> {
-        Ok(self.decomposed(false)?.singular_values.iter().copied().collect())
+        let mut values = self.singular()?.0;
+        values.truncate(self.nrows());
+        Ok(values)
+    }
+
+    /// V of U S V^H, all its columns, those of the largest singular values first.
+    pub fn right_singular_vectors(&self) -> Result<Matrix, NoConvergence> {
+        Ok(self.singular()?.1)
     }
 
     /// Orthonormal columns that span what the columns span: Householder's Q, no more columns than the
@@ -107,14 +153,5 @@ impl Matrix {
         owned(
             &lu.try_inverse().unwrap_or_else(|| DMatrix::from_element(n, n, Complex64::from(f64::INFINITY))),
         )
-    }
-
-    /// V of U S V^H, all its columns, those of the largest singular values first.
-    pub fn right_singular_vectors(&self) -> Result<Matrix, NoConvergence> {
-        let v = owned(&self.decomposed(true)?.v_t.ok_or(NoConvergence)?.adjoint());
-        Ok(match v.nrows() == v.ncols() {
-            true => v,
-            false => v.full_q(),
-        })
     }
 }

@@ -118,6 +118,22 @@ fn singular_values_and_right_vectors() {
 }
 
 #[test]
+fn what_a_matrix_takes_to_zero() {
+    // Two directions among six columns, as of two echoes without noise.
+    for rows in [2, 4, 9] {
+        let a = scattered(rows, 2) * scattered(2, 6);
+        let (s, v) = (a.singular_values().unwrap(), a.right_singular_vectors().unwrap());
+        assert!(s[2..].iter().all(|s| *s < 1e-14 * a.norm_l2()), "{s:?}");
+        assert!(skewness(&v) < 1e-13 && (&a * v.columns(2, 4)).norm_l2() < 1e-13 * a.norm_l2());
+    }
+    let zeros = Matrix::zeros(3, 2);
+    assert_eq!(
+        (zeros.singular_values().unwrap(), skewness(&zeros.right_singular_vectors().unwrap())),
+        (vec![0.0; 2], 0.0)
+    );
+}
+
+#[test]
 fn householders_q_spans_the_columns() {
     for (rows, cols) in SHAPES {
         let a = scattered(rows, cols);

@@ -23,7 +23,7 @@ use catseye::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use catseye::scene::waveform::Waveform;
 use catseye::scene::{Scene, Shape, material, radar_toml};
 use catseye::trace::cpu::points::point_returns;
-use catseye::trace::{Return, Returns, TraceOptions};
+use catseye::trace::{Echo, Echoes, TraceOptions};
 use catseye::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
@@ -440,11 +440,9 @@ fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
         let mut scene = scene.clone();
         scene.objects[1].pose.translation_m = DVec3::new(d, 0.0, 0.35);
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
-        let returns = Returns {
-            returns: point_returns(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()),
-            rays: 0,
-        };
-        let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
+        let echoes =
+            Echoes { list: point_returns(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()), rays: 0 };
+        let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))
     };
@@ -478,7 +476,7 @@ fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
 }
 
 /// CONVENTIONS eq. 11 and 12 as they stand: phase of the beat in radians.
-fn beat_phase(radar: &Radar, r: &Return, chirp: usize, n: usize) -> f64 {
+fn beat_phase(radar: &Radar, r: &Echo, chirp: usize, n: usize) -> f64 {
     let t_n = radar.adc_start_s + n as f64 / radar.sample_rate_hz;
     let t = radar.chirp_start_s(chirp, 0) + t_n;
     let tau = (channel_path_m(radar, r, 0, 0) + r.path_rate_mps * t) / (C0 + 0.5 * r.path_rate_mps);
@@ -492,18 +490,18 @@ fn delay(engine: &Engine) -> Result<Vec<Row>> {
     radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 48e-6);
     (radar.sample_rate_hz, radar.samples, radar.chirps) = (62.5e6, 2050, 8);
     let echo = point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1);
-    let list = Returns { returns: vec![echo], rays: 0 };
-    let exact = synthesise::<f64>(&Plan::new(&radar, &list)?, Control::default())?;
-    let here = wide(engine.cube(&radar, &list, &[], 0, 0, Control::default())?.0);
+    let echoes = Echoes { list: vec![echo], rays: 0 };
+    let exact = synthesise::<f64>(&Plan::new(&radar, &echoes)?, Control::default())?;
+    let here = wide(engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?.0);
     let level = exact.data[0].norm();
     let (mut phase, mut error) = (0.0f64, 0.0f64);
     for (i, (e, h)) in exact.data.iter().zip(&here.data).enumerate() {
-        let turn = Complex64::cis(beat_phase(&radar, &list.returns[0], i / radar.samples, i % radar.samples));
+        let turn = Complex64::cis(beat_phase(&radar, &echoes.list[0], i / radar.samples, i % radar.samples));
         phase = phase.max((e * turn.conj()).arg().abs());
         error = error.max((h - turn * level).norm() / level);
     }
     // What a delay held through each chirp would leave out.
-    let r = &list.returns[0];
+    let r = &echoes.list[0];
     let last = radar.samples - 1;
     let rate = radar.slope_hz_per_s() * (r.path_length_m / C0) * TAU * last as f64 / radar.sample_rate_hz;
     let moved = beat_phase(&radar, r, 4, last) - beat_phase(&radar, r, 4, 0) - rate;
@@ -548,8 +546,8 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     scene.add_object("post", "post", Shape::Point { rcs_dbsm: 10.0 }, at, DVec3::ZERO);
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
     let pose = Pose::IDENTITY;
-    let returns = engine.returns(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
-    let (cube, _) = engine.cube(&radar, &returns, &[], 0, 0, Control::default())?;
+    let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
+    let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
     let mut maps = vec![engine.range_doppler(&radar, &cube)?];
     let cell = maps[0].map.at(radar.processing.doppler_fft / 2, 125);
     let points = locate::points(engine, &radar, &mut maps, None)?;
@@ -597,7 +595,7 @@ fn noise(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.chirps = 512;
     radar.processing.doppler_fft = 512;
-    let (cube, _) = engine.cube(&radar, &Returns::default(), &[], 7, 1, Control::default())?;
+    let (cube, _) = engine.cube(&radar, &Echoes::default(), &[], 7, 1, Control::default())?;
     let cube = wide(cube);
     // k T0 F fs with F = 13 dB and fs = 20 MHz.
     let hand = 1.380649e-23 * 290.0 * 10f64.powf(1.3) * 20e6;
@@ -610,9 +608,9 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.processing.angle_window = Window::Rectangle;
     let range = 100.0 * radar.range_bin_m();
-    let list = Returns { returns: vec![point_echo(DVec3::X * range, DVec3::ZERO, 10.0, 1)], rays: 0 };
+    let echoes = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::ZERO, 10.0, 1)], rays: 0 };
     let quiet = Radar { thermal_noise: false, ..radar.clone() };
-    let (signal, _) = engine.cube(&quiet, &list, &[], 0, 0, Control::default())?;
+    let (signal, _) = engine.cube(&quiet, &echoes, &[], 0, 0, Control::default())?;
     let found = engine.range_doppler(&quiet, &signal)?;
     let at = found
         .cells
@@ -629,7 +627,7 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
     let gain_of_signal = top.amplitude.norm_sqr() / mean_power(&wide(signal).data);
 
     // Noise: cube to map, and channel by channel through the beamformer.
-    let (noise, _) = engine.cube(&radar, &Returns::default(), &[], 5, 0, Control::default())?;
+    let (noise, _) = engine.cube(&radar, &Echoes::default(), &[], 5, 0, Control::default())?;
     let map = engine.range_doppler(&radar, &noise)?.map.data;
     let noise = wide(noise);
     let power = mean_power(&noise.data);
@@ -759,7 +757,7 @@ fn cfar(engine: &Engine) -> Result<Vec<Row>> {
     radar.processing.cfar.pfa = 0.01;
     let (mut alarms, mut cells) = (0, 0);
     for frame in 0..4 {
-        let (cube, _) = engine.cube(&radar, &Returns::default(), &[], 11, frame, Control::default())?;
+        let (cube, _) = engine.cube(&radar, &Echoes::default(), &[], 11, frame, Control::default())?;
         let mask = engine.range_doppler(&radar, &cube)?.detection.mask;
         alarms += mask.iter().filter(|m| **m).count();
         cells += mask.len();

@@ -92,7 +92,7 @@ fn bounds(mesh: &Mesh) -> Result<(DVec3, DVec3)> {
 }
 
 /// The projection: from metres to logical pixels, and the depth towards the eye.
-struct Eye {
+struct Projection {
     right: DVec3,
     up: DVec3,
     to_eye: DVec3,
@@ -102,7 +102,7 @@ struct Eye {
     middle: DVec2,
 }
 
-impl Eye {
+impl Projection {
     fn axes(view: &SolidView) -> (DVec3, DVec3, DVec3) {
         let to_eye = direction_from_angles(view.azimuth_deg.to_radians(), view.elevation_deg.to_radians());
         let right = DVec3::Z.cross(to_eye).try_normalize().unwrap_or(DVec3::Y);
@@ -128,13 +128,13 @@ fn draw(
     dimensions: bool,
 ) -> Result<()> {
     let (lo, hi) = bounds(view.mesh)?;
-    let (right, up, to_eye) = Eye::axes(view);
+    let (right, up, to_eye) = Projection::axes(view);
     let half = 0.5 * (hi - lo);
     // The box's half extents on the page.
     let (w, h) = (half.dot(right.abs()), half.dot(up.abs()));
     let margin = if dimensions { (86.0, 62.0) } else { (14.0, 10.0) };
     let scale = ((0.5 * size.0 - margin.0) / w.max(1e-300)).min((0.5 * size.1 - margin.1) / h.max(1e-300));
-    let eye = Eye {
+    let eye = Projection {
         right,
         up,
         to_eye,
@@ -153,7 +153,7 @@ fn draw(
 
 /// Dimension lines along three edges of the box: the near one of x, that of y and the upright one at
 /// the rim of the picture.
-fn draw_dimensions(c: &mut Canvas, eye: &Eye, page: DVec2, (lo, hi): (DVec3, DVec3)) {
+fn draw_dimensions(c: &mut Canvas, eye: &Projection, page: DVec2, (lo, hi): (DVec3, DVec3)) {
     let near = |d: usize, e: DVec3| if e[d] > 0.0 { hi[d] } else { lo[d] };
     let (x, y) = (near(0, eye.to_eye), near(1, eye.to_eye));
     // On the page the outer end of the box lies to the right of its right-hand upright edge.
@@ -199,7 +199,7 @@ fn draw_dimensions(c: &mut Canvas, eye: &Eye, page: DVec2, (lo, hi): (DVec3, DVe
 }
 
 /// The three axes; x is where the radar stands on boresight.
-fn draw_axes(c: &mut Canvas, eye: &Eye, at: DVec2) {
+fn draw_axes(c: &mut Canvas, eye: &Projection, at: DVec2) {
     let names = ["x: radar", "y", "z"];
     for (k, axis) in DVec3::AXES.into_iter().enumerate() {
         let tip = at + 30.0 * eye.along(axis);
@@ -258,7 +258,7 @@ struct Corner {
     light: f64,
 }
 
-fn raster(mesh: &Mesh, eye: &Eye, size: (f64, f64)) -> RgbImage {
+fn raster(mesh: &Mesh, eye: &Projection, size: (f64, f64)) -> RgbImage {
     let per_pixel = SCALE * SAMPLES as f64;
     let (width, height) = ((size.0 * per_pixel) as usize, (size.1 * per_pixel) as usize);
     let mut r = Raster {

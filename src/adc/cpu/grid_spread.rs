@@ -1,7 +1,7 @@
 //! Spreads echoes over a grid of cells and lines (CONVENTIONS eq. 83).
 
 use super::synthesis::{LANES, cis, fixed, madd};
-use crate::adc::gridding::{DEGREE, Echoes, Layout, TAPS};
+use crate::adc::gridding::{DEGREE, GridEchoes, Layout, TAPS};
 use crate::simd::{Vectorised, vectorised};
 use num_complex::Complex32;
 use std::ops::Range;
@@ -13,7 +13,7 @@ pub const PAD: usize = TAPS / 2;
 
 /// Spreads the echoes of one channel over the grid, lines of cells with [`PAD`] on either side, as seen
 /// from chirp `middle`.
-pub fn spread(layout: &Layout, echoes: &Echoes, channel: usize, middle: f64, grid: &mut [Complex32]) {
+pub fn spread(layout: &Layout, echoes: &GridEchoes, channel: usize, middle: f64, grid: &mut [Complex32]) {
     let of = channel * echoes.count..(channel + 1) * echoes.count;
     if of.len() <= layout.portion {
         vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(grid) });
@@ -38,7 +38,7 @@ pub fn spread(layout: &Layout, echoes: &Echoes, channel: usize, middle: f64, gri
 
 struct Spread<'a> {
     layout: &'a Layout,
-    echoes: &'a Echoes,
+    echoes: &'a GridEchoes,
     of: Range<usize>,
     middle: f64,
     grid: &'a mut [f32],

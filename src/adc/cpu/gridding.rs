@@ -7,7 +7,7 @@ use super::grid_lines::{Lines, Out, Table};
 use super::grid_spread::{PAD, spread};
 use super::synthesis::{Control, synthesise_some};
 use crate::adc::Cube;
-use crate::adc::gridding::{Costs, ECHOES_KEPT, Echoes, Layout, moving_portions};
+use crate::adc::gridding::{Costs, ECHOES_KEPT, GridEchoes, Layout, moving_portions};
 use crate::adc::methods::Methods;
 use crate::adc::synthesis::{Plan, Set};
 use crate::error::{Error, Result};
@@ -54,7 +54,7 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
     let portions = moving_portions(plan, ECHOES_KEPT);
     let all = plan.set(Set::Moving).len();
     for portion in portions {
-        let echoes = Echoes::new(plan, portion, 0..plan.channels);
+        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
         match Layout::choose(plan.chirps, plan.samples, &echoes, costs) {
             // Coefficients are kept where there are few in all, and made again where there are more.
             Some(layout) => {
@@ -83,7 +83,7 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
         let echoes = match echoes {
             Some(echoes) => echoes,
             None => {
-                made = Echoes::new(plan, portion, 0..channels);
+                made = GridEchoes::new(plan, portion, 0..channels);
                 &made
             }
         };
@@ -139,7 +139,7 @@ fn still_rows(
                     if cancelled() {
                         break;
                     }
-                    let echoes = Echoes::new(plan, indices, channel..channel + 1);
+                    let echoes = GridEchoes::new(plan, indices, channel..channel + 1);
                     let residual = Layout::still_residual(&echoes, samples);
                     residuals.fetch_max(residual.to_bits(), Ordering::Relaxed);
                     spread(&layout, &echoes, 0, 0.0, grid);
@@ -169,14 +169,14 @@ fn still_rows(
 
 /// Adds echoes to a cube of the layout's size: the part of
 /// [`synthesise`] that knows no radar.
-pub fn add(sampling: Sampling, layout: &Layout, echoes: &Echoes, cube: &mut Cube<f32>) {
+pub fn add(sampling: Sampling, layout: &Layout, echoes: &GridEchoes, cube: &mut Cube<f32>) {
     add_moving(sampling, layout, echoes, None, cube, &|| false, &|_| ());
 }
 
 fn add_moving(
     sampling: Sampling,
     layout: &Layout,
-    echoes: &Echoes,
+    echoes: &GridEchoes,
     base: Option<&[Complex32]>,
     cube: &mut Cube<f32>,
     cancelled: &(dyn Fn() -> bool + Sync),

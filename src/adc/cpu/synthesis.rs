@@ -358,8 +358,15 @@ impl Vectorised for Recurrence<'_> {
         for (block, sum) in self.sum.chunks_mut(2 * half).enumerate() {
             // Twice the distance from the segment's middle to the block's, which lies between two samples.
             let twice = (4 * block * half + 2 * half) as i32 - 2 * half_length as i32 - 1;
-            let echoes =
-                Echoes { n, twice, phase: &phase, half_step: &half_step, drift: &drift, re: &re, im: &im };
+            let echoes = TileEchoes {
+                n,
+                twice,
+                phase: &phase,
+                half_step: &half_step,
+                drift: &drift,
+                re: &re,
+                im: &im,
+            };
             let mut acc = Sums([[[0.0; LANES]; 4]; HALF]);
             let acc = &mut acc.0[..half];
             if drifts {
@@ -395,7 +402,7 @@ const SQUARES: [f32; HALF] = {
     o
 };
 
-struct Echoes<'a> {
+struct TileEchoes<'a> {
     n: usize,
     twice: i32,
     phase: &'a [u32; TILE],
@@ -405,7 +412,7 @@ struct Echoes<'a> {
     im: &'a [f32; TILE],
 }
 
-impl Echoes<'_> {
+impl TileEchoes<'_> {
     /// For samples at ±(k + ½) from the middle of the block, the four sums of x cos, y sin, y cos
     /// and x sin of (k + ½)θ, where x + jy is the phasor in the middle and θ the phase step: both
     /// samples follow from them.

@@ -173,7 +173,7 @@ fn add(sum: &mut Matrix, m: &Matrix, z: Complex64) {
 }
 
 /// The way between a place and a port, its direction, and how its length bends.
-struct Way {
+struct PortPath {
     /// Less the port's distance from the world's origin.
     length_m: f64,
     /// Unit vector along which the length grows.
@@ -182,14 +182,14 @@ struct Way {
     curvature: f64,
 }
 
-impl Way {
-    fn new(port: Port, place: DVec3) -> Way {
+impl PortPath {
+    fn new(port: Port, place: DVec3) -> PortPath {
         match port {
-            Port::Far(s) => Way { length_m: -s.dot(place), dir: -s, curvature: 0.0 },
+            Port::Far(s) => PortPath { length_m: -s.dot(place), dir: -s, curvature: 0.0 },
             Port::At(p) => {
                 let d = place - p;
                 let r = d.length();
-                Way { length_m: r - p.length(), dir: d / r, curvature: 1.0 / r }
+                PortPath { length_m: r - p.length(), dir: d / r, curvature: 1.0 / r }
             }
         }
     }
@@ -266,7 +266,7 @@ fn cells(
             continue;
         }
         let place = corner + face.axis[0] * moments.centroid.x + face.axis[1] * moments.centroid.y;
-        let ways = [Way::new(image, place), Way::new(receive, place)];
+        let ways = [PortPath::new(image, place), PortPath::new(receive, place)];
         let (mut slope, mut bend, mut mixed) = (DVec2::ZERO, DVec2::ZERO, 0.0);
         let mut nearest = 0.0f64;
         for w in &ways {

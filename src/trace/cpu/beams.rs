@@ -303,7 +303,7 @@ impl Side {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Place {
+pub(super) enum PlaneSide {
     /// Wholly on the lit side or in the plane.
     Before,
     Across,
@@ -359,7 +359,7 @@ pub(super) struct Clipper<'a> {
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
-struct Seen {
+struct VisibleFaces {
     frame: Frame,
     /// Only within |u|, |v| <= 1.
     window: bool,
@@ -371,7 +371,7 @@ struct Seen {
     whole: Vec<bool>,
 }
 
-impl Seen {
+impl VisibleFaces {
     fn of(&self, face: u32) -> &[Polygon] {
         &self.polygons[self.range(face)]
     }
@@ -405,7 +405,7 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
 pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> Clipped {
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
     let clipper = Clipper { faces, eps: 1e-12, options };
-    let lit: Vec<Seen> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
+    let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
     clipper.follow_all(&lit, None, Port::At(at))
 }
 
@@ -447,7 +447,7 @@ impl Clipper<'_> {
     }
 
     #[inline]
-    pub(super) fn place(&self, corners: &[DVec3], side: &Side) -> Place {
+    pub(super) fn place(&self, corners: &[DVec3], side: &Side) -> PlaneSide {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for p in corners {
             let d = side.normal.dot(*p) - side.offset;
@@ -455,11 +455,11 @@ impl Clipper<'_> {
             hi = hi.max(d);
         }
         if hi <= self.faces.flat_m {
-            Place::Behind
+            PlaneSide::Behind
         } else if lo >= -self.faces.flat_m {
-            Place::Before
+            PlaneSide::Before
         } else {
-            Place::Across
+            PlaneSide::Across
         }
     }
 
@@ -513,7 +513,7 @@ impl Clipper<'_> {
     }
 
     /// Follows what every face is lit by; `far_seen` when the receiver stands elsewhere.
-    fn follow_all(&self, lit: &[Seen], far_seen: Option<&[Seen]>, receive: Port) -> Clipped {
+    fn follow_all(&self, lit: &[VisibleFaces], far_seen: Option<&[VisibleFaces]>, receive: Port) -> Clipped {
         let n = self.faces.faces.len();
         let seen = far_seen.unwrap_or(lit);
         joined(in_chunks(n * lit.len(), |range| {
@@ -528,7 +528,7 @@ impl Clipper<'_> {
     }
 
     /// What of every face is seen along the rays of `frame`, or of those in its window.
-    fn seen_from(&self, frame: Frame, window: bool) -> Seen {
+    fn seen_from(&self, frame: Frame, window: bool) -> VisibleFaces {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
             let (mut counts, mut whole) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
@@ -551,7 +551,7 @@ impl Clipper<'_> {
             }
             (counts, whole, polygons)
         });
-        let mut seen = Seen {
+        let mut seen = VisibleFaces {
             frame,
             window,
             ranges: Vec::with_capacity(n),
@@ -682,12 +682,12 @@ impl Clipper<'_> {
             let Some(other_facing) = lit(other) else { return };
             let corners = faces.corners(other);
             let crossing = match self.place(corners, &side) {
-                Place::Behind => return,
-                Place::Before => None,
-                Place::Across => match self.place(faces.corners(face), &Side::of(other, other_facing)) {
-                    Place::Before => return,
-                    Place::Behind => None,
-                    Place::Across => {
+                PlaneSide::Behind => return,
+                PlaneSide::Before => None,
+                PlaneSide::Across => match self.place(faces.corners(face), &Side::of(other, other_facing)) {
+                    PlaneSide::Before => return,
+                    PlaneSide::Behind => None,
+                    PlaneSide::Across => {
                         let q = frame.nearness(other.normal, other.offset_m)
                             - frame.nearness(face.normal, face.offset_m);
                         Some(Line::new(q.x, q.y, q.z))
@@ -695,9 +695,9 @@ impl Clipper<'_> {
                 },
             };
             let beyond = match source.map(|s| (s, self.place(corners, s))) {
-                None | Some((_, Place::Before)) => None,
-                Some((_, Place::Behind)) => return,
-                Some((s, Place::Across)) => Some(self.beyond(frame, s, other)),
+                None | Some((_, PlaneSide::Before)) => None,
+                Some((_, PlaneSide::Behind)) => return,
+                Some((s, PlaneSide::Across)) => Some(self.beyond(frame, s, other)),
             };
             let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
             if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
@@ -769,8 +769,8 @@ impl Clipper<'_> {
     fn follow(
         &self,
         first: u32,
-        lit: &Seen,
-        seen: &[Seen],
+        lit: &VisibleFaces,
+        seen: &[VisibleFaces],
         monostatic: bool,
         receive: Port,
         out: &mut Clipped,
@@ -823,9 +823,9 @@ impl Clipper<'_> {
                 let target = &self.faces.faces[f as usize];
                 let Some(facing) = self.lit(&frame, target) else { return };
                 let beyond = match self.place(self.faces.corners(target), &source) {
-                    Place::Behind => return,
-                    Place::Before => None,
-                    Place::Across => Some(self.beyond(&frame, &source, target)),
+                    PlaneSide::Behind => return,
+                    PlaneSide::Before => None,
+                    PlaneSide::Across => Some(self.beyond(&frame, &source, target)),
                 };
                 let Some(mut lines) = self.outline(&frame, target, facing, &polygon) else { return };
                 if !beyond.into_iter().all(|l| lines.narrow(l, &polygon, self.eps)) {
@@ -885,7 +885,7 @@ impl Clipper<'_> {
         node: &Node,
         polygon: &Polygon,
         is_seen: bool,
-        seen: &[Seen],
+        seen: &[VisibleFaces],
         receive: Port,
         out: &mut Vec<Piece>,
     ) {

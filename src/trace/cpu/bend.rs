@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// What the end of a path keeps to while its body moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Keeps {
+pub enum PathEnd {
     /// Its place on the body: a corner, a point.
     Place,
     /// A straight side of the body, along which it slides with the place where the path is shortest: unit vector (world).
@@ -40,7 +40,7 @@ pub type Mirrors<'a> = &'a [Mirror<'a>];
 pub struct End<'a> {
     pub shifts: &'a [Shift; 2],
     pub place_m: DVec3,
-    pub keeps: Keeps,
+    pub keeps: PathEnd,
 }
 
 /// The radar over one frame.
@@ -81,10 +81,10 @@ impl Bends {
         let stations = [0, 1].map(|when| [image(out, when), image(back, when)]);
         let ends = [0, 1].map(|when| end.shifts[when].place(end.place_m));
         let (lengths, rate) = match end.keeps {
-            Keeps::Place => {
+            PathEnd::Place => {
                 ([0, 1].map(|w| stations[w].iter().map(|s| s.distance(ends[w])).sum::<f64>()), rate_mps)
             }
-            Keeps::Plane(normal) => {
+            PathEnd::Plane(normal) => {
                 let lengths = [0, 1].map(|w| {
                     let n = end.shifts[w].direction(normal);
                     let [s, r] = stations[w];
@@ -92,7 +92,7 @@ impl Bends {
                 });
                 (lengths, rate_mps)
             }
-            Keeps::Side(along) => {
+            PathEnd::Side(along) => {
                 // The two stations turned into one plane with the side: the path is shortest where it is straight.
                 let shortest = |[s, r]: [DVec3; 2], line: DVec3, along: DVec3| {
                     let ((q, d), (p, e)) = (beside(line, along, s), beside(line, along, r));

@@ -6,12 +6,12 @@
 //! for all radars, and echoes change as the paths do.
 
 use super::beams::{Clipped, Polygon};
-use super::bend::{Bends, End, Keeps};
+use super::bend::{Bends, End, PathEnd};
 use crate::em::aperture::Moments;
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::{Body, Geometry};
 use crate::rng::philox4x32_10;
-use crate::trace::{MAX_BOUNCES, Return, TraceOptions};
+use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
 use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
@@ -29,17 +29,17 @@ const STREAM: u32 = 0x5eed_d1ff;
 
 /// Echoes of the rough surfaces that the radar sees at first hand, from about `options.rays` squares.
 /// Each square takes about as much area over squared distance, so that every octave of range has as many.
-pub fn returns(
+pub fn echoes(
     geometry: &Geometry,
     clipped: &Clipped,
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     options: &TraceOptions,
-) -> Vec<Return> {
+) -> Vec<Echo> {
     let Some(share) = share(geometry, clipped, pose, options.rays) else { return Vec::new() };
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let scatterer = Scatterer { geometry, pose, velocity_mps, bends };
-    let lists: Vec<Vec<Return>> = lit(geometry, clipped)
+    let lists: Vec<Vec<Echo>> = lit(geometry, clipped)
         .par_iter()
         .map(|(polygon, surface)| {
             let mut own = Vec::new();
@@ -277,7 +277,7 @@ struct Scatterer<'a> {
 }
 
 impl Scatterer<'_> {
-    fn echo(&self, patch: &Patch, place: DVec3, area_m2: f64, draws: &Draws) -> Option<Return> {
+    fn echo(&self, patch: &Patch, place: DVec3, area_m2: f64, draws: &Draws) -> Option<Echo> {
         let d = place - self.pose.translation_m;
         let r = d.length();
         let dir = d / r;
@@ -310,12 +310,12 @@ impl Scatterer<'_> {
         let mut chain = [0; MAX_BOUNCES];
         chain[0] = body.id;
         let rate = 2.0 * dir.dot(body.velocity_at(place) - self.velocity_mps);
-        let end = End { shifts: &body.shifts, place_m: place, keeps: Keeps::Place };
-        let (path_rate_mps, path_bend) = self.bends.of(&[], &[], end, 2.0 * r, rate);
-        Some(Return {
+        let end = End { shifts: &body.shifts, place_m: place, keeps: PathEnd::Place };
+        let (path_rate_mps, path_acceleration_and_jerk) = self.bends.of(&[], &[], end, 2.0 * r, rate);
+        Some(Echo {
             path_length_m: 2.0 * r,
             path_rate_mps,
-            path_bend,
+            path_acceleration_and_jerk,
             departure: seen,
             first_range_m: r,
             arrival: seen,

@@ -5,7 +5,7 @@
 //! has corners and places of stationary phase.
 
 use super::beams::{Clipped, Piece, Polygon, clip_windows};
-use super::bend::{Bends, End, Keeps, Mirror};
+use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::diffuse;
 use super::field::{Bounce, sent};
@@ -17,7 +17,7 @@ use crate::geom::faces::Face;
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::{Convention, MAX_BOUNCES, Return, Returns, TraceOptions, drop_weak, strength};
+use crate::trace::{Convention, Echo, Echoes, MAX_BOUNCES, TraceOptions, drop_weak, strength};
 use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
@@ -37,19 +37,19 @@ const STEP: f64 = 1e-3;
 
 type Matrix = [[Complex64; 2]; 2];
 
-fn is_finite(r: &Return) -> bool {
+fn is_finite(r: &Echo) -> bool {
     r.spread.iter().flatten().all(|z| z.is_finite())
         && r.path_rate_mps.is_finite()
-        && r.path_bend.iter().all(|b| b.is_finite())
+        && r.path_acceleration_and_jerk.iter().all(|b| b.is_finite())
 }
 
 /// The same way backwards.
-fn reversed(r: &Return) -> Return {
+fn reversed(r: &Echo) -> Echo {
     let n = r.bounces as usize;
     let mut chain = r.chain;
     chain[..n].reverse();
     let [[vv, vh], [hv, hh]] = r.spread;
-    Return {
+    Echo {
         departure: r.arrival,
         first_range_m: r.last_range_m,
         arrival: r.departure,
@@ -62,13 +62,13 @@ fn reversed(r: &Return) -> Return {
 
 /// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
 /// same order whatever the number of threads. Point targets and scattering tables included.
-pub fn returns(
+pub fn echoes(
     geometry: &Geometry,
     windows: &[Frame],
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     options: &TraceOptions,
-) -> Returns {
+) -> Echoes {
     let last = options.convention == Convention::Last;
     let images = options.images && !last;
     let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
@@ -83,7 +83,7 @@ pub fn from_clipped(
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     options: &TraceOptions,
-) -> Returns {
+) -> Echoes {
     let last = options.convention == Convention::Last;
     let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
     let direct = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
@@ -97,15 +97,15 @@ pub fn from_clipped(
         true => radar.with_reciprocals(r),
         false => radar.echoes(r, false),
     });
-    let lists: Vec<Vec<Return>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
-    let counts = |r: &Return| strength(r) >= options.least;
-    let mut all: Vec<Return> = lists.into_iter().flatten().filter(counts).collect();
-    let mut rough = diffuse::returns(geometry, clipped, pose, velocity_mps, options);
+    let lists: Vec<Vec<Echo>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
+    let counts = |r: &Echo| strength(r) >= options.least;
+    let mut all: Vec<Echo> = lists.into_iter().flatten().filter(counts).collect();
+    let mut rough = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
     all.extend(point_returns(geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
-    Returns { returns: all, rays }
+    Echoes { list: all, rays }
 }
 
 /// What of one plane is lit by one chain of planes.
@@ -151,7 +151,7 @@ fn on_axes(face: &Face, d: DVec3) -> DVec2 {
 
 /// Change of the amplitude with the gradient of the path about the place of mirror reflection (CONVENTIONS
 /// eq. 61), from what an area returns `at` a place.
-fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Return) -> [Matrix; 2] {
+fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
     let mirror = plane.path(plane.mirror);
     let step = STEP * mirror.nearest;
     let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
@@ -181,7 +181,7 @@ struct Station<'a> {
 impl Station<'_> {
     /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 65): where the chain
     /// begins with a mirror of what follows, also those of the chain the other way round, which then give none of their own.
-    fn with_reciprocals(&self, region: &Region) -> Vec<Return> {
+    fn with_reciprocals(&self, region: &Region) -> Vec<Echo> {
         let faces = self.geometry.faces();
         let patch = |i: &u32| faces.faces[self.clipped.nodes[*i as usize].face as usize].patch;
         let chain: Vec<u32> = self.chain(region.node).iter().map(patch).collect();
@@ -196,7 +196,7 @@ impl Station<'_> {
             (false, true) => Vec::new(),
             (true, false) => {
                 let mut list = self.echoes(region, false);
-                let back: Vec<Return> = list.iter().map(reversed).collect();
+                let back: Vec<Echo> = list.iter().map(reversed).collect();
                 list.extend(back);
                 list
             }
@@ -205,7 +205,7 @@ impl Station<'_> {
     }
 
     /// `over`: the way back leads over the first plane of the chain.
-    fn echoes(&self, region: &Region, over: bool) -> Vec<Return> {
+    fn echoes(&self, region: &Region, over: bool) -> Vec<Echo> {
         let faces = self.geometry.faces();
         let node = &self.clipped.nodes[region.node as usize];
         let face = &faces.faces[node.face as usize];
@@ -237,7 +237,7 @@ impl Station<'_> {
                     *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
                 }
             }
-            self.bend(&chain, place(centre), Keeps::Place, over, &mut whole);
+            self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
             return is_finite(&whole).then_some(whole).into_iter().collect();
         } else {
             let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
@@ -278,9 +278,9 @@ impl Station<'_> {
                 }
                 echo.path_length_m = w.length_m;
                 let keeps = match w.holds {
-                    Holds::Corner => Keeps::Place,
-                    Holds::Side(d) => Keeps::Side(face.axis[0] * d.x + face.axis[1] * d.y),
-                    Holds::Mirror => Keeps::Plane(node.normal),
+                    Holds::Corner => PathEnd::Place,
+                    Holds::Side(d) => PathEnd::Side(face.axis[0] * d.x + face.axis[1] * d.y),
+                    Holds::Mirror => PathEnd::Plane(node.normal),
                 };
                 self.bend(&chain, place(w.place), keeps, over, &mut echo);
                 is_finite(&echo).then_some(echo)
@@ -369,7 +369,7 @@ impl Station<'_> {
     }
 
     /// How the path of an echo changes over the frame.
-    fn bend(&self, chain: &[u32], place_m: DVec3, keeps: Keeps, over: bool, echo: &mut Return) {
+    fn bend(&self, chain: &[u32], place_m: DVec3, keeps: PathEnd, over: bool, echo: &mut Echo) {
         let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
         let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
         let mut mirrors: [Mirror; MAX_BOUNCES] =
@@ -387,12 +387,12 @@ impl Station<'_> {
         let back = if over { &mirrors[..1] } else { &[] };
         let end = End { shifts: &body(last).shifts, place_m, keeps };
         let (rate, bend) = self.bends.of(mirrors, back, end, echo.path_length_m, echo.path_rate_mps);
-        (echo.path_rate_mps, echo.path_bend) = (rate, bend);
+        (echo.path_rate_mps, echo.path_acceleration_and_jerk) = (rate, bend);
     }
 
     /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi, `over` its first plane or
     /// straight.
-    fn echo(&self, chain: &[u32], place: DVec3, over: bool) -> Return {
+    fn echo(&self, chain: &[u32], place: DVec3, over: bool) -> Echo {
         let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
         let node = |i: u32| &self.clipped.nodes[i as usize];
         let face = |i: u32| &faces.faces[node(i).face as usize];
@@ -452,10 +452,10 @@ impl Station<'_> {
             dir = next;
         }
         let unfolded = place.distance(node(chain[count - 1]).frame.origin);
-        Return {
+        Echo {
             path_length_m: unfolded + back_m,
             path_rate_mps: rate,
-            path_bend: [0.0; 2],
+            path_acceleration_and_jerk: [0.0; 2],
             departure: to_sensor * departure,
             first_range_m,
             arrival: to_sensor * arrival,

@@ -1,12 +1,12 @@
 //! Echoes of point targets and of objects with a scattering table: no facets, so both engines take them from
 //! here.
 
-use super::bend::{Bends, End, Keeps, Mirror};
+use super::bend::{Bends, End, Mirror, PathEnd};
 use super::field::{Bounce, CVec, sent};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::faces::Face;
 use crate::geom::{Geometry, Shift};
-use crate::trace::{MAX_BOUNCES, Return, TraceOptions};
+use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
 use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -21,7 +21,7 @@ pub fn point_returns(
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     options: &TraceOptions,
-) -> Vec<Return> {
+) -> Vec<Echo> {
     let mirrors = if options.images { geometry.faces().point_mirrors().collect() } else { Vec::new() };
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let radar = Radar { geometry, pose, velocity_mps, bends, mirrors };
@@ -38,7 +38,7 @@ pub fn point_returns(
             let u = -(tx.dir + rx.dir).normalize_or(tx.dir);
             let (v, h) = polarisation_basis(u);
             let s = t.scattering(&t.band, u, (v, h));
-            let on = |way: &Way, i: usize| [v, h].map(|e| way.field[i].dot(e));
+            let on = |way: &Leg, i: usize| [v, h].map(|e| way.field[i].dot(e));
             [0, 1].map(|r| {
                 [0, 1].map(|i| {
                     let (seen, sent) = (on(rx, r), on(tx, i));
@@ -51,7 +51,7 @@ pub fn point_returns(
 }
 
 /// From the radar to a target.
-struct Way<'a> {
+struct Leg<'a> {
     /// From the radar, unit (world).
     out: DVec3,
     /// To the first place, and all of it.
@@ -86,17 +86,17 @@ struct Target<'a> {
 }
 
 impl Radar<'_> {
-    fn straight(&self, target: DVec3) -> Option<Way<'_>> {
+    fn straight(&self, target: DVec3) -> Option<Leg<'_>> {
         let d = target - self.pose.translation_m;
         let r = d.length();
         if r <= self.geometry.t_min_m || !self.geometry.sees(self.pose.translation_m, target) {
             return None;
         }
         let dir = d / r;
-        Some(Way { out: dir, first_range_m: r, length_m: r, dir, field: sent(self.pose, dir), by: None })
+        Some(Leg { out: dir, first_range_m: r, length_m: r, dir, field: sent(self.pose, dir), by: None })
     }
 
-    fn over(&self, face: &Face, target: DVec3) -> Option<Way<'_>> {
+    fn over(&self, face: &Face, target: DVec3) -> Option<Leg<'_>> {
         let radar = self.pose.translation_m;
         let height = |p: DVec3| face.normal.dot(p) - face.offset_m;
         let (from, to) = (height(radar), height(target));
@@ -121,14 +121,14 @@ impl Radar<'_> {
         let surface = &geometry.surfaces[face.surface as usize];
         let bounce = Bounce::new(sent(self.pose, out), out, normal, surface, wavenumber(geometry.freq_hz));
         let by = Some(Mirror { body: &geometry.bodies[face.body as usize], place_m: foot, normal });
-        Some(Way { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
+        Some(Leg { out, first_range_m, length_m, dir: d / length_m, field: bounce.reflected, by })
     }
 
-    fn echoes(&self, target: Target, scattering: &dyn Fn(&Way, &Way) -> [[Complex64; 2]; 2]) -> Vec<Return> {
-        let mut ways: Vec<Way> = self.straight(target.place_m).into_iter().collect();
+    fn echoes(&self, target: Target, scattering: &dyn Fn(&Leg, &Leg) -> [[Complex64; 2]; 2]) -> Vec<Echo> {
+        let mut ways: Vec<Leg> = self.straight(target.place_m).into_iter().collect();
         for way in self.mirrors.iter().filter_map(|m| self.over(m, target.place_m)) {
             // On the seam of two facets of one road both have the foot.
-            let again = |w: &Way| {
+            let again = |w: &Leg| {
                 w.by.zip(way.by).is_some_and(|(a, b)| {
                     a.place_m.distance(b.place_m) < SEAM_M && a.normal.dot(b.normal) > SEAM_COSINE
                 })
@@ -137,7 +137,7 @@ impl Radar<'_> {
                 ways.push(way);
             }
         }
-        let rate = |w: &Way| {
+        let rate = |w: &Leg| {
             let mirror = w.by.map_or(DVec3::ZERO, |m| m.body.velocity_at(m.place_m));
             target.velocity_mps.dot(w.dir) - self.velocity_mps.dot(w.out) + mirror.dot(w.out - w.dir)
         };
@@ -155,18 +155,18 @@ impl Radar<'_> {
                 }
                 let lengths = out.length_m * back.length_m;
                 let length_m = out.length_m + back.length_m;
-                let end = End { shifts: target.shifts, place_m: target.place_m, keeps: Keeps::Place };
-                let (path_rate_mps, path_bend) = self.bends.of(
+                let end = End { shifts: target.shifts, place_m: target.place_m, keeps: PathEnd::Place };
+                let (path_rate_mps, path_acceleration_and_jerk) = self.bends.of(
                     out.by.as_slice(),
                     back.by.as_slice(),
                     end,
                     length_m,
                     rate(out) + rate(back),
                 );
-                list.push(Return {
+                list.push(Echo {
                     path_length_m: length_m,
                     path_rate_mps,
-                    path_bend,
+                    path_acceleration_and_jerk,
                     departure: to_sensor * out.out,
                     first_range_m: out.first_range_m,
                     arrival: to_sensor * back.out,

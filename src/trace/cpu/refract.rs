@@ -4,7 +4,7 @@
 //! From the transmitter beams go on by reflection and by transmission; from the receiver by transmission
 //! alone. What a reflecting face radiates reaches the receiver along those.
 
-use super::beams::{Clipper, GRAZING, Place, Polygon, SLIVER, Scratch, Side, cut_by, in_chunks, overlap};
+use super::beams::{Clipper, GRAZING, PlaneSide, Polygon, SLIVER, Scratch, Side, cut_by, in_chunks, overlap};
 use crate::em::layers::Backing;
 use crate::geom::Surface;
 use crate::geom::cells::NO_CELL;
@@ -231,7 +231,7 @@ struct Tracer<'a> {
 }
 
 /// What the receiver sees: polygons of each face in the frames of the views.
-struct Seen {
+struct VisibleFaces {
     views: Vec<View>,
     of: Vec<Vec<(u32, Polygon)>>,
 }
@@ -378,7 +378,7 @@ impl Tracer<'_> {
     }
 
     /// All that the receiver sees, through what waves pass.
-    fn views(&self, frame: Frame, first: Vec<Vec<Polygon>>) -> (Seen, bool) {
+    fn views(&self, frame: Frame, first: Vec<Vec<Polygon>>) -> (VisibleFaces, bool) {
         let root = View {
             parent: u32::MAX,
             face: u32::MAX,
@@ -386,7 +386,7 @@ impl Tracer<'_> {
             passed: 0,
             wave: Wave::in_air(frame),
         };
-        let mut seen = Seen { views: vec![root], of: vec![Vec::new(); first.len()] };
+        let mut seen = VisibleFaces { views: vec![root], of: vec![Vec::new(); first.len()] };
         let mut broken = false;
         let mut stack: Vec<(u32, u32, Polygon)> = Vec::new();
         for (f, polygons) in first.into_iter().enumerate() {
@@ -455,9 +455,9 @@ impl Tracer<'_> {
             let target = &self.faces.faces[f as usize];
             let Some(facing) = self.lit(frame, wave.cell, target) else { return };
             let beyond = match c.place(self.faces.corners(target), source) {
-                Place::Behind => return,
-                Place::Before => None,
-                Place::Across => Some(c.beyond(frame, source, target)),
+                PlaneSide::Behind => return,
+                PlaneSide::Before => None,
+                PlaneSide::Across => Some(c.beyond(frame, source, target)),
             };
             let Some(mut lines) = c.outline(frame, target, facing, polygon) else { return };
             if !beyond.into_iter().all(|l| lines.narrow(l, polygon, c.eps)) {
@@ -489,7 +489,7 @@ impl Tracer<'_> {
         first: u32,
         wave: &Wave,
         lit: &[Polygon],
-        seen: &Seen,
+        seen: &VisibleFaces,
         receive: DVec3,
         out: &mut Clipped,
     ) {
@@ -625,7 +625,7 @@ impl Tracer<'_> {
     }
 
     /// Keeps what the receiver sees of a polygon, from the side and the medium in which the wave arrives.
-    fn radiate(&self, index: u32, node: &Node, polygon: &Polygon, seen: &Seen, out: &mut Vec<Piece>) {
+    fn radiate(&self, index: u32, node: &Node, polygon: &Polygon, seen: &VisibleFaces, out: &mut Vec<Piece>) {
         let face = &self.faces.faces[node.face as usize];
         let nearness = node.wave.frame.nearness(face.normal, face.offset_m);
         for (v, part) in &seen.of[node.face as usize] {

@@ -5,7 +5,7 @@ use crate::geom::Geometry;
 use crate::rng::philox4x32_10;
 use crate::scene::radar::{Antenna, Radar, Sampling};
 use crate::trace::air::{Air, FALLS};
-use crate::trace::{MAX_BOUNCES, Return, TraceOptions};
+use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
 use crate::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -24,14 +24,14 @@ const STREAM: u32 = 0x5eed_7a17;
 /// About `options.rays` echoes of the rain within the radar's unambiguous range, as many for each metre of range, most of them where the
 /// antennas look. Each is an amount of drops with one size's fall velocity and a complex Gaussian amplitude; they are
 /// new in each frame. What the air takes on the way is not in them yet.
-pub fn returns(
+pub fn echoes(
     geometry: &Geometry,
     radar: &Radar,
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     air: &Air,
     options: &TraceOptions,
-) -> Vec<Return> {
+) -> Vec<Echo> {
     let farthest = farthest_m(radar);
     let Some(rain) = air.rain.filter(|_| options.rays > 0 && farthest > NEAREST_M) else {
         return Vec::new();
@@ -58,10 +58,10 @@ pub fn returns(
         let s = Complex64::from_polar((-u.ln() * sigma / (4.0 * PI)).sqrt() / (r * r), TAU * v);
         let fall = rain.fall_mps[((size * FALLS as f64) as usize).min(FALLS - 1)];
         let drop_mps = rain.wind_mps - DVec3::Z * fall;
-        Some(Return {
+        Some(Echo {
             path_length_m: 2.0 * r,
             path_rate_mps: 2.0 * dir.dot(drop_mps - velocity_mps),
-            path_bend: [0.0; 2],
+            path_acceleration_and_jerk: [0.0; 2],
             departure: seen,
             first_range_m: r,
             arrival: seen,

@@ -108,7 +108,7 @@ struct Echo {
 
 /// The way of one car ahead, in the present vehicle frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub struct LeadPath {
     /// Of the track.
     pub id: u64,
     /// Moved to the car's middle.
@@ -124,7 +124,7 @@ pub struct Insight {
     pub near: Option<NearLane>,
     /// Why the camera gave nothing.
     pub blinded: Option<Blinding>,
-    pub ways: Vec<Way>,
+    pub ways: Vec<LeadPath>,
     pub recognition: Option<Recognition>,
 }
 
@@ -267,7 +267,7 @@ impl CameraFusion {
     }
 
     /// The ways of the cars ahead, from the tracks of one period.
-    fn ways(&self, path: &EgoPath, now_s: f64) -> Vec<Way> {
+    fn ways(&self, path: &EgoPath, now_s: f64) -> Vec<LeadPath> {
         let from_s = now_s - self.options.period_s - 1e-9;
         let way = |(id, told): (&u64, &Vec<TrackSample>)| {
             let last = told.last()?;
@@ -295,7 +295,7 @@ impl CameraFusion {
             };
             // Trails start at the end that is nearer to the car, and a car that drives away leaves them in that order.
             let trail = Trail::new(curve).ok()?;
-            Some(Way { id: *id, points_m, trail, echo_std_m })
+            Some(LeadPath { id: *id, points_m, trail, echo_std_m })
         };
         self.told.iter().filter_map(way).collect()
     }
@@ -448,7 +448,7 @@ impl CameraFusion {
         input: &SensorInput<'_>,
         camera: &CameraView,
         found: &Recognition,
-        ways: &[Way],
+        ways: &[LeadPath],
     ) -> Result<LaneEstimate, LaneError> {
         let lane = match camera {
             CameraView::Lane(lane) => Some(lane),
@@ -521,7 +521,7 @@ impl CameraFusion {
         &self,
         points: &[DVec2],
         found: &Recognition,
-        ways: &[Way],
+        ways: &[LeadPath],
         near: usize,
     ) -> (Vec<DVec2>, Vec<f64>) {
         let parts = &found.parts[near.min(found.parts.len())..];

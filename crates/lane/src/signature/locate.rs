@@ -68,7 +68,7 @@ impl Default for LocateSettings {
 
 /// Another pose that fits about as well.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Rival {
+pub struct AlternativePose {
     pub pose: Pose,
     /// How much less likely it is.
     pub log_odds: f64,
@@ -85,7 +85,7 @@ pub struct Location {
     pub explained: f64,
     pub points: usize,
     /// Best first; empty where the pose is the only one.
-    pub rivals: Vec<Rival>,
+    pub rivals: Vec<AlternativePose>,
     /// Of the poses found, that this one is true.
     pub probability: f64,
     pub log_likelihood: f64,
@@ -640,7 +640,7 @@ pub fn locate(
         return Err(unexplained(explained, used.len()));
     }
     let c = fit.covariance(&pose).ok_or(unexplained(explained, used.len()))?;
-    let mut rivals: Vec<Rival> = Vec::new();
+    let mut rivals: Vec<AlternativePose> = Vec::new();
     let mut weight = 1.0;
     for (value, q) in &found[1..] {
         let d = q.place() - pose.place();
@@ -651,7 +651,11 @@ pub fn locate(
         let log_odds = log_likelihood - value;
         if is_new && log_odds < settings.sure_log_odds {
             weight += (-log_odds).exp();
-            rivals.push(Rival { pose: *q, log_odds, along_m: d.dot(DVec2::from_angle(pose.heading_rad)) });
+            rivals.push(AlternativePose {
+                pose: *q,
+                log_odds,
+                along_m: d.dot(DVec2::from_angle(pose.heading_rad)),
+            });
         }
     }
     Ok(Location {

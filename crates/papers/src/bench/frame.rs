@@ -13,7 +13,7 @@ use catseye::geom::Geometry;
 use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml};
-use catseye::trace::{Return, Returns, TraceOptions};
+use catseye::trace::{Echo, Echoes, TraceOptions};
 use catseye::units::db_from_power;
 use glam::{DQuat, DVec3};
 use serde_json::json;
@@ -50,10 +50,10 @@ impl Frame {
         })
     }
 
-    pub fn returns(&self, engine: &Engine, accuracy_db: f64) -> Returns {
+    pub fn echoes(&self, engine: &Engine, accuracy_db: f64) -> Echoes {
         let options =
             TraceOptions { accuracy_db, bandwidth_hz: self.radar.bandwidth_hz(), ..Default::default() };
-        engine.returns(&self.geometry, &self.radar, &self.pose, self.ego_mps, &options)
+        engine.echoes(&self.geometry, &self.radar, &self.pose, self.ego_mps, &options)
     }
 }
 
@@ -69,13 +69,13 @@ pub(super) fn w3(
     // Faces are made once and kept with the geometry.
     sheet.stage("faces", || Ok(frame.geometry.find_faces()))?;
     frame.geometry.faces();
-    let returns = sheet.stage("trace", || Ok(frame.returns(engine, ACCURACY_DB)))?;
+    let echoes = sheet.stage("trace", || Ok(frame.echoes(engine, ACCURACY_DB)))?;
     sheet.count("triangles", frame.geometry.triangles.len());
     sheet.count("faces", frame.geometry.faces().faces.len());
-    sheet.count("returns", returns.returns.len());
+    sheet.count("returns", echoes.list.len());
     let seed = settings.seed;
     let (cube, front_end) =
-        sheet.stage("synthesis", || engine.cube(&frame.radar, &returns, &[], seed, 0, Control::default()))?;
+        sheet.stage("synthesis", || engine.cube(&frame.radar, &echoes, &[], seed, 0, Control::default()))?;
     sheet.count("returns_moving", front_end.moving);
     sheet.count("returns_filtered_out", front_end.dropped);
     let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?];
@@ -83,7 +83,7 @@ pub(super) fn w3(
     let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found, None))?;
     sheet.stage("labels", || {
         let bodies = Bodies::new(&frame.scene, 0.0, &frame.pose);
-        label::label(&frame.radar, &mut cloud, &returns, &bodies);
+        label::label(&frame.radar, &mut cloud, &echoes, &bodies);
         Ok(())
     })?;
     sheet.count("points", cloud.len());
@@ -124,8 +124,8 @@ fn map(
 ) -> Result<(PowerMap<f64>, BTreeMap<u32, Strongest>)> {
     let levels = Levels::new(radar);
     let mut strongest = BTreeMap::new();
-    let returns = frame.returns(engine, accuracy_db);
-    for r in &returns.returns {
+    let echoes = frame.echoes(engine, accuracy_db);
+    for r in &echoes.list {
         let power_w = levels.amplitude(r).norm_sqr();
         let best = strongest.entry(r.object_id()).or_insert(Strongest { power_w: 0.0, doppler: 0, range: 0 });
         if power_w > best.power_w {
@@ -133,12 +133,12 @@ fn map(
             *best = Strongest { power_w, doppler, range };
         }
     }
-    let (cube, _) = engine.cube(radar, &returns, &[], 0, 0, Control::default())?;
+    let (cube, _) = engine.cube(radar, &echoes, &[], 0, 0, Control::default())?;
     Ok((engine.range_doppler(radar, &cube)?.map, strongest))
 }
 
 /// (row, column) of an echo.
-fn cell(radar: &Radar, r: &Return) -> (usize, usize) {
+fn cell(radar: &Radar, r: &Echo) -> (usize, usize) {
     let rows = radar.processing.doppler_fft as f64;
     let bin = beat_frequency_hz(radar, r).abs() / radar.sample_rate_hz * radar.processing.range_fft as f64;
     let row = (r.range_rate_mps() / radar.velocity_bin_mps() + 0.5 * rows).round().rem_euclid(rows);

@@ -5,7 +5,7 @@ use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
 use super::spec::{
     Fact, FactKind, Goal, Limit, PictureKind, PictureSpec, Quantity, Reduce, Search, Study, Sweep,
 };
-use super::view::{Mount, Place};
+use super::view::{Mount, ViewKind};
 use catseye::error::{BadInput, Error, Result, nearest};
 use catseye::rcs::Diffraction;
 use catseye::road::target::is_file;
@@ -397,7 +397,7 @@ impl Reader<'_> {
         let searched: Vec<&str> =
             t.search.iter().flat_map(|s| s.parameter.iter().map(|p| p.name.value.as_str())).collect();
         let names = fixed.keys().map(String::as_str).chain(sweeps.iter().map(|s| s.parameter.as_str()));
-        let place = Place::of(names.chain(searched)).map_err(|b| Error::from(b.file(self.doc.file())))?;
+        let place = ViewKind::of(names.chain(searched)).map_err(|b| Error::from(b.file(self.doc.file())))?;
         let axes = sweeps.iter().filter(|s| s.reduce.is_none()).count();
         if t.search.is_none() {
             if axes == 0 {

@@ -2,7 +2,7 @@
 
 use super::parameter::{Value, Values, number_of, word_of};
 use super::sigma_min::snr_db;
-use super::solve::{Balls, Cache, Case, Matrix, Source, Sources, cross_section_m2, solve};
+use super::solve::{Cache, Case, Matrix, Source, Sources, SphereMarking, cross_section_m2, solve};
 use super::spec::{Quantity, Reduce, Study};
 use super::view::{View, view};
 use catseye::engine::Engine;
@@ -103,15 +103,15 @@ pub fn compute(
 struct Point {
     views: Vec<View>,
     /// For each view: the case, or the balls.
-    seen: Vec<Seen>,
+    seen: Vec<PointCase>,
     polarisation: String,
     frequency_hz: f64,
     snr_db: f64,
 }
 
-enum Seen {
+enum PointCase {
     Case(usize),
-    Balls(Balls),
+    SphereMarking(SphereMarking),
     Nothing,
 }
 
@@ -146,13 +146,13 @@ impl Work {
                     Some(Source::Scene(scene)) => {
                         let bits = [v.azimuth.to_bits(), v.elevation.to_bits(), v.range_m.to_bits()];
                         let key = (*scene, frequency_hz.to_bits(), ground.to_string(), bits);
-                        Seen::Case(*known.entry(key).or_insert_with(|| {
+                        PointCase::Case(*known.entry(key).or_insert_with(|| {
                             cases.push(Case::new(*scene, frequency_hz, ground, &v));
                             cases.len() - 1
                         }))
                     }
-                    Some(Source::Balls(b)) => Seen::Balls(*b),
-                    None => Seen::Nothing,
+                    Some(Source::SphereMarking(b)) => PointCase::SphereMarking(*b),
+                    None => PointCase::Nothing,
                 });
             }
             points.push(Point {
@@ -199,11 +199,11 @@ impl Work {
 impl Point {
     fn rcs_dbsm(&self, mount: usize, solved: &[Matrix]) -> Result<f64> {
         Ok(db_from_power(match &self.seen[mount] {
-            Seen::Case(i) => cross_section_m2(&solved[*i], &self.polarisation),
+            PointCase::Case(i) => cross_section_m2(&solved[*i], &self.polarisation),
             // Balls turn no polarisation.
-            Seen::Balls(_) if matches!(self.polarisation.as_str(), "vh" | "hv") => 0.0,
-            Seen::Balls(b) => b.total_m2(self.frequency_hz, self.views[mount].elevation)?,
-            Seen::Nothing => f64::NAN,
+            PointCase::SphereMarking(_) if matches!(self.polarisation.as_str(), "vh" | "hv") => 0.0,
+            PointCase::SphereMarking(b) => b.total_m2(self.frequency_hz, self.views[mount].elevation)?,
+            PointCase::Nothing => f64::NAN,
         }))
     }
 
@@ -237,11 +237,11 @@ impl Point {
             Quantity::ViewElevation => first.elevation.to_degrees(),
             Quantity::ViewRange => first.range_m,
             Quantity::BallRcs => match &self.seen[0] {
-                Seen::Balls(b) => db_from_power(b.one_m2(self.frequency_hz)?),
+                PointCase::SphereMarking(b) => db_from_power(b.one_m2(self.frequency_hz)?),
                 _ => f64::NAN,
             },
             Quantity::BallCount => match &self.seen[0] {
-                Seen::Balls(b) => b.count(),
+                PointCase::SphereMarking(b) => b.count(),
                 _ => f64::NAN,
             },
         };

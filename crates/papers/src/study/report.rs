@@ -12,7 +12,7 @@ use std::fmt::{Display, Write};
 
 /// What one study gave.
 #[derive(Debug, Clone)]
-pub enum Given {
+pub enum StudyResult {
     Table(Outcome),
     Front(Vec<Design>),
 }
@@ -30,8 +30,8 @@ pub struct Compared {
 }
 
 /// Our number of each fact of a study.
-pub fn compare(study: &Study, given: &Given) -> Vec<Compared> {
-    let Given::Table(outcome) = given else { return Vec::new() };
+pub fn compare(study: &Study, given: &StudyResult) -> Vec<Compared> {
+    let StudyResult::Table(outcome) = given else { return Vec::new() };
     study
         .facts
         .iter()
@@ -77,12 +77,12 @@ pub fn header(study: &Study, engine: &str) -> Vec<String> {
 ///
 /// # Errors
 /// Only when memory cannot be written.
-pub fn csv(study: &Study, given: &Given, engine: &str) -> Result<Vec<u8>> {
+pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> {
     let failed = |e: std::io::Error| Error::Failed(format!("the table cannot be written: {e}"));
     let comments = header(study, engine);
     let mut rows: Vec<Vec<String>> = Vec::new();
     let columns: Vec<String> = match given {
-        Given::Table(o) => {
+        StudyResult::Table(o) => {
             let shape = o.shape();
             let points: usize = shape.iter().product();
             for i in 0..points {
@@ -101,7 +101,7 @@ pub fn csv(study: &Study, given: &Given, engine: &str) -> Result<Vec<u8>> {
                 .chain(o.fields.iter().map(|f| f.name.clone()))
                 .collect()
         }
-        Given::Front(designs) => {
+        StudyResult::Front(designs) => {
             let search = searched(study)?;
             for d in designs {
                 let mut row = vec![d.cost.to_string()];
@@ -164,7 +164,7 @@ fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
 }
 
 /// One section of the report.
-pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<String> {
+pub fn section(study: &Study, given: &StudyResult, facts: &[Compared]) -> Result<String> {
     let mut t = format!("## {}\n\n", study.title);
     if !study.reference.is_empty() {
         let _ = writeln!(t, "Set beside {}.\n", study.reference);
@@ -175,7 +175,7 @@ pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<Strin
     }
     let _ = writeln!(t, "![{}]({}.png)\n", study.title.replace(['[', ']'], ""), study.name);
     match given {
-        Given::Table(outcome) => {
+        StudyResult::Table(outcome) => {
             if !facts.is_empty() {
                 let _ =
                     writeln!(t, "| fact | document | here | difference | remark |\n|---|---|---|---|---|");
@@ -204,7 +204,7 @@ pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<Strin
                 let _ = writeln!(t, "{remark}\n");
             }
         }
-        Given::Front(designs) => {
+        StudyResult::Front(designs) => {
             let search = searched(study)?;
             let names: Vec<&str> = search.limits.iter().map(|l| l.name.as_str()).collect();
             let _ = writeln!(
@@ -229,7 +229,7 @@ pub fn section(study: &Study, given: &Given, facts: &[Compared]) -> Result<Strin
         t.push_str("Only the bounce from which a ray leaves radiates here.\n\n");
     }
     let alone = word_of(&study.fixed, "ground").is_some_and(|g| g == "none");
-    if alone && matches!(given, Given::Table(o) if !o.targets.is_empty()) {
+    if alone && matches!(given, StudyResult::Table(o) if !o.targets.is_empty()) {
         t.push_str("The target alone, without ground.\n\n");
     }
     Ok(t)

@@ -3,7 +3,7 @@
 
 use super::file::load;
 use super::outcome::compute;
-use super::report::{Compared, Given, compare, csv, header, section};
+use super::report::{Compared, StudyResult, compare, csv, header, section};
 use super::search::{Design, best};
 use super::solve::Cache;
 use super::spec::Study;
@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Draws what a study gave as PNG bytes.
-pub type Picture<'a> = &'a dyn Fn(&Study, &Given) -> Result<Vec<u8>>;
+pub type Picture<'a> = &'a dyn Fn(&Study, &StudyResult) -> Result<Vec<u8>>;
 
 pub struct RunOptions<'a> {
     pub force: bool,
@@ -209,7 +209,7 @@ fn one(
         None => {
             let kept = Cache { folder: cache, prefix };
             let progress = |done: u64, all: u64| (options.progress)(study, done, all);
-            Given::Table(compute(engine, study, Some(&kept), &progress)?)
+            StudyResult::Table(compute(engine, study, Some(&kept), &progress)?)
         }
         Some(search) => {
             let all = search.front_values.len() as u64;
@@ -239,7 +239,7 @@ fn one(
                 (options.progress)(study, 1, all);
                 designs.push(design);
             }
-            Given::Front(designs)
+            StudyResult::Front(designs)
         }
     };
     let facts = compare(study, &given);
@@ -253,8 +253,8 @@ fn one(
         header(study, &described).join("  \n")
     );
     let front = match given {
-        Given::Front(d) => Some(d),
-        Given::Table(_) => None,
+        StudyResult::Front(d) => Some(d),
+        StudyResult::Table(_) => None,
     };
     Ok((
         StudyReport {

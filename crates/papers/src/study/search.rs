@@ -138,31 +138,31 @@ fn worst_range(study: &Study, margin: &[f64]) -> f64 {
 
 /// A place in the unit cube, with the arithmetic that the simplex needs.
 #[derive(Debug, Clone)]
-struct Place(Vec<f64>);
+struct UnitCubePoint(Vec<f64>);
 
-impl ArgminAdd<Place, Place> for Place {
-    fn add(&self, other: &Place) -> Place {
-        Place(self.0.iter().zip(&other.0).map(|(a, b)| a + b).collect())
+impl ArgminAdd<UnitCubePoint, UnitCubePoint> for UnitCubePoint {
+    fn add(&self, other: &UnitCubePoint) -> UnitCubePoint {
+        UnitCubePoint(self.0.iter().zip(&other.0).map(|(a, b)| a + b).collect())
     }
 }
 
-impl ArgminSub<Place, Place> for Place {
-    fn sub(&self, other: &Place) -> Place {
-        Place(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
+impl ArgminSub<UnitCubePoint, UnitCubePoint> for UnitCubePoint {
+    fn sub(&self, other: &UnitCubePoint) -> UnitCubePoint {
+        UnitCubePoint(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
     }
 }
 
-impl ArgminMul<f64, Place> for Place {
-    fn mul(&self, factor: &f64) -> Place {
-        Place(self.0.iter().map(|a| a * factor).collect())
+impl ArgminMul<f64, UnitCubePoint> for UnitCubePoint {
+    fn mul(&self, factor: &f64) -> UnitCubePoint {
+        UnitCubePoint(self.0.iter().map(|a| a * factor).collect())
     }
 }
 
 impl CostFunction for &Problem<'_> {
-    type Param = Place;
+    type Param = UnitCubePoint;
     type Output = f64;
 
-    fn cost(&self, unit: &Place) -> Result<f64, argmin::core::Error> {
+    fn cost(&self, unit: &UnitCubePoint) -> Result<f64, argmin::core::Error> {
         let parameters = self.parameters(&unit.0);
         match self.score(&parameters) {
             Ok(score) => {
@@ -196,11 +196,11 @@ pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u
     for start in 0..search.starts {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
         // A simplex of a quarter of each interval, towards the inside.
-        let mut simplex = vec![Place(origin.clone())];
+        let mut simplex = vec![UnitCubePoint(origin.clone())];
         for i in 0..n {
             let mut corner = origin.clone();
             corner[i] += if corner[i] > 0.5 { -0.25 } else { 0.25 };
-            simplex.push(Place(corner));
+            simplex.push(UnitCubePoint(corner));
         }
         let solver = NelderMead::new(simplex)
             .with_sd_tolerance(1e-4)

@@ -25,12 +25,12 @@ use std::path::{Path, PathBuf};
 pub enum Source {
     /// Index into [`Sources::scenes`].
     Scene(usize),
-    Balls(Balls),
+    SphereMarking(SphereMarking),
 }
 
 /// Metal spheres spread over a marking, their powers added (Feng 2019, section 3.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Balls {
+pub struct SphereMarking {
     pub radius_m: f64,
     pub width_m: f64,
     pub length_m: f64,
@@ -40,7 +40,7 @@ pub struct Balls {
     pub range_cell_m: Option<f64>,
 }
 
-impl Balls {
+impl SphereMarking {
     fn marking(&self) -> Marking {
         Marking { width_m: self.width_m, length_m: self.length_m }
     }
@@ -111,7 +111,7 @@ impl Sources {
                     Error::from(BadInput::new("is missing").key(name).remedy("target = \"balls\" needs it"))
                 })
             };
-            return Ok(Source::Balls(Balls {
+            return Ok(Source::SphereMarking(SphereMarking {
                 radius_m: need("ball_radius_m")?,
                 width_m: need("marking_width_m")?,
                 length_m: need("marking_length_m")?,

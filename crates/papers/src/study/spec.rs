@@ -3,7 +3,7 @@
 use super::parameter::{self, Value, Values};
 use super::sigma_min::Detection;
 use super::solve::Sources;
-use super::view::{Mount, Place, view};
+use super::view::{Mount, ViewKind, view};
 use catseye::error::Result;
 use catseye::rcs::{Diffraction, Distance, Ground, RcsOptions};
 use catseye::scene::gltf::ImportOptions;
@@ -65,7 +65,7 @@ pub struct Study {
     pub quantities: Vec<Quantity>,
     pub fixed: Values,
     pub sweeps: Vec<Sweep>,
-    pub place: Place,
+    pub place: ViewKind,
     pub mounts: Vec<Mount>,
     pub bounces: usize,
     pub accuracy_db: f64,

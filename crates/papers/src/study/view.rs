@@ -21,28 +21,28 @@ const HORIZONTAL: [&str; 1] = ["curve_radius_m"];
 const ROAD: [&str; 3] = ["radar_height_m", "radar_azimuth_deg", "radar_elevation_deg"];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum ViewKind {
     Direct,
     Flat,
     Vertical,
     Horizontal,
 }
 
-impl Place {
+impl ViewKind {
     /// The kind of place that the given parameters ask for.
     ///
     /// # Errors
     /// Parameters of two kinds, or one that has no meaning in the kind.
-    pub fn of<'a>(names: impl Iterator<Item = &'a str>) -> Result<Place, BadInput> {
-        let mut found: Option<(Place, &str)> = None;
+    pub fn of<'a>(names: impl Iterator<Item = &'a str>) -> Result<ViewKind, BadInput> {
+        let mut found: Option<(ViewKind, &str)> = None;
         let mut road: Option<&str> = None;
         let mut view: Option<&str> = None;
         for n in names {
             let place = match n {
-                n if DIRECT.contains(&n) => Place::Direct,
-                n if FLAT.contains(&n) => Place::Flat,
-                n if VERTICAL.contains(&n) => Place::Vertical,
-                n if HORIZONTAL.contains(&n) => Place::Horizontal,
+                n if DIRECT.contains(&n) => ViewKind::Direct,
+                n if FLAT.contains(&n) => ViewKind::Flat,
+                n if VERTICAL.contains(&n) => ViewKind::Vertical,
+                n if HORIZONTAL.contains(&n) => ViewKind::Horizontal,
                 n if ROAD.contains(&n) => {
                     road = Some(n);
                     continue;
@@ -65,14 +65,14 @@ impl Place {
                 _ => found = Some((place, n)),
             }
         }
-        let place = found.map_or(Place::Direct, |f| f.0);
-        if place == Place::Direct
+        let place = found.map_or(ViewKind::Direct, |f| f.0);
+        if place == ViewKind::Direct
             && let Some(n) = road
         {
             return Err(BadInput::new(format!("{n} needs a road, and nothing says where the marker lies"))
                 .remedy("give longitudinal_m (flat road), road_position_m or curve_radius_m"));
         }
-        if let (Some(n), Place::Direct | Place::Flat) = (view, place) {
+        if let (Some(n), ViewKind::Direct | ViewKind::Flat) = (view, place) {
             return Err(BadInput::new(format!("{n} belongs to a curved road"))
                 .remedy("give longitudinal_m on a flat road, range_m without a road"));
         }
@@ -146,14 +146,14 @@ impl VerticalCurve {
 ///
 /// # Errors
 /// A missing parameter, a radar at the marker, a distance that the curve does not have.
-pub fn view(place: Place, values: &Values, mount: &Mount) -> Result<View, BadInput> {
+pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, BadInput> {
     let get = |name: &str, default: f64| number_of(values, name).unwrap_or(default);
     let need = |name: &str| {
         number_of(values, name)
             .ok_or_else(|| BadInput::new(format!("{name} is missing")).remedy("set or sweep it"))
     };
     let marker_yaw = get("marker_yaw_deg", 0.0).to_radians();
-    if place == Place::Direct {
+    if place == ViewKind::Direct {
         return Ok(View {
             azimuth: get("azimuth_deg", 0.0).to_radians() - marker_yaw,
             elevation: get("elevation_deg", 0.0).to_radians(),
@@ -177,11 +177,11 @@ pub fn view(place: Place, values: &Values, mount: &Mount) -> Result<View, BadInp
     };
     let back = PI + marker_yaw;
     let (vehicle, marker) = match place {
-        Place::Flat | Place::Direct => {
+        ViewKind::Flat | ViewKind::Direct => {
             let at = DVec3::new(need("longitudinal_m")?, get("lateral_m", 0.0), 0.0);
             (Pose::<Target, World>::IDENTITY, Pose::from_yaw_pitch_roll(at, back, 0.0, 0.0))
         }
-        Place::Horizontal => {
+        ViewKind::Horizontal => {
             let (radius, distance) = (need("curve_radius_m")?, need("view_m")?);
             let up = height - marker_height;
             let chord_squared = distance * distance - up * up;
@@ -198,7 +198,7 @@ pub fn view(place: Place, values: &Values, mount: &Mount) -> Result<View, BadInp
             let at = DVec3::new(chord * half.cos(), chord * half.sin(), 0.0);
             (Pose::IDENTITY, Pose::from_yaw_pitch_roll(at, back + 2.0 * half, 0.0, 0.0))
         }
-        Place::Vertical => {
+        ViewKind::Vertical => {
             let curve = VerticalCurve::new(
                 need("grade_start_percent")?,
                 need("grade_end_percent")?,
@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn flat_road() {
         let v = values(&[("longitudinal_m", 30.0), ("lateral_m", 4.0), ("radar_height_m", 0.15)]);
-        let w = view(Place::Flat, &v, &Mount::default()).unwrap();
+        let w = view(ViewKind::Flat, &v, &Mount::default()).unwrap();
         assert!((w.range_m - (900.0f64 + 16.0 + 0.0225).sqrt()).abs() < 1e-12);
         let ground = (916.0f64).sqrt();
         assert!((w.elevation - (0.15 / ground).atan()).abs() < 1e-12);
@@ -260,17 +260,17 @@ mod tests {
         // A marker turned left by ten degrees sees the radar ten degrees further right.
         let mut turned = v.clone();
         turned.insert("marker_yaw_deg".into(), Value::Number(10.0));
-        let t = view(Place::Flat, &turned, &Mount::default()).unwrap();
+        let t = view(ViewKind::Flat, &turned, &Mount::default()).unwrap();
         assert!((deg(w.azimuth) - deg(t.azimuth) - 10.0).abs() < 1e-9);
         // A radar turned left sees it further right, one tilted up sees it further down.
         let mut tilted = v.clone();
         tilted.insert("radar_azimuth_deg".into(), Value::Number(5.0));
-        let t = view(Place::Flat, &tilted, &Mount::default()).unwrap();
+        let t = view(ViewKind::Flat, &tilted, &Mount::default()).unwrap();
         assert!((deg(w.sensor_azimuth) - deg(t.sensor_azimuth) - 5.0).abs() < 1e-9);
         let mut tilted = values(&[("longitudinal_m", 30.0), ("radar_height_m", 0.15)]);
-        let level = view(Place::Flat, &tilted, &Mount::default()).unwrap();
+        let level = view(ViewKind::Flat, &tilted, &Mount::default()).unwrap();
         tilted.insert("radar_elevation_deg".into(), Value::Number(7.0));
-        let t = view(Place::Flat, &tilted, &Mount::default()).unwrap();
+        let t = view(ViewKind::Flat, &tilted, &Mount::default()).unwrap();
         assert!((deg(level.sensor_elevation) - deg(t.sensor_elevation) - 7.0).abs() < 1e-9);
     }
 
@@ -280,12 +280,12 @@ mod tests {
         let h: f64 = 0.15;
         let distance = (900.0 + h * h).sqrt();
         let v = values(&[("curve_radius_m", 30.0), ("view_m", distance), ("radar_height_m", h)]);
-        let w = view(Place::Horizontal, &v, &Mount::default()).unwrap();
+        let w = view(ViewKind::Horizontal, &v, &Mount::default()).unwrap();
         assert!((w.range_m - distance).abs() < 1e-9);
         assert!((deg(w.sensor_azimuth) - 30.0).abs() < 1e-9);
         assert!((deg(w.azimuth) + 30.0).abs() < 1e-9);
         let v = values(&[("curve_radius_m", 14.0), ("view_m", 30.0), ("radar_height_m", h)]);
-        assert!(view(Place::Horizontal, &v, &Mount::default()).is_err());
+        assert!(view(ViewKind::Horizontal, &v, &Mount::default()).is_err());
     }
 
     #[test]
@@ -313,7 +313,7 @@ mod tests {
             ("view_m", 30.0),
             ("radar_height_m", h),
         ]);
-        let w = view(Place::Vertical, &v, &Mount::default()).unwrap();
+        let w = view(ViewKind::Vertical, &v, &Mount::default()).unwrap();
         assert!((w.range_m - 30.0).abs() < 1e-9);
         // Radar at (135 + h sin a, z + h cos a) with tan a = 0.015; the slope at the marker is atan(0.001 (y - 150)).
         let a = 0.015f64.atan();
@@ -336,23 +336,23 @@ mod tests {
         // Before the curve the road is straight: the same as a flat road.
         let mut flat = v.clone();
         flat.insert("road_position_m".into(), Value::Number(-100.0));
-        let f = view(Place::Vertical, &flat, &Mount::default()).unwrap();
+        let f = view(ViewKind::Vertical, &flat, &Mount::default()).unwrap();
         assert!((f.elevation - (h / 30.0).asin()).abs() < 1e-9);
     }
 
     #[test]
     fn kinds_of_place() {
-        assert_eq!(Place::of(["azimuth_deg", "target.height_m"].into_iter()), Ok(Place::Direct));
-        assert_eq!(Place::of(["radar_height_m", "lateral_m"].into_iter()), Ok(Place::Flat));
-        assert_eq!(Place::of(["view_m", "road_position_m"].into_iter()), Ok(Place::Vertical));
-        assert_eq!(Place::of(["view_m", "curve_radius_m"].into_iter()), Ok(Place::Horizontal));
+        assert_eq!(ViewKind::of(["azimuth_deg", "target.height_m"].into_iter()), Ok(ViewKind::Direct));
+        assert_eq!(ViewKind::of(["radar_height_m", "lateral_m"].into_iter()), Ok(ViewKind::Flat));
+        assert_eq!(ViewKind::of(["view_m", "road_position_m"].into_iter()), Ok(ViewKind::Vertical));
+        assert_eq!(ViewKind::of(["view_m", "curve_radius_m"].into_iter()), Ok(ViewKind::Horizontal));
         for wrong in [
             ["azimuth_deg", "lateral_m"],
             ["curve_radius_m", "road_position_m"],
             ["radar_height_m", "snr_db"],
             ["view_m", "lateral_m"],
         ] {
-            assert!(Place::of(wrong.into_iter()).is_err(), "{wrong:?}");
+            assert!(ViewKind::of(wrong.into_iter()).is_err(), "{wrong:?}");
         }
     }
 }

@@ -10,7 +10,7 @@ use catseye::scene::{Material, Scene, Shape, material};
 use catseye::trace::beams::{BeamOptions, Frame, Port};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
-use catseye::trace::{Returns, TraceOptions, strength};
+use catseye::trace::{Echoes, TraceOptions, strength};
 use catseye::units::wavenumber;
 use catseye_papers::bench::{self, Settings};
 use glam::{DQuat, DVec2, DVec3};
@@ -18,9 +18,9 @@ use num_complex::Complex64;
 
 type Matrix = [[Complex64; 2]; 2];
 
-fn total(returns: &Returns, k: f64) -> Matrix {
+fn total(echoes: &Echoes, k: f64) -> Matrix {
     let mut sum = Matrix::default();
-    for r in &returns.returns {
+    for r in &echoes.list {
         let z = Complex64::cis(-k * r.path_length_m);
         for (row, s) in sum.iter_mut().zip(r.spread) {
             row.iter_mut().zip(s).for_each(|(a, b)| *a += b * z);
@@ -97,15 +97,15 @@ fn echoes_add_up_to_the_dense_sum_all_over_the_band() {
                 images: false,
                 ..Default::default()
             };
-            let found = echoes::returns(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
-            assert!(found.returns.len() < 600, "{}", found.returns.len());
+            let found = echoes::echoes(&all, &windows(at, pose.rotation), &pose, DVec3::ZERO, &options);
+            assert!(found.list.len() < 600, "{}", found.list.len());
             for freq in [76.5e9, 77e9, 77.5e9] {
                 let geometry = Geometry::build(&scene, 0.0, freq).unwrap();
                 let want = dense(&geometry, at, bounces);
                 let got = total(&found, wavenumber(freq));
                 let off = norm(&minus(&got, &want)) / norm(&want);
                 let what = format!("ground {ground}, {bounces} bounces, {accuracy_db} dB, {freq:e}");
-                println!("{what}: {} echoes, {off:.2e}", found.returns.len());
+                println!("{what}: {} echoes, {off:.2e}", found.list.len());
                 // An echo has the amplitude of the carrier all over the band: those of corners are off by 0.65 %
                 // each at its ends, and they cancel in part.
                 let bound = match (freq == 77e9, ground, accuracy_db) {
@@ -133,16 +133,16 @@ fn windows_leave_no_seams() {
     let at = DVec3::new(0.1, 0.05, 0.5);
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
     let options = TraceOptions { amplitude_floor: 0.0, ..Default::default() };
-    let of = |turn| echoes::returns(&geometry, &windows(at, turn), &pose, DVec3::ZERO, &options);
+    let of = |turn| echoes::echoes(&geometry, &windows(at, turn), &pose, DVec3::ZERO, &options);
     let k = wavenumber(77e9);
     let straight = of(DQuat::IDENTITY);
     let turned = of(DQuat::from_euler(glam::EulerRot::ZYX, 0.4, 0.3, -0.2));
     let (a, b) = (total(&straight, k), total(&turned, k));
     let off = norm(&minus(&a, &b)) / norm(&a);
-    println!("{} and {} echoes, off {off:.1e}", straight.returns.len(), turned.returns.len());
+    println!("{} and {} echoes, off {off:.1e}", straight.list.len(), turned.list.len());
     assert!(off < 1e-6, "{off}");
     // The mirror image in the wall behind, on its nearest point.
-    let wall = straight.returns.iter().filter(|r| r.bounces == 1 && r.object_id() == 7);
+    let wall = straight.list.iter().filter(|r| r.bounces == 1 && r.object_id() == 7);
     let best = wall.max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
     let to_wall = (at - DVec3::new(-4.0, 0.5, 0.5)).dot(DQuat::from_rotation_z(0.1) * DVec3::X) - 0.1;
     assert!((best.range_m() - to_wall).abs() < 1e-9, "{best:?} {to_wall}");
@@ -166,9 +166,9 @@ fn diffuse_echoes_carry_the_lobes_power_and_are_seeded() {
     let pose: Pose<Sensor, World> = Pose::new(DQuat::from_rotation_z(std::f64::consts::PI), at);
     let of = |rays, seed, frame| {
         let options = TraceOptions { rays, seed, frame, amplitude_floor: 0.0, ..Default::default() };
-        let all = echoes::returns(&geometry, &around(&pose), &pose, DVec3::ZERO, &options);
-        let coherent = all.returns.len() - all.rays as usize;
-        all.returns[coherent..].to_vec()
+        let all = echoes::echoes(&geometry, &around(&pose), &pose, DVec3::ZERO, &options);
+        let coherent = all.list.len() - all.rays as usize;
+        all.list[coherent..].to_vec()
     };
     let echoes = of(20_000, 1, 0);
     // Squares' sides are powers of two.
@@ -225,13 +225,13 @@ fn over(material: &str, spec: &str, pose: Pose<catseye::frames::Target, World>) 
     scene
 }
 
-fn seen_from(scene: &Scene, height_m: f64, options: &TraceOptions) -> Returns {
+fn seen_from(scene: &Scene, height_m: f64, options: &TraceOptions) -> Echoes {
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
     let at = DVec3::new(0.0, 0.0, height_m);
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
-    let mut found = echoes::returns(&geometry, &windows(at, DQuat::IDENTITY), &pose, DVec3::ZERO, options);
+    let mut found = echoes::echoes(&geometry, &windows(at, DQuat::IDENTITY), &pose, DVec3::ZERO, options);
     // Of the plane alone nothing.
-    found.returns.retain(|r| r.chain.iter().any(|id| *id > 1));
+    found.list.retain(|r| r.chain.iter().any(|id| *id > 1));
     found
 }
 
@@ -249,7 +249,7 @@ fn a_point_over_a_road_fades_as_the_two_ray_formula_says() {
             let scene =
                 over(name, "point:rcs_dbsm=0", Pose::new(DQuat::IDENTITY, DVec3::new(d, 0.0, target_m)));
             let found = seen_from(&scene, radar_m, &TraceOptions::default());
-            assert_eq!(found.returns.len(), 4);
+            assert_eq!(found.list.len(), 4);
             let got = total(&found, k);
             let (r, image) = (d.hypot(target_m - radar_m), d.hypot(target_m + radar_m));
             let (perp, par) = surface.reflection(k, (target_m + radar_m) / image);

@@ -1,7 +1,7 @@
 //! The whole chain on every engine: from a scene to points, with the right place, sign and level.
 
 use catseye::adc::cpu::synthesis::Control;
-use catseye::adc::synthesis::FrontEnd;
+use catseye::adc::synthesis::SynthesisStats;
 use catseye::detect::Point;
 use catseye::detect::{Bodies, label, locate};
 use catseye::engine::{AnyCube, Engine, Precision};
@@ -11,7 +11,7 @@ use catseye::gpu::compare::test_device_name;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Pattern, Radar, Window};
 use catseye::scene::{Scene, Shape, material, radar_toml};
-use catseye::trace::{Returns, TraceOptions};
+use catseye::trace::{Echoes, TraceOptions};
 use catseye_papers::validate::GROUPS;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -39,24 +39,24 @@ fn radar() -> Radar {
 }
 
 struct Run {
-    returns: Returns,
-    front_end: FrontEnd,
+    echoes: Echoes,
+    front_end: SynthesisStats,
     cube: Vec<Complex64>,
     points: Vec<Point>,
 }
 
 fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>, velocity: DVec3) -> Run {
     let geometry = Geometry::build(scene, 0.0, radar.carrier_hz).unwrap();
-    let returns = engine.returns(&geometry, radar, pose, velocity, &TraceOptions::default());
-    let (cube, front_end) = engine.cube(radar, &returns, &[], 9, 2, Control::default()).unwrap();
+    let echoes = engine.echoes(&geometry, radar, pose, velocity, &TraceOptions::default());
+    let (cube, front_end) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let mut points = locate::points(engine, radar, &mut [found], None).unwrap();
-    label::label(radar, &mut points, &returns, &Bodies::new(scene, 0.0, pose));
+    label::label(radar, &mut points, &echoes, &Bodies::new(scene, 0.0, pose));
     let cube = match cube {
         AnyCube::F32(c) => c.to_f64().data,
         AnyCube::F64(c) => c.data,
     };
-    Run { returns, front_end, cube, points }
+    Run { echoes, front_end, cube, points }
 }
 
 fn relative_l2(got: &[Complex64], want: &[Complex64]) -> f64 {
@@ -96,7 +96,7 @@ fn points_are_where_they_are_put() {
     for engine in engines() {
         let name = engine.describe();
         let r = run(&engine, &radar, &scene, &pose, DVec3::ZERO);
-        assert_eq!((r.returns.returns.len(), r.front_end.dropped, r.front_end.moving), (6, 0, 5), "{name}");
+        assert_eq!((r.echoes.list.len(), r.front_end.dropped, r.front_end.moving), (6, 0, 5), "{name}");
         for (i, (range, azimuth, elevation, rate)) in places.into_iter().enumerate() {
             let id = i as u32 + 1;
             let p = r
@@ -179,7 +179,7 @@ fn a_moving_radar_sees_still_things_come() {
     let plate = plate.add_to(&mut scene, &material::by_name, ("plate", ""), at, DVec3::ZERO).unwrap();
     for engine in engines() {
         let r = run(&engine, &radar, &scene, &pose, forward * speed);
-        for e in &r.returns.returns {
+        for e in &r.echoes.list {
             let expected = match e.object_id() {
                 1 => -speed,
                 2 | 3 => -0.5 * speed,
@@ -188,7 +188,7 @@ fn a_moving_radar_sees_still_things_come() {
             };
             assert!((e.range_rate_mps() - expected).abs() < 1e-4, "{}: {e:?}", engine.describe());
         }
-        assert!(r.returns.returns.iter().any(|e| e.object_id() == plate));
+        assert!(r.echoes.list.iter().any(|e| e.object_id() == plate));
         let p = r.points.iter().find(|p| p.object_id == plate).unwrap();
         assert!((p.range_rate_mps + speed).abs() < 0.15 && p.elevation_rad > 0.0, "{p:?}");
     }
@@ -219,7 +219,7 @@ fn a_plate_hides_what_is_behind_it() {
         let plate = plate.add_to(&mut scene, &material::by_name, ("plate", ""), at, DVec3::ZERO).unwrap();
         for engine in engines() {
             let r = run(&engine, &radar, &scene, &Pose::IDENTITY, DVec3::ZERO);
-            let of = |id: u32| r.returns.returns.iter().filter(|e| e.object_id() == id).count();
+            let of = |id: u32| r.echoes.list.iter().filter(|e| e.object_id() == id).count();
             assert_eq!(of(post), usize::from(!hidden), "{}", engine.describe());
             // End terms only: a smooth plate returns its outline and its mirror point.
             assert!(of(plate) > 0);

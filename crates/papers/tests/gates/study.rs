@@ -3,7 +3,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
-use catseye_papers::study::report::Given;
+use catseye_papers::study::report::StudyResult;
 use catseye_papers::study::run::{self, RunOptions};
 use catseye_papers::study::search::best;
 use catseye_papers::study::spec::{Goal, Study};
@@ -169,7 +169,7 @@ fn mistakes_are_one_line_with_the_remedy() {
     }
 }
 
-fn nothing(_: &Study, _: &Given) -> catseye::Result<Vec<u8>> {
+fn nothing(_: &Study, _: &StudyResult) -> catseye::Result<Vec<u8>> {
     Ok(b"picture".to_vec())
 }
 
@@ -184,7 +184,7 @@ fn an_interrupted_run_goes_on_and_leaves_the_same_bytes() {
     let stop_at = AtomicU64::new(u64::MAX);
     let run_it = |out: &Path| {
         done.store(0, Ordering::Relaxed);
-        let picture = |s: &Study, g: &Given| match stop_at.load(Ordering::Relaxed) {
+        let picture = |s: &Study, g: &StudyResult| match stop_at.load(Ordering::Relaxed) {
             u64::MAX => nothing(s, g),
             _ => Err(catseye::Error::Failed("interrupted".into())),
         };

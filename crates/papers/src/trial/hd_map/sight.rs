@@ -3,7 +3,7 @@
 use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, lane_track, suitable};
 use crate::trial::hd_map::settings::Settings;
-use catseye::detect::cluster::{Dbscan, Place};
+use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
@@ -143,11 +143,11 @@ impl Follower {
             })
             .filter(|p| p.check(0).is_ok())
             .collect();
-        let places: Vec<Place> = plots
+        let places: Vec<ClusterPoint> = plots
             .iter()
             .map(|p| {
                 let at = p.position_m();
-                Place { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
+                ClusterPoint { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
             })
             .collect();
         // A far car may be one point.

@@ -32,18 +32,18 @@ struct KeptRun {
     operations: [[u64; 2]; 2],
 }
 
-struct Way {
+struct WallPath {
     name: &'static str,
     angles: Angles,
     subarray: bool,
 }
 
-const WAYS: [Way; 5] = [
-    Way { name: "MUSIC", angles: Angles::Music, subarray: true },
-    Way { name: "Bi-SVD MUSIC", angles: Angles::BiSvd, subarray: true },
-    Way { name: "ESPRIT", angles: Angles::Esprit, subarray: true },
-    Way { name: "beamforming", angles: Angles::Bartlett, subarray: false },
-    Way { name: "MUSIC without subarrays", angles: Angles::Music, subarray: false },
+const WAYS: [WallPath; 5] = [
+    WallPath { name: "MUSIC", angles: Angles::Music, subarray: true },
+    WallPath { name: "Bi-SVD MUSIC", angles: Angles::BiSvd, subarray: true },
+    WallPath { name: "ESPRIT", angles: Angles::Esprit, subarray: true },
+    WallPath { name: "beamforming", angles: Angles::Bartlett, subarray: false },
+    WallPath { name: "MUSIC without subarrays", angles: Angles::Music, subarray: false },
 ];
 
 /// Both reflectors, moved along their lines of sight by draws of this run.

@@ -10,14 +10,14 @@ pub const MAX_BOUNCES: usize = 8;
 /// in sqrt(W) of a channel is
 /// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T spread e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Return {
+pub struct Echo {
     /// Radar to first scatterer ... last scatterer to radar.
     pub path_length_m: f64,
     /// Its time derivative; range rate is half of it, positive receding.
     pub path_rate_mps: f64,
     /// Its second and third derivatives, m/s² and m/s³, such that the path is right in the middle, at the start and at the end of
     /// the frame (CONVENTIONS eq. 141).
-    pub path_bend: [f64; 2],
+    pub path_acceleration_and_jerk: [f64; 2],
     /// Unit vector to the first scatterer, sensor frame; and the distance to it.
     pub departure: DVec3,
     pub first_range_m: f64,
@@ -32,7 +32,7 @@ pub struct Return {
     pub bounces: u8,
 }
 
-impl Return {
+impl Echo {
     pub fn range_m(&self) -> f64 {
         0.5 * self.path_length_m
     }
@@ -41,7 +41,7 @@ impl Return {
     }
     /// Whether the path's length stays as it is.
     pub fn is_still(&self) -> bool {
-        self.path_rate_mps == 0.0 && self.path_bend == [0.0; 2]
+        self.path_rate_mps == 0.0 && self.path_acceleration_and_jerk == [0.0; 2]
     }
     /// The object that scattered last.
     pub fn object_id(&self) -> u32 {
@@ -50,20 +50,20 @@ impl Return {
 }
 
 /// Largest entry of the matrix, in amplitude (1/m).
-pub fn strength(r: &Return) -> f64 {
+pub fn strength(r: &Echo) -> f64 {
     r.spread.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
 /// Drops the returns below `floor` times the strongest, in amplitude.
-pub fn drop_weak(returns: &mut Vec<Return>, floor: f64) {
-    let strongest = returns.iter().map(strength).fold(0.0, f64::max);
-    returns.retain(|r| strength(r) > floor * strongest);
+pub fn drop_weak(echoes: &mut Vec<Echo>, floor: f64) {
+    let strongest = echoes.iter().map(strength).fold(0.0, f64::max);
+    echoes.retain(|r| strength(r) > floor * strongest);
 }
 
 /// All echoes of one frame, in a fixed order (the same bytes whatever the number of threads).
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Returns {
-    pub returns: Vec<Return>,
+pub struct Echoes {
+    pub list: Vec<Echo>,
     /// Samples of diffuse surfaces among them, before weak ones were dropped.
     pub rays: u64,
 }
