@@ -3,26 +3,27 @@
 //! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
 //! markers) is no mistake.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
+use crate::trial::drive::own_alone;
 use crate::trial::edges::Edges;
-use crate::trial::lane_table::LaneTable;
-use crate::trial::method::Method;
-use crate::trial::pictures;
-use crate::trial::ready::{Finds, ReadyMethod, SPEED_STD_MPS};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, number, percent_of_runs, rms_of_runs};
+use crate::trial::pictures::{self, Draw};
+use crate::trial::ready::{Finds, SPEED_STD_MPS};
+use crate::trial::report::{QUANTITIES, common_rows, fixed, number, usual_refusal};
 use crate::trial::result_folder::{ResultFolder, RunOptions, RunReport, scenario};
-use crate::trial::sensors::{Bus, KeptPoint, OwnedInput, TrackFollower, lane_points};
-use crate::trial::stats::timed;
+use crate::trial::sensors::{Bus, KeptPoint, TrackFollower, kept_points, lane_points};
+use crate::trial::stats::{draws, timed};
+use crate::trial::{
+    Drive, LaneTable, Method, OwnedInput, ReadyMethod, Rows, Sheet, Step, Trial, TrialContext,
+};
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Frame;
-use catseye_lane::score::{Figure, Score, TrueLanes, score};
-use catseye_lane::{LaneEstimate, LaneEstimator};
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Symbol, curve_pen};
+use catseye_lane::LaneEstimator;
+use catseye_lane::score::{Figure, TrueLanes};
+use catseye_plot::{Axis, Chart, Mark, Pen, curve_pen};
 use serde::{Deserialize, Serialize};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -57,18 +58,8 @@ impl MethodVariant {
     }
 }
 
-/// A step as it is kept.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Kept {
-    frame: u32,
-    estimate: LaneEstimate,
-    truth: TrueLanes,
-    score: Score,
-    seconds: f64,
-}
-
 /// Of one method on one drive: its steps, or why it cannot take the scenario.
-type Course = std::result::Result<Vec<Kept>, String>;
+type Course = std::result::Result<Vec<Step>, String>;
 
 /// A method after a drive, with the looks that it was given.
 pub struct Driven {
@@ -112,7 +103,7 @@ fn drive_once(
     let mut methods = BTreeMap::new();
     let mut out: BTreeMap<MethodVariant, Course> = BTreeMap::new();
     for method in Method::ALL {
-        match table.ready_methods(method, given, &drive, run) {
+        match table.method(method).ready(given, &drive, run) {
             Ok(found) => {
                 for (variant, ready) in found {
                     let entrant = MethodVariant { method, variant };
@@ -132,34 +123,31 @@ fn drive_once(
     }
     let scenario = &site.scenario;
     let edges = Edges::of(&site.scene, site.road.as_ref());
-    let mut bus = Bus::new(scenario.seed, SPEED_STD_MPS, 0.0, YAW_RATE_STD_DEG_PER_S.to_radians());
-    let mut pursuits: BTreeMap<usize, TrackFollower> = BTreeMap::new();
+    let yaw_rate = (draws(scenario.seed, 0x6759_726f), YAW_RATE_STD_DEG_PER_S);
+    let mut bus = Bus::new(scenario.seed, [SPEED_STD_MPS, 0.0], yaw_rate);
+    let mut followers: BTreeMap<usize, TrackFollower> = BTreeMap::new();
     for index in 0..drive.frames() {
         let time_s = drive.time_s(index);
         let level = drive.level(time_s);
         let read = bus.read(&level);
-        let base = OwnedInput {
-            time_s,
-            speed_mps: Some(read.0),
-            yaw_rate_rad_per_s: Some(read.1),
-            ..OwnedInput::default()
-        };
+        let [speed_mps, yaw_rate_rad_per_s] = read.map(Some);
+        let base = OwnedInput { time_s, speed_mps, yaw_rate_rad_per_s, ..OwnedInput::default() };
         let mut frames: BTreeMap<usize, (Frame, Vec<KeptPoint>)> = BTreeMap::new();
         let mut tracks = BTreeMap::new();
         for method in methods.values() {
             let Some(which) = method.radar else { continue };
-            if let std::collections::btree_map::Entry::Vacant(free) = frames.entry(which) {
+            if let Entry::Vacant(free) = frames.entry(which) {
                 let frame = drive.frame(which, index)?;
-                let seen = frame.points.iter().filter_map(KeptPoint::of).collect();
+                let seen = kept_points(&frame);
                 free.insert((frame, seen));
             }
             if method.tracks && !tracks.contains_key(&which) {
-                let pursuit = match pursuits.entry(which) {
-                    std::collections::btree_map::Entry::Occupied(o) => o.into_mut(),
-                    std::collections::btree_map::Entry::Vacant(v) => v.insert(TrackFollower::new()?),
+                let follower = match followers.entry(which) {
+                    Entry::Occupied(o) => o.into_mut(),
+                    Entry::Vacant(v) => v.insert(TrackFollower::new()?),
                 };
                 let seen = &frames[&which].1;
-                tracks.insert(which, pursuit.step(scenario, drive.radar(which), index, seen, read)?);
+                tracks.insert(which, follower.step(scenario, drive.radar(which), index, seen, read)?);
             }
         }
         let truth = own_lines(&drive, &edges, time_s);
@@ -177,14 +165,13 @@ fn drive_once(
                 sense(&drive, frame.map(|f| &f.0), index, &mut look)?;
             }
             seen(entrant, &look);
-            let (estimate, seconds) = timed(|| method.estimator.estimate(&look.input()));
+            let estimate = timed(|| method.estimator.estimate(&look.input()));
             let truth = match method.finds {
                 Finds::OwnLines => &truth,
                 Finds::RoadEdges => &bounds,
             };
-            let score = score(&estimate, truth);
             if let Some(Ok(course)) = out.get_mut(entrant) {
-                course.push(Kept { frame: index, estimate, truth: truth.clone(), score, seconds });
+                course.push(Step::new(run, index, estimate, truth.clone()));
             }
         }
         told();
@@ -198,21 +185,14 @@ const RANGE_M: [f64; 2] = [5.0, 40.0];
 /// The lines of the vehicle's own lane, and beside them all else that is a true line of the road.
 fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {
     let all = drive.truth(time_s, RANGE_M);
+    let mut own = own_alone(&all);
     // Radars and cameras look ahead: what lies behind is not to be found.
-    let ahead = |line: &Vec<[f64; 2]>| line.iter().copied().filter(|p| p[0] > 0.0).collect::<Vec<_>>();
-    let pick = |i: Option<usize>| i.and_then(|i| all.lines.get(i)).map(ahead);
-    let lines: Vec<Vec<[f64; 2]>> = all.own.iter().filter_map(|i| pick(*i)).collect();
-    let own = match (all.own[0], all.own[1]) {
-        (Some(_), Some(_)) => [Some(0), Some(1)],
-        (Some(_), None) => [Some(0), None],
-        (None, Some(_)) => [None, Some(0)],
-        _ => [None, None],
-    };
-    let mut also = all.lines.clone();
-    also.extend(drive.rows(time_s).into_iter().map(|r| r.1));
+    own.lines.iter_mut().for_each(|line| line.retain(|p| p[0] > 0.0));
+    own.also = all.lines;
+    own.also.extend(drive.rows(time_s).into_iter().map(|r| r.1));
     let near = edges.near(&drive.level(time_s), RANGE_M[1] + 20.0);
-    also.extend(near.sides.into_iter().flatten());
-    TrueLanes { lines, own, also, ..all }
+    own.also.extend(near.sides.into_iter().flatten());
+    own
 }
 
 /// What the table says of a method on a scenario.
@@ -230,32 +210,13 @@ struct Standing {
 }
 
 fn standing(name: &str, entrant: &MethodVariant, steps: &[Step], cannot: Option<String>) -> Standing {
-    let percent = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&percent_of_runs(steps, of));
-    let rms = |of: &dyn Fn(&Step) -> Option<f64>| Figure::of(&rms_of_runs(steps, of));
-    let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
-    for why in steps.iter().filter_map(|s| s.estimate.no_lane.as_ref()) {
-        *reasons.entry(why.to_string()).or_default() += 1;
-    }
     Standing {
         scenario: name.into(),
         entrant: entrant.clone(),
         cannot,
         looks: steps.len(),
-        figures: [
-            percent(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
-            percent(&|s| s.score.precision),
-            percent(&|s| s.score.recall),
-            percent(&|s| s.score.f1),
-            rms(&|s| s.score.lateral_m[0]),
-            rms(&|s| s.score.lateral_m[1]),
-            rms(&|s| s.score.lateral_m[2]),
-            rms(&|s| s.score.lateral_m[3]),
-            rms(&|s| s.score.offset_error_m),
-            rms(&|s| s.score.heading_error_rad.map(f64::to_degrees)),
-            rms(&|s| s.score.curvature_error_per_m),
-            percent(&|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
-        ],
-        reason: reasons.into_iter().max_by_key(|r| r.1).map(|r| r.0),
+        figures: QUANTITIES.each_ref().map(|q| q.figure(steps)),
+        reason: usual_refusal(steps).map(|r| r.0),
     }
 }
 
@@ -267,21 +228,6 @@ fn shown(figure: Option<Figure>) -> String {
     }
 }
 
-/// What the table compares: head in Markdown (empty: in the file alone), name in the file, factor from the file's unit to the head's.
-const QUANTITIES: [(&str, &str, f64); 12] = [
-    ("looks with a lane, %", "found_percent", 1.0),
-    ("precision, %", "precision_percent", 1.0),
-    ("recall, %", "recall_percent", 1.0),
-    ("F1, %", "f1_percent", 1.0),
-    ("at 10 m, m", "lateral_10_m", 1.0),
-    ("at 20 m, m", "lateral_20_m", 1.0),
-    ("at 40 m, m", "lateral_40_m", 1.0),
-    ("", "lateral_60_m", 1.0),
-    ("offset, m", "offset_m", 1.0),
-    ("heading, deg", "heading_deg", 1.0),
-    ("curvature, 1/km", "curvature_per_m", 1e3),
-    ("lane number, %", "lane_percent", 1.0),
-];
 /// Places in [`QUANTITIES`].
 const FOUND: usize = 0;
 const F1: usize = 3;
@@ -289,15 +235,14 @@ const LATERAL_20_M: usize = 5;
 
 fn cells(s: &Standing) -> Vec<String> {
     let mut out = vec![s.scenario.clone(), s.entrant.name()];
-    let with_head = QUANTITIES.iter().zip(s.figures).filter(|(q, _)| !q.0.is_empty());
-    out.extend(with_head.map(|((_, _, factor), figure)| {
-        shown(figure.map(|f| Figure { mean: factor * f.mean, half: factor * f.half, ..f }))
-    }));
+    for (q, figure) in QUANTITIES.iter().zip(s.figures).filter(|(q, _)| !q.head.is_empty()) {
+        out.push(shown(figure.map(|f| Figure { mean: q.factor * f.mean, half: q.factor * f.half, ..f })));
+    }
     out
 }
 
 fn markdown(standings: &[Standing]) -> String {
-    let quantities = QUANTITIES.iter().map(|q| q.0).filter(|head| !head.is_empty());
+    let quantities = QUANTITIES.iter().map(|q| q.head).filter(|head| !head.is_empty());
     let heads: Vec<&str> = ["scenario", "method"].into_iter().chain(quantities).collect();
     let mut out = format!("| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()));
     for s in standings {
@@ -314,8 +259,8 @@ fn markdown(standings: &[Standing]) -> String {
 
 fn sheet(standings: &[Standing]) -> Sheet {
     let mut sheet = Sheet::new("compare", "scenario method cannot looks");
-    for (_, name, _) in QUANTITIES {
-        sheet.columns.extend([name.to_string(), format!("{name}_half")]);
+    for q in &QUANTITIES {
+        sheet.columns.extend([q.column.to_string(), format!("{}_half", q.column)]);
     }
     sheet.columns.push("reason".into());
     for s in standings {
@@ -326,9 +271,7 @@ fn sheet(standings: &[Standing]) -> Sheet {
             s.looks.to_string(),
         ];
         for f in s.figures {
-            let text =
-                |v: Option<f64>| v.filter(|v| v.is_finite()).map_or(String::new(), |v| format!("{v:.6}"));
-            row.extend([text(f.map(|f| f.mean)), text(f.map(|f| f.half))]);
+            row.extend([f.map(|f| f.mean), f.map(|f| f.half)].map(|v| fixed(v.filter(|v| v.is_finite()), 6)));
         }
         row.push(s.reason.clone().unwrap_or_default());
         sheet.rows.push(row);
@@ -356,13 +299,11 @@ fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
                 let half = if f.half.is_finite() { f.half } else { 0.0 };
                 // A share is no more than all of it.
                 let bar = vec![[(f.mean - half).max(0.0), at], [(f.mean + half).min(100.0), at]];
-                chart.layers.push(Layer::Line { points: bar, pen: Pen::solid(pen.colour, 2.0) });
+                chart.line(bar, Pen::solid(pen.colour, 2.0));
                 dots.push([f.mean, at]);
             }
         }
-        let mark = Mark::Dot { radius: 4.0 };
-        chart.layers.push(Layer::Marks { points: dots, mark, paint: Paint::Fixed(pen.colour) });
-        chart.key(name.clone(), Symbol::Mark(mark, pen.colour));
+        chart.marks(name.clone(), dots, Mark::Dot { radius: 4.0 }, pen.colour);
     }
     chart
 }
@@ -412,7 +353,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                 courses.entry(entrant).or_default().push((run, course));
             }
         }
-        let mut middle: Vec<(MethodVariant, Kept)> = Vec::new();
+        let mut middle: Vec<(MethodVariant, Step)> = Vec::new();
         for (entrant, of_entrant) in courses {
             let mut steps = Vec::new();
             let mut cannot = None;
@@ -425,26 +366,16 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                         {
                             middle.push((entrant.clone(), k.clone()));
                         }
-                        steps.extend(kept.into_iter().map(|k| Step {
-                            run,
-                            frame: k.frame,
-                            estimate: k.estimate,
-                            truth: k.truth,
-                            score: k.score,
-                            seconds: k.seconds,
-                        }));
+                        steps.extend(kept);
                     }
                 }
             }
             let s = standing(&name, &entrant, &steps, cannot);
             if s.cannot.is_none() {
-                let figure = |quantity: &str, unit: &str, f: Option<Figure>| {
-                    let half = f.map(|f| f.half).filter(|h| h.is_finite());
-                    let quantity = format!("{name}, {}: {quantity}", entrant.name());
-                    Row { half, ..Row::new(quantity, unit, f.map(|f| f.mean)) }
-                };
-                trial.rows.push(figure("F1 within 0.3 m", "%", s.figures[F1]));
-                trial.rows.push(figure("lateral error at 20 m (rms)", "m", s.figures[LATERAL_20_M]));
+                for (q, figure) in [F1, LATERAL_20_M].map(|k| (&QUANTITIES[k], s.figures[k])) {
+                    let quantity = format!("{name}, {}: {}", entrant.name(), q.name);
+                    trial.rows.figure(quantity, q.unit, figure);
+                }
             }
             standings.push(s);
             timed.entry(entrant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
@@ -461,7 +392,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
         let several = |e: &MethodVariant| middle.iter().filter(|m| m.0.method == e.method).count() > 1;
         let first =
             |e: &MethodVariant| middle.iter().find(|m| m.0.method == e.method).is_some_and(|m| m.0 == *e);
-        let of: [(&str, Vec<&(MethodVariant, Kept)>); 2] = [
+        let of: [(&str, Vec<&(MethodVariant, Step)>); 2] = [
             ("lanes", middle.iter().filter(|m| first(&m.0)).collect()),
             ("variants", middle.iter().filter(|m| several(&m.0)).collect()),
         ];

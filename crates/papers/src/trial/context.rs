@@ -44,6 +44,12 @@ impl TrialContext<'_> {
         scenario
     }
 
+    /// Tells the watcher that frame `index` of `frames` in run `run` is done.
+    pub fn told(&self, run: u32, index: u32, frames: u32) {
+        let frames = u64::from(frames);
+        (self.watch)(u64::from(run) * frames + u64::from(index) + 1, u64::from(self.runs) * frames);
+    }
+
     /// What `make` gives; or what it gave when this trial ran before and was interrupted. Keys are names of files and name the
     /// run and the frame. Values have no NaN.
     ///

@@ -31,7 +31,7 @@ pub fn run(
         keep: Some(shop.keep.clone()),
         watch: o.watch,
     };
-    let trial = table.trial(method, &given)?;
+    let trial = table.method(method).trial(&given)?;
     trial.write(shop.path())?;
     let trials = [(method.name().to_string(), &trial)];
     let folder = shop.finish(engine, &command, (scenario.seed, runs), &[path], &trials)?;

@@ -1,8 +1,8 @@
 //! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
 //! satellites; and what a frame leaves for estimators, so that it can be kept.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level, lane_point, lane_track};
+use crate::trial::drive::{Level, lane_point, lane_track};
+use crate::trial::stats::draws;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::points::Point;
@@ -11,6 +11,7 @@ use catseye::rng::Draws;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
+use catseye::simulate::Frame;
 use catseye_io::follow::Follower;
 use catseye_lane::camera_fusion::Image;
 use catseye_lane::hd_map::RadarPose;
@@ -19,23 +20,52 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What a vehicle's bus says of a speed: with noise, and rounded to steps. A sequence of its own for each seed.
-pub struct SpeedSensor {
-    pub draws: Draws,
-    pub std_mps: f64,
+/// What a vehicle's bus says of a speed or a yaw rate: with noise, and rounded to steps. A sequence of its own for each seed.
+pub struct BusSensor {
+    draws: Draws,
+    std: f64,
     /// 0: not rounded.
-    pub step_mps: f64,
+    step: f64,
 }
 
-impl SpeedSensor {
-    pub fn new(seed: u64, std_mps: f64, step_mps: f64) -> SpeedSensor {
-        SpeedSensor { draws: Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x5eed), std_mps, step_mps }
+impl BusSensor {
+    pub fn new(seed: u64, std: f64, step: f64) -> BusSensor {
+        BusSensor { draws: draws(seed, 0x5eed), std, step }
     }
 
-    pub fn read(&mut self, true_mps: f64) -> catseye_lane::Measured {
-        let noisy = true_mps + self.std_mps * self.draws.normal();
-        let value = if self.step_mps > 0.0 { (noisy / self.step_mps).round() * self.step_mps } else { noisy };
-        catseye_lane::Measured { value, std: self.std_mps.hypot(self.step_mps / 12f64.sqrt()) }
+    pub fn read(&mut self, truth: f64) -> Measured {
+        let noisy = truth + self.std * self.draws.normal();
+        let value = if self.step > 0.0 { (noisy / self.step).round() * self.step } else { noisy };
+        Measured { value, std: self.std.hypot(self.step / 12f64.sqrt()) }
+    }
+}
+
+/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
+pub struct Bus {
+    pub speed: BusSensor,
+    pub yaw_rate: BusSensor,
+}
+
+impl Bus {
+    /// `speed` is its standard deviation and step, m/s; `yaw_rate` has draws of its own and a standard deviation in degrees/s.
+    pub fn new(seed: u64, [std, step]: [f64; 2], (draws, std_deg): (Draws, f64)) -> Bus {
+        let yaw_rate = BusSensor { draws, std: std_deg.to_radians(), step: 0.0 };
+        Bus { speed: BusSensor::new(seed, std, step), yaw_rate }
+    }
+
+    /// Speed and yaw rate.
+    pub fn read(&mut self, level: &Level) -> [Measured; 2] {
+        [self.speed.read(level.speed_mps), self.yaw_rate.read(level.yaw_rate_rad_per_s)]
+    }
+}
+
+/// A look that has the time and what the bus says, and nothing else yet.
+pub fn look_of(time_s: f64, [speed, yaw_rate]: [Measured; 2]) -> SensorInput<'static> {
+    SensorInput {
+        time_s,
+        speed_mps: Some(speed),
+        yaw_rate_rad_per_s: Some(yaw_rate),
+        ..SensorInput::default()
     }
 }
 
@@ -100,41 +130,14 @@ impl KeptPoint {
     }
 }
 
-/// The points of a frame, kept.
-pub fn kept_points(
-    given: &TrialContext<'_>,
-    drive: &Drive<'_>,
-    which: usize,
-    key: &str,
-    index: u32,
-) -> Result<Vec<KeptPoint>> {
-    given.kept(key, || Ok(drive.frame(which, index)?.points.iter().filter_map(KeptPoint::of).collect()))
+/// The points of a frame as they are kept.
+pub fn kept_points(frame: &Frame) -> Vec<KeptPoint> {
+    frame.points.iter().filter_map(KeptPoint::of).collect()
 }
 
 /// Those points as lane estimators take them.
 pub fn lane_points(radar: &Radar, seen: &[KeptPoint]) -> Vec<LanePoint> {
     seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
-}
-
-/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
-pub struct Bus {
-    speed: SpeedSensor,
-    gyro: Draws,
-    yaw_rate_std_rad_per_s: f64,
-}
-
-impl Bus {
-    pub fn new(seed: u64, speed_std_mps: f64, speed_step_mps: f64, yaw_rate_std_rad_per_s: f64) -> Bus {
-        let gyro = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x6759_726f);
-        Bus { speed: SpeedSensor::new(seed, speed_std_mps, speed_step_mps), gyro, yaw_rate_std_rad_per_s }
-    }
-
-    /// (speed, yaw rate).
-    pub fn read(&mut self, level: &Level) -> (Measured, Measured) {
-        let std = self.yaw_rate_std_rad_per_s;
-        let value = level.yaw_rate_rad_per_s + std * self.gyro.normal();
-        (self.speed.read(level.speed_mps), Measured { value, std })
-    }
 }
 
 /// Where a vehicle takes itself to be, by what its bus says; in a frame of its own.
@@ -198,7 +201,7 @@ impl TrackFollower {
         radar: &Radar,
         index: u32,
         seen: &[KeptPoint],
-        (speed, yaw_rate): (Measured, Measured),
+        [speed, yaw_rate]: [Measured; 2],
     ) -> Result<Vec<LaneTrack>> {
         let time_s = scenario.frames.time_s(index);
         let odometer =

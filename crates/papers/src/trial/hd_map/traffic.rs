@@ -2,6 +2,7 @@
 
 use crate::trial::hd_map::settings::{SceneTable, Settings};
 use crate::trial::hd_map::stage::Stage;
+use crate::trial::stats::draws;
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::axis::RoadPoint;
@@ -48,7 +49,7 @@ pub fn groups(stage: &Stage, settings: &Settings, scenario: &Scenario) -> Result
     while left > 0 {
         let count = left.min(settings.together);
         let seed = scenario.seed.wrapping_add(1000 * out.len() as u64);
-        let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x7aff);
+        let mut draws = draws(seed, 0x7aff);
         // A view may be full before it holds all of them.
         let (plan, placed) = group(plan, table, settings, scenario, count, &mut draws)?;
         out.push(Group { plan: Some(plan) });

@@ -1,10 +1,9 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
+use crate::trial::stats::draws;
 use crate::trial::uwb::settings::Settings;
+use crate::trial::{Drive, TrialContext};
 use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
 use catseye::road::labels::RoadLabel;
 use catseye::road::site::Site;
 use catseye::scene::backscatter::{Backscatter, Law};
@@ -166,7 +165,7 @@ pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) 
     let mut scenario = given.scenario_of(run);
     let duration_s = scenario.duration_s();
     let Some(on) = &mut scenario.ego.on_road else { return scenario };
-    let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, SPEEDS);
+    let mut draws = draws(scenario.seed, SPEEDS);
     if let Some(range) = settings.speed_range_kmh {
         let [low, high] = range.map(|v| v / 3.6);
         let mean = low + (high - low) * draws.uniform();
@@ -550,7 +549,7 @@ pub fn markers_of(
     let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
     for index in 0..drive.frames() {
         let time_s = drive.time_s(index);
-        let now: Vec<[f64; 2]> = drive.rows(time_s).into_iter().flat_map(|r| r.1).collect();
+        let now = drive.markers(time_s);
         let near = now.iter().filter(|p| (p[0] - rx).abs() <= 0.5 * settings.plate_length_m);
         let lateral = near.map(|p| p[1] - ry).filter(|y| y.abs() <= eye.reach_m());
         beside.push(lateral.min_by(|a, b| a.abs().total_cmp(&b.abs())));
@@ -612,8 +611,8 @@ pub fn sweep(
         slowly(given.scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against)
     };
     let first = site(&at(on.s_m, on.offset_m), settings)?;
-    let rows = Drive::new(&first, given.engine)?.rows(0.0);
-    let near = rows.iter().flat_map(|r| &r.1).filter(|p| (p[1] - eye.at_m[1]).abs() <= eye.reach_m());
+    let markers = Drive::new(&first, given.engine)?.markers(0.0);
+    let near = markers.iter().filter(|p| (p[1] - eye.at_m[1]).abs() <= eye.reach_m());
     let Some(marker) = near.filter(|p| p[0] > eye.at_m[0]).min_by(|a, b| a[0].total_cmp(&b[0])) else {
         return Ok(Vec::new());
     };

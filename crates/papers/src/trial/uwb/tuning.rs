@@ -1,10 +1,10 @@
 //! Rules by which scans become passes, and thresholds by the bare road.
 
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
-use crate::trial::uwb::settings::{CentreOf, Settings};
+use crate::trial::uwb::settings::Settings;
 use catseye::error::{BadInput, Error, Result};
 use catseye::scene::scenario::Scenario;
-use catseye_lane::uwb::{Background, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
+use catseye_lane::uwb::{Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
 use catseye_lane::{LaneError, uwb};
 
 /// How scans become passes.
@@ -13,7 +13,7 @@ pub struct Rule {
     /// In the report.
     pub name: &'static str,
     pub take_background: bool,
-    pub centre: CentreOf,
+    pub centre: Centre,
 }
 
 /// One eye under one rule.
@@ -38,10 +38,10 @@ pub fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
 
 /// The settings' rule comes last: it is that of the steps.
 pub fn rules(settings: &Settings) -> Vec<Rule> {
-    let document = Rule { name: "document's rule", take_background: false, centre: CentreOf::Maximum };
+    let document = Rule { name: "document's rule", take_background: false, centre: Centre::Maximum };
     let ours =
         Rule { name: "settings' rule", take_background: settings.take_background, centre: settings.centre };
-    match (ours.take_background, ours.centre) == (document.take_background, document.centre) {
+    match (Rule { name: document.name, ..ours }) == document {
         true => vec![document],
         false => vec![document, ours],
     }
@@ -67,7 +67,17 @@ pub fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-pub fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
+/// Each radar under a rule, its threshold by scans of the bare road.
+pub fn tune_all(
+    settings: &Settings,
+    rule: &Rule,
+    impulse_radars: &[ImpulseRadar],
+    quiet: &Scans,
+) -> Result<Vec<Tuned>> {
+    impulse_radars.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, quiet)).collect()
+}
+
+fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
     let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
     let background = match rule.take_background {
         true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
@@ -79,7 +89,7 @@ pub fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quie
         UwbConfig::new(settings.spacing_m, settings.plate_length_m, t).map(|c| UwbConfig {
             max_spacing_error_m: settings.largest_error_m(),
             least_distance_m: c.least_distance_m.min(settings.spacing_m - settings.largest_error_m()),
-            centre: rule.centre.core(),
+            centre: rule.centre,
             confirm_spacings: settings.confirm_spacings as usize,
             misses_to_warn: settings.misses_to_warn as usize,
             // With the mirror reflection in the scan the strongest echo is always that.
