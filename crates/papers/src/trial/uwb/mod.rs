@@ -15,11 +15,12 @@ use crate::trial::drive::own_alone;
 use crate::trial::ready::SPEED_STD_MPS;
 use crate::trial::sensors::BusSensor;
 use crate::trial::stats::timed;
-use crate::trial::uwb::drives::{ImpulseRadar, Passed, Progress, Scenery};
+use crate::trial::uwb::drives::{Drives, ImpulseRadar, Passed, Scans, Scenery, covers_of, markers_of};
 use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
-use crate::trial::uwb::tuning::{Tuned, check_speed, energy, estimator, failed, rules, tune_all, wide};
+use crate::trial::uwb::tuning::{Tuned, energy, estimator, failed, rules, tune_all, wide};
 use crate::trial::{Drive, LaneMethod, OwnedInput, ReadyMethod, Step, Trial, TrialContext};
 use catseye::error::{BadInput, Result};
+use catseye::road::site::Site;
 use catseye::scene::scenario::{Frames, Scenario};
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
@@ -46,40 +47,31 @@ impl LaneMethod for Settings {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
         Settings::check(self)?;
         let settings = self;
-        let impulse_radars = drives::impulse_radars(given.scenario, settings)?;
-        drives::check_road(given.scenario)?;
-        check_speed(given.scenario, settings)?;
-        let rules = rules(settings);
         let sweep_m: Vec<f64> = match settings.offset_sweep {
             true => (0..=64).map(|i| 0.025 * f64::from(i)).collect(),
             false => Vec::new(),
         };
         let frames = u64::from(given.scenario.frames.count) * u64::from(given.runs);
-        let progress = Progress::new(given, drives::slow_frames(settings) + frames + sweep_m.len() as u64);
-
-        let quiet = drives::quiet(given, &progress, settings, &impulse_radars, Scenery::All)?;
-        let tuned: Vec<Vec<Tuned>> = rules
-            .iter()
-            .map(|rule| tune_all(settings, rule, &impulse_radars, &quiet))
-            .collect::<Result<_>>()?;
-        let slow = drives::histogram(given, &progress, settings, &impulse_radars)?
-            .into_iter()
-            .map(|(site, scans)| {
-                let drive = Drive::new(&site, given.engine)?;
-                let beside =
-                    impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings).1).collect();
-                Ok(Slow { beside, scans })
-            })
-            .collect::<Result<_>>()?;
+        let more = u64::from(settings.histogram_scans) + frames + sweep_m.len() as u64;
+        let drives = Drives::new(given, settings, Scenery::All, more)?;
+        let rules = rules(settings);
+        let quiet = drives.quiet()?;
+        let tuned = rules.iter().map(|rule| tune_all(settings, rule, &drives.radars, &quiet));
+        let tuned: Vec<Vec<Tuned>> = tuned.collect::<Result<_>>()?;
+        let slow = |(site, scans): (Site, Scans)| {
+            let drive = Drive::new(&site, given.engine)?;
+            let beside = drives.radars.iter().map(|radar| markers_of(&drive, radar, settings).1).collect();
+            Ok(Slow { beside, scans })
+        };
+        let slow = drives.histogram()?.into_iter().map(slow).collect::<Result<_>>()?;
         let mut steps = Vec::new();
-        let mut runs = Vec::new();
-        for k in 0..given.runs {
-            runs.push(one_run(given, &progress, settings, &impulse_radars, &tuned, k, &mut steps)?);
-        }
+        let runs =
+            (0..given.runs).map(|k| one_run(&drives, &tuned, k, &mut steps)).collect::<Result<Vec<_>>>()?;
         let sweep = match runs.iter().any(|r| !r.passes[0].is_empty()) {
-            true => drives::sweep(given, &progress, settings, &impulse_radars[0], &sweep_m)?,
+            true => drives.sweep(&sweep_m)?,
             false => Vec::new(),
         };
+        let impulse_radars = drives.radars;
         let made = UwbResults { settings, impulse_radars, rules, tuned, quiet, slow, runs, sweep };
         let mut trial = Trial::new(uwb::estimator::METHOD, format!("uwb: {}", given.scenario.name));
         figures::fill(&mut trial, &made, steps)?;
@@ -94,27 +86,22 @@ impl LaneMethod for Settings {
         // A radar that looks down at the road sees no reflections between things, and few square metres of it.
         scenario.trace.bounces = 1;
         scenario.trace.rays = scenario.trace.rays.min(MOST_RAYS);
-        let impulse_radars: Vec<ImpulseRadar> = drives::impulse_radars(&scenario, self)?;
-        drives::check_road(&scenario)?;
-        scenario.frames = frames(&scenario, &impulse_radars, self);
-        check_speed(&scenario, self)?;
         let settings = Settings { quiet_scans: self.quiet_scans.min(QUIET_SCANS), ..self.clone() };
+        let radars = drives::impulse_radars(&scenario, &settings)?;
+        scenario.frames = frames(&scenario, &radars, &settings);
         let own = TrialContext { scenario: &scenario, runs: 1, keep: None, ..*given };
+        let drives = Drives::new(&own, &settings, Scenery::WithinReach, 0)?;
         let site = drives::site(&scenario, &settings)?;
         let early = drives::run_up(&site, &scenario, &settings)?;
         let early = early.map(|early| drives::site(&early, &settings)).transpose()?;
-        let all = settings.quiet_scans
-            + scenario.frames.count
-            + early.as_ref().map_or(0, |site| site.scenario.frames.count);
-        let progress = Progress::new(&own, u64::from(all));
-        let quiet = drives::quiet(&own, &progress, &settings, &impulse_radars, Scenery::WithinReach)?;
+        let quiet = drives.quiet()?;
         let rules = rules(&settings);
-        let estimator = estimator(&tune_all(&settings, &rules[rules.len() - 1], &impulse_radars, &quiet)?)?;
+        let estimator = estimator(&tune_all(&settings, &rules[rules.len() - 1], &drives.radars, &quiet)?)?;
 
         let mut speeds = BusSensor::new(scenario.seed ^ SPEEDS, SPEED_STD_MPS, 0.0);
         let mut taken: VecDeque<PulseScan> = VecDeque::new();
         for (site, name) in early.iter().map(|s| (s, "before")).chain([(&site, "drive")]) {
-            let scans = drives::scans(&own, &progress, name, site, &impulse_radars, Scenery::WithinReach)?;
+            let scans = drives.scans(name, site, &drives.radars)?;
             let drive = Drive::new(site, given.engine)?;
             let before_s = match name {
                 "before" => -f64::from(drive.frames()) * site.scenario.frames.interval_s,
@@ -145,25 +132,18 @@ impl LaneMethod for Settings {
 }
 
 /// From time zero to the last look, a frame for each scan.
-fn frames(scenario: &Scenario, impulse_radars: &[ImpulseRadar], settings: &Settings) -> Frames {
-    let own_s = impulse_radars.iter().map(|e| scenario.radars[e.which].frame_time_s()).fold(0.0, f64::max);
+fn frames(scenario: &Scenario, radars: &[ImpulseRadar], settings: &Settings) -> Frames {
+    let own_s = radars.iter().map(|e| scenario.radars[e.which].frame_time_s()).fold(0.0, f64::max);
     let interval_s = settings.scan_interval_s.unwrap_or(own_s);
     let last_s = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
     Frames { count: ((last_s + SAME_S) / interval_s).floor() as u32 + 1, interval_s }
 }
 
-fn one_run(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    settings: &Settings,
-    impulse_radars: &[ImpulseRadar],
-    tuned: &[Vec<Tuned>],
-    number: u32,
-    steps: &mut Vec<Step>,
-) -> Result<Run> {
+fn one_run(drives: &Drives<'_>, tuned: &[Vec<Tuned>], number: u32, steps: &mut Vec<Step>) -> Result<Run> {
+    let Drives { given, settings, radars, .. } = drives;
     let scenario = drives::scenario_of_run(given, settings, number);
     let site = drives::site(&scenario, settings)?;
-    let scans = drives::scans(given, progress, &format!("run{number}"), &site, impulse_radars, Scenery::All)?;
+    let scans = drives.scans(&format!("run{number}"), &site, radars)?;
     let drive = Drive::new(&site, given.engine)?;
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();
@@ -180,7 +160,6 @@ fn one_run(
 
     let last = &tuned[tuned.len() - 1];
     let mut estimator = estimator(last)?;
-    let reach_m = impulse_radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
         let look = SensorInput {
@@ -190,44 +169,33 @@ fn one_run(
             ..SensorInput::default()
         };
         let estimate = timed(|| estimator.estimate(&look));
-        let truth = truth_at(&drive, times_s[i], impulse_radars, reach_m, settings);
+        let truth = truth_at(&drive, times_s[i], radars, settings);
         steps.push(Step::new(number, i as u32, estimate, truth));
     }
 
-    let of: Vec<_> = impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();
+    let of: Vec<_> = radars.iter().map(|radar| markers_of(&drive, radar, settings)).collect();
     let (passes, beside): (Vec<_>, Vec<_>) = of.into_iter().unzip();
-    let covers = impulse_radars.iter().map(|e| drives::covers_of(&drive, e)).collect();
+    let covers = radars.iter().map(|radar| covers_of(&drive, radar)).collect();
     let way_m = ways(&times_s, &true_mps);
-    let seen = tuned
-        .iter()
-        .map(|eyes_tuned| {
-            let each = eyes_tuned.iter().enumerate();
-            each.map(|(k, t)| {
-                let echoes: Vec<uwb::GateEcho> =
-                    scans.iter().map(|s| energy(&t.options, &s[k])).collect::<Result<_>>()?;
-                see(settings, t, &echoes, &times_s, &speeds, &passes[k], &way_m)
-            })
-            .collect()
-        })
-        .collect::<Result<_>>()?;
+    let see_one = |(k, t): (usize, &Tuned)| {
+        let echoes = scans.iter().map(|s| energy(&t.options, &s[k])).collect::<Result<Vec<_>>>()?;
+        see(settings, t, &echoes, (&times_s, &way_m), &speeds, &passes[k])
+    };
+    let seen = tuned.iter().map(|rule| rule.iter().enumerate().map(see_one).collect());
+    let seen = seen.collect::<Result<_>>()?;
     Ok(Run { times_s, passes, beside, covers, seen, scans })
 }
 
 /// Of the rows of markers that pass within reach beside the vehicle.
-fn truth_at(
-    drive: &Drive<'_>,
-    time_s: f64,
-    impulse_radars: &[ImpulseRadar],
-    reach_m: f64,
-    settings: &Settings,
-) -> TrueLanes {
+fn truth_at(drive: &Drive<'_>, time_s: f64, radars: &[ImpulseRadar], settings: &Settings) -> TrueLanes {
+    let reach_m = radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     let mut truth = drive.truth_of_rows(time_s, [0.0, settings.spacing_m]);
     let beside = |line: &[[f64; 2]]| {
         let near = line.iter().filter(|p| p[0].abs() < 2.0 * settings.spacing_m);
         near.map(|p| p[1]).min_by(|a, b| a.abs().total_cmp(&b.abs()))
     };
     let seen = |line: &[[f64; 2]]| {
-        beside(line).is_some_and(|y| impulse_radars.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
+        beside(line).is_some_and(|y| radars.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
     };
     truth.own = truth.own.map(|i| i.filter(|i| truth.lines.get(*i).is_some_and(|l| seen(l))));
     own_alone(&truth)
@@ -260,10 +228,9 @@ fn see(
     settings: &Settings,
     tuned: &Tuned,
     echoes: &[uwb::GateEcho],
-    times_s: &[f64],
+    (times_s, way_m): (&[f64], &[f64]),
     speeds: &[Measured],
     passes: &[Passed],
-    way_m: &[f64],
 ) -> Result<RunResult> {
     let energies: Vec<f64> = echoes.iter().map(|e| e.energy).collect();
     let ranges: Vec<f64> = echoes.iter().map(|e| e.strongest_range_m.unwrap_or(f64::NAN)).collect();
@@ -314,7 +281,6 @@ mod tests {
     use super::*;
     use crate::trial::LaneTable;
     use catseye::engine::{Engine, Precision};
-    use catseye::road::site::Site;
     use std::path::Path;
 
     /// Scans come at the radar's rate from before the first look on, none twice, and plates beside a guard rail are a lane at once.

@@ -15,7 +15,7 @@ pub fn db(ratio: f64) -> f64 {
     10.0 * ratio.log10()
 }
 
-/// One run as one eye sees it under one rule.
+/// One run as one radar sees it under one rule.
 pub struct RunResult {
     pub energies: Vec<f64>,
     pub result: uwb::LaneEstimate,
@@ -30,11 +30,11 @@ pub struct RunResult {
 /// One run.
 pub struct Run {
     pub times_s: Vec<f64>,
-    /// By eye.
+    /// By radar.
     pub passes: Vec<Vec<Passed>>,
     pub beside: Vec<Vec<Option<f64>>>,
     pub covers: Vec<Vec<f64>>,
-    /// `[rule][eye]`.
+    /// `[rule][radar]`.
     pub seen: Vec<Vec<RunResult>>,
     pub scans: Scans,
 }
@@ -50,12 +50,12 @@ pub struct UwbResults<'a> {
     pub settings: &'a Settings,
     pub impulse_radars: Vec<ImpulseRadar>,
     pub rules: Vec<Rule>,
-    /// `[rule][eye]`.
+    /// `[rule][radar]`.
     pub tuned: Vec<Vec<Tuned>>,
     pub quiet: Scans,
     pub slow: Vec<Slow>,
     pub runs: Vec<Run>,
-    /// Lateral distance and scan of the first eye.
+    /// Lateral distance and scan of the first radar.
     pub sweep: Vec<(f64, Vec<f32>)>,
 }
 

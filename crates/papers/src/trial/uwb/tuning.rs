@@ -2,8 +2,7 @@
 
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
 use crate::trial::uwb::settings::Settings;
-use catseye::error::{BadInput, Error, Result};
-use catseye::scene::scenario::Scenario;
+use catseye::error::{Error, Result};
 use catseye_lane::uwb::{Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
 use catseye_lane::{LaneError, uwb};
 
@@ -16,7 +15,7 @@ pub struct Rule {
     pub centre: Centre,
 }
 
-/// One eye under one rule.
+/// One radar under one rule.
 pub struct Tuned {
     pub options: UwbOptions,
     pub threshold: Threshold,
@@ -47,37 +46,17 @@ pub fn rules(settings: &Settings) -> Vec<Rule> {
     }
 }
 
-pub fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
-    let interval_s = scenario.frames.interval_s;
-    let own = scenario.ego.on_road.iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
-    let ranges = settings.speed_range_kmh.iter().map(|r| r[1] / 3.6);
-    let fastest = match settings.speed_range_kmh {
-        Some(_) => ranges.fold(0.0, f64::max),
-        None => own.fold(scenario.ego.speed_mps.abs(), |m, v| m.max(v.abs())),
-    };
-    let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
-    if step_m.is_nan() || step_m >= settings.plate_length_m {
-        return Err(BadInput::new("two scans are farther apart than a plate is long")
-            .key("frames.interval_s")
-            .value(format!("{interval_s} s at {fastest} m/s"))
-            .allowed(format!("less than {} m from scan to scan", settings.plate_length_m))
-            .remedy("more scans a second, or a slower drive")
-            .into());
-    }
-    Ok(())
-}
-
 /// Each radar under a rule, its threshold by scans of the bare road.
 pub fn tune_all(
     settings: &Settings,
     rule: &Rule,
-    impulse_radars: &[ImpulseRadar],
+    radars: &[ImpulseRadar],
     quiet: &Scans,
 ) -> Result<Vec<Tuned>> {
-    impulse_radars.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, quiet)).collect()
+    radars.iter().enumerate().map(|(i, radar)| tune(settings, rule, radar, i, quiet)).collect()
 }
 
-fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
+fn tune(settings: &Settings, rule: &Rule, radar: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
     let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
     let background = match rule.take_background {
         true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
@@ -94,19 +73,19 @@ fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &
             misses_to_warn: settings.misses_to_warn as usize,
             // With the mirror reflection in the scan the strongest echo is always that.
             offset: match rule.take_background {
-                true => OffsetSource::Range { height_m: eye.height_m },
+                true => OffsetSource::Range { height_m: radar.height_m },
                 false => OffsetSource::None,
             },
             ..c
         })
     };
     let mut options = UwbOptions {
-        axis: eye.axis,
-        gate: eye.gate,
+        axis: radar.axis,
+        gate: radar.gate,
         background,
         config: config(&floor).map_err(|r| failed("lane.uwb", r))?,
-        side: eye.side,
-        at_m: eye.at_m,
+        side: radar.side,
+        at_m: radar.at_m,
         offset_std_m: settings.offset_std_m,
         lane_width_m: Some(settings.lane_width_m),
     };
