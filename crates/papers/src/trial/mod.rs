@@ -4,9 +4,10 @@
 pub mod camera;
 pub mod camera_fusion;
 pub mod compare;
+pub mod compared_drive;
 mod context;
 pub mod drive;
-pub mod edges;
+mod edges;
 pub mod estimators;
 pub mod hd_map;
 mod lane_table;

@@ -22,18 +22,18 @@ pub fn run(
     let scenario = scenario(path, o)?;
     let runs = o.runs.or(table.runs).unwrap_or(1);
     let command = format!("lane {}", method.name());
-    let shop = ResultFolder::open(&command, &[path], engine, out, o)?;
+    let results = ResultFolder::open(&command, &[path], engine, out, o)?;
     let given = TrialContext {
         scenario: &scenario,
         path,
         engine,
         runs,
-        keep: Some(shop.keep.clone()),
+        keep: Some(results.keep.clone()),
         watch: o.watch,
     };
     let trial = table.method(method).trial(&given)?;
-    trial.write(shop.path())?;
+    trial.write(results.path())?;
     let trials = [(method.name().to_string(), &trial)];
-    let folder = shop.finish(engine, &command, (scenario.seed, runs), &[path], &trials)?;
+    let folder = results.finish(engine, &command, (scenario.seed, runs), &[path], &trials)?;
     Ok(RunReport { folder, method: trial.method, title: trial.title, rows: trial.rows, notes: trial.notes })
 }

@@ -72,52 +72,50 @@ pub fn look_of(time_s: f64, [speed, yaw_rate]: [Measured; 2]) -> SensorInput<'st
 /// A point of a frame without its labels: what an estimator may know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct KeptPoint {
-    range_m: f64,
-    range_rate_mps: f64,
-    azimuth_rad: f64,
-    elevation_rad: f64,
-    position_m: [f64; 3],
-    power_dbm: f64,
-    snr_db: f64,
-    rcs_dbsm: f64,
+    /// Range, range rate, azimuth, elevation, place, power, signal to noise, cross section, deviation of the beat in cells; units as in
+    /// [`Point`].
+    numbers: [f64; 11],
     std: PointStd,
-    beat_std_cells: f64,
     ambiguity: Ambiguity,
 }
 
 impl KeptPoint {
     /// None where a number is infinite, as the cross section is where an antenna has no gain.
     pub fn of(p: &Point) -> Option<KeptPoint> {
-        let seen = KeptPoint {
-            range_m: p.range_m,
-            range_rate_mps: p.range_rate_mps,
-            azimuth_rad: p.azimuth_rad,
-            elevation_rad: p.elevation_rad,
-            position_m: p.position_m.to_array(),
-            power_dbm: p.power_dbm,
-            snr_db: p.snr_db,
-            rcs_dbsm: p.rcs_dbsm,
-            std: p.std,
-            beat_std_cells: p.beat_std_cells,
-            ambiguity: p.ambiguity,
-        };
-        let numbers = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.rcs_dbsm, p.snr_db];
+        let [x, y, z] = p.position_m.to_array();
+        let told = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.snr_db, p.rcs_dbsm];
         let stds = [p.std.range_m, p.std.range_rate_mps, p.beat_std_cells];
-        numbers.iter().chain(&stds).all(|v| v.is_finite()).then_some(seen)
+        let [range, rate, azimuth, elevation, snr, rcs] = told;
+        let numbers = [range, rate, azimuth, elevation, x, y, z, p.power_dbm, snr, rcs, p.beat_std_cells];
+        let kept = KeptPoint { numbers, std: p.std, ambiguity: p.ambiguity };
+        told.iter().chain(&stds).all(|v| v.is_finite()).then_some(kept)
     }
 
     pub fn point(&self) -> Point {
+        let [
+            range_m,
+            range_rate_mps,
+            azimuth_rad,
+            elevation_rad,
+            x,
+            y,
+            z,
+            power_dbm,
+            snr_db,
+            rcs_dbsm,
+            cells,
+        ] = self.numbers;
         Point {
-            range_m: self.range_m,
-            range_rate_mps: self.range_rate_mps,
-            azimuth_rad: self.azimuth_rad,
-            elevation_rad: self.elevation_rad,
-            position_m: DVec3::from_array(self.position_m),
-            power_dbm: self.power_dbm,
-            snr_db: self.snr_db,
-            rcs_dbsm: self.rcs_dbsm,
+            range_m,
+            range_rate_mps,
+            azimuth_rad,
+            elevation_rad,
+            position_m: DVec3::new(x, y, z),
+            power_dbm,
+            snr_db,
+            rcs_dbsm,
             std: self.std,
-            beat_std_cells: self.beat_std_cells,
+            beat_std_cells: cells,
             ambiguity: self.ambiguity,
             // Methods do not ask, and what is kept is JSON, which has no infinity.
             modulo_mps: f64::INFINITY,

@@ -48,16 +48,14 @@ pub(super) fn map_rows(rows: &mut Vec<Row>, map: &SignatureMap, errors: &[f64], 
         rows.one("distance of landmarks from their markers (rms)", "m", Some(rms))
             .why("of those within 0.5 m of a marker; inertial error in it");
     }
-    let percent = |a: usize, b: usize| Some(100.0 * a as f64 / b as f64);
-    if moving.moving > 0 {
-        let out = percent(moving.moving_out, moving.moving);
-        rows.one("points of moving things taken out", "%", out)
-            .why("by range rate and own speed, as the document asks");
-    }
-    if moving.standing > 0 {
-        let out = percent(moving.standing_out, moving.standing);
-        rows.one("points of standing things taken out", "%", out);
-    }
+    let mut taken_out = |what: &str, [all, out]: [usize; 2], why: &str| {
+        if all > 0 {
+            let share = 100.0 * out as f64 / all as f64;
+            rows.one(format!("points of {what} things taken out"), "%", Some(share)).why(why);
+        }
+    };
+    taken_out("moving", moving.moving, "by range rate and own speed, as the document asks");
+    taken_out("standing", moving.standing, "");
 }
 
 pub(super) fn word_rows(rows: &mut Vec<Row>, s: &Settings, words: &[WordRead]) {

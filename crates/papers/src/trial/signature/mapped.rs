@@ -10,6 +10,7 @@ use catseye::rng::Draws;
 use catseye::road::labels::RoadTruth;
 use catseye::road::plan::{ScenePlan, Source};
 use catseye::road::site::Site;
+use catseye::scene::Object;
 use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
 use catseye::simulate::Frame;
 use catseye_lane::LanePoint;
@@ -31,14 +32,8 @@ pub struct Kept {
 }
 
 pub fn kept(drive: &Drive<'_>, frame: &Frame) -> Kept {
-    let moving: Vec<u32> = drive
-        .site
-        .scene
-        .objects
-        .iter()
-        .filter(|o| o.motion.is_some() || o.velocity_mps != DVec3::ZERO)
-        .map(|o| o.id)
-        .collect();
+    let moves = |o: &&Object| o.motion.is_some() || o.velocity_mps != DVec3::ZERO;
+    let moving: Vec<u32> = drive.site.scene.objects.iter().filter(moves).map(|o| o.id).collect();
     let radar = drive.radar(frame.radar);
     let all = frame.points.iter().filter_map(|p| {
         let q = lane_point(radar, p)?;
@@ -263,22 +258,17 @@ pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapp
         .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))
 }
 
-/// How well the test for motion takes moving points out.
+/// How well the test for motion takes moving points out: all points, and those that it takes out.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving {
-    pub moving: usize,
-    pub moving_out: usize,
-    pub standing: usize,
-    pub standing_out: usize,
+    pub moving: [usize; 2],
+    pub standing: [usize; 2],
 }
 
 impl Moving {
     pub fn count(&mut self, k: &Kept, stands: &[bool]) {
         for (moves, stands) in k.moves.iter().zip(stands) {
-            let (all, out) = match moves {
-                true => (&mut self.moving, &mut self.moving_out),
-                false => (&mut self.standing, &mut self.standing_out),
-            };
+            let [all, out] = if *moves { &mut self.moving } else { &mut self.standing };
             *all += 1;
             *out += usize::from(!stands);
         }
@@ -287,17 +277,9 @@ impl Moving {
 
 /// Distances of landmarks from the nearest marker, of those within half a metre, m.
 fn map_errors(map: &SignatureMap, road: Option<&RoadTruth>) -> Vec<f64> {
-    let markers: Vec<DVec2> = road
-        .iter()
-        .flat_map(|r| &r.marker_rows)
-        .flat_map(|r| &r.markers)
-        .map(|m| DVec2::new(m.position_m[0], m.position_m[1]))
-        .collect();
-    map.landmarks()
-        .iter()
-        .filter_map(|l| {
-            let at = DVec2::from_array(l.position_m);
-            markers.iter().map(|m| m.distance(at)).min_by(f64::total_cmp).filter(|d| *d < 0.5)
-        })
-        .collect()
+    let markers = road.iter().flat_map(|r| &r.marker_rows).flat_map(|r| &r.markers);
+    let markers: Vec<DVec2> = markers.map(|m| DVec2::new(m.position_m[0], m.position_m[1])).collect();
+    let error = |at: DVec2| markers.iter().map(|m| m.distance(at)).min_by(f64::total_cmp);
+    let errors = map.landmarks().iter().filter_map(|l| error(DVec2::from_array(l.position_m)));
+    errors.filter(|d| *d < 0.5).collect()
 }
