@@ -160,7 +160,8 @@ pub struct View {
 impl View {
     /// Closest hits through every pixel, sixteen to a pixel where its neighbours differ, so that thin paint keeps its share.
     ///
-    /// Errors: a camera that makes no image.
+    /// # Errors
+    /// A camera that makes no image.
     pub fn new(
         geometry: &Geometry,
         scene: &Scene,
@@ -243,7 +244,8 @@ impl View {
 
     /// The picture in this light. `geometry` is that of the view: the sun's shadows fall in it.
     ///
-    /// Errors: a light that is no number or below zero.
+    /// # Errors
+    /// A light that is no number or below zero.
     pub fn lit(&self, geometry: &Geometry, light: &Light, seed: u64) -> Result<Image> {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
         let levels = sound(light.sun_lx) && sound(light.sky_lx) && sound(light.stray);

@@ -134,7 +134,8 @@ fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
 
 /// Compares all methods on scenario files, into `out`. An interrupted comparison goes on when the same is asked for again.
 ///
-/// Errors: those of the files. A scenario that a method cannot take is no error: the table says what it lacks.
+/// # Errors
+/// Those of the files. A scenario that a method cannot take is no error: the table says what it lacks.
 pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_>) -> Result<RunReport> {
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     let loaded =
@@ -148,7 +149,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     let mut standings = Vec::new();
     let mut names: Vec<String> = Vec::new();
     let mut trial = Trial::new("compare", "Lane methods on the same drives");
-    let mut timed: BTreeMap<String, Trial> = BTreeMap::new();
+    let mut seconds: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (number, ((table, scenario), path)) in loaded.iter().zip(&paths).enumerate() {
         let name = match names.contains(&scenario.name) {
             false => scenario.name.clone(),
@@ -157,19 +158,13 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
         let runs = o.runs.or(table.runs).unwrap_or(1);
         let mut by_variant: BTreeMap<MethodVariant, Vec<(u32, Course)>> = BTreeMap::new();
         for run in 0..runs {
-            let given = TrialContext {
-                scenario,
-                path,
-                engine,
-                runs,
-                keep: Some(results.keep.clone()),
-                watch: o.watch,
-            };
+            let keep = Some(results.keep.clone());
+            let given = TrialContext { scenario, path, engine, runs, keep, watch: o.watch };
             let before = done;
             let made: Vec<(MethodVariant, Course)> =
                 given.kept(&format!("scenario{number}_run{run}"), || {
                     // Frames of a drive that is part of preparing a method are not told.
-                    let inner = TrialContext { watch: &|_, _| {}, keep: None, scenario, path, engine, runs };
+                    let inner = TrialContext { watch: &|_, _| {}, keep: None, ..given };
                     let mut told = || {
                         done += 1;
                         (o.watch)(done, all);
@@ -209,7 +204,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                 }
             }
             standings.push(s);
-            timed.entry(variant.method.name().into()).or_default().steps.extend(steps.iter().cloned());
+            seconds.entry(variant.method.name().into()).or_default().extend(steps.iter().map(|s| s.seconds));
             let mut own = Trial::new(variant.method.name(), format!("{name}: {}", variant.name()));
             own.steps = steps;
             if !own.steps.is_empty() {
@@ -250,15 +245,6 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
     }
     trial.sheets.push(sheet(&standings));
     trial.pictures.insert(0, ("f1".into(), chart(&standings, &names).draw()?));
-    trial.write(results.path())?;
-    let trials: Vec<(String, &Trial)> = timed.iter().map(|(k, v)| (k.clone(), v)).collect();
     let seed = loaded.first().map_or(0, |l| l.1.seed);
-    let folder = results.finish(engine, "lane compare", (seed, o.runs.unwrap_or(0)), &paths, &trials)?;
-    Ok(RunReport {
-        folder,
-        method: "compare".into(),
-        title: trial.title,
-        rows: trial.rows,
-        notes: trial.notes,
-    })
+    results.finish((seed, o.runs.unwrap_or(0)), trial, seconds)
 }

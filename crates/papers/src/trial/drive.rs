@@ -47,7 +47,8 @@ impl Level {
 }
 
 impl<'a> Drive<'a> {
-    /// Errors: surfaces that cannot be cut.
+    /// # Errors
+    /// Surfaces that cannot be cut.
     pub fn new(site: &'a Site, engine: &'a Engine) -> Result<Drive<'a>> {
         Ok(Drive { site, engine, prepared: Prepared::new(&site.scenario, &site.scene)? })
     }

@@ -187,7 +187,8 @@ pub struct TrackFollower {
 }
 
 impl TrackFollower {
-    /// Errors: none with the default settings.
+    /// # Errors
+    /// None with the default settings.
     pub fn new() -> Result<TrackFollower> {
         Ok(TrackFollower { follower: Follower::new()?, odometer: None })
     }

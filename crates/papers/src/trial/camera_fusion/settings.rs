@@ -217,12 +217,16 @@ impl Settings {
         }
     }
 
-    /// With a radar in the front bumper. Errors: as [`Self::estimator_with`].
+    /// With a radar in the front bumper.
+    ///
+    /// # Errors
+    /// As [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
         made(self.options())
     }
 
-    /// Errors: a trapezoid that the picture does not hold.
+    /// # Errors
+    /// A trapezoid that the picture does not hold.
     pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
         let radar_at_m = radar.mounting.translation_m.truncate();
         made(FusionOptions { radar_at_m, ..self.options() })

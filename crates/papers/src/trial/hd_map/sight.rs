@@ -39,7 +39,10 @@ pub struct Sight {
     pub points: Vec<Mover>,
 }
 
-/// The radar of the scenario that tells azimuths. Errors: there is none.
+/// The radar of the scenario that tells azimuths.
+///
+/// # Errors
+/// There is none.
 pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
     point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1).ok_or_else(|| {
@@ -88,13 +91,17 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Errors: none with the tracker's default settings.
+    /// # Errors
+    /// None with the tracker's default settings.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
 
     /// Takes in a frame; confirmed tracks that were seen in it, in the vehicle's level frame. The radar's own motion is `speed_mps`
-    /// along the vehicle and its turn. Errors: frames that run back.
+    /// along the vehicle and its turn.
+    ///
+    /// # Errors
+    /// Frames that run back.
     pub fn step(
         &mut self,
         sight: &Sight,

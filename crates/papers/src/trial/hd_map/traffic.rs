@@ -39,7 +39,10 @@ struct Placed {
     along_mps: f64,
 }
 
-/// The groups of a scene, each with its own draw, until all vehicles have passed. Errors: no lane holds a vehicle within the radar's view.
+/// The groups of a scene, each with its own draw, until all vehicles have passed.
+///
+/// # Errors
+/// No lane holds a vehicle within the radar's view.
 pub fn groups(stage: &Stage, settings: &Settings, scenario: &Scenario) -> Result<Vec<Group>> {
     let (Some(table), Some(plan)) = (&stage.table, &stage.plan) else {
         return Ok(vec![Group { plan: None }]);

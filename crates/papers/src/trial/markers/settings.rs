@@ -129,7 +129,10 @@ impl Settings {
         MarkersOptions { patterns, track, radar_ahead_m: radar.mounting.translation_m.x, rcs: None }
     }
 
-    /// One pattern for each spacing. Errors: no spacing is given and the scene has no rows.
+    /// One pattern for each spacing.
+    ///
+    /// # Errors
+    /// No spacing is given and the scene has no rows.
     pub(super) fn patterns(&self, radar: &Radar, road: Option<&RoadTruth>) -> Result<Vec<MarkerOptions>> {
         let spacings = match self.spacing_m.is_empty() {
             false => self.spacing_m.clone(),

@@ -1,5 +1,5 @@
-//! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (M, Figs. 1 and 2), and what tracking
-//! the subspace costs against decomposing (M, Table I).
+//! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (Miyake, Figs. 1 and 2), and what tracking
+//! the subspace costs against decomposing (Miyake, Table I).
 
 use crate::trial::pictures::{Draw, TRUE};
 use crate::trial::road_shape::input::chosen;

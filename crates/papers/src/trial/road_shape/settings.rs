@@ -24,9 +24,9 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
-    /// Edges of the road over a drive (M, Figs. 3 to 7).
+    /// Edges of the road over a drive (Miyake, Figs. 3 to 7).
     Edges,
-    /// Two corner reflectors at one range, by several methods of angle (M, Figs. 1 and 2, Table I).
+    /// Two corner reflectors at one range, by several methods of angle (Miyake, Figs. 1 and 2, Table I).
     Corners,
 }
 

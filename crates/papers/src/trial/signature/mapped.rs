@@ -158,7 +158,10 @@ pub fn needs(problem: &str, key: &str, remedy: &str) -> Error {
 /// Half the view of the radar that maps and looks, rad.
 pub const HALF_VIEW_RAD: f64 = 1.4;
 
-/// The road's file and the vehicle's place on it. Errors: what is not given.
+/// The road's file and the vehicle's place on it.
+///
+/// # Errors
+/// What is not given.
 pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     let SceneSource::Road { path } = &scenario.scene else {
         return Err(needs("needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));

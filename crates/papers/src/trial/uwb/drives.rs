@@ -67,7 +67,8 @@ fn wrong(key: &str, reason: LaneError) -> catseye::error::Error {
 
 /// The impulse radars of a scenario: the first of each side, left before right.
 ///
-/// Errors: none; one that is not real-valued, does not cover the gate, or stands on the ground.
+/// # Errors
+/// None; one that is not real-valued, does not cover the gate, or stands on the ground.
 pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<ImpulseRadar>> {
     let mut found: Vec<ImpulseRadar> = Vec::new();
     for (which, radar) in scenario.radars.iter().enumerate() {

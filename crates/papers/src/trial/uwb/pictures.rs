@@ -39,7 +39,7 @@ pub(super) fn pictures(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
 
 const ENERGY: &str = "energy over the mean of the bare road";
 
-/// Energy against time with the places of plates, K figures 8 to 11, 13 and 14.
+/// Energy against time with the places of plates, Kim, figures 8 to 11, 13 and 14.
 fn energy_chart(made: &UwbResults<'_>, run: &Run, r: usize, e: usize, rule: &str) -> Chart {
     let (seen, tuned) = (&run.seen[r][e], &made.tuned[r][e]);
     let floor = tuned.threshold.floor_energy;
@@ -94,7 +94,7 @@ fn stretches(times_s: &[f64], beside: &[Option<f64>]) -> Vec<[f64; 2]> {
     open.filter_map(|part| Some([*part.first()?.0, *part.last()?.0])).collect()
 }
 
-/// K figure 7: shares of scans in bins of energy.
+/// Kim, figure 7: shares of scans in bins of energy.
 fn histogram_chart(title: &str, bare: &Histogram, marked: &Histogram, level: f64) -> Chart {
     let (low, high) = (bare.edges[0], bare.edges[bare.edges.len() - 1]);
     let share = |h: &Histogram| -> Vec<f64> {
@@ -123,7 +123,7 @@ fn histogram_chart(title: &str, bare: &Histogram, marked: &Histogram, level: f64
     chart
 }
 
-/// The scan of the greatest energy of the first run and a bare one, K figures 8 and 9.
+/// The scan of the greatest energy of the first run and a bare one, Kim, figures 8 and 9.
 fn signal_chart(made: &UwbResults<'_>, e: usize) -> Result<Option<Chart>> {
     let (Some(run), Some(tuned), Some(quiet)) = (made.runs.first(), made.tuned.last(), made.quiet.first())
     else {

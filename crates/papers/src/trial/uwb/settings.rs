@@ -7,7 +7,7 @@ use catseye_lane::uwb::Centre;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What of document K a scenario stands for: the document's figures are printed beside ours.
+/// What of Kim a scenario stands for: the document's figures are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandsFor {
@@ -23,7 +23,7 @@ pub enum StandsFor {
     Manholes,
 }
 
-/// Lanes by an impulse radar that looks down at metal plates (document K).
+/// Lanes by an impulse radar that looks down at metal plates (Kim).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
@@ -37,7 +37,7 @@ pub struct Settings {
     pub lane_width_m: f64,
     /// m.
     pub car_width_m: f64,
-    /// Nearest and farthest range that counts, m; default by K (2) and (3) from the height of the radar and the lengths above.
+    /// Nearest and farthest range that counts, m; default by Kim (2) and (3) from the height of the radar and the lengths above.
     pub gate_m: Option<[f64; 2]>,
     /// Room for the length of a pulse at both ends of the gate, m.
     pub gate_margin_m: f64,
