@@ -2,7 +2,7 @@
 //! ten a second. A pass over all looks is timed, the first of which begins anew; divide by their number.
 
 use catseye::engine::{Engine, Precision};
-use catseye_papers::trial::compare;
+use catseye_papers::trial::compared_drive;
 use criterion::{Criterion, Throughput};
 use std::hint::black_box;
 use std::path::Path;
@@ -20,17 +20,17 @@ fn main() {
     println!("{}", engine.describe());
     let path =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/lane/compare_straight.toml");
-    let driven = compare::driven(&engine, &path, FRAMES).expect("the drive of the repository");
+    let driven = compared_drive::driven(&engine, &path, FRAMES).expect("the drive of the repository");
     let mut group = criterion.benchmark_group("lane, a pass over 8 looks");
     for mut d in driven {
         let points = d.looks.iter().map(|l| l.points.len()).sum::<usize>() / d.looks.len().max(1);
-        let name = d.entrant.name();
+        let name = d.variant.name();
         println!("{name}: {} looks, {points} points a look", d.looks.len());
         group.throughput(Throughput::Elements(d.looks.len() as u64));
         group.bench_function(name, |b| {
             b.iter(|| {
                 for look in &d.looks {
-                    black_box(d.estimator.estimate(&look.input()));
+                    black_box(d.method.estimator.estimate(&look.input()));
                 }
             })
         });

@@ -1,10 +1,13 @@
 //! How many vehicles were given the right lane, by kind of scene (Li, section 4.2 and table 1).
 
 use super::{Assignment, Dropped};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The document's four kinds of scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum SceneKind {
     Straight,
     Curve,

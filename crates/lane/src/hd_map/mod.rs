@@ -28,6 +28,8 @@ use crate::error::{self, LaneError};
 use crate::numeric::erf;
 use edge::Edge;
 use glam::{DMat2, DVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
@@ -77,7 +79,8 @@ impl Target {
 }
 
 /// Which line across the road divides it into lanes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Across {
     /// Square to the radar's axis, as the document has it.
     RadarAxis,

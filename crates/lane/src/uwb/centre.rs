@@ -1,10 +1,11 @@
 //! Where along the road the middle of a marker pass lies.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What counts as the centre of a marker pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Centre {
     /// The scan of greatest energy (the document's choice). Over a flat plate it lies anywhere on the
     /// plateau.

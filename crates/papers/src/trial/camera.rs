@@ -4,10 +4,11 @@
 //! Light is in photometric units; a picture's grey is the number of electrons over the full well. Reflectances are round values for
 //! dry clean surfaces, good for contrasts and not for colours.
 
+use crate::trial::stats::draws;
 use catseye::error::{BadInput, Result};
 use catseye::frames::{Pose, Vehicle, World};
 use catseye::geom::Geometry;
-use catseye::rng::{Draws, philox4x32_10};
+use catseye::rng::philox4x32_10;
 use catseye::road::actors::is_vehicle;
 use catseye::scene::{Material, Scene};
 use catseye_lane::camera_fusion::{Camera, Image};
@@ -159,7 +160,8 @@ pub struct View {
 impl View {
     /// Closest hits through every pixel, sixteen to a pixel where its neighbours differ, so that thin paint keeps its share.
     ///
-    /// Errors: a camera that makes no image.
+    /// # Errors
+    /// A camera that makes no image.
     pub fn new(
         geometry: &Geometry,
         scene: &Scene,
@@ -242,7 +244,8 @@ impl View {
 
     /// The picture in this light. `geometry` is that of the view: the sun's shadows fall in it.
     ///
-    /// Errors: a light that is no number or below zero.
+    /// # Errors
+    /// A light that is no number or below zero.
     pub fn lit(&self, geometry: &Geometry, light: &Light, seed: u64) -> Result<Image> {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
         let levels = sound(light.sun_lx) && sound(light.sky_lx) && sound(light.stray);
@@ -267,7 +270,7 @@ impl View {
         let first = horizon.clamp(0.0, 0.9 * self.camera.height_px as f64) as usize * self.camera.width_px;
         let mean = grey[first..].iter().sum::<f64>() / (pixels - first).max(1) as f64 / white;
         let exposure = (MEAN_GREY / mean.max(1e-12)).clamp(EXPOSURES[0], EXPOSURES[1]);
-        let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0xca3e);
+        let mut draws = draws(seed, 0xca3e);
         let out = grey.iter().map(|l| {
             let electrons = (l / white * exposure * FULL_WELL).min(1e9);
             let noisy = electrons + (electrons + READ_NOISE * READ_NOISE).sqrt() * draws.normal();

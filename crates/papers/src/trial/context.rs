@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 /// The settings of `catseye lane` in a scenario file: its table `lane`, whose keys `T` names; `T`'s default where the table is missing.
 ///
-/// Errors: keys and values that `T` does not know, with their line.
+/// # Errors
+/// Keys and values that `T` does not know, with their line.
 pub fn settings<T: DeserializeOwned + Default>(scenario: &Path) -> Result<T> {
     #[derive(Deserialize)]
     struct File<T> {
@@ -44,10 +45,17 @@ impl TrialContext<'_> {
         scenario
     }
 
+    /// Tells the watcher that frame `index` of `frames` in run `run` is done.
+    pub fn told(&self, run: u32, index: u32, frames: u32) {
+        let frames = u64::from(frames);
+        (self.watch)(u64::from(run) * frames + u64::from(index) + 1, u64::from(self.runs) * frames);
+    }
+
     /// What `make` gives; or what it gave when this trial ran before and was interrupted. Keys are names of files and name the
     /// run and the frame. Values have no NaN.
     ///
-    /// Errors: those of `make`; the file cannot be written.
+    /// # Errors
+    /// Those of `make`; the file cannot be written.
     pub fn kept<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,

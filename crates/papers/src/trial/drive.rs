@@ -47,7 +47,8 @@ impl Level {
 }
 
 impl<'a> Drive<'a> {
-    /// Errors: surfaces that cannot be cut.
+    /// # Errors
+    /// Surfaces that cannot be cut.
     pub fn new(site: &'a Site, engine: &'a Engine) -> Result<Drive<'a>> {
         Ok(Drive { site, engine, prepared: Prepared::new(&site.scenario, &site.scene)? })
     }
@@ -88,10 +89,8 @@ impl<'a> Drive<'a> {
 
     /// As [`Drive::truth`], with the rows of markers as the lines.
     pub fn truth_of_rows(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
-        let level = self.level(time_s);
         let lines = self.rows(time_s).into_iter().map(|(_, row)| row).filter(|r| r.len() > 1).collect();
-        let lane = self.truth(time_s, range_m);
-        with_own(TrueLanes { lines, ..lane }, &level)
+        with_own(TrueLanes { lines, ..self.truth(time_s, range_m) })
     }
 
     /// Rows of markers with their names, in the level frame at that time.
@@ -104,6 +103,11 @@ impl<'a> Drive<'a> {
             .flat_map(|r| &r.marker_rows)
             .map(|row| (row.name.clone(), row.markers.iter().map(|m| place(m.position_m)).collect()))
             .collect()
+    }
+
+    /// Places of all markers, in the level frame at that time.
+    pub fn markers(&self, time_s: f64) -> Vec<[f64; 2]> {
+        self.rows(time_s).into_iter().flat_map(|(_, row)| row).collect()
     }
 
     /// The points of a frame as lane estimators take them. Points without an angle are left out.
@@ -141,10 +145,15 @@ pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
     })
 }
 
-/// The radar of a scenario that a method takes: the first whose waveform suits, by number. Impulse radars go with impulse
-/// methods, pairs of slopes with others that need them.
-pub fn suitable(radars: &[Radar], suits: impl Fn(&Waveform) -> bool) -> Option<usize> {
-    radars.iter().position(|r| suits(&r.waveform))
+/// The first radar of a scenario that gives points: impulse radars go with impulse methods.
+pub fn point_radar(radars: &[Radar]) -> Option<usize> {
+    radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }))
+}
+
+/// How a radar stands on its vehicle: place in the level frame, m, and direction of its boresight, rad.
+pub fn mount(radar: &Radar) -> (DVec2, f64) {
+    let ahead = radar.mounting.rotation * DVec3::X;
+    (radar.mounting.translation_m.truncate(), ahead.y.atan2(ahead.x))
 }
 
 /// Longest piece of a line, m.
@@ -172,21 +181,31 @@ fn nearest_piece(line: &Polyline, at: DVec2) -> Option<(usize, f64)> {
     (0..line.len().checked_sub(1)?).map(|i| (i, distance(i))).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-fn line_in(level: &Level, line: &Polyline, reach_m: f64) -> Vec<Vec<[f64; 2]>> {
-    // Stretches within reach: a road that comes back is more than one line.
-    let mut out: Vec<Vec<[f64; 2]>> = Vec::new();
-    let mut open = false;
-    for q in dense(line).into_iter().map(|p| level.from_world(p)) {
-        let near = q.length() <= reach_m;
-        match (near, open) {
-            (true, false) => out.push(vec![q.to_array()]),
-            (true, true) => out.last_mut().expect("one is open").push(q.to_array()),
-            _ => {}
+/// Polylines of places in order, broken where there is none.
+pub fn stretches(places: impl Iterator<Item = Option<DVec2>>) -> Vec<Vec<[f64; 2]>> {
+    let mut out: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+    for place in places {
+        match (place, out.last_mut()) {
+            (Some(p), Some(open)) => open.push(p.to_array()),
+            _ => out.push(Vec::new()),
         }
-        open = near;
     }
     out.retain(|l| l.len() > 1);
     out
+}
+
+/// The stretches of a line within reach: a road that comes back is more than one line.
+fn line_in(level: &Level, line: &Polyline, reach_m: f64) -> Vec<Vec<[f64; 2]>> {
+    let near = |p: DVec2| Some(level.from_world(p)).filter(|q| q.length() <= reach_m);
+    stretches(dense(line).into_iter().map(near))
+}
+
+/// The truth with the lines of the vehicle's own lane alone, right before left.
+pub fn own_alone(all: &TrueLanes) -> TrueLanes {
+    let own = all.own.map(|i| i.and_then(|i| all.lines.get(i)));
+    let second = usize::from(own[0].is_some());
+    let lines = own.iter().copied().flatten().cloned().collect();
+    TrueLanes { lines, own: [own[0].map(|_| 0), own[1].map(|_| second)], ..all.clone() }
 }
 
 /// Where a polyline passes the y axis nearest to the origin: (y, direction).
@@ -206,7 +225,7 @@ fn beside(line: &[[f64; 2]]) -> Option<(f64, f64)> {
 }
 
 /// With the lines right and left of the vehicle found among `lines`, which are put in order from right to left.
-fn with_own(mut t: TrueLanes, _level: &Level) -> TrueLanes {
+fn with_own(mut t: TrueLanes) -> TrueLanes {
     let place = |l: &Vec<[f64; 2]>| beside(l).map_or(f64::INFINITY, |(y, _)| y);
     t.lines.sort_by(|a, b| place(a).total_cmp(&place(b)));
     let y: Vec<f64> = t.lines.iter().map(place).collect();
@@ -230,8 +249,7 @@ pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLan
     for lane in &label.lanes {
         for line in [&lane.left_m, &lane.right_m] {
             for part in line_in(level, line, reach_m) {
-                let known = lines.iter().any(|l| l.len() == part.len() && close(l, &part));
-                if !known {
+                if !lines.iter().any(|l| l.len() == part.len() && close(l, &part)) {
                     lines.push(part);
                 }
             }
@@ -246,7 +264,7 @@ pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLan
         // Positive when the vehicle is to its left.
         Some((i, along.perp_dot(-a), along.y.atan2(along.x)))
     };
-    let mut t = with_own(TrueLanes { lines, range_m, ..TrueLanes::default() }, level);
+    let mut t = with_own(TrueLanes { lines, range_m, ..TrueLanes::default() });
     for lane in &label.lanes {
         let Some((i, left_m, direction)) = near(&lane.centre_m) else { continue };
         let width_m = lane.width_m.get(i).copied().unwrap_or(0.0);

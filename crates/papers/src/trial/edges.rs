@@ -1,6 +1,6 @@
 //! Where the edges of a road truly are: the faces of its walls, rails and fences, cut out of the scene's own triangles.
 
-use crate::trial::drive::Level;
+use crate::trial::drive::{Level, stretches};
 use catseye::road::labels::{Polyline, RoadTruth};
 use catseye::scene::{Scene, Shape};
 use catseye_lane::score::TrueLanes;
@@ -83,23 +83,10 @@ impl Edges {
                 let all = s.barriers.iter().filter_map(of);
                 all.min_by(|a, b| (a - own_m).abs().total_cmp(&(b - own_m).abs()))
             };
-            let mut open = false;
-            for s in road {
-                let at = face(s).map(|t| level.from_world(s.at_m + s.along.perp() * t));
-                // What lies behind is not looked at; the place beside the vehicle is.
-                let at = at.filter(|p| p.length() <= reach_m && p.x > -2.0 * STEP_M);
-                match (at, open) {
-                    (Some(p), false) => out.sides[k].push(vec![p.to_array()]),
-                    (Some(p), true) => {
-                        if let Some(line) = out.sides[k].last_mut() {
-                            line.push(p.to_array());
-                        }
-                    }
-                    _ => {}
-                }
-                open = at.is_some();
-            }
-            out.sides[k].retain(|l| l.len() > 1);
+            // What lies behind is not looked at; the place beside the vehicle is.
+            let seen = |p: &DVec2| p.length() <= reach_m && p.x > -2.0 * STEP_M;
+            let place = |s: &Station| Some(level.from_world(s.at_m + s.along.perp() * face(s)?)).filter(seen);
+            out.sides[k] = stretches(road.iter().map(place));
             if !forward {
                 out.sides[k].iter_mut().for_each(|l| l.reverse());
             }

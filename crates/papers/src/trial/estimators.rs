@@ -20,7 +20,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::PathBuf;
 
-/// Of rows of markers (document F).
+/// Of rows of markers (Feng 2019).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarkersJson {
@@ -54,7 +54,7 @@ impl Default for MarkersJson {
     }
 }
 
-/// Of an impulse radar (document K).
+/// Of an impulse radar (Kim).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UwbJson {
@@ -94,7 +94,7 @@ fn car_width() -> f64 {
     1.9
 }
 
-/// Of a map of lanes (document L).
+/// Of a map of lanes (Li 2022).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HdMapJson {
@@ -124,7 +124,7 @@ pub struct ScanJson {
     pub points: Vec<ScanPoint>,
 }
 
-/// Of a map of static points (document F).
+/// Of a map of static points (Feng 2019).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignatureJson {
@@ -161,7 +161,8 @@ fn wrong(method: Method, why: impl ToString) -> Error {
 
 /// The estimator of a method; without options as its document has it.
 ///
-/// Errors: options that are not known, are missing (uwb, hd-map and signature need some) or out of their ranges.
+/// # Errors
+/// Options that are not known, are missing (uwb, hd-map and signature need some) or out of their ranges.
 pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEstimator + Send>> {
     let text = options.unwrap_or("{}");
     let bad = |why: &dyn ToString| wrong(method, why.to_string());

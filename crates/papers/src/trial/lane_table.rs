@@ -1,10 +1,8 @@
 //! The table `[lane]` of a scenario file, and the methods by it.
 
-use crate::trial::context::{TrialContext, settings};
-use crate::trial::drive::Drive;
+use crate::trial::context::settings;
 use crate::trial::method::Method;
-use crate::trial::ready::ReadyMethod;
-use crate::trial::report::Trial;
+use crate::trial::ready::LaneMethod;
 use crate::trial::{camera_fusion, hd_map, markers, range_doppler, road_shape, signature, uwb};
 use catseye::error::{BadInput, Error, Result};
 use schemars::JsonSchema;
@@ -27,71 +25,39 @@ pub struct LaneTable {
 }
 
 impl LaneTable {
-    /// Of a scenario file. Errors: keys and values that are not known or not allowed.
+    /// Reads a scenario file.
+    ///
+    /// # Errors
+    /// Keys and values that are not known or not allowed.
     pub fn load(path: &Path) -> Result<LaneTable> {
         let table: LaneTable = settings(path)?;
-        let checked = [
-            table.uwb.check(),
-            table.markers.check(),
-            table.range_doppler.check(),
-            table.signature.check(),
-            table.road_shape.check(),
-            table.hd_map.check(),
-            table.camera_fusion.check(),
-        ];
-        for check in checked {
-            check.map_err(|e| match e {
+        for method in Method::ALL {
+            table.method(method).check().map_err(|e| match e {
                 Error::Input(b) => BadInput { file: b.file.clone().or(Some(path.into())), ..*b }.into(),
                 e => e,
             })?;
         }
-        if table.runs.is_some_and(|n| !(1..=10_000).contains(&n)) {
-            let n = table.runs.unwrap_or(0);
-            return Err(BadInput::new("is no number of drives")
+        match table.runs {
+            Some(n) if !(1..=10_000).contains(&n) => Err(BadInput::new("is no number of drives")
                 .file(path)
                 .key("lane.runs")
                 .value(n)
                 .allowed("1..=10000")
-                .into());
-        }
-        Ok(table)
-    }
-
-    /// The method ready for a drive of a comparison, by variant: one, or one for each choice of sensors and light.
-    ///
-    /// Errors: what the scenario lacks for it, as bad input.
-    pub fn ready_methods(
-        &self,
-        method: Method,
-        given: &TrialContext<'_>,
-        drive: &Drive<'_>,
-        run: u32,
-    ) -> Result<Vec<(String, ReadyMethod)>> {
-        let only = |ready: ReadyMethod| vec![(String::new(), ready)];
-        match method {
-            Method::Uwb => uwb::ready_method(given, &self.uwb, drive, run).map(only),
-            Method::Markers => markers::ready_method(given, &self.markers, drive, run).map(only),
-            Method::RangeDoppler => {
-                range_doppler::ready_method(given, &self.range_doppler, drive, run).map(only)
-            }
-            Method::Signature => signature::ready_method(given, &self.signature, drive, run).map(only),
-            Method::RoadShape => road_shape::ready_method(given, &self.road_shape, drive, run)
-                .map(|r| vec![("road edges".into(), r)]),
-            Method::HdMap => hd_map::ready_method(given, &self.hd_map, drive, run).map(only),
-            Method::CameraFusion => camera_fusion::ready_methods(given, &self.camera_fusion, drive, run),
+                .into()),
+            _ => Ok(table),
         }
     }
 
-    /// Drives the scenario and lets the method say what it finds.
-    pub fn trial(&self, method: Method, given: &TrialContext<'_>) -> Result<Trial> {
+    /// A method with its settings.
+    pub fn method(&self, method: Method) -> &dyn LaneMethod {
         match method {
-            Method::Uwb => uwb::run(given, &self.uwb),
-            Method::Markers => markers::run(given, &self.markers),
-            Method::RangeDoppler => range_doppler::run(given, &self.range_doppler),
-            Method::Signature => signature::run(given, &self.signature),
-            Method::RoadShape => road_shape::run(given, &self.road_shape),
-            Method::HdMap => hd_map::run(given, &self.hd_map),
-            Method::CameraFusion => camera_fusion::run(given, &self.camera_fusion),
+            Method::Uwb => &self.uwb,
+            Method::Markers => &self.markers,
+            Method::RangeDoppler => &self.range_doppler,
+            Method::Signature => &self.signature,
+            Method::RoadShape => &self.road_shape,
+            Method::HdMap => &self.hd_map,
+            Method::CameraFusion => &self.camera_fusion,
         }
     }
 }

@@ -46,7 +46,8 @@ impl Method {
         }
     }
 
-    /// Errors: a name that no method has.
+    /// # Errors
+    /// A name that no method has.
     pub fn named(name: &str) -> Result<Method> {
         let known = || Method::ALL.map(Method::name).join(", ");
         Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {

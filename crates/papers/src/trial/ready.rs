@@ -1,15 +1,40 @@
-//! A method that is ready for the drives of a comparison.
+//! What every lane method has: settings with ranges, a trial of its own, and what a comparison drives.
 
 use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
+use crate::trial::report::Trial;
 use crate::trial::sensors::OwnedInput;
 use catseye::error::{BadInput, Result};
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::LaneEstimator;
 
-/// Of the vehicle's bus.
+/// Standard deviation of the speed that the vehicle's bus tells in a comparison, m/s.
 pub const SPEED_STD_MPS: f64 = 0.1;
+
+/// A method by the settings of its table below `[lane]`.
+pub trait LaneMethod {
+    /// # Errors
+    /// The first value out of its range.
+    fn check(&self) -> Result<()>;
+
+    /// Drives the scenario, lets the method say what it finds, and judges that.
+    ///
+    /// # Errors
+    /// Settings out of their ranges; what the scenario lacks for the method; those of the frames.
+    fn trial(&self, given: &TrialContext<'_>) -> Result<Trial>;
+
+    /// The method ready for a drive of a comparison, by variant: one, or one for each choice of sensors and light.
+    ///
+    /// # Errors
+    /// What the scenario lacks for it, as bad input.
+    fn ready(
+        &self,
+        given: &TrialContext<'_>,
+        drive: &Drive<'_>,
+        run: u32,
+    ) -> Result<Vec<(String, ReadyMethod)>>;
+}
 
 /// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
 pub type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedInput) -> Result<()>>;
@@ -37,16 +62,31 @@ pub struct ReadyMethod {
 }
 
 impl ReadyMethod {
-    /// One that takes the points of a radar.
-    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> ReadyMethod {
+    fn new(estimator: impl LaneEstimator + Send + 'static) -> ReadyMethod {
+        let estimator = Box::new(estimator);
         ReadyMethod {
-            estimator: Box::new(estimator),
+            estimator,
             finds: Finds::OwnLines,
-            radar: Some(radar),
-            points: true,
+            radar: None,
+            points: false,
             tracks: false,
             sense: None,
         }
+    }
+
+    /// One that takes the points of a radar.
+    pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> ReadyMethod {
+        ReadyMethod { radar: Some(radar), points: true, ..ReadyMethod::new(estimator) }
+    }
+
+    /// One that has a sensor of its own.
+    pub fn sensing(estimator: impl LaneEstimator + Send + 'static, sense: Sense) -> ReadyMethod {
+        ReadyMethod { sense: Some(sense), ..ReadyMethod::new(estimator) }
+    }
+
+    /// As the only variant.
+    pub fn alone(self) -> Vec<(String, ReadyMethod)> {
+        vec![(String::new(), self)]
     }
 }
 

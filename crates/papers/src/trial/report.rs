@@ -3,17 +3,18 @@
 use crate::trial::stats::{mean, over_runs, rms};
 use catseye::error::{Error, Result};
 use catseye::formats::csv::Writer;
-use catseye_lane::LaneEstimate;
 use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
+use catseye_lane::{LaneEstimate, Measured};
 use catseye_plot::Picture;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write as _};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
 /// One look of a trial.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// Number of the run; runs differ in their seed.
     pub run: u32,
@@ -49,32 +50,51 @@ pub struct Row {
 }
 
 impl Row {
-    pub fn new(quantity: impl Into<String>, unit: &str, ours: Option<f64>) -> Row {
-        let ours = ours.filter(|v| v.is_finite());
-        Row {
-            quantity: quantity.into(),
-            unit: unit.into(),
-            document: None,
-            ours,
-            half: None,
-            why: String::new(),
-        }
+    fn new(quantity: impl Into<String>, unit: &str, ours: Option<f64>) -> Row {
+        let (quantity, unit, ours) = (quantity.into(), unit.into(), ours.filter(|v| v.is_finite()));
+        Row { quantity, unit, document: None, ours, half: None, why: String::new() }
     }
 
-    /// Mean of a value over runs.
-    pub fn mean(quantity: impl Into<String>, unit: &str, values: &[f64]) -> Row {
-        let figure = Figure::of(values);
-        let half = figure.map(|f| f.half).filter(|h| h.is_finite());
-        Row { half, ..Row::new(quantity, unit, figure.map(|f| f.mean)) }
+    /// Sets the document's value, where it states one.
+    pub fn document(&mut self, value: impl Into<Option<f64>>) -> &mut Row {
+        self.document = value.into();
+        self
     }
 
-    /// With the document's value, where it states one.
-    pub fn document(self, value: impl Into<Option<f64>>) -> Row {
-        Row { document: value.into(), ..self }
+    /// Sets the remark: one line on the difference, or on how the value was taken.
+    pub fn why(&mut self, why: impl Into<String>) -> &mut Row {
+        self.why = why.into();
+        self
+    }
+}
+
+/// The figures of a report: ours beside those of the document. New rows come last.
+pub trait Rows {
+    /// Adds a row with one value, which may be missing.
+    fn one(&mut self, quantity: impl Into<String>, unit: &str, ours: Option<f64>) -> &mut Row;
+
+    /// Adds a row with a mean over runs and its interval.
+    fn figure(&mut self, quantity: impl Into<String>, unit: &str, figure: Option<Figure>) -> &mut Row;
+
+    /// Adds a row with the mean of a value over runs.
+    fn mean(&mut self, quantity: impl Into<String>, unit: &str, values: &[f64]) -> &mut Row;
+}
+
+impl Rows for Vec<Row> {
+    fn one(&mut self, quantity: impl Into<String>, unit: &str, ours: Option<f64>) -> &mut Row {
+        let at = self.len();
+        self.push(Row::new(quantity, unit, ours));
+        &mut self[at]
     }
 
-    pub fn why(self, why: impl Into<String>) -> Row {
-        Row { why: why.into(), ..self }
+    fn figure(&mut self, quantity: impl Into<String>, unit: &str, figure: Option<Figure>) -> &mut Row {
+        let row = self.one(quantity, unit, figure.map(|f| f.mean));
+        row.half = figure.map(|f| f.half).filter(|h| h.is_finite());
+        row
+    }
+
+    fn mean(&mut self, quantity: impl Into<String>, unit: &str, values: &[f64]) -> &mut Row {
+        self.figure(quantity, unit, Figure::of(values))
     }
 }
 
@@ -90,6 +110,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
+    /// `columns` are names with spaces between them.
     pub fn new(name: &str, columns: &str) -> Sheet {
         let columns = columns.split_whitespace().map(String::from).collect();
         Sheet { name: name.into(), comments: Vec::new(), columns, rows: Vec::new() }
@@ -115,6 +136,11 @@ pub struct Trial {
     pub pictures: Vec<(String, Picture)>,
     /// Sentences below the table.
     pub notes: Vec<String>,
+}
+
+/// A number with so many digits behind the point; empty for none.
+pub fn fixed(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(String::new, |v| format!("{v:.digits$}"))
 }
 
 /// A number with as many digits as help; empty for none.
@@ -173,29 +199,29 @@ impl Trial {
             rows: &'a [Row],
             notes: &'a [String],
         }
-        let report =
-            Report { method: &self.method, title: &self.title, rows: &self.rows, notes: &self.notes };
-        put("report.json", &serde_json::to_vec_pretty(&report).map_err(json)?)?;
+        let Trial { method, title, rows, notes, .. } = self;
+        put(
+            "report.json",
+            &serde_json::to_vec_pretty(&Report { method, title, rows, notes }).map_err(json)?,
+        )?;
         if !self.steps.is_empty() {
+            #[derive(Serialize)]
+            struct Line<'a> {
+                run: u32,
+                frame: u32,
+                estimate: &'a LaneEstimate,
+                score: &'a Score,
+            }
             let mut lines = String::new();
-            for s in &self.steps {
-                #[derive(Serialize)]
-                struct Line<'a> {
-                    run: u32,
-                    frame: u32,
-                    estimate: &'a LaneEstimate,
-                    score: &'a Score,
-                }
-                let line = Line { run: s.run, frame: s.frame, estimate: &s.estimate, score: &s.score };
+            for Step { run, frame, estimate, score, .. } in &self.steps {
+                let line = Line { run: *run, frame: *frame, estimate, score };
                 lines += &serde_json::to_string(&line).map_err(json)?;
                 lines.push('\n');
             }
             put("estimates.jsonl", lines.as_bytes())?;
             write_sheet(dir, &scores(&self.steps))?;
         }
-        for sheet in &self.sheets {
-            write_sheet(dir, sheet)?;
-        }
+        self.sheets.iter().try_for_each(|sheet| write_sheet(dir, sheet))?;
         for (name, picture) in &self.pictures {
             put(&format!("{name}.png"), &picture.png()?)?;
         }
@@ -218,37 +244,28 @@ fn write_sheet(dir: &Path, sheet: &Sheet) -> Result<()> {
 
 /// The score of each look.
 fn scores(steps: &[Step]) -> Sheet {
-    let mut sheet = Sheet::new("scores", "run frame time_s lane precision recall f1");
-    sheet.columns.extend(DISTANCES_M.map(|d| format!("lateral_error_{d}_m")));
-    let rest = "offset_m true_offset_m heading_deg true_heading_deg curvature_per_m true_curvature_per_m lane_number \
-                true_lane_number confidence no_lane";
-    sheet.columns.extend(rest.split_whitespace().map(String::from));
-    for s in steps {
-        let (e, t) = (&s.estimate, &s.truth);
-        let text = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.6}"));
-        let mut row = vec![
-            s.run.to_string(),
-            s.frame.to_string(),
-            format!("{:.4}", e.time_s),
-            u8::from(e.no_lane.is_none()).to_string(),
-            text(s.score.precision),
-            text(s.score.recall),
-            text(s.score.f1),
-        ];
-        row.extend(s.score.lateral_m.map(text));
+    let distances = DISTANCES_M.map(|d| format!("lateral_error_{d}_m")).join(" ");
+    let columns = format!(
+        "run frame time_s lane precision recall f1 {distances} offset_m true_offset_m heading_deg true_heading_deg \
+         curvature_per_m true_curvature_per_m lane_number true_lane_number confidence no_lane"
+    );
+    let mut sheet = Sheet::new("scores", &columns);
+    for Step { run, frame, estimate: e, truth: t, score, .. } in steps {
+        let told = |m: Option<Measured>| m.map(|m| m.value);
+        let degrees = |rad: Option<f64>| rad.map(f64::to_degrees);
         let whole = |v: Option<i32>| v.map_or_else(String::new, |v| v.to_string());
-        row.extend([
-            text(e.offset_m.map(|m| m.value)),
-            text(t.offset_m),
-            text(e.heading_rad.map(|m| m.value.to_degrees())),
-            text(t.heading_rad.map(f64::to_degrees)),
-            text(e.curvature_per_m.map(|m| m.value)),
-            text(t.curvature_per_m),
-            whole(e.lane_number),
-            whole(t.lane_number),
-            text(Some(e.confidence)),
-            e.no_lane.as_ref().map_or_else(String::new, |w| w.to_string()),
-        ]);
+        let own = [
+            [told(e.offset_m), t.offset_m],
+            [degrees(told(e.heading_rad)), degrees(t.heading_rad)],
+            [told(e.curvature_per_m), t.curvature_per_m],
+        ];
+        let lane = u8::from(e.no_lane.is_none()).to_string();
+        let mut row = vec![run.to_string(), frame.to_string(), format!("{:.4}", e.time_s), lane];
+        let figures = [score.precision, score.recall, score.f1].into_iter().chain(score.lateral_m);
+        row.extend(figures.chain(own.into_iter().flatten()).map(|v| fixed(v, 6)));
+        row.extend([e.lane_number, t.lane_number].map(whole));
+        row.push(fixed(Some(e.confidence), 6));
+        row.push(e.no_lane.as_ref().map_or_else(String::new, |w| w.to_string()));
         sheet.rows.push(row);
     }
     sheet
@@ -269,29 +286,89 @@ pub fn percent_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec
     mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect()
 }
 
+/// 1 for a lane, 0 for none.
+pub fn has_lane(s: &Step) -> Option<f64> {
+    Some(f64::from(u8::from(s.estimate.no_lane.is_none())))
+}
+
+/// A figure that every method has on every drive.
+pub struct Quantity {
+    /// In the report of a method.
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// In the head of the comparison's table; "" where it is not in it.
+    pub head: &'static str,
+    /// From the unit of the file to that of the head.
+    pub factor: f64,
+    /// In the comparison's file.
+    pub column: &'static str,
+    of: fn(&Step) -> Option<f64>,
+}
+
+impl Quantity {
+    /// The figure over runs: of percentages the mean, of all else the root mean square.
+    pub fn figure(&self, steps: &[Step]) -> Option<Figure> {
+        Figure::of(&match self.unit {
+            "%" => percent_of_runs(steps, self.of),
+            _ => rms_of_runs(steps, self.of),
+        })
+    }
+}
+
+const fn shared(
+    (name, unit): (&'static str, &'static str),
+    (head, factor): (&'static str, f64),
+    column: &'static str,
+    of: fn(&Step) -> Option<f64>,
+) -> Quantity {
+    Quantity { name, unit, head, factor, column, of }
+}
+
+/// What all methods are judged by.
+pub const QUANTITIES: [Quantity; 12] = [
+    shared(("looks with a lane", "%"), ("looks with a lane, %", 1.0), "found_percent", has_lane),
+    shared(("precision of lines within 0.3 m", "%"), ("precision, %", 1.0), "precision_percent", |s| {
+        s.score.precision
+    }),
+    shared(("recall of lines within 0.3 m", "%"), ("recall, %", 1.0), "recall_percent", |s| s.score.recall),
+    shared(("F1 within 0.3 m", "%"), ("F1, %", 1.0), "f1_percent", |s| s.score.f1),
+    shared(("lateral error at 10 m (rms)", "m"), ("at 10 m, m", 1.0), "lateral_10_m", |s| {
+        s.score.lateral_m[0]
+    }),
+    shared(("lateral error at 20 m (rms)", "m"), ("at 20 m, m", 1.0), "lateral_20_m", |s| {
+        s.score.lateral_m[1]
+    }),
+    shared(("lateral error at 40 m (rms)", "m"), ("at 40 m, m", 1.0), "lateral_40_m", |s| {
+        s.score.lateral_m[2]
+    }),
+    shared(("lateral error at 60 m (rms)", "m"), ("", 1.0), "lateral_60_m", |s| s.score.lateral_m[3]),
+    shared(("offset error (rms)", "m"), ("offset, m", 1.0), "offset_m", |s| s.score.offset_error_m),
+    shared(("heading error (rms)", "deg"), ("heading, deg", 1.0), "heading_deg", |s| {
+        s.score.heading_error_rad.map(f64::to_degrees)
+    }),
+    shared(("curvature error (rms)", "1/m"), ("curvature, 1/km", 1e3), "curvature_per_m", |s| {
+        s.score.curvature_error_per_m
+    }),
+    shared(("lane number right", "%"), ("lane number, %", 1.0), "lane_percent", |s| {
+        s.score.lane_right.map(|r| f64::from(u8::from(r)))
+    }),
+];
+
 /// The figures that all methods share, over runs.
 pub fn common_rows(steps: &[Step]) -> Vec<Row> {
-    let percent = |quantity: &str, of: &dyn Fn(&Step) -> Option<f64>| {
-        Row::mean(quantity, "%", &percent_of_runs(steps, of))
-    };
-    let rms = |quantity: &str, unit: &str, of: &dyn Fn(&Step) -> Option<f64>| {
-        Row::mean(quantity, unit, &rms_of_runs(steps, of))
-    };
-    let mut rows = vec![
-        percent("looks with a lane", &|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none())))),
-        percent("precision of lines within 0.3 m", &|s| s.score.precision),
-        percent("recall of lines within 0.3 m", &|s| s.score.recall),
-        percent("F1 within 0.3 m", &|s| s.score.f1),
-    ];
-    for (k, d) in DISTANCES_M.iter().enumerate() {
-        rows.push(rms(&format!("lateral error at {d} m (rms)"), "m", &|s| s.score.lateral_m[k]));
+    let mut rows = Vec::new();
+    for q in &QUANTITIES {
+        rows.figure(q.name, q.unit, q.figure(steps));
     }
-    rows.extend([
-        rms("offset error (rms)", "m", &|s| s.score.offset_error_m),
-        rms("heading error (rms)", "deg", &|s| s.score.heading_error_rad.map(f64::to_degrees)),
-        rms("curvature error (rms)", "1/m", &|s| s.score.curvature_error_per_m),
-        percent("lane number right", &|s| s.score.lane_right.map(|r| f64::from(u8::from(r)))),
-    ]);
     rows.retain(|r| r.ours.is_some());
     rows
+}
+
+/// The reason that looks without a lane give most often, and how many give it.
+pub fn usual_refusal<'a>(steps: impl IntoIterator<Item = &'a Step>) -> Option<(String, usize)> {
+    let mut count: BTreeMap<String, usize> = BTreeMap::new();
+    for why in steps.into_iter().filter_map(|s| s.estimate.no_lane.as_ref()) {
+        *count.entry(why.to_string()).or_default() += 1;
+    }
+    count.into_iter().max_by_key(|c| c.1)
 }

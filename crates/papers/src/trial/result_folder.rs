@@ -46,16 +46,24 @@ pub struct Manifest<'a> {
 }
 
 /// A folder under construction for a command over some scenario files, and where its finished frames are kept.
-pub struct ResultFolder {
-    pub staged: StagedDir,
+pub struct ResultFolder<'a> {
+    staged: StagedDir,
+    /// Where finished frames are kept.
     pub keep: PathBuf,
+    engine: &'a Engine,
+    command: &'a str,
+    paths: &'a [&'a Path],
 }
 
-impl ResultFolder {
+impl<'a> ResultFolder<'a> {
+    /// The folder of a command over the scenario files `paths`.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the folder is there and is not to be replaced.
     pub fn open(
-        command: &str,
-        paths: &[&Path],
-        engine: &Engine,
+        command: &'a str,
+        paths: &'a [&'a Path],
+        engine: &'a Engine,
         out: &Path,
         o: &RunOptions<'_>,
     ) -> Result<Self> {
@@ -71,33 +79,31 @@ impl ResultFolder {
         for path in paths {
             identity += &read_text(path)?;
         }
-        let (staged, keep) =
-            StagedDir::resumable(out, o.force, "lane", &sha256_of_bytes(identity.as_bytes()))?;
-        Ok(ResultFolder { staged, keep })
+        let identity = sha256_of_bytes(identity.as_bytes());
+        let (staged, keep) = StagedDir::resumable(out, o.force, "lane", &identity)?;
+        Ok(ResultFolder { staged, keep, engine, command, paths })
     }
 
     pub fn path(&self) -> &Path {
         self.staged.path()
     }
 
-    /// Adds the manifest and gives the folder its name.
+    /// Adds what `trial` found and the manifest with the times of the steps by method, and gives the folder its name.
+    ///
+    /// # Errors
+    /// A file cannot be written.
     pub fn finish(
         self,
-        engine: &Engine,
-        command: &str,
         (seed, runs): (u64, u32),
-        paths: &[&Path],
-        trials: &[(String, &Trial)],
-    ) -> Result<PathBuf> {
+        trial: Trial,
+        steps: BTreeMap<String, Vec<f64>>,
+    ) -> Result<RunReport> {
         let dir = self.staged.path();
+        trial.write(dir)?;
         let mut scenarios = BTreeMap::new();
-        for path in paths {
+        for path in self.paths {
             let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
             scenarios.insert(name, read_text(path)?);
-        }
-        let mut seconds: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for (name, trial) in trials {
-            seconds.entry(name.clone()).or_default().extend(trial.steps.iter().map(|s| s.seconds));
         }
         let middle = |mut v: Vec<f64>| {
             v.sort_by(f64::total_cmp);
@@ -105,18 +111,20 @@ impl ResultFolder {
         };
         let manifest = Manifest {
             catseye: env!("CARGO_PKG_VERSION"),
-            engine: engine.report(),
-            command,
+            engine: self.engine.report(),
+            command: self.command,
             seed,
             runs,
             scenarios,
-            seconds_per_look: seconds.into_iter().map(|(k, v)| (k, middle(v))).collect(),
+            seconds_per_look: steps.into_iter().map(|(k, v)| (k, middle(v))).collect(),
         };
         let text =
             serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
         let path = dir.join("manifest.json");
         std::fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
-        self.staged.commit()
+        let folder = self.staged.commit()?;
+        let Trial { method, title, rows, notes, .. } = trial;
+        Ok(RunReport { folder, method, title, rows, notes })
     }
 }
 

@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Runs a method on a scenario file into `out`. An interrupted run goes on when the same is asked for again.
 ///
-/// Errors: those of the files; a scenario that the method cannot take, with what it lacks.
+/// # Errors
+/// Those of the files; a scenario that the method cannot take, with what it lacks.
 pub fn run(
     engine: &Engine,
     method: Method,
@@ -22,18 +23,11 @@ pub fn run(
     let scenario = scenario(path, o)?;
     let runs = o.runs.or(table.runs).unwrap_or(1);
     let command = format!("lane {}", method.name());
-    let shop = ResultFolder::open(&command, &[path], engine, out, o)?;
-    let given = TrialContext {
-        scenario: &scenario,
-        path,
-        engine,
-        runs,
-        keep: Some(shop.keep.clone()),
-        watch: o.watch,
-    };
-    let trial = table.trial(method, &given)?;
-    trial.write(shop.path())?;
-    let trials = [(method.name().to_string(), &trial)];
-    let folder = shop.finish(engine, &command, (scenario.seed, runs), &[path], &trials)?;
-    Ok(RunReport { folder, method: trial.method, title: trial.title, rows: trial.rows, notes: trial.notes })
+    let paths = [path];
+    let results = ResultFolder::open(&command, &paths, engine, out, o)?;
+    let keep = Some(results.keep.clone());
+    let given = TrialContext { scenario: &scenario, path, engine, runs, keep, watch: o.watch };
+    let trial = table.method(method).trial(&given)?;
+    let seconds = trial.steps.iter().map(|s| s.seconds).collect();
+    results.finish((scenario.seed, runs), trial, [(method.name().to_string(), seconds)].into())
 }

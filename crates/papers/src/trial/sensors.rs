@@ -1,8 +1,8 @@
 //! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
 //! satellites; and what a frame leaves for estimators, so that it can be kept.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level, lane_point, lane_track};
+use crate::trial::drive::{Level, lane_point, lane_track};
+use crate::trial::stats::draws;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::points::Point;
@@ -11,6 +11,7 @@ use catseye::rng::Draws;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
+use catseye::simulate::Frame;
 use catseye_io::follow::Follower;
 use catseye_lane::camera_fusion::Image;
 use catseye_lane::hd_map::RadarPose;
@@ -19,75 +20,102 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What a vehicle's bus says of a speed: with noise, and rounded to steps. A sequence of its own for each seed.
-pub struct SpeedSensor {
-    pub draws: Draws,
-    pub std_mps: f64,
+/// What a vehicle's bus says of a speed or a yaw rate: with noise, and rounded to steps. A sequence of its own for each seed.
+pub struct BusSensor {
+    draws: Draws,
+    std: f64,
     /// 0: not rounded.
-    pub step_mps: f64,
+    step: f64,
 }
 
-impl SpeedSensor {
-    pub fn new(seed: u64, std_mps: f64, step_mps: f64) -> SpeedSensor {
-        SpeedSensor { draws: Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x5eed), std_mps, step_mps }
+impl BusSensor {
+    pub fn new(seed: u64, std: f64, step: f64) -> BusSensor {
+        BusSensor { draws: draws(seed, 0x5eed), std, step }
     }
 
-    pub fn read(&mut self, true_mps: f64) -> catseye_lane::Measured {
-        let noisy = true_mps + self.std_mps * self.draws.normal();
-        let value = if self.step_mps > 0.0 { (noisy / self.step_mps).round() * self.step_mps } else { noisy };
-        catseye_lane::Measured { value, std: self.std_mps.hypot(self.step_mps / 12f64.sqrt()) }
+    pub fn read(&mut self, truth: f64) -> Measured {
+        let noisy = truth + self.std * self.draws.normal();
+        let value = if self.step > 0.0 { (noisy / self.step).round() * self.step } else { noisy };
+        Measured { value, std: self.std.hypot(self.step / 12f64.sqrt()) }
+    }
+}
+
+/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
+pub struct Bus {
+    pub speed: BusSensor,
+    pub yaw_rate: BusSensor,
+}
+
+impl Bus {
+    /// `speed` is its standard deviation and step, m/s; `yaw_rate` has draws of its own and a standard deviation in degrees/s.
+    pub fn new(seed: u64, [std, step]: [f64; 2], (draws, std_deg): (Draws, f64)) -> Bus {
+        let yaw_rate = BusSensor { draws, std: std_deg.to_radians(), step: 0.0 };
+        Bus { speed: BusSensor::new(seed, std, step), yaw_rate }
+    }
+
+    /// Speed and yaw rate.
+    pub fn read(&mut self, level: &Level) -> [Measured; 2] {
+        [self.speed.read(level.speed_mps), self.yaw_rate.read(level.yaw_rate_rad_per_s)]
+    }
+}
+
+/// A look that has the time and what the bus says, and nothing else yet.
+pub fn look_of(time_s: f64, [speed, yaw_rate]: [Measured; 2]) -> SensorInput<'static> {
+    SensorInput {
+        time_s,
+        speed_mps: Some(speed),
+        yaw_rate_rad_per_s: Some(yaw_rate),
+        ..SensorInput::default()
     }
 }
 
 /// A point of a frame without its labels: what an estimator may know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct KeptPoint {
-    range_m: f64,
-    range_rate_mps: f64,
-    azimuth_rad: f64,
-    elevation_rad: f64,
-    position_m: [f64; 3],
-    power_dbm: f64,
-    snr_db: f64,
-    rcs_dbsm: f64,
+    /// Range, range rate, azimuth, elevation, place, power, signal to noise, cross section, deviation of the beat in cells; units as in
+    /// [`Point`].
+    numbers: [f64; 11],
     std: PointStd,
-    beat_std_cells: f64,
     ambiguity: Ambiguity,
 }
 
 impl KeptPoint {
     /// None where a number is infinite, as the cross section is where an antenna has no gain.
     pub fn of(p: &Point) -> Option<KeptPoint> {
-        let seen = KeptPoint {
-            range_m: p.range_m,
-            range_rate_mps: p.range_rate_mps,
-            azimuth_rad: p.azimuth_rad,
-            elevation_rad: p.elevation_rad,
-            position_m: p.position_m.to_array(),
-            power_dbm: p.power_dbm,
-            snr_db: p.snr_db,
-            rcs_dbsm: p.rcs_dbsm,
-            std: p.std,
-            beat_std_cells: p.beat_std_cells,
-            ambiguity: p.ambiguity,
-        };
-        let numbers = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.rcs_dbsm, p.snr_db];
+        let [x, y, z] = p.position_m.to_array();
+        let told = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.snr_db, p.rcs_dbsm];
         let stds = [p.std.range_m, p.std.range_rate_mps, p.beat_std_cells];
-        numbers.iter().chain(&stds).all(|v| v.is_finite()).then_some(seen)
+        let [range, rate, azimuth, elevation, snr, rcs] = told;
+        let numbers = [range, rate, azimuth, elevation, x, y, z, p.power_dbm, snr, rcs, p.beat_std_cells];
+        let kept = KeptPoint { numbers, std: p.std, ambiguity: p.ambiguity };
+        told.iter().chain(&stds).all(|v| v.is_finite()).then_some(kept)
     }
 
     pub fn point(&self) -> Point {
+        let [
+            range_m,
+            range_rate_mps,
+            azimuth_rad,
+            elevation_rad,
+            x,
+            y,
+            z,
+            power_dbm,
+            snr_db,
+            rcs_dbsm,
+            cells,
+        ] = self.numbers;
         Point {
-            range_m: self.range_m,
-            range_rate_mps: self.range_rate_mps,
-            azimuth_rad: self.azimuth_rad,
-            elevation_rad: self.elevation_rad,
-            position_m: DVec3::from_array(self.position_m),
-            power_dbm: self.power_dbm,
-            snr_db: self.snr_db,
-            rcs_dbsm: self.rcs_dbsm,
+            range_m,
+            range_rate_mps,
+            azimuth_rad,
+            elevation_rad,
+            position_m: DVec3::new(x, y, z),
+            power_dbm,
+            snr_db,
+            rcs_dbsm,
             std: self.std,
-            beat_std_cells: self.beat_std_cells,
+            beat_std_cells: cells,
             ambiguity: self.ambiguity,
             // Methods do not ask, and what is kept is JSON, which has no infinity.
             modulo_mps: f64::INFINITY,
@@ -100,41 +128,14 @@ impl KeptPoint {
     }
 }
 
-/// The points of a frame, kept.
-pub fn kept_points(
-    given: &TrialContext<'_>,
-    drive: &Drive<'_>,
-    which: usize,
-    key: &str,
-    index: u32,
-) -> Result<Vec<KeptPoint>> {
-    given.kept(key, || Ok(drive.frame(which, index)?.points.iter().filter_map(KeptPoint::of).collect()))
+/// The points of a frame as they are kept.
+pub fn kept_points(frame: &Frame) -> Vec<KeptPoint> {
+    frame.points.iter().filter_map(KeptPoint::of).collect()
 }
 
 /// Those points as lane estimators take them.
 pub fn lane_points(radar: &Radar, seen: &[KeptPoint]) -> Vec<LanePoint> {
     seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
-}
-
-/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
-pub struct Bus {
-    speed: SpeedSensor,
-    gyro: Draws,
-    yaw_rate_std_rad_per_s: f64,
-}
-
-impl Bus {
-    pub fn new(seed: u64, speed_std_mps: f64, speed_step_mps: f64, yaw_rate_std_rad_per_s: f64) -> Bus {
-        let gyro = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x6759_726f);
-        Bus { speed: SpeedSensor::new(seed, speed_std_mps, speed_step_mps), gyro, yaw_rate_std_rad_per_s }
-    }
-
-    /// (speed, yaw rate).
-    pub fn read(&mut self, level: &Level) -> (Measured, Measured) {
-        let std = self.yaw_rate_std_rad_per_s;
-        let value = level.yaw_rate_rad_per_s + std * self.gyro.normal();
-        (self.speed.read(level.speed_mps), Measured { value, std })
-    }
 }
 
 /// Where a vehicle takes itself to be, by what its bus says; in a frame of its own.
@@ -186,7 +187,8 @@ pub struct TrackFollower {
 }
 
 impl TrackFollower {
-    /// Errors: none with the default settings.
+    /// # Errors
+    /// None with the default settings.
     pub fn new() -> Result<TrackFollower> {
         Ok(TrackFollower { follower: Follower::new()?, odometer: None })
     }
@@ -198,7 +200,7 @@ impl TrackFollower {
         radar: &Radar,
         index: u32,
         seen: &[KeptPoint],
-        (speed, yaw_rate): (Measured, Measured),
+        [speed, yaw_rate]: [Measured; 2],
     ) -> Result<Vec<LaneTrack>> {
         let time_s = scenario.frames.time_s(index);
         let odometer =

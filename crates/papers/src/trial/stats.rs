@@ -1,6 +1,12 @@
-//! Statistics over looks and runs, and the time that an estimator takes.
+//! Statistics over looks and runs, draws, and the time that an estimator takes.
 
+use catseye::rng::Draws;
 use std::time::Instant;
+
+/// The draws of a stream for a scenario's seed.
+pub fn draws(seed: u64, stream: u32) -> Draws {
+    Draws::new(seed as u32 ^ (seed >> 32) as u32, stream)
+}
 
 /// The mean of the values; None of no values.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {

@@ -11,8 +11,8 @@ use catseye_lane::camera_fusion::{
 };
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
-use catseye_papers::trial::camera_fusion::{CameraTable, Settings, run};
-use catseye_papers::trial::{Drive, TrialContext};
+use catseye_papers::trial::camera_fusion::{CameraTable, Settings};
+use catseye_papers::trial::{Drive, LaneMethod, TrialContext};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -147,7 +147,7 @@ fn a_drive_joins_both_sensors() {
         keep: None,
         watch: &|_, _| {},
     };
-    let trial = run(&given, &settings).unwrap();
+    let trial = settings.trial(&given).unwrap();
     let row = |name: &str| trial.rows.iter().find(|r| r.quantity == name).and_then(|r| r.ours);
     println!("{}", trial.markdown());
     assert_eq!(trial.steps.len(), 1);
@@ -186,7 +186,7 @@ fn settings_and_scenarios_that_cannot_be() {
     let engine = Engine::open("cpu", Precision::F32).unwrap();
     let run_on = |scenario: &Scenario, path: &Path, settings: &Settings| {
         let given = TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
-        run(&given, settings).map(|_| ()).unwrap_err().to_string()
+        settings.trial(&given).map(|_| ()).unwrap_err().to_string()
     };
     let (mut s, path) = scenario("road_model_straight", 2.0, 2);
     let e = run_on(&s, &path, &Settings::default());

@@ -12,8 +12,8 @@ use catseye_lane::hd_map::{self, HdMap, RadarPose, Wgs84, file};
 use catseye_lane::score::score;
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, SensorInput};
 use catseye_papers::trial::drive::true_lanes;
-use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings, run};
-use catseye_papers::trial::{Trial, TrialContext, drive::Level};
+use catseye_papers::trial::hd_map::{Kind, SceneTable, Settings};
+use catseye_papers::trial::{LaneMethod, Trial, TrialContext, drive::Level};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ fn scenario() -> (PathBuf, Scenario) {
 
 fn trial(path: &Path, scenario: &Scenario, settings: &Settings) -> catseye::Result<Trial> {
     let engine = Engine::open("cpu", Precision::F32)?;
-    run(&TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} }, settings)
+    settings.trial(&TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} })
 }
 
 fn anchor() -> RadarPose {

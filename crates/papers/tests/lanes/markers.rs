@@ -4,8 +4,8 @@ use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::markers::{Settings, run};
-use catseye_papers::trial::{Trial, TrialContext};
+use catseye_papers::trial::markers::Settings;
+use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn scenes() -> PathBuf {
@@ -18,10 +18,8 @@ fn tried(path: &Path, frames: u32, settings: &Settings) -> catseye::error::Resul
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
     let engine = Engine::open("cpu", Precision::F32)?;
-    run(
-        &TrialContext { scenario: &scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| () },
-        settings,
-    )
+    let watch = &|_, _| ();
+    settings.trial(&TrialContext { scenario: &scenario, path, engine: &engine, runs: 1, keep: None, watch })
 }
 
 fn written(name: &str, text: &str) -> PathBuf {

@@ -6,8 +6,8 @@ use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::range_doppler::{Case, Settings, run};
-use catseye_papers::trial::{Trial, TrialContext};
+use catseye_papers::trial::range_doppler::{Case, Settings};
+use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn folder(name: &str) -> PathBuf {
@@ -36,7 +36,7 @@ fn trial(dir: &Path, text: &str, settings: &Settings, keep: Option<PathBuf>) -> 
     let engine = Engine::open("cpu", Precision::F32).unwrap();
     let given =
         TrialContext { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| () };
-    run(&given, settings)
+    settings.trial(&given)
 }
 
 /// The value in a row of a sheet.

@@ -6,8 +6,8 @@ use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::road_shape::{Settings, Task, run, subspace_seconds};
-use catseye_papers::trial::{Trial, TrialContext};
+use catseye_papers::trial::road_shape::{Settings, Task};
+use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
 fn scene(name: &str) -> PathBuf {
@@ -32,7 +32,7 @@ fn trial(
     let engine = cpu();
     let given =
         TrialContext { scenario: &scenario, path: &path, engine: &engine, runs, keep, watch: &|_, _| {} };
-    run(&given, settings)
+    settings.trial(&given)
 }
 
 fn quick(frames: u32) -> impl FnOnce(&mut Scenario) {
@@ -121,16 +121,6 @@ fn music_and_esprit_part_what_a_beam_does_not() {
     // Three reflectors are another question.
     let e = trial("road_shape_corners.toml", &settings, 1, None, |s| s.objects.push(s.objects[0].clone()));
     assert_eq!(e.unwrap_err().exit_code(), 2);
-}
-
-#[test]
-fn tracking_takes_less_time_than_decomposing() {
-    let mut draws = Draws::new(5, 0);
-    let snapshots: Vec<num_complex::Complex64> =
-        (0..5 * 64).map(|_| num_complex::Complex64::new(draws.normal(), draws.normal())).collect();
-    let [track, whole] = subspace_seconds(&snapshots, 5, 2, 20).unwrap();
-    assert!(track < whole, "{track} {whole}");
-    assert!(subspace_seconds(&snapshots, 5, 5, 1).is_err());
 }
 
 #[test]

@@ -9,8 +9,8 @@ use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, Signature
 use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings, run};
-use catseye_papers::trial::{Trial, TrialContext};
+use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings};
+use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use glam::DVec2;
 use std::path::PathBuf;
 
@@ -80,7 +80,7 @@ fn trial(name: &str, scenario: impl Fn(&mut Scenario), settings: &Settings) -> c
         keep: None,
         watch: &|_, _| {},
     };
-    let out = run(&given, settings);
+    let out = settings.trial(&given);
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
     out
 }

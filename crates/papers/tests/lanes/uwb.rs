@@ -10,7 +10,7 @@ use catseye_lane::uwb::{
 };
 use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Measured, SensorInput};
 use catseye_papers::trial::uwb::Settings;
-use catseye_papers::trial::{Drive, Trial, TrialContext, uwb};
+use catseye_papers::trial::{Drive, LaneMethod, Trial, TrialContext};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -297,7 +297,7 @@ fn drive_through(file: &str, frames: u32, settings: &Settings, keep: Option<Path
     let engine = Engine::open("cpu", Precision::F32).unwrap();
     let given =
         TrialContext { scenario: &scenario, path: &path, engine: &engine, runs: 1, keep, watch: &|_, _| {} };
-    uwb::run(&given, settings).unwrap()
+    settings.trial(&given).unwrap()
 }
 
 fn value(trial: &Trial, name: &str) -> Option<f64> {
@@ -431,7 +431,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
             keep: None,
             watch: &|_, _| {},
         };
-        let e = uwb::run(&given, settings).unwrap_err();
+        let e = settings.trial(&given).unwrap_err();
         assert_eq!(e.exit_code(), 2, "{e}");
         e.to_string()
     };
@@ -472,7 +472,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
         keep: None,
         watch: &|_, _| {},
     };
-    assert!(uwb::run(&given, &missing).unwrap_err().to_string().contains("nowhere.toml"));
+    assert!(missing.trial(&given).unwrap_err().to_string().contains("nowhere.toml"));
     std::fs::remove_dir_all(&dir).unwrap();
 
     for (bad, key) in [

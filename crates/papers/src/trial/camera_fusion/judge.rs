@@ -1,7 +1,9 @@
 //! What the document's steps give, against the true lane.
 
 use crate::trial::camera_fusion::settings::Settings;
-use crate::trial::report::{Row, Sheet, Step, number};
+use crate::trial::drive::own_alone;
+use crate::trial::report::number;
+use crate::trial::{Row, Rows, Sheet};
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use catseye_lane::score::TrueLanes;
 use glam::DVec2;
@@ -14,13 +16,11 @@ const EXTENSION_M: f64 = 20.0;
 
 /// The truth with the two lines of the own lane alone.
 pub(super) fn own_lines(t: TrueLanes) -> Option<TrueLanes> {
-    let [right, left] = t.own;
-    let lines = vec![t.lines.get(right?)?.clone(), t.lines.get(left?)?.clone()];
-    Some(TrueLanes { lines, own: [Some(0), Some(1)], ..t })
+    Some(own_alone(&t)).filter(|t| t.lines.len() == 2)
 }
 
 /// Distance to the left of a polyline, and its direction there; None beyond its ends.
-pub(super) fn beside(line: &[[f64; 2]], p: DVec2) -> Option<(f64, f64)> {
+fn beside(line: &[[f64; 2]], p: DVec2) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64, f64)> = None;
     for (i, w) in line.windows(2).enumerate() {
         let (a, b) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]));
@@ -41,17 +41,6 @@ pub(super) fn beside(line: &[[f64; 2]], p: DVec2) -> Option<(f64, f64)> {
 fn of_middle(t: &TrueLanes, p: DVec2) -> Option<(f64, f64)> {
     let (right, left) = (beside(&t.lines[0], p)?, beside(&t.lines[1], p)?);
     Some((0.5 * (right.0 + left.0), right.1))
-}
-
-/// The reason that looks without a lane give most often.
-pub(super) fn usual_refusal(steps: &[Step]) -> String {
-    let mut count: BTreeMap<String, usize> = BTreeMap::new();
-    for s in steps {
-        if let Some(why) = &s.estimate.no_lane {
-            *count.entry(why.to_string()).or_default() += 1;
-        }
-    }
-    count.into_iter().max_by_key(|c| c.1).map_or_else(String::new, |(why, n)| format!("{n} x {why}"))
 }
 
 /// The model of a lane that turns by so much between its parts, where the turn belongs to one.
@@ -100,15 +89,17 @@ impl Share {
         self.of += 1;
     }
 
-    fn row(self, name: &str, why: &str) -> Option<Row> {
-        let share = 100.0 * self.hits as f64 / self.of as f64;
-        (self.of > 0).then(|| {
-            // Wilson's interval, of which half the width is stated.
-            let (n, p, z) = (self.of as f64, self.hits as f64 / self.of as f64, 1.96f64);
-            let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
-            let why = format!("{} of {}; {why}", self.hits, self.of);
-            Row { half: Some(100.0 * half), ..Row::new(name, "%", Some(share)) }.why(why)
-        })
+    /// Adds its row, where there was a trial.
+    fn row(self, rows: &mut Vec<Row>, name: &str, document: Option<f64>, why: &str) {
+        if self.of == 0 {
+            return;
+        }
+        // Wilson's interval, of which half the width is stated.
+        let (n, p, z) = (self.of as f64, self.hits as f64 / self.of as f64, 1.96f64);
+        let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
+        let row = rows.one(name, "%", Some(100.0 * self.hits as f64 / self.of as f64));
+        row.document(document).why(format!("{} of {}; {why}", self.hits, self.of));
+        row.half = Some(100.0 * half);
     }
 }
 
@@ -203,20 +194,12 @@ impl Judged {
     }
 
     pub(super) fn rows(&self, rows: &mut Vec<Row>) {
-        rows.extend(
-            self.parabola_better
-                .row(
-                    "ways where the parabola is better than the B-spline",
-                    "by leave-one-out; document: figure 4, by eye",
-                )
-                .map(|r| r.document(100.0)),
-        );
+        let why = "by leave-one-out; document: figure 4, by eye";
+        let name = "ways where the parabola is better than the B-spline";
+        self.parabola_better.row(rows, name, Some(100.0), why);
+        let middles = "of their middles, with lane.camera_fusion.to_middle";
         for (name, sum, why) in [
-            (
-                "ways of cars, from the lane's middle (rms)",
-                self.ways,
-                "of their middles, with lane.camera_fusion.to_middle",
-            ),
+            ("ways of cars, from the lane's middle (rms)", self.ways, middles),
             ("parabolas through them (rms)", self.fits[0], ""),
             ("B-splines through them (rms)", self.fits[1], ""),
             ("near lines of the camera (rms)", self.parts[0], "over the whole length that it sees"),
@@ -224,18 +207,17 @@ impl Judged {
             ("far lines of the radar (rms)", self.parts[2], "half a lane beside the way of a car"),
         ] {
             if let Some(rms) = sum.rms() {
-                rows.push(Row::new(name, "m", Some(rms)).why(why));
+                rows.one(name, "m", Some(rms)).why(why);
             }
         }
-        rows.extend(
-            self.apart
-                .row("lanes of several targets told apart", "by arc extension, against the first target"),
-        );
-        rows.extend(self.joined.row("looks whose parts were joined", "of those with a near lane and a way"));
-        rows.extend(self.matched.row("ways put in their true lane", "by goodness of fit and slope"));
-        rows.extend(
-            self.model_right.row("road models right on the drive", "of the turns that belong to a model"),
-        );
+        for (name, share, why) in [
+            ("lanes of several targets told apart", self.apart, "by arc extension, against the first target"),
+            ("looks whose parts were joined", self.joined, "of those with a near lane and a way"),
+            ("ways put in their true lane", self.matched, "by goodness of fit and slope"),
+            ("road models right on the drive", self.model_right, "of the turns that belong to a model"),
+        ] {
+            share.row(rows, name, None, why);
+        }
     }
 
     pub(super) fn sheet(&self) -> Sheet {

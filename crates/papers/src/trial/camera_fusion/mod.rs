@@ -1,37 +1,135 @@
-//! Document S on simulated drives: pictures and radar of the same scene, near lane, ways of the cars ahead, the blind middle by road
-//! model, recognition step by step, and what each sensor can do alone by day, by night, in fog and against the sun.
+//! Sangeetha Lakshmi's method on simulated drives: pictures and radar of the same scene, near lane, ways of the cars ahead, the blind
+//! middle by road model, recognition step by step, and what each sensor can do alone by day, by night, in fog and against the sun.
 
 mod judge;
-
 mod pictures;
-
-mod ready;
-
 mod settings;
+mod vehicle_camera;
 
-use crate::trial::camera::View;
 use crate::trial::camera_fusion::judge::Judged;
 use crate::trial::camera_fusion::pictures::{Sensors, Shown};
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, suitable};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, percent_of_runs, rms_of_runs};
-use crate::trial::sensors::{SpeedSensor, TrackFollower, kept_points};
-use crate::trial::stats::{mean, timed};
+use crate::trial::camera_fusion::vehicle_camera::VehicleCamera;
+use crate::trial::drive::point_radar;
+use crate::trial::ready::{Sense, chirp_radar};
+use crate::trial::report::{common_rows, fixed, has_lane, percent_of_runs, rms_of_runs, usual_refusal};
+use crate::trial::sensors::{Bus, KeptPoint, TrackFollower, kept_points, look_of};
+use crate::trial::stats::{draws, mean, timed};
+use crate::trial::{
+    Drive, LaneMethod, Looks, Now, OwnedInput, ReadyMethod, Rows, Sheet, Step, Trial, TrialContext, one_look,
+};
 use catseye::error::{BadInput, Error, Result};
-use catseye::geom::Geometry;
-use catseye::rng::Draws;
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
-use catseye::scene::waveform::Waveform;
-use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Image, Pnn, RoadModel, generate_bends};
-use catseye_lane::{LaneEstimator, Measured, SensorInput};
-pub(super) use ready::ready_methods;
+use catseye::simulate::Frame;
+use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Pnn, RoadModel, generate_bends};
+use catseye_lane::{LaneEstimator, SensorInput};
 pub use settings::{CameraTable, Condition, Settings};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 const METHOD: &str = "camera-fusion";
 /// Networks that are trained and judged, each on 100 bends that it has not seen.
 const NETWORKS: u64 = 20;
 const UNSEEN: usize = 100;
+
+impl LaneMethod for Settings {
+    fn check(&self) -> Result<()> {
+        Settings::check(self)
+    }
+
+    fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
+        Settings::check(self)?;
+        self.estimator()?;
+        let scenario = given.scenario;
+        let Some(which) = point_radar(&scenario.radars) else {
+            let e = BadInput::new("tracks of cars need range rates, and impulse radars give none");
+            return Err(e.file(given.path).key("radar").remedy("take front77, or another FMCW radar").into());
+        };
+        let looks = looks(scenario, self);
+        let Some(last) = looks.last() else {
+            let last = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
+            let why = format!("the drive ends after {last} s, before the first recognition");
+            return Err(BadInput::new(why)
+                .file(given.path)
+                .key("lane.camera_fusion.first_s")
+                .value(self.first_s)
+                .allowed(format!("0..={last}"))
+                .remedy("raise frames.count, or set first_s and period_s lower")
+                .into());
+        };
+        let course = |condition, sensors| Course { condition, sensors, steps: Vec::new() };
+        let mut found = Found {
+            courses: self.conditions.iter().flat_map(|c| Sensors::ALL.map(|s| course(*c, s))).collect(),
+            judged: Judged::default(),
+            shown: Vec::new(),
+        };
+        for run in 0..given.runs {
+            let site = Site::new(&given.scenario_of(run))?;
+            let drive = Drive::new(&site, given.engine)?;
+            let (seed, radar) = (site.scenario.seed, drive.radar(which));
+            let speed = [self.speed_std_mps, self.speed_step_mps];
+            let mut looks = FusedDrive {
+                given,
+                settings: self,
+                which,
+                looks: &looks,
+                estimators: (0..found.courses.len())
+                    .map(|_| self.estimator_with(radar))
+                    .collect::<Result<_>>()?,
+                follower: TrackFollower::new()?,
+                bus: Bus::new(seed, speed, (draws(seed, 0x9a40), self.yaw_rate_std_deg_per_s)),
+                camera: VehicleCamera::new(self, radar.carrier_hz, seed),
+                found: &mut found,
+            };
+            let frames = drive.frames().min(last + 1);
+            for frame in 0..frames {
+                one_look(
+                    given,
+                    (&drive, which),
+                    (run, frame),
+                    &format!("run{run}_frame{frame}"),
+                    &mut looks,
+                )?;
+                given.told(run, frame, frames);
+            }
+        }
+        let Found { mut courses, judged, shown } = found;
+        let mut trial = Trial::new(METHOD, format!("Camera and radar: {}", scenario.name));
+        report(self, &courses, &judged, &mut trial);
+        pictures::draw(self, &shown, &mut trial)?;
+        notes(scenario, self, &mut trial);
+        trial.steps = courses.swap_remove(1).steps;
+        Ok(trial)
+    }
+
+    /// In each of its lights the camera alone and with the radar; all variants see the same pictures.
+    fn ready(
+        &self,
+        given: &TrialContext<'_>,
+        drive: &Drive<'_>,
+        run: u32,
+    ) -> Result<Vec<(String, ReadyMethod)>> {
+        let which = chirp_radar(given)?;
+        let radar = drive.radar(which);
+        let camera = VehicleCamera::new(self, radar.carrier_hz, given.scenario_of(run).seed);
+        let camera = Rc::new(RefCell::new(camera));
+        let mut out = Vec::new();
+        for condition in &self.conditions {
+            for (name, tracks) in [("camera and radar", true), ("camera alone", false)] {
+                let (camera, condition) = (camera.clone(), *condition);
+                let sense: Sense = Box::new(move |drive, _, index, look: &mut OwnedInput| {
+                    let image = camera.borrow_mut().picture(drive, index, look.time_s, condition)?;
+                    look.image = Some(image);
+                    Ok(())
+                });
+                let ready = ReadyMethod::sensing(self.estimator_with(radar)?, sense);
+                let ready = ReadyMethod { radar: tracks.then_some(which), tracks, ..ready };
+                out.push((format!("{}, {name}", condition.name()), ready));
+            }
+        }
+        Ok(out)
+    }
+}
 
 /// One estimator's looks in one condition.
 struct Course {
@@ -40,45 +138,11 @@ struct Course {
     steps: Vec<Step>,
 }
 
-/// Drives the scenario through the whole chain, `given.runs` times.
-///
-/// Errors: settings outside what is allowed; a scenario without a radar for tracks, without frames enough or without a road that the
-/// vehicle is on; those of the frames.
-pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
-    settings.check()?;
-    settings.estimator()?;
-    let scenario = given.scenario;
-    let Some(which) = suitable(&scenario.radars, |w| !matches!(w, Waveform::Pulse { .. })) else {
-        let e = BadInput::new("tracks of cars need range rates, and impulse radars give none");
-        return Err(e.file(given.path).key("radar").remedy("take front77, or another FMCW radar").into());
-    };
-    let looks = looks(scenario, settings);
-    if looks.is_empty() {
-        let last = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
-        return Err(BadInput::new(format!("the drive ends after {last} s, before the first recognition"))
-            .file(given.path)
-            .key("lane.camera_fusion.first_s")
-            .value(settings.first_s)
-            .allowed(format!("0..={last}"))
-            .remedy("raise frames.count, or set first_s and period_s lower")
-            .into());
-    }
-    let mut trial = Trial::new(METHOD, format!("Camera and radar: {}", scenario.name));
-    let mut courses: Vec<Course> = settings
-        .conditions
-        .iter()
-        .flat_map(|c| Sensors::ALL.map(|s| Course { condition: *c, sensors: s, steps: Vec::new() }))
-        .collect();
-    let mut judged = Judged::default();
-    let mut shown: Vec<Shown> = Vec::new();
-    for run in 0..given.runs {
-        one_run(given, settings, which, run, &looks, &mut courses, &mut judged, &mut shown)?;
-    }
-    report(settings, &courses, &judged, &mut trial);
-    pictures::draw(settings, &shown, &mut trial)?;
-    notes(scenario, settings, &mut trial);
-    trial.steps = courses.swap_remove(1).steps;
-    Ok(trial)
+/// What all drives found.
+struct Found {
+    courses: Vec<Course>,
+    judged: Judged,
+    shown: Vec<Shown>,
 }
 
 /// Frames at which lanes are recognised.
@@ -95,96 +159,66 @@ fn looks(scenario: &Scenario, settings: &Settings) -> Vec<u32> {
     out
 }
 
-#[allow(clippy::too_many_arguments, reason = "one drive fills all tables")]
-fn one_run(
-    given: &TrialContext<'_>,
-    settings: &Settings,
+/// One drive in all conditions, with each sensor alone and both together.
+struct FusedDrive<'a> {
+    given: &'a TrialContext<'a>,
+    settings: &'a Settings,
     which: usize,
-    run: u32,
-    looks: &[u32],
-    courses: &mut [Course],
-    judged: &mut Judged,
-    shown: &mut Vec<Shown>,
-) -> Result<()> {
-    let scenario = given.scenario_of(run);
-    let site = Site::new(&scenario)?;
-    let drive = Drive::new(&site, given.engine)?;
-    let no_road = || -> Error {
-        let e = BadInput::new("the vehicle stands in no lane of a road, and nothing can be compared");
-        let remedy = "give scene.road, and ego.on_road with the number of a lane";
-        e.file(given.path).key("ego.on_road").remedy(remedy).into()
-    };
-    let mut estimators: Vec<CameraFusion> =
-        courses.iter().map(|_| settings.estimator_with(drive.radar(which))).collect::<Result<_>>()?;
-    let mut pursuit = TrackFollower::new()?;
-    let mut bus = SpeedSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_mps);
-    let seed = scenario.seed as u32 ^ (scenario.seed >> 32) as u32;
-    let mut gyro = Draws::new(seed, 0x9a40);
-    let mut shake = Draws::new(seed, 0x5a4e);
-    let yaw_std = settings.yaw_rate_std_deg_per_s.to_radians();
-    let frames = drive.frames().min(looks.last().map_or(0, |l| l + 1));
-    for f in 0..frames {
-        let time_s = drive.time_s(f);
-        let seen = kept_points(given, &drive, which, &format!("run{run}_frame{f}"), f)?;
-        let level = drive.level(time_s);
-        let speed = bus.read(level.speed_mps);
-        let yaw_rate = Measured { value: level.yaw_rate_rad_per_s + yaw_std * gyro.normal(), std: yaw_std };
-        let tracks = pursuit.step(&scenario, drive.radar(which), f, &seen, (speed, yaw_rate))?;
-        let look = SensorInput {
-            time_s,
-            speed_mps: Some(speed),
-            yaw_rate_rad_per_s: Some(yaw_rate),
-            tracks: &tracks,
-            ..SensorInput::default()
-        };
-        let alone = SensorInput { tracks: &[], ..look };
-        if !looks.contains(&f) {
-            for (e, c) in estimators.iter_mut().zip(&*courses) {
+    looks: &'a [u32],
+    /// One for each course.
+    estimators: Vec<CameraFusion>,
+    follower: TrackFollower,
+    bus: Bus,
+    camera: VehicleCamera,
+    found: &'a mut Found,
+}
+
+impl Looks for FusedDrive<'_> {
+    type Kept = Vec<KeptPoint>;
+
+    fn keep(&self, _: &Now<'_>, frame: &Frame) -> Vec<KeptPoint> {
+        kept_points(frame)
+    }
+
+    fn look(&mut self, now: &Now<'_>, seen: Vec<KeptPoint>) -> Result<()> {
+        let Now { drive, run, frame, time_s, level } = *now;
+        let (settings, Found { courses, judged, shown }) = (self.settings, &mut *self.found);
+        let read = self.bus.read(&level);
+        let scenario = &drive.site.scenario;
+        let tracks = self.follower.step(scenario, drive.radar(self.which), frame, &seen, read)?;
+        let alone = look_of(time_s, read);
+        let look = SensorInput { tracks: &tracks, ..alone };
+        if !self.looks.contains(&frame) {
+            for (e, c) in self.estimators.iter_mut().zip(&*courses) {
                 // Nothing of it can be wrong here: times rise and the speed is known.
                 let _ = e.observe(if c.sensors == Sensors::CameraAlone { &alone } else { &look });
             }
-            (given.watch)(
-                u64::from(run) * u64::from(frames) + u64::from(f) + 1,
-                u64::from(given.runs * frames),
-            );
-            continue;
+            return Ok(());
         }
-        let truth = judge::own_lines(drive.truth(time_s, settings.range_m)).ok_or_else(no_road)?;
-        let geometry = Geometry::build(&site.scene, time_s, drive.radar(which).carrier_hz)?;
-        let mut camera = settings.camera.camera();
-        camera.pitch_rad += settings.pitch_std_deg.to_radians() * shake.normal();
-        let view = View::new(&geometry, &site.scene, &site.scenario.ego.pose(time_s), &camera)?;
-        let mut images: Vec<(Condition, Image)> = Vec::new();
-        for condition in &settings.conditions {
-            let noise = scenario.seed.wrapping_mul(1000).wrapping_add(u64::from(f));
-            images.push((*condition, view.lit(&geometry, &settings.light(*condition), noise)?));
-        }
-        for (e, c) in estimators.iter_mut().zip(courses.iter_mut()) {
-            let Some((_, image)) = images.iter().find(|i| i.0 == c.condition) else { continue };
+        let truth = judge::own_lines(drive.truth(time_s, settings.range_m)).ok_or_else(|| -> Error {
+            let e = BadInput::new("the vehicle stands in no lane of a road, and nothing can be compared");
+            let remedy = "give scene.road, and ego.on_road with the number of a lane";
+            e.file(self.given.path).key("ego.on_road").remedy(remedy).into()
+        })?;
+        for (e, c) in self.estimators.iter_mut().zip(courses) {
+            let image = self.camera.picture(drive, frame, time_s, c.condition)?;
             let look = match c.sensors {
-                Sensors::CameraAlone => SensorInput { image: Some(image), ..alone },
-                Sensors::Both => SensorInput { image: Some(image), ..look },
+                Sensors::CameraAlone => SensorInput { image: Some(&image), ..alone },
+                Sensors::Both => SensorInput { image: Some(&image), ..look },
                 Sensors::RadarAlone => look,
             };
-            let step = Step::new(run, f, timed(|| e.estimate(&look)), truth.clone());
+            let step = Step::new(run, frame, timed(|| e.estimate(&look)), truth.clone());
             if c.sensors == Sensors::Both && c.condition == settings.conditions[0] {
                 judged.take(e.insight(), &truth, settings);
             }
+            c.steps.push(step.clone());
             if run == 0 {
-                shown.push(Shown {
-                    time_s,
-                    image: image.clone(),
-                    condition: c.condition,
-                    sensors: c.sensors,
-                    step: step.clone(),
-                    insight: e.insight().clone(),
-                });
+                let (condition, sensors, insight) = (c.condition, c.sensors, e.insight().clone());
+                shown.push(Shown { time_s, image, condition, sensors, step, insight });
             }
-            c.steps.push(step);
         }
-        (given.watch)(u64::from(run) * u64::from(frames) + u64::from(f) + 1, u64::from(given.runs * frames));
+        Ok(())
     }
-    Ok(())
 }
 
 /// Bends that a network has not seen, and how many of 100 each of some networks puts right.
@@ -219,53 +253,44 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
 fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut Trial) {
     trial.rows = common_rows(&courses[1].steps);
     let (right, table) = networks(settings);
-    trial.rows.push(
-        Row::mean(format!("road models right of {UNSEEN} unseen bends"), "", &right).document(98.0).why(
-            format!("mean of {NETWORKS} networks; the document's is one draw, its bends are not stated"),
-        ),
-    );
+    trial
+        .rows
+        .mean(format!("road models right of {UNSEEN} unseen bends"), "", &right)
+        .document(98.0)
+        .why(format!("mean of {NETWORKS} networks; the document's is one draw, its bends are not stated"));
     trial.sheets.extend(table);
     judged.rows(&mut trial.rows);
-    let mut table = Sheet::new(
-        "conditions",
-        "condition sensors looks with_lane_percent precision_percent recall_percent f1_percent \
-             error_10_m error_20_m error_40_m offset_error_m most_frequent_refusal",
-    );
+    let columns = "condition sensors looks with_lane_percent precision_percent recall_percent f1_percent error_10_m \
+                   error_20_m error_40_m offset_error_m most_frequent_refusal";
+    let mut table = Sheet::new("conditions", columns);
     table.comments.push(format!(
         "Lines of the own lane between {} and {} m; errors are root mean squares over the looks that state them.",
         settings.range_m[0], settings.range_m[1]
     ));
-    let mean = |v: &[f64]| mean(v.iter().copied());
-    let text = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.3}"));
     for c in courses {
+        let middle = |v: &[f64]| mean(v.iter().copied());
         let share = |of: &dyn Fn(&Step) -> Option<f64>| percent_of_runs(&c.steps, of);
-        let lane = share(&|s| Some(f64::from(u8::from(s.estimate.no_lane.is_none()))));
+        let rms = |of: &dyn Fn(&Step) -> Option<f64>| middle(&rms_of_runs(&c.steps, of));
+        let lane = middle(&share(&has_lane));
         // A look without a lane finds nothing.
         let f1 = share(&|s| s.score.f1.or(Some(0.0)));
-        let name = format!("{}, {}", c.condition.name(), c.sensors.name());
-        let far = mean(&rms_of_runs(&c.steps, |s| s.score.lateral_m[2]));
-        let why = match far {
-            Some(m) => {
-                format!("lane in {:.0} % of the looks; {m:.2} m off at 40 m", mean(&lane).unwrap_or(0.0))
-            }
-            None => format!("lane in {:.0} % of the looks; none reaches 40 m", mean(&lane).unwrap_or(0.0)),
+        let lateral = [0, 1, 2].map(|k| rms(&|s| s.score.lateral_m[k]));
+        let far = match lateral[2] {
+            Some(m) => format!("{m:.2} m off at 40 m"),
+            None => "none reaches 40 m".into(),
         };
-        trial.rows.push(Row::mean(format!("{name}: F1 within 0.3 m"), "%", &f1).why(why));
-        let lateral = |k: usize| text(mean(&rms_of_runs(&c.steps, |s| s.score.lateral_m[k])));
-        table.row(&[
-            &c.condition.name(),
-            &c.sensors.name(),
-            &c.steps.len(),
-            &text(mean(&lane)),
-            &text(mean(&share(&|s| s.score.precision))),
-            &text(mean(&share(&|s| s.score.recall))),
-            &text(mean(&f1)),
-            &lateral(0),
-            &lateral(1),
-            &lateral(2),
-            &text(mean(&rms_of_runs(&c.steps, |s| s.score.offset_error_m))),
-            &judge::usual_refusal(&c.steps).replace(',', ";"),
-        ]);
+        let (condition, sensors) = (c.condition.name(), c.sensors.name());
+        let why = format!("lane in {:.0} % of the looks; {far}", lane.unwrap_or(0.0));
+        trial.rows.mean(format!("{condition}, {sensors}: F1 within 0.3 m"), "%", &f1).why(why);
+        let lines = [&|s: &Step| s.score.precision, &|s: &Step| s.score.recall] as [&dyn Fn(&Step) -> _; 2];
+        let [precision, recall] = lines.map(|of| middle(&share(of)));
+        let shares = [lane, precision, recall, middle(&f1)];
+        let mut row = vec![condition.to_string(), sensors.to_string(), c.steps.len().to_string()];
+        let offset = rms(&|s| s.score.offset_error_m);
+        row.extend(shares.into_iter().chain(lateral).chain([offset]).map(|v| fixed(v, 3)));
+        let refusal = usual_refusal(&c.steps).map_or_else(String::new, |(why, n)| format!("{n} x {why}"));
+        row.push(refusal.replace(',', ";"));
+        table.rows.push(row);
     }
     trial.sheets.push(table);
     trial.sheets.push(judged.sheet());

@@ -2,12 +2,12 @@
 //! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
 
 use crate::trial::camera_fusion::settings::{Condition, Settings};
-use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE};
-use crate::trial::report::{Step, Trial};
+use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE};
+use crate::trial::{Step, Trial};
 use catseye::error::Result;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
 use catseye_lane::score::TrueLanes;
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol};
 use glam::DVec2;
 
 /// What an estimator is given of a look.
@@ -57,14 +57,13 @@ pub(super) fn draw(settings: &Settings, shown: &[Shown], trial: &mut Trial) -> R
     // The look that shows most: the parts joined, and as late as can be.
     let Some(best) = main.iter().rev().find(|s| joined(s)).or(main.last()) else { return Ok(()) };
     let title = format!("Picture at {:.1} s", best.time_s);
-    trial.pictures.push((
-        "picture".into(),
-        image_chart(&title, &best.image, &camera, &trapezoid, &best.insight, 2).draw()?,
-    ));
+    let picture = image_chart(&title, best, &camera, &trapezoid, 2);
     let title = format!("Lane at {:.1} s: camera, built middle, radar", best.time_s);
-    trial.pictures.push(("lane".into(), ground(&title, best, 760.0, 520.0, true).draw()?));
-    if let Some(chart) = fits(best) {
-        trial.pictures.push(("fits".into(), chart.draw()?));
+    let lane = ground(&title, best, 760.0, 520.0, true);
+    for (name, chart) in [("picture", Some(picture)), ("lane", Some(lane)), ("fits", fits(best))] {
+        if let Some(chart) = chart {
+            trial.pictures.push((name.into(), chart.draw()?));
+        }
     }
     let steps: Vec<Picture> = main
         .iter()
@@ -100,12 +99,10 @@ fn conditions(
             let Some(s) = shown.iter().find(at) else { continue };
             if k == 0 {
                 let title = format!("{}, {:.1} s", condition.name(), s.time_s);
-                out.push(image_chart(&title, &s.image, camera, trapezoid, &s.insight, 3).draw()?);
+                out.push(image_chart(&title, s, camera, trapezoid, 3).draw()?);
             }
-            let title = match &s.step.estimate.no_lane {
-                None => format!("{}: {}", condition.name(), sensors.name()),
-                Some(_) => format!("{}: {}, no lane", condition.name(), sensors.name()),
-            };
+            let none = if s.step.estimate.no_lane.is_some() { ", no lane" } else { "" };
+            let title = format!("{}: {}{none}", condition.name(), sensors.name());
             out.push(ground(&title, s, 330.0, 260.0, false).draw()?);
         }
     }
@@ -113,14 +110,8 @@ fn conditions(
 }
 
 /// The grey picture, every pixel `1 / coarse` of its side in the file, with the trapezoid and the lines that were found.
-fn image_chart(
-    title: &str,
-    image: &Image,
-    camera: &Camera,
-    trapezoid: &Trapezoid,
-    insight: &Insight,
-    coarse: usize,
-) -> Chart {
+fn image_chart(title: &str, shown: &Shown, camera: &Camera, t: &Trapezoid, coarse: usize) -> Chart {
+    let Shown { image, insight, .. } = shown;
     let (w, h) = (image.width_px(), image.height_px());
     let (columns, rows) = (w / coarse, h / coarse);
     let mut values = Vec::with_capacity(rows * columns);
@@ -134,30 +125,23 @@ fn image_chart(
     }
     let colours = (0..GREYS).map(|k| [(k * 255 / (GREYS - 1)) as u8; 3]).collect();
     let (wide, high) = (w as f64, h as f64);
-    let mut chart =
-        Chart::new(title, Axis::new("u (px)", 0.0, wide), Axis::new("v (px)", 0.0, high).reversed());
     let width = if coarse > 2 { 360.0 } else { 720.0 };
-    (chart.width, chart.height) = (width, width * high / wide);
+    let mut chart =
+        Chart::new(title, Axis::new("u (px)", 0.0, wide), Axis::new("v (px)", 0.0, high).reversed())
+            .sized(width, width * high / wide);
     chart.grid = false;
-    let ends = ((0.0, (columns * coarse) as f64), (0.0, (rows * coarse) as f64));
-    chart.layers.push(Layer::Classes { x: ends.0, y: ends.1, rows, columns, values, colours });
-    let t = trapezoid;
-    let corners = vec![
-        [t.top_u_px[0], t.top_v_px],
-        [t.top_u_px[1], t.top_v_px],
-        [t.bottom_u_px[1], t.bottom_v_px],
-        [t.bottom_u_px[0], t.bottom_v_px],
-        [t.top_u_px[0], t.top_v_px],
-    ];
-    let yellow = Pen::solid(YELLOW, 1.5);
-    chart.layers.push(Layer::Line { points: corners, pen: yellow });
+    let (x, y) = ((0.0, (columns * coarse) as f64), (0.0, (rows * coarse) as f64));
+    chart.layers.push(Layer::Classes { x, y, rows, columns, values, colours });
+    let top = t.top_u_px.map(|u| [u, t.top_v_px]);
+    let bottom = t.bottom_u_px.map(|u| [u, t.bottom_v_px]);
+    let corners = vec![top[0], top[1], bottom[1], bottom[0], top[0]];
+    chart.named_line("trapezoid", corners, Pen::solid(YELLOW, 1.5));
     let green = Pen::solid(OTHER, 2.0);
     for line in insight.near.iter().flat_map(|n| [&n.left, &n.right]).flatten() {
         let points = line.curve.samples(40, 0.0).into_iter();
-        let points = points.filter_map(|p| camera.pixel_from_ground(p).ok()).map(|p| p.to_array()).collect();
-        chart.layers.push(Layer::Line { points, pen: green });
+        let points = points.filter_map(|p| camera.pixel_from_ground(p).ok()).map(|p| p.to_array());
+        chart.line(points.collect(), green);
     }
-    chart.key("trapezoid", Symbol::Line(yellow));
     if insight.near.is_some() {
         chart.key("lane lines found", Symbol::Line(green));
     }
@@ -185,18 +169,9 @@ fn ground(title: &str, s: &Shown, width: f64, height: f64, key: bool) -> Chart {
         Chart::new(title, Axis::new("x forward (m)", x[0], x[1]), Axis::new("y left (m)", y[0], y[1]))
             .equal_scale(width, height);
     let grey = Pen::solid(TRUE, 3.0);
-    for line in &truth.lines {
-        chart.layers.push(Layer::Line { points: line.clone(), pen: grey });
-    }
-    let mut any_way = false;
+    truth.lines.iter().for_each(|line| chart.line(line.clone(), grey));
     for way in &insight.ways {
-        let points = way.points_m.iter().map(DVec2::to_array).collect();
-        chart.layers.push(Layer::Marks {
-            points,
-            mark: Mark::Dot { radius: 2.0 },
-            paint: Paint::Fixed(SEEN),
-        });
-        any_way = true;
+        chart.dots(way.points_m.iter().map(DVec2::to_array).collect(), Mark::Dot { radius: 2.0 }, SEEN);
     }
     let pen = |part: Part| match part {
         Part::Camera => Pen::solid(OTHER, 2.0),
@@ -210,8 +185,7 @@ fn ground(title: &str, s: &Shown, width: f64, height: f64, key: bool) -> Chart {
                 if i == points.len() || r.parts[i] != r.parts[from] {
                     // On to the next part's first point, so that no gap shows.
                     let to = (i + 1).min(points.len());
-                    let part = points[from..to].iter().map(DVec2::to_array).collect();
-                    chart.layers.push(Layer::Line { points: part, pen: pen(r.parts[from]) });
+                    chart.line(points[from..to].iter().map(DVec2::to_array).collect(), pen(r.parts[from]));
                     from = i;
                 }
             }
@@ -222,7 +196,7 @@ fn ground(title: &str, s: &Shown, width: f64, height: f64, key: bool) -> Chart {
         chart.key("camera", Symbol::Line(pen(Part::Camera)));
         chart.key("built middle", Symbol::Line(pen(Part::Middle)));
         chart.key("radar", Symbol::Line(pen(Part::Radar)));
-        if any_way {
+        if !insight.ways.is_empty() {
             chart.key("tracks of cars ahead", Symbol::Mark(DOT, SEEN));
         }
     }
@@ -246,17 +220,13 @@ fn fits(s: &Shown) -> Option<Chart> {
         "Way of a car ahead: left-out errors {:.3} m (parabola), {:.3} m (B-spline)",
         c.parabola_left_out_rms_m, c.spline_left_out_rms_m
     );
-    let mut chart = Chart::new(
-        title,
-        Axis::new("along the way (m)", a - 1.0, b + 1.0),
-        Axis::new("across (m)", -1.2 * most, 1.2 * most),
-    );
-    (chart.width, chart.height) = (680.0, 330.0);
+    let x = Axis::new("along the way (m)", a - 1.0, b + 1.0);
+    let y = Axis::new("across (m)", -1.2 * most, 1.2 * most);
+    let mut chart = Chart::new(title, x, y).sized(680.0, 330.0);
     let (red, green) = (Pen::solid(FOUND, 2.0), Pen::solid(OTHER, 2.0));
-    chart.layers.push(Layer::Line { points: spline, pen: green });
-    chart.layers.push(Layer::Line { points: parabola, pen: red });
-    chart.layers.push(Layer::Marks { points, mark: DOT, paint: Paint::Fixed(SEEN) });
-    chart.key("track", Symbol::Mark(DOT, SEEN));
+    chart.line(spline, green);
+    chart.line(parabola, red);
+    chart.marks("track", points, DOT, SEEN);
     chart.key("parabola, least squares", Symbol::Line(red));
     chart.key("cubic B-spline", Symbol::Line(green));
     Some(chart)

@@ -1,7 +1,8 @@
 //! The table `[lane.camera_fusion]`.
 
 use crate::trial::camera::Light;
-use catseye::error::{BadInput, Error, Result};
+use crate::trial::limits;
+use catseye::error::{BadInput, Result};
 use catseye::scene::radar::Radar;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{Camera, CameraFusion, FusionOptions, RecogniseSettings};
@@ -82,6 +83,8 @@ impl CameraTable {
     }
 }
 
+const METHOD: &str = "camera_fusion";
+
 /// Settings of `catseye lane` with the method camera-fusion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -145,58 +148,49 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Errors: the first key with a value outside what is allowed.
+    /// # Errors
+    /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: String, allowed: &str, remedy: &str| -> Result<()> {
-            let e = BadInput::new("is not allowed").key(format!("lane.camera_fusion.{key}")).value(value);
-            Err(e.allowed(allowed).remedy(remedy).into())
-        };
-        let c = &self.camera;
-        for (key, side) in [("camera.width_px", c.width_px), ("camera.height_px", c.height_px)] {
-            if !(64..=4096).contains(&side) {
-                return wrong(key, side.to_string(), "64..=4096", "as in 640");
-            }
-        }
+        let (c, per_second) = (&self.camera, "give metres per second, as in 0.05");
+        let [width, height] = [c.width_px, c.height_px].map(f64::from);
         let [x, y, z] = c.position_m;
-        if !((-10.0..=10.0).contains(&x) && (-5.0..=5.0).contains(&y) && (0.2..=10.0).contains(&z)) {
-            let value = format!("{:?}", c.position_m);
-            return wrong(
-                "camera.position_m",
-                value,
-                "[-10..=10, -5..=5, 0.2..=10] m",
-                "as in [1.5, 0, 1.4]",
-            );
-        }
-        for (key, value, low, high, remedy) in [
-            ("camera.focal_px", c.focal_px, 20.0, 2e4, "give pixels, as in 700"),
-            ("camera.yaw_deg", c.yaw_deg, -60.0, 60.0, "give degrees, positive to the left"),
-            ("camera.pitch_deg", c.pitch_deg, -30.0, 60.0, "give degrees, positive nose down"),
-            ("camera.roll_deg", c.roll_deg, -30.0, 30.0, "give degrees"),
-            ("half_width_m", self.half_width_m, 1.0, 50.0, "give metres, as in 6"),
-            ("lane_width_m", self.lane_width_m, 1.5, 10.0, "give metres, as in 3.5"),
-            ("period_s", self.period_s, 0.1, 20.0, "give seconds, as in 2"),
-            ("first_s", self.first_s, 0.0, 1e4, "give seconds, as in 2"),
-            ("network_units", f64::from(self.network_units), 10.0, 1000.0, "as in 15"),
-            ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "give metres per second, as in 0.05"),
-            ("speed_step_mps", self.speed_step_mps, 0.0, 10.0, "give metres per second, as in 0.01"),
-            ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 30.0, "as in 0.2"),
-            ("pitch_std_deg", self.pitch_std_deg, 0.0, 5.0, "give degrees, as in 0.1"),
-            ("fog_visibility_m", self.fog_visibility_m, 1.0, 1e5, "give metres, as in 25"),
-            ("glare_elevation_deg", self.glare_elevation_deg, 1.0, 60.0, "give degrees, as in 12"),
-            ("glare_stray", self.glare_stray, 0.0, 1e4, "as in 10"),
-        ] {
-            if !(low..=high).contains(&value) {
-                return wrong(key, value.to_string(), &format!("{low}..={high}"), remedy);
-            }
-        }
+        limits::check(
+            METHOD,
+            &[
+                ("camera.width_px", width, 64.0, 4096.0, "as in 640"),
+                ("camera.height_px", height, 64.0, 4096.0, "as in 640"),
+                ("camera.position_m[0]", x, -10.0, 10.0, "as in [1.5, 0, 1.4]"),
+                ("camera.position_m[1]", y, -5.0, 5.0, "as in [1.5, 0, 1.4]"),
+                ("camera.position_m[2]", z, 0.2, 10.0, "as in [1.5, 0, 1.4]"),
+                ("camera.focal_px", c.focal_px, 20.0, 2e4, "give pixels, as in 700"),
+                ("camera.yaw_deg", c.yaw_deg, -60.0, 60.0, "give degrees, positive to the left"),
+                ("camera.pitch_deg", c.pitch_deg, -30.0, 60.0, "give degrees, positive nose down"),
+                ("camera.roll_deg", c.roll_deg, -30.0, 30.0, "give degrees"),
+                ("half_width_m", self.half_width_m, 1.0, 50.0, "give metres, as in 6"),
+                ("lane_width_m", self.lane_width_m, 1.5, 10.0, "give metres, as in 3.5"),
+                ("period_s", self.period_s, 0.1, 20.0, "give seconds, as in 2"),
+                ("first_s", self.first_s, 0.0, 1e4, "give seconds, as in 2"),
+                ("network_units", f64::from(self.network_units), 10.0, 1000.0, "as in 15"),
+                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, per_second),
+                ("speed_step_mps", self.speed_step_mps, 0.0, 10.0, per_second),
+                ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 30.0, "as in 0.2"),
+                ("pitch_std_deg", self.pitch_std_deg, 0.0, 5.0, "give degrees, as in 0.1"),
+                ("fog_visibility_m", self.fog_visibility_m, 1.0, 1e5, "give metres, as in 25"),
+                ("glare_elevation_deg", self.glare_elevation_deg, 1.0, 60.0, "give degrees, as in 12"),
+                ("glare_stray", self.glare_stray, 0.0, 1e4, "as in 10"),
+            ],
+        )?;
         for (key, [a, b]) in [("seen_m", self.seen_m), ("range_m", self.range_m)] {
             if !(0.0 < a && a < b && b <= 300.0) {
-                return wrong(key, format!("[{a}, {b}]"), "0 < near < far <= 300 m", "as in [6, 35]");
+                let bad = limits::wrong(METHOD, key, format!("[{a}, {b}]")).remedy("as in [6, 35]");
+                return Err(bad.allowed("0 < near < far <= 300 m").into());
             }
         }
         if self.conditions.is_empty() {
-            let remedy = "as in [\"clear\", \"night\", \"fog\", \"glare\"]";
-            return wrong("conditions", "[]".into(), "one or more of clear, night, fog, glare", remedy);
+            return Err(limits::wrong(METHOD, "conditions", "[]")
+                .allowed("one or more of clear, night, fog, glare")
+                .remedy("as in [\"clear\", \"night\", \"fog\", \"glare\"]")
+                .into());
         }
         Ok(())
     }
@@ -223,22 +217,25 @@ impl Settings {
         }
     }
 
-    /// With a radar in the front bumper. Errors: as [`Self::estimator_with`].
+    /// With a radar in the front bumper.
+    ///
+    /// # Errors
+    /// As [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
-        self.made(self.options())
+        made(self.options())
     }
 
-    /// Errors: a trapezoid that the picture does not hold.
+    /// # Errors
+    /// A trapezoid that the picture does not hold.
     pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
         let radar_at_m = radar.mounting.translation_m.truncate();
-        self.made(FusionOptions { radar_at_m, ..self.options() })
+        made(FusionOptions { radar_at_m, ..self.options() })
     }
+}
 
-    pub fn made(&self, options: FusionOptions) -> Result<CameraFusion> {
-        let bad = |e: catseye_lane::LaneError| -> Error {
-            let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
-            BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
-        };
-        CameraFusion::new(options).map_err(bad)
-    }
+fn made(options: FusionOptions) -> Result<CameraFusion> {
+    CameraFusion::new(options).map_err(|e| {
+        let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
+        BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
+    })
 }

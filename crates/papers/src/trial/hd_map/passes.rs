@@ -1,10 +1,9 @@
 //! Tracks and the vehicles that they belong to: for the score only, the estimator does not know.
 
-use crate::trial::drive::Level;
+use crate::trial::Now;
 use crate::trial::hd_map::traffic::{COUNTED, Group};
 use catseye::road::actor_truth;
 use catseye::road::actors::{base_class, is_vehicle};
-use catseye::scene::Scene;
 use catseye_lane::SensorInput;
 use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::estimator::MapLanes;
@@ -65,17 +64,15 @@ impl Passes {
     }
 
     /// Takes in a look and what was made of its tracks.
-    #[allow(clippy::too_many_arguments, reason = "one look from all sides")]
     pub fn look(
         &mut self,
-        scene: &Scene,
+        now: &Now<'_>,
         lanes: &[Stripes],
-        level: &Level,
         look: &SensorInput<'_>,
         own: &mut MapLanes,
         (given, varied): (&[Assignment], &[Vec<Assignment>; 2]),
-        frame: u32,
     ) {
+        let (scene, level) = (&now.drive.site.scene, &now.level);
         let boxes: Vec<_> = actor_truth(scene, look.time_s)
             .into_iter()
             .filter(|(_, t)| is_vehicle(&t.class))
@@ -142,7 +139,7 @@ impl Passes {
                 let numbered = |a: &Assignment| Assignment { target: index, lane: a.lane.clone() };
                 let other = |v: &Vec<Assignment>| v.get(k).map_or_else(|| numbered(&given[k]), &numbered);
                 pass.scans.push(Scan {
-                    frame,
+                    frame: now.frame,
                     given: [numbered(&given[k]), other(&varied[0]), other(&varied[1])],
                     from_truth,
                     true_lane: *true_lane,

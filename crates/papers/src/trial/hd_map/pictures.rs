@@ -1,7 +1,8 @@
 //! Scenes from above with the lanes that tracks were given, accuracy beside the document's, errors across.
 
 use crate::trial::hd_map::scene::{READINGS, Scene};
-use catseye_plot::{Axis, Chart, Layer, Pen, Picture, Rgb, Symbol};
+use crate::trial::pictures::Draw;
+use catseye_plot::{Axis, Chart, Pen, Picture, Rgb, Symbol};
 
 const DOCUMENT: Rgb = [150, 150, 150];
 const OURS: Rgb = [31, 119, 180];
@@ -16,10 +17,6 @@ pub fn all(scenes: &[Scene]) -> Vec<(String, Picture)> {
     charts.extend(accuracy(scenes).map(|c| ("accuracy".into(), c)));
     charts.extend(errors(scenes).map(|c| ("errors_across".into(), c)));
     charts.into_iter().filter_map(|(name, chart)| Some((name, chart.draw().ok()?))).collect()
-}
-
-fn bar(x: f64, half: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
-    vec![[x - half, from], [x + half, from], [x + half, to], [x - half, to]]
 }
 
 /// The share of vehicles in the right lane with its interval, beside the document's.
@@ -39,16 +36,16 @@ fn accuracy(scenes: &[Scene]) -> Option<Chart> {
     for (i, s) in known.iter().enumerate() {
         let at = i as f64 + 1.0;
         let mut draw = |x: f64, value: f64, fill: Rgb| {
-            let polygon = bar(x, 0.16, low, value);
-            chart.layers.push(Layer::Area { polygon, fill: Some((fill, 0.85)), stroke: Some(grey) });
+            let (left, right) = (x - 0.16, x + 0.16);
+            let polygon = vec![[left, low], [right, low], [right, value], [left, value]];
+            chart.area(polygon, (fill, 0.85), Some(grey));
         };
         if let Some((_, percent)) = s.document {
             draw(at - 0.18, percent, DOCUMENT);
         }
         draw(at + 0.18, 100.0 * s.tally(0).accuracy()?, OURS);
         let [lower, upper] = s.tally(0).interval95()?.map(|p| 100.0 * p);
-        let pen = Pen::solid([20, 20, 20], 1.5);
-        chart.layers.push(Layer::Line { points: vec![[at + 0.18, lower], [at + 0.18, upper]], pen });
+        chart.line(vec![[at + 0.18, lower], [at + 0.18, upper]], Pen::solid([20, 20, 20], 1.5));
     }
     let area = |fill: Rgb| Symbol::Area { fill: (fill, 0.85), stroke: grey };
     if known.iter().any(|s| s.document.is_some()) {
@@ -91,14 +88,9 @@ fn errors(scenes: &[Scene]) -> Option<Chart> {
         out.push([WIDEST_M, 0.0]);
         out
     };
-    let fill = Some((OURS, 0.45));
-    chart.layers.push(Layer::Area { polygon: outline(&moved), fill, stroke: Some(Pen::solid(OURS, 1.2)) });
-    let pen = Pen::solid(BEFORE, 2.0);
-    chart.layers.push(Layer::Line { points: outline(&tracked), pen });
-    chart.key(
-        "moved to the middle of a car",
-        Symbol::Area { fill: (OURS, 0.45), stroke: Pen::solid(OURS, 1.2) },
-    );
-    chart.key(READINGS[2], Symbol::Line(pen));
+    let (fill, stroke) = ((OURS, 0.45), Pen::solid(OURS, 1.2));
+    chart.area(outline(&moved), fill, Some(stroke));
+    chart.key("moved to the middle of a car", Symbol::Area { fill, stroke });
+    chart.named_line(READINGS[2], outline(&tracked), Pen::solid(BEFORE, 2.0));
     Some(chart)
 }

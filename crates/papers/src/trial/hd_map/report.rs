@@ -1,14 +1,13 @@
 //! What a trial of lane numbers leaves: accuracy beside the document's, wrong cases with their cause, errors of the tracks.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level};
 use crate::trial::hd_map::passes::{Pass, Passes, Scan};
 use crate::trial::hd_map::pictures;
-use crate::trial::hd_map::scene::{Error, KIND, READINGS, Scene};
+use crate::trial::hd_map::scene::{KIND, READINGS, Scene, TrackError};
 use crate::trial::hd_map::settings::Settings;
 use crate::trial::hd_map::stage::Stage;
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows};
+use crate::trial::report::{common_rows, fixed};
 use crate::trial::stats::{mean, rms};
+use crate::trial::{Drive, Now, Row, Rows, Sheet, Step, Trial, TrialContext};
 use catseye::road::layout::LaneKind;
 use catseye_lane::LaneEstimate;
 use catseye_lane::hd_map::Assignment;
@@ -36,49 +35,40 @@ impl<'a> All<'a> {
     pub fn new(given: &'a TrialContext<'a>, settings: &'a Settings, stages: &[Stage]) -> All<'a> {
         let scene = |s: &Stage| Scene {
             name: s.name.clone(),
-            document: s.kind.map(|k| k.scene().document()),
+            document: s.kind.map(|k| k.document()),
             ..Scene::default()
         };
-        let columns = "scene run group vehicle class frames_on_a_lane scans true_lane lane right probability \
-             lane_by_radar_axis lane_without_step cause mean_range_m mean_aspect_deg across_m \
-             across_moved_m";
+        let vehicles = "scene run group vehicle class frames_on_a_lane scans true_lane lane right probability lane_by_radar_axis \
+                        lane_without_step cause mean_range_m mean_aspect_deg across_m across_moved_m";
         let wrong = "scene run group vehicle class true_lane lane cause detail";
-        let scans = "scene run group vehicle frame true_lane lane cause range_m aspect_deg across_m \
-             across_moved_m along_moved_m";
+        let wrong_scans = "scene run group vehicle frame true_lane lane cause range_m aspect_deg across_m across_moved_m \
+                           along_moved_m";
         All {
             given,
             settings,
             scenes: stages.iter().map(scene).collect(),
             steps: Vec::new(),
-            vehicles: Sheet::new("vehicles", columns),
+            vehicles: Sheet::new("vehicles", vehicles),
             wrong: Sheet::new("wrong", wrong),
-            wrong_scans: Sheet::new("wrong_scans", scans),
+            wrong_scans: Sheet::new("wrong_scans", wrong_scans),
             notes: Vec::new(),
         }
     }
 
     /// The vehicle's own lane, where it stands on one.
-    #[allow(clippy::too_many_arguments, reason = "one look from all sides")]
-    pub fn step(
-        &mut self,
-        run: u32,
-        frame: u32,
-        drive: &Drive<'_>,
-        lanes: &[Stripes],
-        level: &Level,
-        estimate: (LaneEstimate, f64),
-    ) {
-        let on = lanes.iter().find_map(|l| l.lane_at(level.at_m));
+    pub fn step(&mut self, now: &Now<'_>, lanes: &[Stripes], estimate: (LaneEstimate, f64)) {
+        let on = lanes.iter().find_map(|l| l.lane_at(now.level.at_m));
         let strip = |k: LaneKind| {
             matches!(k, LaneKind::Median | LaneKind::Verge | LaneKind::Sidewalk | LaneKind::Shoulder)
         };
-        if on.is_none_or(|(_, kind)| strip(kind)) || level.speed_mps == 0.0 {
+        if on.is_none_or(|(_, kind)| strip(kind)) || now.level.speed_mps == 0.0 {
             return;
         }
-        let truth = drive.truth(drive.time_s(frame), OWN_RANGE_M);
-        self.steps.push(Step::new(run, frame, estimate, truth));
+        let truth = now.drive.truth(now.time_s, OWN_RANGE_M);
+        self.steps.push(Step::new(now.run, now.frame, estimate, truth));
     }
 
+    /// What was found of a group of vehicles in scene number `k`.
     pub fn group(
         &mut self,
         run: u32,
@@ -95,18 +85,20 @@ impl<'a> All<'a> {
         if run == 0 && g < DRAWN_GROUPS {
             scene.drawing.add(&passes, lanes, drive);
         }
+        let text = |n: Option<i32>| n.map_or_else(String::new, |n| n.to_string());
         for pass in passes.vehicles.iter().filter(|p| p.counts && p.there > 0) {
             let Some(spoken) = spoken(pass, 0) else {
                 scene.missed += 1;
                 continue;
             };
+            let (name, class, true_lane) = (&pass.name, &pass.class, spoken.true_lane);
             let mut cause = None;
-            let mut lanes = [None; 3];
+            let mut lanes = [const { String::new() }; 3];
             for (reading, lane) in lanes.iter_mut().enumerate() {
                 let Some(s) = self::spoken(pass, reading) else { continue };
                 let seen = &s.given[reading];
                 let why = scene.tables[reading].record(KIND, s.true_lane, seen, Some(&s.from_truth));
-                *lane = seen.number();
+                *lane = text(seen.number());
                 if reading == 0 {
                     cause = why;
                 }
@@ -118,73 +110,62 @@ impl<'a> All<'a> {
                 }
                 if let Some(why) = cause_of(s) {
                     scene.wrong_scans[why as usize] += 1;
-                    let lane = s.given[0].number().map_or_else(String::new, |n| n.to_string());
-                    let f = |x: f64| format!("{x:.2}");
+                    let places =
+                        [s.range_m, s.aspect_rad.to_degrees(), s.across_m[0], s.across_m[1], s.along_m[1]];
+                    let [range, aspect, across, moved, along] = places.map(|x| format!("{x:.2}"));
+                    let (frame, truly, lane, why) =
+                        (s.frame, s.true_lane, text(s.given[0].number()), why.name());
                     self.wrong_scans.row(&[
                         &scene.name,
                         &run,
                         &g,
-                        &pass.name,
-                        &s.frame,
-                        &s.true_lane,
+                        name,
+                        &frame,
+                        &truly,
                         &lane,
-                        &why.name(),
-                        &f(s.range_m),
-                        &f(s.aspect_rad.to_degrees()),
-                        &f(s.across_m[0]),
-                        &f(s.across_m[1]),
-                        &f(s.along_m[1]),
+                        &why,
+                        &range,
+                        &aspect,
+                        &across,
+                        &moved,
+                        &along,
                     ]);
                 }
-                let e = Error { across_m: s.across_m, aspect_rad: s.aspect_rad };
-                scene.errors.push(e);
+                scene.errors.push(TrackError { across_m: s.across_m, aspect_rad: s.aspect_rad });
             }
-            let n = pass.scans.len() as f64;
-            let mean = |of: &dyn Fn(&Scan) -> f64| pass.scans.iter().map(of).sum::<f64>() / n;
-            let text = |n: Option<i32>| n.map_or_else(String::new, |n| n.to_string());
+            let n = pass.scans.len();
+            let mean = |of: &dyn Fn(&Scan) -> f64| pass.scans.iter().map(of).sum::<f64>() / n as f64;
             let probability = spoken.given[0].lane.as_ref().map_or(0.0, |l| l.probability);
+            let why = cause.map_or("", Cause::name);
+            let [lane, by_axis, unmoved] = &lanes;
             self.vehicles.row(&[
                 &scene.name,
                 &run,
                 &g,
-                &pass.name,
-                &pass.class,
+                name,
+                class,
                 &pass.there,
-                &pass.scans.len(),
-                &spoken.true_lane,
-                &text(lanes[0]),
+                &n,
+                &true_lane,
+                lane,
                 &u8::from(cause.is_none()),
                 &format!("{probability:.4}"),
-                &text(lanes[1]),
-                &text(lanes[2]),
-                &cause.map_or("", Cause::name),
+                by_axis,
+                unmoved,
+                &why,
                 &format!("{:.1}", mean(&|s| s.range_m)),
                 &format!("{:.1}", mean(&|s| s.aspect_rad).to_degrees()),
                 &format!("{:.3}", mean(&|s| s.across_m[0])),
                 &format!("{:.3}", mean(&|s| s.across_m[1])),
             ]);
-            if let Some(cause) = cause {
-                let detail = detail(pass, spoken);
-                let given = text(spoken.given[0].number());
-                self.wrong.row(&[
-                    &scene.name,
-                    &run,
-                    &g,
-                    &pass.name,
-                    &pass.class,
-                    &spoken.true_lane,
-                    &given,
-                    &cause.name(),
-                    &detail,
-                ]);
+            if cause.is_some() {
+                let (detail, given) = (detail(pass, spoken), text(spoken.given[0].number()));
+                self.wrong.row(&[&scene.name, &run, &g, name, class, &true_lane, &given, &why, &detail]);
                 let lane = if given.is_empty() { "none".into() } else { given };
                 self.notes.push(format!(
-                    "Wrong in {} (run {run}, group {g}): {} ({}) in lane {} was given {lane}, cause {}: {detail}.",
-                    scene.name,
-                    pass.name,
-                    pass.class,
-                    spoken.true_lane,
-                    cause.name()
+                    "Wrong in {} (run {run}, group {g}): {name} ({class}) in lane {true_lane} was given {lane}, cause {why}: \
+                     {detail}.",
+                    scene.name
                 ));
             }
         }
@@ -198,23 +179,15 @@ impl<'a> All<'a> {
             "scene reading vehicles right accuracy_percent low_percent high_percent document_percent",
         );
         for s in &self.scenes {
-            trial.rows.extend(rows(s, self.settings));
+            rows(&mut trial.rows, s, self.settings);
             for (reading, name) in READINGS.iter().enumerate() {
                 let t = s.tally(reading);
-                let [low, high] = t.interval95().unwrap_or([f64::NAN; 2]);
-                let percent = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{:.2}", 100.0 * x));
-                let interval = |x: f64| percent(x.is_finite().then_some(x));
-                let document = s.document.map(|d| d.1 / 100.0);
-                accuracy.row(&[
-                    &s.name,
-                    name,
-                    &t.counted(),
-                    &t.right,
-                    &percent(t.accuracy()),
-                    &interval(low),
-                    &interval(high),
-                    &percent(document),
-                ]);
+                let [low, high] =
+                    t.interval95().map_or([None; 2], |i| i.map(|x| Some(x).filter(|x| x.is_finite())));
+                let shares = [t.accuracy(), low, high, s.document.map(|d| d.1 / 100.0)];
+                let [share, low, high, document] = shares.map(|x| fixed(x.map(|x| 100.0 * x), 2));
+                let (all, right) = (t.counted(), t.right);
+                accuracy.row(&[&s.name, name, &all, &right, &share, &low, &high, &document]);
             }
         }
         trial.rows.extend(common_rows(&self.steps));
@@ -273,73 +246,60 @@ fn detail(pass: &Pass, s: &Scan) -> String {
     )
 }
 
-fn rows(s: &Scene, settings: &Settings) -> Vec<Row> {
+fn rows(rows: &mut Vec<Row>, s: &Scene, settings: &Settings) {
     let name = &s.name;
-    let row = |what: &str, unit: &str, value: Option<f64>| Row::new(format!("{name}: {what}"), unit, value);
-    let t = s.tally(0);
-    let mut out = Vec::new();
-    let interval = t.interval95();
-    let mut right = row("vehicles in the right lane", "%", t.accuracy().map(|a| 100.0 * a));
-    right.half = interval.map(|[low, high]| 50.0 * (high - low));
-    let [low, high] = interval.unwrap_or([0.0; 2]).map(|x| 100.0 * x);
-    right = right.why(format!("{} of {}; 95 % interval {low:.1} to {high:.1} %", t.right, t.counted()));
-    let mut vehicles = row("vehicles", "", Some(f64::from(t.counted() + s.missed)));
-    if let Some((count, percent)) = s.document {
-        right = right.document(percent);
-        vehicles = vehicles.document(f64::from(count));
-    }
-    out.push(right);
-    out.push(vehicles.why(format!("{} of them without a track", s.missed)));
-    if t.counted() == 0 {
-        return out;
-    }
-    let document = s.tally(1);
     let percent = |t: &Tally| t.accuracy().map(|a| 100.0 * a);
-    out.push(row("the same, by the line square to the radar's axis", "%", percent(document)).why(format!(
-        "{} of {}; the document's way across the road",
-        document.right,
-        document.counted()
-    )));
+    let t = s.tally(0);
+    let interval = t.interval95();
+    let [low, high] = interval.unwrap_or([0.0; 2]).map(|x| 100.0 * x);
+    let row = rows.one(format!("{name}: vehicles in the right lane"), "%", percent(t));
+    row.half = interval.map(|[low, high]| 50.0 * (high - low));
+    row.document(s.document.map(|d| d.1)).why(format!(
+        "{} of {}; 95 % interval {low:.1} to {high:.1} %",
+        t.right,
+        t.counted()
+    ));
+    rows.one(format!("{name}: vehicles"), "", Some(f64::from(t.counted() + s.missed)))
+        .document(s.document.map(|d| f64::from(d.0)))
+        .why(format!("{} of them without a track", s.missed));
+    if t.counted() == 0 {
+        return;
+    }
+    let mut row = |what: &str, unit: &str, value: Option<f64>, why: String| {
+        rows.one(format!("{name}: {what}"), unit, value).why(why);
+    };
+    let other = s.tally(1);
+    let why = format!("{} of {}; the document's way across the road", other.right, other.counted());
+    row("the same, by the line square to the radar's axis", "%", percent(other), why);
     if settings.to_middle {
         let plain = s.tally(2);
-        out.push(row("the same, tracks not moved to the middle of a car", "%", percent(plain)).why(format!(
-            "{} of {}",
-            plain.right,
-            plain.counted()
-        )));
+        let why = format!("{} of {}", plain.right, plain.counted());
+        row("the same, tracks not moved to the middle of a car", "%", percent(plain), why);
     }
     let [right, all] = s.scans[0];
-    out.push(
-        row("scans in the right lane", "%", Some(100.0 * f64::from(right) / f64::from(all.max(1))))
-            .why(format!("{right} of {all}, each track of a counted vehicle at each time")),
-    );
+    let share = 100.0 * f64::from(right) / f64::from(all.max(1));
+    let why = format!("{right} of {all}, each track of a counted vehicle at each time");
+    row("scans in the right lane", "%", Some(share), why);
     for cause in Cause::ALL {
         let n = s.wrong_scans[cause as usize];
         if n > 0 {
-            out.push(
-                row(&format!("scans wrong by {}", cause.name()), "", Some(f64::from(n)))
-                    .why("listed in wrong_scans.csv"),
-            );
+            let what = format!("scans wrong by {}", cause.name());
+            row(&what, "", Some(f64::from(n)), "listed in wrong_scans.csv".into());
         }
     }
-    let e = &s.errors;
-    out.push(row("error of tracks across the vehicle (rms)", "m", rms(e.iter().map(|e| e.across_m[1]))));
-    out.push(
-        row("its mean, towards the radar", "m", mean(e.iter().map(|e| e.across_m[1])))
-            .why("after the step to the middle of a car"),
-    );
-    out.push(row("its mean without that step", "m", mean(e.iter().map(|e| e.across_m[0]))));
+    let across = |k: usize| s.errors.iter().map(move |e| e.across_m[k]);
+    row("error of tracks across the vehicle (rms)", "m", rms(across(1)), String::new());
+    let why = "after the step to the middle of a car";
+    row("its mean, towards the radar", "m", mean(across(1)), why.into());
+    row("its mean without that step", "m", mean(across(0)), String::new());
     for cause in Cause::ALL {
         let n = t.wrong_by(cause);
         if n > 0 {
-            out.push(row(&format!("wrong by {}", cause.name()), "vehicles", Some(f64::from(n))));
+            row(&format!("wrong by {}", cause.name()), "vehicles", Some(f64::from(n)), String::new());
         }
     }
-    out.push(
-        row("tracks of no vehicle that got a lane", "", Some(f64::from(s.strays[1])))
-            .why(format!("of {} looks at tracks of no vehicle; they count for none", s.strays[0])),
-    );
-    out
+    let why = format!("of {} looks at tracks of no vehicle; they count for none", s.strays[0]);
+    row("tracks of no vehicle that got a lane", "", Some(f64::from(s.strays[1])), why);
 }
 
 /// Error across by the angle between the line of sight and the vehicle.
@@ -351,20 +311,16 @@ fn errors_by_aspect(scenes: &[Scene]) -> Sheet {
         .push("across the vehicle, positive towards the radar; moved: to the middle of a car".into());
     for s in scenes {
         for low in (0..90).step_by(5) {
-            let within =
-                |e: &&Error| (f64::from(low)..f64::from(low + 5)).contains(&e.aspect_rad.to_degrees());
-            let part: Vec<&Error> = s.errors.iter().filter(within).collect();
-            let figure = |k: usize| {
-                let m = mean(part.iter().map(|e| e.across_m[k])).unwrap_or(0.0);
-                (m, rms(part.iter().map(|e| e.across_m[k])).unwrap_or(0.0))
-            };
+            let degrees = f64::from(low)..f64::from(low + 5);
+            let within = |e: &&TrackError| degrees.contains(&e.aspect_rad.to_degrees());
+            let part: Vec<&TrackError> = s.errors.iter().filter(within).collect();
             if part.is_empty() {
                 continue;
             }
-            let ((m0, r0), (m1, r1)) = (figure(0), figure(1));
-            let n = part.len();
-            let f = |x: f64| format!("{x:.3}");
-            sheet.row(&[&s.name, &low, &(low + 5), &n, &f(m0), &f(r0), &f(m1), &f(r1)]);
+            let across = |k: usize| part.iter().map(move |e| e.across_m[k]);
+            let figures = [mean(across(0)), rms(across(0)), mean(across(1)), rms(across(1))];
+            let [m0, r0, m1, r1] = figures.map(|x| fixed(x, 3));
+            sheet.row(&[&s.name, &low, &(low + 5), &part.len(), &m0, &r0, &m1, &r1]);
         }
     }
     sheet

@@ -20,12 +20,13 @@ pub struct Scene {
     pub missed: u32,
     pub strays: [u32; 2],
     /// (tracked, moved to the middle) across towards the radar, along; range; aspect.
-    pub errors: Vec<Error>,
+    pub errors: Vec<TrackError>,
     pub drawing: Drawing,
 }
 
+/// Of a track against its vehicle's middle.
 #[derive(Debug, Clone, Copy)]
-pub struct Error {
+pub struct TrackError {
     pub across_m: [f64; 2],
     pub aspect_rad: f64,
 }

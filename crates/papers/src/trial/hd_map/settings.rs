@@ -1,44 +1,15 @@
 //! The table `[lane.hd_map]`.
 
+use crate::trial::limits::{self, LEAVE_OUT};
 use catseye::error::{BadInput, Result};
 use catseye::road::traffic::VEHICLES;
 use catseye::scene::toml_file::At;
-use catseye_lane::hd_map::accuracy::SceneKind;
-use catseye_lane::hd_map::{RadarPose, Wgs84};
+pub use catseye_lane::hd_map::accuracy::SceneKind as Kind;
+use catseye_lane::hd_map::{Across, RadarPose, Wgs84};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The scenes of document L.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    Straight,
-    Curve,
-    Ramp,
-    EmergencyBay,
-}
-
-impl Kind {
-    pub fn scene(self) -> SceneKind {
-        match self {
-            Kind::Straight => SceneKind::Straight,
-            Kind::Curve => SceneKind::Curve,
-            Kind::Ramp => SceneKind::Ramp,
-            Kind::EmergencyBay => SceneKind::EmergencyBay,
-        }
-    }
-}
-
-/// Which line across the road is divided into lanes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Divided {
-    /// Square to the road at the target.
-    #[default]
-    RoadNormal,
-    /// Square to the radar's axis, as in the document.
-    RadarAxis,
-}
+const METHOD: &str = "hd_map";
 
 /// One scene, and the vehicles that pass in it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -83,7 +54,7 @@ pub struct Settings {
     /// Standard deviation of the radar's azimuth, degrees.
     pub azimuth_std_deg: f64,
     /// Which line across the road is divided into lanes.
-    pub across: Divided,
+    pub across: Across,
     /// Whether tracks are moved from the end and side that the radar sees to the middle of a car.
     pub to_middle: bool,
     /// Height of the echoes over the road, m, for ranges along the ground where the array tells no elevation.
@@ -119,7 +90,7 @@ impl Default for Settings {
             map_spacing_m: 25.0,
             place_std_m: 0.05,
             azimuth_std_deg: 0.05,
-            across: Divided::RoadNormal,
+            across: Across::RoadNormal,
             to_middle: true,
             echo_height_m: 0.7,
             fastest_mps: 40.0,
@@ -137,32 +108,32 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Errors: the first value out of its range.
+    /// # Errors
+    /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
-        let within = |key: &str, value: f64, low: f64, high: f64| -> Result<()> {
-            if value.is_finite() && (low..=high).contains(&value) {
-                return Ok(());
-            }
-            let bad = BadInput::new("is out of range").key(format!("lane.hd_map.{key}")).value(value);
-            Err(bad.allowed(format!("{low}..={high}")).remedy("leave it out for its default").into())
-        };
-        within("origin[0]", self.origin[0], -89.9, 89.9)?;
-        within("origin[1]", self.origin[1], -180.0, 180.0)?;
-        within("origin[2]", self.origin[2], -1e4, 1e4)?;
-        within("north_deg", self.north_deg, -360.0, 360.0)?;
-        within("map_std_m", self.map_std_m, 0.0, 5.0)?;
-        within("map_spacing_m", self.map_spacing_m, 0.5, 1000.0)?;
-        within("place_std_m", self.place_std_m, 0.0, 100.0)?;
-        within("azimuth_std_deg", self.azimuth_std_deg, 0.0, 90.0)?;
-        within("echo_height_m", self.echo_height_m, 0.0, 10.0)?;
-        within("fastest_mps", self.fastest_mps, 1.0, 200.0)?;
-        within("slowest_mps", self.slowest_mps, 0.1, 20.0)?;
-        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0)?;
-        within("wander_m", self.wander_m, 0.0, 2.0)?;
-        within("together", f64::from(self.together), 1.0, 100.0)?;
-        within("near_m", self.near_m, 0.0, 1e4)?;
-        within("far_m", self.far_m, self.near_m + 10.0, 1e5)?;
-        within("view_deg", self.view_deg, 1.0, 180.0)?;
+        let ([latitude, longitude, height], nearest) = (self.origin, self.near_m + 10.0);
+        limits::check(
+            METHOD,
+            &[
+                ("origin[0]", latitude, -89.9, 89.9, LEAVE_OUT),
+                ("origin[1]", longitude, -180.0, 180.0, LEAVE_OUT),
+                ("origin[2]", height, -1e4, 1e4, LEAVE_OUT),
+                ("north_deg", self.north_deg, -360.0, 360.0, LEAVE_OUT),
+                ("map_std_m", self.map_std_m, 0.0, 5.0, LEAVE_OUT),
+                ("map_spacing_m", self.map_spacing_m, 0.5, 1000.0, LEAVE_OUT),
+                ("place_std_m", self.place_std_m, 0.0, 100.0, LEAVE_OUT),
+                ("azimuth_std_deg", self.azimuth_std_deg, 0.0, 90.0, LEAVE_OUT),
+                ("echo_height_m", self.echo_height_m, 0.0, 10.0, LEAVE_OUT),
+                ("fastest_mps", self.fastest_mps, 1.0, 200.0, LEAVE_OUT),
+                ("slowest_mps", self.slowest_mps, 0.1, 20.0, LEAVE_OUT),
+                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, LEAVE_OUT),
+                ("wander_m", self.wander_m, 0.0, 2.0, LEAVE_OUT),
+                ("together", f64::from(self.together), 1.0, 100.0, LEAVE_OUT),
+                ("near_m", self.near_m, 0.0, 1e4, LEAVE_OUT),
+                ("far_m", self.far_m, nearest, 1e5, LEAVE_OUT),
+                ("view_deg", self.view_deg, 1.0, 180.0, LEAVE_OUT),
+            ],
+        )?;
         let unknown = self.kinds.iter().find(|k| !VEHICLES.contains(&k.as_str()));
         if self.kinds.is_empty() || unknown.is_some() {
             let value = unknown.map_or("[]", String::as_str);
@@ -170,9 +141,14 @@ impl Settings {
             return Err(bad.allowed(VEHICLES.join(", ")).remedy("name one or more of them").into());
         }
         for (i, s) in self.scene.iter().enumerate() {
-            within(&format!("scene[{i}].vehicles"), f64::from(s.vehicles), 1.0, 1e6)?;
-            within(&format!("scene[{i}].others"), f64::from(s.others), 0.0, 100.0)?;
-            within(&format!("scene[{i}].radar_s_m"), s.radar_s_m.unwrap_or(0.0), 0.0, 1e6)?;
+            let values = [
+                ("vehicles", f64::from(s.vehicles), 1.0, 1e6),
+                ("others", f64::from(s.others), 0.0, 100.0),
+                ("radar_s_m", s.radar_s_m.unwrap_or(0.0), 0.0, 1e6),
+            ];
+            for (key, value, low, high) in values {
+                limits::check(METHOD, &[(&format!("scene[{i}].{key}"), value, low, high, LEAVE_OUT)])?;
+            }
         }
         Ok(())
     }

@@ -1,18 +1,17 @@
 //! What the radar sees of what moves: points along the ground, clusters, tracks.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level, lane_track, suitable};
+use crate::trial::drive::{Level, lane_track, mount, point_radar};
 use crate::trial::hd_map::settings::Settings;
+use crate::trial::{Drive, TrialContext};
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
 use catseye::error::{BadInput, Result};
 use catseye::scene::radar::Radar;
-use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::LaneTrack;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// Arrays are not calibrated better than this, rad.
@@ -40,12 +39,13 @@ pub struct Sight {
     pub points: Vec<Mover>,
 }
 
-/// The radar of the scenario that tells azimuths. Errors: there is none.
+/// The radar of the scenario that tells azimuths.
+///
+/// # Errors
+/// There is none.
 pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
-    let found = suitable(radars, |w| !matches!(w, Waveform::Pulse { .. }))
-        .filter(|i| radars[*i].virtual_channels() > 1);
-    found.ok_or_else(|| {
+    point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1).ok_or_else(|| {
         BadInput::new("the method needs a radar that tells ranges and azimuths")
             .file(given.path)
             .key("radar")
@@ -58,8 +58,7 @@ pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
 /// [`Settings::echo_height_m`]: a linear array measures the sine of the angle from its own plane, whatever the elevation.
 pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
     let radar = drive.radar(frame.radar);
-    let (height_m, level) = (radar.mounting.translation_m.z, radar.mounting.direction(DVec3::X));
-    let yaw = level.y.atan2(level.x);
+    let (height_m, (_, yaw)) = (radar.mounting.translation_m.z, mount(radar));
     let points = frame.points.iter().filter_map(|p| {
         let azimuth_std = p.std.azimuth_rad?.max(LEAST_AZIMUTH_STD_RAD);
         let at = match p.std.elevation_rad {
@@ -92,13 +91,17 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Errors: none with the tracker's default settings.
+    /// # Errors
+    /// None with the tracker's default settings.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
 
     /// Takes in a frame; confirmed tracks that were seen in it, in the vehicle's level frame. The radar's own motion is `speed_mps`
-    /// along the vehicle and its turn. Errors: frames that run back.
+    /// along the vehicle and its turn.
+    ///
+    /// # Errors
+    /// Frames that run back.
     pub fn step(
         &mut self,
         sight: &Sight,
@@ -108,18 +111,11 @@ impl Follower {
         settings: &Settings,
         time_s: f64,
     ) -> Result<Vec<LaneTrack>> {
-        let (mount, ahead) = (radar.mounting.translation_m.truncate(), radar.mounting.direction(DVec3::X));
-        let mount_rad = ahead.y.atan2(ahead.x);
         // One that stands knows so.
         let stands = level.speed_mps == 0.0 && level.yaw_rate_rad_per_s == 0.0;
         let speed_mps = if stands { 0.0 } else { speed_mps };
-        let mut station = Station::on_vehicle(
-            (mount, mount_rad),
-            level.at_m,
-            level.heading_rad,
-            speed_mps,
-            level.yaw_rate_rad_per_s,
-        );
+        let (at_m, heading_rad, turn) = (level.at_m, level.heading_rad, level.yaw_rate_rad_per_s);
+        let mut station = Station::on_vehicle(mount(radar), at_m, heading_rad, speed_mps, turn);
         station.velocity_std_mps = if stands { 0.0 } else { settings.speed_std_mps };
         let own = DVec2::from_angle(-station.heading_rad).rotate(station.velocity_mps);
         let span = 2.0 * radar.max_velocity_mps();
@@ -143,28 +139,19 @@ impl Follower {
             })
             .filter(|p| p.check(0).is_ok())
             .collect();
-        let places: Vec<ClusterPoint> = plots
-            .iter()
-            .map(|p| {
-                let at = p.position_m();
-                ClusterPoint { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
-            })
-            .collect();
+        let place = |p: &Plot| {
+            let at = p.position_m();
+            ClusterPoint { x_m: at.x, y_m: at.y, range_rate_mps: p.range_rate_mps }
+        };
+        let places: Vec<ClusterPoint> = plots.iter().map(place).collect();
         // A far car may be one point.
         let labels = Dbscan { min_points: 1, ..Dbscan::default() }.labels(&places)?;
         let plots = plots_of_clusters(&plots, &labels);
-        let coverage = Some(Coverage {
-            max_range_m: radar.max_range_m(),
-            azimuth_rad: radar.processing.azimuth_fov_rad,
-        });
+        let azimuth_rad = radar.processing.azimuth_fov_rad;
+        let coverage = Some(Coverage { max_range_m: radar.max_range_m(), azimuth_rad });
         self.tracker.step(&Scan { time_s, station, coverage, plots: &plots })?;
-        Ok(self
-            .tracker
-            .tracks()
-            .iter()
-            .filter(|t| t.state == TrackState::Confirmed)
-            .map(|t| lane_track(level, t))
-            .filter(|t| DVec2::from_array(t.velocity_mps).length() > settings.slowest_mps)
-            .collect())
+        let confirmed = self.tracker.tracks().iter().filter(|t| t.state == TrackState::Confirmed);
+        let moves = |t: &LaneTrack| DVec2::from_array(t.velocity_mps).length() > settings.slowest_mps;
+        Ok(confirmed.map(|t| lane_track(level, t)).filter(moves).collect())
     }
 }

@@ -1,18 +1,20 @@
 //! The scenes of a trial, the map of each, the estimator on it, and the place of its radar.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Level;
-use crate::trial::hd_map::settings::{Divided, Kind, SceneTable, Settings};
+use crate::trial::TrialContext;
+use crate::trial::drive::{Level, mount};
+use crate::trial::hd_map::settings::{Kind, SceneTable, Settings};
 use catseye::error::{BadInput, Error, Result};
 use catseye::rng::Draws;
 use catseye::road::plan::ScenePlan;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
+use catseye::scene::radar::Radar;
 use catseye::scene::scenario::{Scenario, SceneSource};
 use catseye::scene::toml_file::referred;
 use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
 use catseye_lane::hd_map::of_road::{self, Stripes};
 use catseye_lane::hd_map::{self, Across, HdMap, RadarPose, file};
+use glam::DVec2;
 
 /// One scene of a trial, ready to be driven.
 pub struct Stage {
@@ -27,7 +29,7 @@ pub struct Stage {
 }
 
 /// True lanes are told by lines of points this near to each other, m.
-pub const TRUTH_STEP_M: f64 = 2.0;
+const TRUTH_STEP_M: f64 = 2.0;
 
 pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage>> {
     let own = || -> Result<Stage> {
@@ -74,7 +76,7 @@ pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage
             let bad = BadInput::new("is not a lane of the scene").file(given.path).value(wrong);
             return Err(bad.key(format!("lane.hd_map.scene[{i}].lanes")).allowed(all).into());
         }
-        let name = table.kind.map_or_else(|| plan.name.clone(), |k| k.scene().name().to_string());
+        let name = table.kind.map_or_else(|| plan.name.clone(), |k| k.name().to_string());
         Ok(Stage { kind: table.kind, name, scenario, plan: Some(plan), lanes, table: Some(table.clone()) })
     };
     settings.scene.iter().enumerate().map(drawn).collect()
@@ -109,25 +111,17 @@ pub fn map_of(
     Ok(map)
 }
 
-pub fn estimator(
-    settings: &Settings,
-    map: &HdMap,
-    radar: &catseye::scene::radar::Radar,
-    o: &Change,
-) -> Result<MapLanes> {
-    let at = radar.mounting.translation_m;
-    let ahead = radar.mounting.direction(glam::DVec3::X);
-    let across = match o.across.unwrap_or(settings.across) {
-        Divided::RoadNormal => Across::RoadNormal,
-        Divided::RadarAxis => Across::RadarAxis,
-    };
+pub fn estimator(settings: &Settings, map: &HdMap, radar: &Radar, change: Change) -> Result<MapLanes> {
+    let (at, radar_yaw_rad) = mount(radar);
+    let across = if change == Change::RadarAxis { Across::RadarAxis } else { settings.across };
+    let to_middle = settings.to_middle && change != Change::AsTracked;
     let options = Options {
         settings: hd_map::Settings { across, map_std_m: settings.map_std_m, ..hd_map::Settings::default() },
-        radar_at_m: [at.x, at.y],
-        radar_yaw_rad: ahead.y.atan2(ahead.x),
+        radar_at_m: at.to_array(),
+        radar_yaw_rad,
         place_std_m: settings.place_std_m,
         azimuth_std_rad: settings.azimuth_std_deg.to_radians(),
-        body: o.to_middle.unwrap_or(settings.to_middle).then_some(Body::CAR),
+        body: to_middle.then_some(Body::CAR),
         ..Options::default()
     };
     MapLanes::new(map.clone(), options)
@@ -135,23 +129,19 @@ pub fn estimator(
 }
 
 /// What another reading of the same tracks does otherwise.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Change {
-    pub across: Option<Divided>,
-    pub to_middle: Option<bool>,
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    None,
+    /// Divides the line square to the radar's axis into lanes.
+    RadarAxis,
+    /// Takes tracks where they are.
+    AsTracked,
 }
 
 /// The radar's place as it is known: with the errors of its survey.
-pub fn place(
-    settings: &Settings,
-    level: &Level,
-    radar: &catseye::scene::radar::Radar,
-    survey: [f64; 3],
-) -> Option<RadarPose> {
-    let mount = radar.mounting.translation_m;
-    let ahead = radar.mounting.direction(glam::DVec3::X);
-    let at = level.to_world(mount.truncate()) + glam::DVec2::new(survey[0], survey[1]) * settings.place_std_m;
-    let heading =
-        level.heading_rad + ahead.y.atan2(ahead.x) + survey[2] * settings.azimuth_std_deg.to_radians();
-    RadarPose::within(&settings.anchor(), at.extend(mount.z), heading)
+pub fn place(settings: &Settings, level: &Level, radar: &Radar, survey: [f64; 3]) -> Option<RadarPose> {
+    let (at, yaw_rad) = mount(radar);
+    let at = level.to_world(at) + DVec2::new(survey[0], survey[1]) * settings.place_std_m;
+    let heading = level.heading_rad + yaw_rad + survey[2] * settings.azimuth_std_deg.to_radians();
+    RadarPose::within(&settings.anchor(), at.extend(radar.mounting.translation_m.z), heading)
 }

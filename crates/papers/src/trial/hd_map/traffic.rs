@@ -2,6 +2,7 @@
 
 use crate::trial::hd_map::settings::{SceneTable, Settings};
 use crate::trial::hd_map::stage::Stage;
+use crate::trial::stats::draws;
 use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::axis::RoadPoint;
@@ -38,7 +39,10 @@ struct Placed {
     along_mps: f64,
 }
 
-/// The groups of a scene, each with its own draw, until all vehicles have passed. Errors: no lane holds a vehicle within the radar's view.
+/// The groups of a scene, each with its own draw, until all vehicles have passed.
+///
+/// # Errors
+/// No lane holds a vehicle within the radar's view.
 pub fn groups(stage: &Stage, settings: &Settings, scenario: &Scenario) -> Result<Vec<Group>> {
     let (Some(table), Some(plan)) = (&stage.table, &stage.plan) else {
         return Ok(vec![Group { plan: None }]);
@@ -48,7 +52,7 @@ pub fn groups(stage: &Stage, settings: &Settings, scenario: &Scenario) -> Result
     while left > 0 {
         let count = left.min(settings.together);
         let seed = scenario.seed.wrapping_add(1000 * out.len() as u64);
-        let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0x7aff);
+        let mut draws = draws(seed, 0x7aff);
         // A view may be full before it holds all of them.
         let (plan, placed) = group(plan, table, settings, scenario, count, &mut draws)?;
         out.push(Group { plan: Some(plan) });

@@ -1,9 +1,11 @@
 //! A look with all that rows, tables and pictures need.
 
-use crate::trial::markers::tally::Tally;
+use crate::trial::Step;
+use crate::trial::markers::tally::{Tally, View, tally};
 use crate::trial::stats::over_runs;
 use catseye_lane::markers::Markers;
-use catseye_lane::{LaneEstimate, LanePoint};
+use catseye_lane::{LaneEstimate, LanePoint, Line};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// What is kept of a frame.
@@ -16,45 +18,52 @@ pub struct Kept {
 
 /// One look with all that pictures and tables need.
 pub struct MarkerLook {
-    pub run: u32,
-    pub frame: u32,
-    pub time_s: f64,
+    /// With the estimate that follows lines over looks.
+    pub step: Step,
     pub kept: Kept,
     /// Of the look by itself.
     pub single: LaneEstimate,
-    pub followed: LaneEstimate,
     pub steps: catseye_lane::markers::Steps,
     pub tally: Tally,
+    /// In view, level frame.
     pub markers: Vec<[f64; 2]>,
     pub every_marker: Vec<[f64; 2]>,
     pub true_speed_mps: f64,
     pub true_yaw_rate: f64,
 }
 
+impl MarkerLook {
+    pub fn time_s(&self) -> f64 {
+        self.step.estimate.time_s
+    }
+}
+
 pub fn of_runs(seen: &[MarkerLook], of: impl Fn(&[&MarkerLook]) -> Option<f64>) -> Vec<f64> {
-    over_runs(seen, |s| s.run, of)
+    over_runs(seen, |s| s.step.run, of)
 }
 
 /// Range (m), level seen and level expected (dBsm) of each member of each line.
 pub fn excess_db(s: &MarkerLook, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
-    s.single
-        .lines
-        .iter()
-        .map(|l| {
-            l.members
-                .iter()
-                .filter_map(|i| {
-                    let p = s.kept.points.get(*i)?;
-                    let curve = &l.fitted.curve;
-                    let foot = curve.foot(glam::DVec2::from_array(p.at_m));
-                    let expected = estimator.expected_dbsm(p, curve.at(foot.s_m).heading_rad)?;
-                    Some((p.range_m, p.rcs_dbsm, expected))
-                })
-                .collect()
-        })
-        .collect()
+    let of_line = |l: &Line| {
+        let curve = &l.fitted.curve;
+        let of_member = |i: &usize| {
+            let p = s.kept.points.get(*i)?;
+            let foot = curve.foot(DVec2::from_array(p.at_m));
+            let expected = estimator.expected_dbsm(p, curve.at(foot.s_m).heading_rad)?;
+            Some((p.range_m, p.rcs_dbsm, expected))
+        };
+        l.members.iter().filter_map(of_member).collect()
+    };
+    s.single.lines.iter().map(of_line).collect()
 }
 
-pub fn is_marker(s: &MarkerLook, i: usize) -> bool {
-    s.kept.classes.get(i).is_some_and(|c| c == "marker")
+/// Of all looks by themselves, in a part of the view.
+pub fn tally_within(seen: &[MarkerLook], ring: &View, within_m: f64) -> Tally {
+    let mut sum = Tally::default();
+    for s in seen {
+        let inside = |m: &[f64; 2]| ring.holds(DVec2::from_array(*m));
+        let markers: Vec<[f64; 2]> = s.markers.iter().copied().filter(inside).collect();
+        sum.add(&tally(&s.single, &s.kept.points, &markers, &s.every_marker, ring, within_m));
+    }
+    sum
 }

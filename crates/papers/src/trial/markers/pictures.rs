@@ -1,17 +1,15 @@
 //! Pictures in the form of Feng 2019, fig. 5.1 to 5.4 and 4.13.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
-use crate::trial::markers::looks::{MarkerLook, excess_db};
-use crate::trial::markers::tally::{Tally, View, tally, truth_in_view};
-use crate::trial::pictures::{DOT, FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::report::Step;
+use crate::trial::markers::looks::{MarkerLook, excess_db, tally_within};
+use crate::trial::markers::tally::{View, truth_in_view};
+use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::{Drive, TrialContext};
 use catseye::error::Result;
 use catseye::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_plot::{
-    Axis, Chart, ColourMap, Layer, Mark, Paint, Pen, Picture, Rgb, Scale, Symbol, class_colour, class_name,
-    curve_pen, heat_map, noise_scale,
+    Axis, Chart, ColourMap, Mark, Pen, Picture, Rgb, Scale, Symbol, class_colour, class_name, curve_pen,
+    finite_range, heat_map, noise_scale,
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -24,55 +22,40 @@ const SMALL: Mark = Mark::Dot { radius: 2.0 };
 /// Frame of charts, pixels.
 const BOX: (f64, f64) = (760.0, 520.0);
 
-#[allow(clippy::too_many_arguments, reason = "all that a trial knows of a look")]
 pub(super) fn pictures(
     given: &TrialContext<'_>,
-    drive: &Drive<'_>,
-    which: usize,
+    (drive, which): (&Drive<'_>, usize),
     look: &MarkerLook,
     seen: &[MarkerLook],
     options: &MarkersOptions,
     view: &View,
-    steps: &[Step],
 ) -> Result<Vec<(String, Picture)>> {
-    let mut out: Vec<(String, Picture)> = Vec::new();
-    let mut put = |name: &str, chart: Chart| -> Result<()> {
-        out.push((name.into(), chart.draw()?));
-        Ok(())
+    let titled = |title: &str| format!("{title}, {:.2} s", look.time_s());
+    let subset = |title: &str, of: &[usize], edged: bool, colour: Rgb| {
+        let edges = if edged { edges(look, of, options) } else { Vec::new() };
+        Some(chosen(look, view, &titled(title), of, edges, colour))
     };
-    put("fig_5_1_points", points(look, view))?;
-    let map = given.kept(&format!("map{}", look.frame), || near_map(drive, which, look))?;
-    if let Some(chart) = speed(&map, look) {
-        put("fig_5_2_speed", chart)?;
-    }
-    let titled = |title: &str| format!("{title}, {:.2} s", look.time_s);
-    let groups = edges(look, &look.steps.grouped, options);
-    put(
-        "fig_5_3a_groups",
-        chosen(look, view, &titled("Points at the spacing {p1}"), &look.steps.grouped, groups, SEEN),
-    )?;
-    let dense = chosen(look, view, &titled("Denser points {p2}"), &look.steps.dense, Vec::new(), FOUND);
-    put("fig_5_3b_dense", dense)?;
-    let left = edges(look, &look.steps.left, options);
-    put("fig_5_3c_left", chosen(look, view, &titled("Points left {p}"), &look.steps.left, left, OTHER))?;
-    if look.steps.left.len() > 1 {
-        put("fig_5_3e_hough", hough(look))?;
-    }
-    put("fig_5_4b_paths", paths(look, view, options))?;
-    if options.rcs.is_some()
-        && let Some(chart) = levels(look, options)
-    {
-        put("fig_5_4d_levels", chart)?;
-    }
-    let truth = truth_in_view(drive, look.time_s, view);
-    let title = titled("Lanes followed over frames");
-    put("lanes", with_key_room(lanes_chart(&title, &look.kept.points, &truth, &look.followed), view))?;
-    put("fig_4_13_field", field(drive, seen))?;
-    put("by_distance", by_distance(seen, view))?;
-    if let Some(chart) = over_time(look.run, seen, steps) {
-        put("offset", chart)?;
-    }
-    Ok(out)
+    let steps = &look.steps;
+    let map = given.kept(&format!("map{}", look.step.frame), || near_map(drive, which, look))?;
+    let truth = truth_in_view(drive, look.time_s(), view);
+    let lanes =
+        lanes_chart(&titled("Lanes followed over frames"), &look.kept.points, &truth, &look.step.estimate);
+    let charts = [
+        ("fig_5_1_points", Some(points(look, view))),
+        ("fig_5_2_speed", speed(&map, look)),
+        ("fig_5_3a_groups", subset("Points at the spacing {p1}", &steps.grouped, true, SEEN)),
+        ("fig_5_3b_dense", subset("Denser points {p2}", &steps.dense, false, FOUND)),
+        ("fig_5_3c_left", subset("Points left {p}", &steps.left, true, OTHER)),
+        ("fig_5_3e_hough", (steps.left.len() > 1).then(|| hough(look))),
+        ("fig_5_4b_paths", Some(paths(look, view, options))),
+        ("fig_5_4d_levels", options.rcs.as_ref().and_then(|_| levels(look, options))),
+        ("lanes", Some(with_key_room(lanes, view))),
+        ("fig_4_13_field", Some(field(drive, seen))),
+        ("by_distance", Some(by_distance(seen, view))),
+        ("offset", over_time(look.step.run, seen)),
+    ];
+    let drawn = charts.into_iter().filter_map(|(name, chart)| Some((name, chart?)));
+    drawn.map(|(name, chart)| Ok((name.into(), chart.draw()?))).collect()
 }
 
 /// The part of the level plane that is in view: x forward, y left.
@@ -98,22 +81,19 @@ fn dots(chart: &mut Chart, points: Vec<[f64; 2]>, mark: Mark, colour: Rgb, label
     if points.is_empty() {
         return;
     }
-    chart.key(format!("{label} ({})", points.len()), Symbol::Mark(mark, colour));
-    chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(colour) });
+    chart.marks(format!("{label} ({})", points.len()), points, mark, colour);
 }
 
 fn markers(chart: &mut Chart, look: &MarkerLook) {
-    let mark = Mark::Diamond { radius: 3.0 };
-    if look.markers.is_empty() {
-        return;
+    if !look.markers.is_empty() {
+        let label = format!("true markers in view ({})", look.markers.len());
+        chart.marks(label, look.every_marker.clone(), Mark::Diamond { radius: 3.0 }, TRUE);
     }
-    chart.key(format!("true markers in view ({})", look.markers.len()), Symbol::Mark(mark, TRUE));
-    chart.layers.push(Layer::Marks { points: look.every_marker.clone(), mark, paint: Paint::Fixed(TRUE) });
 }
 
 /// Fig. 5.1: all points, by what made them.
 fn points(look: &MarkerLook, view: &View) -> Chart {
-    let mut chart = plane(&format!("Points of one scan, {:.2} s", look.time_s), view);
+    let mut chart = plane(&format!("Points of one scan, {:.2} s", look.time_s()), view);
     markers(&mut chart, look);
     let mut classes: Vec<&str> = look.kept.classes.iter().map(String::as_str).collect();
     classes.sort_unstable();
@@ -140,7 +120,7 @@ pub(super) struct NearMap {
 const NEAR_M: f64 = 15.0;
 
 fn near_map(drive: &Drive<'_>, which: usize, look: &MarkerLook) -> Result<NearMap> {
-    let frame = drive.frame(which, look.frame)?;
+    let frame = drive.frame(which, look.step.frame)?;
     let radar = drive.radar(which);
     let mut out = NearMap { range_m: [0.0; 2], rate_mps: [0.0; 2], columns: 0, dbm: Vec::new() };
     let Some(map) = frame.maps.first().map(|m| &m.map) else { return Ok(out) };
@@ -170,23 +150,16 @@ fn speed(map: &NearMap, look: &MarkerLook) -> Option<Chart> {
     }
     let dbm: Vec<f64> = map.dbm.iter().map(|d| f64::from(*d)).collect();
     let scale = noise_scale(&dbm);
-    let axes = (
-        ("range (m)", (map.range_m[0], map.range_m[1])),
-        ("range rate (m/s)", (map.rate_mps[0], map.rate_mps[1])),
-    );
-    let title = format!("Speed from what stands, {:.2} s", look.time_s);
-    let mut chart = heat_map(&title, axes.0, axes.1, (rows, map.columns), dbm, scale);
-    (chart.width, chart.height) = (640.0, 440.0);
-    chart.grid = false;
+    let title = format!("Speed from what stands, {:.2} s", look.time_s());
+    let [range, rate] = [map.range_m, map.rate_mps].map(|v| (v[0], v[1]));
+    let cells = (rows, map.columns);
+    let mut chart = heat_map(&title, ("range (m)", range), ("range rate (m/s)", rate), cells, dbm, scale)
+        .sized(640.0, 440.0);
     let mut line = |v: f64, pen: Pen, label: String| {
-        chart.layers.push(Layer::Line { points: vec![[map.range_m[0], -v], [map.range_m[1], -v]], pen });
-        chart.key(label, Symbol::Line(pen));
+        chart.named_line(label, vec![[range.0, -v], [range.1, -v]], pen);
     };
-    line(
-        look.true_speed_mps,
-        Pen::solid([255, 255, 255], 2.0),
-        format!("true {:.3} m/s", look.true_speed_mps),
-    );
+    let v = look.true_speed_mps;
+    line(v, Pen::solid([255, 255, 255], 2.0), format!("true {v:.3} m/s"));
     if let Some(m) = look.steps.motion {
         let v = m.velocity_mps[0];
         line(v, Pen::dashed(FOUND, 2.0, [8.0, 6.0]), format!("from the points {v:.3} m/s"));
@@ -220,10 +193,7 @@ fn chosen(
 ) -> Chart {
     let mut chart = plane(title, view);
     markers(&mut chart, look);
-    let pen = Pen::solid(colour, 1.0);
-    for e in edges {
-        chart.layers.push(Layer::Line { points: e.to_vec(), pen });
-    }
+    edges.iter().for_each(|e| chart.line(e.to_vec(), Pen::solid(colour, 1.0)));
     dots(&mut chart, places(look, look.steps.at_rest.iter().copied()), SMALL, PALE, "at rest");
     dots(&mut chart, places(look, of.iter().copied()), DOT, colour, "chosen");
     chart
@@ -247,36 +217,26 @@ fn hough(look: &MarkerLook) -> Chart {
     let most = votes.iter().copied().fold(1.0, f64::max);
     let title = format!("Hough transform of {} points left: {most} on one line at most", at.len());
     let scale = Scale::new(ColourMap::Viridis, "points", 0.0, most);
-    let high = -reach + rows as f64 * cell;
-    let mut chart = heat_map(
-        &title,
-        ("angle of the normal (deg)", (0.0, 180.0)),
-        ("distance (m)", (-reach, high)),
-        (rows, columns),
-        votes,
-        scale,
-    );
-    (chart.width, chart.height) = (640.0, 440.0);
-    chart
+    let angle = ("angle of the normal (deg)", (0.0, 180.0));
+    let distance = ("distance (m)", (-reach, -reach + rows as f64 * cell));
+    heat_map(&title, angle, distance, (rows, columns), votes, scale).sized(640.0, 440.0)
 }
 
 /// Fig. 5.4b: edges, paths, and the lines that came of them.
 fn paths(look: &MarkerLook, view: &View, options: &MarkersOptions) -> Chart {
-    let mut chart = plane(&format!("Paths and lines, {:.2} s", look.time_s), view);
+    let mut chart = plane(&format!("Paths and lines, {:.2} s", look.time_s()), view);
     markers(&mut chart, look);
     let green = Pen::solid(OTHER, 1.0);
-    for e in edges(look, &look.steps.at_rest, options) {
-        chart.layers.push(Layer::Line { points: e.to_vec(), pen: green });
-    }
+    edges(look, &look.steps.at_rest, options).iter().for_each(|e| chart.line(e.to_vec(), green));
     chart.key("at the spacing", Symbol::Line(green));
     let black = Pen::solid(BLACK, 2.0);
     for path in look.steps.paths.iter().filter(|p| p.len() > 2) {
-        chart.layers.push(Layer::Line { points: places(look, path.iter().copied()), pen: black });
+        chart.line(places(look, path.iter().copied()), black);
     }
     chart.key("paths", Symbol::Line(black));
     let dashed = Pen::dashed(SEEN, 2.0, [3.0, 3.0]);
     for path in &look.steps.by_hough {
-        chart.layers.push(Layer::Line { points: places(look, path.iter().copied()), pen: dashed });
+        chart.line(places(look, path.iter().copied()), dashed);
     }
     if !look.steps.by_hough.is_empty() {
         chart.key("rows by Hough", Symbol::Line(dashed));
@@ -290,67 +250,43 @@ fn paths(look: &MarkerLook, view: &View, options: &MarkersOptions) -> Chart {
 /// Fig. 5.4d: levels seen and expected over distance.
 fn levels(look: &MarkerLook, options: &MarkersOptions) -> Option<Chart> {
     let lines = excess_db(look, &Markers::new(options.clone()));
-    let all = || lines.iter().flatten().flat_map(|(_, a, b)| [*a, *b]).filter(|x| x.is_finite());
-    let (lo, hi) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let (lo, hi) = finite_range(lines.iter().flatten().flat_map(|(_, a, b)| [*a, *b]))?;
     let far = lines.iter().flatten().map(|l| l.0).fold(0.0, f64::max);
-    if lo > hi {
-        return None;
-    }
-    let title = format!("Levels of the markers, {:.2} s", look.time_s);
+    let title = format!("Levels of the markers, {:.2} s", look.time_s());
     let x = Axis::new("distance (m)", 0.0, far + 2.0);
     let mut chart = Chart::new(title, x, Axis::new("cross section (dBsm)", lo - 3.0, hi + 3.0).to_ticks(8));
     for (k, line) in lines.iter().enumerate() {
         let colour = curve_pen(k).colour;
-        dots(
-            &mut chart,
-            line.iter().map(|(r, a, _)| [*r, *a]).collect(),
-            DOT,
-            colour,
-            &format!("line {} seen", k + 1),
-        );
-        let hollow = Mark::Diamond { radius: 4.0 };
-        dots(&mut chart, line.iter().map(|(r, _, b)| [*r, *b]).collect(), hollow, colour, "expected");
+        let (seen, expected) = line.iter().map(|(r, a, b)| ([*r, *a], [*r, *b])).unzip();
+        dots(&mut chart, seen, DOT, colour, &format!("line {} seen", k + 1));
+        dots(&mut chart, expected, Mark::Diamond { radius: 4.0 }, colour, "expected");
     }
     Some(chart)
 }
 
 /// Fig. 4.13: the rows from above, the vehicle's way, and what the looks of the first run found.
 fn field(drive: &Drive<'_>, seen: &[MarkerLook]) -> Chart {
-    let world = |s: &MarkerLook, p: [f64; 2]| drive.level(s.time_s).to_world(DVec2::from_array(p)).to_array();
-    let first: Vec<&MarkerLook> = seen.iter().filter(|s| s.run == seen[0].run).collect();
-    let true_markers: Vec<[f64; 2]> = drive
-        .site
-        .road
-        .iter()
-        .flat_map(|r| &r.marker_rows)
-        .flat_map(|r| &r.markers)
-        .map(|m| [m.position_m[0], m.position_m[1]])
-        .collect();
-    let way: Vec<[f64; 2]> = first.iter().map(|s| drive.level(s.time_s).at_m.to_array()).collect();
-    let members: Vec<[f64; 2]> = first
-        .iter()
-        .flat_map(|s| {
-            let of = s.single.lines.iter().flat_map(|l| l.members.clone());
-            places(s, of).into_iter().map(|p| world(s, p)).collect::<Vec<_>>()
-        })
-        .collect();
-    let all: Vec<&[f64; 2]> = true_markers.iter().chain(&way).chain(&members).collect();
-    let span = |k: usize| {
-        let (lo, hi) =
-            all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
-        (lo - 3.0, hi + 3.0)
+    let first: Vec<&MarkerLook> = seen.iter().filter(|s| s.step.run == seen[0].step.run).collect();
+    let rows = drive.site.road.iter().flat_map(|r| &r.marker_rows);
+    let true_markers: Vec<[f64; 2]> =
+        rows.flat_map(|r| &r.markers).map(|m| [m.position_m[0], m.position_m[1]]).collect();
+    let way: Vec<[f64; 2]> = first.iter().map(|s| drive.level(s.time_s()).at_m.to_array()).collect();
+    let mut members: Vec<[f64; 2]> = Vec::new();
+    for s in &first {
+        let level = drive.level(s.time_s());
+        let of = places(s, s.single.lines.iter().flat_map(|l| l.members.clone()));
+        members.extend(of.into_iter().map(|p| level.to_world(DVec2::from_array(p)).to_array()));
+    }
+    let axis = |label: &str, k: usize| {
+        let all = true_markers.iter().chain(&way).chain(&members).map(|p| p[k]);
+        let (lo, hi) = finite_range(all).unwrap_or((0.0, 1.0));
+        Axis::new(label, lo - 3.0, hi + 3.0)
     };
-    let ((x0, x1), (y0, y1)) = (span(0), span(1));
-    let mut chart = Chart::new(
-        "The field, and what the drive found",
-        Axis::new("x (m)", x0, x1),
-        Axis::new("y (m)", y0, y1),
-    )
-    .equal_scale(BOX.0, 620.0);
+    let title = "The field, and what the drive found";
+    let mut chart = Chart::new(title, axis("x (m)", 0), axis("y (m)", 1)).equal_scale(BOX.0, 620.0);
     dots(&mut chart, true_markers, Mark::Diamond { radius: 2.5 }, TRUE, "markers");
     dots(&mut chart, members, SMALL, FOUND, "members of lines, all looks");
-    let blue = Pen::solid(SEEN, 2.0);
-    chart.layers.push(Layer::Line { points: way.clone(), pen: blue });
+    chart.line(way.clone(), Pen::solid(SEEN, 2.0));
     dots(&mut chart, way, DOT, SEEN, "vehicle at each look");
     chart
 }
@@ -362,13 +298,7 @@ fn by_distance(seen: &[MarkerLook], view: &View) -> Chart {
     let mut curves: [Vec<[f64; 2]>; 3] = Default::default();
     for k in 0..n {
         let reach = [k as f64 * RING_M, (k + 1) as f64 * RING_M];
-        let ring = View { reach_m: [reach[0].max(view.reach_m[0]), reach[1].min(view.reach_m[1])], ..*view };
-        let mut sum = Tally::default();
-        for s in seen {
-            let markers: Vec<[f64; 2]> =
-                s.markers.iter().copied().filter(|m| ring.holds(DVec2::from_array(*m))).collect();
-            sum.add(&tally(&s.single, &s.kept.points, &markers, &s.every_marker, &ring, WITHIN_M));
-        }
+        let sum = tally_within(seen, &view.ring(reach), WITHIN_M);
         let middle = 0.5 * (reach[0] + reach[1]);
         for (c, v) in curves.iter_mut().zip([sum.detected_share(), sum.recall(), sum.precision()]) {
             if let Some(v) = v {
@@ -383,9 +313,7 @@ fn by_distance(seen: &[MarkerLook], view: &View) -> Chart {
     );
     let names = ["with a point within 0.3 m", "in a line (recall)", "members that are markers (precision)"];
     for ((c, name), colour) in curves.into_iter().zip(names).zip([TRUE, SEEN, FOUND]) {
-        let pen = Pen::solid(colour, 2.0);
-        chart.layers.push(Layer::Line { points: c, pen });
-        chart.key(name, Symbol::Line(pen));
+        chart.named_line(name, c, Pen::solid(colour, 2.0));
     }
     chart
 }
@@ -393,37 +321,21 @@ fn by_distance(seen: &[MarkerLook], view: &View) -> Chart {
 const WITHIN_M: f64 = 0.3;
 
 /// The offset over the drive of one run: true, of each look, and followed.
-fn over_time(run: u32, seen: &[MarkerLook], steps: &[Step]) -> Option<Chart> {
-    let steps: Vec<&Step> = steps.iter().filter(|s| s.run == run).collect();
-    if steps.len() < 2 {
-        return None;
-    }
-    let truth: Vec<[f64; 2]> =
-        steps.iter().filter_map(|s| Some([s.estimate.time_s, s.truth.offset_m?])).collect();
-    let alone: Vec<[f64; 2]> = seen
-        .iter()
-        .filter(|s| s.run == run)
-        .filter_map(|s| Some([s.time_s, s.single.offset_m?.value]))
-        .collect();
-    let followed: Vec<[f64; 2]> =
-        steps.iter().filter_map(|s| Some([s.estimate.time_s, s.estimate.offset_m?.value])).collect();
-    let all = || truth.iter().chain(&alone).chain(&followed).map(|p| p[1]);
-    let (lo, hi) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-    if lo > hi {
-        return None;
-    }
-    let end = steps.last()?.estimate.time_s;
-    let mut chart = Chart::new(
-        "Place in the lane",
-        Axis::new("time (s)", steps[0].estimate.time_s, end),
-        Axis::new("offset from the middle (m), positive left", lo - 0.1, hi + 0.1),
-    );
-    let grey = Pen::solid(TRUE, 2.0);
-    chart.layers.push(Layer::Line { points: truth, pen: grey });
-    chart.key("true", Symbol::Line(grey));
+fn over_time(run: u32, seen: &[MarkerLook]) -> Option<Chart> {
+    let seen: Vec<&MarkerLook> = seen.iter().filter(|s| s.step.run == run).collect();
+    let (first, last) = (seen.first()?.time_s(), seen.last()?.time_s());
+    let points = |of: &dyn Fn(&MarkerLook) -> Option<f64>| -> Vec<[f64; 2]> {
+        seen.iter().filter_map(|s| Some([s.time_s(), of(s)?])).collect()
+    };
+    let truth = points(&|s| s.step.truth.offset_m);
+    let alone = points(&|s| Some(s.single.offset_m?.value));
+    let followed = points(&|s| Some(s.step.estimate.offset_m?.value));
+    let all = truth.iter().chain(&alone).chain(&followed).map(|p| p[1]);
+    let (lo, hi) = finite_range(all).filter(|_| seen.len() > 1)?;
+    let y = Axis::new("offset from the middle (m), positive left", lo - 0.1, hi + 0.1);
+    let mut chart = Chart::new("Place in the lane", Axis::new("time (s)", first, last), y);
+    chart.named_line("true", truth, Pen::solid(TRUE, 2.0));
     dots(&mut chart, alone, DOT, SEEN, "each look");
-    let red = Pen::solid(FOUND, 1.5);
-    chart.layers.push(Layer::Line { points: followed, pen: red });
-    chart.key("followed", Symbol::Line(red));
+    chart.named_line("followed", followed, Pen::solid(FOUND, 1.5));
     Some(chart)
 }

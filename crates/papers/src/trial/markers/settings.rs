@@ -1,12 +1,13 @@
 //! The table `[lane.markers]` of a scenario.
 
+use crate::trial::limits::{self, Limit};
 use catseye::error::{BadInput, Result};
 use catseye::road::labels::RoadTruth;
 use catseye::scene::radar::Radar;
-use catseye_lane::markers::MarkerOptions;
+use catseye_lane::markers::{MarkerOptions, MarkersOptions};
+use catseye_lane::track::TrackOptions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::ops::RangeInclusive;
 
 /// How `catseye lane markers` looks for rows of markers.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -77,62 +78,61 @@ impl Default for Settings {
     }
 }
 
-fn within(key: &str, value: f64, allowed: RangeInclusive<f64>, remedy: &str) -> Result<()> {
-    if allowed.contains(&value) {
-        return Ok(());
-    }
-    Err(BadInput::new("is out of range")
-        .key(format!("lane.markers.{key}"))
-        .value(value)
-        .allowed(format!("{}..={}", allowed.start(), allowed.end()))
-        .remedy(remedy)
-        .into())
-}
-
 impl Settings {
-    /// Errors: values out of their ranges.
+    /// # Errors
+    /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
+        let mut limits: Vec<Limit<'_>> = Vec::new();
         for d in &self.spacing_m {
-            within("spacing_m", *d, 0.3..=50.0, "give the metres between neighbours of a row")?;
-            let least = 0.45 * d;
-            within(
-                "tolerance_m",
-                self.tolerance_m,
-                1e-3..=least,
-                "give less than half of the spacing, as in 0.2",
-            )?;
+            limits.push(("spacing_m", *d, 0.3, 50.0, "give the metres between neighbours of a row"));
+            let half = "give less than half of the spacing, as in 0.2";
+            limits.push(("tolerance_m", self.tolerance_m, 1e-3, 0.45 * d, half));
         }
-        within("tolerance_m", self.tolerance_m, 1e-3..=20.0, "give metres, as in 0.2")?;
-        within("least_of_group", f64::from(self.least_of_group), 2.0..=1000.0, "the document has 4")?;
-        within("least_of_path", f64::from(self.least_of_path), 3.0..=1000.0, "the document has 5")?;
-        for t in self.turn_deg {
-            within("turn_deg", t, 0.1..=60.0, "give degrees, as in [20, 10]")?;
-        }
-        within("nearest_m", self.nearest_m, 0.0..=1000.0, "give metres, as in 5")?;
-        within("gap", f64::from(self.gap), 1.0..=50.0, "give a number of spacings, as in 5")?;
-        if let Some(e) = self.rate_error_mps {
-            within("rate_error_mps", e, 0.0..=10.0, "give metres per second, as in 0.005")?;
-        }
-        if let Some(s) = self.bus_speed_std_mps {
-            within("bus_speed_std_mps", s, 0.0..=10.0, "give metres per second, as in 0.05")?;
-        }
-        if let Some(s) = self.bus_yaw_rate_std_deg_per_s {
-            within("bus_yaw_rate_std_deg_per_s", s, 0.0..=90.0, "give degrees per second, as in 0.2")?;
-        }
-        let [near, far] = self.reach_m;
-        within("reach_m", near, 0.0..=1000.0, "give [nearest, farthest] in metres, as in [5, 35]")?;
-        within("reach_m", far, near + 1.0..=1000.0, "give [nearest, farthest] in metres, as in [5, 35]")?;
-        within("within_m", self.within_m, 0.01..=10.0, "give metres, as in 0.3")?;
-        for s in &self.missing_share {
-            within("missing_share", *s, 0.0..=1.0, "give shares, as in [0, 0.2]")?;
-        }
-        for n in &self.extra_points {
-            within("extra_points", f64::from(*n), 0.0..=10_000.0, "give numbers, as in [0, 10]")?;
-        }
-        Ok(())
+        limits.extend([
+            ("tolerance_m", self.tolerance_m, 1e-3, 20.0, "give metres, as in 0.2"),
+            ("least_of_group", f64::from(self.least_of_group), 2.0, 1000.0, "the document has 4"),
+            ("least_of_path", f64::from(self.least_of_path), 3.0, 1000.0, "the document has 5"),
+        ]);
+        limits.extend(self.turn_deg.map(|t| ("turn_deg", t, 0.1, 60.0, "give degrees, as in [20, 10]")));
+        limits.extend([
+            ("nearest_m", self.nearest_m, 0.0, 1000.0, "give metres, as in 5"),
+            ("gap", f64::from(self.gap), 1.0, 50.0, "give a number of spacings, as in 5"),
+        ]);
+        let speeds = [
+            ("rate_error_mps", self.rate_error_mps, 10.0, "give metres per second, as in 0.005"),
+            ("bus_speed_std_mps", self.bus_speed_std_mps, 10.0, "give metres per second, as in 0.05"),
+            (
+                "bus_yaw_rate_std_deg_per_s",
+                self.bus_yaw_rate_std_deg_per_s,
+                90.0,
+                "give degrees per second, as in 0.2",
+            ),
+        ];
+        limits.extend(speeds.into_iter().filter_map(|(key, v, most, how)| Some((key, v?, 0.0, most, how))));
+        let ([near, far], how) = (self.reach_m, "give [nearest, farthest] in metres, as in [5, 35]");
+        limits.extend([
+            ("reach_m", near, 0.0, 1000.0, how),
+            ("reach_m", far, near + 1.0, 1000.0, how),
+            ("within_m", self.within_m, 0.01, 10.0, "give metres, as in 0.3"),
+        ]);
+        let shares = self.missing_share.iter();
+        limits.extend(shares.map(|s| ("missing_share", *s, 0.0, 1.0, "give shares, as in [0, 0.2]")));
+        let points = self.extra_points.iter();
+        limits
+            .extend(points.map(|n| ("extra_points", f64::from(*n), 0.0, 1e4, "give numbers, as in [0, 10]")));
+        limits::check("markers", &limits)
     }
 
-    /// One pattern for each spacing. Errors: no spacing is given and the scene has no rows.
+    /// The options for a radar, without levels.
+    pub(super) fn options(&self, radar: &Radar, patterns: Vec<MarkerOptions>) -> MarkersOptions {
+        let track = self.track.then(TrackOptions::default);
+        MarkersOptions { patterns, track, radar_ahead_m: radar.mounting.translation_m.x, rcs: None }
+    }
+
+    /// One pattern for each spacing.
+    ///
+    /// # Errors
+    /// No spacing is given and the scene has no rows.
     pub(super) fn patterns(&self, radar: &Radar, road: Option<&RoadTruth>) -> Result<Vec<MarkerOptions>> {
         let spacings = match self.spacing_m.is_empty() {
             false => self.spacing_m.clone(),

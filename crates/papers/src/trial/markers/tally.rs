@@ -1,6 +1,6 @@
 //! Markers found and missed, and what a table of the look's figures holds.
 
-use crate::trial::drive::Drive;
+use crate::trial::drive::{Drive, mount, stretches};
 use catseye::scene::radar::Radar;
 use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LanePoint};
@@ -65,14 +65,13 @@ pub struct View {
 
 impl View {
     pub fn of(radar: &Radar, reach_m: [f64; 2], nearest_m: f64) -> View {
-        let ahead = radar.mounting.rotation * glam::DVec3::X;
-        View {
-            at_m: radar.mounting.translation_m.truncate(),
-            heading_rad: ahead.y.atan2(ahead.x),
-            half_rad: radar.processing.azimuth_fov_rad,
-            reach_m,
-            nearest_m,
-        }
+        let (at_m, heading_rad) = mount(radar);
+        View { at_m, heading_rad, half_rad: radar.processing.azimuth_fov_rad, reach_m, nearest_m }
+    }
+
+    /// The part of the view between two distances, as far as these lie in its own reach.
+    pub fn ring(&self, [from, to]: [f64; 2]) -> View {
+        View { reach_m: [from.max(self.reach_m[0]), to.min(self.reach_m[1])], ..*self }
     }
 
     pub fn holds(&self, p: DVec2) -> bool {
@@ -86,8 +85,7 @@ impl View {
 
 /// The markers in view at a time, level frame.
 pub fn markers_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> Vec<[f64; 2]> {
-    let rows = drive.rows(time_s).into_iter().flat_map(|(_, row)| row);
-    rows.filter(|p| view.holds(DVec2::from_array(*p))).collect()
+    drive.markers(time_s).into_iter().filter(|p| view.holds(DVec2::from_array(*p))).collect()
 }
 
 /// The rows in view as the lines that are to be found, and the vehicle's lane. What a line says of a row that has left the view is
@@ -99,7 +97,7 @@ pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
     let mut first: Vec<Option<usize>> = Vec::new();
     for line in &whole.lines {
         let mut own = None;
-        for part in stretches(line, view) {
+        for part in in_view(line, view) {
             own = own.or(Some(lines.len()));
             lines.push(part);
         }
@@ -110,25 +108,13 @@ pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
 }
 
 /// Places a quarter of a metre apart along a polyline, those in view, cut where it leaves the view.
-fn stretches(line: &[[f64; 2]], view: &View) -> Vec<Vec<[f64; 2]>> {
-    let mut out: Vec<Vec<[f64; 2]>> = Vec::new();
-    let mut open = false;
-    for w in line.windows(2) {
+fn in_view(line: &[[f64; 2]], view: &View) -> Vec<Vec<[f64; 2]>> {
+    let places = line.windows(2).flat_map(|w| {
         let (a, b) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]));
         let n = (a.distance(b) / 0.25).ceil().max(1.0) as usize;
-        for k in 0..n {
-            let p = a.lerp(b, k as f64 / n as f64);
-            let seen = view.holds(p);
-            match out.last_mut() {
-                Some(part) if seen && open => part.push(p.to_array()),
-                _ if seen => out.push(vec![p.to_array()]),
-                _ => {}
-            }
-            open = seen;
-        }
-    }
-    out.retain(|l| l.len() > 1);
-    out
+        (0..n).map(move |k| a.lerp(b, k as f64 / n as f64))
+    });
+    stretches(places.map(|p| Some(p).filter(|p| view.holds(*p))))
 }
 
 /// Of one estimate, whose members are indices of `points`.

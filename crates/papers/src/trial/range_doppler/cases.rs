@@ -1,10 +1,10 @@
 //! Single looks from poses that are set, each on a road of its own.
 
-use crate::trial::context::TrialContext;
 use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
-use crate::trial::range_doppler::settings::{Case, Settings, in_range};
-use crate::trial::report::{Row, Trial};
-use catseye::error::Result;
+use crate::trial::range_doppler::settings::{Case, Settings};
+use crate::trial::stats::draws;
+use crate::trial::{Drive, Row, Rows, TrialContext, one_look};
+use catseye::error::{BadInput, Result};
 use catseye::rng::Draws;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
@@ -99,31 +99,36 @@ impl Case {
 pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let ego = &given.scenario.ego;
     let speed_mps = ego.on_road.as_ref().map_or(ego.speed_mps, |on| on.drive.speed_mps(0.0));
-    in_range("ego.speed_mps", speed_mps, 0.5, 150.0)?;
-    let all = u64::from(given.runs) * s.case.len() as u64;
+    if !(0.5..=150.0).contains(&speed_mps) {
+        let bad = BadInput::new("is out of range").key("ego.speed_mps").value(speed_mps);
+        return Err(bad.allowed("0.5..=150").remedy("give a speed in that range").into());
+    }
     let mut out: Vec<RadarLook> = Vec::new();
     for run in 0..given.runs {
         let mut scenario = given.scenario_of(run);
-        let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, 0xca5e);
-        for (i, case) in s.case.iter().enumerate() {
+        let mut draws = draws(scenario.seed, 0xca5e);
+        for (i, case) in (0..).zip(&s.case) {
             // Noise of its own for each case.
-            scenario.seed = given.scenario_of(run).seed.wrapping_add(1_000_003 * (i as u64 + 1));
+            scenario.seed = given.scenario_of(run).seed.wrapping_add(1_000_003 * (u64::from(i) + 1));
             let site = case.site(&scenario, s, which, speed_mps, &mut draws)?;
+            let drive = Drive::new(&site, given.engine)?;
             let equal = case.equal || s.left_spacing_m == s.right_spacing_m;
-            let mut looker = RadarDrive::new(&site, given, which, s, equal)?;
-            let picture = run == 0 && i < s.pictures as usize;
-            let mut made = looker.look(given, &format!("run{run}_frame{i}"), 0, run, picture)?;
-            made.case = Some(i);
-            made.step.frame = i as u32;
-            out.push(made);
-            (given.watch)(out.len() as u64, all);
+            let pictured = |_: u32| run == 0 && i < s.pictures;
+            let mut looks = RadarDrive::new(&drive, which, s, equal, &pictured)?;
+            one_look(given, (&drive, which), (run, 0), &format!("run{run}_frame{i}"), &mut looks)?;
+            out.extend(looks.made.into_iter().map(|mut made| {
+                made.case = Some(i as usize);
+                made.step.frame = i;
+                made
+            }));
+            given.told(run, i, s.case.len() as u32);
         }
     }
     Ok(out)
 }
 
 /// What each case set and what came out, and what the curves look like.
-pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[RadarLook]) {
+pub(super) fn rows(rows: &mut Vec<Row>, s: &Settings, made: &[RadarLook]) {
     let mut bends: Vec<f64> = Vec::new();
     for (i, case) in s.case.iter().enumerate() {
         let looks: Vec<&RadarLook> = made.iter().filter(|m| m.case == Some(i)).collect();
@@ -137,48 +142,44 @@ pub(super) fn rows(trial: &mut Trial, s: &Settings, made: &[RadarLook]) {
         let size = if case.equal { "size only: equal spacings; " } else { "" };
         let offset: Vec<f64> = lanes().map(|(m, l)| sign(m, l.offset_m.value, case.offset_m)).collect();
         let why = format!("{size}the value that is set; the document draws it and states no estimate");
-        let row = Row::mean(format!("offset, {name}"), "m", &offset);
-        trial.rows.push(row.document(case.offset_m).why(&why));
+        rows.mean(format!("offset, {name}"), "m", &offset).document(case.offset_m).why(&why);
         if case.heading_deg != 0.0 {
-            let heading: Vec<f64> =
-                lanes().map(|(m, l)| sign(m, l.heading_rad.value.to_degrees(), case.heading_deg)).collect();
-            let row = Row::mean(format!("heading, {name}"), "deg", &heading);
-            trial.rows.push(row.document(case.heading_deg).why(&why));
+            let degrees = |l: &LaneFromMap| l.heading_rad.value.to_degrees();
+            let heading: Vec<f64> = lanes().map(|(m, l)| sign(m, degrees(l), case.heading_deg)).collect();
+            rows.mean(format!("heading, {name}"), "deg", &heading).document(case.heading_deg).why(&why);
             // The marker in the direction of motion has the vehicle's speed (Fig. 3.23).
             let peak: Vec<f64> = lanes().filter_map(|(_, l)| peak_m(l, s)).collect();
             let set = (0.5 * s.row_distance_m - case.offset_m * case.heading_deg.signum())
                 / case.heading_deg.to_radians().sin().abs();
-            let row = Row::mean(format!("range of the peak of the curves, {name}"), "m", &peak);
-            trial.rows.push(row.document(set).why("row distance and heading as set, by geometry"));
+            rows.mean(format!("range of the peak of the curves, {name}"), "m", &peak)
+                .document(set)
+                .why("row distance and heading as set, by geometry");
         }
         if let Some(radius) = case.radius_m() {
             let told: Vec<f64> = lanes().filter_map(|(_, l)| Some(l.radius_m()?[0])).collect();
             bends.extend(told.iter().map(|r| (r / radius - 1.0).abs() * 100.0));
             let why = format!("told in {} of {} looks; {why}", told.len(), looks.len());
-            trial.rows.push(Row::mean(format!("radius, {name}"), "m", &told).document(radius).why(why));
-            let start: Vec<f64> = lanes()
-                .filter(|(_, l)| l.curve_start_m.observed)
-                .map(|(_, l)| l.curve_start_m.value)
-                .collect();
-            let row = Row::mean(format!("distance to the bend, {name}"), "m", &start);
-            trial.rows.push(row.document(case.bend_after_m).why("the value that is set here"));
+            rows.mean(format!("radius, {name}"), "m", &told).document(radius).why(why);
+            let observed = lanes().filter(|(_, l)| l.curve_start_m.observed);
+            let start: Vec<f64> = observed.map(|(_, l)| l.curve_start_m.value).collect();
+            rows.mean(format!("distance to the bend, {name}"), "m", &start)
+                .document(case.bend_after_m)
+                .why("the value that is set here");
         } else {
             let apart: Vec<f64> = lanes().filter_map(|(_, l)| apart_mps(l, s)).collect();
             let v = looks.first().map_or(0.0, |m| m.speed_mps);
-            let set = set_apart_mps(case, s, v);
-            let row = Row::mean(format!("distance of the curves at {APART_AT_M} m, {name}"), "m/s", &apart);
-            trial
-                .rows
-                .push(row.document(set).why("set pose, by geometry: r' = -v cos of the angle to the motion"));
+            rows.mean(format!("distance of the curves at {APART_AT_M} m, {name}"), "m/s", &apart)
+                .document(set_apart_mps(case, s, v))
+                .why("set pose, by geometry: r' = -v cos of the angle to the motion");
         }
     }
     if !bends.is_empty() {
-        let row = Row::mean("radius, relative error (mean)", "%", &bends);
-        trial.rows.push(row.why("of all bends whose curvature is beyond two standard deviations"));
+        rows.mean("radius, relative error (mean)", "%", &bends)
+            .why("of all bends whose curvature is beyond two standard deviations");
     }
     let gross = made.iter().filter(|m| is_gross(m)).count();
-    let row = Row::new("looks with a lane that is not the true one", "", Some(gross as f64));
-    trial.rows.push(row.why(format!("more than five standard deviations off, of {}", made.len())));
+    rows.one("looks with a lane that is not the true one", "", Some(gross as f64))
+        .why(format!("more than five standard deviations off, of {}", made.len()));
 }
 
 fn is_gross(m: &RadarLook) -> bool {

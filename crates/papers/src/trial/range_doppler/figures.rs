@@ -1,12 +1,12 @@
 //! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
 
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::Trial;
+use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use crate::trial::range_doppler::looks::{MapPicture, RadarLook, errors};
 use crate::trial::range_doppler::settings::Settings;
-use crate::trial::report::Trial;
 use catseye::error::Result;
 use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Rgb, Symbol, finite_range, noise_scale};
+use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol, finite_range, noise_scale};
 
 const LEFT: Rgb = [255, 127, 80];
 const RIGHT: Rgb = [120, 220, 255];
@@ -46,31 +46,19 @@ fn curves(lane: &LaneFromMap, s: &Settings) -> [Vec<[f64; 2]>; 2] {
 fn map_chart(title: &str, map: &MapPicture, m: &RadarLook, s: &Settings) -> Chart {
     let x = Axis::new("range (m)", map.range_m[0].max(0.0), map.range_m[1]);
     let y = Axis::new("range rate (m/s), positive receding", map.range_rate_mps[0], map.range_rate_mps[1]);
-    let mut chart = Chart::new(title, x, y);
-    (chart.width, chart.height, chart.grid) = (680.0, 440.0, false);
+    let mut chart = Chart::new(title, x, y).sized(680.0, 440.0);
+    chart.grid = false;
     let values: Vec<f64> = map.dbm.iter().map(|v| f64::from(*v)).collect();
     chart.scale = Some(noise_scale(&values));
-    let cells = (map.rows, map.columns);
-    chart.layers.push(Layer::Cells {
-        x: (map.range_m[0], map.range_m[1]),
-        y: (map.range_rate_mps[0], map.range_rate_mps[1]),
-        rows: cells.0,
-        columns: cells.1,
-        values,
-    });
-    let ring = Mark::Ring { radius: 4.0 };
-    let inside = |p: &[f64; 2]| p[1] >= map.range_rate_mps[0] && p[1] <= map.range_rate_mps[1];
-    let points: Vec<[f64; 2]> =
-        m.seen.points.iter().map(|p| [p.range_m, p.range_rate_mps]).filter(inside).collect();
-    chart.layers.push(Layer::Marks { points, mark: ring, paint: Paint::Fixed(WHITE) });
-    chart.key("points", Symbol::Mark(ring, WHITE));
+    let [x, y] = [map.range_m, map.range_rate_mps].map(|v| (v[0], v[1]));
+    chart.layers.push(Layer::Cells { x, y, rows: map.rows, columns: map.columns, values });
+    let inside = |p: &[f64; 2]| p[1] >= y.0 && p[1] <= y.1;
+    let points = m.seen.points.iter().map(|p| [p.range_m, p.range_rate_mps]).filter(inside).collect();
+    chart.marks("points", points, Mark::Ring { radius: 4.0 }, WHITE);
     if let Some(lane) = &m.look.lane {
-        for (curve, (colour, name)) in
-            curves(lane, s).into_iter().zip([(LEFT, "left row, fitted"), (RIGHT, "right row, fitted")])
-        {
-            let pen = Pen::solid(colour, 1.6);
-            chart.layers.push(Layer::Line { points: curve, pen });
-            chart.key(name, Symbol::Line(pen));
+        let rows = [(LEFT, "left row, fitted"), (RIGHT, "right row, fitted")];
+        for (curve, (colour, name)) in curves(lane, s).into_iter().zip(rows) {
+            chart.named_line(name, curve, Pen::solid(colour, 1.6));
         }
     }
     chart
@@ -81,26 +69,21 @@ fn rates_chart(title: &str, m: &RadarLook, s: &Settings) -> Chart {
     let v = m.speed_mps.abs().max(0.1);
     let x = Axis::new("range (m)", 0.0, s.far_m);
     let y = Axis::new("range rate (m/s), positive receding", -1.1 * v, 1.1 * v);
-    let mut chart = Chart::new(title, x, y);
-    (chart.width, chart.height) = (560.0, 400.0);
+    let mut chart = Chart::new(title, x, y).sized(560.0, 400.0);
     let of = |behind: bool| m.markers.iter().filter(|k| k.1 == behind).map(|k| k.0).collect::<Vec<_>>();
-    let (dot, ring) = (Mark::Dot { radius: 4.0 }, Mark::Diamond { radius: 3.5 });
-    chart.layers.push(Layer::Marks { points: of(true), mark: ring, paint: Paint::Fixed(BEHIND) });
-    chart.layers.push(Layer::Marks { points: of(false), mark: dot, paint: Paint::Fixed(TRUE) });
-    chart.key("markers", Symbol::Mark(dot, TRUE));
-    chart.key("behind", Symbol::Mark(ring, BEHIND));
-    let small = Mark::Dot { radius: 1.6 };
+    let (dot, diamond) = (Mark::Dot { radius: 4.0 }, Mark::Diamond { radius: 3.5 });
+    chart.dots(of(true), diamond, BEHIND);
+    chart.marks("markers", of(false), dot, TRUE);
+    chart.key("behind", Symbol::Mark(diamond, BEHIND));
     let strong = m.seen.points.iter().filter(|p| p.snr_db >= s.min_snr_db);
     let points =
         strong.map(|p| [p.range_m, p.range_rate_mps]).filter(|p| p[1].abs() < 1.1 * v && p[0] < s.far_m);
-    chart.layers.push(Layer::Marks { points: points.collect(), mark: small, paint: Paint::Fixed(SEEN) });
-    chart.key("points", Symbol::Mark(small, SEEN));
+    chart.marks("points", points.collect(), Mark::Dot { radius: 1.6 }, SEEN);
     if let Some(lane) = &m.look.lane {
-        for (curve, colour) in curves(lane, s).into_iter().zip([FOUND, OTHER]) {
-            chart.layers.push(Layer::Line { points: curve, pen: Pen::solid(colour, 1.2) });
+        let rows = [(FOUND, "left fitted"), (OTHER, "right fitted")];
+        for (curve, (colour, name)) in curves(lane, s).into_iter().zip(rows) {
+            chart.named_line(name, curve, Pen::solid(colour, 1.2));
         }
-        chart.key("left fitted", Symbol::Line(Pen::solid(FOUND, 1.2)));
-        chart.key("right fitted", Symbol::Line(Pen::solid(OTHER, 1.2)));
     }
     chart
 }
@@ -113,25 +96,15 @@ fn over(title: &str, x: &str, y: &str, points: &[[f64; 3]], truth: Vec<[f64; 2]>
         (lo - pad, hi + pad)
     };
     let xs = range(points.iter().map(|p| p[0]).chain(truth.iter().map(|t| t[0])).collect());
-    let ys = range(
-        points
-            .iter()
-            .flat_map(|p| [p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]])
-            .chain(truth.iter().map(|t| t[1]))
-            .collect(),
-    );
+    let bars: Vec<[f64; 2]> = points.iter().map(|p| [p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect();
+    let ys = range(bars.iter().flatten().copied().chain(truth.iter().map(|t| t[1])).collect());
     let mut chart = Chart::new(title, Axis::new(x, xs.0, xs.1), Axis::new(y, ys.0, ys.1));
-    let grey = Pen::solid(TRUE, 2.0);
-    chart.layers.push(Layer::Line { points: truth, pen: grey });
-    for [x, y, std] in points {
-        let points = vec![[*x, y - 2.0 * std], [*x, y + 2.0 * std]];
-        chart.layers.push(Layer::Line { points, pen: Pen::solid(SEEN, 1.0) });
+    chart.named_line("true", truth, Pen::solid(TRUE, 2.0));
+    for (p, [low, high]) in points.iter().zip(bars) {
+        chart.line(vec![[p[0], low], [p[0], high]], Pen::solid(SEEN, 1.0));
     }
-    let dot = Mark::Dot { radius: 2.5 };
     let places = points.iter().map(|p| [p[0], p[1]]).collect();
-    chart.layers.push(Layer::Marks { points: places, mark: dot, paint: Paint::Fixed(SEEN) });
-    chart.key("true", Symbol::Line(grey));
-    chart.key("estimate, 2σ", Symbol::Mark(dot, SEEN));
+    chart.marks("estimate, 2σ", places, Mark::Dot { radius: 2.5 }, SEEN);
     chart
 }
 
@@ -140,27 +113,21 @@ fn drive(trial: &mut Trial, made: &[RadarLook]) -> Result<()> {
     if first.len() < 2 {
         return Ok(());
     }
-    // A lane whose sign is open is drawn with the true one.
-    let points = |k: usize, factor: f64| -> Vec<[f64; 3]> {
-        first
-            .iter()
-            .filter_map(|m| {
-                let (l, e, r) = (m.look.lane.as_ref()?, errors(m)?, m.radar?);
-                let std = if k == 0 { l.offset_m.std } else { l.heading_rad.std };
-                Some([m.step.estimate.time_s, factor * (r[k] + e[k]), factor * std])
-            })
-            .collect()
-    };
-    let truth = |k: usize, factor: f64| -> Vec<[f64; 2]> {
-        first.iter().filter_map(|m| Some([m.step.estimate.time_s, factor * m.radar?[k]])).collect()
-    };
     let degrees = 1f64.to_degrees();
     let charts = [
         ("offset", "offset of the radar (m)", 0, 1.0),
         ("heading", "heading of its motion (deg)", 1, degrees),
     ];
     for (file, label, k, factor) in charts {
-        let chart = over("First drive", "time (s)", label, &points(k, factor), truth(k, factor));
+        // A lane whose sign is open is drawn with the true one.
+        let point = |m: &&RadarLook| {
+            let (l, e, r) = (m.look.lane.as_ref()?, errors(m)?, m.radar?);
+            let std = if k == 0 { l.offset_m.std } else { l.heading_rad.std };
+            Some([m.step.estimate.time_s, factor * (r[k] + e[k]), factor * std])
+        };
+        let points: Vec<[f64; 3]> = first.iter().filter_map(point).collect();
+        let truth = first.iter().filter_map(|m| Some([m.step.estimate.time_s, factor * m.radar?[k]]));
+        let chart = over("First drive", "time (s)", label, &points, truth.collect());
         trial.pictures.push((format!("{file}_over_time"), chart.draw()?));
     }
     let bend: Vec<[f64; 3]> = first
@@ -187,7 +154,7 @@ fn sweeps(trial: &mut Trial, s: &Settings, made: &[RadarLook]) -> Result<()> {
         charts.push(rates_chart(&case.title(), m, s).draw()?);
     }
     if !charts.is_empty() {
-        trial.pictures.push(("range_rates".into(), catseye_plot::Picture::sheet(&charts, 2)));
+        trial.pictures.push(("range_rates".into(), Picture::sheet(&charts, 2)));
     }
     let set = |m: &RadarLook| m.case.map(|i| &s.case[i]);
     let of = |what: &dyn Fn(&RadarLook) -> Option<[f64; 3]>| made.iter().filter_map(what).collect::<Vec<_>>();

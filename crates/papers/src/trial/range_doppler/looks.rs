@@ -1,14 +1,12 @@
 //! Looks of one radar at one site, beside the truth.
 
-use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level, true_lanes};
 use crate::trial::range_doppler::settings::Settings;
-use crate::trial::report::Step;
-use crate::trial::sensors::SpeedSensor;
-use crate::trial::stats::timed;
-use catseye::detect::points::range_rate_mps;
+use crate::trial::sensors::{Bus, look_of};
+use crate::trial::stats::{draws, timed};
+use crate::trial::{Looks, Now, Step};
+use catseye::detect::points::{Point, range_rate_mps};
 use catseye::error::Result;
-use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{LaneLook, RangeDopplerLane};
@@ -57,76 +55,34 @@ pub struct RadarLook {
 
 /// One radar's looks at one site.
 pub struct RadarDrive<'a> {
-    pub drive: Drive<'a>,
-    pub which: usize,
-    pub settings: &'a Settings,
-    pub estimator: RangeDopplerLane,
-    pub speed: SpeedSensor,
-    pub yaw: SpeedSensor,
+    which: usize,
+    settings: &'a Settings,
+    estimator: RangeDopplerLane,
+    bus: Bus,
+    /// Whether the map of a frame is kept for a picture.
+    pictured: &'a dyn Fn(u32) -> bool,
+    pub made: Vec<RadarLook>,
 }
 
 impl<'a> RadarDrive<'a> {
     pub fn new(
-        site: &'a Site,
-        given: &TrialContext<'a>,
+        drive: &Drive<'_>,
         which: usize,
         settings: &'a Settings,
         equal: bool,
+        pictured: &'a dyn Fn(u32) -> bool,
     ) -> Result<RadarDrive<'a>> {
-        let seed = site.scenario.seed;
-        let yaw_std = settings.bus_yaw_rate_std_deg_per_s.to_radians();
-        Ok(RadarDrive {
-            drive: Drive::new(site, given.engine)?,
-            which,
-            settings,
-            estimator: settings.estimator(&site.scenario.radars[which], equal)?,
-            speed: SpeedSensor::new(seed, settings.bus_speed_std_mps, settings.bus_speed_step_mps),
-            yaw: SpeedSensor::new(seed.wrapping_add(0x9e37_79b9), yaw_std, 0.0),
-        })
-    }
-
-    /// Simulates frame `index` (or takes what is kept under `key`), lets the estimator look, and compares.
-    pub fn look(
-        &mut self,
-        given: &TrialContext<'_>,
-        key: &str,
-        index: u32,
-        run: u32,
-        picture: bool,
-    ) -> Result<RadarLook> {
-        let radar = self.drive.radar(self.which);
-        let time_s = self.drive.time_s(index);
-        let level = self.drive.level(time_s);
-        let seen: KeptLook = given.kept(key, || {
-            let frame = self.drive.frame(self.which, index)?;
-            let map =
-                picture.then(|| map_picture(radar, &frame, self.settings.far_m, level.speed_mps)).flatten();
-            Ok(KeptLook { points: points_of(radar, &frame), map })
-        })?;
-        let bus = Some(self.speed.read(level.speed_mps));
-        let look = SensorInput {
-            time_s,
-            speed_mps: bus.filter(|_| self.settings.bus_speed),
-            yaw_rate_rad_per_s: Some(self.yaw.read(level.yaw_rate_rad_per_s))
-                .map(|m| Measured { std: m.std.max(1e-6), ..m }),
-            points: &seen.points,
-            ..SensorInput::default()
-        };
-        let (answer, seconds) = timed(|| self.estimator.look(&look));
-        let mut truth = self.drive.truth_of_rows(time_s, [self.settings.near_m, self.settings.far_m]);
-        // What lies behind is not to be found by a radar that looks ahead.
-        for line in &mut truth.lines {
-            line.retain(|p| p[0] > 0.0);
-        }
-        let (radar, speed_mps, markers) = self.of_radar(time_s, &truth);
-        let step = Step::new(run, index, (answer.estimate.clone(), seconds), truth);
-        Ok(RadarLook { step, look: answer, radar, speed_mps, markers, seen, case: None })
+        let seed = drive.site.scenario.seed;
+        let yaw_rate = (draws(seed.wrapping_add(0x9e37_79b9), 0x5eed), settings.bus_yaw_rate_std_deg_per_s);
+        let bus = Bus::new(seed, [settings.bus_speed_std_mps, settings.bus_speed_step_mps], yaw_rate);
+        let estimator = settings.estimator(drive.radar(which), equal)?;
+        Ok(RadarDrive { which, settings, estimator, bus, pictured, made: Vec::new() })
     }
 
     /// What is true of the radar rather than of the vehicle's reference point.
-    pub fn of_radar(&self, time_s: f64, truth: &TrueLanes) -> OfRadar {
-        let level = self.drive.level(time_s);
-        let mounting = self.drive.radar(self.which).mounting.translation_m;
+    fn of_radar(&self, now: &Now<'_>, truth: &TrueLanes) -> OfRadar {
+        let (drive, level) = (now.drive, now.level);
+        let mounting = drive.radar(self.which).mounting.translation_m;
         let lever = mounting.truncate();
         // As a body turns, the radar's motion points another way than the vehicle.
         let motion = DVec2::new(
@@ -137,9 +93,9 @@ impl<'a> RadarDrive<'a> {
         let along = motion.normalize_or(DVec2::X);
         let there =
             Level { at_m: level.to_world(lever), heading_rad: level.heading_rad + along.to_angle(), ..level };
-        let lane = self.drive.site.road.as_ref().map(|r| true_lanes(r, &there, truth.range_m));
+        let lane = drive.site.road.as_ref().map(|r| true_lanes(r, &there, truth.range_m));
         let place = lane.and_then(|l| Some([l.offset_m?, l.heading_rad?]));
-        let markers = self.drive.rows(time_s).into_iter().flat_map(|(_, row)| row).filter_map(|m| {
+        let markers = drive.markers(now.time_s).into_iter().filter_map(|m| {
             let d = DVec2::from_array(m) - lever;
             let range = d.extend(mounting.z).length();
             let ahead = d.dot(along) / range.max(1e-9);
@@ -149,10 +105,37 @@ impl<'a> RadarDrive<'a> {
     }
 }
 
+impl Looks for RadarDrive<'_> {
+    type Kept = KeptLook;
+
+    fn keep(&self, now: &Now<'_>, frame: &Frame) -> KeptLook {
+        let radar = now.drive.radar(self.which);
+        let picture = || map_picture(radar, frame, self.settings.far_m, now.level.speed_mps);
+        let map = (self.pictured)(now.frame).then(picture).flatten();
+        KeptLook { points: points_of(radar, frame), map }
+    }
+
+    fn look(&mut self, now: &Now<'_>, seen: KeptLook) -> Result<()> {
+        let [speed, yaw_rate] = self.bus.read(&now.level);
+        let yaw_rate = Measured { std: yaw_rate.std.max(1e-6), ..yaw_rate };
+        let look = look_of(now.time_s, [speed, yaw_rate]);
+        let speed_mps = look.speed_mps.filter(|_| self.settings.bus_speed);
+        let look = SensorInput { speed_mps, points: &seen.points, ..look };
+        let (look, seconds) = timed(|| self.estimator.look(&look));
+        let mut truth = now.drive.truth_of_rows(now.time_s, [self.settings.near_m, self.settings.far_m]);
+        // What lies behind is not to be found by a radar that looks ahead.
+        truth.lines.iter_mut().for_each(|line| line.retain(|p| p[0] > 0.0));
+        let (radar, speed_mps, markers) = self.of_radar(now, &truth);
+        let step = Step::new(now.run, now.frame, (look.estimate.clone(), seconds), truth);
+        self.made.push(RadarLook { step, look, radar, speed_mps, markers, seen, case: None });
+        Ok(())
+    }
+}
+
 /// Points with range and range rate, whether or not they have an angle.
 pub fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
     let finite = |v: f64, or: f64| if v.is_finite() { v } else { or };
-    let point = |p: &catseye::detect::points::Point| {
+    let point = |p: &Point| {
         let at = radar.mounting.point(p.position_m);
         let from = at - radar.mounting.translation_m;
         let across = p.std.azimuth_rad.map_or(UNKNOWN_STD, |s| finite(s * p.range_m, UNKNOWN_STD));
@@ -167,8 +150,7 @@ pub fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
             snr_db: finite(p.snr_db, 200.0),
         }
     };
-    let is_number =
-        |p: &&catseye::detect::points::Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();
+    let is_number = |p: &&Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();
     frame.points.iter().filter(is_number).map(point).collect()
 }
 

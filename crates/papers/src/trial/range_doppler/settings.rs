@@ -1,11 +1,14 @@
 //! The table `[lane.range_doppler]`.
 
+use crate::trial::limits::{self, LEAVE_OUT};
 use catseye::error::{BadInput, Result};
 use catseye::scene::radar::Radar;
 use catseye_lane::LaneError;
 use catseye_lane::range_doppler::{CurveStart, LaneSettings, Options, RangeDopplerLane};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+const METHOD: &str = "range_doppler";
 
 /// The table `[lane.range_doppler]`: what the vehicle knows of the marked lane, what its sensors are worth, and the poses to look from.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -113,33 +116,36 @@ impl Default for Case {
 }
 
 impl Settings {
-    /// Errors: a value outside its range, with the range.
+    /// # Errors
+    /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
-        let numbers = [
-            ("row_distance_m", self.row_distance_m, 0.5, 10.0),
-            ("left_spacing_m", self.left_spacing_m, 0.1, 50.0),
-            ("right_spacing_m", self.right_spacing_m, 0.1, 50.0),
-            ("near_m", self.near_m, 0.0, 100.0),
-            ("far_m", self.far_m, self.near_m + 1.0, 300.0),
-            ("half_view_deg", self.half_view_deg, 5.0, 180.0),
-            ("max_offset_m", self.max_offset_m, 0.05, 10.0),
-            ("max_heading_deg", self.max_heading_deg, 0.5, 90.0),
-            ("min_radius_m", self.min_radius_m, 0.5 * self.row_distance_m + 0.1, 1e4),
-            ("bend_within_m", self.bend_within_m, 0.0, 300.0),
-            ("min_snr_db", self.min_snr_db, -50.0, 100.0),
-            ("least_range_std_m", self.least_range_std_m, 1e-3, 5.0),
-            ("least_range_rate_std_mps", self.least_range_rate_std_mps, 1e-3, 5.0),
-            ("bus_speed_std_mps", self.bus_speed_std_mps, 1e-4, 10.0),
-            ("bus_speed_step_mps", self.bus_speed_step_mps, 0.0, 10.0),
-            ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0),
-            ("search_every", f64::from(self.search_every), 1.0, 1e9),
-            ("pictures", f64::from(self.pictures), 0.0, 1000.0),
-        ];
-        for (key, value, low, high) in numbers {
-            in_range(&format!("lane.range_doppler.{key}"), value, low, high)?;
-        }
+        let half = 0.5 * self.row_distance_m;
+        limits::check(
+            METHOD,
+            &[
+                ("row_distance_m", self.row_distance_m, 0.5, 10.0, LEAVE_OUT),
+                ("left_spacing_m", self.left_spacing_m, 0.1, 50.0, LEAVE_OUT),
+                ("right_spacing_m", self.right_spacing_m, 0.1, 50.0, LEAVE_OUT),
+                ("near_m", self.near_m, 0.0, 100.0, LEAVE_OUT),
+                ("far_m", self.far_m, self.near_m + 1.0, 300.0, LEAVE_OUT),
+                ("half_view_deg", self.half_view_deg, 5.0, 180.0, LEAVE_OUT),
+                ("max_offset_m", self.max_offset_m, 0.05, 10.0, LEAVE_OUT),
+                ("max_heading_deg", self.max_heading_deg, 0.5, 90.0, LEAVE_OUT),
+                ("min_radius_m", self.min_radius_m, half + 0.1, 1e4, LEAVE_OUT),
+                ("bend_within_m", self.bend_within_m, 0.0, 300.0, LEAVE_OUT),
+                ("min_snr_db", self.min_snr_db, -50.0, 100.0, LEAVE_OUT),
+                ("least_range_std_m", self.least_range_std_m, 1e-3, 5.0, LEAVE_OUT),
+                ("least_range_rate_std_mps", self.least_range_rate_std_mps, 1e-3, 5.0, LEAVE_OUT),
+                ("bus_speed_std_mps", self.bus_speed_std_mps, 1e-4, 10.0, LEAVE_OUT),
+                ("bus_speed_step_mps", self.bus_speed_step_mps, 0.0, 10.0, LEAVE_OUT),
+                ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0, LEAVE_OUT),
+                ("search_every", f64::from(self.search_every), 1.0, 1e9, LEAVE_OUT),
+                ("pictures", f64::from(self.pictures), 0.0, 1000.0, LEAVE_OUT),
+            ],
+        )?;
         if !self.case.is_empty() {
-            in_range("lane.range_doppler.lane_width_m", self.lane_width_m, self.row_distance_m, 20.0)?;
+            let lane = ("lane_width_m", self.lane_width_m, self.row_distance_m, 20.0, LEAVE_OUT);
+            limits::check(METHOD, &[lane])?;
         }
         for (i, case) in self.case.iter().enumerate() {
             case.check(self, i)?;
@@ -203,33 +209,28 @@ impl Settings {
     }
 }
 
-pub fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<()> {
-    if value >= low && value <= high {
-        return Ok(());
-    }
-    let bad = BadInput::new("is out of range").key(key).value(value).allowed(format!("{low}..={high}"));
-    Err(bad.remedy("give a value in that range, or leave the key out for its default").into())
-}
-
 impl Case {
     fn check(&self, s: &Settings, i: usize) -> Result<()> {
-        let key = |k: &str| format!("lane.range_doppler.case[{i}].{k}");
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
             return Err(BadInput::new("is no name of a case")
-                .key(key("name"))
+                .key(format!("lane.range_doppler.case[{i}].name"))
                 .value(&self.name)
                 .allowed("1 to 60 letters, digits, _ and -")
                 .into());
         }
-        in_range(&key("offset_m"), self.offset_m, -s.max_offset_m, s.max_offset_m)?;
-        in_range(&key("heading_deg"), self.heading_deg, -s.max_heading_deg, s.max_heading_deg)?;
-        in_range(&key("bend_after_m"), self.bend_after_m, 0.0, s.bend_within_m)?;
+        let mut limits = vec![
+            ("offset_m", self.offset_m, -s.max_offset_m, s.max_offset_m),
+            ("heading_deg", self.heading_deg, -s.max_heading_deg, s.max_heading_deg),
+            ("bend_after_m", self.bend_after_m, 0.0, s.bend_within_m),
+        ];
         if self.radius_m != 0.0 {
             // The lane's inner edge keeps a radius.
             let least = s.min_radius_m.max(0.5 * s.lane_width_m + 0.3);
-            in_range(&key("radius_m"), self.radius_m.abs(), least, 1e5)?;
+            limits.push(("radius_m", self.radius_m.abs(), least, 1e5));
         }
-        Ok(())
+        limits.iter().try_for_each(|(k, value, low, high)| {
+            limits::check(METHOD, &[(&format!("case[{i}].{k}"), *value, *low, *high, LEAVE_OUT)])
+        })
     }
 }

@@ -1,24 +1,18 @@
-//! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (M, Figs. 1 and 2), and what tracking
-//! the subspace costs against decomposing (M, Table I).
+//! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (Miyake, Figs. 1 and 2), and what tracking
+//! the subspace costs against decomposing (Miyake, Table I).
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
-use crate::trial::pictures::TRUE;
-use crate::trial::report::{Row, Sheet, Trial};
+use crate::trial::pictures::{Draw, TRUE};
 use crate::trial::road_shape::input::chosen;
 use crate::trial::road_shape::settings::Settings;
 use crate::trial::stats::{mean, rms};
-use catseye::dsp::doa_bisvd::{BiSvd, costs};
-use catseye::dsp::doa_covariance::{add_outer, eigen};
-use catseye::dsp::doa_manifold::Matrix;
+use crate::trial::{Drive, Rows, Sheet, Trial, TrialContext};
+use catseye::dsp::doa_bisvd::costs;
 use catseye::error::{BadInput, Error, Result};
 use catseye::road::site::Site;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol, curve_pen};
+use catseye_plot::{Axis, Chart, Mark, Pen, Picture, Symbol, curve_pen};
 use glam::DVec3;
-use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// Of one run: for each method and frame the directions found, rad, and the true ones of each frame.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -32,18 +26,15 @@ struct KeptRun {
     operations: [[u64; 2]; 2],
 }
 
-struct WallPath {
-    name: &'static str,
-    angles: Angles,
-    subarray: bool,
-}
+/// A way to tell angles: name, method, and whether it averages over subarrays.
+type AngleMethod = (&'static str, Angles, bool);
 
-const WAYS: [WallPath; 5] = [
-    WallPath { name: "MUSIC", angles: Angles::Music, subarray: true },
-    WallPath { name: "Bi-SVD MUSIC", angles: Angles::BiSvd, subarray: true },
-    WallPath { name: "ESPRIT", angles: Angles::Esprit, subarray: true },
-    WallPath { name: "beamforming", angles: Angles::Bartlett, subarray: false },
-    WallPath { name: "MUSIC without subarrays", angles: Angles::Music, subarray: false },
+const METHODS: [AngleMethod; 5] = [
+    ("MUSIC", Angles::Music, true),
+    ("Bi-SVD MUSIC", Angles::BiSvd, true),
+    ("ESPRIT", Angles::Esprit, true),
+    ("beamforming", Angles::Bartlett, false),
+    ("MUSIC without subarrays", Angles::Music, false),
 ];
 
 /// Both reflectors, moved along their lines of sight by draws of this run.
@@ -88,21 +79,16 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
             .allowed(format!("{least}..={}", radar.rx.len()))
             .into());
     }
-    let mut imagers = Vec::new();
-    for way in &WAYS {
-        let s = ImageSettings {
-            angles: way.angles,
-            subarray: if way.subarray { subarray } else { 0 },
-            exact: true,
-            ..settings.image()
-        };
-        imagers.push(Imager::new(radar, &s)?);
-    }
+    let imager = |(_, angles, averages): &AngleMethod| {
+        let subarray = if *averages { subarray } else { 0 };
+        Imager::new(radar, &ImageSettings { angles: *angles, subarray, exact: true, ..settings.image() })
+    };
+    let mut imagers = METHODS.iter().map(imager).collect::<Result<Vec<_>>>()?;
     let reflectors: Vec<usize> = {
         let n = site.scene.objects.len();
         (n - site.scenario.points.len() - site.scenario.objects.len()..n).collect()
     };
-    let mut out = KeptRun { directions_rad: vec![Vec::new(); WAYS.len()], ..KeptRun::default() };
+    let mut out = KeptRun { directions_rad: vec![Vec::new(); METHODS.len()], ..KeptRun::default() };
     for index in 0..drive.frames() {
         let frame = drive.frame(which, index)?;
         let back = frame.pose.rotation.inverse();
@@ -142,8 +128,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
                 out.operations = [c.tracking, c.decomposition].map(|o| [o.multiplications, o.additions]);
             }
         }
-        let all = u64::from(given.runs) * u64::from(drive.frames());
-        (given.watch)(u64::from(run) * u64::from(drive.frames()) + u64::from(index) + 1, all);
+        given.told(run, index, drive.frames());
     }
     Ok(out)
 }
@@ -159,86 +144,63 @@ pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
     let Some(first) = runs.first() else { return Err(Error::Failed("a trial has one run or more".into())) };
     let gap = |t: &[f64; 2]| t[1] - t[0];
     let mut sheet = Sheet::new("directions", "run frame method true_deg found_deg");
+    let text = |v: &[f64]| v.iter().map(|a| format!("{:.3}", a.to_degrees())).collect::<Vec<_>>().join(" ");
     for (r, run) in runs.iter().enumerate() {
-        for (k, way) in WAYS.iter().enumerate() {
-            for (f, (found, truth)) in run.directions_rad[k].iter().zip(&run.truth_rad).enumerate() {
-                let text = |v: &[f64]| {
-                    v.iter().map(|a| format!("{:.3}", a.to_degrees())).collect::<Vec<_>>().join(" ")
-                };
-                sheet.row(&[&r, &f, &way.name, &text(truth), &text(found)]);
+        for ((method, ..), directions) in METHODS.iter().zip(&run.directions_rad) {
+            for (f, (found, truth)) in directions.iter().zip(&run.truth_rad).enumerate() {
+                sheet.row(&[&r, &f, method, &text(truth), &text(found)]);
             }
         }
     }
+    let rows = &mut trial.rows;
     let apart: Vec<f64> = runs.iter().flat_map(|r| r.truth_rad.iter().map(|t| gap(t).to_degrees())).collect();
-    trial.rows.push(
-        Row::new("angle between the reflectors", "deg", Some(mean(apart).unwrap_or(0.0)))
-            .document((2.0 * (1.5f64 / 17.0).atan()).to_degrees())
-            .why("3.0 m at 17 m"),
-    );
-    for (k, way) in WAYS.iter().enumerate() {
+    rows.one("angle between the reflectors", "deg", Some(mean(apart).unwrap_or(0.0)))
+        .document((2.0 * (1.5f64 / 17.0).atan()).to_degrees())
+        .why("3.0 m at 17 m");
+    for (k, (method, angles, averages)) in METHODS.iter().enumerate() {
         // Right: two directions, each within a quarter of the gap of its own.
-        let right = |found: &Vec<f64>, truth: &[f64; 2]| {
+        let right = |(found, truth): &(&Vec<f64>, &[f64; 2])| {
             found.len() == 2 && (0..2).all(|i| (found[i] - truth[i]).abs() < 0.25 * gap(truth))
         };
-        let share: Vec<f64> = runs
-            .iter()
-            .map(|r| {
-                let n = r.directions_rad[k].iter().zip(&r.truth_rad).filter(|(f, t)| right(f, t)).count();
-                100.0 * n as f64 / r.truth_rad.len().max(1) as f64
-            })
-            .collect();
-        let counts: Vec<f64> = runs
-            .iter()
-            .map(|r| {
-                r.directions_rad[k].iter().map(|f| f.len() as f64).sum::<f64>()
-                    / r.truth_rad.len().max(1) as f64
-            })
-            .collect();
-        let errors: Vec<f64> = runs
-            .iter()
-            .filter_map(|r| {
-                let e = r.directions_rad[k]
-                    .iter()
-                    .zip(&r.truth_rad)
-                    .filter(|(f, t)| right(f, t))
-                    .flat_map(|(f, t)| [f[0] - t[0], f[1] - t[1]]);
-                rms(e).map(f64::to_degrees)
-            })
-            .collect();
-        let shown = Row::mean(format!("{}: directions", way.name), "", &counts);
-        trial.rows.push(match way.angles {
-            Angles::Bartlett => shown
-                .document(1.0)
-                .why("at half of the relative phases of two equal echoes a beam has a dip between them, or two lobes beside them"),
-            _ if way.subarray => shown.document(2.0),
-            _ => shown,
-        });
-        trial.rows.push(
-            Row::mean(format!("{}: both reflectors told apart", way.name), "%", &share)
-                .why("two directions, each within a quarter of the gap"),
-        );
-        trial.rows.push(Row::mean(format!("{}: error of a direction (rms)", way.name), "deg", &errors));
+        let (mut share, mut counts, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        for r in &runs {
+            let frames = r.truth_rad.len().max(1) as f64;
+            let looks = || r.directions_rad[k].iter().zip(&r.truth_rad);
+            share.push(100.0 * looks().filter(right).count() as f64 / frames);
+            counts.push(r.directions_rad[k].iter().map(|f| f.len() as f64).sum::<f64>() / frames);
+            let e = looks().filter(right).flat_map(|(f, t)| [f[0] - t[0], f[1] - t[1]]);
+            errors.extend(rms(e).map(f64::to_degrees));
+        }
+        let row = rows.mean(format!("{method}: directions"), "", &counts);
+        if *angles == Angles::Bartlett {
+            row.document(1.0)
+                .why("at half of the relative phases of two equal echoes a beam has a dip between them, or two lobes beside them");
+        } else if *averages {
+            row.document(2.0);
+        }
+        rows.mean(format!("{method}: both reflectors told apart"), "%", &share)
+            .why("two directions, each within a quarter of the gap");
+        rows.mean(format!("{method}: error of a direction (rms)"), "deg", &errors);
     }
-    for (i, (what, by)) in
-        [("Bi-SVD", [928.0, 926.0]), ("decomposition", [3335.0, 3335.0])].into_iter().enumerate()
-    {
+    let counted = [
+        ("Bi-SVD", [928.0, 926.0], "of real numbers, counted as they are done"),
+        (
+            "decomposition",
+            [3335.0, 3335.0],
+            "update of the covariance and Jacobi's rotations to 1e-6; the document does not name its algorithm",
+        ),
+    ];
+    for ((what, document, why), operations) in counted.into_iter().zip(first.operations) {
         for (j, kind) in ["multiplications", "additions"].into_iter().enumerate() {
-            trial.rows.push(
-                Row::new(format!("{what}: {kind} an update"), "", Some(first.operations[i][j] as f64))
-                    .document(by[j])
-                    .why(match i {
-                        0 => "of real numbers, counted as they are done",
-                        _ => "update of the covariance and Jacobi's rotations to 1e-6; the document does not name its algorithm",
-                    }),
-            );
+            rows.one(format!("{what}: {kind} an update"), "", Some(operations[j] as f64))
+                .document(document[j])
+                .why(why);
         }
     }
     let [track, whole] = first.operations.map(|o| o[0] as f64);
-    trial.rows.push(
-        Row::new("multiplications that tracking saves", "%", Some(100.0 * (1.0 - track / whole)))
-            .document(100.0 * (1.0 - 928.0 / 3335.0))
-            .why("the document's time falls by about 45 % only; ours is in the notes of the method"),
-    );
+    rows.one("multiplications that tracking saves", "%", Some(100.0 * (1.0 - track / whole)))
+        .document(100.0 * (1.0 - 928.0 / 3335.0))
+        .why("the document's time falls by about 45 % only; ours is in the notes of the method");
     trial.pictures.push(("spectra".into(), picture(first, shown)?));
     trial.sheets.push(sheet);
     trial.notes.push(
@@ -251,71 +213,23 @@ pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
 
 fn picture(run: &KeptRun, shown: u32) -> Result<Picture> {
     let x = Axis::new("direction to the left (deg)", -20.0, 20.0);
-    let mut chart =
-        Chart::new("Two corner reflectors at 17 m (M, Fig. 2)", x, Axis::new("spectrum (dB)", -40.0, 2.0));
+    let y = Axis::new("spectrum (dB)", -40.0, 2.0);
+    let mut chart = Chart::new("Two corner reflectors at 17 m (M, Fig. 2)", x, y);
     chart.width = 680.0;
-    let mut drawn = 0;
-    for (k, way) in WAYS.iter().enumerate() {
-        let Some(values) = run.spectra_db.get(k).filter(|v| !v.is_empty()) else { continue };
-        let pen = curve_pen(drawn);
-        drawn += 1;
+    let drawn = METHODS.iter().zip(&run.spectra_db).filter(|(_, values)| !values.is_empty());
+    for (k, ((name, ..), values)) in drawn.enumerate() {
         let points = run.grid_rad.iter().zip(values).map(|(a, v)| [a.to_degrees(), *v]).collect();
-        chart.layers.push(Layer::Line { points, pen });
-        chart.key(way.name, Symbol::Line(pen));
+        chart.named_line(*name, points, curve_pen(k));
     }
     let grey = Pen::dashed(TRUE, 1.5, [5.0, 4.0]);
     for a in run.truth_rad.get(shown as usize).into_iter().flatten() {
         let a = a.to_degrees();
-        chart.layers.push(Layer::Line { points: vec![[a, -40.0], [a, 2.0]], pen: grey });
+        chart.line(vec![[a, -40.0], [a, 2.0]], grey);
     }
     chart.key("true", Symbol::Line(grey));
-    let esprit = WAYS.iter().position(|w| w.angles == Angles::Esprit).unwrap_or(0);
-    let found = run.directions_rad[esprit].get(shown as usize).cloned().unwrap_or_default();
-    let mark = Mark::Diamond { radius: 6.0 };
-    let colour = [214, 39, 40];
-    let points = found.iter().map(|a| [a.to_degrees(), 0.0]).collect();
-    chart.layers.push(Layer::Marks { points, mark, paint: Paint::Fixed(colour) });
-    chart.key("ESPRIT", Symbol::Mark(mark, colour));
+    let esprit = METHODS.iter().position(|m| m.1 == Angles::Esprit).unwrap_or(0);
+    let found = run.directions_rad[esprit].get(shown as usize).into_iter().flatten();
+    let points = found.map(|a| [a.to_degrees(), 0.0]).collect();
+    chart.marks("ESPRIT", points, Mark::Diamond { radius: 6.0 }, [214, 39, 40]);
     chart.draw()
-}
-
-/// Seconds of one update: by tracking (Bi-SVD) and by updating the covariance and decomposing it, as the chain does, medians over
-/// `rounds` of `snapshots`, `[snapshot, channel]`. For a bench: what it gives differs from machine to machine.
-///
-/// Errors: a rank that is not below the number of channels.
-pub fn subspace_seconds(
-    snapshots: &[Complex64],
-    channels: usize,
-    rank: usize,
-    rounds: usize,
-) -> Result<[f64; 2]> {
-    const FORGETTING: f64 = 0.9;
-    let mut tracker = BiSvd::new(channels, rank, FORGETTING)?;
-    let count = (snapshots.len() / channels.max(1)).max(1) as f64;
-    let mut times = [Vec::new(), Vec::new()];
-    let mut r = Matrix::from_fn(channels, channels, |_, _| Complex64::ZERO);
-    let mut sink = 0.0;
-    for _ in 0..rounds.max(1) {
-        let clock = Instant::now();
-        for x in snapshots.chunks_exact(channels) {
-            tracker.update(x);
-        }
-        times[0].push(clock.elapsed().as_secs_f64() / count);
-        let clock = Instant::now();
-        for x in snapshots.chunks_exact(channels) {
-            for i in 0..channels {
-                for j in 0..channels {
-                    r[(i, j)] *= FORGETTING;
-                }
-            }
-            add_outer(&mut r, x, 1.0 - FORGETTING);
-            sink += eigen(&r)?.values[0];
-        }
-        times[1].push(clock.elapsed().as_secs_f64() / count);
-    }
-    std::hint::black_box(sink);
-    Ok(times.map(|mut t| {
-        t.sort_by(f64::total_cmp);
-        t[t.len() / 2]
-    }))
 }

@@ -1,11 +1,46 @@
-//! The radar that is taken, and which of its points.
+//! The radar that is taken, the points of its image, and which points are kept.
 
+use crate::trial::drive::{Drive, lane_point, mount};
+use crate::trial::road_shape::pictures::KeptImage;
 use crate::trial::road_shape::settings::{Settings, Source};
 use catseye::error::{BadInput, Result};
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
-use catseye_lane::LanePoint;
-use catseye_lane::road_shape::image::suits;
+use catseye::simulate::Frame;
+use catseye_lane::road_shape::image::{Imager, suits};
+use catseye_lane::road_shape::{Ego, RadarMount};
+use catseye_lane::{LanePoint, Measured};
+
+/// Points of radar images, one image after the other.
+pub struct ImagePoints(Imager);
+
+impl ImagePoints {
+    pub fn new(radar: &Radar, settings: &Settings) -> Result<ImagePoints> {
+        Ok(ImagePoints(Imager::new(radar, &settings.image())?))
+    }
+
+    /// The points of a frame, and its image `with` one.
+    pub fn look(
+        &mut self,
+        drive: &Drive<'_>,
+        frame: &Frame,
+        [speed, yaw_rate]: [Measured; 2],
+        with: bool,
+    ) -> Result<(Vec<LanePoint>, Option<KeptImage>)> {
+        let radar = drive.radar(frame.radar);
+        let images = self.0.look(drive.engine(), &frame.cube, with)?;
+        let (at, yaw_rad) = mount(radar);
+        let ego = Ego {
+            speed_mps: speed.value,
+            speed_std_mps: speed.std,
+            yaw_rate_radps: yaw_rate.value,
+            yaw_rate_std_radps: yaw_rate.std,
+        };
+        let points = self.0.points(&images, Some(&ego), &RadarMount { x_m: at.x, y_m: at.y, yaw_rad })?;
+        let points = points.iter().filter_map(|p| lane_point(radar, p)).collect();
+        Ok((points, with.then(|| KeptImage::of(&images[0]))))
+    }
+}
 
 /// The radar that is taken, and whether its image is.
 pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {

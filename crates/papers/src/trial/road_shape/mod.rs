@@ -1,37 +1,30 @@
-//! The road's shape from its walls and barriers (seed M): the radar image of an FM-CW radar, standing points, both edges, a clothoid filter
-//! over a drive. And M's two corner reflectors, on which methods of angle are compared.
+//! The road's shape from its walls and barriers (Miyake): the radar image of an FM-CW radar, standing points, both edges, a clothoid
+//! filter over a drive. And Miyake's two corner reflectors, on which methods of angle are compared.
 
 mod corners;
-
 mod input;
-
 mod pictures;
-
-mod ready;
-
 mod settings;
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, lane_point};
 use crate::trial::edges::{Edges, NearEdges};
-use crate::trial::report::{Row, Sheet, Step, Trial, common_rows, mean_of_runs};
-use crate::trial::road_shape::input::{chosen, kept_whole};
+use crate::trial::ready::Finds;
+use crate::trial::report::{common_rows, fixed, mean_of_runs};
+use crate::trial::road_shape::input::{ImagePoints, chosen, kept_whole};
 use crate::trial::road_shape::pictures::{KeptImage, Tracked};
-use crate::trial::sensors::SpeedSensor;
-use crate::trial::stats::{rms, timed};
-use catseye::error::{BadInput, Result};
+use crate::trial::sensors::{Bus, look_of};
+use crate::trial::stats::{draws, rms, timed};
+use crate::trial::{Drive, LaneMethod, OwnedInput, ReadyMethod, Rows, Sheet, Step, Trial, TrialContext};
+use catseye::error::Result;
 use catseye::road::site::Site;
-use catseye_lane::road_shape::image::Imager;
-use catseye_lane::road_shape::{
-    EdgeStatus, Ego, HoughSettings, RadarMount, RoadShapeEstimator, Side, VoteMap,
-};
+use catseye::simulate::Frame;
+use catseye_lane::road_shape::{EdgeStatus, HoughSettings, RoadShape, Side, VoteMap};
 use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
-pub use corners::subspace_seconds;
 use glam::DVec2;
-pub(super) use ready::ready_method;
 use serde::{Deserialize, Serialize};
 pub use settings::{Settings, Source, Task};
+
+const METHOD: &str = "road-shape";
 
 /// Of one look, as it is kept.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -40,12 +33,38 @@ struct Kept {
     image: Option<KeptImage>,
 }
 
-/// Runs what the settings ask for. Errors: settings and scenarios that do not go together; those of the chain.
-pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
-    settings.check()?;
-    match settings.task {
-        Task::Edges => drives(given, settings),
-        Task::Corners => corners::run(given, settings),
+impl LaneMethod for Settings {
+    fn check(&self) -> Result<()> {
+        Settings::check(self)
+    }
+
+    fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
+        Settings::check(self)?;
+        match self.task {
+            Task::Edges => drives(given, self),
+            Task::Corners => corners::run(given, self),
+        }
+    }
+
+    fn ready(&self, _: &TrialContext<'_>, drive: &Drive<'_>, _: u32) -> Result<Vec<(String, ReadyMethod)>> {
+        let (which, by_image) = chosen(&drive.site.scenario.radars, self)?;
+        let estimator = self.estimator(drive.radar(which), by_image)?;
+        let mut ready = ReadyMethod { finds: Finds::RoadEdges, ..ReadyMethod::of_points(estimator, which) };
+        if by_image {
+            let mut imager = ImagePoints::new(drive.radar(which), self)?;
+            ready.points = false;
+            let sense = move |drive: &Drive<'_>, frame: Option<&Frame>, _, look: &mut OwnedInput| {
+                if let (Some(frame), Some(speed), Some(yaw_rate)) =
+                    (frame, look.speed_mps, look.yaw_rate_rad_per_s)
+                {
+                    let points = imager.look(drive, frame, [speed, yaw_rate], false)?.0;
+                    look.points = points.into_iter().filter(kept_whole).collect();
+                }
+                Ok(())
+            };
+            ready.sense = Some(Box::new(sense));
+        }
+        Ok(vec![("road edges".into(), ready)])
     }
 }
 
@@ -54,57 +73,28 @@ fn seen(
     given: &TrialContext<'_>,
     run: u32,
     settings: &Settings,
-    site: &Site,
+    drive: &Drive<'_>,
     shown: u32,
 ) -> Result<Vec<Kept>> {
-    let (which, by_image) = chosen(&site.scenario.radars, settings)?;
-    let drive = Drive::new(site, given.engine)?;
-    let radar = drive.radar(which);
-    let mut imager = if by_image { Some(Imager::new(radar, &settings.image())?) } else { None };
-    let mut speed = sensors(site.scenario.seed, settings);
+    let (which, by_image) = chosen(&drive.site.scenario.radars, settings)?;
+    let mut imager = if by_image { Some(ImagePoints::new(drive.radar(which), settings)?) } else { None };
+    let mut bus = bus_of(drive.site.scenario.seed, settings);
     let mut out = Vec::new();
     for index in 0..drive.frames() {
         let frame = drive.frame(which, index)?;
-        let ego = speed.read(&drive, index);
+        let read = bus.read(&drive.level(drive.time_s(index)));
         let (points, image) = match &mut imager {
-            Some(imager) => {
-                let with = run == 0 && index == shown;
-                let images = imager.look(given.engine, &frame.cube, with)?;
-                let at = radar.mounting.translation_m;
-                let ahead = radar.mounting.rotation * glam::DVec3::X;
-                let mount = RadarMount { x_m: at.x, y_m: at.y, yaw_rad: ahead.y.atan2(ahead.x) };
-                let points = imager.points(&images, Some(&ego), &mount)?;
-                let points = points.iter().filter_map(|p| lane_point(radar, p)).collect();
-                (points, with.then(|| KeptImage::of(&images[0])))
-            }
+            Some(imager) => imager.look(drive, &frame, read, run == 0 && index == shown)?,
             None => (drive.points(&frame), None),
         };
         out.push(Kept { points: points.into_iter().filter(kept_whole).collect(), image });
-        let all = u64::from(given.runs) * u64::from(drive.frames());
-        (given.watch)(u64::from(run) * u64::from(drive.frames()) + u64::from(index) + 1, all);
+        given.told(run, index, drive.frames());
     }
     Ok(out)
 }
 
-/// What the vehicle's bus says.
-struct Bus {
-    speed: SpeedSensor,
-    yaw: SpeedSensor,
-}
-
-fn sensors(seed: u64, s: &Settings) -> Bus {
-    Bus {
-        speed: SpeedSensor::new(seed, s.speed_std_mps, 0.0),
-        yaw: SpeedSensor::new(seed ^ 0x0079_6177, s.yaw_rate_std_deg_per_s.to_radians(), 0.0),
-    }
-}
-
-impl Bus {
-    fn read(&mut self, drive: &Drive<'_>, index: u32) -> Ego {
-        let level = drive.level(drive.time_s(index));
-        let (v, w) = (self.speed.read(level.speed_mps), self.yaw.read(level.yaw_rate_rad_per_s));
-        Ego { speed_mps: v.value, speed_std_mps: v.std, yaw_rate_radps: w.value, yaw_rate_std_radps: w.std }
-    }
+fn bus_of(seed: u64, s: &Settings) -> Bus {
+    Bus::new(seed, [s.speed_std_mps, 0.0], (draws(seed ^ 0x0079_6177, 0x5eed), s.yaw_rate_std_deg_per_s))
 }
 
 /// Of one run beyond its steps.
@@ -172,87 +162,64 @@ fn lateral_at(line: &[[f64; 2]], x: f64) -> Option<f64> {
     Some(w[0][1] + (w[1][1] - w[0][1]) * (x - w[0][0]) / (w[1][0] - w[0][0]))
 }
 
+/// Distances at which lateral errors are stated, m.
 const AHEAD_M: [f64; 3] = [20.0, 40.0, 60.0];
 
 fn drives(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
-    let mut trial = Trial::new("road-shape", format!("Road shape: {}", given.scenario.name));
+    let mut trial = Trial::new(METHOD, format!("Road shape: {}", given.scenario.name));
     let mut tallies = Vec::new();
     let count = given.scenario.frames.count;
     let shown = settings.picture_frame.unwrap_or(count / 2).min(count.saturating_sub(1));
-    let mut estimates = Sheet::new(
-        "edges",
-        "run frame time_s side state c0_per_m c0_std_per_m c1_per_m2 b_m b_std_m true_b_m \
-             true_c0_per_m why",
-    );
+    let columns =
+        "run frame time_s side state c0_per_m c0_std_per_m c1_per_m2 b_m b_std_m true_b_m true_c0_per_m why";
+    let mut estimates = Sheet::new("edges", columns);
     let mut nothing = false;
     for run in 0..given.runs {
         let site = Site::new(&given.scenario_of(run))?;
-        let (which, by_image) = chosen(&site.scenario.radars, settings)?;
-        let kept = given.kept(&format!("run{run}"), || seen(given, run, settings, &site, shown))?;
         let drive = Drive::new(&site, given.engine)?;
-        let radar = drive.radar(which);
-        // One slope tells range rates up to its folds only.
-        let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
-        let options = settings.options(fold);
-        let hough = options.tracker.hough.clone();
-        let made = RoadShapeEstimator::new(options);
-        let mut estimator = made.map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape"))?;
+        let (which, by_image) = chosen(&site.scenario.radars, settings)?;
+        let kept = given.kept(&format!("run{run}"), || seen(given, run, settings, &drive, shown))?;
+        let mut estimator = settings.estimator(drive.radar(which), by_image)?;
+        let hough = settings.options(None).tracker.hough;
         let edges = Edges::of(&site.scene, site.road.as_ref());
         nothing |= edges.is_empty();
-        let mut bus = sensors(site.scenario.seed, settings);
+        let mut bus = bus_of(site.scenario.seed, settings);
         let mut tally = Tally::default();
         let mut tracked = Vec::new();
-        for (index, k) in kept.iter().enumerate() {
-            let index = index as u32;
+        for (index, k) in (0..).zip(&kept) {
             let time_s = drive.time_s(index);
             let level = drive.level(time_s);
-            let ego = bus.read(&drive, index);
             let truth = edges.truth(&level, [settings.from_m, settings.to_m]);
-            let look = SensorInput {
-                time_s,
-                speed_mps: Some(catseye_lane::Measured { value: ego.speed_mps, std: ego.speed_std_mps }),
-                yaw_rate_rad_per_s: Some(catseye_lane::Measured {
-                    value: ego.yaw_rate_radps,
-                    std: ego.yaw_rate_std_radps,
-                }),
-                points: &k.points,
-                ..SensorInput::default()
-            };
-            let (estimate, seconds) = timed(|| estimator.estimate(&look));
+            let look = SensorInput { points: &k.points, ..look_of(time_s, bus.read(&level)) };
+            let estimate = timed(|| estimator.estimate(&look));
             let near = edges.near(&level, settings.to_m + 20.0);
             let cars = vehicles(&drive, which, time_s);
             let shape = estimator.latest();
-            add(&mut tally, &estimate, &truth, &near, shape, &hough, &cars, k, settings.max_range_m);
+            let step = Step::new(run, index, estimate, truth);
+            tally.edges(&step, &near, shape, &hough);
+            if let Some(shape) = shape {
+                tally.vehicles(shape, &cars, &k.points, settings.max_range_m);
+                sheet(&mut estimates, &step, shape, &near);
+            }
             let c0 = |side: Side| {
                 let t = shape?.edge(side).filter(|t| t.status != EdgeStatus::Tentative)?;
                 let c = t.filter.curvature_per_m(0.0);
                 Some([c.value, c.std])
             };
-            tracked.push(Tracked {
-                time_s,
-                truth_per_m: truth.curvature_per_m,
-                edges_per_m: [c0(Side::Right), c0(Side::Left)],
-            });
-            sheet(&mut estimates, run, index, time_s, shape, &near);
+            let edges_per_m = [c0(Side::Right), c0(Side::Left)];
+            tracked.push(Tracked { time_s, truth_per_m: step.truth.curvature_per_m, edges_per_m });
             if run == 0 && index == shown {
                 if let Some(image) = &k.image {
-                    let title = "Radar image of the rising slope (M, Fig. 3)";
-                    trial
-                        .pictures
-                        .push(("image".into(), pictures::image(title, image, settings.max_range_m)?));
+                    let picture = pictures::image(image, settings.max_range_m)?;
+                    trial.pictures.push(("image".into(), picture));
                 }
-                if let Some(shape) = shape
-                    && let Some(picture) = pictures::votes(shape, &hough)?
-                {
+                if let Some(picture) = shape.map(|s| pictures::votes(s, &hough)).transpose()?.flatten() {
                     trial.pictures.push(("votes".into(), picture));
                 }
                 let at: Vec<[f64; 2]> = cars.iter().map(|c| c.at_m).collect();
-                let title = "Estimated and true edges (M, Figs. 5 and 6)";
-                trial
-                    .pictures
-                    .push(("road".into(), pictures::road(title, &k.points, &estimate, shape, &truth, &at)?));
+                trial.pictures.push(("road".into(), pictures::road(&k.points, &step, shape, &at)?));
             }
-            trial.steps.push(Step::new(run, index, (estimate, seconds), truth));
+            trial.steps.push(step);
         }
         if run == 0 {
             trial.pictures.push(("curvature".into(), pictures::curvature(&tracked)?));
@@ -268,75 +235,67 @@ fn drives(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
             .into(),
     );
     if nothing {
-        trial
-            .notes
-            .push("The scene has no wall, rail or fence along a road: there is nothing to find.".into());
+        let why = "The scene has no wall, rail or fence along a road: there is nothing to find.";
+        trial.notes.push(why.into());
     }
     Ok(trial)
 }
 
-#[allow(clippy::too_many_arguments, reason = "all of one look")]
-fn add(
-    tally: &mut Tally,
-    estimate: &LaneEstimate,
-    truth: &TrueLanes,
-    near: &NearEdges,
-    shape: Option<&catseye_lane::road_shape::RoadShape>,
-    hough: &HoughSettings,
-    cars: &[Car],
-    kept: &Kept,
-    far_m: f64,
-) {
-    let vote = shape.and_then(|s| VoteMap::new(&s.points, hough).ok());
-    for (k, side) in [Side::Right, Side::Left].into_iter().enumerate() {
-        let there = near.sides[k].iter().any(|l| l.iter().any(|p| p[0] > truth.range_m[0]));
-        if !there {
-            continue;
-        }
-        tally.stated[k][1] += 1.0;
-        let line = estimate.lines.iter().find(|l| (l.fitted.curve.start_m[1] > 0.0) == (side == Side::Left));
-        tally.stated[k][0] += f64::from(u8::from(line.is_some()));
-        let votes = vote.as_ref().and_then(|v| v.edge(side).ok());
-        for (i, x) in AHEAD_M.into_iter().enumerate() {
-            let Some(y) = near.sides[k].iter().find_map(|l| lateral_at(l, x)) else { continue };
-            if let Some(line) = line {
-                let foot = line.fitted.curve.foot(DVec2::new(x, y));
-                if foot.s_m <= line.fitted.curve.length_m {
-                    tally.lateral[k].push((i, foot.left_m));
+impl Tally {
+    fn edges(&mut self, step: &Step, near: &NearEdges, shape: Option<&RoadShape>, hough: &HoughSettings) {
+        let (estimate, truth): (&LaneEstimate, &TrueLanes) = (&step.estimate, &step.truth);
+        let vote = shape.and_then(|s| VoteMap::new(&s.points, hough).ok());
+        for (k, side) in [Side::Right, Side::Left].into_iter().enumerate() {
+            let there = near.sides[k].iter().any(|l| l.iter().any(|p| p[0] > truth.range_m[0]));
+            if !there {
+                continue;
+            }
+            self.stated[k][1] += 1.0;
+            let is_left = side == Side::Left;
+            let line = estimate.lines.iter().find(|l| (l.fitted.curve.start_m[1] > 0.0) == is_left);
+            self.stated[k][0] += f64::from(u8::from(line.is_some()));
+            let votes = vote.as_ref().and_then(|v| v.edge(side).ok());
+            for (i, x) in AHEAD_M.into_iter().enumerate() {
+                let Some(y) = near.sides[k].iter().find_map(|l| lateral_at(l, x)) else { continue };
+                if let Some(line) = line {
+                    let foot = line.fitted.curve.foot(DVec2::new(x, y));
+                    if foot.s_m <= line.fitted.curve.length_m {
+                        self.lateral[k].push((i, foot.left_m));
+                    }
+                }
+                if let Some(v) = votes.filter(|v| v.x_max_m >= x) {
+                    self.vote.push((i, v.a_per_m * x * x + v.b_m - y));
                 }
             }
-            if let Some(v) = votes.filter(|v| v.x_max_m >= x) {
-                tally.vote.push((i, v.a_per_m * x * x + v.b_m - y));
+            let track = shape.and_then(|s| s.edge(side)).filter(|t| t.status != EdgeStatus::Tentative);
+            if let (Some(t), Some(c)) = (track, near.curvature_per_m[k]) {
+                let e = t.filter.curvature_per_m(0.0);
+                self.surprise.push(((e.value - c) / e.std.max(1e-9)).powi(2));
             }
         }
-        let track = shape.and_then(|s| s.edge(side)).filter(|t| t.status != EdgeStatus::Tentative);
-        if let (Some(t), Some(c)) = (track, near.curvature_per_m[k]) {
-            let e = t.filter.curvature_per_m(0.0);
-            tally.surprise.push(((e.value - c) / e.std.max(1e-9)).powi(2));
+        let curvatures = [estimate.curvature_per_m.map(|c| c.value), truth.curvature_per_m];
+        for (most, c) in self.curvature.iter_mut().zip(curvatures) {
+            *most = c.map_or(*most, |c| most.max(c.abs()));
         }
     }
-    if let Some(c) = estimate.curvature_per_m {
-        tally.curvature[0] = tally.curvature[0].max(c.value.abs());
-    }
-    if let Some(c) = truth.curvature_per_m {
-        tally.curvature[1] = tally.curvature[1].max(c.abs());
-    }
-    let Some(shape) = shape else { return };
-    // A body of some 4.6 m by 1.8 m, and what the deviations allow.
-    let on = |p: [f64; 2], c: &[f64; 2]| (p[0] - c[0]).abs() < 3.3 && (p[1] - c[1]).abs() < 1.4;
-    let standing = shape.points.iter().filter(|p| cars.iter().any(|c| on([p.x_m, p.y_m], &c.at_m)));
-    tally.taken[0] += standing.count() as f64;
-    tally.taken[1] += shape.points.len() as f64;
-    for c in cars.iter().filter(|c| c.at_m[0] > 5.0 && c.range_m < far_m) {
-        tally.cars[1] += 1.0;
-        // Its rear stands before its middle, and what a mirror adds behind.
-        let is_it = |p: &&LanePoint| {
-            (p.range_m - c.range_m).abs() < 3.5 && (p.range_rate_mps - c.range_rate_mps).abs() < 1.5
-        };
-        let strongest = kept.points.iter().filter(is_it).max_by(|a, b| a.snr_db.total_cmp(&b.snr_db));
-        if let Some(p) = strongest {
-            tally.cars[0] += 1.0;
-            tally.directions.push((p.azimuth_rad - c.azimuth_rad).to_degrees());
+
+    fn vehicles(&mut self, shape: &RoadShape, cars: &[Car], points: &[LanePoint], far_m: f64) {
+        // A body of some 4.6 m by 1.8 m, and what the deviations allow.
+        let on = |p: [f64; 2], c: &[f64; 2]| (p[0] - c[0]).abs() < 3.3 && (p[1] - c[1]).abs() < 1.4;
+        let standing = shape.points.iter().filter(|p| cars.iter().any(|c| on([p.x_m, p.y_m], &c.at_m)));
+        self.taken[0] += standing.count() as f64;
+        self.taken[1] += shape.points.len() as f64;
+        for c in cars.iter().filter(|c| c.at_m[0] > 5.0 && c.range_m < far_m) {
+            self.cars[1] += 1.0;
+            // Its rear stands before its middle, and what a mirror adds behind.
+            let is_it = |p: &&LanePoint| {
+                (p.range_m - c.range_m).abs() < 3.5 && (p.range_rate_mps - c.range_rate_mps).abs() < 1.5
+            };
+            let strongest = points.iter().filter(is_it).max_by(|a, b| a.snr_db.total_cmp(&b.snr_db));
+            if let Some(p) = strongest {
+                self.cars[0] += 1.0;
+                self.directions.push((p.azimuth_rad - c.azimuth_rad).to_degrees());
+            }
         }
     }
 }
@@ -347,106 +306,68 @@ fn rows(trial: &mut Trial, tallies: &[Tally], settings: &Settings) {
     };
     let rms =
         |of: &dyn Fn(&Tally) -> Vec<f64>| -> Vec<f64> { tallies.iter().filter_map(|t| rms(of(t))).collect() };
+    let at = |errors: &[(usize, f64)], i: usize| errors.iter().filter(|e| e.0 == i).map(|e| e.1).collect();
     let mut more = Vec::new();
     for (k, name) in ["right", "left"].into_iter().enumerate() {
-        let why = match k {
-            0 => "of the looks in which there is one; the first looks confirm it",
-            _ => "",
-        };
-        more.push(Row::mean(format!("{name} edge stated"), "%", &share(&|t| t.stated[k])).why(why));
-    }
-    for (i, x) in AHEAD_M.iter().enumerate() {
-        for (k, name) in ["right", "left"].into_iter().enumerate() {
-            let at = |t: &Tally| t.lateral[k].iter().filter(|e| e.0 == i).map(|e| e.1).collect();
-            more.push(Row::mean(format!("{name} edge, lateral error at {x} m (rms)"), "m", &rms(&at)));
+        let row = more.mean(format!("{name} edge stated"), "%", &share(&|t| t.stated[k]));
+        if k == 0 {
+            row.why("of the looks in which there is one; the first looks confirm it");
         }
     }
     for (i, x) in AHEAD_M.iter().enumerate() {
-        let at = |t: &Tally| t.vote.iter().filter(|e| e.0 == i).map(|e| e.1).collect();
-        let row = Row::mean(format!("vote alone, lateral error at {x} m (rms)"), "m", &rms(&at));
-        more.push(if i == 0 { row.why("both edges, scan by scan, as the document draws them") } else { row });
+        for (k, name) in ["right", "left"].into_iter().enumerate() {
+            let error = rms(&|t| at(&t.lateral[k], i));
+            more.mean(format!("{name} edge, lateral error at {x} m (rms)"), "m", &error);
+        }
+    }
+    for (i, x) in AHEAD_M.iter().enumerate() {
+        let error = rms(&|t| at(&t.vote, i));
+        let row = more.mean(format!("vote alone, lateral error at {x} m (rms)"), "m", &error);
+        if i == 0 {
+            row.why("both edges, scan by scan, as the document draws them");
+        }
     }
     let largest = |i: usize| tallies.iter().map(|t| t.curvature[i]).collect::<Vec<_>>();
-    let row = Row::mean("largest tracked curvature", "1/m", &largest(0));
-    more.push(match settings.document_curvature_per_m {
-        Some(c) => row.document(c).why("the document's road is not known otherwise; ours is the row below"),
-        None => row,
-    });
-    more.push(Row::mean("largest true curvature", "1/m", &largest(1)));
-    let surprise = |t: &Tally| t.surprise.iter().map(|s| s.sqrt()).collect();
-    more.push(
-        Row::mean("tracked curvature, error over its stated deviation (rms)", "", &rms(&surprise))
-            .why("1 where the deviations are right"),
-    );
-    more.push(
-        Row::mean("moving vehicles found by range and speed", "%", &share(&|t| t.cars))
-            .why("of those within reach, hidden ones too"),
-    );
-    more.push(
-        Row::mean("direction of a moving vehicle, error (rms)", "deg", &rms(&|t| t.directions.clone()))
-            .why("in its beat frequency lies a stretch of wall, too: five elements part no more than two"),
-    );
-    more.push(
-        Row::mean("standing points that are on moving vehicles", "%", &share(&|t| t.taken))
-            .why("most of the vehicles' peaks are eliminated, the document says"),
-    );
-    let used = |s: &Step| Some(s.estimate.provenance.used as f64);
-    let given = |s: &Step| Some(s.estimate.provenance.given as f64);
-    more.push(Row::mean("points in a look", "", &mean_of_runs(&trial.steps, given)));
-    more.push(Row::mean("points on the edges", "", &mean_of_runs(&trial.steps, used)));
+    let row = more.mean("largest tracked curvature", "1/m", &largest(0));
+    if let Some(c) = settings.document_curvature_per_m {
+        row.document(c).why("the document's road is not known otherwise; ours is the row below");
+    }
+    more.mean("largest true curvature", "1/m", &largest(1));
+    let surprise = rms(&|t| t.surprise.iter().map(|s| s.sqrt()).collect());
+    more.mean("tracked curvature, error over its stated deviation (rms)", "", &surprise)
+        .why("1 where the deviations are right");
+    more.mean("moving vehicles found by range and speed", "%", &share(&|t| t.cars))
+        .why("of those within reach, hidden ones too");
+    more.mean("direction of a moving vehicle, error (rms)", "deg", &rms(&|t| t.directions.clone()))
+        .why("in its beat frequency lies a stretch of wall, too: five elements part no more than two");
+    more.mean("standing points that are on moving vehicles", "%", &share(&|t| t.taken))
+        .why("most of the vehicles' peaks are eliminated, the document says");
+    let used = mean_of_runs(&trial.steps, |s| Some(s.estimate.provenance.used as f64));
+    let given = mean_of_runs(&trial.steps, |s| Some(s.estimate.provenance.given as f64));
+    more.mean("points in a look", "", &given);
+    more.mean("points on the edges", "", &used);
     more.retain(|r| r.ours.is_some());
     trial.rows.extend(more);
 }
 
-fn sheet(
-    sheet: &mut Sheet,
-    run: u32,
-    frame: u32,
-    time_s: f64,
-    shape: Option<&catseye_lane::road_shape::RoadShape>,
-    near: &NearEdges,
-) {
-    let Some(shape) = shape else { return };
+fn sheet(sheet: &mut Sheet, step: &Step, shape: &RoadShape, near: &NearEdges) {
+    let time = format!("{:.4}", step.estimate.time_s);
+    let small = |v: f64| format!("{v:.4e}");
     for (k, side) in [Side::Right, Side::Left].into_iter().enumerate() {
-        let why = match &shape.fits[side as usize] {
-            Ok(_) => String::new(),
-            Err(reason) => reason.to_string(),
-        };
-        let text = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.6}"));
-        let true_b = near.sides[k].iter().find_map(|l| lateral_at(l, 0.0));
-        let (state, c0, c0_std, c1, b, b_std) = match shape.edge(side) {
-            Some(t) => {
-                let ([c0, c1, b], p) = (t.filter.state(), t.filter.covariance());
-                let state = format!("{:?}", t.status).to_lowercase();
-                let small = |v: f64| format!("{v:.4e}");
-                (
-                    state,
-                    small(c0),
-                    small(p[0][0].sqrt()),
-                    small(c1),
-                    text(Some(b)),
-                    text(Some(p[2][2].sqrt())),
-                )
-            }
-            None => {
-                ("none".into(), String::new(), String::new(), String::new(), String::new(), String::new())
-            }
-        };
-        let true_c0 = near.curvature_per_m[k].map_or_else(String::new, |c| format!("{c:.4e}"));
-        sheet.row(&[
-            &run,
-            &frame,
-            &format!("{time_s:.4}"),
-            &side,
-            &state,
-            &c0,
-            &c0_std,
-            &c1,
-            &b,
-            &b_std,
-            &text(true_b),
-            &true_c0,
-            &why,
-        ]);
+        let why = shape.fits[side as usize].as_ref().err().map_or_else(String::new, ToString::to_string);
+        let mut cells: [String; 6] = Default::default();
+        cells[0] = "none".into();
+        if let Some(t) = shape.edge(side) {
+            let ([c0, c1, b], p) = (t.filter.state(), t.filter.covariance());
+            let state = format!("{:?}", t.status).to_lowercase();
+            let [b, b_std] = [b, p[2][2].sqrt()].map(|v| fixed(Some(v), 6));
+            cells = [state, small(c0), small(p[0][0].sqrt()), small(c1), b, b_std];
+        }
+        let true_b = fixed(near.sides[k].iter().find_map(|l| lateral_at(l, 0.0)), 6);
+        let true_c0 = near.curvature_per_m[k].map_or_else(String::new, small);
+        let mut row = vec![step.run.to_string(), step.frame.to_string(), time.clone(), side.to_string()];
+        row.extend(cells);
+        row.extend([true_b, true_c0, why]);
+        sheet.rows.push(row);
     }
 }

@@ -1,13 +1,14 @@
 //! Pictures as the document's figures 2 to 7.
 
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE};
+use crate::trial::Step;
+use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE};
 use catseye::error::Result;
+use catseye_lane::LanePoint;
 use catseye_lane::road_shape::image::SlopeImage;
 use catseye_lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
-use catseye_lane::score::TrueLanes;
-use catseye_lane::{LaneEstimate, LanePoint};
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Symbol};
-use catseye_plot::{ColourMap, Scale, class_colour, curve_pen, heat_map};
+use catseye_plot::{
+    Axis, Chart, ColourMap, Mark, Pen, Picture, Scale, Symbol, class_colour, curve_pen, heat_map,
+};
 use serde::{Deserialize, Serialize};
 
 const RING: Mark = Mark::Ring { radius: 5.0 };
@@ -40,7 +41,7 @@ impl KeptImage {
 }
 
 /// Fig. 3: angle over beat frequency, here as the range cell; peaks ringed.
-pub fn image(title: &str, kept: &KeptImage, max_range_m: f64) -> Result<Picture> {
+pub fn image(kept: &KeptImage, max_range_m: f64) -> Result<Picture> {
     let columns = kept.level_db.len().checked_div(kept.rows).unwrap_or(0);
     // Left is left: azimuth grows to the left.
     let mirrored = |v: &[f32]| v.iter().rev().map(|x| f64::from(*x)).collect::<Vec<_>>();
@@ -49,7 +50,7 @@ pub fn image(title: &str, kept: &KeptImage, max_range_m: f64) -> Result<Picture>
     let last_m = (kept.rows.max(1) - 1) as f64 * kept.range_bin_m;
     let scale = Scale::new(ColourMap::Viridis, "MUSIC spectrum (dB)", 0.0, 30.0);
     let mut chart = heat_map(
-        title,
+        "Radar image of the rising slope (M, Fig. 3)",
         ("direction to the right (deg)", (last, first)),
         ("beat frequency as range (m)", (0.0, last_m)),
         (kept.rows, columns),
@@ -57,12 +58,9 @@ pub fn image(title: &str, kept: &KeptImage, max_range_m: f64) -> Result<Picture>
         scale,
     );
     chart.y.hi = chart.y.hi.min(max_range_m);
-    (chart.width, chart.height) = (520.0, 560.0);
     let points = kept.peaks.iter().map(|[a, r]| [-a.to_degrees(), r * kept.range_bin_m]);
-    let points: Vec<[f64; 2]> = points.filter(|p| p[1] <= max_range_m).collect();
-    chart.layers.push(Layer::Marks { points, mark: RING, paint: Paint::Fixed(FOUND) });
-    chart.key("peaks", Symbol::Mark(RING, FOUND));
-    chart.draw()
+    chart.marks("peaks", points.filter(|p| p[1] <= max_range_m).collect(), RING, FOUND);
+    chart.sized(520.0, 560.0).draw()
 }
 
 /// Fig. 4: votes over (a, b), the edges found as rings.
@@ -92,83 +90,40 @@ pub fn votes(shape: &RoadShape, settings: &HoughSettings) -> Result<Option<Pictu
         scale,
     );
     chart.height = 460.0;
-    let mut found = Vec::new();
-    for side in Side::BOTH {
-        if let Ok(e) = map.edge(side) {
-            found.push([e.a_per_m * 1e3, e.b_m]);
-        }
-    }
-    chart.layers.push(Layer::Marks {
-        points: found,
-        mark: Mark::Ring { radius: 8.0 },
-        paint: Paint::Fixed(FOUND),
-    });
-    chart.key("edges", Symbol::Mark(Mark::Ring { radius: 8.0 }, FOUND));
+    let edges = Side::BOTH.into_iter().filter_map(|side| map.edge(side).ok());
+    let found = edges.map(|e| [e.a_per_m * 1e3, e.b_m]).collect();
+    chart.marks("edges", found, Mark::Ring { radius: 8.0 }, FOUND);
     Ok(Some(chart.draw()?))
 }
 
 /// Figs. 5 and 6: the estimated edges over the true ones, with standing points and what moves.
 pub fn road(
-    title: &str,
     points: &[LanePoint],
-    estimate: &LaneEstimate,
+    step: &Step,
     shape: Option<&RoadShape>,
-    truth: &TrueLanes,
     cars: &[[f64; 2]],
 ) -> Result<Picture> {
-    let at_rest = shape.map_or(&[][..], |s| &s.points[..]);
-    let rest: Vec<[f64; 2]> = at_rest.iter().map(|p| [p.x_m, p.y_m]).collect();
+    let truth = &step.truth;
+    let rest: Vec<[f64; 2]> =
+        shape.map_or(&[][..], |s| &s.points[..]).iter().map(|p| [p.x_m, p.y_m]).collect();
     let near = |p: &[f64; 2]| rest.iter().any(|q| (p[0] - q[0]).hypot(p[1] - q[1]) < 0.3);
     let other: Vec<[f64; 2]> = points.iter().map(|p| p.at_m).filter(|p| !near(p)).collect();
     let reach = truth.range_m[1] + 20.0;
-    let top = truth
-        .lines
-        .iter()
-        .flatten()
-        .filter(|p| p[0] > 0.0 && p[0] < reach)
-        .map(|p| p[1].abs())
-        .fold(20.0, f64::max);
+    let ahead = truth.lines.iter().flatten().filter(|p| p[0] > 0.0 && p[0] < reach);
+    let top = ahead.map(|p| p[1].abs()).fold(20.0, f64::max);
     let x = Axis::new("x forward (m)", 0.0, reach);
     let y = Axis::new("y left (m)", -top - 5.0, top + 5.0);
     // Not to scale: a road is long and narrow.
-    let mut chart = Chart::new(title, x, y);
-    (chart.width, chart.height) = (720.0, 400.0);
-    let grey = Pen::solid(TRUE, 4.0);
-    for line in &truth.lines {
-        chart.layers.push(Layer::Line { points: line.clone(), pen: grey });
-    }
-    let red = Pen::solid(FOUND, 1.8);
-    for line in &estimate.lines {
-        let curve = &line.fitted.curve;
-        let n = (curve.length_m / 0.5).ceil().clamp(1.0, 1000.0) as usize;
-        let at = |i: usize| curve.length_m * i as f64 / n as f64;
-        let side = |k: f64| -> Vec<[f64; 2]> {
-            (0..=n)
-                .map(|i| {
-                    let place = curve.at(at(i));
-                    let left = glam::DVec2::from_angle(place.heading_rad).perp();
-                    (place.at_m + left * (k * line.fitted.lateral_std_m(at(i)))).to_array()
-                })
-                .collect()
-        };
-        let mut band = side(2.0);
-        band.extend(side(-2.0).into_iter().rev());
-        chart.layers.push(Layer::Area { polygon: band, fill: Some((FOUND, 0.15)), stroke: None });
-        chart.layers.push(Layer::Line { points: side(0.0), pen: red });
-    }
-    let dot = Mark::Dot { radius: 3.0 };
-    let diamond = Mark::Diamond { radius: 6.0 };
-    chart.layers.push(Layer::Marks {
-        points: cars.to_vec(),
-        mark: diamond,
-        paint: Paint::Fixed(class_colour("vehicle")),
-    });
-    chart.layers.push(Layer::Marks { points: rest, mark: dot, paint: Paint::Fixed(SEEN) });
-    chart.layers.push(Layer::Marks { points: other, mark: dot, paint: Paint::Fixed(OTHER) });
+    let mut chart = Chart::new("Estimated and true edges (M, Figs. 5 and 6)", x, y).sized(720.0, 400.0);
+    let (grey, red) = (Pen::solid(TRUE, 4.0), Pen::solid(FOUND, 1.8));
+    truth.lines.iter().for_each(|line| chart.line(line.clone(), grey));
+    chart.estimate(&step.estimate, red);
+    let (dot, diamond) = (Mark::Dot { radius: 3.0 }, Mark::Diamond { radius: 6.0 });
+    chart.dots(cars.to_vec(), diamond, class_colour("vehicle"));
     chart.key("true edges", Symbol::Line(grey));
     chart.key("estimate, 2σ", Symbol::Area { fill: (FOUND, 0.15), stroke: red });
-    chart.key("standing", Symbol::Mark(dot, SEEN));
-    chart.key("moving", Symbol::Mark(dot, OTHER));
+    chart.marks("standing", rest, dot, SEEN);
+    chart.marks("moving", other, dot, OTHER);
     if !cars.is_empty() {
         chart.key("vehicles (true)", Symbol::Mark(diamond, class_colour("vehicle")));
     }
@@ -202,29 +157,19 @@ pub fn curvature(looks: &[Tracked]) -> Result<Picture> {
     let y = Axis::new("curvature to the left (1/km)", low - pad, high + pad);
     let mut chart = Chart::new("Tracked curvature (M, Fig. 7)", x, y);
     chart.width = 680.0;
-    let grey = Pen::solid(TRUE, 4.0);
-    chart.layers.push(Layer::Line { points: truth, pen: grey });
-    chart.key("true", Symbol::Line(grey));
+    chart.named_line("true", truth, Pen::solid(TRUE, 4.0));
     for (k, name) in ["right edge, 1σ", "left edge, 1σ"].into_iter().enumerate() {
         if curves[k].iter().all(|p| !p[1].is_finite()) {
             continue;
         }
         let pen = Pen { width: 1.8, ..curve_pen(k) };
-        for piece in of(k, 1.0)
-            .iter()
-            .zip(of(k, -1.0))
-            .collect::<Vec<_>>()
-            .chunk_by(|a, b| a.0[1].is_finite() == b.0[1].is_finite())
-        {
-            if piece.len() < 2 || !piece[0].0[1].is_finite() {
-                continue;
-            }
-            let mut band: Vec<[f64; 2]> = piece.iter().map(|p| *p.0).collect();
-            band.extend(piece.iter().rev().map(|p| p.1));
-            chart.layers.push(Layer::Area { polygon: band, fill: Some((pen.colour, 0.15)), stroke: None });
+        let (upper, lower) = (of(k, 1.0), of(k, -1.0));
+        let bounds: Vec<([f64; 2], [f64; 2])> = upper.into_iter().zip(lower).collect();
+        for piece in bounds.split(|b| !b.0[1].is_finite()).filter(|piece| piece.len() > 1) {
+            let back = piece.iter().rev().map(|b| b.1);
+            chart.area(piece.iter().map(|b| b.0).chain(back).collect(), (pen.colour, 0.15), None);
         }
-        chart.layers.push(Layer::Line { points: curves[k].clone(), pen });
-        chart.key(name, Symbol::Line(pen));
+        chart.named_line(name, curves[k].clone(), pen);
     }
     chart.draw()
 }

@@ -1,8 +1,10 @@
 //! The table `[lane.road_shape]`.
 
+use crate::trial::limits::{self, LEAVE_OUT};
 use catseye::error::{BadInput, Result};
+use catseye::scene::radar::Radar;
 use catseye_lane::road_shape::image::{Angles, ImageSettings};
-use catseye_lane::road_shape::{Curve, RoadShapeOptions, TrackerSettings};
+use catseye_lane::road_shape::{Curve, RoadShapeEstimator, RoadShapeOptions, TrackerSettings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,9 +24,9 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
-    /// Edges of the road over a drive (M, Figs. 3 to 7).
+    /// Edges of the road over a drive (Miyake, Figs. 3 to 7).
     Edges,
-    /// Two corner reflectors at one range, by several methods of angle (M, Figs. 1 and 2, Table I).
+    /// Two corner reflectors at one range, by several methods of angle (Miyake, Figs. 1 and 2, Table I).
     Corners,
 }
 
@@ -114,42 +116,42 @@ impl Default for Settings {
     }
 }
 
-pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
-    if value.is_finite() && (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(BadInput::new("is outside its range")
-        .key(format!("lane.road_shape.{key}"))
-        .value(value)
-        .allowed(format!("{low}..={high} {unit}"))
-        .remedy("leave it out for its default")
-        .into())
-}
-
 impl Settings {
-    /// Errors: a value outside its range.
+    /// # Errors
+    /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
-        within("sources", self.sources as f64, 1.0, 16.0, "sources")?;
-        within("forgetting", self.forgetting, 1e-3, 0.9999, "")?;
-        within("subarray", self.subarray as f64, 0.0, 1024.0, "elements")?;
-        within("row_db", self.row_db, 0.0, 100.0, "dB")?;
-        within("source_db", self.source_db, 0.0, 100.0, "dB")?;
-        within("max_range_m", self.max_range_m, 5.0, 1000.0, "m")?;
-        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "m/s")?;
-        within("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 90.0, "deg/s")?;
-        within("gate_sigmas", self.gate_sigmas, 0.1, 20.0, "standard deviations")?;
-        within("gate_floor_mps", self.gate_floor_mps, 0.0, 10.0, "m/s")?;
-        within("heading_std_deg", self.heading_std_deg, 0.0, 20.0, "deg")?;
-        within("c1_walk", self.c1_walk, 0.0, 1e-2, "1/m² per √m")?;
-        within("b_walk", self.b_walk, 0.0, 5.0, "m per √m")?;
-        within("confirm_scans", self.confirm_scans as f64, 1.0, 100.0, "scans")?;
-        within("from_m", self.from_m, 0.0, 500.0, "m")?;
-        within("to_m", self.to_m, self.from_m + 1.0, 500.0, "m")?;
-        within("placement_std_m", self.placement_std_m, 0.0, 1.0, "m")?;
-        if let Some(c) = self.document_curvature_per_m {
-            within("document_curvature_per_m", c, 0.0, 1.0, "1/m")?;
-        }
-        Ok(())
+        let curvature = self.document_curvature_per_m.unwrap_or(0.0);
+        limits::check(
+            "road_shape",
+            &[
+                ("sources", self.sources as f64, 1.0, 16.0, LEAVE_OUT),
+                ("forgetting", self.forgetting, 1e-3, 0.9999, LEAVE_OUT),
+                ("subarray", self.subarray as f64, 0.0, 1024.0, LEAVE_OUT),
+                ("row_db", self.row_db, 0.0, 100.0, LEAVE_OUT),
+                ("source_db", self.source_db, 0.0, 100.0, LEAVE_OUT),
+                ("max_range_m", self.max_range_m, 5.0, 1000.0, LEAVE_OUT),
+                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, LEAVE_OUT),
+                ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 90.0, LEAVE_OUT),
+                ("gate_sigmas", self.gate_sigmas, 0.1, 20.0, LEAVE_OUT),
+                ("gate_floor_mps", self.gate_floor_mps, 0.0, 10.0, LEAVE_OUT),
+                ("heading_std_deg", self.heading_std_deg, 0.0, 20.0, LEAVE_OUT),
+                ("c1_walk", self.c1_walk, 0.0, 1e-2, LEAVE_OUT),
+                ("b_walk", self.b_walk, 0.0, 5.0, LEAVE_OUT),
+                ("confirm_scans", self.confirm_scans as f64, 1.0, 100.0, LEAVE_OUT),
+                ("from_m", self.from_m, 0.0, 500.0, LEAVE_OUT),
+                ("to_m", self.to_m, self.from_m + 1.0, 500.0, LEAVE_OUT),
+                ("placement_std_m", self.placement_std_m, 0.0, 1.0, LEAVE_OUT),
+                ("document_curvature_per_m", curvature, 0.0, 1.0, LEAVE_OUT),
+            ],
+        )
+    }
+
+    /// The estimator for a radar's points, or for those of its image.
+    pub fn estimator(&self, radar: &Radar, by_image: bool) -> Result<RoadShapeEstimator> {
+        // One slope tells range rates up to its folds only.
+        let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
+        RoadShapeEstimator::new(self.options(fold))
+            .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape").into())
     }
 
     pub fn image(&self) -> ImageSettings {

@@ -1,22 +1,24 @@
 //! The drive that is mapped with the poses of an inertial system, and the estimator on its map.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level, lane_point};
-use crate::trial::sensors::SpeedSensor;
+use crate::trial::drive::{Level, lane_point, mount};
+use crate::trial::sensors::Bus;
 use crate::trial::signature::settings::Settings;
+use crate::trial::stats::draws;
+use crate::trial::{Drive, TrialContext};
 use catseye::error::{BadInput, Error, Result};
 use catseye::rng::Draws;
 use catseye::road::labels::RoadTruth;
 use catseye::road::plan::{ScenePlan, Source};
 use catseye::road::site::Site;
+use catseye::scene::Object;
 use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
 use catseye::simulate::Frame;
+use catseye_lane::LanePoint;
 use catseye_lane::signature::estimator::{
     MapLane, MapLanes, Signature, SignatureOptions, StaticTest, scan_point,
 };
 use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
-use catseye_lane::{LaneError, LanePoint};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -30,14 +32,8 @@ pub struct Kept {
 }
 
 pub fn kept(drive: &Drive<'_>, frame: &Frame) -> Kept {
-    let moving: Vec<u32> = drive
-        .site
-        .scene
-        .objects
-        .iter()
-        .filter(|o| o.motion.is_some() || o.velocity_mps != DVec3::ZERO)
-        .map(|o| o.id)
-        .collect();
+    let moves = |o: &&Object| o.motion.is_some() || o.velocity_mps != DVec3::ZERO;
+    let moving: Vec<u32> = drive.site.scene.objects.iter().filter(moves).map(|o| o.id).collect();
     let radar = drive.radar(frame.radar);
     let all = frame.points.iter().filter_map(|p| {
         let q = lane_point(radar, p)?;
@@ -50,7 +46,7 @@ pub fn kept(drive: &Drive<'_>, frame: &Frame) -> Kept {
 }
 
 /// The scenario of the drive that is mapped, and the plan of its roads with other traffic.
-pub fn mapping(scenario: &Scenario, plan: &ScenePlan, s: &Settings) -> (Scenario, ScenePlan) {
+fn mapping(scenario: &Scenario, plan: &ScenePlan, s: &Settings) -> (Scenario, ScenePlan) {
     let mut scenario = scenario.clone();
     scenario.seed = scenario.seed.wrapping_add(0x5160_0000);
     scenario.frames.count = s.map_frames;
@@ -75,7 +71,7 @@ pub fn moved_on(plan: &ScenePlan, by_m: f64) -> ScenePlan {
 }
 
 /// Of the lines of the road that the ego drives on, as a survey with its own error has them.
-pub fn surveyed(road: &RoadTruth, name: Option<&str>, std_m: f64, seed: u64) -> MapLanes {
+fn surveyed(road: &RoadTruth, name: Option<&str>, std_m: f64, seed: u64) -> MapLanes {
     let mut draws = Draws::new(seed as u32, 0x11e5);
     let Some(label) = road.roads.iter().find(|r| name.is_none_or(|n| n == r.name)) else {
         return MapLanes::default();
@@ -103,7 +99,7 @@ pub fn surveyed(road: &RoadTruth, name: Option<&str>, std_m: f64, seed: u64) -> 
 }
 
 /// A line moved to its left.
-pub fn shifted(line: &[[f64; 3]], left_m: f64) -> Vec<[f64; 2]> {
+fn shifted(line: &[[f64; 3]], left_m: f64) -> Vec<[f64; 2]> {
     let plane: Vec<DVec2> = line.iter().map(|p| DVec2::new(p[0], p[1])).collect();
     let n = plane.len();
     let moved = (0..n).map(|i| {
@@ -118,37 +114,41 @@ pub const BEHIND_M: f64 = 2.0;
 
 pub fn at_rest(drive: &Drive<'_>, which: usize) -> StaticTest {
     let radar = drive.radar(which);
-    let at = radar.mounting.translation_m;
     StaticTest {
-        radar_m: [at.x, at.y],
+        radar_m: mount(radar).0.to_array(),
         fold_mps: Some(2.0 * radar.max_velocity_mps()).filter(|f| f.is_finite() && *f > 0.0),
         ..StaticTest::default()
     }
 }
 
 /// Errors of an inertial system that last a while (first-order Gauss–Markov).
-pub struct Inertial {
-    pub draws: Draws,
-    pub now: [f64; 3],
-    pub std: [f64; 3],
-    pub lasting_s: f64,
+struct Inertial {
+    draws: Draws,
+    now: [f64; 3],
+    std: [f64; 3],
+    lasting_s: f64,
 }
 
 impl Inertial {
-    pub fn new(s: &Settings, seed: u64) -> Inertial {
+    fn new(s: &Settings, seed: u64) -> Inertial {
         let std = [s.ins_std_m, s.ins_std_m, s.ins_heading_std_deg.to_radians()];
         let mut draws = Draws::new(seed as u32, 0x1135);
         let now = std.map(|x| x * draws.normal());
         Inertial { draws, now, std, lasting_s: s.ins_lasting_s }
     }
 
-    pub fn next(&mut self, dt_s: f64) -> [f64; 3] {
+    fn next(&mut self, dt_s: f64) -> [f64; 3] {
         let keep = (-dt_s / self.lasting_s).exp();
         for (x, std) in self.now.iter_mut().zip(self.std) {
             *x = *x * keep + std * (1.0 - keep * keep).sqrt() * self.draws.normal();
         }
         self.now
     }
+}
+
+/// The bus of a drive.
+pub fn bus_of(s: &Settings, seed: u64) -> Bus {
+    Bus::new(seed, [s.speed_std_mps, 0.0], (draws(seed ^ 0x9e37, 0x5eed), s.yaw_rate_std_deg_per_s))
 }
 
 pub fn needs(problem: &str, key: &str, remedy: &str) -> Error {
@@ -158,7 +158,10 @@ pub fn needs(problem: &str, key: &str, remedy: &str) -> Error {
 /// Half the view of the radar that maps and looks, rad.
 pub const HALF_VIEW_RAD: f64 = 1.4;
 
-/// The road's file and the vehicle's place on it. Errors: what is not given.
+/// The road's file and the vehicle's place on it.
+///
+/// # Errors
+/// What is not given.
 pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     let SceneSource::Road { path } = &scenario.scene else {
         return Err(needs("needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));
@@ -202,16 +205,15 @@ pub fn map_drive(
         ..MapSettings::default()
     };
     let mut map = SignatureMap::new(map_settings).map_err(|e| Error::Failed(e.to_string()))?;
-    let mut speed = SpeedSensor::new(map_scenario.seed, s.speed_std_mps, 0.0);
-    let mut yaw = SpeedSensor::new(map_scenario.seed ^ 0x9e37, s.yaw_rate_std_deg_per_s.to_radians(), 0.0);
+    let mut bus = bus_of(s, map_scenario.seed);
     let mut inertial = Inertial::new(s, map_scenario.seed);
     let mut moving = Moving::default();
     let mut map_way: Vec<[f64; 2]> = Vec::new();
     for f in 0..s.map_frames {
         let k = given.kept(&format!("map_frame{f}"), || Ok(kept(&drive, &drive.frame(which, f)?)))?;
         let level = drive.level(drive.time_s(f));
-        let stands =
-            rest.standing(&k.points, speed.read(level.speed_mps), Some(yaw.read(level.yaw_rate_rad_per_s)));
+        let [speed, yaw_rate] = bus.read(&level);
+        let stands = rest.standing(&k.points, speed, Some(yaw_rate));
         moving.count(&k, &stands);
         let scan: Vec<ScanPoint> =
             k.points.iter().zip(&stands).filter(|(_, st)| **st).map(|(p, _)| scan_point(p)).collect();
@@ -238,12 +240,7 @@ pub fn map_drive(
 }
 
 /// The estimator for a drive on a mapped road.
-pub fn estimator_on(
-    s: &Settings,
-    drive: &Drive<'_>,
-    which: usize,
-    mapped: &Mapped,
-) -> std::result::Result<Signature, LaneError> {
+pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapped) -> Result<Signature> {
     let base = SignatureOptions::default();
     let ranged = |l: LocateSettings| LocateSettings {
         near_m: s.range_m[0],
@@ -261,24 +258,20 @@ pub fn estimator_on(
         ..base
     };
     Signature::new(mapped.map.clone(), mapped.lanes.clone(), options)
+        .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))
 }
 
-/// How well the test for motion takes moving points out.
+/// How well the test for motion takes moving points out: all points, and those that it takes out.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving {
-    pub moving: usize,
-    pub moving_out: usize,
-    pub standing: usize,
-    pub standing_out: usize,
+    pub moving: [usize; 2],
+    pub standing: [usize; 2],
 }
 
 impl Moving {
     pub fn count(&mut self, k: &Kept, stands: &[bool]) {
         for (moves, stands) in k.moves.iter().zip(stands) {
-            let (all, out) = match moves {
-                true => (&mut self.moving, &mut self.moving_out),
-                false => (&mut self.standing, &mut self.standing_out),
-            };
+            let [all, out] = if *moves { &mut self.moving } else { &mut self.standing };
             *all += 1;
             *out += usize::from(!stands);
         }
@@ -286,18 +279,10 @@ impl Moving {
 }
 
 /// Distances of landmarks from the nearest marker, of those within half a metre, m.
-pub fn map_errors(map: &SignatureMap, road: Option<&RoadTruth>) -> Vec<f64> {
-    let markers: Vec<DVec2> = road
-        .iter()
-        .flat_map(|r| &r.marker_rows)
-        .flat_map(|r| &r.markers)
-        .map(|m| DVec2::new(m.position_m[0], m.position_m[1]))
-        .collect();
-    map.landmarks()
-        .iter()
-        .filter_map(|l| {
-            let at = DVec2::from_array(l.position_m);
-            markers.iter().map(|m| m.distance(at)).min_by(f64::total_cmp).filter(|d| *d < 0.5)
-        })
-        .collect()
+fn map_errors(map: &SignatureMap, road: Option<&RoadTruth>) -> Vec<f64> {
+    let markers = road.iter().flat_map(|r| &r.marker_rows).flat_map(|r| &r.markers);
+    let markers: Vec<DVec2> = markers.map(|m| DVec2::new(m.position_m[0], m.position_m[1])).collect();
+    let error = |at: DVec2| markers.iter().map(|m| m.distance(at)).min_by(f64::total_cmp);
+    let errors = map.landmarks().iter().filter_map(|l| error(DVec2::from_array(l.position_m)));
+    errors.filter(|d| *d < 0.5).collect()
 }

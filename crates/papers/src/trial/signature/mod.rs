@@ -2,51 +2,39 @@
 //! way (Feng 2019, sections 4.3.2 and 4.3.4).
 
 mod figures;
-
 mod looks;
-
 mod mapped;
-
 mod pictures;
-
-mod ready;
-
 mod settings;
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::{Drive, Level, suitable};
-use crate::trial::report::{Step, Trial, common_rows};
-use crate::trial::sensors::SpeedSensor;
+use crate::trial::drive::point_radar;
+use crate::trial::ready::chirp_radar;
+use crate::trial::report::common_rows;
+use crate::trial::sensors::{Bus, look_of};
 use crate::trial::signature::figures::{map_rows, notes, place_rows, sheets, word_rows};
 use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, compared};
 use crate::trial::signature::mapped::{
-    BEHIND_M, Kept, Mapped, at_rest, estimator_on, kept, map_drive, moved_on, needs, on_road,
+    BEHIND_M, Kept, Mapped, at_rest, bus_of, estimator_on, kept, map_drive, moved_on, needs, on_road,
 };
 use crate::trial::stats::timed;
+use crate::trial::{Drive, LaneMethod, Looks, Now, ReadyMethod, Step, Trial, TrialContext, drive_through};
 use catseye::error::Result;
 use catseye::rng::Draws;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;
-use catseye::scene::waveform::Waveform;
+use catseye::simulate::Frame;
 use catseye_lane::score::TrueLanes;
 use catseye_lane::signature::codewords::RowPoint;
-use catseye_lane::signature::estimator::StaticTest;
+use catseye_lane::signature::estimator::{Signature, StaticTest};
 use catseye_lane::signature::map::Pose;
 use catseye_lane::{LaneEstimator, LanePoint, Measured, SensorInput};
 use glam::DVec2;
-pub(super) use ready::ready_method;
 pub use settings::{CodeName, GapsTable, RowTable, Settings, SidesTable};
 
 /// True lines ahead of the vehicle: the radar looks that way.
 fn ahead(mut truth: TrueLanes) -> TrueLanes {
-    for line in &mut truth.lines {
-        line.retain(|p| p[0] >= -BEHIND_M);
-    }
+    truth.lines.iter_mut().for_each(|line| line.retain(|p| p[0] >= -BEHIND_M));
     truth
-}
-
-fn pose(level: &Level) -> Pose {
-    Pose { x_m: level.at_m.x, y_m: level.at_m.y, heading_rad: level.heading_rad }
 }
 
 /// Takes a share of the points away and adds as many others at random places of the row.
@@ -94,130 +82,165 @@ fn worsened_look(
     out
 }
 
-/// Maps a drive, locates the runs in it, reads the rows. Errors: a scenario without a road file, an ego that is not on a road, no
-/// radar with angles; those of the simulation.
-pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
-    settings.check()?;
-    let s = settings;
-    let scenario = given.scenario;
-    let (path, _) = on_road(scenario)?;
-    let Some(which) = suitable(&scenario.radars, |w| !matches!(w, Waveform::Pulse { .. })) else {
-        return Err(needs("needs a radar that gives angles", "radar", "take radar = \"front77\""));
-    };
-    let plan = scene_toml::load(path)?;
-    let all = u64::from(s.map_frames) + u64::from(given.runs) * u64::from(scenario.frames.count);
-    let mut done = 0;
-
-    let mut told = |n: u64| (given.watch)(n, all);
-    let mut mapped = map_drive(given, s, which, &plan, &mut told)?;
-    done += u64::from(s.map_frames);
-
-    // The drives that are located.
-    let (mut steps, mut places, mut words) = (Vec::new(), Vec::new(), Vec::new());
-    let mut row_pictures: Vec<Option<RowPicture>> = s.row.iter().map(|_| None).collect();
-    let mut shown: Option<(Vec<LanePoint>, Step)> = None;
-    for run in 0..given.runs {
-        let mut scenario = given.scenario_of(run);
-        let mut draws = Draws::new(scenario.seed as u32, 0x57a7);
-        let further_m = s.vary_start_m * draws.uniform();
-        if let Some(on) = &mut scenario.ego.on_road {
-            on.s_m += further_m;
-            on.offset_m += s.vary_offset_m * (2.0 * draws.uniform() - 1.0);
-        }
-        // Other vehicles keep their distance.
-        let site = Site::on(&scenario, moved_on(&plan, further_m))?;
-        let drive = Drive::new(&site, given.engine)?;
-        let mut estimator = estimator_on(s, &drive, which, &mapped)
-            .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))?;
-        // Beside it one whose looks are worse, for its rows.
-        let mut in_worse = match s.row.is_empty() {
-            true => None,
-            false => estimator_on(s, &drive, which, &mapped).ok(),
-        };
-        let mut worse_draws = Draws::new(scenario.seed as u32, 0x57a8);
-        let mut speed = SpeedSensor::new(scenario.seed, s.speed_std_mps, 0.0);
-        let mut yaw = SpeedSensor::new(scenario.seed ^ 0x9e37, s.yaw_rate_std_deg_per_s.to_radians(), 0.0);
-        let mut way_m = 0.0;
-        let mut before: Option<DVec2> = None;
-        for f in 0..drive.frames() {
-            let k =
-                given.kept(&format!("run{run}_frame{f}"), || Ok(kept(&drive, &drive.frame(which, f)?)))?;
-            let time_s = drive.time_s(f);
-            let level = drive.level(time_s);
-            let measured: [Measured; 2] = [speed.read(level.speed_mps), yaw.read(level.yaw_rate_rad_per_s)];
-            mapped.moving.count(&k, &estimator_rest(&drive, which, &k, measured));
-            let look = SensorInput {
-                time_s,
-                speed_mps: Some(measured[0]),
-                yaw_rate_rad_per_s: Some(measured[1]),
-                points: &k.points,
-                ..SensorInput::default()
-            };
-            let (estimate, seconds) = timed(|| estimator.estimate(&look));
-            if let Some(in_worse) = &mut in_worse {
-                let points =
-                    worsened_look(&k.points, s.worse, &at_rest(&drive, which), measured, &mut worse_draws);
-                let _ = in_worse.estimate(&SensorInput { points: &points, ..look });
-            }
-            way_m += before.map_or(0.0, |b| b.distance(level.at_m));
-            before = Some(level.at_m);
-            let truth = pose(&level);
-            let place = estimator.place().cloned();
-            let found = place.as_ref().map(|p| compared(&truth, p));
-            places.push(Located {
-                run,
-                time_s,
-                way_m,
-                truth,
-                error: found.map(|f| f.0),
-                nees: found.and_then(|f| f.1),
-                place,
-            });
-            for (i, reader) in estimator.rows().iter().enumerate() {
-                let picked = reader.picked().unwrap_or_default();
-                let side = s.row[i].sides.map_or(0.0, |x| x.side_m);
-                let worse = worsened(&picked.points, s.worse, side, &mut draws);
-                let written = s.row[i].written();
-                let of_looks = in_worse.as_ref().and_then(|e| e.rows()[i].picked());
-                let of_looks = of_looks.unwrap_or_default().points;
-                let all = [(Worse::No, picked.points.clone()), (Worse::Row, worse), (Worse::Looks, of_looks)];
-                for (worse, points) in all {
-                    let reading = reader.reader().read(std::slice::from_ref(&points)).ok();
-                    let right = reading.as_ref().zip(written.as_ref()).map(|(r, w)| r.word == *w);
-                    if let (Worse::No, Some(reading)) = (worse, reading.clone()) {
-                        let (table, picked) = (s.row[i].clone(), picked.clone());
-                        row_pictures[i] = Some(RowPicture { table, picked, reading });
-                    }
-                    let points = points.len();
-                    words.push(WordRead { run, frame: f, row: i, worse, points, reading, right });
-                }
-            }
-            let truth = ahead(drive.truth(time_s, [5.0, s.reach_m]));
-            let step = Step::new(run, f, (estimate, seconds), truth);
-            if run == 0 && f == drive.frames() / 2 {
-                shown = Some((k.points.clone(), step.clone()));
-            }
-            steps.push(step);
-            done += 1;
-            (given.watch)(done, all);
-        }
+impl LaneMethod for Settings {
+    fn check(&self) -> Result<()> {
+        Settings::check(self)
     }
 
-    let Mapped { map, way: map_way, errors: map_errors, road, moving, .. } = mapped;
-    let mut trial = Trial::new("signature", format!("{}: place in a map of static points", scenario.name));
-    trial.rows = common_rows(&steps);
-    trial.rows.extend(place_rows(&places));
-    trial.rows.extend(map_rows(&map, &map_errors, &moving));
-    trial.rows.extend(word_rows(s, &words));
-    trial.sheets = sheets(s, &map, &places, &words);
-    trial.pictures = pictures::all(&map, road.as_ref(), &map_way, &places, &row_pictures, shown.as_ref())?;
-    trial.notes = notes(&steps, &row_pictures);
-    trial.steps = steps;
-    Ok(trial)
+    fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
+        Settings::check(self)?;
+        let scenario = given.scenario;
+        let (path, _) = on_road(scenario)?;
+        let Some(which) = point_radar(&scenario.radars) else {
+            return Err(needs("needs a radar that gives angles", "radar", "take radar = \"front77\""));
+        };
+        let plan = scene_toml::load(path)?;
+        // The frames of the map come before those of the runs.
+        let before = u64::from(self.map_frames);
+        let watch = |done: u64, all: u64| (given.watch)(before + done, before + all);
+        let later = TrialContext { watch: &watch, keep: given.keep.clone(), ..*given };
+        let all = before + u64::from(given.runs) * u64::from(scenario.frames.count);
+        let mut mapped = map_drive(given, self, which, &plan, &mut |n| (given.watch)(n, all))?;
+        let mut found = Found { row_pictures: self.row.iter().map(|_| None).collect(), ..Found::default() };
+        for run in 0..given.runs {
+            let mut scenario = given.scenario_of(run);
+            let mut draws = Draws::new(scenario.seed as u32, 0x57a7);
+            let further_m = self.vary_start_m * draws.uniform();
+            if let Some(on) = &mut scenario.ego.on_road {
+                on.s_m += further_m;
+                on.offset_m += self.vary_offset_m * (2.0 * draws.uniform() - 1.0);
+            }
+            // Other vehicles keep their distance.
+            let site = Site::on(&scenario, moved_on(&plan, further_m))?;
+            let drive = Drive::new(&site, given.engine)?;
+            let mut looks = LocatedDrive {
+                settings: self,
+                estimator: estimator_on(self, &drive, which, &mapped)?,
+                in_worse: match self.row.is_empty() {
+                    true => None,
+                    false => estimator_on(self, &drive, which, &mapped).ok(),
+                },
+                rest: at_rest(&drive, which),
+                draws,
+                worse_draws: Draws::new(scenario.seed as u32, 0x57a8),
+                bus: bus_of(self, scenario.seed),
+                way_m: 0.0,
+                before: None,
+                mapped: &mut mapped,
+                found: &mut found,
+            };
+            drive_through(&later, (&drive, which), (run, drive.frames()), &mut looks)?;
+        }
+
+        let Mapped { map, way, errors, road, moving, .. } = mapped;
+        let Found { steps, places, words, row_pictures, shown } = found;
+        let mut trial =
+            Trial::new("signature", format!("{}: place in a map of static points", scenario.name));
+        trial.rows = common_rows(&steps);
+        place_rows(&mut trial.rows, &places);
+        map_rows(&mut trial.rows, &map, &errors, &moving);
+        word_rows(&mut trial.rows, self, &words);
+        trial.sheets = sheets(self, &map, &places, &words);
+        trial.pictures = pictures::all(&map, road.as_ref(), &way, &places, &row_pictures, shown.as_ref())?;
+        trial.notes = notes(&steps, &row_pictures);
+        trial.steps = steps;
+        Ok(trial)
+    }
+
+    /// The road is mapped first, on a drive of its own with other traffic.
+    fn ready(
+        &self,
+        given: &TrialContext<'_>,
+        drive: &Drive<'_>,
+        _: u32,
+    ) -> Result<Vec<(String, ReadyMethod)>> {
+        let which = chirp_radar(given)?;
+        let plan = scene_toml::load(on_road(given.scenario)?.0)?;
+        let mapped = map_drive(given, self, which, &plan, &mut |_| {})?;
+        Ok(ReadyMethod::of_points(estimator_on(self, drive, which, &mapped)?, which).alone())
+    }
 }
 
-fn estimator_rest(drive: &Drive<'_>, which: usize, k: &Kept, [speed, yaw]: [Measured; 2]) -> Vec<bool> {
-    at_rest(drive, which).standing(&k.points, speed, Some(yaw))
+/// What all drives found.
+#[derive(Default)]
+struct Found {
+    steps: Vec<Step>,
+    places: Vec<Located>,
+    words: Vec<WordRead>,
+    row_pictures: Vec<Option<RowPicture>>,
+    /// The middle look of the first drive, for its picture.
+    shown: Option<(Vec<LanePoint>, Step)>,
+}
+
+/// A drive that is located in the map.
+struct LocatedDrive<'a> {
+    settings: &'a Settings,
+    estimator: Signature,
+    /// Beside it one whose looks are worse, for its rows.
+    in_worse: Option<Signature>,
+    rest: StaticTest,
+    draws: Draws,
+    worse_draws: Draws,
+    bus: Bus,
+    way_m: f64,
+    /// Where the vehicle was at the look before.
+    before: Option<DVec2>,
+    mapped: &'a mut Mapped,
+    found: &'a mut Found,
+}
+
+impl Looks for LocatedDrive<'_> {
+    type Kept = Kept;
+
+    fn keep(&self, now: &Now<'_>, frame: &Frame) -> Kept {
+        kept(now.drive, frame)
+    }
+
+    fn look(&mut self, now: &Now<'_>, k: Kept) -> Result<()> {
+        let Now { drive, run, frame, time_s, level } = *now;
+        let s = self.settings;
+        let measured @ [speed, yaw_rate] = self.bus.read(&level);
+        self.mapped.moving.count(&k, &self.rest.standing(&k.points, speed, Some(yaw_rate)));
+        let look = SensorInput { points: &k.points, ..look_of(time_s, measured) };
+        let (estimate, seconds) = timed(|| self.estimator.estimate(&look));
+        if let Some(in_worse) = &mut self.in_worse {
+            let points = worsened_look(&k.points, s.worse, &self.rest, measured, &mut self.worse_draws);
+            let _ = in_worse.estimate(&SensorInput { points: &points, ..look });
+        }
+        self.way_m += self.before.map_or(0.0, |b| b.distance(level.at_m));
+        self.before = Some(level.at_m);
+        let truth = Pose { x_m: level.at_m.x, y_m: level.at_m.y, heading_rad: level.heading_rad };
+        let place = self.estimator.place().cloned();
+        let (error, nees) = place.as_ref().map(|p| compared(&truth, p)).unzip();
+        let nees = nees.flatten();
+        self.found.places.push(Located { run, time_s, way_m: self.way_m, truth, error, nees, place });
+        for (i, reader) in self.estimator.rows().iter().enumerate() {
+            let picked = reader.picked().unwrap_or_default();
+            let side = s.row[i].sides.map_or(0.0, |x| x.side_m);
+            let worse = worsened(&picked.points, s.worse, side, &mut self.draws);
+            let written = s.row[i].written();
+            let of_looks = self.in_worse.as_ref().and_then(|e| e.rows()[i].picked());
+            let of_looks = of_looks.unwrap_or_default().points;
+            let all = [(Worse::No, picked.points.clone()), (Worse::Row, worse), (Worse::Looks, of_looks)];
+            for (worse, points) in all {
+                let reading = reader.reader().read(std::slice::from_ref(&points)).ok();
+                let right = reading.as_ref().zip(written.as_ref()).map(|(r, w)| r.word == *w);
+                if let (Worse::No, Some(reading)) = (worse, reading.clone()) {
+                    let (table, picked) = (s.row[i].clone(), picked.clone());
+                    self.found.row_pictures[i] = Some(RowPicture { table, picked, reading });
+                }
+                let points = points.len();
+                self.found.words.push(WordRead { run, frame, row: i, worse, points, reading, right });
+            }
+        }
+        let truth = ahead(drive.truth(time_s, [5.0, s.reach_m]));
+        let step = Step::new(run, frame, (estimate, seconds), truth);
+        if run == 0 && frame == drive.frames() / 2 {
+            self.found.shown = Some((k.points, step.clone()));
+        }
+        self.found.steps.push(step);
+        Ok(())
+    }
 }
 
 #[cfg(test)]

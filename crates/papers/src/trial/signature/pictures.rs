@@ -1,14 +1,14 @@
 //! Pictures of the map, of the place over the drive, and of a row with its bits.
 
-use crate::trial::pictures::{FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::report::Step;
+use crate::trial::Step;
+use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
 use crate::trial::signature::looks::{Located, RowPicture, stds};
-use crate::trial::signature::settings::RowTable;
+use crate::trial::signature::settings::bits;
 use catseye::error::Result;
 use catseye::road::labels::RoadTruth;
 use catseye_lane::LanePoint;
 use catseye_lane::signature::map::SignatureMap;
-use catseye_plot::{Axis, Chart, Layer, Mark, Paint, Pen, Picture, Rgb, Symbol};
+use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol, finite_range};
 
 const SMALL: Mark = Mark::Dot { radius: 1.6 };
 const BIG: Mark = Mark::Dot { radius: 3.4 };
@@ -43,45 +43,28 @@ pub(super) fn all(
 /// The accumulated map (Feng 2019, fig. 4.16) with what is true of the road.
 fn of_map(map: &SignatureMap, road: Option<&RoadTruth>, way: &[[f64; 2]], places: &[Located]) -> Chart {
     let points: Vec<[f64; 2]> = map.landmarks().iter().map(|l| l.position_m).collect();
-    let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for p in points.iter().chain(way) {
-        for k in 0..2 {
-            lo[k] = lo[k].min(p[k]);
-            hi[k] = hi[k].max(p[k]);
-        }
-    }
-    let margin = 4.0;
-    let x = Axis::new("x (m)", lo[0] - margin, hi[0] + margin);
-    let y = Axis::new("y (m)", lo[1] - margin, hi[1] + margin);
-    let mut chart = Chart::new("Static points along a drive, and other drives located in them", x, y)
-        .equal_scale(1300.0, 700.0);
+    let axis = |label: &str, k: usize| {
+        let (lo, hi) = finite_range(points.iter().chain(way).map(|p| p[k])).unwrap_or((0.0, 1.0));
+        Axis::new(label, lo - 4.0, hi + 4.0)
+    };
+    let title = "Static points along a drive, and other drives located in them";
+    let mut chart = Chart::new(title, axis("x (m)", 0), axis("y (m)", 1)).equal_scale(1300.0, 700.0);
     let grey = Pen::solid(TRUE, 1.0);
     if let Some(road) = road {
         for lane in road.roads.iter().flat_map(|r| &r.lanes) {
             for line in [&lane.left_m, &lane.right_m] {
-                let points = line.iter().map(|p| [p[0], p[1]]).collect();
-                chart.layers.push(Layer::Line { points, pen: grey });
+                chart.line(line.iter().map(|p| [p[0], p[1]]).collect(), grey);
             }
         }
-        let markers: Vec<[f64; 2]> = road
-            .marker_rows
-            .iter()
-            .flat_map(|r| &r.markers)
-            .map(|m| [m.position_m[0], m.position_m[1]])
-            .collect();
-        chart.layers.push(Layer::Marks { points: markers, mark: BIG, paint: Paint::Fixed(TRUE) });
+        let markers = road.marker_rows.iter().flat_map(|r| &r.markers);
+        chart.dots(markers.map(|m| [m.position_m[0], m.position_m[1]]).collect(), BIG, TRUE);
     }
-    chart.layers.push(Layer::Marks { points, mark: SMALL, paint: Paint::Fixed(SEEN) });
-    let black = Pen::solid(DARK, 1.5);
-    chart.layers.push(Layer::Line { points: way.to_vec(), pen: black });
-    let found =
-        places.iter().filter_map(|p| p.place.as_ref()).map(|p| [p.vehicle.x_m, p.vehicle.y_m]).collect();
-    chart.layers.push(Layer::Marks { points: found, mark: SMALL, paint: Paint::Fixed(FOUND) });
     chart.key("true lines", Symbol::Line(grey));
     chart.key("true markers", Symbol::Mark(BIG, TRUE));
-    chart.key("landmarks", Symbol::Mark(SMALL, SEEN));
-    chart.key("mapped drive", Symbol::Line(black));
-    chart.key("places found, all runs", Symbol::Mark(SMALL, FOUND));
+    chart.marks("landmarks", points, SMALL, SEEN);
+    chart.named_line("mapped drive", way.to_vec(), Pen::solid(DARK, 1.5));
+    let found = places.iter().filter_map(|p| p.place.as_ref()).map(|p| [p.vehicle.x_m, p.vehicle.y_m]);
+    chart.marks("places found, all runs", found.collect(), SMALL, FOUND);
     chart
 }
 
@@ -98,10 +81,10 @@ fn of_errors(places: &[Located]) -> Result<Picture> {
         let values = places.iter().filter_map(|p| Some((p.error?[k] * scale).abs()));
         let most = values.fold(0.0, f64::max);
         let reach = if most > 0.0 { (1.25 * most).max(0.1 * scale.min(5.0)) } else { 1.0 };
-        let mut chart = Chart::new("", Axis::new("way (m)", 0.0, far), Axis::new(name, -reach, reach));
-        (chart.width, chart.height) = (760.0, 190.0);
+        let mut chart = Chart::new("", Axis::new("way (m)", 0.0, far), Axis::new(name, -reach, reach))
+            .sized(760.0, 190.0);
         let thin = Pen::solid(SEEN, 1.0);
-        let red = Pen::solid(FOUND, 1.8);
+        let (red, dashed) = (Pen::solid(FOUND, 1.8), Pen::dashed(FOUND, 1.0, [4.0, 3.0]));
         let runs = places.iter().map(|p| p.run).max().unwrap_or(0);
         for run in (0..=runs).rev() {
             let points = |of: &dyn Fn(&Located) -> Option<f64>| -> Vec<[f64; 2]> {
@@ -117,20 +100,16 @@ fn of_errors(places: &[Located]) -> Result<Picture> {
                         _ => stds(place)[k],
                     })
                 };
-                let dashed = Pen::dashed(FOUND, 1.0, [4.0, 3.0]);
                 for sign in [-2.0, 2.0] {
-                    let band = points(&|p| Some(sign * std(p)?));
-                    chart.layers.push(Layer::Line { points: band, pen: dashed });
+                    chart.line(points(&|p| Some(sign * std(p)?)), dashed);
                 }
-                chart.layers.push(Layer::Line { points: line, pen: red });
-            } else {
-                chart.layers.push(Layer::Line { points: line, pen: thin });
             }
+            chart.line(line, if run == 0 { red } else { thin });
         }
         if k == 0 {
             chart.title = "Error of the place over the drive".into();
             chart.key("run 0", Symbol::Line(red));
-            chart.key("its 2σ", Symbol::Line(Pen::dashed(FOUND, 1.0, [4.0, 3.0])));
+            chart.key("its 2σ", Symbol::Line(dashed));
             if runs > 0 {
                 chart.key("other runs", Symbol::Line(thin));
             }
@@ -142,8 +121,9 @@ fn of_errors(places: &[Located]) -> Result<Picture> {
 
 /// A row's points, and the word that was read with its markers.
 fn of_row(row: &RowPicture) -> Result<Picture> {
-    let RowTable { name, .. } = &row.table;
+    let name = &row.table.name;
     let points = &row.picked.points;
+    let (zero, one) = (Pen::solid(SEEN, 6.0), Pen::solid(FOUND, 6.0));
     let (from, to) = (points.first().map_or(0.0, |p| p.s_m), points.last().map_or(1.0, |p| p.s_m));
     let begin = row.reading.begin_m.first().copied().flatten();
     let mut bit_layers: Vec<Layer> = Vec::new();
@@ -154,10 +134,7 @@ fn of_row(row: &RowPicture) -> Result<Picture> {
         let first = begin - ((begin - from) / period).ceil() * period;
         let markers = alphabet.markers(word, first, to + 1e-6).unwrap_or_default();
         let is_gaps = row.table.gaps.is_some();
-        let per_word =
-            word.len() + usize::from(is_gaps && row.table.gaps.is_some_and(|g| g.sync_m.is_some()));
-        let zero = Pen::solid(SEEN, 6.0);
-        let one = Pen::solid(FOUND, 6.0);
+        let per_word = word.len() + usize::from(row.table.gaps.is_some_and(|g| g.sync_m.is_some()));
         for (i, m) in markers.iter().enumerate() {
             expected.push([m.0, m.1]);
             let Some(bit) = word.get(i % per_word) else { continue };
@@ -172,18 +149,14 @@ fn of_row(row: &RowPicture) -> Result<Picture> {
             bit_layers.push(Layer::Line { points: vec![[start, y], [end, y]], pen });
         }
     }
-    let word: String = row.reading.word.iter().map(|b| if *b { '1' } else { '0' }).collect();
-    let title = format!("Row {name}: read {word}, log odds {:.1}", row.reading.log_odds);
+    let title = format!("Row {name}: read {}, log odds {:.1}", bits(&row.reading.word), row.reading.log_odds);
     let x = Axis::new("along the row (m)", from - 1.0, to + 1.0);
-    let mut chart = Chart::new(title, x, Axis::new("beside its line (m)", -0.6, 0.95));
-    (chart.width, chart.height) = (1100.0, 300.0);
+    let mut chart = Chart::new(title, x, Axis::new("beside its line (m)", -0.6, 0.95)).sized(1100.0, 300.0);
     chart.layers.extend(bit_layers);
-    chart.layers.push(Layer::Marks { points: expected, mark: WIDE, paint: Paint::Fixed(OTHER) });
-    let seen = points.iter().map(|p| [p.s_m, p.t_m]).collect();
-    chart.layers.push(Layer::Marks { points: seen, mark: DOT, paint: Paint::Fixed(DARK) });
-    chart.key("points of the row", Symbol::Mark(DOT, DARK));
+    chart.dots(expected, WIDE, OTHER);
+    chart.marks("points of the row", points.iter().map(|p| [p.s_m, p.t_m]).collect(), DOT, DARK);
     chart.key("markers of the word", Symbol::Mark(WIDE, OTHER));
-    chart.key("zero", Symbol::Line(Pen::solid(SEEN, 6.0)));
-    chart.key("one", Symbol::Line(Pen::solid(FOUND, 6.0)));
+    chart.key("zero", Symbol::Line(zero));
+    chart.key("one", Symbol::Line(one));
     chart.draw()
 }

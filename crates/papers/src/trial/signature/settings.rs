@@ -1,6 +1,7 @@
 //! The table `[lane.signature]`.
 
-use catseye::error::{BadInput, Error, Result};
+use crate::trial::limits;
+use catseye::error::Result;
 use catseye_lane::signature::codewords::{Alphabet, Code, ReadSettings};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 use schemars::JsonSchema;
@@ -156,73 +157,61 @@ impl RowTable {
 }
 
 impl Settings {
-    /// Errors: values outside their ranges; rows that cannot be read.
+    /// # Errors
+    /// Values out of their ranges; rows that cannot be read.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: String, allowed: &str, remedy: &str| -> Error {
-            BadInput::new("is out of range")
-                .key(format!("lane.signature.{key}"))
-                .value(value)
-                .allowed(allowed)
-                .remedy(remedy)
-                .into()
+        let s = self;
+        let map_s_m = s.map_s_m.unwrap_or(0.0);
+        limits::check(
+            "signature",
+            &[
+                ("map_frames", f64::from(s.map_frames), 1.0, 10_000.0, "as in 60"),
+                ("least_hits", f64::from(s.least_hits), 1.0, 1000.0, "as in 3"),
+                ("map_interval_s", s.map_interval_s, 1e-3, 100.0, "seconds, as in 0.3"),
+                ("map_s_m", map_s_m, 0.0, 1e6, "metres along the road"),
+                ("map_offset_m", s.map_offset_m, -20.0, 20.0, "metres, positive left"),
+                ("map_traffic_m", s.map_traffic_m, -1e5, 1e5, "metres along the road"),
+                ("ins_std_m", s.ins_std_m, 0.0, 5.0, "metres, as in 0.03"),
+                ("ins_heading_std_deg", s.ins_heading_std_deg, 0.0, 10.0, "degrees, as in 0.05"),
+                ("ins_lasting_s", s.ins_lasting_s, 1e-3, 1e6, "seconds, as in 3"),
+                ("speed_std_mps", s.speed_std_mps, 0.0, 10.0, "m/s, as in 0.05"),
+                ("yaw_rate_std_deg_per_s", s.yaw_rate_std_deg_per_s, 0.0, 20.0, "deg/s, as in 0.2"),
+                ("vary_start_m", s.vary_start_m, 0.0, 1e5, "metres along the road"),
+                ("vary_offset_m", s.vary_offset_m, 0.0, 10.0, "metres"),
+                ("lines_std_m", s.lines_std_m, 0.0, 2.0, "metres, as in 0.03"),
+                ("reach_m", s.reach_m, 5.0, 200.0, "metres, as in 30"),
+                ("worse", s.worse, 0.0, 0.5, "a share, as in 0.1"),
+                ("range_m[0]", s.range_m[0], 0.0, 100.0, "as in [3, 40]"),
+                ("range_m[1]", s.range_m[1], s.range_m[0] + 1.0, 300.0, "as in [3, 40]"),
+            ],
+        )?;
+        s.row.iter().try_for_each(|row| row.check(s.range_m))
+    }
+}
+
+impl RowTable {
+    fn check(&self, range_m: [f64; 2]) -> Result<()> {
+        let bad = |key: &str, value: String, allowed: &str, remedy: &str| -> Result<()> {
+            let bad = limits::wrong("signature", &format!("row.{key} of the row \"{}\"", self.name), value);
+            Err(bad.allowed(allowed).remedy(remedy).into())
         };
-        let within = |x: f64, lo: f64, hi: f64| x.is_finite() && (lo..=hi).contains(&x);
-        if !(1..=10_000).contains(&self.map_frames) {
-            return Err(wrong("map_frames", self.map_frames.to_string(), "1..=10000", "as in 60"));
+        let Some(options) = self.options(range_m) else {
+            let value = format!("{} of the two", usize::from(self.gaps.is_some()) * 2);
+            return bad("gaps", value, "gaps or sides", "give one of gaps and sides");
+        };
+        if let Err(e) = RowReader::new(options) {
+            return bad("code", e.to_string(), "a code that can be read", "see the message");
         }
-        if !(1..=1000).contains(&self.least_hits) {
-            return Err(wrong("least_hits", self.least_hits.to_string(), "1..=1000", "as in 3"));
+        let (Some(word), code) = (&self.word, self.code()) else { return Ok(()) };
+        let n = code.length();
+        let known = word.len() == n && word.chars().all(|c| c == '0' || c == '1');
+        let is_word = (0..1u32 << code.message_bits()).any(|m| code.encode(m).ok() == self.written());
+        if known && is_word {
+            return Ok(());
         }
-        let numbers = [
-            ("map_interval_s", self.map_interval_s, 1e-3, 100.0, "seconds, as in 0.3"),
-            ("map_s_m", self.map_s_m.unwrap_or(0.0), 0.0, 1e6, "metres along the road"),
-            ("map_offset_m", self.map_offset_m, -20.0, 20.0, "metres, positive left"),
-            ("map_traffic_m", self.map_traffic_m, -1e5, 1e5, "metres along the road"),
-            ("ins_std_m", self.ins_std_m, 0.0, 5.0, "metres, as in 0.03"),
-            ("ins_heading_std_deg", self.ins_heading_std_deg, 0.0, 10.0, "degrees, as in 0.05"),
-            ("ins_lasting_s", self.ins_lasting_s, 1e-3, 1e6, "seconds, as in 3"),
-            ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "m/s, as in 0.05"),
-            ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 20.0, "deg/s, as in 0.2"),
-            ("vary_start_m", self.vary_start_m, 0.0, 1e5, "metres along the road"),
-            ("vary_offset_m", self.vary_offset_m, 0.0, 10.0, "metres"),
-            ("lines_std_m", self.lines_std_m, 0.0, 2.0, "metres, as in 0.03"),
-            ("reach_m", self.reach_m, 5.0, 200.0, "metres, as in 30"),
-            ("worse", self.worse, 0.0, 0.5, "a share, as in 0.1"),
-        ];
-        for (key, value, lo, hi, remedy) in numbers {
-            if !within(value, lo, hi) {
-                return Err(wrong(key, value.to_string(), &format!("{lo}..={hi}"), remedy));
-            }
-        }
-        let [near, far] = self.range_m;
-        if !(within(near, 0.0, 100.0) && within(far, near + 1.0, 300.0)) {
-            let value = format!("[{near}, {far}]");
-            return Err(wrong("range_m", value, "0 <= near, near + 1 <= far <= 300", "as in [3, 40]"));
-        }
-        for row in &self.row {
-            let key = |k: &str| format!("row.{k} of the row \"{}\"", row.name);
-            let Some(options) = row.options(self.range_m) else {
-                let value = format!("{} of the two", usize::from(row.gaps.is_some()) * 2);
-                return Err(wrong(&key("gaps"), value, "gaps or sides", "give one of gaps and sides"));
-            };
-            RowReader::new(options).map_err(|e| {
-                wrong(&key("code"), e.to_string(), "a code that can be read", "see the message")
-            })?;
-            if let Some(word) = &row.word {
-                let n = row.code().length();
-                let known = word.len() == n && word.chars().all(|c| c == '0' || c == '1');
-                let is_word = (0..1u32 << row.code().message_bits())
-                    .any(|m| row.code().encode(m).ok() == row.written());
-                if !known || !is_word {
-                    let name = NAMES[row.code as usize];
-                    let allowed = format!("{n} zeros and ones that are a word of {name}");
-                    let near = row.code().encode(0).unwrap_or_default();
-                    let remedy = format!("its first word is {}", bits(&near));
-                    return Err(wrong(&key("word"), word.clone(), &allowed, &remedy));
-                }
-            }
-        }
-        Ok(())
+        let allowed = format!("{n} zeros and ones that are a word of {}", NAMES[self.code as usize]);
+        let remedy = format!("its first word is {}", bits(&code.encode(0).unwrap_or_default()));
+        bad("word", word.clone(), &allowed, &remedy)
     }
 }
 

@@ -1,10 +1,9 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
+use crate::trial::stats::draws;
 use crate::trial::uwb::settings::Settings;
+use crate::trial::{Drive, TrialContext};
 use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
 use catseye::road::labels::RoadLabel;
 use catseye::road::site::Site;
 use catseye::scene::backscatter::{Backscatter, Law};
@@ -19,6 +18,7 @@ use catseye_lane::LaneError;
 use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Side};
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
+use std::ops::Range;
 
 /// Band for which the asphalt of the settings holds, Hz.
 const ASPHALT_HZ: (f64, f64) = (1e9, 40e9);
@@ -67,16 +67,17 @@ fn wrong(key: &str, reason: LaneError) -> catseye::error::Error {
 
 /// The impulse radars of a scenario: the first of each side, left before right.
 ///
-/// Errors: none; one that is not real-valued, does not cover the gate, or stands on the ground.
+/// # Errors
+/// None; one that is not real-valued, does not cover the gate, or stands on the ground.
 pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<ImpulseRadar>> {
     let mut found: Vec<ImpulseRadar> = Vec::new();
     for (which, radar) in scenario.radars.iter().enumerate() {
         if !matches!(radar.waveform, Waveform::Pulse { .. }) {
             continue;
         }
-        let eye = eye(which, radar, settings)?;
-        if found.iter().all(|e| e.side != eye.side) {
-            found.push(eye);
+        let one = impulse_radar(which, radar, settings)?;
+        if found.iter().all(|e| e.side != one.side) {
+            found.push(one);
         }
     }
     found.sort_by_key(|e| e.side == Side::Right);
@@ -90,7 +91,7 @@ pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<Im
     Ok(found)
 }
 
-fn eye(which: usize, radar: &Radar, settings: &Settings) -> Result<ImpulseRadar> {
+fn impulse_radar(which: usize, radar: &Radar, settings: &Settings) -> Result<ImpulseRadar> {
     let bad = |problem: &str, key: &str| BadInput::new(problem).key(format!("{}: {key}", radar.name));
     if radar.sampling != Sampling::Real {
         let e = bad("the method takes samples of the wave itself", "receiver.sampling");
@@ -161,12 +162,34 @@ pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
     Ok(site)
 }
 
+/// # Errors
+/// Two scans are farther apart than a plate is long.
+fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
+    let interval_s = scenario.frames.interval_s;
+    let own = scenario.ego.on_road.iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
+    let ranges = settings.speed_range_kmh.iter().map(|r| r[1] / 3.6);
+    let fastest = match settings.speed_range_kmh {
+        Some(_) => ranges.fold(0.0, f64::max),
+        None => own.fold(scenario.ego.speed_mps.abs(), |m, v| m.max(v.abs())),
+    };
+    let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
+    if step_m.is_nan() || step_m >= settings.plate_length_m {
+        return Err(BadInput::new("two scans are farther apart than a plate is long")
+            .key("frames.interval_s")
+            .value(format!("{interval_s} s at {fastest} m/s"))
+            .allowed(format!("less than {} m from scan to scan", settings.plate_length_m))
+            .remedy("more scans a second, or a slower drive")
+            .into());
+    }
+    Ok(())
+}
+
 /// The scenario of a run, at a speed and with a sway of its own where the settings say so.
 pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) -> Scenario {
     let mut scenario = given.scenario_of(run);
     let duration_s = scenario.duration_s();
     let Some(on) = &mut scenario.ego.on_road else { return scenario };
-    let mut draws = Draws::new(scenario.seed as u32 ^ (scenario.seed >> 32) as u32, SPEEDS);
+    let mut draws = draws(scenario.seed, SPEEDS);
     if let Some(range) = settings.speed_range_kmh {
         let [low, high] = range.map(|v| v / 3.6);
         let mean = low + (high - low) * draws.uniform();
@@ -183,25 +206,7 @@ pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) 
     scenario
 }
 
-/// Counts frames over all drives.
-pub struct Progress<'a> {
-    given: &'a TrialContext<'a>,
-    done: Cell<u64>,
-    pub all: u64,
-}
-
-impl<'a> Progress<'a> {
-    pub fn new(given: &'a TrialContext<'a>, all: u64) -> Progress<'a> {
-        Progress { given, done: Cell::new(0), all }
-    }
-    fn step(&self, frames: u64) {
-        let done = self.done.get() + frames;
-        self.done.set(done);
-        (self.given.watch)(done, self.all.max(done));
-    }
-}
-
-/// Scans of all impulse_radars, `[frame][eye]`, up to the end of each gate.
+/// Scans of all impulse radars, `[frame][radar]`, up to the end of each gate.
 pub type Scans = Vec<Vec<Vec<f32>>>;
 
 /// What of a site is simulated.
@@ -212,50 +217,169 @@ pub enum Scenery {
     WithinReach,
 }
 
-/// Drives a site and takes the scans.
-pub fn scans(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    key: &str,
-    site: &Site,
-    impulse_radars: &[ImpulseRadar],
+/// All drives of a trial: their radars, and how many of their frames are done.
+pub struct Drives<'a> {
+    pub given: &'a TrialContext<'a>,
+    pub settings: &'a Settings,
+    pub radars: Vec<ImpulseRadar>,
     scenery: Scenery,
-) -> Result<Scans> {
-    let whole = match scenery {
-        Scenery::All => Some(Drive::new(site, given.engine)?),
-        Scenery::WithinReach => None,
-    };
-    let count = site.scenario.frames.count;
-    let mut all = Scans::new();
-    let mut from = 0;
-    while from < count {
-        let to = (from + BLOCK).min(count);
-        let block: Scans = given.kept(&format!("{key}_frames{from}-{to}"), || {
-            let (near, part);
-            let drive = match &whole {
-                Some(drive) => drive,
-                None => {
-                    near = within_reach(site, impulse_radars, from..to);
-                    part = Drive::new(&near, given.engine)?;
-                    &part
-                }
-            };
-            (from..to)
-                .map(|index| {
-                    let scan = |e: &ImpulseRadar| {
-                        let cube = drive.frame(e.which, index)?.cube.into_f32();
-                        // One scan a frame: the first where a radar gives several.
-                        Ok(cube.row(0, 0).iter().take(e.samples).map(|z| z.re).collect())
-                    };
-                    impulse_radars.iter().map(scan).collect::<Result<Vec<Vec<f32>>>>()
-                })
-                .collect()
-        })?;
-        progress.step(u64::from(to - from));
-        all.extend(block);
-        from = to;
+    done: Cell<u64>,
+    all: u64,
+}
+
+impl<'a> Drives<'a> {
+    /// `frames` are those of the drives beside the slow ones.
+    ///
+    /// # Errors
+    /// A scenario without an impulse radar that suits, without a road, or with scans too far apart.
+    pub fn new(
+        given: &'a TrialContext<'a>,
+        settings: &'a Settings,
+        scenery: Scenery,
+        frames: u64,
+    ) -> Result<Drives<'a>> {
+        let radars = impulse_radars(given.scenario, settings)?;
+        if given.scenario.ego.on_road.is_none() {
+            return Err(missing("a vehicle on a road").into());
+        }
+        check_speed(given.scenario, settings)?;
+        let all = u64::from(settings.quiet_scans) + frames;
+        Ok(Drives { given, settings, radars, scenery, done: Cell::new(0), all })
     }
-    Ok(all)
+
+    /// Drives a site and takes the scans of the first `radars`, which are kept under `key`.
+    pub fn scans(&self, key: &str, site: &Site, radars: &[ImpulseRadar]) -> Result<Scans> {
+        let whole = match self.scenery {
+            Scenery::All => Some(Drive::new(site, self.given.engine)?),
+            Scenery::WithinReach => None,
+        };
+        let count = site.scenario.frames.count;
+        let mut all = Scans::new();
+        for from in (0..count).step_by(BLOCK as usize) {
+            let to = (from + BLOCK).min(count);
+            all.extend(self.given.kept(&format!("{key}_frames{from}-{to}"), || match &whole {
+                Some(drive) => block(drive, radars, from..to),
+                None => {
+                    let near = within_reach(site, radars, from..to);
+                    block(&Drive::new(&near, self.given.engine)?, radars, from..to)
+                }
+            })?);
+            let done = self.done.get() + u64::from(to - from);
+            self.done.set(done);
+            (self.given.watch)(done, self.all.max(done));
+        }
+        Ok(all)
+    }
+
+    /// Scans of the road without markers: several lengths of it, across the lane from side to side, each on other asphalt.
+    ///
+    /// # Errors
+    /// A scenario without a road and a vehicle on it; a road with nothing but objects.
+    pub fn quiet(&self) -> Result<Scans> {
+        let settings = self.settings;
+        let mut scenario = self.given.scenario.clone();
+        if let Some(file) = &settings.quiet_road {
+            scenario.scene = SceneSource::Road { path: referred(self.given.path, file)? };
+        }
+        let stays = |o: &Object| match (&settings.quiet_road, &settings.plate_class) {
+            (Some(_), _) => true,
+            (None, Some(plates)) => o.class != *plates && is_still(o),
+            (None, None) => is_road(o),
+        };
+        (scenario.points, scenario.objects) = (Vec::new(), Vec::new());
+        let whole = site(&scenario, settings)?;
+        if let Some(class) = &settings.plate_class
+            && whole.scene.objects.iter().all(|o| o.class != *class)
+        {
+            return Err(BadInput::new("nothing of the scene has this class")
+                .key("lane.uwb.plate_class")
+                .value(class)
+                .remedy("give the class that the road file gives its plates")
+                .into());
+        }
+        let (drives, against) =
+            slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
+        let mut all = Scans::new();
+        for (k, slow) in drives.iter().enumerate() {
+            let mut one = slowly(&scenario, settings, slow, against);
+            // Seeds of runs count up from the scenario's; these count down.
+            one.seed = one.seed.wrapping_sub(1 + k as u64);
+            let mut site = site(&one, settings)?;
+            site.scene.objects.retain(stays);
+            if site.scene.objects.is_empty() {
+                return Err(BadInput::new("nothing is left of the road without its objects")
+                    .key("lane.uwb.quiet_road")
+                    .remedy("give a road file without markers")
+                    .into());
+            }
+            all.extend(self.scans(&format!("quiet{k}"), &site, &self.radars)?);
+        }
+        Ok(all)
+    }
+
+    /// The slow drive past the markers at the scenario's own place in the lane: the site, for what is true, and its scans.
+    pub fn histogram(&self) -> Result<Vec<(Site, Scans)>> {
+        let (scenario, settings) = (self.given.scenario, self.settings);
+        if settings.histogram_scans == 0 {
+            return Ok(Vec::new());
+        }
+        let whole = site(scenario, settings)?;
+        let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans, 1)?;
+        let offset_m = scenario.ego.on_road.as_ref().map_or(0.0, |on| on.offset_m);
+        let one = |(k, slow): (usize, &Slow)| {
+            let mut one = slowly(scenario, settings, &Slow { offset_m, ..*slow }, against);
+            one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
+            let site = site(&one, settings)?;
+            let scans = self.scans(&format!("slow{k}"), &site, &self.radars)?;
+            Ok((site, scans))
+        };
+        drives.iter().enumerate().map(one).collect()
+    }
+
+    /// One scan of the first radar at the middle of a marker for each lateral distance: (m, scan).
+    pub fn sweep(&self, distances_m: &[f64]) -> Result<Vec<(f64, Vec<f32>)>> {
+        let (scenario, settings, radar) = (self.given.scenario, self.settings, &self.radars[0]);
+        let Some(on) = &scenario.ego.on_road else { return Ok(Vec::new()) };
+        let against = goes_against(&site(scenario, settings)?, scenario)?;
+        let at = |s_m: f64, offset_m: f64| {
+            site(&slowly(scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against), settings)
+        };
+        let markers = Drive::new(&at(on.s_m, on.offset_m)?, self.given.engine)?.markers(0.0);
+        let near = markers.iter().filter(|p| (p[1] - radar.at_m[1]).abs() <= radar.reach_m());
+        let ahead = near.filter(|p| p[0] > radar.at_m[0]);
+        let Some(marker) = ahead.min_by(|a, b| a[0].total_cmp(&b[0])) else { return Ok(Vec::new()) };
+        let (ahead_m, lateral_m) = (marker[0] - radar.at_m[0], marker[1] - radar.at_m[1]);
+        let s_m = if against { on.s_m - ahead_m } else { on.s_m + ahead_m };
+        let sign = if radar.side == Side::Left { 1.0 } else { -1.0 };
+        let mut all = Vec::new();
+        for (k, distance_m) in distances_m.iter().enumerate() {
+            // The marker is lateral_m to the left now and is to be sign * distance.
+            let site = at(s_m, on.offset_m + lateral_m - sign * distance_m)?;
+            let scan = self.scans(&format!("sweep{k}"), &site, std::slice::from_ref(radar))?;
+            all.extend(scan.into_iter().flatten().next().map(|v| (*distance_m, v)));
+        }
+        Ok(all)
+    }
+}
+
+/// The scans of some frames.
+fn block(drive: &Drive<'_>, radars: &[ImpulseRadar], frames: Range<u32>) -> Result<Scans> {
+    let scan = |radar: &ImpulseRadar, index: u32| {
+        let cube = drive.frame(radar.which, index)?.cube.into_f32();
+        // One scan a frame: the first where a radar gives several.
+        Ok(cube.row(0, 0).iter().take(radar.samples).map(|z| z.re).collect())
+    };
+    frames.map(|index| radars.iter().map(|radar| scan(radar, index)).collect()).collect()
+}
+
+/// Whether an object stands.
+fn is_still(o: &Object) -> bool {
+    o.motion.is_none() && o.velocity_mps == DVec3::ZERO
+}
+
+/// Whether an object is the road itself.
+fn is_road(o: &Object) -> bool {
+    matches!(o.class.as_str(), "road" | "verge" | "lane_line")
 }
 
 /// Lengths of a pulse, c / 2B, that an echo reaches at most.
@@ -263,23 +387,22 @@ const ECHO_PULSES: f64 = 3.0;
 
 /// The site without what lies beyond the samples of all impulse_radars in these frames. With one bounce nothing there shows in them: its echoes
 /// come later, and it hides nothing nearer.
-fn within_reach(site: &Site, impulse_radars: &[ImpulseRadar], frames: std::ops::Range<u32>) -> Site {
+fn within_reach(site: &Site, radars: &[ImpulseRadar], frames: Range<u32>) -> Site {
     let scenario = &site.scenario;
     let mut near = Bounds::EMPTY;
-    for eye in impulse_radars {
-        let radar = &scenario.radars[eye.which];
+    for own in radars {
+        let radar = &scenario.radars[own.which];
         let pulse_m = C0 / (2.0 * radar.bandwidth_hz());
-        let reach_m = eye.axis.start_m + eye.samples as f64 * eye.axis.step_m + ECHO_PULSES * pulse_m;
+        let reach_m = own.axis.start_m + own.samples as f64 * own.axis.step_m + ECHO_PULSES * pulse_m;
         for index in frames.clone() {
             let at = radar.mounting.then(&scenario.ego.pose(scenario.frames.time_s(index))).translation_m;
             near = near.with(at - reach_m).with(at + reach_m);
         }
     }
     let mut scene = site.scene.clone();
-    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
     scene.objects.retain_mut(|o| {
         let Shape::Mesh(number) = o.shape else { return true };
-        if !still(o) {
+        if !is_still(o) {
             return true;
         }
         let mesh = &scene.meshes[number];
@@ -328,14 +451,6 @@ struct Slow {
     s_m: f64,
     offset_m: f64,
     scans: u32,
-}
-
-/// Errors: a vehicle that is not on a road.
-pub fn check_road(scenario: &Scenario) -> Result<()> {
-    match scenario.ego.on_road {
-        Some(_) => Ok(()),
-        None => Err(missing("a vehicle on a road").into()),
-    }
 }
 
 fn missing(what: &str) -> BadInput {
@@ -447,89 +562,7 @@ fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) 
     s
 }
 
-/// Scans of the road without markers: several lengths of it, across the lane from side to side, each on other asphalt.
-///
-/// Errors: a scenario without a road and a vehicle on it; a road with nothing but objects.
-pub fn quiet(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    settings: &Settings,
-    impulse_radars: &[ImpulseRadar],
-    scenery: Scenery,
-) -> Result<Scans> {
-    let mut scenario = given.scenario.clone();
-    if let Some(file) = &settings.quiet_road {
-        scenario.scene = SceneSource::Road { path: referred(given.path, file)? };
-    }
-    let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
-    let stays = |o: &Object| match (&settings.quiet_road, &settings.plate_class) {
-        (Some(_), _) => true,
-        (None, Some(plates)) => o.class != *plates && still(o),
-        (None, None) => matches!(o.class.as_str(), "road" | "verge" | "lane_line"),
-    };
-    (scenario.points, scenario.objects) = (Vec::new(), Vec::new());
-    let whole = site(&scenario, settings)?;
-    if let Some(class) = &settings.plate_class
-        && whole.scene.objects.iter().all(|o| o.class != *class)
-    {
-        return Err(BadInput::new("nothing of the scene has this class")
-            .key("lane.uwb.plate_class")
-            .value(class)
-            .remedy("give the class that the road file gives its plates")
-            .into());
-    }
-    let (drives, against) =
-        slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
-    let mut all = Scans::new();
-    for (k, slow) in drives.iter().enumerate() {
-        let mut one = slowly(&scenario, settings, slow, against);
-        // Seeds of runs count up from the scenario's; these count down.
-        one.seed = one.seed.wrapping_sub(1 + k as u64);
-        let mut site = site(&one, settings)?;
-        site.scene.objects.retain(stays);
-        if site.scene.objects.is_empty() {
-            return Err(BadInput::new("nothing is left of the road without its objects")
-                .key("lane.uwb.quiet_road")
-                .remedy("give a road file without markers")
-                .into());
-        }
-        all.extend(scans(given, progress, &format!("quiet{k}"), &site, impulse_radars, scenery)?);
-    }
-    Ok(all)
-}
-
-/// The slow drive past the markers at the scenario's own place in the lane: the site, for what is true, and its scans.
-pub fn histogram(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    settings: &Settings,
-    impulse_radars: &[ImpulseRadar],
-) -> Result<Vec<(Site, Scans)>> {
-    if settings.histogram_scans == 0 {
-        return Ok(Vec::new());
-    }
-    let scenario = given.scenario;
-    let whole = site(scenario, settings)?;
-    let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans, 1)?;
-    let own_m = scenario.ego.on_road.as_ref().map_or(0.0, |on| on.offset_m);
-    let mut all = Vec::new();
-    for (k, slow) in drives.iter().enumerate() {
-        let slow = Slow { offset_m: own_m, ..*slow };
-        let mut one = slowly(scenario, settings, &slow, against);
-        one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
-        let site = site(&one, settings)?;
-        let scans = scans(given, progress, &format!("slow{k}"), &site, impulse_radars, Scenery::All)?;
-        all.push((site, scans));
-    }
-    Ok(all)
-}
-
-/// Scans that the quiet and the slow drive will take.
-pub fn slow_frames(settings: &Settings) -> u64 {
-    u64::from(settings.quiet_scans) + u64::from(settings.histogram_scans)
-}
-
-/// A marker as the eye passes it.
+/// A marker as a radar passes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passed {
     pub time_s: f64,
@@ -537,32 +570,34 @@ pub struct Passed {
     pub lateral_m: f64,
 }
 
-/// What is true of the markers of a drive for one eye: the passes within the gate, in order, and for each frame whether the radar
+/// When a radar passes a place between two times at which it lies so far ahead and aside.
+fn passed([t, u]: [f64; 2], [a, b]: [f64; 2], lateral_m: f64, reach_m: f64) -> Option<Passed> {
+    let passes = a > 0.0 && b <= 0.0 && lateral_m.abs() <= reach_m;
+    passes.then(|| Passed { time_s: t + a / (a - b) * (u - t), lateral_m })
+}
+
+/// What is true of the markers of a drive for one radar: the passes within the gate, in order, and for each frame whether the radar
 /// is beside a plate and how far it is to the side, m.
 pub fn markers_of(
     drive: &Drive<'_>,
-    eye: &ImpulseRadar,
+    radar: &ImpulseRadar,
     settings: &Settings,
 ) -> (Vec<Passed>, Vec<Option<f64>>) {
-    let [rx, ry] = eye.at_m;
+    let ([rx, ry], reach_m) = (radar.at_m, radar.reach_m());
     let mut passes = Vec::new();
     let mut beside = Vec::new();
     let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
     for index in 0..drive.frames() {
         let time_s = drive.time_s(index);
-        let now: Vec<[f64; 2]> = drive.rows(time_s).into_iter().flat_map(|r| r.1).collect();
+        let now = drive.markers(time_s);
         let near = now.iter().filter(|p| (p[0] - rx).abs() <= 0.5 * settings.plate_length_m);
-        let lateral = near.map(|p| p[1] - ry).filter(|y| y.abs() <= eye.reach_m());
+        let lateral = near.map(|p| p[1] - ry).filter(|y| y.abs() <= reach_m);
         beside.push(lateral.min_by(|a, b| a.abs().total_cmp(&b.abs())));
         if let Some((then_s, old)) = &before {
-            for (p, q) in old.iter().zip(&now) {
-                let (a, b) = (p[0] - rx, q[0] - rx);
-                let y = q[1] - ry;
-                if a > 0.0 && b <= 0.0 && y.abs() <= eye.reach_m() {
-                    let share = a / (a - b);
-                    passes.push(Passed { time_s: then_s + share * (time_s - then_s), lateral_m: y });
-                }
-            }
+            let pass = |(p, q): (&[f64; 2], &[f64; 2])| {
+                passed([*then_s, time_s], [p[0] - rx, q[0] - rx], q[1] - ry, reach_m)
+            };
+            passes.extend(old.iter().zip(&now).filter_map(pass));
         }
         before = Some((time_s, now));
     }
@@ -571,65 +606,24 @@ pub fn markers_of(
     (passes, beside)
 }
 
-/// Places of single things of metal (manhole covers) beside a drive: the times at which the eye passes them.
-pub fn covers_of(drive: &Drive<'_>, eye: &ImpulseRadar) -> Vec<f64> {
-    let markers: Vec<u32> =
-        drive.site.road.iter().flat_map(|r| &r.marker_rows).flat_map(|r| &r.markers).map(|m| m.id).collect();
-    let things =
-        drive.site.scene.objects.iter().filter(|o| {
-            !matches!(o.class.as_str(), "road" | "verge" | "lane_line") && !markers.contains(&o.id)
-        });
+/// Places of single things of metal (manhole covers) beside a drive: the times at which the radar passes them.
+pub fn covers_of(drive: &Drive<'_>, radar: &ImpulseRadar) -> Vec<f64> {
+    let rows = drive.site.road.iter().flat_map(|r| &r.marker_rows);
+    let markers: Vec<u32> = rows.flat_map(|r| &r.markers).map(|m| m.id).collect();
     let mut times = Vec::new();
-    for o in things {
-        let at = o.pose.translation_m.truncate();
+    for o in drive.site.scene.objects.iter().filter(|o| !is_road(o) && !markers.contains(&o.id)) {
         let ahead = |index: u32| {
-            let p = drive.level(drive.time_s(index)).from_world(at);
-            (p.x - eye.at_m[0], p.y - eye.at_m[1])
+            let p = drive.level(drive.time_s(index)).from_world(o.pose.translation_m.truncate());
+            (p.x - radar.at_m[0], p.y - radar.at_m[1])
         };
-        for index in 1..drive.frames() {
-            let ((a, _), (b, y)) = (ahead(index - 1), ahead(index));
-            if a > 0.0 && b <= 0.0 && y.abs() <= eye.reach_m() {
-                let (t, u) = (drive.time_s(index - 1), drive.time_s(index));
-                times.push(t + a / (a - b) * (u - t));
-            }
-        }
+        times.extend((1..drive.frames()).filter_map(|index| {
+            let (before, (b, y)) = (ahead(index - 1).0, ahead(index));
+            let span_s = [index - 1, index].map(|i| drive.time_s(i));
+            Some(passed(span_s, [before, b], y, radar.reach_m())?.time_s)
+        }));
     }
     times.sort_by(f64::total_cmp);
     times
-}
-
-/// One scan of the first eye at the middle of a marker for each lateral distance: (m, scan).
-pub fn sweep(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    settings: &Settings,
-    eye: &ImpulseRadar,
-    distances_m: &[f64],
-) -> Result<Vec<(f64, Vec<f32>)>> {
-    let Some(on) = &given.scenario.ego.on_road else { return Ok(Vec::new()) };
-    let against = goes_against(&site(given.scenario, settings)?, given.scenario)?;
-    let at = |s_m: f64, offset_m: f64| {
-        slowly(given.scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against)
-    };
-    let first = site(&at(on.s_m, on.offset_m), settings)?;
-    let rows = Drive::new(&first, given.engine)?.rows(0.0);
-    let near = rows.iter().flat_map(|r| &r.1).filter(|p| (p[1] - eye.at_m[1]).abs() <= eye.reach_m());
-    let Some(marker) = near.filter(|p| p[0] > eye.at_m[0]).min_by(|a, b| a[0].total_cmp(&b[0])) else {
-        return Ok(Vec::new());
-    };
-    let (ahead_m, lateral_m) = (marker[0] - eye.at_m[0], marker[1] - eye.at_m[1]);
-    let s_m = if against { on.s_m - ahead_m } else { on.s_m + ahead_m };
-    let sign = if eye.side == Side::Left { 1.0 } else { -1.0 };
-    let mut all = Vec::new();
-    for (k, distance_m) in distances_m.iter().enumerate() {
-        // The marker is lateral_m to the left now and is to be sign * distance.
-        let s = at(s_m, on.offset_m + lateral_m - sign * distance_m);
-        let site = site(&s, settings)?;
-        let own = std::slice::from_ref(eye);
-        let scan = scans(given, progress, &format!("sweep{k}"), &site, own, Scenery::All)?;
-        all.extend(scan.into_iter().flatten().next().map(|v| (*distance_m, v)));
-    }
-    Ok(all)
 }
 
 #[cfg(test)]

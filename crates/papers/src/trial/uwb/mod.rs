@@ -1,95 +1,149 @@
-//! `catseye lane uwb`: the lane detection with an impulse radar (document K) through the whole chain.
+//! `catseye lane uwb`: the lane detection with an impulse radar (Kim 2020) through the whole chain.
 //!
 //! A slow drive over the bare road gives the threshold and the mean scan; a slow drive past the plates gives the histogram; the
 //! runs give passes, spacings, lane and warnings. All of it is told for the document's own rule (scans as they are, the greatest scan
 //! of a pass is its centre) and for the settings' rule.
 
 mod drives;
-
 mod figures;
-
-mod ready;
-
+mod pictures;
 mod runs;
-
 mod settings;
-
 mod tuning;
 
-use crate::trial::context::TrialContext;
-use crate::trial::drive::Drive;
-use crate::trial::report::{Step, Trial};
-use crate::trial::sensors::SpeedSensor;
+use crate::trial::drive::own_alone;
+use crate::trial::ready::SPEED_STD_MPS;
+use crate::trial::sensors::BusSensor;
 use crate::trial::stats::timed;
-use crate::trial::uwb::drives::{ImpulseRadar, Passed, Progress, Scenery};
+use crate::trial::uwb::drives::{Drives, ImpulseRadar, Passed, Scans, Scenery, covers_of, markers_of};
 use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
-use crate::trial::uwb::tuning::{Tuned, check_speed, energy, estimator, failed, rules, tune, wide};
+use crate::trial::uwb::tuning::{Tuned, energy, estimator, failed, rules, tune_all, wide};
+use crate::trial::{Drive, LaneMethod, OwnedInput, ReadyMethod, Step, Trial, TrialContext};
 use catseye::error::{BadInput, Result};
+use catseye::road::site::Site;
+use catseye::scene::scenario::{Frames, Scenario};
+use catseye::scene::waveform::Waveform;
+use catseye::simulate::Frame;
 use catseye_lane::score::TrueLanes;
 use catseye_lane::uwb::Uwb;
-use catseye_lane::{LaneEstimator, SensorInput, uwb};
-pub(super) use ready::ready_method;
-pub use settings::{Asphalt, CentreOf, Settings, StandsFor};
+use catseye_lane::{LaneEstimator, Measured, PulseScan, SensorInput, uwb};
+pub use settings::{Asphalt, Settings, StandsFor};
+use std::collections::VecDeque;
 
-/// Drives the scenario and the slow drives that belong to it.
-///
-/// Errors: a scenario without an impulse radar, a road, or a vehicle on it; samples that do not cover the gate; speeds at which
-/// two scans are farther apart than a plate is long.
-pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
-    settings.check()?;
-    let impulse_radars = drives::impulse_radars(given.scenario, settings)?;
-    drives::check_road(given.scenario)?;
-    check_speed(given.scenario, settings)?;
-    let rules = rules(settings);
-    let sweep_m: Vec<f64> = match settings.offset_sweep {
-        true => (0..=64).map(|i| 0.025 * f64::from(i)).collect(),
-        false => Vec::new(),
-    };
-    let frames = u64::from(given.scenario.frames.count) * u64::from(given.runs);
-    let progress = Progress::new(given, drives::slow_frames(settings) + frames + sweep_m.len() as u64);
+/// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
+const QUIET_SCANS: u32 = 600;
+/// Scatterers on all rough surfaces, for a radar that sees some square metres of them.
+const MOST_RAYS: u64 = 2000;
+/// Of the bus between looks.
+const SPEEDS: u64 = 0x75_77_62;
+/// Times that differ by less are one, s.
+const SAME_S: f64 = 1e-9;
 
-    let quiet = drives::quiet(given, &progress, settings, &impulse_radars, Scenery::All)?;
-    let tuned: Vec<Vec<Tuned>> = rules
-        .iter()
-        .map(|rule| {
-            impulse_radars.iter().enumerate().map(|(i, eye)| tune(settings, rule, eye, i, &quiet)).collect()
-        })
-        .collect::<Result<_>>()?;
-    let slow = drives::histogram(given, &progress, settings, &impulse_radars)?
-        .into_iter()
-        .map(|(site, scans)| {
-            let drive = Drive::new(&site, given.engine)?;
-            let beside = impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings).1).collect();
-            Ok(Slow { beside, scans })
-        })
-        .collect::<Result<_>>()?;
-    let mut steps = Vec::new();
-    let mut runs = Vec::new();
-    for k in 0..given.runs {
-        runs.push(one_run(given, &progress, settings, &impulse_radars, &tuned, k, &mut steps)?);
+impl LaneMethod for Settings {
+    fn check(&self) -> Result<()> {
+        Settings::check(self)
     }
-    let sweep = match runs.iter().any(|r| !r.passes[0].is_empty()) {
-        true => drives::sweep(given, &progress, settings, &impulse_radars[0], &sweep_m)?,
-        false => Vec::new(),
-    };
-    let made = UwbResults { settings, impulse_radars, rules, tuned, quiet, slow, runs, sweep };
-    let mut trial = Trial::new(uwb::estimator::METHOD, format!("uwb: {}", given.scenario.name));
-    figures::fill(&mut trial, &made, steps)?;
-    Ok(trial)
+
+    fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
+        Settings::check(self)?;
+        let settings = self;
+        let sweep_m: Vec<f64> = match settings.offset_sweep {
+            true => (0..=64).map(|i| 0.025 * f64::from(i)).collect(),
+            false => Vec::new(),
+        };
+        let frames = u64::from(given.scenario.frames.count) * u64::from(given.runs);
+        let more = u64::from(settings.histogram_scans) + frames + sweep_m.len() as u64;
+        let drives = Drives::new(given, settings, Scenery::All, more)?;
+        let rules = rules(settings);
+        let quiet = drives.quiet()?;
+        let tuned = rules.iter().map(|rule| tune_all(settings, rule, &drives.radars, &quiet));
+        let tuned: Vec<Vec<Tuned>> = tuned.collect::<Result<_>>()?;
+        let slow = |(site, scans): (Site, Scans)| {
+            let drive = Drive::new(&site, given.engine)?;
+            let beside = drives.radars.iter().map(|radar| markers_of(&drive, radar, settings).1).collect();
+            Ok(Slow { beside, scans })
+        };
+        let slow = drives.histogram()?.into_iter().map(slow).collect::<Result<_>>()?;
+        let mut steps = Vec::new();
+        let runs =
+            (0..given.runs).map(|k| one_run(&drives, &tuned, k, &mut steps)).collect::<Result<Vec<_>>>()?;
+        let sweep = match runs.iter().any(|r| !r.passes[0].is_empty()) {
+            true => drives.sweep(&sweep_m)?,
+            false => Vec::new(),
+        };
+        let impulse_radars = drives.radars;
+        let made = UwbResults { settings, impulse_radars, rules, tuned, quiet, slow, runs, sweep };
+        let mut trial = Trial::new(uwb::estimator::METHOD, format!("uwb: {}", given.scenario.name));
+        figures::fill(&mut trial, &made, steps)?;
+        Ok(trial)
+    }
+
+    /// Its radar takes scans at its own rate, between the frames of the others, and has been on for some way before the first look, as a
+    /// vehicle's is: one plate is no lane. Each drive has a scene of its own: the band of impulse radars has an asphalt of its own.
+    fn ready(&self, given: &TrialContext<'_>, _: &Drive<'_>, run: u32) -> Result<Vec<(String, ReadyMethod)>> {
+        let mut scenario = given.scenario_of(run);
+        scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
+        // A radar that looks down at the road sees no reflections between things, and few square metres of it.
+        scenario.trace.bounces = 1;
+        scenario.trace.rays = scenario.trace.rays.min(MOST_RAYS);
+        let settings = Settings { quiet_scans: self.quiet_scans.min(QUIET_SCANS), ..self.clone() };
+        let radars = drives::impulse_radars(&scenario, &settings)?;
+        scenario.frames = frames(&scenario, &radars, &settings);
+        let own = TrialContext { scenario: &scenario, runs: 1, keep: None, ..*given };
+        let drives = Drives::new(&own, &settings, Scenery::WithinReach, 0)?;
+        let site = drives::site(&scenario, &settings)?;
+        let early = drives::run_up(&site, &scenario, &settings)?;
+        let early = early.map(|early| drives::site(&early, &settings)).transpose()?;
+        let quiet = drives.quiet()?;
+        let rules = rules(&settings);
+        let estimator = estimator(&tune_all(&settings, &rules[rules.len() - 1], &drives.radars, &quiet)?)?;
+
+        let mut speeds = BusSensor::new(scenario.seed ^ SPEEDS, SPEED_STD_MPS, 0.0);
+        let mut taken: VecDeque<PulseScan> = VecDeque::new();
+        for (site, name) in early.iter().map(|s| (s, "before")).chain([(&site, "drive")]) {
+            let scans = drives.scans(name, site, &drives.radars)?;
+            let drive = Drive::new(site, given.engine)?;
+            let before_s = match name {
+                "before" => -f64::from(drive.frames()) * site.scenario.frames.interval_s,
+                _ => 0.0,
+            };
+            for (index, scan) in (0..).zip(&scans) {
+                let time_s = drive.time_s(index);
+                taken.push_back(PulseScan {
+                    time_s: before_s + time_s,
+                    speed_mps: Some(speeds.read(drive.level(time_s).speed_mps)),
+                    samples: scan.iter().flat_map(|s| wide(s)).collect(),
+                });
+            }
+        }
+        let sense = move |_: &Drive<'_>, _: Option<&Frame>, _: u32, look: &mut OwnedInput| {
+            let due = taken.partition_point(|s| s.time_s <= look.time_s + SAME_S);
+            look.scans = taken.drain(..due).collect();
+            // What the bus said at the look itself.
+            if let Some(last) = look.scans.last_mut()
+                && (last.time_s - look.time_s).abs() < SAME_S
+            {
+                last.speed_mps = look.speed_mps;
+            }
+            Ok(())
+        };
+        Ok(ReadyMethod::sensing(estimator, Box::new(sense)).alone())
+    }
 }
 
-fn one_run(
-    given: &TrialContext<'_>,
-    progress: &Progress<'_>,
-    settings: &Settings,
-    impulse_radars: &[ImpulseRadar],
-    tuned: &[Vec<Tuned>],
-    number: u32,
-    steps: &mut Vec<Step>,
-) -> Result<Run> {
+/// From time zero to the last look, a frame for each scan.
+fn frames(scenario: &Scenario, radars: &[ImpulseRadar], settings: &Settings) -> Frames {
+    let own_s = radars.iter().map(|e| scenario.radars[e.which].frame_time_s()).fold(0.0, f64::max);
+    let interval_s = settings.scan_interval_s.unwrap_or(own_s);
+    let last_s = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
+    Frames { count: ((last_s + SAME_S) / interval_s).floor() as u32 + 1, interval_s }
+}
+
+fn one_run(drives: &Drives<'_>, tuned: &[Vec<Tuned>], number: u32, steps: &mut Vec<Step>) -> Result<Run> {
+    let Drives { given, settings, radars, .. } = drives;
     let scenario = drives::scenario_of_run(given, settings, number);
     let site = drives::site(&scenario, settings)?;
-    let scans = drives::scans(given, progress, &format!("run{number}"), &site, impulse_radars, Scenery::All)?;
+    let scans = drives.scans(&format!("run{number}"), &site, radars)?;
     let drive = Drive::new(&site, given.engine)?;
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();
@@ -100,16 +154,12 @@ fn one_run(
             .allowed("0 m/s and more")
             .into());
     }
-    let mut sensor = SpeedSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_kmh / 3.6);
-    let speeds: Vec<catseye_lane::Measured> = true_mps
-        .iter()
-        .map(|v| sensor.read(*v))
-        .map(|m| catseye_lane::Measured { value: m.value.max(0.0), ..m })
-        .collect();
+    let mut sensor = BusSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_kmh / 3.6);
+    let read = true_mps.iter().map(|v| sensor.read(*v));
+    let speeds: Vec<Measured> = read.map(|m| Measured { value: m.value.max(0.0), ..m }).collect();
 
     let last = &tuned[tuned.len() - 1];
     let mut estimator = estimator(last)?;
-    let reach_m = impulse_radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     for (i, scan) in scans.iter().enumerate() {
         let pulse: Vec<f64> = scan.iter().flat_map(|s| wide(s)).collect();
         let look = SensorInput {
@@ -118,57 +168,37 @@ fn one_run(
             pulse: Some(&pulse),
             ..SensorInput::default()
         };
-        let (estimate, seconds) = timed(|| estimator.estimate(&look));
-        let truth = truth_at(&drive, times_s[i], impulse_radars, reach_m, settings);
-        steps.push(Step::new(number, i as u32, (estimate, seconds), truth));
+        let estimate = timed(|| estimator.estimate(&look));
+        let truth = truth_at(&drive, times_s[i], radars, settings);
+        steps.push(Step::new(number, i as u32, estimate, truth));
     }
 
-    let of: Vec<_> = impulse_radars.iter().map(|e| drives::markers_of(&drive, e, settings)).collect();
+    let of: Vec<_> = radars.iter().map(|radar| markers_of(&drive, radar, settings)).collect();
     let (passes, beside): (Vec<_>, Vec<_>) = of.into_iter().unzip();
-    let covers = impulse_radars.iter().map(|e| drives::covers_of(&drive, e)).collect();
+    let covers = radars.iter().map(|radar| covers_of(&drive, radar)).collect();
     let way_m = ways(&times_s, &true_mps);
-    let seen = tuned
-        .iter()
-        .map(|eyes_tuned| {
-            let each = eyes_tuned.iter().enumerate();
-            each.map(|(k, t)| {
-                let echoes: Vec<uwb::GateEcho> =
-                    scans.iter().map(|s| energy(&t.options, &s[k])).collect::<Result<_>>()?;
-                see(settings, t, &echoes, &times_s, &speeds, &passes[k], &way_m)
-            })
-            .collect()
-        })
-        .collect::<Result<_>>()?;
+    let see_one = |(k, t): (usize, &Tuned)| {
+        let echoes = scans.iter().map(|s| energy(&t.options, &s[k])).collect::<Result<Vec<_>>>()?;
+        see(settings, t, &echoes, (&times_s, &way_m), &speeds, &passes[k])
+    };
+    let seen = tuned.iter().map(|rule| rule.iter().enumerate().map(see_one).collect());
+    let seen = seen.collect::<Result<_>>()?;
     Ok(Run { times_s, passes, beside, covers, seen, scans })
 }
 
 /// Of the rows of markers that pass within reach beside the vehicle.
-fn truth_at(
-    drive: &Drive<'_>,
-    time_s: f64,
-    impulse_radars: &[ImpulseRadar],
-    reach_m: f64,
-    settings: &Settings,
-) -> TrueLanes {
+fn truth_at(drive: &Drive<'_>, time_s: f64, radars: &[ImpulseRadar], settings: &Settings) -> TrueLanes {
+    let reach_m = radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     let mut truth = drive.truth_of_rows(time_s, [0.0, settings.spacing_m]);
     let beside = |line: &[[f64; 2]]| {
         let near = line.iter().filter(|p| p[0].abs() < 2.0 * settings.spacing_m);
         near.map(|p| p[1]).min_by(|a, b| a.abs().total_cmp(&b.abs()))
     };
     let seen = |line: &[[f64; 2]]| {
-        beside(line).is_some_and(|y| impulse_radars.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
+        beside(line).is_some_and(|y| radars.iter().any(|e| (y - e.at_m[1]).abs() <= reach_m))
     };
-    let own = truth.own.map(|i| i.filter(|i| truth.lines.get(*i).is_some_and(|l| seen(l))));
-    let lines: Vec<_> = own.iter().flatten().map(|i| truth.lines[*i].clone()).collect();
-    // The right one comes first.
-    truth.own = match own {
-        [Some(_), Some(_)] => [Some(0), Some(1)],
-        [Some(_), None] => [Some(0), None],
-        [None, Some(_)] => [None, Some(0)],
-        [None, None] => [None, None],
-    };
-    truth.lines = lines;
-    truth
+    truth.own = truth.own.map(|i| i.filter(|i| truth.lines.get(*i).is_some_and(|l| seen(l))));
+    own_alone(&truth)
 }
 
 /// Way at each time, by the trapezoid rule of the true speeds.
@@ -198,10 +228,9 @@ fn see(
     settings: &Settings,
     tuned: &Tuned,
     echoes: &[uwb::GateEcho],
-    times_s: &[f64],
-    speeds: &[catseye_lane::Measured],
+    (times_s, way_m): (&[f64], &[f64]),
+    speeds: &[Measured],
     passes: &[Passed],
-    way_m: &[f64],
 ) -> Result<RunResult> {
     let energies: Vec<f64> = echoes.iter().map(|e| e.energy).collect();
     let ranges: Vec<f64> = echoes.iter().map(|e| e.strongest_range_m.unwrap_or(f64::NAN)).collect();
@@ -245,4 +274,52 @@ fn see(
         Some([o.distance_m - true_m, o.speed_distance_m - true_m])
     });
     Ok(RunResult { energies, result, score, warnings_right: right, warnings_wrong: wrong, odometer_m })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trial::LaneTable;
+    use catseye::engine::{Engine, Precision};
+    use std::path::Path;
+
+    /// Scans come at the radar's rate from before the first look on, none twice, and plates beside a guard rail are a lane at once.
+    #[test]
+    fn the_first_look_has_the_plates_of_the_way_to_it() {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let path = root.join("scenes/lane/compare_straight.toml");
+        let mut scenario = Scenario::load(&path).unwrap();
+        scenario.frames.count = 3;
+        scenario.trace.rays = 500;
+        let engine = Engine::open("cpu", Precision::F32).unwrap();
+        let given = TrialContext {
+            scenario: &scenario,
+            path: &path,
+            engine: &engine,
+            runs: 1,
+            keep: None,
+            watch: &|_, _| {},
+        };
+        let site = Site::new(&scenario).unwrap();
+        let drive = Drive::new(&site, &engine).unwrap();
+        let settings = Settings { quiet_scans: 60, ..LaneTable::load(&path).unwrap().uwb };
+        let mut uwb = settings.ready(&given, &drive, 0).unwrap().remove(0).1;
+        let mut last_s = f64::NEG_INFINITY;
+        for index in 0..3 {
+            let time_s = drive.time_s(index);
+            let speed_mps = Some(Measured { value: 15.0, std: 0.1 });
+            let mut look = OwnedInput { time_s, speed_mps, ..OwnedInput::default() };
+            uwb.sense.as_mut().unwrap()(&drive, None, index, &mut look).unwrap();
+            // 20 m of road at 0.75 m from scan to scan, then two scans between looks.
+            assert_eq!(look.scans.len(), if index == 0 { 27 } else { 2 });
+            for s in &look.scans {
+                assert!(s.time_s > last_s && s.time_s <= time_s + SAME_S);
+                last_s = s.time_s;
+            }
+            assert_eq!(look.scans[look.scans.len() - 1].speed_mps, look.speed_mps);
+            let e = uwb.estimator.estimate(&look.input());
+            assert!(e.no_lane.is_none(), "{:?}", e.no_lane);
+            assert!(e.time_s == time_s && (e.offset_m.unwrap().value - 0.2).abs() < 0.2, "{e:?}");
+        }
+    }
 }

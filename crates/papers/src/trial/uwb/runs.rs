@@ -2,10 +2,20 @@
 
 use crate::trial::uwb::drives::{ImpulseRadar, Passed, Scans};
 use crate::trial::uwb::settings::Settings;
-use crate::trial::uwb::tuning::{Rule, Tuned};
-use catseye_lane::uwb;
+use crate::trial::uwb::tuning::{Rule, Tuned, energy, failed};
+use catseye::error::Result;
+use catseye_lane::uwb::{self, Histogram};
+use catseye_plot::finite_range;
 
-/// One run as one eye sees it under one rule.
+/// Bins of the histograms.
+const BINS: usize = 60;
+
+/// A ratio of powers in decibels.
+pub fn db(ratio: f64) -> f64 {
+    10.0 * ratio.log10()
+}
+
+/// One run as one radar sees it under one rule.
 pub struct RunResult {
     pub energies: Vec<f64>,
     pub result: uwb::LaneEstimate,
@@ -20,11 +30,11 @@ pub struct RunResult {
 /// One run.
 pub struct Run {
     pub times_s: Vec<f64>,
-    /// By eye.
+    /// By radar.
     pub passes: Vec<Vec<Passed>>,
     pub beside: Vec<Vec<Option<f64>>>,
     pub covers: Vec<Vec<f64>>,
-    /// `[rule][eye]`.
+    /// `[rule][radar]`.
     pub seen: Vec<Vec<RunResult>>,
     pub scans: Scans,
 }
@@ -40,11 +50,34 @@ pub struct UwbResults<'a> {
     pub settings: &'a Settings,
     pub impulse_radars: Vec<ImpulseRadar>,
     pub rules: Vec<Rule>,
-    /// `[rule][eye]`.
+    /// `[rule][radar]`.
     pub tuned: Vec<Vec<Tuned>>,
     pub quiet: Scans,
     pub slow: Vec<Slow>,
     pub runs: Vec<Run>,
-    /// Lateral distance and scan of the first eye.
+    /// Lateral distance and scan of the first radar.
     pub sweep: Vec<(f64, Vec<f32>)>,
+}
+
+impl UwbResults<'_> {
+    /// Of the bare road and of scans beside plates in the slow drive, on common edges in units of the bare road's mean.
+    pub fn histograms(&self, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
+        let tuned = &self.tuned[r][e];
+        let floor = tuned.threshold.floor_energy;
+        let mut marked = Vec::new();
+        for slow in &self.slow {
+            for (scan, _) in slow.scans.iter().zip(&slow.beside[e]).filter(|(_, b)| b.is_some()) {
+                marked.push(energy(&tuned.options, &scan[e])?.energy / floor);
+            }
+        }
+        let bare: Vec<f64> = tuned.bare.iter().map(|v| v / floor).collect();
+        let Some((low, high)) = finite_range(bare.iter().chain(&marked).copied()) else { return Ok(None) };
+        let high = if high > low { high } else { low + 1e-3 };
+        let edges: Vec<f64> = (0..=BINS).map(|i| low + (high - low) * i as f64 / BINS as f64).collect();
+        let of = |values: &[f64]| match values.is_empty() {
+            true => Ok(Histogram { edges: edges.clone(), counts: vec![0; BINS], outside: [0; 2] }),
+            false => Histogram::with_edges(values, edges.clone()).map_err(|r| failed("histogram", r)),
+        };
+        Ok(Some((of(&bare)?, of(&marked)?)))
+    }
 }

@@ -1,12 +1,13 @@
 //! The table `[lane.uwb]` of a scenario file.
 
+use crate::trial::limits;
 use catseye::error::{BadInput, Result};
 use catseye::scene::toml_file::At;
 use catseye_lane::uwb::Centre;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What of document K a scenario stands for: the document's figures are printed beside ours.
+/// What of Kim a scenario stands for: the document's figures are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandsFor {
@@ -22,35 +23,7 @@ pub enum StandsFor {
     Manholes,
 }
 
-/// Which scan of a pass is its centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CentreOf {
-    /// The scan of the greatest energy, as in the document.
-    Maximum,
-    /// Centroid of the energy over the release level.
-    Centroid,
-    /// Midway between rise and fall.
-    Edges,
-    /// A window as long as a plate that holds the most energy.
-    Matched,
-    /// As matched, on the energy between release level and threshold: for plates whose echo changes while the radar passes them.
-    Level,
-}
-
-impl CentreOf {
-    pub fn core(self) -> Centre {
-        match self {
-            CentreOf::Maximum => Centre::Maximum,
-            CentreOf::Centroid => Centre::Centroid,
-            CentreOf::Edges => Centre::Edges,
-            CentreOf::Matched => Centre::Matched,
-            CentreOf::Level => Centre::Level,
-        }
-    }
-}
-
-/// Lanes by an impulse radar that looks down at metal plates (document K).
+/// Lanes by an impulse radar that looks down at metal plates (Kim).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
@@ -64,14 +37,15 @@ pub struct Settings {
     pub lane_width_m: f64,
     /// m.
     pub car_width_m: f64,
-    /// Nearest and farthest range that counts, m; default by K (2) and (3) from the height of the radar and the lengths above.
+    /// Nearest and farthest range that counts, m; default by Kim (2) and (3) from the height of the radar and the lengths above.
     pub gate_m: Option<[f64; 2]>,
     /// Room for the length of a pulse at both ends of the gate, m.
     pub gate_margin_m: f64,
     /// Whether the mean scan of the road without markers is taken from each scan first. The document's own rule, which keeps it, is
     /// reported in any case.
     pub take_background: bool,
-    pub centre: CentreOf,
+    /// Which scan of a pass is its centre.
+    pub centre: Centre,
     /// Largest error of a spacing that still counts as right, m; default a third of a plate.
     pub largest_error_m: Option<f64>,
     /// Right spacings in a row that make a lane.
@@ -139,7 +113,7 @@ impl Default for Settings {
             gate_m: None,
             gate_margin_m: 0.0,
             take_background: true,
-            centre: CentreOf::Level,
+            centre: Centre::Level,
             largest_error_m: None,
             confirm_spacings: 1,
             misses_to_warn: 1,
@@ -171,76 +145,67 @@ impl Settings {
         self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
     }
 
-    /// Errors: a value outside what is allowed, by its key.
+    /// # Errors
+    /// The first value out of its range; a road without markers that is given twice.
     pub fn check(&self) -> Result<()> {
-        let within = |key: &str, value: f64, low: f64, high: f64, remedy: &str| -> Result<()> {
-            match (low..=high).contains(&value) {
-                true => Ok(()),
-                false => Err(BadInput::new("is outside what is allowed")
-                    .key(format!("lane.uwb.{key}"))
-                    .value(value)
-                    .allowed(format!("{low}..={high}"))
-                    .remedy(remedy)
-                    .into()),
-            }
-        };
-        within("spacing_m", self.spacing_m, 0.5, 1000.0, "give metres from plate to plate, as in 8")?;
-        let most = 0.95 * self.spacing_m;
-        within("plate_length_m", self.plate_length_m, 0.05, most, "plates are shorter than their spacing")?;
-        within("lane_width_m", self.lane_width_m, 1.0, 10.0, "give metres, as in 3.5")?;
-        within("car_width_m", self.car_width_m, 0.3, self.lane_width_m, "a car is no wider than its lane")?;
-        within(
-            "gate_margin_m",
-            self.gate_margin_m,
-            0.0,
-            5.0,
-            "give metres; c / 2B is the length of a pulse",
+        let s = self;
+        let (longest, half) = (0.95 * s.spacing_m, 0.5 * s.spacing_m);
+        let speed = s.speed_range_kmh.unwrap_or([20.0, 30.0]);
+        let [near, far] = s.gate_m.unwrap_or([1.0, 2.0]);
+        let least_quiet = if s.false_alarm_probability.is_some() { 200.0 } else { 20.0 };
+        let quiet = "the document has about 6000; a tail needs 200 and more";
+        let run_up = "0 for a drive that begins with the first look";
+        let (confirm, warn) = (s.confirm_spacings.into(), s.misses_to_warn.into());
+        let probability = s.false_alarm_probability.unwrap_or(1e-3);
+        let leave_out = "leave it out for the largest energy seen";
+        limits::check(
+            "uwb",
+            &[
+                ("spacing_m", s.spacing_m, 0.5, 1000.0, "give metres from plate to plate, as in 8"),
+                ("plate_length_m", s.plate_length_m, 0.05, longest, "plates are shorter than their spacing"),
+                ("lane_width_m", s.lane_width_m, 1.0, 10.0, "give metres, as in 3.5"),
+                ("car_width_m", s.car_width_m, 0.3, s.lane_width_m, "a car is no wider than its lane"),
+                ("gate_margin_m", s.gate_margin_m, 0.0, 5.0, "give metres; c / 2B is the length of a pulse"),
+                ("gate_m[0]", near, 0.0, 100.0, "give metres from the radar"),
+                ("gate_m[1]", far, near + 0.01, 100.0, "the gate ends behind its beginning"),
+                ("largest_error_m", s.largest_error_m(), 1e-3, half, "at most half the spacing"),
+                ("confirm_spacings", confirm, 1.0, 1000.0, "1 as in the document"),
+                ("misses_to_warn", warn, 1.0, 1000.0, "1 as in the document"),
+                ("false_alarm_probability", probability, 1e-9, 0.05, leave_out),
+                ("quiet_scans", s.quiet_scans.into(), least_quiet, 1e6, quiet),
+                ("quiet_speed_kmh", s.quiet_speed_kmh, 0.1, 200.0, "the document has 10"),
+                ("histogram_scans", s.histogram_scans.into(), 0.0, 1e6, "0 for no histogram"),
+                ("speed_range_kmh[0]", speed[0], 0.5, 300.0, "the document has [20, 30]"),
+                ("speed_range_kmh[1]", speed[1], speed[0], 300.0, "the higher speed comes second"),
+                ("speed_std_mps", s.speed_std_mps, 0.0, 10.0, "give metres per second"),
+                ("speed_step_kmh", s.speed_step_kmh, 0.0, 20.0, "0 for a speed that is not rounded"),
+                ("offset_std_m", s.offset_std_m, 1e-3, 5.0, "give metres"),
+            ],
         )?;
-        if let Some([near, far]) = self.gate_m {
-            within("gate_m[0]", near, 0.0, 100.0, "give metres from the radar")?;
-            within("gate_m[1]", far, near + 0.01, 100.0, "the gate ends behind its beginning")?;
-        }
-        let half = 0.5 * self.spacing_m;
-        within("largest_error_m", self.largest_error_m(), 1e-3, half, "at most half the spacing")?;
-        within("confirm_spacings", self.confirm_spacings.into(), 1.0, 1000.0, "1 as in the document")?;
-        within("misses_to_warn", self.misses_to_warn.into(), 1.0, 1000.0, "1 as in the document")?;
-        if let Some(p) = self.false_alarm_probability {
-            within("false_alarm_probability", p, 1e-9, 0.05, "leave it out for the largest energy seen")?;
-        }
-        within("quiet_scans", self.quiet_scans.into(), 20.0, 1e6, "the document has about 6000")?;
-        if self.false_alarm_probability.is_some() {
-            within("quiet_scans", self.quiet_scans.into(), 200.0, 1e6, "a tail needs more scans")?;
-        }
-        within("quiet_speed_kmh", self.quiet_speed_kmh, 0.1, 200.0, "the document has 10")?;
-        within("histogram_scans", self.histogram_scans.into(), 0.0, 1e6, "0 for no histogram")?;
-        if let Some([low, high]) = self.speed_range_kmh {
-            within("speed_range_kmh[0]", low, 0.5, 300.0, "the document has [20, 30]")?;
-            within("speed_range_kmh[1]", high, low, 300.0, "the higher speed comes second")?;
-        }
-        within("speed_std_mps", self.speed_std_mps, 0.0, 10.0, "give metres per second")?;
-        within("speed_step_kmh", self.speed_step_kmh, 0.0, 20.0, "0 for a speed that is not rounded")?;
-        within("offset_std_m", self.offset_std_m, 1e-3, 5.0, "give metres")?;
-        if let Some(m) = self.quiet_aside_m {
-            within("quiet_aside_m", m, 0.0, self.lane_width_m, "0 for a drive along the middle")?;
-        }
-        if let Some(s) = self.scan_interval_s {
-            within("scan_interval_s", s, 1e-4, 10.0, "the document has 0.05")?;
-        }
-        within("run_up_m", self.run_up_m(), 0.0, 1e4, "0 for a drive that begins with the first look")?;
-        if self.plate_class.is_some() && self.quiet_road.is_some() {
-            return Err(BadInput::new("the road without markers is given twice")
+        let (aside, interval) = (s.quiet_aside_m.unwrap_or(0.0), s.scan_interval_s.unwrap_or(0.05));
+        let Asphalt { relative_permittivity, roughness_mm } = s.asphalt;
+        limits::check(
+            "uwb",
+            &[
+                ("quiet_aside_m", aside, 0.0, s.lane_width_m, "0 for a drive along the middle"),
+                ("scan_interval_s", interval, 1e-4, 10.0, "the document has 0.05"),
+                ("run_up_m", s.run_up_m(), 0.0, 1e4, run_up),
+                (
+                    "asphalt.relative_permittivity",
+                    relative_permittivity,
+                    1.0,
+                    100.0,
+                    "4.83 by ITU-R P.2040-3",
+                ),
+                ("asphalt.roughness_mm", roughness_mm, 0.0, 10.0, "give millimetres, 0 for a mirror"),
+            ],
+        )?;
+        match (&s.plate_class, &s.quiet_road) {
+            (Some(_), Some(_)) => Err(BadInput::new("the road without markers is given twice")
                 .key("lane.uwb.plate_class")
                 .remedy("keep quiet_road or plate_class")
-                .into());
+                .into()),
+            _ => Ok(()),
         }
-        let a = &self.asphalt;
-        within(
-            "asphalt.relative_permittivity",
-            a.relative_permittivity,
-            1.0,
-            100.0,
-            "4.83 by ITU-R P.2040-3",
-        )?;
-        within("asphalt.roughness_mm", a.roughness_mm, 0.0, 10.0, "give millimetres, 0 for a mirror")
     }
 }

@@ -1,10 +1,9 @@
 //! Rules by which scans become passes, and thresholds by the bare road.
 
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
-use crate::trial::uwb::settings::{CentreOf, Settings};
-use catseye::error::{BadInput, Error, Result};
-use catseye::scene::scenario::Scenario;
-use catseye_lane::uwb::{Background, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
+use crate::trial::uwb::settings::Settings;
+use catseye::error::{Error, Result};
+use catseye_lane::uwb::{Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
 use catseye_lane::{LaneError, uwb};
 
 /// How scans become passes.
@@ -13,10 +12,10 @@ pub struct Rule {
     /// In the report.
     pub name: &'static str,
     pub take_background: bool,
-    pub centre: CentreOf,
+    pub centre: Centre,
 }
 
-/// One eye under one rule.
+/// One radar under one rule.
 pub struct Tuned {
     pub options: UwbOptions,
     pub threshold: Threshold,
@@ -38,36 +37,26 @@ pub fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
 
 /// The settings' rule comes last: it is that of the steps.
 pub fn rules(settings: &Settings) -> Vec<Rule> {
-    let document = Rule { name: "document's rule", take_background: false, centre: CentreOf::Maximum };
+    let document = Rule { name: "document's rule", take_background: false, centre: Centre::Maximum };
     let ours =
         Rule { name: "settings' rule", take_background: settings.take_background, centre: settings.centre };
-    match (ours.take_background, ours.centre) == (document.take_background, document.centre) {
+    match (Rule { name: document.name, ..ours }) == document {
         true => vec![document],
         false => vec![document, ours],
     }
 }
 
-pub fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
-    let interval_s = scenario.frames.interval_s;
-    let own = scenario.ego.on_road.iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
-    let ranges = settings.speed_range_kmh.iter().map(|r| r[1] / 3.6);
-    let fastest = match settings.speed_range_kmh {
-        Some(_) => ranges.fold(0.0, f64::max),
-        None => own.fold(scenario.ego.speed_mps.abs(), |m, v| m.max(v.abs())),
-    };
-    let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
-    if step_m.is_nan() || step_m >= settings.plate_length_m {
-        return Err(BadInput::new("two scans are farther apart than a plate is long")
-            .key("frames.interval_s")
-            .value(format!("{interval_s} s at {fastest} m/s"))
-            .allowed(format!("less than {} m from scan to scan", settings.plate_length_m))
-            .remedy("more scans a second, or a slower drive")
-            .into());
-    }
-    Ok(())
+/// Each radar under a rule, its threshold by scans of the bare road.
+pub fn tune_all(
+    settings: &Settings,
+    rule: &Rule,
+    radars: &[ImpulseRadar],
+    quiet: &Scans,
+) -> Result<Vec<Tuned>> {
+    radars.iter().enumerate().map(|(i, radar)| tune(settings, rule, radar, i, quiet)).collect()
 }
 
-pub fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
+fn tune(settings: &Settings, rule: &Rule, radar: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
     let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
     let background = match rule.take_background {
         true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
@@ -79,24 +68,24 @@ pub fn tune(settings: &Settings, rule: &Rule, eye: &ImpulseRadar, i: usize, quie
         UwbConfig::new(settings.spacing_m, settings.plate_length_m, t).map(|c| UwbConfig {
             max_spacing_error_m: settings.largest_error_m(),
             least_distance_m: c.least_distance_m.min(settings.spacing_m - settings.largest_error_m()),
-            centre: rule.centre.core(),
+            centre: rule.centre,
             confirm_spacings: settings.confirm_spacings as usize,
             misses_to_warn: settings.misses_to_warn as usize,
             // With the mirror reflection in the scan the strongest echo is always that.
             offset: match rule.take_background {
-                true => OffsetSource::Range { height_m: eye.height_m },
+                true => OffsetSource::Range { height_m: radar.height_m },
                 false => OffsetSource::None,
             },
             ..c
         })
     };
     let mut options = UwbOptions {
-        axis: eye.axis,
-        gate: eye.gate,
+        axis: radar.axis,
+        gate: radar.gate,
         background,
         config: config(&floor).map_err(|r| failed("lane.uwb", r))?,
-        side: eye.side,
-        at_m: eye.at_m,
+        side: radar.side,
+        at_m: radar.at_m,
         offset_std_m: settings.offset_std_m,
         lane_width_m: Some(settings.lane_width_m),
     };

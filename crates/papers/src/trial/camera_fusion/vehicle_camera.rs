@@ -1,0 +1,57 @@
+//! The camera of a vehicle on a drive: its pictures by frame and light.
+
+use crate::trial::Drive;
+use crate::trial::camera::View;
+use crate::trial::camera_fusion::settings::{Condition, Settings};
+use crate::trial::stats::draws;
+use catseye::error::Result;
+use catseye::geom::Geometry;
+use catseye::rng::Draws;
+use catseye_lane::camera_fusion::Image;
+
+/// A camera whose pitch shakes from frame to frame.
+pub struct VehicleCamera {
+    settings: Settings,
+    carrier_hz: f64,
+    seed: u64,
+    shake: Draws,
+    /// Of the last look: its number, the scene, the view of it, pictures by light.
+    seen: Option<(u32, Geometry, View)>,
+    lit: Vec<(Condition, Image)>,
+}
+
+impl VehicleCamera {
+    pub fn new(settings: &Settings, carrier_hz: f64, seed: u64) -> VehicleCamera {
+        let (settings, shake) = (settings.clone(), draws(seed, 0x5a4e));
+        VehicleCamera { settings, carrier_hz, seed, shake, seen: None, lit: Vec::new() }
+    }
+
+    /// The picture of a frame in a light, each made once; frames come in their order.
+    pub fn picture(
+        &mut self,
+        drive: &Drive<'_>,
+        index: u32,
+        time_s: f64,
+        condition: Condition,
+    ) -> Result<Image> {
+        let site = drive.site;
+        let (_, geometry, view) = match self.seen.take() {
+            Some(seen) if seen.0 == index => self.seen.insert(seen),
+            _ => {
+                self.lit.clear();
+                let geometry = Geometry::build(&site.scene, time_s, self.carrier_hz)?;
+                let mut camera = self.settings.camera.camera();
+                camera.pitch_rad += self.settings.pitch_std_deg.to_radians() * self.shake.normal();
+                let view = View::new(&geometry, &site.scene, &site.scenario.ego.pose(time_s), &camera)?;
+                self.seen.insert((index, geometry, view))
+            }
+        };
+        if let Some((_, image)) = self.lit.iter().find(|l| l.0 == condition) {
+            return Ok(image.clone());
+        }
+        let noise = self.seed.wrapping_mul(1000).wrapping_add(u64::from(index));
+        let image = view.lit(geometry, &self.settings.light(condition), noise)?;
+        self.lit.push((condition, image.clone()));
+        Ok(image)
+    }
+}

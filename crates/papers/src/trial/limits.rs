@@ -1,0 +1,26 @@
+//! Ranges of the numbers in the tables below `[lane]`.
+
+use catseye::error::{BadInput, Result};
+
+/// Key below the method's table, value, least and greatest allowed value, and what to write instead.
+pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);
+
+/// What to do about most values out of range.
+pub const LEAVE_OUT: &str = "leave it out for its default";
+
+/// # Errors
+/// The first value that is not a number within its range, by its key in `lane.METHOD`.
+pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {
+    let is_out = |l: &&Limit<'_>| !(l.2..=l.3).contains(&l.1);
+    match limits.iter().find(is_out) {
+        None => Ok(()),
+        Some((key, value, low, high, remedy)) => {
+            Err(wrong(method, key, *value).allowed(format!("{low}..={high}")).remedy(*remedy).into())
+        }
+    }
+}
+
+/// A value of `lane.METHOD` that is out of its range.
+pub fn wrong(method: &str, key: &str, value: impl ToString) -> BadInput {
+    BadInput::new("is out of range").key(format!("lane.{method}.{key}")).value(value.to_string())
+}
