@@ -109,7 +109,7 @@ fn asked(engine: &Engine) -> catseye::Result<Chart> {
     let of = |accuracy_db| -> Vec<Complex64> {
         let mut sums = vec![Complex64::ZERO; frame.scene.objects.len() + 1];
         for r in frame.echoes(engine, accuracy_db).list {
-            sums[r.object_id() as usize] += r.spread[0][0] * Complex64::cis(-k * r.path_length_m);
+            sums[r.object_id() as usize] += r.path_gain[0][0] * Complex64::cis(-k * r.path_length_m);
         }
         sums
     };

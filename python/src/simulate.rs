@@ -223,7 +223,7 @@ impl Frame {
                 &[MAX_BOUNCES],
             )
             .numbers(py, "path_length_m", f8(&|r| r.path_length_m), "f8")
-            .vectors(py, "spread", all.iter().flat_map(|r| r.spread.concat()).collect(), "c16", &[2, 2])
+            .vectors(py, "spread", all.iter().flat_map(|r| r.path_gain.concat()).collect(), "c16", &[2, 2])
             .build(py)
     }
 

@@ -355,7 +355,7 @@ fn is_finite(r: &Echo) -> bool {
         && r.arrival.is_finite()
         && r.first_range_m.is_finite()
         && r.last_range_m.is_finite()
-        && r.spread.iter().flatten().all(|s| s.is_finite())
+        && r.path_gain.iter().flatten().all(|s| s.is_finite())
 }
 
 /// The distinct (tx, rx) antenna pairs, positions apart, and the pair that each channel uses.
@@ -416,7 +416,7 @@ impl<'a> Levels<'a> {
 /// √(G_t G_r) p_rᵀ [S/(R_t R_r)] p_t of eq. 9, in 1/m.
 fn pair_amplitude(r: &Echo, tx: &Antenna, rx: &Antenna) -> Complex64 {
     let gain = power_gain(tx, r.departure) * power_gain(rx, r.arrival);
-    let (t, s) = (&tx.polarisation, &r.spread);
+    let (t, s) = (&tx.polarisation, &r.path_gain);
     let v = s[0][0] * t.v + s[0][1] * t.h;
     let h = s[1][0] * t.v + s[1][1] * t.h;
     gain.sqrt() * (rx.polarisation.v * v + rx.polarisation.h * h)
@@ -602,7 +602,7 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
         first_range_m: range,
         arrival: u,
         last_range_m: range,
-        spread: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
+        path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
         chain,
         bounces: 1,
     }

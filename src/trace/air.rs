@@ -68,7 +68,7 @@ impl Air {
         for r in echoes {
             let amplitude = |db_per_m: f64| 10f64.powf(-db_per_m * r.path_length_m / 20.0);
             let (vv, hh, mixed) = (amplitude(v), amplitude(h), amplitude(0.5 * (v + h)));
-            for (rx, row) in r.spread.iter_mut().enumerate() {
+            for (rx, row) in r.path_gain.iter_mut().enumerate() {
                 for (tx, z) in row.iter_mut().enumerate() {
                     *z *= if rx != tx {
                         mixed

@@ -8,7 +8,7 @@ pub const MAX_BOUNCES: usize = 8;
 
 /// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
 /// in sqrt(W) of a channel is
-/// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T spread e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
+/// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T path_gain e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Echo {
     /// Radar to first scatterer ... last scatterer to radar.
@@ -26,7 +26,7 @@ pub struct Echo {
     pub last_range_m: f64,
     /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
-    pub spread: [[Complex64; 2]; 2],
+    pub path_gain: [[Complex64; 2]; 2],
     /// Object ids in the order met; zero after the last.
     pub chain: [u32; MAX_BOUNCES],
     pub bounces: u8,
@@ -51,7 +51,7 @@ impl Echo {
 
 /// Largest entry of the matrix, in amplitude (1/m).
 pub fn strength(r: &Echo) -> f64 {
-    r.spread.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
+    r.path_gain.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
 /// Drops the returns below `floor` times the strongest, in amplitude.

@@ -97,7 +97,7 @@ fn direct(radar: &Radar, r: &Echo, chirp: usize, channel: usize, n: usize) -> Co
     let mut jones = Complex64::ZERO;
     for (i, p) in [q.polarisation.v, q.polarisation.h].into_iter().enumerate() {
         for (j, e) in [t.polarisation.v, t.polarisation.h].into_iter().enumerate() {
-            jones += p * r.spread[i][j] * e;
+            jones += p * r.path_gain[i][j] * e;
         }
     }
     let gain = (power_gain(t, r.departure) * power_gain(q, r.arrival)).sqrt();
@@ -145,7 +145,7 @@ fn many(count: usize, speed: f64) -> Echoes {
                 r.arrival = w;
                 r.last_range_m = range * (0.5 + word(i, 5));
                 r.path_rate_mps = if i % 3 == 0 { 0.0 } else { 2.0 * speed * (2.0 * word(i, 6) - 1.0) };
-                for (k, s) in r.spread.iter_mut().flatten().enumerate() {
+                for (k, s) in r.path_gain.iter_mut().flatten().enumerate() {
                     *s = Complex64::from_polar(word(i, 7 + k), TAU * word(i, 11 + k)) / (range * range);
                 }
                 r
@@ -443,7 +443,7 @@ fn beat_frequency_is_the_slope_of_the_phase() {
 fn echoes_that_are_not_numbers_are_refused() {
     let radar = radar();
     let mut all = many(3, 1.0);
-    all.list[1].spread[1][0] = Complex64::new(f64::NAN, 0.0);
+    all.list[1].path_gain[1][0] = Complex64::new(f64::NAN, 0.0);
     let message = Plan::new(&radar, &all).err().unwrap().to_string();
     assert!(message.contains("echo 1"), "{message}");
 }
@@ -476,7 +476,7 @@ fn over_ground(distance: f64, radar_height: f64, target_height: f64, sigma: f64)
             r.path_length_m = d.length() + a.length();
             let sign = if out == back { 1.0 } else { -1.0 };
             let s = sign * (sigma / (4.0 * PI)).sqrt() / (d.length() * a.length());
-            r.spread = [[Complex64::from(s), Complex64::ZERO], [Complex64::ZERO, Complex64::from(s)]];
+            r.path_gain = [[Complex64::from(s), Complex64::ZERO], [Complex64::ZERO, Complex64::from(s)]];
             all.push(r);
         }
     }

@@ -189,7 +189,7 @@ fn diffuse_of(geometry: &Geometry, at: &Pose<Sensor, World>, options: &TraceOpti
 }
 
 fn field(list: &[Echo], k: f64, rx: usize, tx: usize) -> Complex64 {
-    list.iter().map(|r| r.spread[rx][tx] * Complex64::cis(-k * r.path_length_m)).sum()
+    list.iter().map(|r| r.path_gain[rx][tx] * Complex64::cis(-k * r.path_length_m)).sum()
 }
 
 /// Powers of one cell over seeds are exponential (Kolmogorov and Smirnov, alpha = 0.01, the mean from the closed form); VV and HH
@@ -262,7 +262,7 @@ fn places(list: &[Echo], at: &Pose<Sensor, World>, body: &Pose<Sensor, World>) -
             let p = back.point(at.point(r.departure * r.first_range_m));
             let key = p.to_array().map(|x| (x * 1e5).round() as i64);
             // The law is a sine of the grazing angle, which falls with range.
-            (key, r.spread[0][0] * r.first_range_m.powf(2.5))
+            (key, r.path_gain[0][0] * r.first_range_m.powf(2.5))
         })
         .collect();
     all.sort_by_key(|a| a.0);
@@ -314,7 +314,7 @@ fn the_pattern_belongs_to_the_place() {
         .iter()
         .map(|r| {
             let d = (r.departure * r.first_range_m - DVec3::X * 1e-3).length();
-            r.spread[0][0] * Complex64::cis(-2.0 * k * d)
+            r.path_gain[0][0] * Complex64::cis(-2.0 * k * d)
         })
         .sum();
     let after = field(&cell(&of(1e-3, 1, 0).0, 1e-3), k, 0, 0);

@@ -88,7 +88,7 @@ pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Echoes {
         r.last_range_m = range * (0.5 + word(i, 5));
         r.path_rate_mps = 4.0 * speed * (word(i, 6) - 0.5);
         let a = Complex64::from_polar(10f64.powf(-2.0 * word(i, 7)) / range, 6.3 * word(i, 8));
-        r.spread = [[a, Complex64::ZERO], [Complex64::ZERO, a]];
+        r.path_gain = [[a, Complex64::ZERO], [Complex64::ZERO, a]];
         r
     };
     Echoes { list: (0..count).map(echo).collect(), rays: 0 }
@@ -219,7 +219,7 @@ fn few_and_equal_echoes() {
         // Silent echoes beside one that is heard.
         let mut silent = many(50, [3.0, 30.0], speed);
         for r in &mut silent.list[1..] {
-            r.spread = [[Complex64::ZERO; 2]; 2];
+            r.path_gain = [[Complex64::ZERO; 2]; 2];
         }
         check("silent", &radar, &silent);
     }

@@ -58,7 +58,7 @@ fn a_wall_shows_a_target_again_at_the_mirror_place() {
             for (p, coefficient) in [perp, par].into_iter().enumerate().filter(|(p, _)| times != 1 || *p == 0)
             {
                 let want = coefficient.norm().powi(times) * s / (out * back);
-                let off = (r.spread[p][p].norm() / want - 1.0).abs();
+                let off = (r.path_gain[p][p].norm() / want - 1.0).abs();
                 assert!(off < 1e-9, "{name} {times} {p}: {off}");
             }
             if times == 2 {
@@ -78,7 +78,7 @@ fn mean_power(list: &[Echo]) -> f64 {
         .map(|i| {
             let k = wavenumber(76.5e9 + 1e9 * i as f64 / n as f64);
             let z: Complex64 =
-                list.iter().map(|r| r.spread[0][0] * Complex64::cis(-k * r.path_length_m)).sum();
+                list.iter().map(|r| r.path_gain[0][0] * Complex64::cis(-k * r.path_length_m)).sum();
             z.norm_sqr() / n as f64
         })
         .sum()
@@ -180,7 +180,7 @@ fn vertical_curves() {
             let (r, image) = (d.hypot(target_m - radar_m), d.hypot(target_m + radar_m));
             let field = Complex64::cis(-k * r) / r - Complex64::cis(-k * image) / image;
             let got: Complex64 =
-                found.iter().map(|r| r.spread[1][1] * Complex64::cis(-k * r.path_length_m)).sum();
+                found.iter().map(|r| r.path_gain[1][1] * Complex64::cis(-k * r.path_length_m)).sum();
             let peak = 4.0 / (d * d * (4.0 * PI).sqrt());
             let want = field * field / (4.0 * PI).sqrt();
             if ways == 2 {

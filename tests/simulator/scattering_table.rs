@@ -113,7 +113,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
         let options = TraceOptions { amplitude_floor: 0.0, accuracy_db: 0.02, ..Default::default() };
         let mut s = [[Complex64::ZERO; 2]; 2];
         for r in catseye::trace::cpu::echoes::echoes(g, &around(radar), radar, DVec3::ZERO, &options).list {
-            for (z, x) in s.as_flattened_mut().iter_mut().zip(r.spread.as_flattened()) {
+            for (z, x) in s.as_flattened_mut().iter_mut().zip(r.path_gain.as_flattened()) {
                 *z += x
                     * Complex64::cis(-k * (r.path_length_m - 2.0 * place.length()))
                     * place.length_squared();

@@ -93,7 +93,7 @@ fn cube(radar: &Radar, echoes: &Echoes) -> catseye::adc::Cube<f64> {
 /// conj(a) of eq. 9 for isotropic antennas of one place, √W.
 fn amplitude(radar: &Radar, r: &Echo) -> Complex64 {
     let power = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0);
-    (power.sqrt() * (C0 / radar.carrier_hz) / (4.0 * PI) * r.spread[0][0]).conj()
+    (power.sqrt() * (C0 / radar.carrier_hz) / (4.0 * PI) * r.path_gain[0][0]).conj()
 }
 
 /// Delay at time t (eq. 11).

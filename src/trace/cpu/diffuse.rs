@@ -320,7 +320,7 @@ impl Scatterer<'_> {
             first_range_m: r,
             arrival: seen,
             last_range_m: r,
-            spread,
+            path_gain: spread,
             chain,
             bounces: 1,
         })

@@ -38,7 +38,7 @@ const STEP: f64 = 1e-3;
 type Matrix = [[Complex64; 2]; 2];
 
 fn is_finite(r: &Echo) -> bool {
-    r.spread.iter().flatten().all(|z| z.is_finite())
+    r.path_gain.iter().flatten().all(|z| z.is_finite())
         && r.path_rate_mps.is_finite()
         && r.path_acceleration_and_jerk.iter().all(|b| b.is_finite())
 }
@@ -48,13 +48,13 @@ fn reversed(r: &Echo) -> Echo {
     let n = r.bounces as usize;
     let mut chain = r.chain;
     chain[..n].reverse();
-    let [[vv, vh], [hv, hh]] = r.spread;
+    let [[vv, vh], [hv, hh]] = r.path_gain;
     Echo {
         departure: r.arrival,
         first_range_m: r.last_range_m,
         arrival: r.departure,
         last_range_m: r.first_range_m,
-        spread: [[vv, hv], [vh, hh]],
+        path_gain: [[vv, hv], [vh, hh]],
         chain,
         ..*r
     }
@@ -155,7 +155,7 @@ fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
     let mirror = plane.path(plane.mirror);
     let step = STEP * mirror.nearest;
     let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
-        let (a, b) = (at(plane.mirror - d * step).spread, at(plane.mirror + d * step).spread);
+        let (a, b) = (at(plane.mirror - d * step).path_gain, at(plane.mirror + d * step).path_gain);
         [0, 1].map(|rx| [0, 1].map(|tx| (b[rx][tx] - a[rx][tx]) / (2.0 * step)))
     });
     // From places to gradients of the path: the inverse of its second derivatives.
@@ -230,10 +230,10 @@ impl Station<'_> {
         let mut waves: Vec<Wave> = Vec::new();
         if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
             let mut whole = at(centre);
-            whole.spread = Matrix::default();
+            whole.path_gain = Matrix::default();
             for w in cells {
-                let of = at(w.place).spread;
-                for (sum, a) in whole.spread.as_flattened_mut().iter_mut().zip(of.as_flattened()) {
+                let of = at(w.place).path_gain;
+                for (sum, a) in whole.path_gain.as_flattened_mut().iter_mut().zip(of.as_flattened()) {
                     *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
                 }
             }
@@ -269,7 +269,7 @@ impl Station<'_> {
                 let mut echo = at(w.place);
                 let slopes = if near(w) { about } else { Default::default() };
                 let change = plane.path(w.place).slope;
-                for (rx, row) in echo.spread.iter_mut().enumerate() {
+                for (rx, row) in echo.path_gain.iter_mut().enumerate() {
                     for (tx, a) in row.iter_mut().enumerate() {
                         let [x, y] = slopes.map(|s| s[rx][tx]);
                         *a = (*a - x * change.x - y * change.y) * w.value + x * w.flux[0] + y * w.flux[1];
@@ -460,7 +460,7 @@ impl Station<'_> {
             first_range_m,
             arrival: to_sensor * arrival,
             last_range_m,
-            spread: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
+            path_gain: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
             chain: ids,
             bounces: (count + usize::from(over)) as u8,
         }

@@ -171,7 +171,7 @@ impl Radar<'_> {
                     first_range_m: out.first_range_m,
                     arrival: to_sensor * back.out,
                     last_range_m: back.first_range_m,
-                    spread: scattering(out, back).map(|row| row.map(|z| z / lengths)),
+                    path_gain: scattering(out, back).map(|row| row.map(|z| z / lengths)),
                     chain,
                     bounces,
                 });

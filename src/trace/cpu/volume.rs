@@ -66,7 +66,7 @@ pub fn echoes(
             first_range_m: r,
             arrival: seen,
             last_range_m: r,
-            spread: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
+            path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
             chain: [0; MAX_BOUNCES],
             bounces: 1,
         })

@@ -22,7 +22,7 @@ fn total(echoes: &Echoes, k: f64) -> Matrix {
     let mut sum = Matrix::default();
     for r in &echoes.list {
         let z = Complex64::cis(-k * r.path_length_m);
-        for (row, s) in sum.iter_mut().zip(r.spread) {
+        for (row, s) in sum.iter_mut().zip(r.path_gain) {
             row.iter_mut().zip(s).for_each(|(a, b)| *a += b * z);
         }
     }
@@ -146,7 +146,7 @@ fn windows_leave_no_seams() {
     let best = wall.max_by(|a, b| strength(a).total_cmp(&strength(b))).unwrap();
     let to_wall = (at - DVec3::new(-4.0, 0.5, 0.5)).dot(DQuat::from_rotation_z(0.1) * DVec3::X) - 0.1;
     assert!((best.range_m() - to_wall).abs() < 1e-9, "{best:?} {to_wall}");
-    let image = best.spread[0][0].norm() * 2.0 * to_wall;
+    let image = best.path_gain[0][0].norm() * 2.0 * to_wall;
     assert!((image - 1.0).abs() < 3e-3, "{image}");
 }
 
@@ -177,10 +177,10 @@ fn diffuse_echoes_carry_the_lobes_power_and_are_seeded() {
     let c = tilt.cos();
     let want = area * (1.0 - (-4.0 * (k * h * c).powi(2)).exp()) * c * c / std::f64::consts::PI / r.powi(4);
     for i in 0..2 {
-        let power: f64 = echoes.iter().map(|e| e.spread[i][i].norm_sqr()).sum();
+        let power: f64 = echoes.iter().map(|e| e.path_gain[i][i].norm_sqr()).sum();
         assert!((power / want - 1.0).abs() < 4.0 / (echoes.len() as f64).sqrt(), "{power} {want}");
     }
-    assert!(echoes.iter().all(|e| e.spread[0][1].norm() < 1e-12 * e.spread[0][0].norm()));
+    assert!(echoes.iter().all(|e| e.path_gain[0][1].norm() < 1e-12 * e.path_gain[0][0].norm()));
     assert_eq!(echoes, of(20_000, 1, 0));
     assert_ne!(echoes, of(20_000, 2, 0));
     // The pattern is the surface's, not the frame's.
@@ -190,8 +190,10 @@ fn diffuse_echoes_carry_the_lobes_power_and_are_seeded() {
     // have a mean within 5 %, three of these are allowed.
     let mean = (0..400)
         .map(|seed| {
-            let field: Complex64 =
-                of(60, seed, 0).iter().map(|e| e.spread[0][0] * Complex64::cis(-k * e.path_length_m)).sum();
+            let field: Complex64 = of(60, seed, 0)
+                .iter()
+                .map(|e| e.path_gain[0][0] * Complex64::cis(-k * e.path_length_m))
+                .sum();
             field.norm_sqr()
         })
         .sum::<f64>()
