@@ -133,12 +133,11 @@ impl Vectorised for Spread<'_> {
                         continue;
                     }
                     let first = line[i] as usize;
-                    let u = &u.0[i * TAPS..(i + 1) * TAPS];
-                    for row in 0..TAPS {
+                    for (row, u) in u.0[i * TAPS..(i + 1) * TAPS].iter().enumerate() {
                         let from = (first + row) * width + from;
                         let to = &mut self.grid[from..from + 2 * TAPS];
                         for t in 0..2 * TAPS {
-                            to[t] = madd::<FMA>(u[row], x[t], to[t]);
+                            to[t] = madd::<FMA>(*u, x[t], to[t]);
                         }
                     }
                 }
