@@ -53,7 +53,7 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
         });
     }
     let frame = Frame::new(false).unwrap();
-    group.throughput(Throughput::Elements(frame.echoes(engine, 0.2).echoes.len() as u64));
+    group.throughput(Throughput::Elements(frame.echoes(engine, 0.2).list.len() as u64));
     group.bench_function(BenchmarkId::new("W3 by beams", name), |b| {
         b.iter(|| black_box(frame.echoes(engine, 0.2)))
     });
@@ -63,10 +63,10 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
 /// Few echoes, as each meets every sample: what counts is echoes times samples.
 fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("synthesis");
-    for (kind, moving, echoes) in [("at rest", false, 16_384), ("moving", true, 256)] {
+    for (kind, moving, count) in [("at rest", false, 16_384), ("moving", true, 256)] {
         let frame = Frame::new(moving).unwrap();
         let mut echoes = frame.echoes(engine, 0.2);
-        echoes.list.truncate(echoes);
+        echoes.list.truncate(count);
         let chirps = if moving { frame.radar.chirps } else { 1 };
         let samples = chirps * frame.radar.channels() * frame.radar.samples;
         group.throughput(Throughput::Elements((echoes.list.len() * samples) as u64));
