@@ -7,7 +7,7 @@ use catseye_lane::uwb::Centre;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What of Kim a scenario stands for: the document's figures are printed beside ours.
+/// Which of Kim's scenarios this one stands for: the document's figures are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandsFor {
