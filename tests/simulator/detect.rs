@@ -90,7 +90,7 @@ fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, 
 }
 
 fn cloud(radar: &Radar, list: Vec<Echo>, objects: &[Object]) -> Vec<Point> {
-    let echoes = Echoes { list: list, rays: 0 };
+    let echoes = Echoes { list, rays: 0 };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
@@ -164,7 +164,7 @@ fn labels_follow_range_rate_and_azimuth() {
         echo(20.0, 40.0, 0.0, 0.0, 12.0, 3),
         echo(25.0, 0.0, 0.0, 0.0, 0.0, 4),
     ];
-    let echoes = Echoes { list: list, rays: 0 };
+    let echoes = Echoes { list, rays: 0 };
     let bodies = bodies(&objects);
     let labeller = Labeller::new(&radar, &echoes, &bodies);
     let at = |range: f64, azimuth: f64, rate: f64| {
@@ -209,7 +209,7 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     let p =
         Point { range_m: 20.0, range_rate_mps: 0.0, azimuth_rad: 0.0, elevation_rad: 0.0, ..sample_point() };
     let bodies = bodies(&objects);
-    let of = |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list: list, rays: 0 }, &bodies).label(&p);
+    let of = |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list, rays: 0 }, &bodies).label(&p);
     let best = |list: Vec<Echo>| of(list).object_id;
     assert_eq!(best(vec![by_ground.clone(), echo(20.0, 0.0, 0.0, 0.0, 11.0, 3)]), 2);
     assert_eq!(best(vec![by_ground, echo(20.0, 0.0, 0.0, 0.0, 13.0, 3)]), 3);

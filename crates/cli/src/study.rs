@@ -67,13 +67,13 @@ impl RunStudy {
                     Some(e) => print(&format!("{}: did not run: {e}", s.name))?,
                 }
                 for f in &s.facts {
-                    let number = |x: Option<f64>| match x {
-                        None => "none".to_string(),
-                        Some(x) if f.unit.starts_with("dB") => level_text(x, 2),
-                        Some(x) => format!("{x:.2}"),
+                    let ours = match f.ours {
+                        x if x.is_nan() => "none".to_string(),
+                        x if f.unit.starts_with("dB") => level_text(x, 2),
+                        x => format!("{x:.2}"),
                     };
-                    let document = f.document.as_ref().map_or("not given".to_string(), |d| d.to_string());
-                    print(&format!("    {}: {} {} (document: {document})", f.text, number(f.ours), f.unit))?;
+                    let document = f.expected.as_ref().map_or("not given".to_string(), |d| d.to_string());
+                    print(&format!("    {}: {ours} {} (document: {document})", f.name, f.unit))?;
                 }
                 for d in s.front.iter().flatten() {
                     print(&format!("    {:.6}: {:.4} at {:?}", d.cost, d.worth, d.parameters))?;
@@ -103,10 +103,10 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
             };
             let panel = Panel::Curves {
                 title: study.title.clone(),
-                x_label: parameter::label(&search.front),
+                x_label: parameter::label(&search.front.value),
                 y_label: search.goal.label().into(),
                 curves: vec![curve("front", true), curve("best found", false)],
-                limits: study.picture.limits,
+                limits: study.picture.limits(),
                 decibels: false,
             };
             return study_picture(&[panel], 1)?.png();
@@ -114,9 +114,6 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
         StudyResult::Table(outcome) => outcome,
     };
     let axes = &outcome.axes;
-    let places = |i: usize| -> Vec<f64> {
-        axes[i].numbers().unwrap_or_else(|| (0..axes[i].values.len()).map(|k| k as f64).collect())
-    };
     let n = |i: usize| axes.get(i).map_or(1, |a| a.values.len());
     let named = |i: usize, k: usize| axes.get(i).map_or(String::new(), |a| value_name(a, k));
     let at =
@@ -129,22 +126,22 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
                 let title = parts.iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(": ");
                 panels.push(Panel::Map {
                     title: if outcome.fields.len() > 1 { format!("{title}, {}", field.label) } else { title },
-                    x: (axes[0].label.clone(), places(0)),
-                    y: (axes[1].label.clone(), places(1)),
+                    x: (axes[0].label.clone(), axes[0].places()),
+                    y: (axes[1].label.clone(), axes[1].places()),
                     // Rows are the upward axis.
                     values: (0..n(1))
                         .flat_map(|b| (0..n(0)).map(move |a| (a, b)))
                         .map(|(a, b)| at(f, a, b, c))
                         .collect(),
                     label: field.label.clone(),
-                    limits: study.picture.limits,
+                    limits: study.picture.limits(),
                     contours: study.picture.contours.clone(),
                 });
             }
         }
-        return study_picture(&panels, study.picture.columns)?.png();
+        return study_picture(&panels, study.picture.columns.value)?.png();
     }
-    let x = places(0);
+    let x = axes[0].places();
     for c in 0..n(2) {
         // Quantities of one unit share a panel.
         let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
@@ -186,16 +183,16 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
                 },
                 curves,
                 // Limits are those of the first unit asked for.
-                limits: study.picture.limits.filter(|_| unit == unit_of(&outcome.fields[0].name)),
+                limits: study.picture.limits().filter(|_| unit == unit_of(&outcome.fields[0].name)),
                 decibels: unit.starts_with("dB"),
             });
         }
     }
-    study_picture(&panels, study.picture.columns)?.png()
+    study_picture(&panels, study.picture.columns.value)?.png()
 }
 
 /// "H = 4 mm" from the names that the study gives, else the parameter's label with its value.
-fn value_name(axis: &catseye_papers::study::Axis, k: usize) -> String {
+fn value_name(axis: &catseye_papers::study::Sweep, k: usize) -> String {
     let own = axis.values[k].to_string() != axis.names[k];
     let words = axis.numbers().is_none();
     if own || words {

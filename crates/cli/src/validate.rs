@@ -4,7 +4,8 @@ use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::error::{Error, Result};
 use catseye::units::{LEAST_DB, level_text};
-use catseye_papers::validate::{GROUPS, Gate, Row};
+use catseye_papers::comparison::{Comparison, Tolerance};
+use catseye_papers::validate::GROUPS;
 use clap::Args;
 use std::time::Instant;
 
@@ -18,11 +19,32 @@ pub struct Validate {}
 
 #[derive(serde::Serialize)]
 struct JsonRow {
-    #[serde(flatten)]
-    row: Row,
+    group: &'static str,
+    what: String,
+    unit: String,
+    expected: Option<f64>,
+    measured: f64,
+    gate: Tolerance,
+    source: String,
     error: Option<f64>,
     /// null for a row without a gate.
     passed: Option<bool>,
+}
+
+impl JsonRow {
+    fn new(group: &'static str, r: Comparison) -> JsonRow {
+        JsonRow {
+            group,
+            expected: r.expected_number(),
+            error: r.error(),
+            passed: r.passes(),
+            what: r.name,
+            unit: r.unit,
+            measured: r.ours,
+            gate: r.tolerance,
+            source: r.source,
+        }
+    }
 }
 
 impl Validate {
@@ -35,20 +57,17 @@ impl Validate {
             bar.set_message(group.name);
             let measured = (group.measure)(&engine)?;
             if !global.json {
-                bar.suspend(|| measured.iter().try_for_each(|r| print(&line(r))))?;
+                bar.suspend(|| measured.iter().try_for_each(|r| print(&line(group.name, r))))?;
             }
-            rows.extend(measured);
+            rows.extend(measured.into_iter().map(|r| (group.name, r)));
             bar.inc(1);
         }
         drop(bar);
-        let failed = rows.iter().filter(|r| r.passes() == Some(false)).count();
-        let shown = rows.iter().filter(|r| r.passes().is_none()).count();
+        let failed = rows.iter().filter(|r| r.1.passes() == Some(false)).count();
+        let shown = rows.iter().filter(|r| r.1.passes().is_none()).count();
         let seconds = start.elapsed().as_secs_f64();
         if global.json {
-            let rows: Vec<JsonRow> = rows
-                .into_iter()
-                .map(|row| JsonRow { error: row.error(), passed: row.passes(), row })
-                .collect();
+            let rows: Vec<JsonRow> = rows.into_iter().map(|(group, r)| JsonRow::new(group, r)).collect();
             print_json(&serde_json::json!({
                 "engine": engine.report(),
                 "seconds": seconds,
@@ -78,19 +97,19 @@ fn number(x: f64) -> String {
     }
 }
 
-fn line(r: &Row) -> String {
+fn line(group: &str, r: &Comparison) -> String {
     let level = |x: f64| match r.unit.starts_with("dB") && x < LEAST_DB {
         true => level_text(x, 0),
         false => number(x),
     };
-    let gate = match r.gate {
-        Gate::Within(g) => format!("+-{}", number(g)),
-        Gate::Share(g) => format!("+-{:.2} %", 100.0 * g),
-        Gate::AtMost(g) => format!("<= {}", number(g)),
-        Gate::Shown => "-".into(),
+    let gate = match r.tolerance {
+        Tolerance::Within(g) => format!("+-{}", number(g)),
+        Tolerance::Share(g) => format!("+-{:.2} %", 100.0 * g),
+        Tolerance::AtMost(g) => format!("<= {}", number(g)),
+        Tolerance::Shown => "-".into(),
     };
-    let error = match (r.gate, r.error()) {
-        (Gate::Share(_), Some(e)) => format!("{:.3} %", 100.0 * e),
+    let error = match (r.tolerance, r.error()) {
+        (Tolerance::Share(_), Some(e)) => format!("{:.3} %", 100.0 * e),
         (_, Some(e)) => number(e),
         (_, None) => "-".into(),
     };
@@ -101,11 +120,11 @@ fn line(r: &Row) -> String {
     };
     format!(
         "{verdict:5} {:15} {:62} {:>11} {:4} expected {:>11} error {:>10} gate {:>11}  ({})",
-        r.group,
-        r.what,
-        level(r.measured),
+        group,
+        r.name,
+        level(r.ours),
         r.unit,
-        r.expected.map_or("-".into(), level),
+        r.expected_number().map_or("-".into(), level),
         error,
         gate,
         r.source,

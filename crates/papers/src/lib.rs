@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 pub mod bench;
+pub mod comparison;
 pub mod study;
 pub mod trial;
 pub mod validate;

@@ -4,6 +4,7 @@
 //! which, and how near the measurement has to come. Cross sections are at 77 GHz, far field,
 //! three bounces, VV unless the row says otherwise.
 
+use crate::comparison::{Comparison, Tolerance};
 use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::{Plan, channel_path_m, point_echo};
 use catseye::detect::locate;
@@ -29,58 +30,10 @@ use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// What a measurement must keep.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Gate {
-    /// |measured − expected| ≤ this, in the row's unit.
-    Within(f64),
-    /// |measured / expected − 1| ≤ this.
-    Share(f64),
-    /// measured ≤ this.
-    AtMost(f64),
-    /// Printed for information.
-    Shown,
-}
-
-/// One line of the table.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Row {
-    pub group: &'static str,
-    pub what: String,
-    /// Of `expected` and `measured`.
-    pub unit: &'static str,
-    pub expected: Option<f64>,
-    pub measured: f64,
-    pub gate: Gate,
-    /// Where the expected value comes from.
-    pub source: &'static str,
-}
-
-impl Row {
-    /// measured − expected in the row's unit; relative for [`Gate::Share`].
-    pub fn error(&self) -> Option<f64> {
-        match self.gate {
-            Gate::Share(_) => self.expected.map(|e| self.measured / e - 1.0),
-            _ => self.expected.map(|e| self.measured - e),
-        }
-    }
-
-    /// None for a row that is only shown. What is not a number fails.
-    pub fn passes(&self) -> Option<bool> {
-        let near = |limit: f64| self.error().is_some_and(|e| e.abs() <= limit);
-        match self.gate {
-            Gate::Within(limit) | Gate::Share(limit) => Some(near(limit)),
-            Gate::AtMost(limit) => Some(self.measured <= limit),
-            Gate::Shown => None,
-        }
-    }
-}
-
 /// A part of the table.
 pub struct Group {
     pub name: &'static str,
-    pub measure: fn(&Engine) -> Result<Vec<Row>>,
+    pub measure: fn(&Engine) -> Result<Vec<Comparison>>,
 }
 
 /// The parts of the table in their order.
@@ -99,15 +52,6 @@ pub const GROUPS: [Group; 13] = [
     Group { name: "window", measure: windows },
     Group { name: "cfar", measure: cfar },
 ];
-
-/// The whole table.
-pub fn rows(engine: &Engine) -> Result<Vec<Row>> {
-    let mut all = Vec::new();
-    for group in &GROUPS {
-        all.extend((group.measure)(engine)?);
-    }
-    Ok(all)
-}
 
 const F: f64 = DEFAULT_FREQUENCY_HZ;
 const V: usize = 0;
@@ -138,7 +82,7 @@ fn sweep(engine: &Engine, scene: &Scene, aspects: &[Aspect]) -> Result<Vec<Scatt
     engine.rcs(scene, &[F], &looks, &RcsOptions::default())
 }
 
-fn dbsm(s: &Matrix, rx: usize, tx: usize) -> f64 {
+fn level_dbsm(s: &Matrix, rx: usize, tx: usize) -> f64 {
     dbsm_from_amplitude(s[rx][tx].norm())
 }
 
@@ -152,141 +96,145 @@ fn cross_db(s: &Matrix) -> f64 {
     ratio_db(s[V][H], s[V][V]).max(ratio_db(s[H][V], s[V][V]))
 }
 
-/// Rows of one group.
-struct Rows {
-    group: &'static str,
-    rows: Vec<Row>,
+/// A row whose ours is at most `within` from `expected`, in its unit.
+fn near(name: &str, unit: &str, (expected, within): (f64, f64), ours: f64, source: &str) -> Comparison {
+    Comparison::new(name, unit, Some(expected), Tolerance::Within(within), ours, source)
 }
 
-impl Rows {
-    fn new(group: &'static str) -> Self {
-        Rows { group, rows: Vec::new() }
-    }
+/// A row whose ours is at most this share of `expected` from it.
+fn share(name: &str, unit: &str, (expected, part): (f64, f64), ours: f64, source: &str) -> Comparison {
+    Comparison::new(name, unit, Some(expected), Tolerance::Share(part), ours, source)
+}
 
-    fn row(
-        &mut self,
-        what: impl Into<String>,
-        unit: &'static str,
-        (expected, gate): (impl Into<Option<f64>>, Gate),
-        measured: f64,
-        source: &'static str,
-    ) {
-        self.rows.push(Row {
-            group: self.group,
-            what: what.into(),
-            unit,
-            expected: expected.into(),
-            measured,
-            gate,
-            source,
-        });
-    }
+/// A row whose ours is at most `most`.
+fn at_most(name: &str, unit: &str, most: f64, ours: f64, source: &str) -> Comparison {
+    Comparison::new(name, unit, None, Tolerance::AtMost(most), ours, source)
+}
 
-    fn dbsm(&mut self, what: &str, expected: f64, gate_db: f64, measured: f64, source: &'static str) {
-        self.row(what, "dBsm", (expected, Gate::Within(gate_db)), measured, source);
-    }
+fn dbsm(name: &str, expected: f64, within_db: f64, ours: f64, source: &str) -> Comparison {
+    near(name, "dBsm", (expected, within_db), ours, source)
 }
 
 const SPENCER: &str = "geometric optics, Spencer 1944";
 const CURRENTS: &str = "physical optics, exact for flat facets";
 
-fn trihedrals(engine: &Engine) -> Result<Vec<Row>> {
-    let mut t = Rows::new("trihedral");
+fn trihedrals(engine: &Engine) -> Result<Vec<Comparison>> {
+    let mut rows = Vec::new();
     let corner = scene("trihedral:leg_m=0.1", 0.0)?;
     let off = [aspect_deg(5.0, CORNER_ELEVATION_DEG), aspect_deg(0.0, CORNER_ELEVATION_DEG + 5.0)];
     let aspects = [aspect_deg(0.0, CORNER_ELEVATION_DEG), off[0], off[1]];
     let s = sweep(engine, &corner, &aspects)?;
     for (name, p) in [("VV", V), ("HH", H)] {
         let exact = db_from_power(go_trihedral_m2(0.1, F, unit(aspects[0])));
-        t.dbsm(&format!("0.1 m, boresight, last, {name}"), exact, 0.05, dbsm(&s[0].last, p, p), SPENCER);
-        t.dbsm(&format!("0.1 m, boresight, every, {name}"), 14.53, 0.05, dbsm(&s[0].every, p, p), CURRENTS);
+        rows.push(dbsm(
+            &format!("0.1 m, boresight, last, {name}"),
+            exact,
+            0.05,
+            level_dbsm(&s[0].last, p, p),
+            SPENCER,
+        ));
+        rows.push(dbsm(
+            &format!("0.1 m, boresight, every, {name}"),
+            14.53,
+            0.05,
+            level_dbsm(&s[0].every, p, p),
+            CURRENTS,
+        ));
     }
-    t.row(
-        "0.1 m, boresight, cross-polarised",
-        "dB",
-        (None, Gate::AtMost(-60.0)),
-        cross_db(&s[0].every),
-        "symmetry",
-    );
+    rows.push(at_most("0.1 m, boresight, cross-polarised", "dB", -60.0, cross_db(&s[0].every), "symmetry"));
     let geometry = Geometry::build(&corner, 0.0, F)?;
     let grid = RayGrid { bounces: 3, rays_per_wavelength: 30.0, distance: Distance::Infinite };
     let dense = engine.rcs_rays(&geometry, &off, &grid)?;
     for (i, name) in ["5 deg in azimuth", "5 deg in elevation"].into_iter().enumerate() {
         let (exact_beams, dense) = (&s[i + 1], &dense[i]);
         let own = "a grid of 30 rays per wavelength";
-        t.dbsm(
+        rows.push(dbsm(
             &format!("0.1 m, {name}, every"),
-            dbsm(&dense.every, V, V),
+            level_dbsm(&dense.every, V, V),
             0.1,
-            dbsm(&exact_beams.every, V, V),
+            level_dbsm(&exact_beams.every, V, V),
             own,
-        );
-        t.dbsm(
+        ));
+        rows.push(dbsm(
             &format!("0.1 m, {name}, last"),
-            dbsm(&dense.last, V, V),
+            level_dbsm(&dense.last, V, V),
             0.1,
-            dbsm(&exact_beams.last, V, V),
+            level_dbsm(&exact_beams.last, V, V),
             own,
-        );
+        ));
         let exact = db_from_power(go_trihedral_m2(0.1, F, unit(off[i])));
-        t.dbsm(&format!("0.1 m, {name}, last"), exact, 0.1, dbsm(&exact_beams.last, V, V), SPENCER);
+        rows.push(dbsm(
+            &format!("0.1 m, {name}, last"),
+            exact,
+            0.1,
+            level_dbsm(&exact_beams.last, V, V),
+            SPENCER,
+        ));
     }
     let square = scene("square-trihedral:leg_m=0.1", 0.0)?;
     let s = &sweep(engine, &square, &aspects[..1])?[0];
     let exact = db_from_power(go_square_trihedral_m2(0.1, F, unit(aspects[0])));
     for (name, p) in [("VV", V), ("HH", H)] {
         let what = format!("square, 0.1 m, boresight, last, {name}");
-        t.dbsm(&what, exact, 0.05, dbsm(&s.last, p, p), SPENCER);
+        rows.push(dbsm(&what, exact, 0.05, level_dbsm(&s.last, p, p), SPENCER));
     }
-    let mut small = Rows::new("trihedral");
     let s = &sweep(engine, &scene("trihedral:leg_m=0.008", 0.0)?, &aspects[..1])?[0];
     let exact = db_from_power(go_trihedral_m2(0.008, F, unit(aspects[0])));
-    small.dbsm("8 mm, boresight, last", exact, 0.1, dbsm(&s.last, V, V), SPENCER);
-    small.dbsm("8 mm, boresight, every", -30.46, 0.1, dbsm(&s.every, V, V), CURRENTS);
-    t.rows.extend(small.rows);
-    Ok(t.rows)
+    rows.push(dbsm("8 mm, boresight, last", exact, 0.1, level_dbsm(&s.last, V, V), SPENCER));
+    rows.push(dbsm("8 mm, boresight, every", -30.46, 0.1, level_dbsm(&s.every, V, V), CURRENTS));
+    Ok(rows)
 }
 
-fn dihedral(engine: &Engine) -> Result<Vec<Row>> {
-    let mut t = Rows::new("dihedral");
+fn dihedral(engine: &Engine) -> Result<Vec<Comparison>> {
+    let mut rows = Vec::new();
     let spec = "dihedral:width_m=0.1,height_m=0.1";
     let face_on = [aspect_deg(0.0, 0.0)];
     let s = &sweep(engine, &scene(spec, 0.0)?, &face_on)?[0];
     let exact = db_from_power(go_dihedral_m2(0.1, 0.1, F));
     for (name, p, every) in [("VV", V, 22.16), ("HH", H, 22.23)] {
-        t.dbsm(&format!("face on, last, {name}"), exact, 0.05, dbsm(&s.last, p, p), "8 pi w² h² / lambda²");
-        t.dbsm(&format!("face on, every, {name}"), every, 0.05, dbsm(&s.every, p, p), CURRENTS);
+        rows.push(dbsm(
+            &format!("face on, last, {name}"),
+            exact,
+            0.05,
+            level_dbsm(&s.last, p, p),
+            "8 pi w² h² / lambda²",
+        ));
+        rows.push(dbsm(
+            &format!("face on, every, {name}"),
+            every,
+            0.05,
+            level_dbsm(&s.every, p, p),
+            CURRENTS,
+        ));
     }
     let turn = |m: &Matrix| (m[H][H] / m[V][V]).arg().to_degrees().abs();
     let two = "two reflections turn H once more than V";
-    t.row("phase of HH over VV, last", "deg", (180.0, Gate::Within(0.1)), turn(&s.last), two);
-    t.row("phase of HH over VV, every", "deg", (180.0, Gate::Within(1.0)), turn(&s.every), two);
+    rows.push(near("phase of HH over VV, last", "deg", (180.0, 0.1), turn(&s.last), two));
+    rows.push(near("phase of HH over VV, every", "deg", (180.0, 1.0), turn(&s.every), two));
     // Seen at 45 degrees it turns one linear polarisation into the other: from the matrix, and with the body rolled.
     for (name, gate, m) in [("last", -60.0, &s.last), ("every", -40.0, &s.every)] {
         let co = 0.5 * (m[V][V] + m[V][H] + m[H][V] + m[H][H]);
         let what = format!("45 deg linear, co-polarised over VV, {name}");
-        t.row(what, "dB", (None, Gate::AtMost(gate)), ratio_db(co, m[V][V]), two);
+        rows.push(at_most(&what, "dB", gate, ratio_db(co, m[V][V]), two));
     }
-    let mut fine = Rows::new("dihedral");
     let rolled = &sweep(engine, &scene(spec, FRAC_PI_4)?, &face_on)?[0];
     for (name, gate, m, level) in
         [("last", -60.0, &rolled.last, s.last[V][V]), ("every", -40.0, &rolled.every, s.every[V][V])]
     {
         let co = ratio_db(m[V][V], level).max(ratio_db(m[H][H], level));
         let what = format!("rolled by 45 deg, co-polarised over face on, {name}");
-        fine.row(what, "dB", (None, Gate::AtMost(gate)), co, two);
+        rows.push(at_most(&what, "dB", gate, co, two));
         let what = format!("rolled by 45 deg, cross-polarised over face on, {name}");
-        fine.row(what, "dB", (0.0, Gate::Within(0.05)), ratio_db(m[H][V], level), two);
+        rows.push(near(&what, "dB", (0.0, 0.05), ratio_db(m[H][V], level), two));
     }
-    t.rows.extend(fine.rows);
-    Ok(t.rows)
+    Ok(rows)
 }
 
 /// Where sinc x has its main peak and its first side lobes: tan x = x.
 const LOBES: [f64; 4] = [0.0, 4.493_409_457_909_064, 7.725_251_836_937_707, 10.904_121_659_428_9];
 
-fn plate(engine: &Engine) -> Result<Vec<Row>> {
-    let mut t = Rows::new("plate");
+fn plate(engine: &Engine) -> Result<Vec<Comparison>> {
+    let mut rows = Vec::new();
     let (w, h) = (0.1, 0.06);
     let g = scene("plate:width_m=0.1,height_m=0.06", 0.0)?;
     for (name, side) in [("azimuth", w), ("elevation", h)] {
@@ -302,46 +250,42 @@ fn plate(engine: &Engine) -> Result<Vec<Row>> {
             let exact = db_from_power(rcs_m2(po_plate(w, h, F, unit(aspects[2 * i]))));
             let measured = [2 * i, 2 * i + 1]
                 .iter()
-                .flat_map(|j| [dbsm(&s[*j].every, V, V), dbsm(&s[*j].every, H, H)])
+                .flat_map(|j| [level_dbsm(&s[*j].every, V, V), level_dbsm(&s[*j].every, H, H)])
                 .max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs()))
                 .unwrap_or(f64::NAN);
-            t.dbsm(
+            rows.push(dbsm(
                 &format!("lobe {i} in {name}, {:.3} deg", angle(*x)),
                 exact,
                 0.01,
                 measured,
                 "physical optics, closed form",
-            );
+            ));
         }
     }
-    let mut t2 = Rows::new("plate");
     let (y, z) = (LOBES[1] / (wavenumber(F) * w), LOBES[1] / (wavenumber(F) * h));
     let diagonal = [Aspect { azimuth: (y / (1.0 - z * z).sqrt()).asin(), elevation: z.asin() }];
     let s = &sweep(engine, &g, &diagonal)?[0];
     let exact = db_from_power(rcs_m2(po_plate(w, h, F, unit(diagonal[0]))));
     let what = "lobe 1 in both";
-    t2.row(what, "dBsm", (exact, Gate::Within(0.01)), dbsm(&s.every, V, V), "physical optics, closed form");
-    t.rows.extend(t2.rows);
-    Ok(t.rows)
+    rows.push(near(what, "dBsm", (exact, 0.01), level_dbsm(&s.every, V, V), "physical optics, closed form"));
+    Ok(rows)
 }
 
-fn sphere(engine: &Engine) -> Result<Vec<Row>> {
+fn sphere(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut rows = Vec::new();
     // At ka = 40 the false echo of the shadow boundary alone takes 0.12 dB of the gate.
     for ka in [40.5, 80.7] {
-        let mut t = Rows::new("sphere");
         let radius = ka / wavenumber(F);
         let g = scene(&format!("sphere:radius_m={radius}"), 0.0)?;
         let exact = dbsm_from_amplitude(mie_sphere(radius, F)?.norm());
         let s = &sweep(engine, &g, &[aspect_deg(13.0, 21.0)])?[0];
-        t.dbsm(&format!("ka = {ka}"), exact, 0.15, dbsm(&s.every, V, V), "Mie series");
-        rows.extend(t.rows);
+        rows.push(dbsm(&format!("ka = {ka}"), exact, 0.15, level_dbsm(&s.every, V, V), "Mie series"));
     }
     Ok(rows)
 }
 
-fn cylinder(engine: &Engine) -> Result<Vec<Row>> {
-    let mut t = Rows::new("cylinder");
+fn cylinder(engine: &Engine) -> Result<Vec<Comparison>> {
+    let mut rows = Vec::new();
     let (radius, length) = (0.003, 0.15);
     let g = scene("cylinder:radius_m=0.003,length_m=0.15", 0.0)?;
     let aspects = LOBES.map(|x| Aspect { azimuth: 0.3, elevation: (x / (wavenumber(F) * length)).asin() });
@@ -352,26 +296,26 @@ fn cylinder(engine: &Engine) -> Result<Vec<Row>> {
             0 => "6 x 150 mm, broadside".into(),
             _ => format!("6 x 150 mm, lobe {i}, {:.3} deg off", a.elevation.to_degrees()),
         };
-        t.dbsm(&what, exact, 0.2, dbsm(&s.every, V, V), "physical optics, quadrature");
+        rows.push(dbsm(&what, exact, 0.2, level_dbsm(&s.every, V, V), "physical optics, quadrature"));
     }
-    Ok(t.rows)
+    Ok(rows)
 }
 
-fn marker(engine: &Engine) -> Result<Vec<Row>> {
-    let mut t = Rows::new("marker");
+fn marker(engine: &Engine) -> Result<Vec<Comparison>> {
+    let mut rows = Vec::new();
     let marker = scene("type1:width_m=0.16,height_m=0.004", 0.0)?;
     let cut: Vec<Aspect> = (0..=40).map(|i| aspect_deg(0.0, 1.0 + 0.05 * f64::from(i))).collect();
     let found = sweep(engine, &marker, &cut)?;
-    let top = found.iter().map(|s| dbsm(&s.every, V, V)).fold(f64::NEG_INFINITY, f64::max);
+    let top = found.iter().map(|s| level_dbsm(&s.every, V, V)).fold(f64::NEG_INFINITY, f64::max);
     let source = "exact physical optics; the value is rounded to 0.1 dB";
-    t.row("type1, W 160 H 4 mm, peak in elevation", "dBsm", (-0.9, Gate::Within(0.1)), top, source);
+    rows.push(near("type1, W 160 H 4 mm, peak in elevation", "dBsm", (-0.9, 0.1), top, source));
     // The truth is the f64 engine; its own row shows rounding only.
     let wide: Vec<Aspect> = (0..=50)
         .flat_map(|e| (-8..=8).map(move |a| aspect_deg(5.0 * f64::from(a), 0.1 * f64::from(e))))
         .collect();
     let truth = sweep(&Engine::open("cpu", Precision::F64)?, &marker, &wide)?;
     let found = sweep(engine, &marker, &wide)?;
-    let level = |s: &Scattering| dbsm(&s.every, V, V);
+    let level = |s: &Scattering| level_dbsm(&s.every, V, V);
     let peak = truth.iter().map(level).fold(f64::NEG_INFINITY, f64::max);
     let worst = found
         .iter()
@@ -380,23 +324,11 @@ fn marker(engine: &Engine) -> Result<Vec<Row>> {
         .map(|(f, t)| (level(f) - level(t)).abs())
         .fold(0.0, f64::max);
     let what = "type1, W 160 H 4 mm, -40..40 x 0..5 deg, largest difference to f64";
-    t.row(what, "dB", (None, Gate::AtMost(0.05)), worst, "exact beams on the cpu");
-    Ok(t.rows)
+    rows.push(at_most(what, "dB", 0.05, worst, "exact beams on the cpu"));
+    Ok(rows)
 }
 
 // ---- the radar ----
-
-fn row(
-    group: &'static str,
-    what: impl Into<String>,
-    unit: &'static str,
-    (expected, gate): (impl Into<Option<f64>>, Gate),
-    measured: f64,
-    source: &'static str,
-) -> Row {
-    let (what, expected) = (what.into(), expected.into());
-    Row { group, what, unit, expected, measured, gate, source }
-}
 
 /// The small front radar with isotropic antennas of no gain, without noise, one transmitter and receiver.
 fn one_channel() -> Result<Radar> {
@@ -423,7 +355,7 @@ fn mean_power(z: &[Complex64]) -> f64 {
     z.iter().map(|z| z.norm_sqr()).sum::<f64>() / z.len().max(1) as f64
 }
 
-fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
+fn two_rays(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut radar = one_channel()?;
     // Narrow, so that one wavelength holds.
     radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
@@ -462,14 +394,7 @@ fn two_rays(engine: &Engine) -> Result<Vec<Row>> {
     {
         for (i, about) in list.into_iter().enumerate() {
             let what = format!("point 0.35 m, radar 0.15 m over a plane, {name} {}", i + 1);
-            rows.push(row(
-                "two rays",
-                what,
-                "m",
-                (about, Gate::Share(0.01)),
-                extreme(about, sign)?,
-                "image method",
-            ));
+            rows.push(share(&what, "m", (about, 0.01), extreme(about, sign)?, "image method"));
         }
     }
     Ok(rows)
@@ -484,7 +409,7 @@ fn beat_phase(radar: &Radar, r: &Echo, chirp: usize, n: usize) -> f64 {
     TAU * (radar.start_hz() * tau + slope * t_n * tau - 0.5 * slope * tau * tau)
 }
 
-fn delay(engine: &Engine) -> Result<Vec<Row>> {
+fn delay(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut radar = one_channel()?;
     radar.carrier_hz = 77e9;
     radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 48e-6);
@@ -507,34 +432,26 @@ fn delay(engine: &Engine) -> Result<Vec<Row>> {
     let moved = beat_phase(&radar, r, 4, last) - beat_phase(&radar, r, 4, 0) - rate;
     let source = "delay of eq. 11 in eq. 12, every sample";
     Ok(vec![
-        row(
-            "delay",
-            "-20 m/s, 2.46 GHz, f64: largest phase error",
-            "rad",
-            (None, Gate::AtMost(1e-6)),
-            phase,
-            source,
-        ),
-        row(
-            "delay",
+        at_most("-20 m/s, 2.46 GHz, f64: largest phase error", "rad", 1e-6, phase, source),
+        at_most(
             "the same on this engine: largest error over the peak",
             "dB",
-            (None, Gate::AtMost(-80.0)),
+            -80.0,
             2.0 * db_from_power(error),
             source,
         ),
-        row(
-            "delay",
+        Comparison::new(
             "phase that stop-and-hop would miss over a chirp",
             "rad",
-            (None, Gate::Shown),
+            None,
+            Tolerance::Shown,
             moved,
             source,
         ),
     ])
 }
 
-fn level(engine: &Engine) -> Result<Vec<Row>> {
+fn level(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.thermal_noise = false;
     // 50 m in the middle of cell 125.
@@ -556,42 +473,14 @@ fn level(engine: &Engine) -> Result<Vec<Row>> {
     let hand = 46.0 - 48.1935 - 32.9763 - 67.9588;
     let source = "radar equation, worked out by hand";
     Ok(vec![
-        row(
-            "level",
-            "10 dBsm at 50 m: cell of the map",
-            "dBm",
-            (hand, Gate::Within(0.05)),
-            dbm_from_w(cell),
-            source,
-        ),
-        row(
-            "level",
-            "10 dBsm at 50 m: point's power",
-            "dBm",
-            (hand, Gate::Within(0.05)),
-            point.power_dbm,
-            source,
-        ),
-        row(
-            "level",
-            "10 dBsm at 50 m: point's cross section",
-            "dBsm",
-            (10.0, Gate::Within(0.05)),
-            point.rcs_dbsm,
-            source,
-        ),
-        row(
-            "level",
-            "10 dBsm at 50 m: point's range",
-            "m",
-            (50.0, Gate::Within(0.04)),
-            point.range_m,
-            "a tenth of a cell",
-        ),
+        near("10 dBsm at 50 m: cell of the map", "dBm", (hand, 0.05), dbm_from_w(cell), source),
+        near("10 dBsm at 50 m: point's power", "dBm", (hand, 0.05), point.power_dbm, source),
+        near("10 dBsm at 50 m: point's cross section", "dBsm", (10.0, 0.05), point.rcs_dbsm, source),
+        near("10 dBsm at 50 m: point's range", "m", (50.0, 0.04), point.range_m, "a tenth of a cell"),
     ])
 }
 
-fn noise(engine: &Engine) -> Result<Vec<Row>> {
+fn noise(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.chirps = 512;
     radar.processing.doppler_fft = 512;
@@ -601,10 +490,10 @@ fn noise(engine: &Engine) -> Result<Vec<Row>> {
     let hand = 1.380649e-23 * 290.0 * 10f64.powf(1.3) * 20e6;
     let source = "k T0 F fs, by hand";
     let what = format!("variance over {:.2e} samples", cube.data.len() as f64);
-    Ok(vec![row("noise", what, "W", (hand, Gate::Share(0.01)), mean_power(&cube.data), source)])
+    Ok(vec![share(&what, "W", (hand, 0.01), mean_power(&cube.data), source)])
 }
 
-fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
+fn processing_gain(engine: &Engine) -> Result<Vec<Comparison>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.processing.angle_window = Window::Rectangle;
     let range = 100.0 * radar.range_bin_m();
@@ -648,7 +537,7 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Row>> {
     // 256 samples, 128 chirps, 12 channels; each Hann window takes 10 lg 1.5.
     let hand = db_from_power(256.0 * 128.0 * 12.0) - 2.0 * db_from_power(1.5);
     let source = "samples x chirps x channels, less two Hann windows";
-    Ok(vec![row("processing gain", "demo77", "dB", (hand, Gate::Within(0.1)), measured, source)])
+    Ok(vec![near("demo77", "dB", (hand, 0.1), measured, source)])
 }
 
 /// |W(f)|² of a window over that at zero, f in bins.
@@ -679,7 +568,7 @@ fn width_and_lobe(w: &[f64]) -> (f64, f64) {
     (a + b, db_from_power(lobe))
 }
 
-fn windows(_: &Engine) -> Result<Vec<Row>> {
+fn windows(_: &Engine) -> Result<Vec<Comparison>> {
     let mut rows = Vec::new();
     for (name, kind, width, lobe) in [
         ("rectangle", Window::Rectangle, 0.886, -13.3),
@@ -687,63 +576,39 @@ fn windows(_: &Engine) -> Result<Vec<Row>> {
         ("Hamming", Window::Hamming, 1.303, -42.7),
     ] {
         let (w, l) = width_and_lobe(&window::coefficients(kind, 512)?);
-        rows.push(row(
-            "window",
-            format!("{name}: 3-dB width"),
-            "bins",
-            (width, Gate::Within(1e-3)),
-            w,
-            "Harris 1978",
-        ));
-        rows.push(row(
-            "window",
-            format!("{name}: highest side lobe"),
-            "dB",
-            (lobe, Gate::Within(0.1)),
-            l,
-            "Harris 1978",
-        ));
+        rows.push(near(&format!("{name}: 3-dB width"), "bins", (width, 1e-3), w, "Harris 1978"));
+        rows.push(near(&format!("{name}: highest side lobe"), "dB", (lobe, 0.1), l, "Harris 1978"));
     }
     for db in [60.0, 80.0] {
         let kind = Window::DolphChebyshev { side_lobe_db: db };
         let (_, l) = width_and_lobe(&window::coefficients(kind, 256)?);
         let what = format!("Dolph-Chebyshev {db} dB: highest side lobe");
-        rows.push(row("window", what, "dB", (-db, Gate::Within(0.1)), l, "its definition"));
+        rows.push(near(&what, "dB", (-db, 0.1), l, "its definition"));
     }
     Ok(rows)
 }
 
-fn cfar(engine: &Engine) -> Result<Vec<Row>> {
+fn cfar(engine: &Engine) -> Result<Vec<Comparison>> {
     let ca = |looks: usize, n: usize, pfa: f64| cfar_ca::factor(looks, n, pfa);
     let os = |looks: usize, n: usize, k: usize| cfar_os::factor(looks, n, k, 1e-3).map(|f| f.factor);
-    let digits = |places: i32| Gate::Within(0.5 * 10f64.powi(-places));
+    let digits = |places: i32| 0.5 * 10f64.powi(-places);
     let mut rows = vec![
-        row(
-            "cfar",
-            "CA factor, N 100, Pfa 0.1, one look",
-            "",
-            (2.3293, digits(4)),
-            ca(1, 100, 0.1)?,
-            "closed form",
-        ),
-        row(
-            "cfar",
+        near("CA factor, N 100, Pfa 0.1, one look", "", (2.3293, digits(4)), ca(1, 100, 0.1)?, "closed form"),
+        near(
             "CA factor, N 216, Pfa 1e-3, 12 looks",
             "",
             (2.138, digits(3)),
             ca(12, 216, 1e-3)?,
             "F quantile",
         ),
-        row(
-            "cfar",
+        near(
             "OS factor, N 20, k 15, Pfa 1e-3, one look",
             "",
             (6.8554, digits(4)),
             os(1, 20, 15)?,
             "closed form",
         ),
-        row(
-            "cfar",
+        near(
             "OS factor, N 216, k 162, Pfa 1e-3, 12 looks",
             "",
             (1.82, digits(2)),
@@ -765,13 +630,6 @@ fn cfar(engine: &Engine) -> Result<Vec<Row>> {
     // 99 % of a binomial count; neighbours share training cells, which widens it little (N 168).
     let limit = 2.576 * (0.99 / (0.01 * cells as f64)).sqrt();
     let what = format!("CA false-alarm rate over {cells} cells of noise, 12 looks");
-    rows.push(row(
-        "cfar",
-        what,
-        "",
-        (0.01, Gate::Share(limit)),
-        alarms as f64 / cells as f64,
-        "Pfa; 99 % binomial interval",
-    ));
+    rows.push(share(&what, "", (0.01, limit), alarms as f64 / cells as f64, "Pfa; 99 % binomial interval"));
     Ok(rows)
 }

@@ -290,16 +290,11 @@ impl Chart {
         let colour = |value: f64| self.scale.as_ref().map_or(Some(GREY), |s| s.colour(value));
         match layer {
             Layer::Cells { x, y, rows, columns, values } => {
-                let across = spans(&self.x, frame.w, *x, *columns, false);
-                let down = spans(&self.y, frame.h, *y, *rows, true);
-                let boxes = cell_boxes(frame, &across, &down, *columns, values, &colour);
-                c.boxes(boxes);
+                c.boxes(self.cell_boxes(frame, (*x, *y), (*rows, *columns), values, &colour));
             }
             Layer::Classes { x, y, rows, columns, values, colours } => {
-                let across = spans(&self.x, frame.w, *x, *columns, false);
-                let down = spans(&self.y, frame.h, *y, *rows, true);
                 let of = |value: f64| colours.get(value as usize).copied();
-                c.boxes(cell_boxes(frame, &across, &down, *columns, values, &of));
+                c.boxes(self.cell_boxes(frame, (*x, *y), (*rows, *columns), values, &of));
             }
             Layer::Line { points, pen } => {
                 let inside = frame.grown(8.0);
@@ -333,6 +328,44 @@ impl Chart {
                 c.polygon(&clip_polygon(&pixels, frame.grown(8.0)), *fill, *stroke);
             }
         }
+    }
+
+    /// Boxes on whole device pixels, of cells between the edges (x, y). Where cells are smaller than a pixel, the
+    /// largest one shows, so that a peak is never lost.
+    fn cell_boxes(
+        &self,
+        frame: Rect,
+        edges: ((f64, f64), (f64, f64)),
+        (rows, columns): (usize, usize),
+        values: &[f64],
+        colour: &dyn Fn(f64) -> Option<Rgb>,
+    ) -> Vec<(Rect, Rgb)> {
+        let across = spans(&self.x, frame.w, edges.0, columns, false);
+        let mut boxes: Vec<(Rect, Rgb)> = Vec::new();
+        for row in spans(&self.y, frame.h, edges.1, rows, true) {
+            let y = frame.y + row.from as f64 / SCALE;
+            let h = (row.to - row.from) as f64 / SCALE;
+            // The right-hand end and the colour of the box that may still grow.
+            let mut open: Option<(usize, Rgb)> = None;
+            for column in &across {
+                let mut largest = f64::NAN;
+                for r in row.cells.0..=row.cells.1 {
+                    let line = r * columns;
+                    for v in values.get(line + column.cells.0..=line + column.cells.1).unwrap_or(&[]) {
+                        largest = largest.max(*v);
+                    }
+                }
+                let rgb = colour(largest);
+                let (x, x1) = (frame.x + column.from as f64 / SCALE, frame.x + column.to as f64 / SCALE);
+                match (rgb, boxes.last_mut()) {
+                    (Some(rgb), Some((r, _))) if open == Some((column.from, rgb)) => r.w = x1 - r.x,
+                    (Some(rgb), _) => boxes.push((Rect { x, y, w: x1 - x, h }, rgb)),
+                    (None, _) => {}
+                }
+                open = rgb.map(|rgb| (column.to, rgb));
+            }
+        }
+        boxes
     }
 }
 
@@ -537,49 +570,6 @@ fn spans(axis: &Axis, length: f64, edges: (f64, f64), count: usize, downwards: b
     out
 }
 
-/// Boxes on whole device pixels. Where cells are smaller than a pixel, the largest one shows, so
-/// that a peak is never lost.
-fn cell_boxes(
-    frame: Rect,
-    across: &[Span],
-    down: &[Span],
-    columns: usize,
-    values: &[f64],
-    colour: &dyn Fn(f64) -> Option<Rgb>,
-) -> Vec<(Rect, Rgb)> {
-    let mut boxes: Vec<(Rect, Rgb)> = Vec::new();
-    for row in down {
-        let y = frame.y + row.from as f64 / SCALE;
-        let h = (row.to - row.from) as f64 / SCALE;
-        let mut open: Option<(f64, f64, Rgb)> = None;
-        let mut close = |open: &mut Option<(f64, f64, Rgb)>| {
-            if let Some((x0, x1, rgb)) = open.take() {
-                boxes.push((Rect { x: x0, y, w: x1 - x0, h }, rgb));
-            }
-        };
-        for column in across {
-            let mut largest = f64::NAN;
-            for r in row.cells.0..=row.cells.1 {
-                let line = r * columns;
-                for v in values.get(line + column.cells.0..=line + column.cells.1).unwrap_or(&[]) {
-                    largest = largest.max(*v);
-                }
-            }
-            let (x0, x1) = (frame.x + column.from as f64 / SCALE, frame.x + column.to as f64 / SCALE);
-            let rgb = colour(largest);
-            match (&mut open, rgb) {
-                (Some(run), Some(rgb)) if run.2 == rgb && run.1 == x0 => run.1 = x1,
-                _ => {
-                    close(&mut open);
-                    open = rgb.map(|rgb| (x0, x1, rgb));
-                }
-            }
-        }
-        close(&mut open);
-    }
-    boxes
-}
-
 /// Parts of a polyline inside a box (Liang and Barsky 1984).
 fn clip_polyline(points: &[(f64, f64)], r: Rect) -> Vec<Vec<(f64, f64)>> {
     let mut runs: Vec<Vec<(f64, f64)>> = Vec::new();
@@ -691,32 +681,5 @@ pub fn heat_map(
     let (x, y) = ((chart.x.lo, chart.x.hi), (chart.y.lo, chart.y.hi));
     chart.layers.push(Layer::Cells { x, y, rows, columns, values });
     chart.scale = Some(scale);
-    chart
-}
-
-/// Points, coloured by a third quantity when a scale is given.
-pub fn scatter(
-    title: &str,
-    x_label: &str,
-    y_label: &str,
-    points: &[[f64; 2]],
-    colour: Option<(Vec<f64>, Scale)>,
-) -> Chart {
-    let range = |i: usize| {
-        let (lo, hi) = finite_range(points.iter().map(|p| p[i])).unwrap_or((0.0, 1.0));
-        let pad = 0.04 * (hi - lo);
-        (lo - pad, hi + pad)
-    };
-    let (x, y) = (range(0), range(1));
-    let mut chart = Chart::new(title, Axis::new(x_label, x.0, x.1), Axis::new(y_label, y.0, y.1));
-    let mark = Mark::Dot { radius: 3.0 };
-    let paint = match colour {
-        Some((values, scale)) => {
-            chart.scale = Some(scale);
-            Paint::Scaled(values)
-        }
-        None => Paint::Fixed(CURVE_COLOURS[0]),
-    };
-    chart.layers.push(Layer::Marks { points: points.to_vec(), mark, paint });
     chart
 }

@@ -88,12 +88,10 @@ fn title_from(path: &Path) -> String {
 fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Picture, usize)> {
     let table = Table::read(path)?;
     if table.has("vv_dbsm") {
-        let column = |name: &str| table.numbers(name);
-        let (f, az, el) = (column("frequency_hz")?, column("azimuth_deg")?, column("elevation_deg")?);
-        let (vv, vh, hv, hh) =
-            (column("vv_dbsm")?, column("vh_dbsm")?, column("hv_dbsm")?, column("hh_dbsm")?);
+        let [f, az, el] = columns(&table, ["frequency_hz", "azimuth_deg", "elevation_deg"])?;
+        let [vv, vh, hv, hh] = columns(&table, ["vv_dbsm", "vh_dbsm", "hv_dbsm", "hh_dbsm"])?;
         let receive = match table.has("rx_azimuth_deg") {
-            true => Some([column("rx_azimuth_deg")?, column("rx_elevation_deg")?]),
+            true => Some(columns(&table, ["rx_azimuth_deg", "rx_elevation_deg"])?),
             false => None,
         };
         let rows: Vec<RcsRow> = (0..table.len())
@@ -117,33 +115,33 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
         return Ok((picture, gaps));
     }
     let radar = [FieldOfView::default()];
-    if table.has("x_m") && table.has("y_m") && table.has("range_rate_mps") {
-        let (x, y, v) = (table.numbers("x_m")?, table.numbers("y_m")?, table.numbers("range_rate_mps")?);
-        let points = points(&x, &y, &v);
-        let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
-        let input = BirdsEye { title, points: &points, radars: &radar, ..Default::default() };
-        return Ok((birds_eye(&input)?, gaps));
-    }
-    if table.has("range_m") && table.has("azimuth_deg") && table.has("power_dbm") {
-        let (r, az, p) =
-            (table.numbers("range_m")?, table.numbers("azimuth_deg")?, table.numbers("power_dbm")?);
+    let has = |names: [&str; 3]| names.iter().all(|n| table.has(n));
+    let (points, colour_label) = if has(["x_m", "y_m", "range_rate_mps"]) {
+        let [x, y, v] = columns(&table, ["x_m", "y_m", "range_rate_mps"])?;
+        (points(&x, &y, &v), None)
+    } else if has(["range_m", "azimuth_deg", "power_dbm"]) {
+        let [r, az, p] = columns(&table, ["range_m", "azimuth_deg", "power_dbm"])?;
         let el =
             if table.has("elevation_deg") { table.numbers("elevation_deg")? } else { vec![0.0; r.len()] };
         let across: Vec<f64> = r.iter().zip(&el).map(|(r, e)| r * e.to_radians().cos()).collect();
         let x: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().cos()).collect();
         let y: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().sin()).collect();
-        let points = points(&x, &y, &p);
-        let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
-        let input = BirdsEye {
-            title,
-            points: &points,
-            radars: &radar,
-            colour_label: Some("power (dBm)"),
-            ..Default::default()
-        };
-        return Ok((birds_eye(&input)?, gaps));
+        (points(&x, &y, &p), Some("power (dBm)"))
+    } else {
+        return Err(BadInput::new("this table cannot be plotted").file(path).allowed(KINDS).into());
+    };
+    let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
+    let input = BirdsEye { title, points: &points, radars: &radar, colour_label, ..Default::default() };
+    Ok((birds_eye(&input)?, gaps))
+}
+
+/// Columns of numbers, in the order of their names.
+fn columns<const N: usize>(table: &Table, names: [&str; N]) -> Result<[Vec<f64>; N]> {
+    let mut out = [const { Vec::new() }; N];
+    for (column, name) in out.iter_mut().zip(names) {
+        *column = table.numbers(name)?;
     }
-    Err(BadInput::new("this table cannot be plotted").file(path).allowed(KINDS).into())
+    Ok(out)
 }
 
 fn points(x: &[f64], y: &[f64], value: &[f64]) -> Vec<BirdsEyePoint> {

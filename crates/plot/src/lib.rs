@@ -19,8 +19,7 @@ pub use axis::Axis;
 pub use birds_eye::{BirdsEye, BirdsEyePoint, FieldOfView, Outline, birds_eye};
 pub use canvas::{Pen, Picture, Rgb};
 pub use chart::{
-    Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map,
-    lines, scatter,
+    Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map, lines,
 };
 pub use classes::{class_colour, class_name};
 pub use file::{PlotOptions, Plotted, plot_file};
@@ -28,7 +27,7 @@ pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_pict
 pub use polar::polar;
 pub use profile::{RangeProfile, range_profile};
 pub use range_doppler::{RangeDoppler, Unmarked, noise_scale, range_doppler};
-pub use rcs::{RcsRow, RcsStyle, rcs_lines, rcs_map, rcs_picture, rcs_polar};
+pub use rcs::{RcsRow, RcsStyle, rcs_lines, rcs_picture, rcs_polar};
 pub use solid::{SolidView, solid_picture, solid_sheet};
 pub use study::{Panel, study_picture};
 

@@ -68,10 +68,6 @@ fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
 }
 
 /// RCS over azimuth and elevation, `rcs_dbsm` as `[elevation, azimuth]`; axes evenly spaced.
-pub fn rcs_map(title: &str, azimuth_deg: &[f64], elevation_deg: &[f64], rcs_dbsm: &[f64]) -> Result<Picture> {
-    rcs_map_chart(title, "", azimuth_deg, elevation_deg, rcs_dbsm).draw()
-}
-
 /// `who`: whose angles they are.
 fn rcs_map_chart(
     title: &str,

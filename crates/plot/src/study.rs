@@ -135,20 +135,15 @@ fn outline(x: &[f64], y: &[f64], values: &[f64], level: f64) -> Vec<[[f64; 2]; 2
             }
             let [a, b, c, d] = corners;
             let (x0, x1, y0, y1) = (x[i - 1], x[i], y[j - 1], y[j]);
-            let mut ends: Vec<[f64; 2]> = Vec::new();
-            let differ = |p: f64, q: f64| (p >= level) != (q >= level);
-            if differ(a, b) {
-                ends.push([cut(x0, x1, a, b), y0]);
-            }
-            if differ(b, c) {
-                ends.push([x1, cut(y0, y1, b, c)]);
-            }
-            if differ(d, c) {
-                ends.push([cut(x0, x1, d, c), y1]);
-            }
-            if differ(a, d) {
-                ends.push([x0, cut(y0, y1, a, d)]);
-            }
+            // Where the level crosses the four sides.
+            let sides = [
+                (a, b, [cut(x0, x1, a, b), y0]),
+                (b, c, [x1, cut(y0, y1, b, c)]),
+                (d, c, [cut(x0, x1, d, c), y1]),
+                (a, d, [x0, cut(y0, y1, a, d)]),
+            ];
+            let crossed = sides.iter().filter(|(p, q, _)| (*p >= level) != (*q >= level));
+            let ends: Vec<[f64; 2]> = crossed.map(|s| s.2).collect();
             pieces.extend(ends.chunks_exact(2).map(|e| [e[0], e[1]]));
         }
     }

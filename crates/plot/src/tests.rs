@@ -463,7 +463,6 @@ fn odd_numbers_draw_something() {
         lines("", "x", "y", &curves).draw().unwrap();
         rcs_polar("", &curves).unwrap();
         rcs_lines("", "azimuth (deg)", &curves).unwrap();
-        scatter("", "x", "y", &points, None).draw().unwrap();
         let ranges: Vec<f64> = points.iter().map(|p| p[0]).collect();
         let powers: Vec<f64> = points.iter().map(|p| p[1]).collect();
         range_profile(&RangeProfile {

@@ -2,7 +2,7 @@
 
 use super::outcome::Outcome;
 use super::parameter::Value;
-use super::spec::{Fact, FactKind};
+use super::spec::{Fact, FactKind, Sweep};
 use catseye::error::BadInput;
 
 impl Fact {
@@ -97,11 +97,7 @@ impl Fact {
     fn chosen(&self, outcome: &Outcome, at: &[(usize, Value)]) -> (Vec<f64>, Vec<f64>) {
         let mut shape = outcome.shape();
         let mut y = outcome.fields[self.quantity].values.clone();
-        let mut places: Vec<Vec<f64>> = outcome
-            .axes
-            .iter()
-            .map(|a| a.numbers().unwrap_or_else(|| (0..a.values.len()).map(|i| i as f64).collect()))
-            .collect();
+        let mut places: Vec<Vec<f64>> = outcome.axes.iter().map(Sweep::places).collect();
         let mut keep: Vec<Vec<usize>> = shape.iter().map(|n| (0..*n).collect()).collect();
         for (axis, [lo, hi]) in &self.within {
             keep[*axis].retain(|&i| (*lo..=*hi).contains(&places[*axis][i]));
@@ -154,14 +150,15 @@ fn weights(outcome: &Outcome, axis: usize, value: &Value) -> Vec<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::outcome::{Axis, Field};
+    use crate::study::outcome::Field;
 
     fn outcome() -> Outcome {
-        let axis = |name: &str, v: &[f64], names: &[&str]| Axis {
+        let axis = |name: &str, v: &[f64], names: &[&str]| Sweep {
             parameter: name.into(),
             label: name.into(),
             values: v.iter().map(|x| Value::Number(*x)).collect(),
             names: names.iter().map(|n| n.to_string()).collect(),
+            reduce: None,
         };
         Outcome {
             axes: vec![

@@ -3,7 +3,7 @@
 use super::parameter::{self, TARGET_PREFIX, Value, Values};
 use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
 use super::spec::{
-    Fact, FactKind, Goal, Limit, PictureKind, PictureSpec, Quantity, Reduce, Search, Study, Sweep,
+    Fact, FactKind, Goal, PictureKind, PictureTable, Quantity, Reduce, SearchTable, Study, Sweep,
 };
 use super::view::{Mount, ViewKind};
 use catseye::error::{BadInput, Error, Result, nearest};
@@ -125,15 +125,23 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
     }
 }
 
+fn three() -> At<usize> {
+    3.into()
+}
+
+fn tenth() -> At<f64> {
+    0.1.into()
+}
+
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {
     /// Facets met by one beam (default 3).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bounces: Option<At<usize>>,
+    #[serde(default = "three")]
+    pub bounces: At<usize>,
     /// Error that curved bodies and finite ranges may have (default 0.1).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy_db: Option<At<f64>>,
+    #[serde(default = "tenth")]
+    pub accuracy_db: At<f64>,
     /// "every" (default) or "last": which bounces radiate.
     #[serde(default)]
     pub convention: ConventionName,
@@ -145,8 +153,8 @@ pub struct SolverTable {
 impl Default for SolverTable {
     fn default() -> Self {
         SolverTable {
-            bounces: None,
-            accuracy_db: None,
+            bounces: three(),
+            accuracy_db: tenth(),
             convention: ConventionName::Every,
             diffraction: DiffractionName::None,
         }
@@ -227,23 +235,6 @@ pub struct MountTable {
     pub elevation_deg: At<f64>,
 }
 
-#[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PictureTable {
-    /// Default: curves.
-    #[serde(default)]
-    pub kind: PictureKind,
-    /// Limits of the quantity in dB or its own unit: of the upward axis, or of the colours.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub limits: Option<At<[f64; 2]>>,
-    /// Panels side by side (default 2).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub columns: Option<At<usize>>,
-    /// Levels to outline on a map.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contours: Option<At<Vec<f64>>>,
-}
-
 /// A statement of a document beside what this study gives.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -274,33 +265,6 @@ pub struct FactTable {
     /// Why the two differ.
     #[serde(default)]
     pub why: String,
-}
-
-#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SearchTable {
-    pub goal: Goal,
-    /// The parameter that costs; the best of the others is sought for each of its values.
-    pub front: At<String>,
-    pub front_values: At<Vec<f64>>,
-    /// Parameters to search, each with its limits.
-    pub parameter: Vec<LimitTable>,
-    /// Places from which to start (default 6).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub starts: Option<At<usize>>,
-    /// Steps of the simplex from each start (default 40).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steps: Option<At<u64>>,
-    #[serde(default)]
-    pub seed: u64,
-}
-
-#[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LimitTable {
-    pub name: At<String>,
-    pub min: At<f64>,
-    pub max: At<f64>,
 }
 
 /// More points than this are refused.
@@ -344,6 +308,16 @@ impl Reader<'_> {
         b.placed(self.doc.bad(&at.span, "")).into()
     }
 
+    /// A complaint about a value of the file.
+    fn refused<R, T>(&self, at: &At<T>, problem: &str, remedy: &str) -> Result<R> {
+        Err(self.here(at, BadInput::new(problem).remedy(remedy)))
+    }
+
+    /// A complaint about a key that may not be there.
+    fn about(&self, key: &str, problem: &str) -> BadInput {
+        BadInput::new(problem).file(self.doc.file()).key(key)
+    }
+
     fn inside(&self, e: Error) -> Error {
         match e {
             Error::Input(b) if b.file.is_none() => (*b).file(self.doc.file()).into(),
@@ -366,11 +340,8 @@ impl Reader<'_> {
         let mut fixed = Values::new();
         for (key, at) in &t.set {
             if key.starts_with(TARGET_PREFIX) {
-                return Err(self.here(
-                    at,
-                    BadInput::new("belongs into the target's text")
-                        .remedy("write target = \"KIND:name=value,…\""),
-                ));
+                let remedy = "write target = \"KIND:name=value,…\"";
+                return self.refused(at, "belongs into the target's text", remedy);
             }
             parameter::check(key, &at.value).map_err(|b| self.here(at, b))?;
             if let ("target", Value::Word(target)) = (key.as_str(), &at.value) {
@@ -381,9 +352,7 @@ impl Reader<'_> {
         let sweeps = t.sweep.iter().map(|s| self.sweep(s, &fixed)).collect::<Result<Vec<_>>>()?;
         for (i, s) in sweeps.iter().enumerate() {
             if sweeps[..i].iter().any(|o| o.parameter == s.parameter) {
-                return Err(
-                    self.here(&t.sweep[i].parameter, BadInput::new("is swept twice").remedy("keep one"))
-                );
+                return self.refused(&t.sweep[i].parameter, "is swept twice", "keep one");
             }
         }
         let default = |fixed: &mut Values, name: &str, value: Value| {
@@ -401,16 +370,14 @@ impl Reader<'_> {
         let axes = sweeps.iter().filter(|s| s.reduce.is_none()).count();
         if t.search.is_none() {
             if axes == 0 {
-                return Err(BadInput::new("nothing varies")
-                    .file(self.doc.file())
-                    .key("sweep")
+                return Err(self
+                    .about("sweep", "nothing varies")
                     .remedy("give a [[sweep]] with a parameter and its values")
                     .into());
             }
             if axes > 3 {
-                return Err(BadInput::new("more sweeps than a picture has axes, curves and panels")
-                    .file(self.doc.file())
-                    .key("sweep")
+                return Err(self
+                    .about("sweep", "more sweeps than a picture has axes, curves and panels")
                     .value(axes)
                     .allowed("at most 3 that are not reduced")
                     .remedy("fix or reduce some, or write two studies")
@@ -419,30 +386,22 @@ impl Reader<'_> {
         }
         let points = sweeps.iter().fold(1usize, |n, s| n.saturating_mul(s.values.len()));
         if points > MOST_POINTS {
-            return Err(BadInput::new("too many points")
-                .file(self.doc.file())
-                .key("sweep")
+            return Err(self
+                .about("sweep", "too many points")
                 .value(points)
                 .allowed(format!("at most {MOST_POINTS}"))
                 .remedy("take larger steps or split the study")
                 .into());
         }
         let s = &t.solver;
-        let bounces = match &s.bounces {
-            Some(b) => self.doc.in_range(b, 1..=MAX_BOUNCES, "three are enough for a corner")?,
-            None => 3,
-        };
-        let accuracy_db = match &s.accuracy_db {
-            Some(a) => self.doc.in_range(a, 1e-4..=3.0, "give decibels, as in 0.1")?,
-            None => 0.1,
-        };
+        let bounces = self.doc.in_range(&s.bounces, 1..=MAX_BOUNCES, "three are enough for a corner")?;
+        let accuracy_db = self.doc.in_range(&s.accuracy_db, 1e-4..=3.0, "give decibels, as in 0.1")?;
         let detection = t.detection.as_ref().map(|d| self.detection(d)).transpose()?;
         let needs = quantities.iter().any(|q| q.needs_detection())
             || t.search.as_ref().is_some_and(|s| s.goal.needs_detection());
         if needs && detection.is_none() {
-            return Err(BadInput::new("is missing")
-                .file(self.doc.file())
-                .key("detection")
+            return Err(self
+                .about("detection", "is missing")
                 .remedy("sigma_min_dbsm and margin_db need a [detection] table")
                 .into());
         }
@@ -476,7 +435,10 @@ impl Reader<'_> {
             source: source.to_string(),
         };
         self.check_reduce(&study)?;
-        study.search = t.search.as_ref().map(|s| self.search(s, &study)).transpose()?;
+        if let Some(s) = &t.search {
+            self.search(s, &study)?;
+            study.search = Some(s.clone());
+        }
         study.check_points().map_err(|e| self.inside(e))?;
         study.facts = t.fact.iter().map(|f| self.fact(f, &study)).collect::<Result<_>>()?;
         self.check_picture(&study)?;
@@ -488,7 +450,7 @@ impl Reader<'_> {
         for q in &self.table.quantities {
             let found = self.quantity(q)?;
             if out.contains(&found) {
-                return Err(self.here(q, BadInput::new("is asked for twice").remedy("keep one")));
+                return self.refused(q, "is asked for twice", "keep one");
             }
             out.push(found);
         }
@@ -532,9 +494,7 @@ impl Reader<'_> {
     fn sweep(&self, t: &SweepTable, fixed: &Values) -> Result<Sweep> {
         let name = t.parameter.value.clone();
         if fixed.contains_key(&name) {
-            return Err(
-                self.here(&t.parameter, BadInput::new("is set and swept").remedy("keep one of the two"))
-            );
+            return self.refused(&t.parameter, "is set and swept", "keep one of the two");
         }
         if !name.starts_with(TARGET_PREFIX) && parameter::find(&name).is_none() {
             return Err(self.here(&t.parameter, parameter::unknown(&name)));
@@ -542,7 +502,7 @@ impl Reader<'_> {
         let values = match (&t.values, &t.start, &t.stop, &t.step) {
             (Some(v), None, None, None) => {
                 if v.value.is_empty() {
-                    return Err(self.here(v, BadInput::new("the list is empty").remedy("give values")));
+                    return self.refused(v, "the list is empty", "give values");
                 }
                 for x in &v.value {
                     parameter::check(&name, x).map_err(|b| self.here(v, b))?;
@@ -602,22 +562,13 @@ impl Reader<'_> {
                         .remedy("ask for margin_db and nothing else"),
                 ));
             }
-            let ascending = s.values.windows(2).all(|w| match (&w[0], &w[1]) {
-                (Value::Number(a), Value::Number(b)) => a < b,
-                _ => false,
-            });
+            let ascending = s.numbers().is_some_and(|x| x.windows(2).all(|w| w[0] < w[1]));
             if !ascending || s.values.len() < 2 {
-                return Err(self.here(
-                    at,
-                    BadInput::new("a range needs distances in growing order").remedy("sweep longitudinal_m"),
-                ));
+                return self.refused(at, "a range needs distances in growing order", "sweep longitudinal_m");
             }
             if study.sweeps.iter().filter(|o| o.reduce.is_some()).count() > 1 {
-                return Err(self.here(
-                    at,
-                    BadInput::new("a detection range is the only thing that may be reduced")
-                        .remedy("keep one"),
-                ));
+                let problem = "a detection range is the only thing that may be reduced";
+                return self.refused(at, problem, "keep one");
             }
         }
         Ok(())
@@ -642,23 +593,15 @@ impl Reader<'_> {
         Ok(mounts)
     }
 
-    fn picture(&self) -> Result<PictureSpec> {
+    fn picture(&self) -> Result<PictureTable> {
         let p = &self.table.picture;
         if let Some(l) = &p.limits
             && !(l.value[0] < l.value[1] && l.value.iter().all(|x| x.is_finite()))
         {
             return Err(self.here(l, BadInput::new("must be two growing numbers")));
         }
-        let columns = match &p.columns {
-            Some(c) => self.doc.in_range(c, 1..=6, "panels side by side")?,
-            None => 2,
-        };
-        Ok(PictureSpec {
-            kind: p.kind,
-            limits: p.limits.as_ref().map(|l| l.value),
-            columns,
-            contours: p.contours.as_ref().map_or(Vec::new(), |c| c.value.clone()),
-        })
+        self.doc.in_range(&p.columns, 1..=6, "panels side by side")?;
+        Ok(p.clone())
     }
 
     fn check_picture(&self, study: &Study) -> Result<()> {
@@ -667,9 +610,8 @@ impl Reader<'_> {
         }
         let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
         let bad = |problem: &str| {
-            Err(BadInput::new(problem)
-                .file(self.doc.file())
-                .key("picture.kind")
+            Err(self
+                .about("picture.kind", problem)
                 .value("map")
                 .allowed("two sweeps of evenly spaced numbers first")
                 .remedy("use kind = \"curves\", or a grid")
@@ -679,14 +621,7 @@ impl Reader<'_> {
             return bad("a map has two axes");
         }
         for s in &axes[..2] {
-            let x: Vec<f64> = s
-                .values
-                .iter()
-                .map(|v| match v {
-                    Value::Number(x) => *x,
-                    Value::Word(_) => f64::NAN,
-                })
-                .collect();
+            let x: Vec<f64> = s.values.iter().map(|v| v.number().unwrap_or(f64::NAN)).collect();
             let step = (x[x.len() - 1] - x[0]) / (x.len().max(2) - 1) as f64;
             // A word on the axis is NaN and on no grid.
             let on_grid = |(i, v): (usize, &f64)| (v - x[0] - i as f64 * step).abs() <= 1e-6 * step.abs();
@@ -702,7 +637,7 @@ impl Reader<'_> {
         let doc = self.doc;
         let db = |a: &At<f64>| doc.in_range(a, -1000.0..=1000.0, "give decibels");
         let missing = |key: &str, remedy: &str| -> Error {
-            BadInput::new("is missing").file(doc.file()).key(format!("detection.{key}")).remedy(remedy).into()
+            self.about(&format!("detection.{key}"), "is missing").remedy(remedy).into()
         };
         let belongs = |span: &std::ops::Range<usize>, to: &str| -> Error {
             doc.bad(span, format!("belongs to method = \"{to}\"")).remedy("take the key out").into()
@@ -777,9 +712,8 @@ impl Reader<'_> {
         let snr = self.table.set.contains_key("snr_db")
             || self.table.sweep.iter().any(|s| s.parameter.value == "snr_db");
         if !snr {
-            return Err(BadInput::new("is missing")
-                .file(doc.file())
-                .key("set.snr_db")
+            return Err(self
+                .about("set.snr_db", "is missing")
                 .remedy("give the signal-to-noise ratio at which a marker counts as detected, as in 10")
                 .into());
         }
@@ -791,13 +725,11 @@ impl Reader<'_> {
         })
     }
 
-    fn search(&self, t: &SearchTable, study: &Study) -> Result<Search> {
+    fn search(&self, t: &SearchTable, study: &Study) -> Result<()> {
         let own = |at: &At<String>| -> Result<()> {
             let n = &at.value;
             if study.fixed.contains_key(n) || study.sweeps.iter().any(|s| &s.parameter == n) {
-                return Err(
-                    self.here(at, BadInput::new("is set or swept as well").remedy("keep one of the two"))
-                );
+                return self.refused(at, "is set or swept as well", "keep one of the two");
             }
             let is_number =
                 matches!(parameter::find(n).map(|p| p.kind), Some(parameter::Kind::Number { .. }));
@@ -807,58 +739,37 @@ impl Reader<'_> {
             Err(self.here(at, parameter::unknown(n)))
         };
         own(&t.front)?;
-        let sound = !t.front_values.value.is_empty() && t.front_values.value.iter().all(|x| x.is_finite());
-        if !sound {
-            return Err(
-                self.here(&t.front_values, BadInput::new("must be finite numbers").remedy("give some"))
-            );
+        let front = &t.front_values;
+        if front.value.is_empty() || !front.value.iter().all(|x| x.is_finite()) {
+            return self.refused(front, "must be finite numbers", "give some");
         }
-        let mut limits = Vec::new();
-        for p in &t.parameter {
+        for (i, p) in t.parameter.iter().enumerate() {
             own(&p.name)?;
-            if p.name.value == t.front.value || limits.iter().any(|l: &Limit| l.name == p.name.value) {
-                return Err(self.here(&p.name, BadInput::new("is given twice").remedy("keep one")));
+            if p.name == t.front || t.parameter[..i].iter().any(|l| l.name == p.name) {
+                return self.refused(&p.name, "is given twice", "keep one");
             }
             if !(p.min.value.is_finite() && p.max.value.is_finite() && p.min.value < p.max.value) {
-                return Err(self.here(
-                    &p.max,
-                    BadInput::new("must be larger than min").remedy("a fixed parameter goes into the target"),
-                ));
+                let remedy = "a fixed parameter goes into the target";
+                return self.refused(&p.max, "must be larger than min", remedy);
             }
-            limits.push(Limit { name: p.name.value.clone(), min: p.min.value, max: p.max.value });
         }
-        if limits.is_empty() || limits.len() > 8 {
-            return Err(BadInput::new("there is nothing to search, or too much")
-                .file(self.doc.file())
-                .key("search.parameter")
-                .value(limits.len())
+        if t.parameter.is_empty() || t.parameter.len() > 8 {
+            return Err(self
+                .about("search.parameter", "there is nothing to search, or too much")
+                .value(t.parameter.len())
                 .allowed("1..=8 parameters")
                 .into());
         }
-        if t.goal == Goal::DetectionRange
-            && !study.sweeps.iter().any(|s| s.parameter == "longitudinal_m" && s.values.len() > 1)
-        {
-            return Err(BadInput::new("a detection range needs distances")
-                .file(self.doc.file())
-                .key("search.goal")
+        let distances = |s: &Sweep| s.parameter == "longitudinal_m" && s.values.len() > 1;
+        if t.goal == Goal::DetectionRange && !study.sweeps.iter().any(distances) {
+            return Err(self
+                .about("search.goal", "a detection range needs distances")
                 .remedy("sweep longitudinal_m")
                 .into());
         }
-        Ok(Search {
-            goal: t.goal,
-            front: t.front.value.clone(),
-            front_values: t.front_values.value.clone(),
-            limits,
-            starts: t
-                .starts
-                .as_ref()
-                .map_or(Ok(6), |s| self.doc.in_range(s, 1..=1000, "a few are enough"))?,
-            steps: t
-                .steps
-                .as_ref()
-                .map_or(Ok(40), |s| self.doc.in_range(s, 1..=10_000, "some tens are enough"))?,
-            seed: t.seed,
-        })
+        self.doc.in_range(&t.starts, 1..=1000, "a few are enough")?;
+        self.doc.in_range(&t.steps, 1..=10_000, "some tens are enough")?;
+        Ok(())
     }
 
     fn fact(&self, t: &FactTable, study: &Study) -> Result<Fact> {
@@ -884,22 +795,11 @@ impl Reader<'_> {
                     let i = on_axis(key, &|b| self.here(at, b))?;
                     let s = axes[i];
                     let named = s.names.iter().any(|n| *n == at.value.to_string());
-                    let between = match &at.value {
-                        Value::Number(x) => {
-                            let numbers: Vec<f64> = s
-                                .values
-                                .iter()
-                                .filter_map(|v| match v {
-                                    Value::Number(n) => Some(*n),
-                                    Value::Word(_) => None,
-                                })
-                                .collect();
-                            let lo = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-                            let hi = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                            numbers.len() == s.values.len() && (lo - 1e-9..=hi + 1e-9).contains(x)
-                        }
-                        Value::Word(_) => false,
-                    };
+                    let between = at.value.number().zip(s.numbers()).is_some_and(|(x, numbers)| {
+                        let lo = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+                        let hi = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                        (lo - 1e-9..=hi + 1e-9).contains(&x)
+                    });
                     if !named && !between {
                         return Err(self.here(
                             at,

@@ -21,5 +21,5 @@ pub mod spec;
 pub mod view;
 
 pub use file::StudyFile;
-pub use outcome::{Axis, Outcome};
-pub use spec::{Quantity, Study};
+pub use outcome::Outcome;
+pub use spec::{Quantity, Study, Sweep};

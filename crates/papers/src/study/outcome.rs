@@ -1,36 +1,14 @@
 //! What a study gives: quantities over the axes that are left after reducing.
 
-use super::parameter::{Value, Values, number_of, word_of};
+use super::parameter::{Values, number_of, word_of};
 use super::sigma_min::snr_db;
 use super::solve::{Cache, Case, Matrix, Source, Sources, SphereMarking, cross_section_m2, solve};
-use super::spec::{Quantity, Reduce, Study};
+use super::spec::{Quantity, Reduce, Study, Sweep};
 use super::view::{View, view};
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::units::{db_from_power, power_from_db};
 use std::collections::HashMap;
-
-/// One axis of the result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
-    pub parameter: String,
-    pub label: String,
-    pub values: Vec<Value>,
-    pub names: Vec<String>,
-}
-
-impl Axis {
-    /// The numbers along the axis, or None when words stand on it.
-    pub fn numbers(&self) -> Option<Vec<f64>> {
-        self.values
-            .iter()
-            .map(|v| match v {
-                Value::Number(x) => Some(*x),
-                Value::Word(_) => None,
-            })
-            .collect()
-    }
-}
 
 /// One quantity over the axes, row-major, the last axis fastest. NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +21,7 @@ pub struct Field {
 /// What a study gives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    pub axes: Vec<Axis>,
+    pub axes: Vec<Sweep>,
     pub fields: Vec<Field>,
     /// Different cross sections that were solved.
     pub solved: usize,
@@ -68,18 +46,8 @@ pub fn compute(
     let heights = work.sources.scenes.iter().filter_map(|s| s.height_m);
     let heights_m = heights
         .fold(None, |r: Option<(f64, f64)>, h| Some(r.map_or((h, h), |(lo, hi)| (lo.min(h), hi.max(h)))));
-    let all: Vec<Axis> = study
-        .sweeps
-        .iter()
-        .map(|s| Axis {
-            parameter: s.parameter.clone(),
-            label: s.label.clone(),
-            values: s.values.clone(),
-            names: s.names.clone(),
-        })
-        .collect();
     let mut outcome = Outcome {
-        axes: all,
+        axes: study.sweeps.clone(),
         fields: study
             .quantities
             .iter()
@@ -200,7 +168,7 @@ impl Point {
     fn rcs_dbsm(&self, mount: usize, solved: &[Matrix]) -> Result<f64> {
         Ok(db_from_power(match &self.seen[mount] {
             PointCase::Case(i) => cross_section_m2(&solved[*i], &self.polarisation),
-            // Balls turn no polarisation.
+            // SphereMarking turn no polarisation.
             PointCase::SphereMarking(_) if matches!(self.polarisation.as_str(), "vh" | "hv") => 0.0,
             PointCase::SphereMarking(b) => b.total_m2(self.frequency_hz, self.views[mount].elevation)?,
             PointCase::Nothing => f64::NAN,
@@ -332,6 +300,7 @@ fn crossing(x: &[f64], margin: &[f64], i: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::parameter::Value;
 
     #[test]
     fn ranges_of_detection() {
@@ -349,11 +318,12 @@ mod tests {
 
     #[test]
     fn an_axis_is_reduced_in_place() {
-        let axis = |name: &str, v: &[f64]| Axis {
+        let axis = |name: &str, v: &[f64]| Sweep {
             parameter: name.into(),
             label: name.into(),
             values: v.iter().map(|x| Value::Number(*x)).collect(),
             names: v.iter().map(f64::to_string).collect(),
+            reduce: None,
         };
         let mut o = Outcome {
             axes: vec![axis("a", &[0.0, 1.0]), axis("b", &[0.0, 1.0, 2.0]), axis("c", &[0.0, 1.0])],

@@ -13,6 +13,16 @@ pub enum Value {
     Word(String),
 }
 
+impl Value {
+    /// The number, None for a word.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Value::Number(x) => Some(*x),
+            Value::Word(_) => None,
+        }
+    }
+}
+
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -193,10 +203,7 @@ pub type Values = BTreeMap<String, Value>;
 
 /// The number that a parameter has, if it has one.
 pub fn number_of(values: &Values, name: &str) -> Option<f64> {
-    match values.get(name) {
-        Some(Value::Number(x)) => Some(*x),
-        _ => None,
-    }
+    values.get(name).and_then(Value::number)
 }
 
 /// The word that a parameter has, if it has one.

@@ -3,8 +3,8 @@
 use super::outcome::Outcome;
 use super::parameter::{Value, word_of};
 use super::search::Design;
-use super::spec::Search;
-use super::spec::Study;
+use super::spec::{Fact, SearchTable, Study};
+use crate::comparison::{Comparison, Tolerance};
 use catseye::error::{Error, Result};
 use catseye::formats::csv::Writer;
 use catseye::units::{level_text, wavelength_m};
@@ -17,35 +17,18 @@ pub enum StudyResult {
     Front(Vec<Design>),
 }
 
-/// A fact with our number.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Compared {
-    pub text: String,
-    /// The document's, as it gives it.
-    pub document: Option<Value>,
-    /// None where there is none.
-    pub ours: Option<f64>,
-    pub unit: String,
-    pub why: String,
-}
-
 /// Our number of each fact of a study.
-pub fn compare(study: &Study, given: &StudyResult) -> Vec<Compared> {
+pub fn compare(study: &Study, given: &StudyResult) -> Vec<Comparison> {
     let StudyResult::Table(outcome) = given else { return Vec::new() };
-    study
-        .facts
-        .iter()
-        .map(|f| {
-            let ours = f.ours(outcome);
-            Compared {
-                text: f.text.clone(),
-                document: f.document.clone(),
-                ours: (!ours.is_nan()).then_some(ours),
-                unit: f.unit.clone(),
-                why: f.why.clone(),
-            }
-        })
-        .collect()
+    let row = |f: &Fact| Comparison {
+        name: f.text.clone(),
+        expected: f.document.clone(),
+        ours: f.ours(outcome),
+        unit: f.unit.clone(),
+        tolerance: Tolerance::Shown,
+        source: f.why.clone(),
+    };
+    study.facts.iter().map(row).collect()
 }
 
 /// The lines that a CSV and the report share.
@@ -111,8 +94,9 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
                 row.push(d.tried.to_string());
                 rows.push(row);
             }
-            let names =
-                std::iter::once(search.front.clone()).chain(search.limits.iter().map(|l| l.name.clone()));
+            let names = std::iter::once(&search.front)
+                .chain(search.parameter.iter().map(|l| &l.name))
+                .map(|n| n.value.clone());
             names.chain([search.goal.name(), "on_front", "designs_tried"].map(String::from)).collect()
         }
     };
@@ -125,7 +109,7 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
 }
 
 /// The search of a study that has one.
-pub fn searched(study: &Study) -> Result<&Search> {
+pub fn searched(study: &Study) -> Result<&SearchTable> {
     study.search.as_ref().ok_or_else(|| Error::Failed("a front without a search".into()))
 }
 
@@ -164,7 +148,7 @@ fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
 }
 
 /// One section of the report.
-pub fn section(study: &Study, given: &StudyResult, facts: &[Compared]) -> Result<String> {
+pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Result<String> {
     let mut t = format!("## {}\n\n", study.title);
     if !study.reference.is_empty() {
         let _ = writeln!(t, "Set beside {}.\n", study.reference);
@@ -180,22 +164,21 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Compared]) -> Result
                 let _ =
                     writeln!(t, "| fact | document | here | difference | remark |\n|---|---|---|---|---|");
                 for f in facts {
-                    let (document, difference) = match (&f.document, f.ours) {
-                        (Some(Value::Number(d)), Some(x)) => {
-                            (with_unit(*d, &f.unit), with_unit(x - d, &f.unit))
-                        }
-                        (Some(Value::Number(d)), None) => (with_unit(*d, &f.unit), "–".into()),
-                        (Some(Value::Word(w)), _) => (w.clone(), "–".into()),
-                        (None, _) => ("not given".into(), "–".into()),
+                    let number = |x: f64| if x.is_nan() { "none".into() } else { with_unit(x, &f.unit) };
+                    let document = match &f.expected {
+                        Some(Value::Number(d)) => with_unit(*d, &f.unit),
+                        Some(Value::Word(w)) => w.clone(),
+                        None => "not given".into(),
                     };
-                    let ours = f.ours.map_or("none".into(), |x| with_unit(x, &f.unit));
+                    let (ours, difference) = (number(f.ours), f.error().filter(|e| !e.is_nan()));
+                    let difference = difference.map_or("–".into(), number);
                     let cell = |s: &str| s.replace('|', "\\|").replace('\n', " ");
                     let _ = writeln!(
                         t,
                         "| {} | {} | {ours} | {difference} | {} |",
-                        cell(&f.text),
+                        cell(&f.name),
                         cell(&document),
-                        cell(&f.why)
+                        cell(&f.source)
                     );
                 }
                 t.push('\n');
@@ -206,14 +189,14 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Compared]) -> Result
         }
         StudyResult::Front(designs) => {
             let search = searched(study)?;
-            let names: Vec<&str> = search.limits.iter().map(|l| l.name.as_str()).collect();
+            let names: Vec<&str> = search.parameter.iter().map(|l| l.name.value.as_str()).collect();
             let _ = writeln!(
                 t,
                 "The front of {} against {} ({} designs tried):\n\n| {} | {} | {} |\n|{}",
-                search.front,
+                search.front.value,
                 search.goal.label(),
                 designs.iter().map(|d| d.tried).sum::<u64>(),
-                search.front,
+                search.front.value,
                 names.join(" | "),
                 search.goal.name(),
                 "---|".repeat(names.len() + 2)

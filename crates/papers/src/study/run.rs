@@ -3,10 +3,11 @@
 
 use super::file::load;
 use super::outcome::compute;
-use super::report::{Compared, StudyResult, compare, csv, header, section};
+use super::report::{StudyResult, compare, csv, header, section};
 use super::search::{Design, best};
 use super::solve::Cache;
 use super::spec::Study;
+use crate::comparison::Comparison;
 use catseye::engine::{Engine, EngineReport};
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};
@@ -32,7 +33,7 @@ pub struct StudyReport {
     pub reference: String,
     /// Names in the folder.
     pub files: Vec<String>,
-    pub facts: Vec<Compared>,
+    pub facts: Vec<Comparison>,
     /// The front of a design search.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Vec<Design>>,
@@ -212,10 +213,10 @@ fn one(
             StudyResult::Table(compute(engine, study, Some(&kept), &progress)?)
         }
         Some(search) => {
-            let all = search.front_values.len() as u64;
+            let all = search.front_values.value.len() as u64;
             (options.progress)(study, 0, all);
             let mut designs = Vec::new();
-            for (i, &cost) in search.front_values.iter().enumerate() {
+            for (i, &cost) in search.front_values.value.iter().enumerate() {
                 let identity = format!(
                     "{prefix}|{:?}|{:?}|{:?}|{i}|{:x}",
                     study.fixed,

@@ -7,7 +7,7 @@
 
 use super::outcome::{Work, detection_range};
 use super::parameter::{Value, Values};
-use super::spec::{Goal, Quantity, Search, Study};
+use super::spec::{Goal, Quantity, SearchTable, Study};
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
@@ -56,7 +56,7 @@ struct Found {
 struct Problem<'a> {
     engine: &'a Engine,
     study: &'a Study,
-    search: &'a Search,
+    search: &'a SearchTable,
     cost: f64,
     found: RefCell<Found>,
     /// The first real failure; the optimiser has its own error type.
@@ -67,21 +67,21 @@ impl Problem<'_> {
     /// Parameters for a place in the unit cube; places outside are mirrored back into it.
     fn parameters(&self, unit: &[f64]) -> Vec<f64> {
         unit.iter()
-            .zip(&self.search.limits)
+            .zip(&self.search.parameter)
             .map(|(u, l)| {
                 let folded = u.rem_euclid(2.0);
                 let inside = if folded > 1.0 { 2.0 - folded } else { folded };
                 // A millionth of the interval is finer than any workshop.
-                l.min + (l.max - l.min) * (inside * 1e6).round() / 1e6
+                l.min.value + (l.max.value - l.min.value) * (inside * 1e6).round() / 1e6
             })
             .collect()
     }
 
     fn score(&self, parameters: &[f64]) -> Result<Score> {
         let mut fixed: Values = self.study.fixed.clone();
-        fixed.insert(self.search.front.clone(), Value::Number(self.cost));
-        for (l, x) in self.search.limits.iter().zip(parameters) {
-            fixed.insert(l.name.clone(), Value::Number(*x));
+        fixed.insert(self.search.front.value.clone(), Value::Number(self.cost));
+        for (l, x) in self.search.parameter.iter().zip(parameters) {
+            fixed.insert(l.name.value.clone(), Value::Number(*x));
         }
         let study = Study { fixed, ..self.study.clone() };
         let quantity = match self.search.goal {
@@ -115,14 +115,7 @@ fn worst_range(study: &Study, margin: &[f64]) -> f64 {
     let Some(axis) = study.sweeps.iter().position(|s| s.parameter == "longitudinal_m") else {
         return f64::NAN;
     };
-    let x: Vec<f64> = study.sweeps[axis]
-        .values
-        .iter()
-        .map(|v| match v {
-            Value::Number(x) => *x,
-            Value::Word(_) => f64::NAN,
-        })
-        .collect();
+    let x: Vec<f64> = study.sweeps[axis].values.iter().map(|v| v.number().unwrap_or(f64::NAN)).collect();
     let inner: usize = shape[axis + 1..].iter().product();
     let outer: usize = shape[..axis].iter().product();
     let mut worst = f64::INFINITY;
@@ -189,11 +182,11 @@ impl CostFunction for &Problem<'_> {
 ///
 /// # Errors
 /// What the engine says; no design that can be built.
-pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u32) -> Result<Design> {
+pub fn best(engine: &Engine, study: &Study, search: &SearchTable, cost: f64, index: u32) -> Result<Design> {
     let problem =
         Problem { engine, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
-    let n = search.limits.len();
-    for start in 0..search.starts {
+    let n = search.parameter.len();
+    for start in 0..search.starts.value {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
         // A simplex of a quarter of each interval, towards the inside.
         let mut simplex = vec![UnitCubePoint(origin.clone())];
@@ -205,7 +198,7 @@ pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u
         let solver = NelderMead::new(simplex)
             .with_sd_tolerance(1e-4)
             .map_err(|e| Error::Failed(format!("the search cannot start: {e}")))?;
-        let run = Executor::new(&problem, solver).configure(|s| s.max_iters(search.steps)).run();
+        let run = Executor::new(&problem, solver).configure(|s| s.max_iters(search.steps.value)).run();
         if let Some(e) = problem.failed.take() {
             return Err(e);
         }
@@ -213,7 +206,10 @@ pub fn best(engine: &Engine, study: &Study, search: &Search, cost: f64, index: u
     }
     let Found { best, tried } = problem.found.into_inner();
     let (parameters, score) = best.ok_or_else(|| {
-        Error::Failed(format!("no design with {} = {cost} within the limits can be built", search.front))
+        Error::Failed(format!(
+            "no design with {} = {cost} within the limits can be built",
+            search.front.value
+        ))
     })?;
     Ok(Design { cost, parameters, worth: score.worth, tried })
 }

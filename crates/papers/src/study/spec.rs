@@ -8,6 +8,7 @@ use catseye::error::Result;
 use catseye::rcs::{Diffraction, Distance, Ground, RcsOptions};
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::material;
+use catseye::scene::toml_file::At;
 use catseye::trace::Convention;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -47,12 +48,49 @@ pub struct Sweep {
     pub reduce: Option<Reduce>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct PictureSpec {
+impl Sweep {
+    /// The numbers along the sweep, or None when a word is among them.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        self.values.iter().map(Value::number).collect()
+    }
+
+    /// The numbers along the sweep; 0, 1, 2, … when a word is among them.
+    pub fn places(&self) -> Vec<f64> {
+        self.numbers().unwrap_or_else(|| (0..self.values.len()).map(|i| i as f64).collect())
+    }
+}
+
+fn two() -> At<usize> {
+    2.into()
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PictureTable {
+    /// Default: curves.
+    #[serde(default)]
     pub kind: PictureKind,
-    pub limits: Option<[f64; 2]>,
-    pub columns: usize,
+    /// Limits of the quantity in dB or its own unit: of the upward axis, or of the colours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<At<[f64; 2]>>,
+    /// Panels side by side (default 2).
+    #[serde(default = "two")]
+    pub columns: At<usize>,
+    /// Levels to outline on a map.
+    #[serde(default)]
     pub contours: Vec<f64>,
+}
+
+impl Default for PictureTable {
+    fn default() -> Self {
+        PictureTable { kind: PictureKind::Curves, limits: None, columns: two(), contours: Vec::new() }
+    }
+}
+
+impl PictureTable {
+    pub fn limits(&self) -> Option<[f64; 2]> {
+        self.limits.as_ref().map(|l| l.value)
+    }
 }
 
 /// A checked study.
@@ -74,9 +112,9 @@ pub struct Study {
     /// Of targets that are files.
     pub import: ImportOptions,
     pub detection: Option<Detection>,
-    pub picture: PictureSpec,
+    pub picture: PictureTable,
     pub facts: Vec<Fact>,
-    pub search: Option<Search>,
+    pub search: Option<SearchTable>,
     /// Grids have a quarter of their steps.
     pub quick: bool,
     pub file: PathBuf,
@@ -130,15 +168,15 @@ impl Study {
         let mut sources = Sources::new(&self.file, &self.import);
         let mut base = self.clone();
         if let Some(s) = &self.search {
-            for l in &s.limits {
-                base.fixed.insert(l.name.clone(), Value::Number(l.min));
+            for l in &s.parameter {
+                base.fixed.insert(l.name.value.clone(), Value::Number(l.min.value));
             }
-            for &x in &s.front_values {
-                base.fixed.insert(s.front.clone(), Value::Number(x));
+            for &x in &s.front_values.value {
+                base.fixed.insert(s.front.value.clone(), Value::Number(x));
                 sources.of(&base.values_at(0))?;
             }
-            for l in &s.limits {
-                base.fixed.insert(l.name.clone(), Value::Number(l.max));
+            for l in &s.parameter {
+                base.fixed.insert(l.name.value.clone(), Value::Number(l.max.value));
             }
         }
         for i in 0..base.points() {
@@ -185,18 +223,23 @@ impl Quantity {
         Quantity::BallCount,
     ];
 
+    /// The name in files, and the label in pictures.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Quantity::Rcs => ("rcs_dbsm", "RCS (dBsm)"),
+            Quantity::SigmaMin => ("sigma_min_dbsm", "least detectable RCS (dBsm)"),
+            Quantity::Margin => ("margin_db", "RCS over the least detectable (dB)"),
+            Quantity::ViewAzimuth => ("view_azimuth_deg", "azimuth at the marker (deg)"),
+            Quantity::ViewElevation => ("view_elevation_deg", "elevation at the marker (deg)"),
+            Quantity::ViewRange => ("view_range_m", "range (m)"),
+            Quantity::BallRcs => ("ball_rcs_dbsm", "RCS of one ball (dBsm)"),
+            Quantity::BallCount => ("ball_count", "number of balls"),
+        }
+    }
+
     /// In files.
     pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Rcs => "rcs_dbsm",
-            Quantity::SigmaMin => "sigma_min_dbsm",
-            Quantity::Margin => "margin_db",
-            Quantity::ViewAzimuth => "view_azimuth_deg",
-            Quantity::ViewElevation => "view_elevation_deg",
-            Quantity::ViewRange => "view_range_m",
-            Quantity::BallRcs => "ball_rcs_dbsm",
-            Quantity::BallCount => "ball_count",
-        }
+        self.words().0
     }
 
     pub fn by_name(name: &str) -> Option<Quantity> {
@@ -205,16 +248,7 @@ impl Quantity {
 
     /// In pictures.
     pub fn label(self) -> &'static str {
-        match self {
-            Quantity::Rcs => "RCS (dBsm)",
-            Quantity::SigmaMin => "least detectable RCS (dBsm)",
-            Quantity::Margin => "RCS over the least detectable (dB)",
-            Quantity::ViewAzimuth => "azimuth at the marker (deg)",
-            Quantity::ViewElevation => "elevation at the marker (deg)",
-            Quantity::ViewRange => "range (m)",
-            Quantity::BallRcs => "RCS of one ball (dBsm)",
-            Quantity::BallCount => "number of balls",
-        }
+        self.words().1
     }
 
     pub fn needs_rcs(self) -> bool {
@@ -245,40 +279,59 @@ impl Goal {
         self != Goal::LeastRcs
     }
 
-    pub fn name(self) -> &'static str {
+    /// The name in files, and the label in pictures.
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Goal::Coverage => "coverage_percent",
-            Goal::LeastMargin => "least_margin_db",
-            Goal::LeastRcs => "least_rcs_dbsm",
-            Goal::DetectionRange => "detection_range_m",
+            Goal::Coverage => {
+                ("coverage_percent", "share of the window in which the marker is detected (percent)")
+            }
+            Goal::LeastMargin => ("least_margin_db", "least margin in the window (dB)"),
+            Goal::LeastRcs => ("least_rcs_dbsm", "least RCS in the window (dBsm)"),
+            Goal::DetectionRange => ("detection_range_m", "detection range in the worst direction (m)"),
         }
+    }
+
+    pub fn name(self) -> &'static str {
+        self.words().0
     }
 
     pub fn label(self) -> &'static str {
-        match self {
-            Goal::Coverage => "share of the window in which the marker is detected (percent)",
-            Goal::LeastMargin => "least margin in the window (dB)",
-            Goal::LeastRcs => "least RCS in the window (dBsm)",
-            Goal::DetectionRange => "detection range in the worst direction (m)",
-        }
+        self.words().1
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
-    pub name: String,
-    pub min: f64,
-    pub max: f64,
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitTable {
+    pub name: At<String>,
+    pub min: At<f64>,
+    pub max: At<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Search {
+fn six() -> At<usize> {
+    6.into()
+}
+
+fn forty() -> At<u64> {
+    40.into()
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SearchTable {
     pub goal: Goal,
-    pub front: String,
-    pub front_values: Vec<f64>,
-    pub limits: Vec<Limit>,
-    pub starts: usize,
-    pub steps: u64,
+    /// The parameter that costs; the best of the others is sought for each of its values.
+    pub front: At<String>,
+    pub front_values: At<Vec<f64>>,
+    /// Parameters to search, each with its limits.
+    pub parameter: Vec<LimitTable>,
+    /// Places from which to start (default 6).
+    #[serde(default = "six")]
+    pub starts: At<usize>,
+    /// Steps of the simplex from each start (default 40).
+    #[serde(default = "forty")]
+    pub steps: At<u64>,
+    #[serde(default)]
     pub seed: u64,
 }
 

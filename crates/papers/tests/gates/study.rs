@@ -277,7 +277,7 @@ fn the_search_finds_the_known_best_plate() {
         };
         at(0.0).min(at(6f64.to_radians()))
     };
-    for (i, &h) in search.front_values.iter().enumerate() {
+    for (i, &h) in search.front_values.value.iter().enumerate() {
         let known =
             (0..=1600).map(|k| level(0.002 + 1e-5 * f64::from(k), h)).fold(f64::NEG_INFINITY, f64::max);
         let found = best(&engine, &study, search, h, i as u32).unwrap();

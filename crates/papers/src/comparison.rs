@@ -1,0 +1,81 @@
+//! The one table in which numbers of this program stand beside those that are expected.
+
+use crate::study::parameter::Value;
+
+/// How near a number has to come to what is expected.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tolerance {
+    /// |ours − expected| ≤ this, in the row's unit.
+    Within(f64),
+    /// |ours / expected − 1| ≤ this.
+    Share(f64),
+    /// ours ≤ this.
+    AtMost(f64),
+    /// The row is shown and not judged.
+    Shown,
+}
+
+/// One row: a number of this program beside the one that is expected. As JSON it has the keys of a study's fact.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Comparison {
+    #[serde(rename = "text")]
+    pub name: String,
+    /// A number, the words of a document, or None where nothing is stated.
+    #[serde(rename = "document")]
+    pub expected: Option<Value>,
+    /// NaN where there is none, which JSON writes as null.
+    pub ours: f64,
+    /// The unit of both numbers.
+    pub unit: String,
+    #[serde(skip)]
+    pub tolerance: Tolerance,
+    /// Where the expected value comes from, or why the two differ.
+    #[serde(rename = "why")]
+    pub source: String,
+}
+
+impl Comparison {
+    /// A row whose expected value is a number, if there is one.
+    pub fn new(
+        name: &str,
+        unit: &str,
+        expected: Option<f64>,
+        tolerance: Tolerance,
+        ours: f64,
+        source: &str,
+    ) -> Self {
+        Comparison {
+            name: name.into(),
+            expected: expected.map(Value::Number),
+            ours,
+            unit: unit.into(),
+            tolerance,
+            source: source.into(),
+        }
+    }
+
+    /// The expected value when it is a number.
+    pub fn expected_number(&self) -> Option<f64> {
+        self.expected.as_ref().and_then(Value::number)
+    }
+
+    /// ours − expected in the row's unit; relative for [`Tolerance::Share`].
+    pub fn error(&self) -> Option<f64> {
+        self.expected_number().map(|e| match self.tolerance {
+            Tolerance::Share(_) => self.ours / e - 1.0,
+            _ => self.ours - e,
+        })
+    }
+
+    /// None for a row that is only shown. What is not a number fails.
+    pub fn passes(&self) -> Option<bool> {
+        match self.tolerance {
+            Tolerance::Within(limit) | Tolerance::Share(limit) => {
+                Some(self.error().is_some_and(|e| e.abs() <= limit))
+            }
+            Tolerance::AtMost(limit) => Some(self.ours <= limit),
+            Tolerance::Shown => None,
+        }
+    }
+}
