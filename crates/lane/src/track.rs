@@ -16,9 +16,11 @@ pub struct TrackOptions {
     pub drift: [f64; 4],
     /// How well a point stands for a place on the line, m, and what azimuths miss beyond their noise, rad.
     pub place_m: f64,
+    /// Error of azimuths beyond their noise, rad.
     pub azimuth_error_rad: f64,
     /// A line is the same if it lies within so many standard deviations, or within `near_m`.
     pub sigmas: f64,
+    /// A line that lies within this of a followed one is the same, m.
     pub near_m: f64,
     /// And turns away from it by less, rad.
     pub turned_rad: f64,
@@ -28,6 +30,7 @@ pub struct TrackOptions {
     pub behind_m: f64,
     /// Offsets (m) and headings (rad) that are less sure than this are not stated.
     pub most_offset_std_m: f64,
+    /// Headings that are less sure than this are not stated, rad.
     pub most_heading_std_rad: f64,
 }
 
@@ -52,6 +55,7 @@ impl Default for TrackOptions {
 /// How the vehicle moves; its path is an arc between looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoStep {
+    /// Speed of the vehicle, m/s.
     pub speed_mps: Measured,
     /// Positive to the left.
     pub yaw_rate_rad_per_s: Measured,
@@ -344,6 +348,7 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
 /// A filter over lane estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineTracker {
+    /// How lines are followed.
     pub options: TrackOptions,
     tracks: Vec<Track>,
     last_s: Option<f64>,
@@ -353,6 +358,7 @@ pub struct LineTracker {
 const APART_S: f64 = 2.0;
 
 impl LineTracker {
+    /// A filter that has seen nothing yet.
     pub fn new(options: TrackOptions) -> LineTracker {
         LineTracker { options, tracks: Vec::new(), last_s: None }
     }

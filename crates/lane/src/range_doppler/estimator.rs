@@ -32,11 +32,13 @@ pub struct Options {
     pub min_snr_db: f64,
     /// What a marker is never more certain than, for its extent and its place in the row: m and m/s.
     pub least_range_std_m: f64,
+    /// Least standard deviation of a marker's range rate, m/s.
     pub least_range_rate_std_mps: f64,
     /// Whether the edge of the map gives the speed where the bus is silent.
     pub speed_from_map: bool,
     /// Every so many looks the whole search range is gone through, in between what lies near the last look's lane; 1: always.
     pub search_every: u32,
+    /// The lane that is sought, and how.
     pub lane: LaneSettings,
 }
 
@@ -58,6 +60,7 @@ impl Default for Options {
 /// What a look gives beyond a [`LaneEstimate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneLook {
+    /// The lane as all methods state it.
     pub estimate: LaneEstimate,
     /// As the core fitted it, of the radar; None where there is no lane.
     pub lane: Option<LaneFromMap>,
@@ -99,6 +102,7 @@ impl RangeDopplerLane {
         Ok(RangeDopplerLane { options, last: None })
     }
 
+    /// The options that the estimator was made with.
     pub fn options(&self) -> &Options {
         &self.options
     }

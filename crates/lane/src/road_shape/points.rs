@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A peak of the radar image, sensor frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
+    /// Range, m.
     pub range_m: f64,
     /// Positive to the left of the radar's boresight.
     pub azimuth_rad: f64,
@@ -13,8 +14,11 @@ pub struct Peak {
     pub range_rate_mps: f64,
     /// Linear, in any unit that is the same for all peaks of a scan. MUSIC spectra serve, too.
     pub power: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
 }
 
@@ -22,8 +26,11 @@ pub struct Peak {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadarMount {
+    /// Place of the radar forward of the vehicle's origin, m.
     pub x_m: f64,
+    /// Place of the radar left of the vehicle's origin, m.
     pub y_m: f64,
+    /// Direction of the radar's boresight from the vehicle's x axis, rad, positive left.
     pub yaw_rad: f64,
 }
 
@@ -31,12 +38,15 @@ pub struct RadarMount {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ego {
+    /// Speed along the vehicle's x axis, m/s.
     pub speed_mps: f64,
+    /// Standard deviation of the speed, m/s.
     #[serde(default)]
     pub speed_std_mps: f64,
     /// Positive to the left; 0 where it is not known.
     #[serde(default)]
     pub yaw_rate_radps: f64,
+    /// Standard deviation of the yaw rate, rad/s.
     #[serde(default)]
     pub yaw_rate_std_radps: f64,
 }
@@ -49,7 +59,9 @@ pub struct StaticGate {
     pub sigmas: f64,
     /// Added to the deviation: what the peak's own standard deviation does not know.
     pub floor_mps: f64,
+    /// Least range of points that are used, m.
     pub min_range_m: f64,
+    /// Largest range of points that are used, m.
     pub max_range_m: f64,
     /// Where range rates are known modulo this (λ/2T of a chirp sequence): the gate takes any fold.
     pub fold_mps: Option<f64>,
@@ -64,19 +76,24 @@ impl Default for StaticGate {
 /// A standing point in the vehicle frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StaticPoint {
+    /// Place forward of the vehicle's origin, m.
     pub x_m: f64,
+    /// Place left of the vehicle's origin, m.
     pub y_m: f64,
     /// Covariance of (x, y): xx, xy, yy, m².
     pub covariance_m2: [f64; 3],
+    /// Power of the peak, in the peaks' unit.
     pub power: f64,
 }
 
 /// What [`static_points`] made of a scan. The three counts and the points add up to the peaks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StaticScan {
+    /// The standing points.
     pub points: Vec<StaticPoint>,
     /// Peaks whose range rate is not that of a standing point.
     pub moving: usize,
+    /// Peaks outside the gate's range.
     pub out_of_range: usize,
     /// Peaks with a value that is not finite, a negative deviation or no power.
     pub unusable: usize,
@@ -87,7 +104,7 @@ fn radar_velocity_mps(mount: &RadarMount, ego: &Ego) -> [f64; 2] {
     [ego.speed_mps - ego.yaw_rate_radps * mount.y_m, ego.yaw_rate_radps * mount.x_m]
 }
 
-/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (M,
+/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (Miyake,
 /// section IV: −speed straight ahead; yaw rate and lever arm added).
 pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) -> f64 {
     let (sin, cos) = (azimuth_rad + mount.yaw_rad).sin_cos();

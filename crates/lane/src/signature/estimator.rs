@@ -19,6 +19,7 @@ pub const METHOD: &str = "signature";
 pub struct StaticTest {
     /// Place of the radar on the vehicle, m.
     pub radar_m: [f64; 2],
+    /// Standard deviations of the range rate up to which a point stands.
     pub sigmas: f64,
     /// Range rates of standing things scatter by this beyond their noise, m/s.
     pub tolerance_mps: f64,
@@ -88,34 +89,43 @@ type Beside = (f64, f64, usize, Line);
 /// A lane of the map: indices of its lines, in the direction in which they were given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapLane {
+    /// Number of the lane.
     pub number: i32,
+    /// Index of the line at its right.
     pub right: usize,
+    /// Index of the line at its left.
     pub left: usize,
 }
 
 /// Known lines of the road, in the map's coordinates.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapLanes {
+    /// Points of each line, m.
     pub lines_m: Vec<Vec<[f64; 2]>>,
     /// Of the lines across, m: of the survey.
     pub std_m: f64,
+    /// The lanes between the lines.
     pub lanes: Vec<MapLane>,
 }
 
 /// What [`Signature`] is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureOptions {
+    /// Which points stand.
     pub at_rest: StaticTest,
     /// Of the first search and of every one after the place is lost.
     pub search: LocateSettings,
     /// Half the strip beside the mapped route (m) and the angle (rad) of the first search.
     pub beside_m: f64,
+    /// Largest turn against the route in the first search, rad.
     pub turn_rad: f64,
     /// A rough first pose of the radar (as from GNSS), with half the square (m) to search; None: along the whole route.
     pub rough: Option<(Pose, f64)>,
     /// Of the searches near the last place.
     pub track: LocateSettings,
+    /// Half the square that is searched near the last place, m.
     pub track_half_m: f64,
+    /// Largest turn that is searched near the last place, rad.
     pub track_turn_rad: f64,
     /// A place less likely than this among those found is not told.
     pub least_probability: f64,
@@ -153,6 +163,7 @@ impl Default for SignatureOptions {
 /// Where the vehicle is in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPosition {
+    /// Time of the position, s.
     pub time_s: f64,
     /// Of the vehicle's reference point.
     pub vehicle: Pose,
@@ -206,6 +217,7 @@ impl Signature {
         Ok(Signature { map, lanes, options, last: None, failed: 0, time_s: None, speed: None, rows })
     }
 
+    /// The map in which places are found.
     pub fn map(&self) -> &SignatureMap {
         &self.map
     }
@@ -215,6 +227,7 @@ impl Signature {
         self.last.as_ref().filter(|_| self.failed == 0)
     }
 
+    /// The readers of marker rows.
     pub fn rows(&self) -> &[RowReader] {
         &self.rows
     }

@@ -13,17 +13,24 @@ use std::collections::BTreeMap;
 /// Of the radar in the world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
+    /// Place along the world's x axis, m.
     pub x_m: f64,
+    /// Place along the world's y axis, m.
     pub y_m: f64,
+    /// Direction from the world's x axis, rad, positive left.
     pub heading_rad: f64,
 }
 
 /// A point of a scan, seen from the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScanPoint {
+    /// Range, m.
     pub range_m: f64,
+    /// Azimuth from the radar's boresight, rad, positive left.
     pub azimuth_rad: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
     /// With its standard deviation; points without one are taken as static.
     pub range_rate_mps: Option<[f64; 2]>,
@@ -32,14 +39,19 @@ pub struct ScanPoint {
 /// Of the radar over ground in its own axes, m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Velocity {
+    /// Velocity along the boresight, m/s.
     pub forward_mps: f64,
+    /// Velocity to the left, m/s.
     pub left_mps: f64,
 }
 
+/// How a map is gathered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
+    /// Least range of points that are used, m.
     pub near_m: f64,
+    /// Largest range of points that are used, m.
     pub far_m: f64,
     /// Half the field of view about the radar's boresight.
     pub half_view_rad: f64,
@@ -51,7 +63,9 @@ pub struct MapSettings {
     pub gate_chi2: f64,
     /// Standard deviations of the range rate up to which a point is static.
     pub static_sigmas: f64,
+    /// What a hit adds to a landmark's log odds.
     pub hit_log_odds: f64,
+    /// What a miss adds to a landmark's log odds, 0 or less.
     pub miss_log_odds: f64,
     /// Log odds stay within this.
     pub most_log_odds: f64,
@@ -74,16 +88,21 @@ impl Default for MapSettings {
     }
 }
 
+/// A static point of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
+    /// Place in the world, m.
     pub position_m: [f64; 2],
     /// xx, xy, yy in m².
     pub covariance_m2: [f64; 3],
+    /// Number of scans that saw it.
     pub hits: u32,
+    /// Logarithm of the odds that it is there.
     pub log_odds: f64,
 }
 
 impl Landmark {
+    /// Probability that it is there, 0 to 1.
     pub fn occupancy(&self) -> f64 {
         1.0 / (1.0 + (-self.log_odds).exp())
     }
@@ -101,8 +120,11 @@ impl Landmark {
 /// What became of the points of a scan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScanCount {
+    /// Points that are landmarks seen again.
     pub merged: usize,
+    /// Points that began landmarks.
     pub new: usize,
+    /// Points that move.
     pub moving: usize,
     /// Not finite, out of range or view, or not sure enough of their place.
     pub unusable: usize,
@@ -156,6 +178,7 @@ impl Index {
     }
 }
 
+/// Landmarks with the poses of the drive that they were gathered on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureMap {
     settings: MapSettings,
@@ -228,6 +251,10 @@ impl MapSettings {
 }
 
 impl SignatureMap {
+    /// An empty map.
+    ///
+    /// # Errors
+    /// Refuses a setting outside its range.
     pub fn new(settings: MapSettings) -> Result<Self, LaneError> {
         settings.check()?;
         Ok(Self { settings, landmarks: Vec::new(), route: Vec::new(), index: Index::default() })
@@ -251,6 +278,7 @@ impl SignatureMap {
         Ok(Self { settings, landmarks, route, index })
     }
 
+    /// The landmarks, in the order in which they were first seen.
     pub fn landmarks(&self) -> &[Landmark] {
         &self.landmarks
     }
@@ -260,6 +288,7 @@ impl SignatureMap {
         &self.route
     }
 
+    /// The settings that the map was made with.
     pub fn settings(&self) -> &MapSettings {
         &self.settings
     }
