@@ -13,9 +13,11 @@ mod matrix;
 mod numeric;
 pub mod range_doppler;
 pub mod road_shape;
+mod robust;
 pub mod score;
 mod side;
 pub mod signature;
+mod standing;
 pub mod track;
 pub mod uwb;
 

@@ -2,8 +2,9 @@
 //! that was seen of it, and its place beside the vehicle to what was seen before it was passed (Feng 2019, section 5.1.6 names tracking
 //! as the way to more accuracy). Takes the estimates of any method whose lines rest on points.
 
-use super::curve::{Clothoid, Fitted, Shape, fit};
+use super::curve::{Clothoid, Fitted, Shape};
 use super::numeric::outer;
+use super::robust::{WEIGHINGS, robust};
 use super::{LaneEstimate, LanePoint, Line, Measured, UNKNOWN_M};
 use catseye_math::Matrix;
 use glam::{DMat2, DVec2};
@@ -127,8 +128,7 @@ struct Track {
 
 /// Places nearer to one another are one, m: no row has its markers so near.
 const ONE_PLACE_M: f64 = 0.5;
-/// Rounds in which places off the curve lose weight, and by how much a further parameter has to lower Cauchy's measure.
-const WEIGHINGS: usize = 3;
+/// By how much a further parameter has to lower Cauchy's measure.
 const GAIN: f64 = 12.0;
 /// Of what is remembered of a line at least this share lies on its curve.
 const MOST_ON: f64 = 0.8;
@@ -182,34 +182,6 @@ impl Track {
         }
         None
     }
-}
-
-/// Standard deviations off the curve at which a point's weight has halved (Cauchy).
-pub(super) const HALF_WEIGHT: f64 = 2.0;
-/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
-const AT_FIRST_M: f64 = 0.08;
-
-/// The simplest shape that points with outliers bear out, by Cauchy's measure of each shape's own best fit: the weights of one shape
-/// would make outliers of what only another one fits. A further parameter has to lower the measure by more than `gain`.
-pub(super) fn robust(places: &[DVec2], std_m: &[f64], gain: f64, weighings: usize) -> Option<Fitted> {
-    let first: Vec<f64> = std_m.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let mut best: Option<(f64, Fitted)> = None;
-    for shape in [Shape::Line, Shape::Arc, Shape::Clothoid] {
-        let Some(mut fitted) = fit(places, &first, shape) else { continue };
-        let off = |f: &Fitted, k: usize| f.curve.foot(places[k]).left_m / (HALF_WEIGHT * std_m[k]);
-        for _ in 0..weighings {
-            let weighed: Vec<f64> =
-                (0..places.len()).map(|k| std_m[k] * (1.0 + off(&fitted, k).powi(2)).sqrt()).collect();
-            fitted = fit(places, &weighed, shape).unwrap_or(fitted);
-        }
-        let cost: f64 =
-            (0..places.len()).map(|k| HALF_WEIGHT.powi(2) * off(&fitted, k).powi(2).ln_1p()).sum();
-        let more = best.as_ref().map_or(0, |b| shape.parameters() - b.1.shape.parameters());
-        if best.as_ref().is_none_or(|b| b.0 - cost > gain * more as f64) {
-            best = Some((cost, fitted));
-        }
-    }
-    best.map(|b| b.1)
 }
 
 /// A line where the vehicle is: how far to its left, its direction against the vehicle's, its curvature.
@@ -615,6 +587,7 @@ fn displaced(curve: &Clothoid, s_m: f64) -> [DVec2; 4] {
 mod tests {
     use super::*;
     use crate::LaneError;
+    use crate::curve::fit;
     use catseye::rng::Draws;
 
     const STEP: EgoStep = EgoStep {

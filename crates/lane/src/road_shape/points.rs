@@ -1,6 +1,9 @@
 //! Peaks of a scan, and which of them stand still (Miyake, sections III and IV).
 
+use crate::Measured;
 use crate::error::{LaneError, Result, finite, not_negative, positive};
+use crate::standing::{StandingGate, radar_velocity_mps};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// A peak of the radar image, sensor frame.
@@ -99,17 +102,12 @@ pub struct StaticScan {
     pub unusable: usize,
 }
 
-/// Velocity of the radar in vehicle axes, m/s.
-fn radar_velocity_mps(mount: &RadarMount, ego: &Ego) -> [f64; 2] {
-    [ego.speed_mps - ego.yaw_rate_radps * mount.y_m, ego.yaw_rate_radps * mount.x_m]
-}
-
 /// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (Miyake,
 /// section IV: −speed straight ahead; yaw rate and lever arm added).
 pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) -> f64 {
-    let (sin, cos) = (azimuth_rad + mount.yaw_rad).sin_cos();
-    let v = radar_velocity_mps(mount, ego);
-    -(cos * v[0] + sin * v[1])
+    let arm_m = DVec2::new(mount.x_m, mount.y_m);
+    let v = radar_velocity_mps(ego.speed_mps, ego.yaw_rate_radps, arm_m);
+    -DVec2::from_angle(azimuth_rad + mount.yaw_rad).dot(v)
 }
 
 /// Standing points of a scan in the vehicle frame.
@@ -132,7 +130,14 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
     if let Some(fold) = gate.fold_mps {
         positive("fold of the range rate", fold)?;
     }
-    let v = radar_velocity_mps(mount, ego);
+    let speed = Measured { value: ego.speed_mps, std: ego.speed_std_mps };
+    let yaw_rate = Measured { value: ego.yaw_rate_radps, std: ego.yaw_rate_std_radps };
+    let standing = StandingGate {
+        sigmas: gate.sigmas,
+        tolerance_mps: gate.floor_mps,
+        fold_mps: gate.fold_mps,
+        ..StandingGate::of_vehicle(speed, yaw_rate, DVec2::new(mount.x_m, mount.y_m))
+    };
     let mut scan = StaticScan::default();
     for p in peaks {
         if !usable(p) {
@@ -144,17 +149,8 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
             continue;
         }
         let (sin, cos) = (p.azimuth_rad + mount.yaw_rad).sin_cos();
-        let by_yaw = cos * mount.y_m - sin * mount.x_m;
-        let variance = p.range_rate_std_mps.powi(2)
-            + gate.floor_mps.powi(2)
-            + (cos * ego.speed_std_mps).powi(2)
-            + (by_yaw * ego.yaw_rate_std_radps).powi(2)
-            + ((sin * v[0] - cos * v[1]) * p.azimuth_std_rad).powi(2);
-        let mut off = p.range_rate_mps - expected_range_rate_mps(p.azimuth_rad, mount, ego);
-        if let Some(fold) = gate.fold_mps {
-            off -= fold * (off / fold).round();
-        }
-        if off * off > gate.sigmas * gate.sigmas * variance {
+        let range_rate = Measured { value: p.range_rate_mps, std: p.range_rate_std_mps };
+        if !standing.passes(p.azimuth_rad + mount.yaw_rad, p.azimuth_std_rad, range_rate) {
             scan.moving += 1;
             continue;
         }

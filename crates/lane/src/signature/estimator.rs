@@ -7,6 +7,7 @@ use crate::curve::{Fitted, fit_simplest};
 use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
 use crate::numeric::wrapped;
+use crate::standing::StandingGate;
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, Provenance, SensorInput};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -49,24 +50,20 @@ fn is_sound(p: &LanePoint) -> bool {
 }
 
 impl StaticTest {
-    /// Which points stand, where the vehicle goes at that speed and turns at that rate. What is no number does not stand.
+    /// Which points stand, where the vehicle goes at that speed and turns at that rate. Non-finite points do not stand.
     pub fn standing(&self, points: &[LanePoint], speed: Measured, yaw_rate: Option<Measured>) -> Vec<bool> {
         let yaw = yaw_rate
             .filter(|y| y.value.is_finite() && y.std.is_finite())
             .unwrap_or(Measured { value: 0.0, std: self.yaw_rate_std_rad_per_s });
-        let [x, y] = self.radar_m;
-        let velocity = DVec2::new(speed.value - yaw.value * y, yaw.value * x);
+        let gate = StandingGate {
+            sigmas: self.sigmas,
+            tolerance_mps: self.tolerance_mps,
+            fold_mps: self.fold_mps,
+            ..StandingGate::of_vehicle(speed, yaw, DVec2::from_array(self.radar_m))
+        };
         let rests = |p: &LanePoint| {
-            let u = DVec2::from_angle(p.azimuth_rad);
-            let mut off = p.range_rate_mps + velocity.dot(u);
-            if let Some(fold) = self.fold_mps.filter(|f| *f > 0.0) {
-                off -= fold * (off / fold).round();
-            }
-            let turn = velocity.perp_dot(u) * (p.std_m[1] / p.range_m.max(0.1));
-            let lever = yaw.std * (x * u.y - y * u.x);
-            let std = [p.range_rate_std_mps, speed.std * u.x, turn, lever, self.tolerance_mps];
-            let variance: f64 = std.iter().filter(|s| s.is_finite()).map(|s| s * s).sum();
-            off.abs() <= self.sigmas * variance.sqrt()
+            let range_rate = Measured { value: p.range_rate_mps, std: p.range_rate_std_mps };
+            gate.passes(p.azimuth_rad, p.std_m[1] / p.range_m.max(0.1), range_rate)
         };
         points.iter().map(|p| is_sound(p) && rests(p)).collect()
     }

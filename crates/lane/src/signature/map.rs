@@ -4,8 +4,10 @@
 //! here on points in place of cells): a hit raises it, a scan that should have seen it and did not lowers it,
 //! so that what was seen once fades. Feng, section 4.3.2.
 
+use crate::Measured;
 use crate::error::{self, LaneError};
 use crate::numeric::{outer, wrapped};
+use crate::standing::StandingGate;
 use glam::{DMat2, DVec2};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -115,6 +117,15 @@ impl Landmark {
         let [xx, xy, yy] = self.covariance_m2;
         DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
     }
+
+    /// Moves to the mean of both places, as their covariances weigh them.
+    fn take_in(&mut self, place: DVec2, covariance: DMat2) {
+        let own = self.covariance();
+        let gain = own * (own + covariance).inverse();
+        let c = own - gain * own;
+        self.position_m = (self.place() + gain * (place - self.place())).to_array();
+        self.covariance_m2 = [c.x_axis.x, 0.5 * (c.x_axis.y + c.y_axis.x), c.y_axis.y];
+    }
 }
 
 /// What became of the points of a scan.
@@ -217,17 +228,10 @@ impl ScanPoint {
     }
 
     fn moves(&self, v: &Velocity, sigmas: f64) -> bool {
-        let Some([rate, std]) = self.range_rate_mps else { return false };
-        if !std.is_finite() {
-            return true;
-        }
-        let u = DVec2::from_angle(self.azimuth_rad);
-        let expected = -(v.forward_mps * u.x + v.left_mps * u.y);
-        // The azimuth's error turns the expected rate.
-        let turn = (v.forward_mps * u.y - v.left_mps * u.x) * self.azimuth_std_rad;
-        // A rate that is no number shows nothing static.
-        let error = (rate - expected).abs();
-        error.is_nan() || error > sigmas * (std * std + turn * turn).sqrt()
+        let Some([value, std]) = self.range_rate_mps else { return false };
+        let velocity_mps = DVec2::new(v.forward_mps, v.left_mps);
+        let gate = StandingGate { velocity_mps, sigmas, ..StandingGate::default() };
+        !std.is_finite() || !gate.passes(self.azimuth_rad, self.azimuth_std_rad, Measured { value, std })
     }
 }
 
@@ -359,14 +363,10 @@ impl SignatureMap {
             let (place, cov) = seen[i];
             let l = &mut self.landmarks[j];
             let before = l.place();
-            let gain = l.covariance() * (l.covariance() + cov).inverse();
-            let after = before + gain * (place - before);
-            let shrunk = l.covariance() - gain * l.covariance();
-            l.position_m = after.to_array();
-            l.covariance_m2 = [shrunk.x_axis.x, 0.5 * (shrunk.x_axis.y + shrunk.y_axis.x), shrunk.y_axis.y];
+            l.take_in(place, cov);
             l.hits = l.hits.saturating_add(1);
             l.log_odds = (l.log_odds + s.hit_log_odds).min(s.most_log_odds);
-            self.index.shift(j, before, after);
+            self.index.shift(j, before, l.place());
             count.merged += 1;
         }
         // What stands in view and was not seen fades.
@@ -420,14 +420,10 @@ impl SignatureMap {
                 if i == j || gone[j] || d.dot(sum.inverse() * d) > self.settings.gate_chi2 {
                     continue;
                 }
-                let gain = a.covariance() * sum.inverse();
-                let c = a.covariance() - gain * a.covariance();
-                self.landmarks[i] = Landmark {
-                    position_m: (a.place() + gain * d).to_array(),
-                    covariance_m2: [c.x_axis.x, 0.5 * (c.x_axis.y + c.y_axis.x), c.y_axis.y],
-                    hits: a.hits.saturating_add(b.hits),
-                    log_odds: a.log_odds.max(b.log_odds),
-                };
+                let joined = &mut self.landmarks[i];
+                joined.take_in(b.place(), b.covariance());
+                joined.hits = a.hits.saturating_add(b.hits);
+                joined.log_odds = a.log_odds.max(b.log_odds);
                 gone[j] = true;
             }
         }

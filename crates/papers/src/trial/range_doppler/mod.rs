@@ -96,12 +96,12 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
     };
     let why = "over their own standard deviations; 1 where these are right";
     trial.rows.push(row("errors of offset and heading (rms)", "std", &rms(&chi)).why(why));
-    let open = share(&|m| m.look.lane.as_ref().map(|_| m.look.mirror));
+    let open = share(&|m| m.look.lane.as_ref().map(|_| m.look.estimate.mirror));
     let why = "the mirrored lane fits as well; with equal spacings always";
     trial.rows.push(row("looks whose sign is open", "%", &open).why(why));
     // An offset or heading that is nothing has no sign.
     let right = |m: &RadarLook| {
-        let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.mirror)?, m.radar?);
+        let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.estimate.mirror)?, m.radar?);
         let sure = |v: f64, std: f64| v.abs() > 3.0 * std;
         match (sure(offset, l.offset_m.std), sure(heading, l.heading_rad.std)) {
             (true, _) => Some(offset * l.offset_m.value > 0.0),
@@ -155,7 +155,7 @@ fn looks_sheet(settings: &Settings, made: &[RadarLook]) -> Sheet {
             &of(&|l| l.curvature_per_m.std),
             &text(lane.filter(|l| l.curve_start_m.observed).map(|l| l.curve_start_m.value)),
             &of(&|l| l.speed_mps.value),
-            &u8::from(m.look.mirror),
+            &u8::from(m.look.estimate.mirror),
             &of(&|l| l.sign_log_odds),
             &of(&|l| l.explained),
             &u8::from(m.look.searched),
