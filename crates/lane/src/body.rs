@@ -16,7 +16,9 @@ const WHEEL_HOUSE: f64 = 0.3;
 /// Length and width of a vehicle, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
+    /// Length over all, m.
     pub length_m: f64,
+    /// Width over all, m.
     pub width_m: f64,
     /// Standard deviation of the width from vehicle to vehicle.
     pub width_std_m: f64,
@@ -25,7 +27,9 @@ pub struct Body {
 /// From the echo to the vehicle's middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
+    /// The step from the echo to the middle, m.
     pub by_m: DVec2,
+    /// Covariance of that step, m².
     pub covariance_m2: DMat2,
 }
 

@@ -6,19 +6,26 @@ use serde::{Deserialize, Serialize};
 /// A curve from `start_m` on: straight line, arc or clothoid. Lengths along it in m, headings in rad from the x axis, positive left.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Clothoid {
+    /// Where the curve starts, m.
     pub start_m: [f64; 2],
+    /// Direction at the start, rad from the x axis.
     pub heading_rad: f64,
     /// At the start, positive left.
     pub curvature_per_m: f64,
+    /// Change of the curvature along the curve, 1/m².
     pub curvature_rate_per_m2: f64,
+    /// Length of the curve, m.
     pub length_m: f64,
 }
 
 /// A place on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePoint {
+    /// The place, m.
     pub at_m: DVec2,
+    /// Direction of the curve there, rad from the x axis.
     pub heading_rad: f64,
+    /// Curvature there, 1/m, positive left.
     pub curvature_per_m: f64,
 }
 
@@ -35,8 +42,11 @@ pub struct Foot {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
+    /// A straight line.
     Line,
+    /// A circular arc.
     Arc,
+    /// A clothoid.
     Clothoid,
 }
 
@@ -54,7 +64,9 @@ impl Shape {
 /// A fitted curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
+    /// The curve itself.
     pub curve: Clothoid,
+    /// Its shape, which says how many parameters were fitted.
     pub shape: Shape,
     /// Of lateral place (m), heading (rad), curvature (1/m) and its rate (1/m^2) at the start; zero for what the shape does not
     /// have.

@@ -16,42 +16,100 @@ pub enum LaneError {
     /// The scan is empty.
     Empty,
     /// So many points were not finite, and nothing was left.
-    NotFinite { points: usize },
+    NotFinite {
+        /// Number of points that were given.
+        points: usize,
+    },
     /// The vehicle's speed is not known, and nothing tells what moves.
     NoSpeed,
     /// Nothing stands still.
     NothingAtRest,
     /// Points at rest, but not in the markers' pattern.
-    NoPattern { at_rest: usize },
+    NoPattern {
+        /// Number of points at rest.
+        at_rest: usize,
+    },
     /// The method needs what the input does not hold.
-    NotGiven { what: String },
+    NotGiven {
+        /// What is missing, in words.
+        what: String,
+    },
     /// The method's own reason.
-    Refused { why: String },
+    Refused {
+        /// The reason as one sentence.
+        why: String,
+    },
     /// The image shows no line that can be a lane's.
     #[serde(skip)]
     NoLaneLine,
     /// An empty list.
     #[serde(skip)]
-    Missing { what: Text },
+    Missing {
+        /// What the list holds, in words.
+        what: Text,
+    },
     /// A value is NaN or infinite; with its place in a list.
     #[serde(skip)]
-    NotANumber { what: Text, index: Option<usize> },
+    NotANumber {
+        /// What the value is, in words.
+        what: Text,
+        /// Its index, where it stands in a list.
+        index: Option<usize>,
+    },
+    /// A value lies outside its range.
     #[serde(skip)]
-    OutOfRange { what: Text, value: f64, allowed: String },
+    OutOfRange {
+        /// What the value is, in words.
+        what: Text,
+        /// The value.
+        value: f64,
+        /// The allowed range, in words.
+        allowed: String,
+    },
     /// A setting lies outside its range, or contradicts another.
     #[serde(skip)]
-    Setting { name: Text },
+    Setting {
+        /// Name of the setting.
+        name: Text,
+    },
     /// Two lists that belong together differ in length.
     #[serde(skip)]
-    Lengths { what: Text, found: usize, expected: usize },
+    Lengths {
+        /// What the list holds, in words.
+        what: Text,
+        /// Its length.
+        found: usize,
+        /// The length of the other list.
+        expected: usize,
+    },
+    /// Fewer things than a method needs.
     #[serde(skip)]
-    TooFew { what: Text, found: usize, needed: usize },
+    TooFew {
+        /// What is counted, in words.
+        what: Text,
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
     /// The data do not determine the result.
     #[serde(skip)]
-    Undetermined { what: Text },
+    Undetermined {
+        /// What the data leave open, in words.
+        what: Text,
+    },
     /// The best answer explains fewer than half of the data.
     #[serde(skip)]
-    Unexplained { best: Text, explained: f64, of: usize, what: Text },
+    Unexplained {
+        /// What was fitted, in words.
+        best: Text,
+        /// How many of the data it explains.
+        explained: f64,
+        /// How many data there are.
+        of: usize,
+        /// What the data are, in words.
+        what: Text,
+    },
 }
 
 impl LaneError {
@@ -60,22 +118,27 @@ impl LaneError {
         LaneError::Refused { why: why.to_string() }
     }
 
+    /// A value that is NaN or infinite.
     pub fn not_finite(what: &'static str) -> LaneError {
         LaneError::NotANumber { what, index: None }
     }
 
+    /// A value outside its range, with the range in words.
     pub fn out_of_range(what: &'static str, value: f64, allowed: &str) -> LaneError {
         LaneError::OutOfRange { what, value, allowed: allowed.into() }
     }
 
+    /// Fewer things than a method needs.
     pub fn too_few(what: &'static str, found: usize, needed: usize) -> LaneError {
         LaneError::TooFew { what, found, needed }
     }
 
+    /// A search with more places than one call takes.
     pub fn too_large(places: usize, most: usize) -> LaneError {
         LaneError::refused(format!("the search has {places} places and one call takes at most {most}"))
     }
 
+    /// Data that do not determine the result.
     pub fn undetermined(what: &'static str) -> LaneError {
         LaneError::Undetermined { what }
     }
@@ -132,6 +195,7 @@ impl fmt::Display for LaneError {
 
 impl std::error::Error for LaneError {}
 
+/// A result with the error of this crate.
 pub type Result<T> = std::result::Result<T, LaneError>;
 
 /// The value itself when it is finite and `ok` holds.

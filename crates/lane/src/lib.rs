@@ -1,6 +1,8 @@
 //! Lanes from radar: what an estimator is given and what it answers. Estimators take points from any source; places are in the
 //! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
 
+#![warn(missing_docs)]
+
 pub mod body;
 pub mod camera_fusion;
 pub mod curve;
@@ -11,9 +13,11 @@ mod matrix;
 mod numeric;
 pub mod range_doppler;
 pub mod road_shape;
+mod robust;
 pub mod score;
 mod side;
 pub mod signature;
+mod standing;
 pub mod track;
 pub mod uwb;
 
@@ -24,7 +28,9 @@ use serde::{Deserialize, Serialize};
 /// A value with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
+    /// The value.
     pub value: f64,
+    /// Its standard deviation, in the value's unit.
     pub std: f64,
 }
 
@@ -46,21 +52,26 @@ pub struct LanePoint {
     pub std_m: [f64; 2],
     /// Positive when receding.
     pub range_rate_mps: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
     /// From the radar, which need not stand at the origin.
     pub range_m: f64,
     /// In the level frame, positive left.
     pub azimuth_rad: f64,
+    /// Radar cross-section, dBsm.
     pub rcs_dbsm: f64,
+    /// Signal-to-noise ratio, dB.
     pub snr_db: f64,
 }
 
 /// Something that moves, as a tracker gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LaneTrack {
+    /// Number of the track, the same from one instant to the next.
     pub id: u64,
     /// Vehicle's level frame.
     pub at_m: [f64; 2],
+    /// Standard deviation along both axes, m.
     pub std_m: [f64; 2],
     /// Over the ground, along the axes of that frame.
     pub velocity_mps: [f64; 2],
@@ -69,26 +80,32 @@ pub struct LaneTrack {
 /// A scan of an impulse radar at a time of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PulseScan {
+    /// Time of the scan, s.
     pub time_s: f64,
     /// Of the vehicle at that time.
     pub speed_mps: Option<Measured>,
+    /// Samples of the scan, near ranges first.
     pub samples: Vec<f64>,
 }
 
 /// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SensorInput<'a> {
+    /// Time of the instant, s.
     pub time_s: f64,
     /// Of the vehicle, as its bus tells.
     pub speed_mps: Option<Measured>,
     /// Positive to the left.
     pub yaw_rate_rad_per_s: Option<Measured>,
+    /// Detected points of the radar's scan.
     pub points: &'a [LanePoint],
+    /// Tracks of what moves.
     pub tracks: &'a [LaneTrack],
     /// Samples of an impulse radar's scan.
     pub pulse: Option<&'a [f64]>,
     /// Scans since the look before, of an impulse radar that takes more of them than there are looks; the oldest first.
     pub scans: &'a [PulseScan],
+    /// Picture of a camera.
     pub image: Option<&'a camera_fusion::Image>,
     /// Of the radar on the earth.
     pub place: Option<hd_map::RadarPose>,
@@ -106,6 +123,7 @@ pub trait LaneEstimator {
 /// A line that bounds a lane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
+    /// The curve of the line with its covariance.
     pub fitted: Fitted,
     /// 0 to 1.
     pub confidence: f64,
@@ -116,10 +134,13 @@ pub struct Line {
 /// What a method says of the lane at one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaneEstimate {
+    /// Time of the estimate, s.
     pub time_s: f64,
     /// From right to left where the vehicle stands.
     pub lines: Vec<Line>,
+    /// Number of the vehicle's lane in a map.
     pub lane_number: Option<i32>,
+    /// Width of the vehicle's lane, m.
     pub width_m: Option<Measured>,
     /// Of the vehicle from the middle of its lane, positive left.
     pub offset_m: Option<Measured>,
@@ -134,6 +155,7 @@ pub struct LaneEstimate {
     /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
     #[serde(default)]
     pub mirror: bool,
+    /// The method, and how many points it took.
     pub provenance: Provenance,
 }
 
@@ -144,6 +166,7 @@ pub struct Provenance {
     pub method: String,
     /// Points that were given, and that the lines rest on.
     pub given: usize,
+    /// Number of points that the lines rest on.
     pub used: usize,
 }
 

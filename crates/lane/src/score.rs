@@ -25,9 +25,13 @@ pub struct TrueLanes {
     pub also: Vec<Vec<[f64; 2]>>,
     /// Index of the line at the right and at the left of the vehicle's lane.
     pub own: [Option<usize>; 2],
+    /// Offset of the vehicle from the middle of its lane, m, positive left.
     pub offset_m: Option<f64>,
+    /// Heading of the vehicle against the lane, rad, positive left.
     pub heading_rad: Option<f64>,
+    /// Curvature of the lane beside the vehicle, 1/m, positive left.
     pub curvature_per_m: Option<f64>,
+    /// Number of the lane in a map.
     pub lane_number: Option<i32>,
     /// Distances from the vehicle between which lines are to be found: what the sensor can see.
     pub range_m: [f64; 2],
@@ -40,12 +44,17 @@ pub struct Score {
     pub precision: Option<f64>,
     /// Of the places of true lines, within [`WITHIN_M`] of an estimated one; None where there is nothing to find.
     pub recall: Option<f64>,
+    /// Harmonic mean of precision and recall; None where there is nothing to find.
     pub f1: Option<f64>,
     /// Mean distance of the vehicle's own lines from the truth at [`DISTANCES_M`], m; None where a line does not reach.
     pub lateral_m: [Option<f64>; 4],
+    /// Estimated less true offset, m.
     pub offset_error_m: Option<f64>,
+    /// Estimated less true heading, rad.
     pub heading_error_rad: Option<f64>,
+    /// Estimated less true curvature, 1/m.
     pub curvature_error_per_m: Option<f64>,
+    /// Whether the lane's number is the true one.
     pub lane_right: Option<bool>,
 }
 
@@ -140,9 +149,11 @@ pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
 /// Mean of a figure over runs with its 95 % confidence interval (Student's t).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
+    /// Mean of the values.
     pub mean: f64,
     /// Half the width of the interval; infinite for a single run.
     pub half: f64,
+    /// Number of values.
     pub runs: usize,
 }
 

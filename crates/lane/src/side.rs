@@ -7,11 +7,14 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
+    /// Left of the vehicle.
     Left,
+    /// Right of the vehicle.
     Right,
 }
 
 impl Side {
+    /// Both sides, left first.
     pub const BOTH: [Side; 2] = [Side::Left, Side::Right];
 
     /// +1 on the left, −1 on the right.

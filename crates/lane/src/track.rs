@@ -2,8 +2,9 @@
 //! that was seen of it, and its place beside the vehicle to what was seen before it was passed (Feng 2019, section 5.1.6 names tracking
 //! as the way to more accuracy). Takes the estimates of any method whose lines rest on points.
 
-use super::curve::{Clothoid, Fitted, Shape, fit};
+use super::curve::{Clothoid, Fitted, Shape};
 use super::numeric::outer;
+use super::robust::{WEIGHINGS, robust};
 use super::{LaneEstimate, LanePoint, Line, Measured, UNKNOWN_M};
 use catseye_math::Matrix;
 use glam::{DMat2, DVec2};
@@ -16,9 +17,11 @@ pub struct TrackOptions {
     pub drift: [f64; 4],
     /// How well a point stands for a place on the line, m, and what azimuths miss beyond their noise, rad.
     pub place_m: f64,
+    /// Error of azimuths beyond their noise, rad.
     pub azimuth_error_rad: f64,
     /// A line is the same if it lies within so many standard deviations, or within `near_m`.
     pub sigmas: f64,
+    /// A line that lies within this of a followed one is the same, m.
     pub near_m: f64,
     /// And turns away from it by less, rad.
     pub turned_rad: f64,
@@ -28,6 +31,7 @@ pub struct TrackOptions {
     pub behind_m: f64,
     /// Offsets (m) and headings (rad) that are less sure than this are not stated.
     pub most_offset_std_m: f64,
+    /// Headings that are less sure than this are not stated, rad.
     pub most_heading_std_rad: f64,
 }
 
@@ -52,6 +56,7 @@ impl Default for TrackOptions {
 /// How the vehicle moves; its path is an arc between looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoStep {
+    /// Speed of the vehicle, m/s.
     pub speed_mps: Measured,
     /// Positive to the left.
     pub yaw_rate_rad_per_s: Measured,
@@ -123,8 +128,7 @@ struct Track {
 
 /// Places nearer to one another are one, m: no row has its markers so near.
 const ONE_PLACE_M: f64 = 0.5;
-/// Rounds in which places off the curve lose weight, and by how much a further parameter has to lower Cauchy's measure.
-const WEIGHINGS: usize = 3;
+/// By how much a further parameter has to lower Cauchy's measure.
 const GAIN: f64 = 12.0;
 /// Of what is remembered of a line at least this share lies on its curve.
 const MOST_ON: f64 = 0.8;
@@ -178,34 +182,6 @@ impl Track {
         }
         None
     }
-}
-
-/// Standard deviations off the curve at which a point's weight has halved (Cauchy).
-pub(super) const HALF_WEIGHT: f64 = 2.0;
-/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
-const AT_FIRST_M: f64 = 0.08;
-
-/// The simplest shape that points with outliers bear out, by Cauchy's measure of each shape's own best fit: the weights of one shape
-/// would make outliers of what only another one fits. A further parameter has to lower the measure by more than `gain`.
-pub(super) fn robust(places: &[DVec2], std_m: &[f64], gain: f64, weighings: usize) -> Option<Fitted> {
-    let first: Vec<f64> = std_m.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
-    let mut best: Option<(f64, Fitted)> = None;
-    for shape in [Shape::Line, Shape::Arc, Shape::Clothoid] {
-        let Some(mut fitted) = fit(places, &first, shape) else { continue };
-        let off = |f: &Fitted, k: usize| f.curve.foot(places[k]).left_m / (HALF_WEIGHT * std_m[k]);
-        for _ in 0..weighings {
-            let weighed: Vec<f64> =
-                (0..places.len()).map(|k| std_m[k] * (1.0 + off(&fitted, k).powi(2)).sqrt()).collect();
-            fitted = fit(places, &weighed, shape).unwrap_or(fitted);
-        }
-        let cost: f64 =
-            (0..places.len()).map(|k| HALF_WEIGHT.powi(2) * off(&fitted, k).powi(2).ln_1p()).sum();
-        let more = best.as_ref().map_or(0, |b| shape.parameters() - b.1.shape.parameters());
-        if best.as_ref().is_none_or(|b| b.0 - cost > gain * more as f64) {
-            best = Some((cost, fitted));
-        }
-    }
-    best.map(|b| b.1)
 }
 
 /// A line where the vehicle is: how far to its left, its direction against the vehicle's, its curvature.
@@ -344,6 +320,7 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
 /// A filter over lane estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineTracker {
+    /// How lines are followed.
     pub options: TrackOptions,
     tracks: Vec<Track>,
     last_s: Option<f64>,
@@ -353,6 +330,7 @@ pub struct LineTracker {
 const APART_S: f64 = 2.0;
 
 impl LineTracker {
+    /// A filter that has seen nothing yet.
     pub fn new(options: TrackOptions) -> LineTracker {
         LineTracker { options, tracks: Vec::new(), last_s: None }
     }
@@ -609,6 +587,7 @@ fn displaced(curve: &Clothoid, s_m: f64) -> [DVec2; 4] {
 mod tests {
     use super::*;
     use crate::LaneError;
+    use crate::curve::fit;
     use catseye::rng::Draws;
 
     const STEP: EgoStep = EgoStep {

@@ -8,7 +8,9 @@ use glam::{DMat3, DVec2, DVec3};
 /// from the image's upper left corner, so that the centre of the first pixel is (0.5, 0.5).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
+    /// Width of the image in pixels.
     pub width_px: usize,
+    /// Height of the image in pixels.
     pub height_px: usize,
     /// Focal length over the pixel's width and height.
     pub focal_px: DVec2,
@@ -117,10 +119,12 @@ impl Image {
         }
     }
 
+    /// Width of the image in pixels.
     pub fn width_px(&self) -> usize {
         self.width_px
     }
 
+    /// Height of the image in pixels.
     pub fn height_px(&self) -> usize {
         self.height_px
     }
@@ -142,10 +146,13 @@ impl Image {
 /// The part of the image in which lines are sought: two level sides and two slanting ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trapezoid {
+    /// Height of the top side in the image, pixels from the top.
     pub top_v_px: f64,
+    /// Height of the bottom side in the image, pixels from the top.
     pub bottom_v_px: f64,
     /// Left and right end of the top side.
     pub top_u_px: [f64; 2],
+    /// Left and right end of the bottom side, pixels.
     pub bottom_u_px: [f64; 2],
 }
 
@@ -181,6 +188,10 @@ impl Trapezoid {
         Ok(t)
     }
 
+    /// Checks that the corners are finite and in order.
+    ///
+    /// # Errors
+    /// Refuses a corner that is not finite, or corners out of order.
     pub fn validate(&self) -> Result<(), LaneError> {
         let all = [
             self.top_v_px,
@@ -210,6 +221,7 @@ impl Trapezoid {
         (0.0..=1.0).contains(&t).then(|| [at(0), at(1)])
     }
 
+    /// Whether a pixel lies inside the trapezoid.
     pub fn contains(&self, pixel: DVec2) -> bool {
         self.row(pixel.y).is_some_and(|[l, r]| (l..=r).contains(&pixel.x))
     }

@@ -89,6 +89,7 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
 /// case: u runs along `axis_rad` from `origin_m`, w to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parabola {
+    /// Origin of the curve's own frame in the vehicle frame, m.
     pub origin_m: DVec2,
     /// Direction of u from the car's x axis.
     pub axis_rad: f64,
@@ -114,6 +115,7 @@ impl Parabola {
         (point_m - self.origin_m).dot(self.along())
     }
 
+    /// The point at u of the curve, vehicle frame, m.
     pub fn point(&self, u_m: f64) -> DVec2 {
         let w = self.a[0] + u_m * (self.a[1] + u_m * self.a[2]);
         let e = self.along();
@@ -155,6 +157,7 @@ impl Parabola {
         2.0 * self.covariance[2][2].max(0.0).sqrt()
     }
 
+    /// Length of the span along u, m.
     pub fn length_m(&self) -> f64 {
         self.span_m[1] - self.span_m[0]
     }
@@ -259,8 +262,11 @@ pub fn fit_parabola(
 /// Uniform clamped cubic B-spline w(u) in the frame of [`Parabola`], control values by least squares.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BSpline {
+    /// Origin of the curve's own frame in the vehicle frame, m.
     pub origin_m: DVec2,
+    /// Direction of u from the car's x axis, rad.
     pub axis_rad: f64,
+    /// The u of the first and the last point, m.
     pub span_m: [f64; 2],
     /// `pieces + 3` control values in m.
     pub control_m: Vec<f64>,
@@ -328,13 +334,18 @@ fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Soluti
 /// Parabola and spline on the same points, judged by leave-one-out: each point against the fit without it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitComparison {
+    /// The parabola through the points.
     pub parabola: Parabola,
+    /// The spline through the same points.
     pub spline: BSpline,
+    /// Root mean square of the parabola's leave-one-out residuals, m.
     pub parabola_left_out_rms_m: f64,
+    /// Root mean square of the spline's leave-one-out residuals, m.
     pub spline_left_out_rms_m: f64,
 }
 
 impl FitComparison {
+    /// Whether the parabola's leave-one-out residuals are no larger than the spline's.
     pub fn parabola_is_better(&self) -> bool {
         self.parabola_left_out_rms_m <= self.spline_left_out_rms_m
     }
@@ -363,7 +374,9 @@ fn sinc(x: f64) -> f64 {
 /// A piece of road as a part of a circle; a straight one has curvature zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
+    /// Where the arc starts, vehicle frame, m.
     pub point_m: DVec2,
+    /// Direction at the start from the car's x axis, rad.
     pub heading_rad: f64,
     /// Positive to the left.
     pub curvature_1pm: f64,
@@ -398,6 +411,7 @@ impl Arc {
         self.point_m + DVec2::from_angle(self.heading_rad + half) * (s_m * sinc(half))
     }
 
+    /// Direction after `s_m` of arc length, rad.
     pub fn heading_at(&self, s_m: f64) -> f64 {
         wrapped(self.heading_rad + self.curvature_1pm * s_m)
     }

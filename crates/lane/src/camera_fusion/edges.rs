@@ -27,6 +27,7 @@ impl Default for EdgeSettings {
 /// One pixel's edge, placed between pixels along the gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
+    /// Place in the image, pixels, between pixel centres.
     pub pixel: DVec2,
     /// Direction from dark to bright, from the u axis towards the v axis.
     pub normal_rad: f64,
@@ -34,6 +35,7 @@ pub struct Edge {
     pub gradient: f64,
 }
 
+/// The edges of one image and what it is like.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edges {
     /// Row by row from the top.
@@ -210,14 +212,19 @@ fn thin_and_follow(gradient: &Gradient, nu: usize, nv: usize, high: f32) -> Vec<
 /// Settings of [`hough_lines`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HoughSettings {
+    /// Width of a cell in angle, rad.
     pub angle_step_rad: f64,
+    /// Width of a cell in distance, pixels.
     pub distance_step_px: f64,
     /// An edge votes for lines whose normal lies this near its own.
     pub angle_reach_rad: f64,
     /// A peak suppresses smaller ones within these distances.
     pub suppress_rad: f64,
+    /// Smaller peaks within this distance of a larger one are dropped, pixels.
     pub suppress_px: f64,
+    /// Least number of edges on a line.
     pub least_votes: usize,
+    /// Largest number of lines.
     pub most_lines: usize,
 }
 
@@ -239,7 +246,9 @@ impl Default for HoughSettings {
 /// from dark to bright, so t runs through the whole circle and rho may be negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoughLine {
+    /// Direction of the line's normal, rad.
     pub theta_rad: f64,
+    /// Signed distance of the line from the image's corner, pixels.
     pub rho_px: f64,
     /// Number of edges on the line.
     pub votes: usize,

@@ -36,12 +36,15 @@ const LEAST_AWAY_MPS: f64 = 0.5;
 /// Settings of [`CameraFusion`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusionOptions {
+    /// The camera that takes the pictures.
     pub camera: Camera,
     /// The near and the far side of the trapezoid on the ground, m ahead.
     pub seen_m: [f64; 2],
     /// To each side, m.
     pub half_width_m: f64,
+    /// Settings of the near part, from the picture.
     pub near: NearSettings,
+    /// Settings of the joining of near and far part.
     pub recognise: RecogniseSettings,
     /// Time of the tracks that one recognition takes, the document's t; neighbours share half of it. s.
     pub period_s: f64,
@@ -58,6 +61,7 @@ pub struct FusionOptions {
     pub axis_std_rad: f64,
     /// Standard deviation of the camera's pitch, rad: how far off its ground is.
     pub pitch_std_rad: f64,
+    /// The bends that train the network.
     pub bends: BendSettings,
     /// Bends that train the network: the units of its second layer.
     pub units: usize,
@@ -113,6 +117,7 @@ pub struct LeadPath {
     pub id: u64,
     /// Moved to the car's middle.
     pub points_m: Vec<DVec2>,
+    /// The curve through the points, with its extension by arcs.
     pub trail: Trail,
     /// Standard deviation of the whole way from that of the car's middle, by where on the car its echoes lie.
     pub echo_std_m: f64,
@@ -121,10 +126,13 @@ pub struct LeadPath {
 /// What the last look was made of.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Insight {
+    /// The lane as the camera sees it.
     pub near: Option<NearLane>,
     /// Why the camera gave nothing.
     pub blinded: Option<Blinding>,
+    /// The paths of the cars ahead.
     pub ways: Vec<LeadPath>,
+    /// Near and far part joined.
     pub recognition: Option<Recognition>,
 }
 
@@ -186,10 +194,12 @@ impl CameraFusion {
         })
     }
 
+    /// The part of the picture in which lines are sought.
     pub fn trapezoid(&self) -> &Trapezoid {
         &self.trapezoid
     }
 
+    /// The network that chooses the road model.
     pub fn pnn(&self) -> &Pnn {
         &self.pnn
     }
@@ -266,7 +276,7 @@ impl CameraFusion {
         self.before = None;
     }
 
-    /// The ways of the cars ahead, from the tracks of one period.
+    /// The paths of the cars ahead, from the tracks of one period.
     fn ways(&self, path: &EgoPath, now_s: f64) -> Vec<LeadPath> {
         let from_s = now_s - self.options.period_s - 1e-9;
         let way = |(id, told): (&u64, &Vec<TrackSample>)| {

@@ -35,6 +35,7 @@ pub struct LaneMatch {
     pub next_r_squared: f64,
     /// Far extension's slope less near extension's at the gap's middle.
     pub slope_gap_rad: f64,
+    /// Distance between the ends of the near and the far part, m.
     pub gap_m: f64,
 }
 

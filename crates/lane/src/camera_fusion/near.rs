@@ -10,7 +10,9 @@ use glam::{DMat2, DVec2};
 /// Settings of [`find_near_lane`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearSettings {
+    /// Settings of the edge detection.
     pub edges: EdgeSettings,
+    /// Settings of the search for straight lines.
     pub hough: HoughSettings,
     /// Least and largest width of a painted line.
     pub stripe_m: [f64; 2],
@@ -38,6 +40,7 @@ impl Default for NearSettings {
 /// The middle of one painted line on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NearLine {
+    /// The line's middle on the ground.
     pub curve: Parabola,
     /// Width of the paint as fitted.
     pub stripe_m: f64,
@@ -48,7 +51,9 @@ pub struct NearLine {
 /// The own lane as the camera sees it. At least one line is there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NearLane {
+    /// The line to the left of the car.
     pub left: Option<NearLine>,
+    /// The line to the right of the car.
     pub right: Option<NearLine>,
 }
 

@@ -9,7 +9,9 @@ use catseye::rng::Draws;
 /// start of the radar's part. Both are angles from the car's x axis, positive to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
+    /// Slope of the near part at its end, rad.
     pub near_slope_rad: f64,
+    /// Slope of the far part at its start, rad.
     pub far_slope_rad: f64,
 }
 
@@ -29,6 +31,7 @@ pub struct BendSettings {
     pub car_rad: f64,
     /// Standard deviations of the two slopes as measured.
     pub near_noise_rad: f64,
+    /// Standard deviation of the far part's slope, rad.
     pub far_noise_rad: f64,
     /// Turns spread evenly over each model's range, one to each part of it, which suits few training bends;
     /// else drawn anywhere in the range.
@@ -98,6 +101,7 @@ pub struct Pnn {
 /// What the network says of one bend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
+    /// The likeliest road model.
     pub model: RoadModel,
     /// In the order of [`RoadModel::ALL`], with equal prior.
     pub probability: [f64; 5],

@@ -13,9 +13,13 @@ use std::fmt;
 /// Why the camera gives nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blinding {
+    /// Light dazzles the camera.
     Glare,
+    /// It is too dark to see lines.
     Dark,
+    /// Fog hides the road.
     Fog,
+    /// Something covers the lens.
     Covered,
     /// The image is there and shows no lane line.
     NoLine,
@@ -37,16 +41,20 @@ impl fmt::Display for Blinding {
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one for each image")]
 pub enum CameraView {
+    /// The lane that the camera sees.
     Lane(NearLane),
+    /// Nothing seen, and why.
     Blinded(Blinding),
 }
 
 /// What a recognition rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sources {
+    /// The camera's near part and a radar's far part, joined.
     CameraAndRadar,
     /// The radar gave no way, or none that continues the near lane.
     CameraAlone,
+    /// The radar's far part alone, and why the camera gives nothing.
     RadarAlone(Blinding),
 }
 
@@ -69,15 +77,18 @@ impl fmt::Display for Sources {
 /// Where a piece of the lane comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
+    /// The camera saw it.
     Camera,
     /// Built between the two.
     Middle,
+    /// The radar's tracks show it.
     Radar,
 }
 
 /// Settings of [`recognise`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecogniseSettings {
+    /// Settings of the matching of near and far part.
     pub matching: MatchSettings,
     /// Used where the camera does not see both lines.
     pub lane_width_m: f64,
@@ -98,8 +109,10 @@ impl Default for RecogniseSettings {
     }
 }
 
+/// What one recognition takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecogniseInput<'a> {
+    /// What the camera gives.
     pub camera: &'a CameraView,
     /// Ways of the cars that drive ahead in the own direction, in the present frame.
     pub trails: &'a [Trail],
@@ -112,13 +125,17 @@ pub struct RecogniseInput<'a> {
 /// The own lane from the car to the end of what is known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recognition {
+    /// The sensors that the result rests on.
     pub sources: Sources,
     /// Middle of the lane, the nearest point first.
     pub middle_m: Vec<DVec2>,
+    /// Points of the left line, near to far, vehicle frame, m.
     pub left_m: Vec<DVec2>,
+    /// Points of the right line, near to far, vehicle frame, m.
     pub right_m: Vec<DVec2>,
     /// One for each point.
     pub parts: Vec<Part>,
+    /// Width of the lane, m.
     pub lane_width_m: f64,
     /// What the network says; none without both sensors.
     pub choice: Option<Choice>,
@@ -383,11 +400,13 @@ fn wide(end: &Arc, curve: &Parabola, u_m: f64) -> bool {
 /// the lane is recognised anew from that and the present ways.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recogniser {
+    /// Settings of every step.
     pub settings: RecogniseSettings,
     previous: Option<Recognition>,
 }
 
 impl Recogniser {
+    /// Starts without a recognition before.
     pub fn new(settings: RecogniseSettings) -> Recogniser {
         Recogniser { settings, previous: None }
     }

@@ -9,14 +9,20 @@ use std::fmt;
 /// The document's five road models (figure 9, a to e).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum RoadModel {
+    /// Straight on.
     Straight,
+    /// A right angle to the right.
     RightAngleRight,
+    /// A curve to the right.
     CurveRight,
+    /// A curve to the left.
     CurveLeft,
+    /// A right angle to the left.
     RightAngleLeft,
 }
 
 impl RoadModel {
+    /// All models, in the order of the document.
     pub const ALL: [RoadModel; 5] = [
         RoadModel::Straight,
         RoadModel::RightAngleRight,
@@ -41,6 +47,7 @@ impl fmt::Display for RoadModel {
 /// The end of the near part or the start of the far part, both pointing away from the car.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeOfPart {
+    /// Place, slope and curvature there.
     pub arc: Arc,
     /// Standard deviation of the part's curvature; infinite when it is not known.
     pub sigma_curvature_1pm: f64,

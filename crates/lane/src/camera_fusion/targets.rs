@@ -8,6 +8,7 @@ use glam::DVec2;
 /// The car's own motion from `time_s` until the next sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoSample {
+    /// Time of the sample, s.
     pub time_s: f64,
     /// Negative in reverse.
     pub speed_mps: f64,
@@ -81,6 +82,7 @@ impl EgoPath {
 /// The way of one car ahead: its parabola inside the span and the arcs that extend it (Sangeetha Lakshmi section 3.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trail {
+    /// The parabola through the points.
     pub curve: Parabola,
     /// Starts at the near end; its heading points away from the car.
     pub near: Arc,
@@ -175,6 +177,7 @@ impl Trail {
     }
 }
 
+/// The distance of one way from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaneOffset {
     /// Positive to the left.
@@ -186,10 +189,13 @@ pub struct LaneOffset {
 /// A target's lane counted from the first target's, positive to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LanePlace {
+    /// The lane, counted from the first target's, positive to the left.
     pub lane: i32,
+    /// Distance of the way from the first target's, m, positive to the left.
     pub offset_m: f64,
     /// Distance from the border between two lanes, at most half a lane: small means unsure.
     pub margin_m: f64,
+    /// How much arc had to be added to the two ways together, m.
     pub extension_m: f64,
 }
 

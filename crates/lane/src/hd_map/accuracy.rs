@@ -9,16 +9,22 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SceneKind {
+    /// A straight road.
     Straight,
+    /// A curve.
     Curve,
+    /// A ramp.
     Ramp,
+    /// A road with an emergency bay.
     EmergencyBay,
 }
 
 impl SceneKind {
+    /// All kinds, in the order of the document's table.
     pub const ALL: [SceneKind; 4] =
         [SceneKind::Straight, SceneKind::Curve, SceneKind::Ramp, SceneKind::EmergencyBay];
 
+    /// The kind in words, as reports print it.
     pub fn name(self) -> &'static str {
         match self {
             SceneKind::Straight => "straight",
@@ -55,9 +61,11 @@ pub enum Cause {
 }
 
 impl Cause {
+    /// All causes, in the order in which reports print them.
     pub const ALL: [Cause; 5] =
         [Cause::Measurement, Cause::Method, Cause::Unexplained, Cause::Dropped, Cause::Unusable];
 
+    /// The cause in words, as reports print it.
     pub fn name(self) -> &'static str {
         match self {
             Cause::Measurement => "measurement",
@@ -72,16 +80,19 @@ impl Cause {
 /// Vehicles of one kind of scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
+    /// Vehicles that were given their lane.
     pub right: u32,
     /// By cause, in the order of [`Cause::ALL`].
     pub wrong: [u32; 5],
 }
 
 impl Tally {
+    /// Vehicles counted, right and wrong.
     pub fn counted(&self) -> u32 {
         self.right + self.wrong.iter().sum::<u32>()
     }
 
+    /// Vehicles that were counted wrong for this cause.
     pub fn wrong_by(&self, cause: Cause) -> u32 {
         self.wrong[cause as usize]
     }
@@ -164,6 +175,7 @@ impl AccuracyTable {
         Some(cause)
     }
 
+    /// The tally of one kind of scene.
     pub fn tally(&self, scene: SceneKind) -> &Tally {
         &self.tallies[scene as usize]
     }

@@ -21,6 +21,7 @@ const ACROSS_ROAD_RAD: f64 = 0.5;
 /// How looks are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
+    /// How lanes are assigned.
     pub settings: Settings,
     /// Of the radar in the vehicle's level frame; [`SensorInput::place`] is the radar's own place.
     pub radar_at_m: [f64; 2],
@@ -28,6 +29,7 @@ pub struct Options {
     pub radar_yaw_rad: f64,
     /// Standard deviation of the radar's place on each axis, and of its azimuth.
     pub place_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
     /// Lines are stated so far around the vehicle.
     pub reach_m: f64,
@@ -66,6 +68,7 @@ pub struct MapLanes {
 }
 
 impl MapLanes {
+    /// The method's name, as on the command line.
     pub const METHOD: &'static str = "hd-map";
 
     /// Errors: the first fault of the map or of the settings.
@@ -88,6 +91,7 @@ impl MapLanes {
         Ok(MapLanes { map, options, local: None })
     }
 
+    /// The map of the lanes.
     pub fn map(&self) -> &HdMap {
         &self.map
     }

@@ -39,6 +39,7 @@ impl From<Wgs84> for [f64; 3] {
 }
 
 impl Wgs84 {
+    /// A place from latitude and longitude in degrees and height over the ellipsoid in metres.
     pub const fn new(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Self {
         Wgs84 { latitude_deg, longitude_deg, height_m }
     }
@@ -106,6 +107,7 @@ impl Wgs84 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RadarPose {
+    /// Where the radar stands.
     pub position: Wgs84,
     /// Of boresight, clockwise from true north, radians (0 looks north, +pi/2 east).
     pub azimuth_rad: f64,

@@ -11,8 +11,10 @@ const MAX_WIDTH_M: f64 = 100.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LaneKind {
+    /// A lane for driving.
     #[default]
     Driving,
+    /// The emergency lane.
     Emergency,
     /// An emergency bay beside the emergency lane.
     Bay,
@@ -35,7 +37,9 @@ impl LaneKind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Width {
+    /// The same width everywhere, m.
     Constant(f64),
+    /// Pairs of station and width, m.
     Along(Vec<[f64; 2]>),
 }
 
@@ -73,8 +77,10 @@ impl Width {
 pub struct Lane {
     /// What the answer says; no two lanes of a map share one.
     pub number: i32,
+    /// What the lane or strip is for.
     #[serde(default)]
     pub kind: LaneKind,
+    /// Width of the lane, m.
     pub width_m: Width,
 }
 
@@ -82,6 +88,7 @@ pub struct Lane {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Carriageway {
+    /// The carriageway's name, which errors state.
     pub name: String,
     /// The line between the median and the first lane: the left edge in driving direction where traffic
     /// keeps right. Two points or more, in order along the road.
@@ -99,6 +106,7 @@ pub struct Carriageway {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HdMap {
+    /// The carriageways of the map.
     #[serde(default)]
     pub carriageways: Vec<Carriageway>,
 }

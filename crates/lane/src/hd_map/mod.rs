@@ -44,12 +44,14 @@ const MAX_SLOPE: f64 = 1e-6;
 /// A place where a vehicle was seen, in the radar's level axes (x forward, y left).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
+    /// The position (x forward, y left), m.
     pub position_m: DVec2,
     /// Of the position, (x, y) in square metres. Zero where nothing is known of it.
     pub covariance_m2: DMat2,
 }
 
 impl Target {
+    /// A target from its position in m and the covariance in m².
     pub const fn new(position_m: DVec2, covariance_m2: DMat2) -> Self {
         Target { position_m, covariance_m2 }
     }
@@ -92,7 +94,9 @@ pub enum Across {
 /// How lanes are assigned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// Which line across the road divides it into lanes.
     pub across: Across,
+    /// How an edge runs between its points.
     pub edge_rule: EdgeRule,
     /// An edge counts as dense, and is followed by chords, where the chord lies within this of the parabola.
     pub dense_sagitta_m: f64,
@@ -141,6 +145,7 @@ impl Settings {
 /// Whether the target lies on the lane that it was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
+    /// Between the edges of the carriageway.
     Inside,
     /// In the strip within alpha inside the inner edge, taken for the first lane.
     FromMedian,
@@ -153,10 +158,13 @@ pub enum Fit {
 pub struct LanePlace {
     /// Index into the map's carriageways.
     pub carriageway: usize,
+    /// Number of the lane in the map.
     pub number: i32,
+    /// What the lane is for.
     pub kind: LaneKind,
     /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (Li, eq. 5).
     pub rate: f64,
+    /// Whether the target lies on the lane.
     pub fit: Fit,
     /// Distance along the inner edge from its first point.
     pub station_m: f64,
@@ -185,11 +193,22 @@ pub enum Dropped {
     /// The edges meet or cross beside the target, or no lane has a width there.
     NoRoom,
     /// The target is between edges whose distance is not that of the lanes' widths.
-    Mismatch { gap_m: f64, lanes_m: f64 },
+    Mismatch {
+        /// Distance of the edges beside the target, m.
+        gap_m: f64,
+        /// Sum of the lanes' widths there, m.
+        lanes_m: f64,
+    },
     /// Farther inside the inner edge than alpha allows.
-    Median { beyond_m: f64 },
+    Median {
+        /// How far inside the inner edge the target lies, m.
+        beyond_m: f64,
+    },
     /// Farther outside the outer edge than beta allows.
-    Roadside { beyond_m: f64 },
+    Roadside {
+        /// How far outside the outer edge the target lies, m.
+        beyond_m: f64,
+    },
     /// Map, pose or settings cannot be used.
     Map(LaneError),
 }
@@ -225,10 +244,12 @@ impl std::error::Error for Dropped {}
 pub struct Assignment {
     /// Index into the targets.
     pub target: usize,
+    /// The lane, or why there is none.
     pub lane: Result<LanePlace, Dropped>,
 }
 
 impl Assignment {
+    /// Number of the lane; None where there is none.
     pub fn number(&self) -> Option<i32> {
         self.lane.as_ref().ok().map(|l| l.number)
     }

@@ -19,18 +19,24 @@ const NO_WIDTH_M: f64 = 1e-6;
 /// The lanes of one road at stations along it, world coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stripes {
+    /// Name of the carriageway.
     pub name: String,
     /// From the left edge to the right.
     pub stripes: Vec<Stripe>,
 }
 
+/// One lane or strip of a carriageway.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stripe {
+    /// Number of the lane.
     pub number: i32,
+    /// What the road was built with there.
     pub kind: Built,
+    /// Direction in which it is driven.
     pub driven: Driven,
-    /// One entry for each station.
+    /// Its left edge, one entry for each station, m.
     pub left_m: Vec<DVec3>,
+    /// Its right edge, one entry for each station, m.
     pub right_m: Vec<DVec3>,
 }
 

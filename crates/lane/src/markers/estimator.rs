@@ -99,6 +99,7 @@ pub struct Markers {
 }
 
 impl Markers {
+    /// An estimator that has seen nothing yet.
     pub fn new(options: MarkersOptions) -> Markers {
         Markers {
             tracker: options.track.map(LineTracker::new),
@@ -109,6 +110,7 @@ impl Markers {
         }
     }
 
+    /// The options that the estimator was made with.
     pub fn options(&self) -> &MarkersOptions {
         &self.options
     }

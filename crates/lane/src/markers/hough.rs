@@ -16,17 +16,25 @@ use std::f64::consts::{PI, TAU};
 pub enum Curve {
     /// x cos + y sin = distance.
     Line {
+        /// Direction of the line's normal, rad.
         angle_rad: f64,
+        /// Distance of the line from the origin, m.
         distance_m: f64,
     },
+    /// A circle.
     Circle {
+        /// Centre of the circle, m.
         centre_m: [f64; 2],
+        /// Radius of the circle, m.
         radius_m: f64,
     },
     /// In axes turned by the angle, with the vertex as origin: y² = 4 r x.
     Parabola {
+        /// Vertex of the parabola, m.
         vertex_m: [f64; 2],
+        /// Focal length r, m.
         focal_m: f64,
+        /// Direction in which the parabola opens, rad.
         angle_rad: f64,
     },
 }
@@ -76,7 +84,9 @@ const RADIUS_M: std::ops::Range<f64> = 6.0..300.0;
 /// A row: the curve and the points on it, in their order along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
+    /// The curve that the points lie on.
     pub curve: Curve,
+    /// Indices of the points, in their order along the curve.
     pub members: Vec<usize>,
 }
 

@@ -28,6 +28,7 @@ pub const METHOD: &str = "markers";
 /// What the steps to the lines leave; indices of points.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Steps {
+    /// Motion of the radar over the ground; None where nothing tells it.
     pub motion: Option<RadarMotion>,
     /// At rest, and not in the ground's clutter.
     pub at_rest: Vec<usize>,
@@ -37,6 +38,7 @@ pub struct Steps {
     pub dense: Vec<usize>,
     /// {p1} less {p2}, and of these what still is at the spacing.
     pub left: Vec<usize>,
+    /// Paths through points at the markers' spacing, as indices of points.
     pub paths: Vec<Vec<usize>>,
     /// Rows that only Hough's transform found.
     pub by_hough: Vec<Vec<usize>>,

@@ -7,13 +7,16 @@ use glam::DVec2;
 /// A point as the pattern takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
+    /// Place in the vehicle's level frame, m.
     pub at_m: DVec2,
     /// Standard deviations along and across the direction `ahead`.
     pub std_m: [f64; 2],
+    /// Unit vector from the radar to the point.
     pub ahead: DVec2,
 }
 
 impl Site {
+    /// The place of a lane point.
     pub fn of(p: &LanePoint) -> Site {
         Site { at_m: DVec2::from_array(p.at_m), std_m: p.std_m, ahead: DVec2::from_angle(p.azimuth_rad) }
     }

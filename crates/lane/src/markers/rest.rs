@@ -10,6 +10,7 @@ use glam::{DMat2, DVec2};
 pub struct RadarMotion {
     /// Along x and y of the vehicle's level frame.
     pub velocity_mps: [f64; 2],
+    /// Covariance of the velocity, m²/s².
     pub covariance: [[f64; 2]; 2],
 }
 

@@ -4,7 +4,7 @@ use super::pattern::Site;
 use super::scan::{MarkerOptions, Scan};
 use crate::curve::{Fitted, Shape, fit, fit_simplest};
 use crate::numeric::median;
-use crate::track::{HALF_WEIGHT, robust};
+use crate::robust::{WEIGHINGS, at_first, robust, weighed};
 use crate::{LanePoint, Line};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -16,11 +16,6 @@ const PLACE_M: f64 = 0.02;
 fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
     Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
 }
-
-/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
-const AT_FIRST_M: f64 = 0.08;
-/// Rounds in which points off the curve lose weight.
-const WEIGHINGS: usize = 3;
 
 /// Places of points in their order, and their deviations across the curve through them.
 fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
@@ -39,15 +34,12 @@ fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
 /// what the others agree on have little weight: cells that hold several echoes give directions that are off by more than noise.
 fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<Fitted> {
     let (places, std) = across(scan, members);
-    let first: Vec<f64> = std.iter().map(|s| s.hypot(AT_FIRST_M)).collect();
+    let first = at_first(&std);
     let fitted = match shape {
         Some(shape) => fit(&places, &first, shape),
         None => fit_simplest(&places, &first, WHILE_GROWING),
     }?;
-    let off = |p: &DVec2, s: f64| fitted.curve.foot(*p).left_m / (HALF_WEIGHT * s);
-    let weighed: Vec<f64> =
-        std.iter().zip(&places).map(|(s, p)| s * (1.0 + off(p, *s).powi(2)).sqrt()).collect();
-    Some(fit(&places, &weighed, fitted.shape).unwrap_or(fitted))
+    Some(weighed(fitted, &places, &std))
 }
 
 /// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar

@@ -62,7 +62,9 @@ pub type ExpectedRcs<'a> = dyn Fn(&LanePoint, f64) -> f64 + 'a;
 /// One scan.
 #[derive(Clone, Copy)]
 pub struct Scan<'a> {
+    /// Time of the scan, s.
     pub time_s: f64,
+    /// The points of the scan.
     pub points: &'a [LanePoint],
     /// Of the radar over the ground, along x. None: taken from the points.
     pub speed_mps: Option<Measured>,

@@ -6,15 +6,20 @@ use serde::{Deserialize, Serialize};
 /// A detected cell of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
+    /// Range of the cell, m.
     pub range_m: f64,
     /// Positive when the range grows.
     pub range_rate_mps: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
 }
 
+/// A value that the cells determine, more or less.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
+    /// The most likely value.
     pub value: f64,
     /// From the curvature of the likelihood and the width of the search.
     pub std: f64,

@@ -5,6 +5,7 @@ use super::{
 };
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{self, LaneError};
+use crate::standing::radar_velocity_mps;
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -32,11 +33,13 @@ pub struct Options {
     pub min_snr_db: f64,
     /// What a marker is never more certain than, for its extent and its place in the row: m and m/s.
     pub least_range_std_m: f64,
+    /// Least standard deviation of a marker's range rate, m/s.
     pub least_range_rate_std_mps: f64,
     /// Whether the edge of the map gives the speed where the bus is silent.
     pub speed_from_map: bool,
     /// Every so many looks the whole search range is gone through, in between what lies near the last look's lane; 1: always.
     pub search_every: u32,
+    /// The lane that is sought, and how.
     pub lane: LaneSettings,
 }
 
@@ -58,11 +61,10 @@ impl Default for Options {
 /// What a look gives beyond a [`LaneEstimate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneLook {
+    /// The lane as all methods state it.
     pub estimate: LaneEstimate,
     /// As the core fitted it, of the radar; None where there is no lane.
     pub lane: Option<LaneFromMap>,
-    /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
-    pub mirror: bool,
     /// Whether the whole search range was gone through.
     pub searched: bool,
 }
@@ -99,6 +101,7 @@ impl RangeDopplerLane {
         Ok(RangeDopplerLane { options, last: None })
     }
 
+    /// The options that the estimator was made with.
     pub fn options(&self) -> &Options {
         &self.options
     }
@@ -110,7 +113,6 @@ impl RangeDopplerLane {
         let none = |why| LaneLook {
             estimate: LaneEstimate::none(METHOD, time_s, input.points.len(), why),
             lane: None,
-            mirror: false,
             searched: false,
         };
         match found {
@@ -119,15 +121,14 @@ impl RangeDopplerLane {
                 none(why)
             }
             Ok((lane, cells, slip_rad, searched)) => {
-                let share = lane.explained / cells.count.max(1) as f64;
+                let share = lane.explained / cells.cells.len().max(1) as f64;
                 let looks = match (&self.last, searched) {
                     (Some(last), false) => last.looks + 1,
                     _ => 0,
                 };
-                let mirror = lane.sign == Sign::Unknown;
-                let out = LaneEstimate { mirror, ..self.answer(input, &lane, &cells, slip_rad, share) };
+                let estimate = self.answer(input, &lane, &cells, slip_rad, share);
                 self.last = Some(Last { time_s, lane: lane.clone(), share, looks });
-                LaneLook { estimate: out, mirror, lane: Some(lane), searched }
+                LaneLook { estimate, lane: Some(lane), searched }
             }
         }
     }
@@ -153,7 +154,7 @@ impl RangeDopplerLane {
         let [ahead_m, left_m] = o.radar_at_m;
         let (mut slip_rad, mut own) = (0.0, None);
         if let Some(v) = speed {
-            let moved = DVec2::new(v.value - yaw * left_m, yaw * ahead_m);
+            let moved = radar_velocity_mps(v.value, yaw, DVec2::new(ahead_m, left_m));
             if v.value > 0.0 {
                 slip_rad = moved.y.atan2(moved.x);
             }
@@ -178,7 +179,7 @@ impl RangeDopplerLane {
                     known => known,
                 };
                 if let Ok(lane) = lane_near(&cells.cells, speed, &o.lane, &near)
-                    && lane.explained >= (last.share - WORSE) * cells.count as f64
+                    && lane.explained >= (last.share - WORSE) * cells.cells.len() as f64
                 {
                     return Ok((lane, cells, slip_rad, false));
                 }
@@ -196,20 +197,17 @@ impl RangeDopplerLane {
     /// Points that may be markers: numbers, strong enough, at rest as far as their range rate tells.
     fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, LaneError> {
         let o = &self.options;
-        let finite = |p: &&(usize, &LanePoint)| {
-            let p = p.1;
+        let is_sound = |p: &LanePoint| {
             let std = [p.std_m[0], p.range_rate_std_mps];
             p.range_m.is_finite()
                 && p.range_rate_mps.is_finite()
                 && std.iter().all(|s| s.is_finite() && *s >= 0.0)
         };
-        let all: Vec<(usize, &LanePoint)> = points.iter().enumerate().collect();
-        let good: Vec<&(usize, &LanePoint)> = all.iter().filter(finite).collect();
-        if good.is_empty() {
+        if !points.iter().any(is_sound) {
             return Err(LaneError::NotFinite { points: points.len() });
         }
-        let mut out = Cells { cells: Vec::new(), members: Vec::new(), count: 0 };
-        for (i, p) in good {
+        let mut out = Cells { cells: Vec::new(), members: Vec::new() };
+        for (i, p) in points.iter().enumerate().filter(|(_, p)| is_sound(p)) {
             let closing = -p.range_rate_mps;
             let speed = own.map_or(closing.max(0.0), |v| v.value);
             let mut rate_std = p.range_rate_std_mps.hypot(o.least_range_rate_std_mps);
@@ -231,7 +229,7 @@ impl RangeDopplerLane {
             // How fast the range rate of what stands still changes, by the angle to the motion.
             let change = (speed * speed - closing * closing).max(0.0) / p.range_m.max(0.1);
             rate_std = rate_std.hypot(SMEAR * change * o.frame_time_s);
-            out.members.push(*i);
+            out.members.push(i);
             out.cells.push(Cell {
                 range_m: p.range_m,
                 range_rate_mps: p.range_rate_mps,
@@ -239,11 +237,7 @@ impl RangeDopplerLane {
                 range_rate_std_mps: rate_std,
             });
         }
-        out.count = out.cells.len();
-        match out.count {
-            0 => Err(LaneError::NothingAtRest),
-            _ => Ok(out),
-        }
+        if out.cells.is_empty() { Err(LaneError::NothingAtRest) } else { Ok(out) }
     }
 
     /// Whether a lane within the search range has a marker so far from the way that the radar goes: rails and walls stand farther.
@@ -305,6 +299,7 @@ impl RangeDopplerLane {
         };
         estimate.confidence = share.clamp(0.0, 1.0);
         estimate.provenance.used = used;
+        estimate.mirror = lane.sign == Sign::Unknown;
         estimate
     }
 }
@@ -323,7 +318,6 @@ struct Cells {
     cells: Vec<Cell>,
     /// Of each cell, the number of its point.
     members: Vec<usize>,
-    count: usize,
 }
 
 impl Cells {

@@ -26,10 +26,16 @@ pub(super) type Vector = [f64; VALUES];
 
 pub(super) type Matrix = [[f64; VALUES]; VALUES];
 
+/// What is known of the radar's speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
     /// Of the radar over ground, m/s, with its standard deviation.
-    Known { mps: f64, std_mps: f64 },
+    Known {
+        /// The speed, m/s.
+        mps: f64,
+        /// Its standard deviation, m/s.
+        std_mps: f64,
+    },
     /// From the edge of the map, then fitted with the rest.
     FromMap,
 }
@@ -52,23 +58,33 @@ pub enum CurveStart {
     UpTo(f64),
 }
 
+/// What is known of the lane, and where to search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LaneSettings {
+    /// Distance of the two rows, m.
     pub lane_width_m: f64,
+    /// Distance of markers of the left row, m.
     pub left_spacing_m: f64,
+    /// Distance of markers of the right row, m.
     pub right_spacing_m: f64,
+    /// The line along which spacings are measured in a bend.
     pub along: Along,
+    /// What is known of where the bend starts.
     pub curve_start: CurveStart,
     /// Of the radar over the markers.
     pub radar_height_m: f64,
+    /// Largest offset that is searched, m, to both sides.
     pub max_offset_m: f64,
+    /// Largest heading that is searched, rad, to both sides.
     pub max_heading_rad: f64,
+    /// Least radius of the bend that is searched, m.
     pub min_radius_m: f64,
     /// The bend ends where it has turned by this.
     pub max_turn_rad: f64,
     /// Ranges at which markers are seen.
     pub near_m: f64,
+    /// Largest range at which markers are seen, m.
     pub far_m: f64,
     /// Half the field of view, about the direction of motion.
     pub half_view_rad: f64,
@@ -103,8 +119,10 @@ impl Default for LaneSettings {
     }
 }
 
+/// Whether the signs of offset, heading and curvature are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sign {
+    /// The cells tell the side.
     Known,
     /// The mirrored lane fits about as well. With equal spacings it fits exactly as well, and the lane
     /// reported is the one with its offset (or, where that is zero within its standard deviation, its
@@ -115,13 +133,17 @@ pub enum Sign {
 /// Another lane that fits about as well, not the mirrored one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OtherLane {
+    /// Offset of the radar from the lane's middle, m, positive left.
     pub offset_m: f64,
+    /// Heading of the radar's motion against the lane, rad, positive left.
     pub heading_rad: f64,
+    /// Curvature of the bend, 1/m, positive left.
     pub curvature_per_m: f64,
     /// How much less likely it is.
     pub log_odds: f64,
 }
 
+/// The lane as the cells of a map draw it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaneFromMap {
     /// From the middle of the lane, metres, positive to the left.
@@ -132,18 +154,23 @@ pub struct LaneFromMap {
     pub curvature_per_m: Parameter,
     /// Along the lane from the radar to the bend. Not observed where the lane is straight.
     pub curve_start_m: Parameter,
-    /// From the radar along the lane to the first marker ahead.
+    /// From the radar along the lane to the first marker of the left row ahead, m.
     pub left_phase_m: Parameter,
+    /// From the radar along the lane to the first marker of the right row ahead, m.
     pub right_phase_m: Parameter,
+    /// Speed of the radar, m/s.
     pub speed_mps: Parameter,
     /// In the order of the values above.
     pub covariance: Matrix,
+    /// Whether the side is known.
     pub sign: Sign,
     /// Log odds of this lane against the mirrored one; infinite where no mirrored one fits.
     pub sign_log_odds: f64,
+    /// Another lane that fits about as well.
     pub other: Option<OtherLane>,
     /// Expected number of cells that are markers.
     pub explained: f64,
+    /// Logarithm of the likelihood at its top.
     pub log_likelihood: f64,
 }
 

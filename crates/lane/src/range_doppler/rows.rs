@@ -23,10 +23,13 @@ pub(super) struct Marker {
 /// A marker, or a place between two, as a lane foresees it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foreseen {
+    /// Whether the marker stands in the left row.
     pub is_left: bool,
     /// Along the lane from the radar, m.
     pub along_m: f64,
+    /// Range from the radar, m.
     pub range_m: f64,
+    /// Range rate, m/s, positive when the range grows.
     pub range_rate_mps: f64,
 }
 

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub struct EdgeMeasurement {
     /// Positive to the left.
     pub a_per_m: f64,
+    /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
     /// Of (a, b): 1/m², 1, 1, m².
     pub covariance: [[f64; 2]; 2],
@@ -24,6 +25,10 @@ pub struct EdgeMeasurement {
 }
 
 impl EdgeMeasurement {
+    /// Checks that the values are finite and the covariance is one.
+    ///
+    /// # Errors
+    /// Refuses the first value that is not finite or not possible.
     pub fn validate(&self) -> Result<()> {
         finite("measured a", self.a_per_m)?;
         finite("measured b", self.b_m)?;
@@ -67,6 +72,10 @@ impl Default for ClothoidSettings {
 }
 
 impl ClothoidSettings {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// Refuses the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         not_negative("c1_walk", self.c1_walk)?;
         not_negative("b_walk", self.b_walk)?;
@@ -81,6 +90,7 @@ impl ClothoidSettings {
 pub struct Update {
     /// Squared innovation over its covariance: χ² with `freedom` degrees where model and noise are right.
     pub nis: f64,
+    /// Degrees of freedom of the innovation.
     pub freedom: usize,
     /// False where the gate kept it out; the state is unchanged then.
     pub accepted: bool,

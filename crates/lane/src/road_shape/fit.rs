@@ -25,11 +25,13 @@ pub enum Curve {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitSettings {
+    /// The curve that is fitted.
     pub curve: Curve,
     /// Points farther than this from the curve, in deviations, have no weight (Tukey's c).
     pub cutoff: f64,
     /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for Miyake's model.
     pub heading_std_rad: f64,
+    /// Added to each point's standard deviation: roughness of a wall, m.
     pub floor_std_m: f64,
     /// Random walk of the road's c1 ahead of the car, 1/m² per √m, as in
     /// [`super::ClothoidSettings::c1_walk`]: what it may do to the shape up to x counts as an error of
@@ -37,11 +39,17 @@ pub struct FitSettings {
     pub c1_walk: f64,
     /// How far off the start may be: at x = 0, and in a.
     pub start_b_m: f64,
+    /// Start value's standard deviation in a, 1/m.
     pub start_a_per_m: f64,
+    /// Least distance ahead of points that are used, m.
     pub x_min_m: f64,
+    /// Largest distance ahead of points that are used, m.
     pub x_max_m: f64,
+    /// Least number of points that support an edge.
     pub min_points: usize,
+    /// Least stretch of road that the points cover, m.
     pub min_extent_m: f64,
+    /// Largest number of rounds of the reweighted fit.
     pub max_iterations: usize,
 }
 
@@ -65,6 +73,10 @@ impl Default for FitSettings {
 }
 
 impl FitSettings {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// Refuses the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         positive("cutoff", self.cutoff)?;
         not_negative("heading_std_rad", self.heading_std_rad)?;
@@ -80,9 +92,11 @@ impl FitSettings {
 /// An edge y = b + heading·x + (curve of a), and what it says of a clothoid.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeFit {
+    /// The side of the vehicle on which the edge lies.
     pub side: Side,
     /// Half the curvature at x = 0, positive to the left.
     pub a_per_m: f64,
+    /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
     /// Direction of the road against the car's, positive to the left; 0 where it is not estimated.
     pub heading_rad: f64,
@@ -92,7 +106,9 @@ pub struct EdgeFit {
     pub cubic: [f64; 2],
     /// Points that the fit used.
     pub points: usize,
+    /// Distance ahead of the first point that supports the edge, m.
     pub x_min_m: f64,
+    /// Distance ahead of the last point that supports the edge, m.
     pub x_max_m: f64,
     /// Spread of the residuals over what the deviations state: 1 where they are right. Where it is
     /// significantly more, the covariance has its square in it.

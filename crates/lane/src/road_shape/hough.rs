@@ -12,13 +12,17 @@ use statrs::function::gamma::gamma_lr;
 pub struct HoughSettings {
     /// Cells reach from −`a_max_per_m` to +`a_max_per_m`; a = 1/(2 R).
     pub a_max_per_m: f64,
+    /// Width of a cell in a, 1/m.
     pub a_step_per_m: f64,
     /// Least and greatest distance of an edge from the vehicle's x axis, on either side.
     pub b_min_m: f64,
+    /// Greatest distance of an edge from the vehicle's x axis, m.
     pub b_max_m: f64,
+    /// Width of a cell in b, m.
     pub b_step_m: f64,
     /// Points beyond are not used: there a clothoid is no parabola.
     pub x_min_m: f64,
+    /// Largest distance ahead of points that are used, m.
     pub x_max_m: f64,
     /// A vote is (power / median power)^exponent over the point's deviation; 0 leaves power out.
     pub power_exponent: f64,
@@ -39,6 +43,7 @@ pub struct HoughSettings {
     /// Of curves at least `clearance_m` apart all along, the innermost that has this share of the
     /// greatest vote is the edge: what lies behind it is a mirror image or another road.
     pub inner_share: f64,
+    /// Least distance of two curves all along that makes them two, m.
     pub clearance_m: f64,
 }
 
@@ -67,6 +72,10 @@ impl Default for HoughSettings {
 }
 
 impl HoughSettings {
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// Refuses the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         positive("a_max_per_m", self.a_max_per_m)?;
         positive("a_step_per_m", self.a_step_per_m)?;
@@ -98,16 +107,20 @@ impl HoughSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RoadWidth {
+    /// Mean of the distance between the edges, m.
     pub mean_m: f64,
+    /// Standard deviation of the distance between the edges, m.
     pub std_m: f64,
 }
 
 /// An edge as the vote shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgePeak {
+    /// The side of the vehicle on which the edge lies.
     pub side: Side,
     /// Positive to the left; half the curvature.
     pub a_per_m: f64,
+    /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
     /// Of (a, b): 1/m², 1, 1, m².
     pub covariance: [[f64; 2]; 2],
@@ -117,13 +130,16 @@ pub struct EdgePeak {
     pub points: usize,
     /// Stretch of road that they cover.
     pub x_min_m: f64,
+    /// Distance ahead of the last of them, m.
     pub x_max_m: f64,
 }
 
 /// A pair of parallel edges as the vote shows it: cells, left first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ParallelPeak {
+    /// Half the curvature of each edge, 1/m, positive to the left.
     pub a_per_m: [f64; 2],
+    /// Place of each edge beside the vehicle, m, positive to the left.
     pub b_m: [f64; 2],
     /// Points within three deviations of each.
     pub points: [usize; 2],
@@ -233,14 +249,17 @@ impl VoteMap {
         Ok(map)
     }
 
+    /// Number of columns, the cells of a.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
+    /// Number of rows, the cells of b.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
+    /// The a in the middle of a column, 1/m.
     pub fn a_per_m(&self, column: usize) -> f64 {
         (column as f64 - (self.columns / 2) as f64) * self.settings.a_step_per_m
     }

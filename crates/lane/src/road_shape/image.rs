@@ -35,6 +35,7 @@ pub enum Angles {
     BiSvd,
     /// MUSIC with a full decomposition of each frame.
     Music,
+    /// ESPRIT on the array's samples.
     Esprit,
     /// Beamforming.
     Bartlett,
@@ -43,6 +44,7 @@ pub enum Angles {
 /// Settings of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageSettings {
+    /// How angles are found.
     pub angles: Angles,
     /// Most sources in a row (Miyake: 2).
     pub sources: usize,
@@ -58,6 +60,7 @@ pub struct ImageSettings {
     pub source_db: f64,
     /// … and not so much under the strongest source of its row, dB.
     pub below_db: f64,
+    /// Largest range of the image, m.
     pub max_range_m: f64,
     /// What the beat frequency of a peak is not known better than, in range cells.
     pub beat_floor_cells: f64,
@@ -88,7 +91,9 @@ impl Default for ImageSettings {
 pub struct ImagePeak {
     /// Beat, in range cells.
     pub range_bin: f64,
+    /// Standard deviation of the beat, in range cells.
     pub beat_std_cells: f64,
+    /// The source that the peak shows.
     pub source: Source,
 }
 
@@ -101,10 +106,13 @@ pub struct SlopeImage {
     pub range_bin_m: f64,
     /// Mean power of each row, W, and the noise in it.
     pub row_w: Vec<f64>,
+    /// Power of the noise, W.
     pub noise_w: f64,
     /// Sources of each row; none in rows without an echo.
     pub sources: Vec<Vec<Source>>,
+    /// The peaks of the image.
     pub peaks: Vec<ImagePeak>,
+    /// Azimuths of the spectrum's columns, rad.
     pub azimuth_rad: Vec<f64>,
     /// `[row, azimuth]`, 1 and more; empty unless it was asked for, zero in rows without an echo.
     pub spectrum: Vec<f64>,
@@ -328,6 +336,7 @@ impl Imager {
         }
     }
 
+    /// The radar that the images are made for.
     pub fn radar(&self) -> &Radar {
         &self.radar
     }

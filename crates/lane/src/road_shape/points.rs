@@ -1,11 +1,15 @@
 //! Peaks of a scan, and which of them stand still (Miyake, sections III and IV).
 
+use crate::Measured;
 use crate::error::{LaneError, Result, finite, not_negative, positive};
+use crate::standing::{StandingGate, radar_velocity_mps};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// A peak of the radar image, sensor frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
+    /// Range, m.
     pub range_m: f64,
     /// Positive to the left of the radar's boresight.
     pub azimuth_rad: f64,
@@ -13,8 +17,11 @@ pub struct Peak {
     pub range_rate_mps: f64,
     /// Linear, in any unit that is the same for all peaks of a scan. MUSIC spectra serve, too.
     pub power: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
 }
 
@@ -22,8 +29,11 @@ pub struct Peak {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadarMount {
+    /// Place of the radar forward of the vehicle's origin, m.
     pub x_m: f64,
+    /// Place of the radar left of the vehicle's origin, m.
     pub y_m: f64,
+    /// Direction of the radar's boresight from the vehicle's x axis, rad, positive left.
     pub yaw_rad: f64,
 }
 
@@ -31,12 +41,15 @@ pub struct RadarMount {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ego {
+    /// Speed along the vehicle's x axis, m/s.
     pub speed_mps: f64,
+    /// Standard deviation of the speed, m/s.
     #[serde(default)]
     pub speed_std_mps: f64,
     /// Positive to the left; 0 where it is not known.
     #[serde(default)]
     pub yaw_rate_radps: f64,
+    /// Standard deviation of the yaw rate, rad/s.
     #[serde(default)]
     pub yaw_rate_std_radps: f64,
 }
@@ -49,7 +62,9 @@ pub struct StaticGate {
     pub sigmas: f64,
     /// Added to the deviation: what the peak's own standard deviation does not know.
     pub floor_mps: f64,
+    /// Least range of points that are used, m.
     pub min_range_m: f64,
+    /// Largest range of points that are used, m.
     pub max_range_m: f64,
     /// Where range rates are known modulo this (λ/2T of a chirp sequence): the gate takes any fold.
     pub fold_mps: Option<f64>,
@@ -64,35 +79,35 @@ impl Default for StaticGate {
 /// A standing point in the vehicle frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StaticPoint {
+    /// Place forward of the vehicle's origin, m.
     pub x_m: f64,
+    /// Place left of the vehicle's origin, m.
     pub y_m: f64,
     /// Covariance of (x, y): xx, xy, yy, m².
     pub covariance_m2: [f64; 3],
+    /// Power of the peak, in the peaks' unit.
     pub power: f64,
 }
 
 /// What [`static_points`] made of a scan. The three counts and the points add up to the peaks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StaticScan {
+    /// The standing points.
     pub points: Vec<StaticPoint>,
     /// Peaks whose range rate is not that of a standing point.
     pub moving: usize,
+    /// Peaks outside the gate's range.
     pub out_of_range: usize,
     /// Peaks with a value that is not finite, a negative deviation or no power.
     pub unusable: usize,
 }
 
-/// Velocity of the radar in vehicle axes, m/s.
-fn radar_velocity_mps(mount: &RadarMount, ego: &Ego) -> [f64; 2] {
-    [ego.speed_mps - ego.yaw_rate_radps * mount.y_m, ego.yaw_rate_radps * mount.x_m]
-}
-
-/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (M,
+/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (Miyake,
 /// section IV: −speed straight ahead; yaw rate and lever arm added).
 pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) -> f64 {
-    let (sin, cos) = (azimuth_rad + mount.yaw_rad).sin_cos();
-    let v = radar_velocity_mps(mount, ego);
-    -(cos * v[0] + sin * v[1])
+    let arm_m = DVec2::new(mount.x_m, mount.y_m);
+    let v = radar_velocity_mps(ego.speed_mps, ego.yaw_rate_radps, arm_m);
+    -DVec2::from_angle(azimuth_rad + mount.yaw_rad).dot(v)
 }
 
 /// Standing points of a scan in the vehicle frame.
@@ -115,7 +130,14 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
     if let Some(fold) = gate.fold_mps {
         positive("fold of the range rate", fold)?;
     }
-    let v = radar_velocity_mps(mount, ego);
+    let speed = Measured { value: ego.speed_mps, std: ego.speed_std_mps };
+    let yaw_rate = Measured { value: ego.yaw_rate_radps, std: ego.yaw_rate_std_radps };
+    let standing = StandingGate {
+        sigmas: gate.sigmas,
+        tolerance_mps: gate.floor_mps,
+        fold_mps: gate.fold_mps,
+        ..StandingGate::of_vehicle(speed, yaw_rate, DVec2::new(mount.x_m, mount.y_m))
+    };
     let mut scan = StaticScan::default();
     for p in peaks {
         if !usable(p) {
@@ -127,17 +149,8 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
             continue;
         }
         let (sin, cos) = (p.azimuth_rad + mount.yaw_rad).sin_cos();
-        let by_yaw = cos * mount.y_m - sin * mount.x_m;
-        let variance = p.range_rate_std_mps.powi(2)
-            + gate.floor_mps.powi(2)
-            + (cos * ego.speed_std_mps).powi(2)
-            + (by_yaw * ego.yaw_rate_std_radps).powi(2)
-            + ((sin * v[0] - cos * v[1]) * p.azimuth_std_rad).powi(2);
-        let mut off = p.range_rate_mps - expected_range_rate_mps(p.azimuth_rad, mount, ego);
-        if let Some(fold) = gate.fold_mps {
-            off -= fold * (off / fold).round();
-        }
-        if off * off > gate.sigmas * gate.sigmas * variance {
+        let range_rate = Measured { value: p.range_rate_mps, std: p.range_rate_std_mps };
+        if !standing.passes(p.azimuth_rad + mount.yaw_rad, p.azimuth_std_rad, range_rate) {
             scan.moving += 1;
             continue;
         }

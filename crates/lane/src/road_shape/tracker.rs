@@ -7,13 +7,19 @@ use super::{
 use crate::error::{Result, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
+/// Settings of every step from peaks to followed edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackerSettings {
+    /// Place and yaw of the radar.
     pub mount: RadarMount,
+    /// The gate of the standing points.
     pub gate: StaticGate,
+    /// Settings of the vote.
     pub hough: HoughSettings,
+    /// Settings of the refinement.
     pub fit: FitSettings,
+    /// Settings of the filter.
     pub filter: ClothoidSettings,
     /// Look for both edges with one curvature, and pass the curvature on to an edge that is not seen.
     pub parallel: bool,
@@ -23,7 +29,9 @@ pub struct TrackerSettings {
     pub confirm_scans: usize,
     /// An edge that is not seen is dropped after this time, this distance, or at this deviation of b.
     pub coast_s: f64,
+    /// An edge that is not seen is kept over this much road, m.
     pub coast_m: f64,
+    /// An edge whose place is less sure than this is dropped, m.
     pub coast_b_std_m: f64,
     /// So many scans in a row that the gate keeps out start the edge anew.
     pub restart_scans: usize,
@@ -48,11 +56,13 @@ impl Default for TrackerSettings {
     }
 }
 
+/// How far an edge is established.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeStatus {
     /// Seen, but not yet often enough.
     Tentative,
+    /// Seen often enough to be stated.
     Confirmed,
     /// Was confirmed, and is not seen in this scan.
     Coasting,
@@ -61,13 +71,17 @@ pub enum EdgeStatus {
 /// One edge after a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EdgeTrack {
+    /// The side of the vehicle on which the edge lies.
     pub side: Side,
+    /// How far the edge is established.
     pub status: EdgeStatus,
+    /// The filter that follows the edge.
     pub filter: ClothoidFilter,
     /// Scans in which it was seen.
     pub hits: usize,
     /// Since it was last seen.
     pub unseen_s: f64,
+    /// Road driven since the edge was seen last, m.
     pub unseen_m: f64,
     refused: usize,
 }
@@ -88,6 +102,7 @@ pub struct RoadShape {
 }
 
 impl RoadShape {
+    /// The edge on one side, where one is followed.
     pub fn edge(&self, side: Side) -> Option<&EdgeTrack> {
         self.edges[side.index()].as_ref()
     }

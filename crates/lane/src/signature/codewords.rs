@@ -18,16 +18,34 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Alphabet {
     /// A gap for each bit.
-    Gaps { zero_m: f64, one_m: f64, sync_m: Option<f64> },
+    Gaps {
+        /// Gap of a zero, m.
+        zero_m: f64,
+        /// Gap of a one, m.
+        one_m: f64,
+        /// Gap between words, m.
+        sync_m: Option<f64>,
+    },
     /// Markers at equal distances along the row, each `side_m` to the left of its line (one) or to the right
     /// (zero); `sync_m` from a word's last marker to the next word's first.
-    Sides { pitch_m: f64, side_m: f64, sync_m: Option<f64> },
+    Sides {
+        /// Distance of markers along the row, m.
+        pitch_m: f64,
+        /// Distance of markers from the row's line, m.
+        side_m: f64,
+        /// Gap between words, m.
+        sync_m: Option<f64>,
+    },
 }
 
+/// The code of the words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Code {
     /// Every word of this many bits, 1 to 12; nothing is corrected but what gaps and repetition correct.
-    Plain { bits: usize },
+    Plain {
+        /// Number of bits of a word.
+        bits: usize,
+    },
     /// Distance 3.
     Hamming7x4,
     /// Distance 5.
@@ -41,31 +59,41 @@ pub enum Code {
 pub enum Zone {
     /// In tens of km/h, 1 to 15.
     SpeedLimit {
+        /// The limit in tens of km/h.
         tens_kmh: u8,
     },
     /// Begins in this many tens of metres, 0 to 14.
     TunnelAhead {
+        /// The distance in tens of metres.
         tens_m: u8,
     },
+    /// The tunnel ends here.
     TunnelEnd,
     /// Of a radius of at most this many tens of metres, 1 to 15.
     SharpBendLeft {
+        /// The radius in tens of metres.
         tens_m: u8,
     },
+    /// A sharp bend to the right, of a radius of at most this many tens of metres, 1 to 15.
     SharpBendRight {
+        /// The radius in tens of metres.
         tens_m: u8,
     },
     /// In this many tens of metres, 0 to 15.
     CrossingAhead {
+        /// The distance in tens of metres.
         tens_m: u8,
     },
     /// A number of the row for its map, 0 to 15.
     Place {
+        /// The number of the row.
         number: u8,
     },
     /// The row is a line of this kind.
     Line {
+        /// Whether the line is solid.
         solid: bool,
+        /// Whether the line is yellow.
         yellow: bool,
     },
 }
@@ -73,12 +101,17 @@ pub enum Zone {
 /// A detected point of the row: along it in the direction of travel, and beside its line, positive left.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RowPoint {
+    /// Place along the row in the direction of travel, m.
     pub s_m: f64,
+    /// Place beside the row's line, m, positive left.
     pub t_m: f64,
+    /// Standard deviation of the place along the row, m.
     pub s_std_m: f64,
+    /// Standard deviation of the place beside the line, m.
     pub t_std_m: f64,
 }
 
+/// How words are read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadSettings {
@@ -109,9 +142,12 @@ impl Default for ReadSettings {
     }
 }
 
+/// A word as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
+    /// The message of the word.
     pub message: u32,
+    /// The bits of the word.
     pub word: Vec<bool>,
     /// Against all other words together; zero or less where another is as likely.
     pub log_odds: f64,
@@ -125,7 +161,9 @@ pub struct Reading {
     pub up_to_rotation: bool,
     /// Of all looks: points that are markers, markers missing between them, points that are none.
     pub matched: usize,
+    /// Markers missing between those that were matched.
     pub missing: usize,
+    /// Points that are no markers.
     pub extra: usize,
     /// Where a word's first marker stands, along the row, m: for each look, modulo the word's length; None without points.
     /// Against the direction of writing, of the mirrored row.
@@ -137,6 +175,7 @@ fn bad_message() -> LaneError {
 }
 
 impl Code {
+    /// Number of bits of a word.
     pub fn length(&self) -> usize {
         match self {
             Self::Plain { bits } => *bits,
@@ -145,6 +184,7 @@ impl Code {
         }
     }
 
+    /// Number of bits of a message.
     pub fn message_bits(&self) -> usize {
         match self {
             Self::Plain { bits } => *bits,
@@ -343,6 +383,10 @@ struct Aligned {
 }
 
 impl Reader {
+    /// A reader of one code in one alphabet.
+    ///
+    /// # Errors
+    /// Refuses a code, alphabet or setting outside its range.
     pub fn new(code: Code, alphabet: Alphabet, settings: ReadSettings) -> Result<Self, LaneError> {
         alphabet.check()?;
         let s = &settings;

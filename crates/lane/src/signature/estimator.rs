@@ -7,6 +7,7 @@ use crate::curve::{Fitted, fit_simplest};
 use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
 use crate::numeric::wrapped;
+use crate::standing::StandingGate;
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, Provenance, SensorInput};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,7 @@ pub const METHOD: &str = "signature";
 pub struct StaticTest {
     /// Place of the radar on the vehicle, m.
     pub radar_m: [f64; 2],
+    /// Standard deviations of the range rate up to which a point stands.
     pub sigmas: f64,
     /// Range rates of standing things scatter by this beyond their noise, m/s.
     pub tolerance_mps: f64,
@@ -48,24 +50,20 @@ fn is_sound(p: &LanePoint) -> bool {
 }
 
 impl StaticTest {
-    /// Which points stand, where the vehicle goes at that speed and turns at that rate. What is no number does not stand.
+    /// Which points stand, where the vehicle goes at that speed and turns at that rate. Non-finite points do not stand.
     pub fn standing(&self, points: &[LanePoint], speed: Measured, yaw_rate: Option<Measured>) -> Vec<bool> {
         let yaw = yaw_rate
             .filter(|y| y.value.is_finite() && y.std.is_finite())
             .unwrap_or(Measured { value: 0.0, std: self.yaw_rate_std_rad_per_s });
-        let [x, y] = self.radar_m;
-        let velocity = DVec2::new(speed.value - yaw.value * y, yaw.value * x);
+        let gate = StandingGate {
+            sigmas: self.sigmas,
+            tolerance_mps: self.tolerance_mps,
+            fold_mps: self.fold_mps,
+            ..StandingGate::of_vehicle(speed, yaw, DVec2::from_array(self.radar_m))
+        };
         let rests = |p: &LanePoint| {
-            let u = DVec2::from_angle(p.azimuth_rad);
-            let mut off = p.range_rate_mps + velocity.dot(u);
-            if let Some(fold) = self.fold_mps.filter(|f| *f > 0.0) {
-                off -= fold * (off / fold).round();
-            }
-            let turn = velocity.perp_dot(u) * (p.std_m[1] / p.range_m.max(0.1));
-            let lever = yaw.std * (x * u.y - y * u.x);
-            let std = [p.range_rate_std_mps, speed.std * u.x, turn, lever, self.tolerance_mps];
-            let variance: f64 = std.iter().filter(|s| s.is_finite()).map(|s| s * s).sum();
-            off.abs() <= self.sigmas * variance.sqrt()
+            let range_rate = Measured { value: p.range_rate_mps, std: p.range_rate_std_mps };
+            gate.passes(p.azimuth_rad, p.std_m[1] / p.range_m.max(0.1), range_rate)
         };
         points.iter().map(|p| is_sound(p) && rests(p)).collect()
     }
@@ -88,34 +86,43 @@ type Beside = (f64, f64, usize, Line);
 /// A lane of the map: indices of its lines, in the direction in which they were given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapLane {
+    /// Number of the lane.
     pub number: i32,
+    /// Index of the line at its right.
     pub right: usize,
+    /// Index of the line at its left.
     pub left: usize,
 }
 
 /// Known lines of the road, in the map's coordinates.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapLanes {
+    /// Points of each line, m.
     pub lines_m: Vec<Vec<[f64; 2]>>,
     /// Of the lines across, m: of the survey.
     pub std_m: f64,
+    /// The lanes between the lines.
     pub lanes: Vec<MapLane>,
 }
 
 /// What [`Signature`] is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureOptions {
+    /// Which points stand.
     pub at_rest: StaticTest,
     /// Of the first search and of every one after the place is lost.
     pub search: LocateSettings,
     /// Half the strip beside the mapped route (m) and the angle (rad) of the first search.
     pub beside_m: f64,
+    /// Largest turn against the route in the first search, rad.
     pub turn_rad: f64,
     /// A rough first pose of the radar (as from GNSS), with half the square (m) to search; None: along the whole route.
     pub rough: Option<(Pose, f64)>,
     /// Of the searches near the last place.
     pub track: LocateSettings,
+    /// Half the square that is searched near the last place, m.
     pub track_half_m: f64,
+    /// Largest turn that is searched near the last place, rad.
     pub track_turn_rad: f64,
     /// A place less likely than this among those found is not told.
     pub least_probability: f64,
@@ -153,6 +160,7 @@ impl Default for SignatureOptions {
 /// Where the vehicle is in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPosition {
+    /// Time of the position, s.
     pub time_s: f64,
     /// Of the vehicle's reference point.
     pub vehicle: Pose,
@@ -206,6 +214,7 @@ impl Signature {
         Ok(Signature { map, lanes, options, last: None, failed: 0, time_s: None, speed: None, rows })
     }
 
+    /// The map in which places are found.
     pub fn map(&self) -> &SignatureMap {
         &self.map
     }
@@ -215,6 +224,7 @@ impl Signature {
         self.last.as_ref().filter(|_| self.failed == 0)
     }
 
+    /// The readers of marker rows.
     pub fn rows(&self) -> &[RowReader] {
         &self.rows
     }

@@ -17,17 +17,32 @@ use std::f64::consts::{SQRT_2, TAU};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
     /// Anywhere along the mapped route, up to this far beside it and turned against it.
-    Route { beside_m: f64, turn_rad: f64 },
+    Route {
+        /// Largest distance from the route, m.
+        beside_m: f64,
+        /// Largest turn against the route, rad.
+        turn_rad: f64,
+    },
     /// About a rough pose.
-    Near { pose: Pose, half_m: f64, turn_rad: f64 },
+    Near {
+        /// The rough pose of the radar.
+        pose: Pose,
+        /// Half the square that is searched, m.
+        half_m: f64,
+        /// Largest turn against the rough pose, rad.
+        turn_rad: f64,
+    },
 }
 
+/// How a place is found in a map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LocateSettings {
     /// Ranges and half the field of view of the scan.
     pub near_m: f64,
+    /// Largest range of points that are used, m.
     pub far_m: f64,
+    /// Half the field of view about the radar's boresight, rad.
     pub half_view_rad: f64,
     /// Points whose place is less sure do not take part.
     pub max_std_m: f64,
@@ -39,7 +54,9 @@ pub struct LocateSettings {
     pub detection_probability: f64,
     /// Share of the points that are no landmarks.
     pub extra_share: f64,
+    /// Step of the search in place, m.
     pub step_m: f64,
+    /// Step of the search in heading, rad.
     pub step_rad: f64,
     /// Poses that are refined.
     pub candidates: usize,
@@ -69,6 +86,7 @@ impl Default for LocateSettings {
 /// Another pose that fits about as well.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AlternativePose {
+    /// The pose of the radar.
     pub pose: Pose,
     /// How much less likely it is.
     pub log_odds: f64,
@@ -76,18 +94,22 @@ pub struct AlternativePose {
     pub along_m: f64,
 }
 
+/// The place of a scan in a map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Location {
+    /// The likeliest pose of the radar.
     pub pose: Pose,
     /// Of x, y (m) and heading (rad), of this pose alone: rivals are not in it.
     pub covariance: [[f64; 3]; 3],
     /// Expected number of points that are landmarks.
     pub explained: f64,
+    /// Number of points that took part.
     pub points: usize,
     /// Best first; empty where the pose is the only one.
     pub rivals: Vec<AlternativePose>,
     /// Of the poses found, that this one is true.
     pub probability: f64,
+    /// Logarithm of the likelihood at the pose.
     pub log_likelihood: f64,
 }
 

@@ -4,8 +4,10 @@
 //! here on points in place of cells): a hit raises it, a scan that should have seen it and did not lowers it,
 //! so that what was seen once fades. Feng, section 4.3.2.
 
+use crate::Measured;
 use crate::error::{self, LaneError};
 use crate::numeric::{outer, wrapped};
+use crate::standing::StandingGate;
 use glam::{DMat2, DVec2};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -13,17 +15,24 @@ use std::collections::BTreeMap;
 /// Of the radar in the world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
+    /// Place along the world's x axis, m.
     pub x_m: f64,
+    /// Place along the world's y axis, m.
     pub y_m: f64,
+    /// Direction from the world's x axis, rad, positive left.
     pub heading_rad: f64,
 }
 
 /// A point of a scan, seen from the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScanPoint {
+    /// Range, m.
     pub range_m: f64,
+    /// Azimuth from the radar's boresight, rad, positive left.
     pub azimuth_rad: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
     /// With its standard deviation; points without one are taken as static.
     pub range_rate_mps: Option<[f64; 2]>,
@@ -32,14 +41,19 @@ pub struct ScanPoint {
 /// Of the radar over ground in its own axes, m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Velocity {
+    /// Velocity along the boresight, m/s.
     pub forward_mps: f64,
+    /// Velocity to the left, m/s.
     pub left_mps: f64,
 }
 
+/// How a map is gathered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
+    /// Least range of points that are used, m.
     pub near_m: f64,
+    /// Largest range of points that are used, m.
     pub far_m: f64,
     /// Half the field of view about the radar's boresight.
     pub half_view_rad: f64,
@@ -51,7 +65,9 @@ pub struct MapSettings {
     pub gate_chi2: f64,
     /// Standard deviations of the range rate up to which a point is static.
     pub static_sigmas: f64,
+    /// What a hit adds to a landmark's log odds.
     pub hit_log_odds: f64,
+    /// What a miss adds to a landmark's log odds, 0 or less.
     pub miss_log_odds: f64,
     /// Log odds stay within this.
     pub most_log_odds: f64,
@@ -74,16 +90,21 @@ impl Default for MapSettings {
     }
 }
 
+/// A static point of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
+    /// Place in the world, m.
     pub position_m: [f64; 2],
     /// xx, xy, yy in m².
     pub covariance_m2: [f64; 3],
+    /// Number of scans that saw it.
     pub hits: u32,
+    /// Logarithm of the odds that it is there.
     pub log_odds: f64,
 }
 
 impl Landmark {
+    /// Probability that it is there, 0 to 1.
     pub fn occupancy(&self) -> f64 {
         1.0 / (1.0 + (-self.log_odds).exp())
     }
@@ -96,13 +117,25 @@ impl Landmark {
         let [xx, xy, yy] = self.covariance_m2;
         DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
     }
+
+    /// Moves to the mean of both places, as their covariances weigh them.
+    fn take_in(&mut self, place: DVec2, covariance: DMat2) {
+        let own = self.covariance();
+        let gain = own * (own + covariance).inverse();
+        let c = own - gain * own;
+        self.position_m = (self.place() + gain * (place - self.place())).to_array();
+        self.covariance_m2 = [c.x_axis.x, 0.5 * (c.x_axis.y + c.y_axis.x), c.y_axis.y];
+    }
 }
 
 /// What became of the points of a scan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScanCount {
+    /// Points that are landmarks seen again.
     pub merged: usize,
+    /// Points that began landmarks.
     pub new: usize,
+    /// Points that move.
     pub moving: usize,
     /// Not finite, out of range or view, or not sure enough of their place.
     pub unusable: usize,
@@ -156,6 +189,7 @@ impl Index {
     }
 }
 
+/// Landmarks with the poses of the drive that they were gathered on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureMap {
     settings: MapSettings,
@@ -194,17 +228,10 @@ impl ScanPoint {
     }
 
     fn moves(&self, v: &Velocity, sigmas: f64) -> bool {
-        let Some([rate, std]) = self.range_rate_mps else { return false };
-        if !std.is_finite() {
-            return true;
-        }
-        let u = DVec2::from_angle(self.azimuth_rad);
-        let expected = -(v.forward_mps * u.x + v.left_mps * u.y);
-        // The azimuth's error turns the expected rate.
-        let turn = (v.forward_mps * u.y - v.left_mps * u.x) * self.azimuth_std_rad;
-        // A rate that is no number shows nothing static.
-        let error = (rate - expected).abs();
-        error.is_nan() || error > sigmas * (std * std + turn * turn).sqrt()
+        let Some([value, std]) = self.range_rate_mps else { return false };
+        let velocity_mps = DVec2::new(v.forward_mps, v.left_mps);
+        let gate = StandingGate { velocity_mps, sigmas, ..StandingGate::default() };
+        !std.is_finite() || !gate.passes(self.azimuth_rad, self.azimuth_std_rad, Measured { value, std })
     }
 }
 
@@ -228,6 +255,10 @@ impl MapSettings {
 }
 
 impl SignatureMap {
+    /// An empty map.
+    ///
+    /// # Errors
+    /// Refuses a setting outside its range.
     pub fn new(settings: MapSettings) -> Result<Self, LaneError> {
         settings.check()?;
         Ok(Self { settings, landmarks: Vec::new(), route: Vec::new(), index: Index::default() })
@@ -251,6 +282,7 @@ impl SignatureMap {
         Ok(Self { settings, landmarks, route, index })
     }
 
+    /// The landmarks, in the order in which they were first seen.
     pub fn landmarks(&self) -> &[Landmark] {
         &self.landmarks
     }
@@ -260,6 +292,7 @@ impl SignatureMap {
         &self.route
     }
 
+    /// The settings that the map was made with.
     pub fn settings(&self) -> &MapSettings {
         &self.settings
     }
@@ -330,14 +363,10 @@ impl SignatureMap {
             let (place, cov) = seen[i];
             let l = &mut self.landmarks[j];
             let before = l.place();
-            let gain = l.covariance() * (l.covariance() + cov).inverse();
-            let after = before + gain * (place - before);
-            let shrunk = l.covariance() - gain * l.covariance();
-            l.position_m = after.to_array();
-            l.covariance_m2 = [shrunk.x_axis.x, 0.5 * (shrunk.x_axis.y + shrunk.y_axis.x), shrunk.y_axis.y];
+            l.take_in(place, cov);
             l.hits = l.hits.saturating_add(1);
             l.log_odds = (l.log_odds + s.hit_log_odds).min(s.most_log_odds);
-            self.index.shift(j, before, after);
+            self.index.shift(j, before, l.place());
             count.merged += 1;
         }
         // What stands in view and was not seen fades.
@@ -391,14 +420,10 @@ impl SignatureMap {
                 if i == j || gone[j] || d.dot(sum.inverse() * d) > self.settings.gate_chi2 {
                     continue;
                 }
-                let gain = a.covariance() * sum.inverse();
-                let c = a.covariance() - gain * a.covariance();
-                self.landmarks[i] = Landmark {
-                    position_m: (a.place() + gain * d).to_array(),
-                    covariance_m2: [c.x_axis.x, 0.5 * (c.x_axis.y + c.y_axis.x), c.y_axis.y],
-                    hits: a.hits.saturating_add(b.hits),
-                    log_odds: a.log_odds.max(b.log_odds),
-                };
+                let joined = &mut self.landmarks[i];
+                joined.take_in(b.place(), b.covariance());
+                joined.hits = a.hits.saturating_add(b.hits);
+                joined.log_odds = a.log_odds.max(b.log_odds);
                 gone[j] = true;
             }
         }

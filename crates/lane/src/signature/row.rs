@@ -11,11 +11,15 @@ use serde::{Deserialize, Serialize};
 /// Which row, and how it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowOptions {
+    /// Name of the row, which readings state.
     pub name: String,
     /// Where the row's line passes beside the vehicle, positive left, m: from and to.
     pub beside_m: [f64; 2],
+    /// The code of the row's words.
     pub code: Code,
+    /// How the bits stand in the row.
     pub alphabet: Alphabet,
+    /// How words are read.
     pub read: ReadSettings,
     /// Points nearer or farther than this are not taken, m.
     pub range_m: [f64; 2],
@@ -33,6 +37,7 @@ pub struct RowOptions {
 }
 
 impl RowOptions {
+    /// Usual settings for a row of this name, place, code and alphabet.
     pub fn new(name: &str, beside_m: [f64; 2], code: Code, alphabet: Alphabet) -> RowOptions {
         RowOptions {
             name: name.into(),
@@ -60,6 +65,7 @@ impl RowOptions {
 /// A row as it was picked: its points, and where they lie in the frame of the points given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picked {
+    /// The points of the row.
     pub points: Vec<RowPoint>,
     /// Indices of what was given.
     pub members: Vec<usize>,
@@ -205,6 +211,7 @@ fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) 
 pub struct ZoneReading {
     /// As in [`RowOptions`].
     pub row: String,
+    /// The word as it was read.
     pub reading: Reading,
     /// What the word says, where it is sure and has a meaning.
     pub zone: Option<Zone>,
@@ -248,10 +255,12 @@ impl RowReader {
         MapSettings { near_m, far_m, half_view_rad: 1.5, ..MapSettings::default() }
     }
 
+    /// The options of the row.
     pub fn options(&self) -> &RowOptions {
         &self.options
     }
 
+    /// The reader of the row's words.
     pub fn reader(&self) -> &Reader {
         &self.reader
     }

@@ -44,6 +44,7 @@ impl Background {
         }
     }
 
+    /// The mean scan, one value a sample.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
@@ -63,9 +64,11 @@ impl Background {
 pub struct UwbOptions {
     /// Of the samples of [`SensorInput::pulse`].
     pub axis: RangeAxis,
+    /// The ranges from which echoes are summed.
     pub gate: RangeGate,
     /// Taken from each scan first; None takes the scans as they are, as Kim does.
     pub background: Option<Background>,
+    /// Settings of the search for markers.
     pub config: UwbConfig,
     /// Of the line that the radar looks at.
     pub side: Side,

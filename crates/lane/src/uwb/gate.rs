@@ -26,7 +26,9 @@ pub struct MarkedLane {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RangeGate {
+    /// Nearest range, m.
     pub min_m: f64,
+    /// Farthest range, m.
     pub max_m: f64,
 }
 
@@ -34,7 +36,9 @@ pub struct RangeGate {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RangeAxis {
+    /// Range of the first sample, m.
     pub start_m: f64,
+    /// Distance of samples in range, m.
     pub step_m: f64,
 }
 

@@ -72,6 +72,7 @@ pub struct OffsetTrend {
     pub slope: f64,
     /// Standard error of the slope; `None` with two markers.
     pub slope_error: Option<f64>,
+    /// Number of markers in the trend.
     pub markers: usize,
 }
 

@@ -7,9 +7,11 @@ use serde::Serialize;
 /// Size of spacing errors. Metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpacingErrors {
+    /// Number of errors.
     pub count: usize,
     /// Mean of the absolute errors.
     pub mean_m: f64,
+    /// Root mean square of the errors, m.
     pub rms_m: f64,
     /// Largest absolute error.
     pub worst_m: f64,
@@ -34,6 +36,7 @@ pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, LaneError> {
 /// A drive against the times at which the radar passed each marker's centre.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunScore {
+    /// Markers that were passed.
     pub markers: usize,
     /// Markers with a pass in time.
     pub detected: usize,

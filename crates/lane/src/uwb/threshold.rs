@@ -48,7 +48,12 @@ pub enum ThresholdMethod {
     /// The greatest energy seen.
     Maximum,
     /// The quantile of a generalised Pareto tail of this shape fitted to the highest `excesses` energies.
-    ExtremeValue { shape: f64, excesses: usize },
+    ExtremeValue {
+        /// Shape of the tail.
+        shape: f64,
+        /// Number of the highest energies that the tail was fitted to.
+        excesses: usize,
+    },
 }
 
 /// Energy above which a scan may show a marker.
@@ -62,6 +67,7 @@ pub struct Threshold {
     pub floor_energy: f64,
     /// Scans without markers that it came from.
     pub samples: usize,
+    /// How the threshold was found.
     pub method: ThresholdMethod,
 }
 

@@ -10,9 +10,11 @@ use std::collections::VecDeque;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetSource {
+    /// No offset is told.
     None,
     /// Slant range of the strongest echo, for a radar at this height.
     Range {
+        /// Height of the radar above the road, m.
         height_m: f64,
     },
     /// Mean energy of the pass.
@@ -38,6 +40,7 @@ pub struct UwbConfig {
     pub hold_m: f64,
     /// A pass nearer than this to the last marker of the lane is no marker.
     pub least_distance_m: f64,
+    /// What counts as the centre of a pass.
     pub centre: Centre,
     /// Right spacings in a row that make a lane.
     pub confirm_spacings: usize,
@@ -45,6 +48,7 @@ pub struct UwbConfig {
     pub misses_to_warn: usize,
     /// Markers in the offset trend.
     pub trend_markers: usize,
+    /// Where the lateral offset of a pass comes from.
     pub offset: OffsetSource,
 }
 
@@ -125,7 +129,9 @@ pub struct MarkerPass {
     pub distance_m: f64,
     /// Rise and fall through the release level.
     pub start_m: f64,
+    /// Fall through the release level, m along the road.
     pub end_m: f64,
+    /// Largest energy of the pass.
     pub peak_energy: f64,
     /// Mean energy over the plate's middle two thirds, around the centre.
     pub mean_energy: f64,
@@ -161,9 +167,12 @@ pub enum Verdict {
     TooNear,
 }
 
+/// A pass with what the period check says of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MarkerReport {
+    /// The pass.
     pub pass: MarkerPass,
+    /// What the period check says.
     pub verdict: Verdict,
     /// To the marker it was paired with.
     pub spacing: Option<Spacing>,
@@ -174,6 +183,7 @@ pub struct MarkerReport {
 /// The lane was there and its next marker is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Departure {
+    /// Distance along the road of the lane's last marker, m.
     pub last_marker_m: f64,
     /// Where the last of the missing markers should have been.
     pub expected_m: f64,
@@ -185,8 +195,10 @@ pub struct Departure {
     pub trend: Option<OffsetTrend>,
 }
 
+/// What one scan brought.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum EventKind {
+    /// Nothing new.
     Quiet,
     /// A pass is complete.
     Marker(MarkerReport),
@@ -197,10 +209,12 @@ pub enum EventKind {
     /// Energies stayed above the release level for a whole spacing from here: no plate. Passes start again
     /// below it.
     TooLong {
+        /// Where the energies rose, m along the road.
         start_m: f64,
     },
     /// Two scans lay further apart than a plate is long; the search starts anew.
     Gap {
+        /// Road between the two scans, m.
         step_m: f64,
     },
 }
@@ -210,9 +224,11 @@ pub enum EventKind {
 pub struct Event {
     /// Time and distance of the scan at which it was known.
     pub time_s: f64,
+    /// Distance along the road of that scan, m.
     pub distance_m: f64,
     /// State after this scan.
     pub lane_present: bool,
+    /// What was found.
     pub kind: EventKind,
 }
 
@@ -227,6 +243,7 @@ pub struct LaneEstimate {
     pub lane_present: Vec<bool>,
     /// Distance by the speed input at each scan.
     pub distance_m: Vec<f64>,
+    /// Distance by counted markers at the end of the drive.
     pub odometer: Option<OdometerReading>,
 }
 

@@ -204,7 +204,7 @@ fn looks_that_follow_each_other_keep_the_lane() {
             SensorInput { time_s: t, speed_mps: known(10.0), points: &cloud, ..SensorInput::default() };
         let found = lane.look(&look);
         let l = found.lane.unwrap_or_else(|| panic!("look {i}: {:?}", found.estimate.no_lane));
-        assert!(!found.mirror && l.sign == Sign::Known, "look {i}");
+        assert!(!found.estimate.mirror && l.sign == Sign::Known, "look {i}");
         let e = [
             (l.offset_m.value - offset) / l.offset_m.std,
             (l.heading_rad.value - heading) / l.heading_rad.std,

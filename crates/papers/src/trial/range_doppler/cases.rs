@@ -134,7 +134,7 @@ pub(super) fn rows(rows: &mut Vec<Row>, s: &Settings, made: &[RadarLook]) {
         let looks: Vec<&RadarLook> = made.iter().filter(|m| m.case == Some(i)).collect();
         let lanes = || looks.iter().filter_map(|m| Some((*m, m.look.lane.as_ref()?)));
         let name = &case.name;
-        let sign = |m: &RadarLook, v: f64, set: f64| match m.look.mirror {
+        let sign = |m: &RadarLook, v: f64, set: f64| match m.look.estimate.mirror {
             // Up to the sign, which is the set one's here.
             true => v.abs() * if set < 0.0 { -1.0 } else { 1.0 },
             false => v,

@@ -173,7 +173,7 @@ fn sweeps(trial: &mut Trial, s: &Settings, made: &[RadarLook]) -> Result<()> {
     let curvatures = of(&|m| {
         let (case, l) = (set(m).filter(|c| c.radius_m != 0.0)?, m.look.lane.as_ref()?);
         let k = l.curvature_per_m;
-        let value = if m.look.mirror { k.value.abs().copysign(case.radius_m) } else { k.value };
+        let value = if m.look.estimate.mirror { k.value.abs().copysign(case.radius_m) } else { k.value };
         Some([1.0 / case.radius_m, value, k.std])
     });
     let all = [

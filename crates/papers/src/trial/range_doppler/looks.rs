@@ -201,5 +201,5 @@ pub fn errors(m: &RadarLook) -> Option<[f64; 2]> {
     let (same, other) = (of(1.0), of(-1.0));
     let size =
         |e: [f64; 2]| (e[0] / lane.offset_m.std.max(1e-6)).hypot(e[1] / lane.heading_rad.std.max(1e-6));
-    Some(if m.look.mirror && size(other) < size(same) { other } else { same })
+    Some(if m.look.estimate.mirror && size(other) < size(same) { other } else { same })
 }

@@ -103,12 +103,12 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
     };
     rows.mean("errors of offset and heading (rms)", "std", &rms(&chi))
         .why("over their own standard deviations; 1 where these are right");
-    let open = share(&|m| m.look.lane.as_ref().map(|_| m.look.mirror));
+    let open = share(&|m| m.look.lane.as_ref().map(|_| m.look.estimate.mirror));
     rows.mean("looks whose sign is open", "%", &open)
         .why("the mirrored lane fits as well; with equal spacings always");
     // An offset or heading that is nothing has no sign.
     let right = |m: &RadarLook| {
-        let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.mirror)?, m.radar?);
+        let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.estimate.mirror)?, m.radar?);
         let sure = |v: f64, std: f64| v.abs() > 3.0 * std;
         match (sure(offset, l.offset_m.std), sure(heading, l.heading_rad.std)) {
             (true, _) => Some(offset * l.offset_m.value > 0.0),
@@ -158,7 +158,7 @@ fn looks_sheet(settings: &Settings, made: &[RadarLook]) -> Sheet {
         ];
         let mut row = vec![m.step.run.to_string(), m.step.frame.to_string(), case];
         row.extend(pose.map(text));
-        row.push(u8::from(m.look.mirror).to_string());
+        row.push(u8::from(m.look.estimate.mirror).to_string());
         row.extend([of(|l| l.sign_log_odds), of(|l| l.explained)].map(text));
         row.push(u8::from(m.look.searched).to_string());
         sheet.rows.push(row);
