@@ -26,7 +26,7 @@ struct Params {
 }
 
 // About the middle of frame and ramp. Phases in 2^-32 turns.
-struct Echo {
+struct DeviceEcho {
     amplitude: vec2<f32>,
     a0: u32,
     a1: u32,
@@ -50,7 +50,7 @@ struct Span {
 
 @group(0) @binding(0) var<uniform> params: Params;
 // [channel, echo]
-@group(0) @binding(1) var<storage, read> echoes: array<Echo>;
+@group(0) @binding(1) var<storage, read> echoes: array<DeviceEcho>;
 @group(0) @binding(2) var<storage, read> spans: array<Span>;
 // [channel, block, line, cell], zero before.
 @group(0) @binding(3) var<storage, read_write> grid: array<vec2<f32>>;

@@ -18,7 +18,7 @@ struct Params {
 }
 
 // Phase in turns: a0 + a1 m + a2 m² + a3 m³ + n (2 half_step + b1 m + b2 m²) + c n². The u32 wrap at one turn.
-struct Echo {
+struct DeviceEcho {
     amplitude: vec2<f32>,
     a0: u32,
     a1: u32,
@@ -32,7 +32,7 @@ struct Echo {
 
 @group(0) @binding(0) var<uniform> params: Params;
 // [channel, echo]
-@group(0) @binding(1) var<storage, read> echoes: array<Echo>;
+@group(0) @binding(1) var<storage, read> echoes: array<DeviceEcho>;
 // [chirp, channel, sample]
 @group(0) @binding(2) var<storage, read_write> cube: array<vec2<f32>>;
 
