@@ -15,7 +15,7 @@
 //! A car in front drives away at 5 m/s, seen as two points in every scan:
 //!
 //! ```
-//! use catseye::detect::cluster::{Dbscan, Place};
+//! use catseye::detect::cluster::{ClusterPoint, Dbscan};
 //! use catseye::detect::kalman::Station;
 //! use catseye::detect::plot::{Plot, plots_of_clusters};
 //! use catseye::detect::tracker::{Scan, Tracker, TrackerSettings};
@@ -28,9 +28,9 @@
 //!         Plot::of_point([ahead_m + 5.0 * time_s, 5.0, azimuth_rad, 0.0], [0.1, 0.1, 0.01])
 //!     };
 //!     let points = [point(20.0, 0.02), point(20.3, -0.03)];
-//!     let places: Vec<Place> = points
+//!     let places: Vec<ClusterPoint> = points
 //!         .iter()
-//!         .map(|p| Place { x_m: p.position_m().x, y_m: p.position_m().y, range_rate_mps: p.range_rate_mps })
+//!         .map(|p| ClusterPoint { x_m: p.position_m().x, y_m: p.position_m().y, range_rate_mps: p.range_rate_mps })
 //!         .collect();
 //!     let plots = plots_of_clusters(&points, &Dbscan::default().labels(&places)?);
 //!     tracker.step(&Scan { time_s, station: Station::ORIGIN, coverage: None, plots: &plots })?;
