@@ -62,36 +62,47 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
+    /// Single precision.
     #[default]
     F32,
+    /// Double precision.
     F64,
 }
 
 /// An engine that is ready to work.
 pub enum Engine {
+    /// This machine's processor.
     Cpu(Precision),
+    /// An adapter through wgpu.
     Gpu(Box<Gpu>),
 }
 
 /// What the manifest says about the engine.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EngineReport {
+    /// `cpu` or `gpu`.
     pub engine: &'static str,
+    /// Precision of cube, transforms and detection.
     pub precision: Precision,
     /// "cpu" or the adapter's name.
     pub adapter: String,
+    /// Driver of the adapter, empty on the cpu.
     pub driver: String,
+    /// Version of the driver, empty on the cpu.
     pub driver_info: String,
 }
 
 /// A cube in the precision of its engine.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyCube {
+    /// In single precision.
     F32(Cube<f32>),
+    /// In double precision.
     F64(Cube<f64>),
 }
 
 impl AnyCube {
+    /// The cube in single precision.
     pub fn into_f32(self) -> Cube<f32> {
         match self {
             AnyCube::F32(c) => c,
@@ -164,6 +175,7 @@ impl Engine {
         }
     }
 
+    /// What the manifest says about it.
     pub fn report(&self) -> EngineReport {
         match self {
             Engine::Cpu(precision) => EngineReport {

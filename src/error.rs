@@ -4,15 +4,20 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+/// A result whose error is [`Error`] unless said otherwise.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// A complaint about something the user gave. Prints as one line of at most [`MAX_CHARS`] characters:
 /// `FILE:LINE: KEY = VALUE: problem; allowed; remedy`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BadInput {
+    /// File that the complaint is about.
     pub file: Option<PathBuf>,
+    /// Line in it, from 1.
     pub line: Option<usize>,
+    /// Key, argument or column.
     pub key: Option<String>,
+    /// Value that was given.
     pub value: Option<String>,
     /// What is wrong with it.
     pub problem: String,
@@ -25,25 +30,31 @@ pub struct BadInput {
 }
 
 impl BadInput {
+    /// A complaint with its problem in words.
     pub fn new(problem: impl Into<String>) -> Self {
         BadInput { problem: problem.into(), ..Default::default() }
     }
+    /// Adds the file.
     pub fn file(mut self, file: impl AsRef<Path>) -> Self {
         self.file = Some(file.as_ref().to_path_buf());
         self
     }
+    /// Adds the line, from 1.
     pub fn line(mut self, line: usize) -> Self {
         self.line = Some(line);
         self
     }
+    /// Adds the key, argument or column.
     pub fn key(mut self, key: impl Into<String>) -> Self {
         self.key = Some(key.into());
         self
     }
+    /// Adds the value that was given.
     pub fn value(mut self, value: impl fmt::Display) -> Self {
         self.value = Some(value.to_string());
         self
     }
+    /// Adds what would be allowed.
     pub fn allowed(mut self, allowed: impl Into<String>) -> Self {
         self.allowed = Some(allowed.into());
         self
@@ -53,6 +64,7 @@ impl BadInput {
         self.allowed_whole = true;
         self.allowed(allowed)
     }
+    /// Adds what to do about it.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
@@ -199,15 +211,18 @@ fn shortened_path(path: &Path, most: usize) -> String {
     }
 }
 
+/// All that can go wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The user's input is at fault: exit code 2.
     #[error("{0}")]
     Input(Box<BadInput>),
     /// The adapter failed or was refused: exit code 1.
+    /// A GPU failed.
     #[error("gpu: {problem} (kernel {kernel}, adapter {adapter}, driver {driver})")]
     Gpu { problem: String, kernel: String, adapter: String, driver: String },
     /// Reading or writing failed: exit code 1.
+    /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
     /// A result that cannot be right (NaN, an accuracy not reached): exit code 1.
@@ -219,9 +234,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// An error of reading or writing the file at `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Error::Io { path: final_name(path.as_ref()), source }
     }
+    /// The exit code of the program: 2 for bad input, 1 for all else.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Input(_) => 2,
@@ -358,6 +375,7 @@ pub fn json_in_words(e: &serde_json::Error) -> String {
     }
 }
 
+/// The text on one line, with control characters made visible.
 pub fn one_line(s: &str) -> String {
     s.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -20,14 +20,18 @@ pub struct Target;
 /// The rigid motion that takes coordinates in `From` to coordinates in `To`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose<From, To> {
+    /// Rotation, applied first.
     pub rotation: DQuat,
+    /// Translation, m, applied after the rotation.
     pub translation_m: DVec3,
     frames: PhantomData<(From, To)>,
 }
 
 impl<A, B> Pose<A, B> {
+    /// The motion that leaves everything where it is.
     pub const IDENTITY: Self = Self::new(DQuat::IDENTITY, DVec3::ZERO);
 
+    /// The motion by a rotation and, after it, a translation in m.
     pub const fn new(rotation: DQuat, translation_m: DVec3) -> Self {
         Pose { rotation, translation_m, frames: PhantomData }
     }
@@ -39,14 +43,17 @@ impl<A, B> Pose<A, B> {
         Self::new(q, position_m)
     }
 
+    /// Coordinates of a point in `To`, m.
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.rotation * p + self.translation_m
     }
 
+    /// Components of a direction in `To`.
     pub fn direction(&self, d: DVec3) -> DVec3 {
         self.rotation * d
     }
 
+    /// The motion back.
     pub fn inverse(&self) -> Pose<B, A> {
         let r = self.rotation.inverse();
         Pose::new(r, -(r * self.translation_m))

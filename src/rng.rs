@@ -25,6 +25,7 @@ pub struct Draws {
 }
 
 impl Draws {
+    /// The draws of one stream under a seed.
     pub fn new(seed: u32, stream: u32) -> Draws {
         Draws { key: [seed, stream], next: 0 }
     }

@@ -4,6 +4,7 @@
 
 /// A computation whose `run` is `#[inline(always)]`, so that it is compiled again for each level.
 pub trait Vectorised {
+    /// What the computation gives.
     type Output;
     /// `FMA`: a·b + c is one instruction here, so `mul_add` is fast; elsewhere it would be a call.
     fn run<const FMA: bool>(self) -> Self::Output;
@@ -42,6 +43,7 @@ pub fn level() -> &'static str {
     if cfg!(target_arch = "aarch64") { "neon" } else { "baseline" }
 }
 
+/// Runs a computation with the widest instructions of this machine.
 pub fn vectorised<V: Vectorised>(work: V) -> V::Output {
     #[cfg(target_arch = "x86_64")]
     {

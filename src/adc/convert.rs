@@ -13,14 +13,17 @@ use std::f64::consts::SQRT_2;
 /// The map of one sample; both engines apply the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convert {
+    /// Whether samples are real (I alone).
     pub is_real: bool,
     /// Q becomes q_from_q Q + q_from_i I.
     pub q_from_q: f64,
+    /// Share of I that leaks into Q.
     pub q_from_i: f64,
     /// Added to I and to Q, √W.
     pub offset: [f64; 2],
     /// Limit A, √W.
     pub saturation: Option<(SaturationKind, f64)>,
+    /// None where samples are not quantised.
     pub quantiser: Option<Quantiser>,
 }
 
@@ -31,6 +34,7 @@ pub struct Quantiser {
     pub step: f64,
     /// Codes go from −2^(bits−1) to 2^(bits−1) − 1.
     pub bits: u32,
+    /// How a level is chosen from the two next to a sample.
     pub kind: QuantiserKind,
 }
 
@@ -87,6 +91,7 @@ impl Convert {
 }
 
 impl Quantiser {
+    /// The quantiser of a converter for real or complex samples.
     pub fn new(adc: &Adc, sampling: Sampling) -> Quantiser {
         let step = 2.0 * peak(adc.full_scale_dbm, sampling) / 2f64.powi(adc.bits as i32);
         Quantiser { step, bits: adc.bits, kind: adc.kind }
@@ -143,6 +148,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/convert",
     sources: &[

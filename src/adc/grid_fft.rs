@@ -15,6 +15,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/grid_fft",
     sources: &[

@@ -28,6 +28,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/grid_lines",
     sources: &[
@@ -62,7 +63,9 @@ pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
 
 /// Where sums go.
 pub struct Into<'a> {
+    /// The cube that receives them.
     pub cube: &'a DeviceCube,
+    /// The channels of it that are summed now.
     pub channels: Range<usize>,
     /// The one chirp of the layout goes into every chirp of the cube.
     pub copies: bool,

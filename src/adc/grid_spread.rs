@@ -56,6 +56,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/grid_spread",
     sources: &[
@@ -133,6 +134,7 @@ impl Sorted {
         Sorted { order, spans, whole: false }
     }
 
+    /// Number of lines that hold an echo.
     pub fn lines(&self) -> usize {
         self.spans.len()
     }

@@ -140,17 +140,27 @@ fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
 /// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`.
 #[derive(Debug, Clone, Default)]
 pub struct GridEchoes {
+    /// Number of echoes.
     pub count: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Amplitudes at the middle, `[channel, echo]`, √W.
     pub amplitude: Vec<Complex32>,
     /// Turns, within half a turn.
     pub a0: Vec<f64>,
+    /// Linear in the chirp, turns (eq. 12).
     pub a1: Vec<f64>,
+    /// Quadratic in the chirp, turns.
     pub a2: Vec<f64>,
+    /// Cubic in the chirp, turns.
     pub a3: Vec<f64>,
+    /// Linear in the sample, turns.
     pub b0: Vec<f64>,
+    /// Mixed in chirp and sample, turns.
     pub b1: Vec<f64>,
+    /// Linear in the sample and quadratic in the chirp, turns.
     pub b2: Vec<f64>,
+    /// Quadratic in the sample, turns.
     pub c: Vec<f64>,
     /// Σ|A|² of all echoes that the cube is a sum of, in all these channels: errors are shares of it.
     pub power: f64,
@@ -217,7 +227,9 @@ impl GridEchoes {
 /// y = slope x + offset fitted to all echoes, and what it leaves over.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Line {
+    /// Slope.
     pub slope: f64,
+    /// Value at x = 0.
     pub offset: f64,
     worst: f64,
     mean: f64,
@@ -288,17 +300,21 @@ fn fit(echoes: &GridEchoes) -> [Line; 3] {
 /// Warped slow time of eq. 81 and the phase that all echoes share, in turns.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Warp {
-    /// b1, c and a2 as functions of a1.
+    /// b1 as a function of a1.
     pub b1: Line,
+    /// c as a function of a1.
     pub c: Line,
+    /// a2 as a function of a1.
     pub a2: Line,
 }
 
 impl Warp {
+    /// Warped slow time of chirp `m` and sample `n`, counted from the middle, in chirps.
     pub fn time(&self, m: f64, n: f64) -> f64 {
         m + self.b1.slope * m * n + self.c.slope * n * n + self.a2.slope * m * m
     }
 
+    /// Phase that all echoes share at chirp `m` and sample `n`, turns.
     pub fn shared_turns(&self, m: f64, n: f64) -> f64 {
         self.b1.offset * m * n + self.c.offset * n * n + self.a2.offset * m * m
     }
@@ -384,6 +400,7 @@ pub struct Costs {
     pub table: f64,
     /// Whether transforms have to be powers of two, and the longest.
     pub power_of_two: bool,
+    /// Longest line that a transform of the engine takes, cells.
     pub longest: usize,
     /// Most lines of a block.
     pub lines: usize,
@@ -394,24 +411,31 @@ pub struct Costs {
 /// Grid and blocks of a set of echoes: all that an engine needs beside the echoes.
 #[derive(Debug, Clone)]
 pub struct Layout {
+    /// Number of chirps.
     pub chirps: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
     /// Chirps of a block; the last may be shorter.
     pub block: usize,
     /// Cells of a line, one turn of b0.
     pub cells: usize,
+    /// Bell that spreads an echo over cells.
     pub cell_bell: Bell,
     /// Lines; with one line nothing is spread over lines.
     pub lines: usize,
     /// a1 on line zero, and from line to line, turns.
     pub first_line: f64,
+    /// Distance between lines, turns a chirp.
     pub line_step: f64,
+    /// Bell that spreads an echo over lines.
     pub line_bell: Bell,
+    /// The slow time that the lines live in.
     pub warp: Warp,
     /// After so many echoes sums are put aside: many equal ones in a row would all round the same way.
     pub portion: usize,
     /// Estimates of what it costs here, ns, and of its error.
     pub cost: f64,
+    /// Bound of the relative error of the sum.
     pub error: f64,
 }
 
@@ -587,6 +611,7 @@ impl Layout {
         squares.into_iter().max().unwrap_or(0)
     }
 
+    /// Number of blocks of chirps.
     pub fn blocks(&self) -> usize {
         self.chirps.div_ceil(self.block)
     }
@@ -609,6 +634,7 @@ impl Layout {
         Finish { layout: self, cells }
     }
 
+    /// The method as results state it.
     pub fn method(&self) -> Method {
         Method::Gridded(Gridded {
             blocks: self.blocks(),

@@ -23,11 +23,17 @@ const NEAREST_M: f64 = 1e-3;
 pub struct Arrival {
     /// Ways of one interferer share it, and with it their draws.
     pub interferer: u32,
+    /// Frequency at the start of its ramp, Hz.
     pub start_hz: f64,
+    /// Slope of its ramp, Hz/s.
     pub slope_hz_per_s: f64,
+    /// Length of its ramp, s.
     pub ramp_time_s: f64,
+    /// Time from ramp to ramp, s.
     pub period_s: f64,
+    /// Start of its first ramp against the victim's; None where it is drawn anew for each frame.
     pub start_s: Option<f64>,
+    /// Whether its oscillator runs through from ramp to ramp.
     pub coherent: bool,
     /// (amplitude in √W without the phase of the way, length of the way in m) of each receiver. The length is that
     /// of the wave received in the middle of the frame.
@@ -39,7 +45,9 @@ pub struct Arrival {
 /// Where the victim is and how it moves, in the middle of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadarState {
+    /// Pose of the victim in the world.
     pub pose: Pose<Sensor, World>,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
 }
 

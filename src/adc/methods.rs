@@ -7,6 +7,7 @@ pub enum Method {
     /// Every echo at every sample.
     #[default]
     Direct,
+    /// On a grid, with its size.
     Gridded(Gridded),
 }
 
@@ -28,6 +29,8 @@ pub struct Gridded {
 /// How the echoes of one frame were summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Methods {
+    /// Of the echoes that do not move against the radar.
     pub still: Method,
+    /// Of the echoes that move.
     pub moving: Method,
 }

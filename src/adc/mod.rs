@@ -21,13 +21,18 @@ use num_complex::Complex;
 /// `chirp` counts loops of each transmitter; channel = tx * n_rx + rx (CONVENTIONS eq. 10-12).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cube<T> {
+    /// Number of chirps.
     pub chirps: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
+    /// Samples, `[chirp, channel, sample]`, √W.
     pub data: Vec<Complex<T>>,
 }
 
 impl<T: Clone + Default> Cube<T> {
+    /// A cube of zeros.
     pub fn zeros(chirps: usize, channels: usize, samples: usize) -> Self {
         Cube { chirps, channels, samples, data: vec![Complex::default(); chirps * channels * samples] }
     }
@@ -40,6 +45,7 @@ impl<T: Clone + Default> Cube<T> {
 }
 
 impl Cube<f64> {
+    /// The same cube in single precision.
     pub fn to_f32(&self) -> Cube<f32> {
         Cube {
             chirps: self.chirps,
@@ -51,6 +57,7 @@ impl Cube<f64> {
 }
 
 impl Cube<f32> {
+    /// The same cube in double precision.
     pub fn to_f64(&self) -> Cube<f64> {
         Cube {
             chirps: self.chirps,
@@ -63,8 +70,11 @@ impl Cube<f32> {
 
 /// A cube on the device, in pieces of whole chirps that each fit one binding.
 pub struct DeviceCube {
+    /// Number of chirps.
     pub chirps: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
     /// In order of chirps, together the whole cube.
     pub pieces: Vec<CubePiece>,
@@ -72,8 +82,11 @@ pub struct DeviceCube {
 
 /// Chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
 pub struct CubePiece {
+    /// First chirp of the piece.
     pub first_chirp: usize,
+    /// Number of chirps of the piece.
     pub chirps: usize,
+    /// Samples on the device.
     pub data: Buffer<[f32; 2]>,
 }
 
@@ -83,6 +96,7 @@ impl DeviceCube {
         self.pieces.iter().map(|p| recorder.read(&p.data)).collect()
     }
 
+    /// Gathers the pieces that were read back into one cube on the host.
     pub fn take(&self, done: &mut Done, pending: Vec<Pending<[f32; 2]>>) -> Cube<f32> {
         let mut data = Vec::with_capacity(self.chirps * self.channels * self.samples);
         for p in pending {

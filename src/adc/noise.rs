@@ -20,8 +20,11 @@ pub struct Noise {
     /// Standard deviation of I and of Q ("iq") or of the real sample ("real"), √W. The same
     /// number, √(k T0 F f_s / 2), for both.
     pub sigma: f64,
+    /// Whether samples are real or complex.
     pub sampling: Sampling,
+    /// Seed of all random numbers.
     pub seed: u64,
+    /// Number of the frame, which selects the random numbers.
     pub frame: u32,
 }
 
@@ -82,6 +85,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/noise",
     sources: &[

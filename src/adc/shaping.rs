@@ -32,6 +32,7 @@ pub struct Shaping {
     pub period: usize,
     /// Index of the first line in the transform; the others follow it round.
     pub first: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
     /// Real samples are √2 Re of what comes out.
     pub sampling: Sampling,

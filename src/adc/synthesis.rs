@@ -31,14 +31,23 @@ use std::ops::Range;
 /// and its part of the others (eq. 142). Real sampling takes √2 Re of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PhasePolynomial {
+    /// Amplitude, √W.
     pub amplitude: Complex64,
+    /// Phase at the first sample of the first loop, turns.
     pub a0: f64,
+    /// Linear in the loop, turns.
     pub a1: f64,
+    /// Quadratic in the loop, turns.
     pub a2: f64,
+    /// Cubic in the loop, turns.
     pub a3: f64,
+    /// Linear in the sample, turns.
     pub b0: f64,
+    /// Mixed in loop and sample, turns.
     pub b1: f64,
+    /// Linear in the sample and quadratic in the loop, turns.
     pub b2: f64,
+    /// Quadratic in the sample, turns.
     pub c: f64,
 }
 
@@ -71,12 +80,14 @@ impl PhasePolynomial {
 /// What the front end did with the echoes of one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct SynthesisStats {
+    /// Number of echoes.
     pub echoes: u64,
     /// Of those, the ones whose path length changes. When there are none, one chirp of each
     /// transmitter is synthesised and copied to all loops, which is exact.
     pub moving: u64,
     /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0.
     pub dropped: u64,
+    /// Power of the echoes that fall out of the receiver's band, W.
     pub dropped_power_w: f64,
     /// How the echoes were summed.
     pub synthesis: Methods,
@@ -103,6 +114,7 @@ const STRAIGHT_RAD: f64 = 0.01;
 pub enum Set {
     /// The same in every loop.
     Still,
+    /// Those that move against the radar.
     Moving,
 }
 
@@ -155,11 +167,15 @@ fn ways(radar: &Radar, kind: &[usize]) -> Vec<TxRxPair> {
 /// A channel of a plan is one way from a transmitter to a receiver; [`Plan::fold`] adds those up that the
 /// receiver hears at once.
 pub struct Plan<'a> {
+    /// Number of chirps.
     pub chirps: usize,
+    /// Number of channels.
     pub channels: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
     /// Of the lines: what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
+    /// What the front end did with the echoes.
     pub front_end: SynthesisStats,
     radar: &'a Radar,
     lines: FrequencySamples,
@@ -386,6 +402,7 @@ pub struct Levels<'a> {
 }
 
 impl<'a> Levels<'a> {
+    /// The levels of a radar.
     pub fn new(radar: &'a Radar) -> Self {
         let (pairs, kind) = antenna_pairs(radar);
         let scale = w_from_dbm(radar.tx_power_dbm).sqrt() * radar.wavelength_m() / (4.0 * PI);
@@ -638,6 +655,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "adc/synthesis",
     sources: &[

@@ -129,12 +129,17 @@ pub struct Element {
 /// All that the standard deviations of a radar's points depend on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointAccuracy {
+    /// Along range.
     pub range: AxisAccuracy,
+    /// Along Doppler.
     pub doppler: AxisAccuracy,
+    /// Width of a range bin, m.
     pub range_bin_m: f64,
+    /// Width of a Doppler bin, m/s.
     pub velocity_bin_mps: f64,
     /// f_c/S + t̄, s: what range takes from range rate (eq. 15).
     pub coupling_s: f64,
+    /// Virtual elements of the array.
     pub elements: Vec<Element>,
     /// 2π/λ.
     pub wavenumber: f64,
@@ -149,9 +154,13 @@ pub struct PointAccuracy {
 /// Standard deviations of one point. Angles are None where the array cannot tell them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PointStd {
+    /// Of the range, m.
     pub range_m: f64,
+    /// Of the range rate, m/s.
     pub range_rate_mps: f64,
+    /// Of the azimuth, rad.
     pub azimuth_rad: Option<f64>,
+    /// Of the elevation, rad.
     pub elevation_rad: Option<f64>,
 }
 

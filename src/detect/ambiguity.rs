@@ -56,16 +56,22 @@ impl Ambiguity {
 /// A range rate known up to whole multiples of `ambiguity_mps` (λ/2T for chirps T apart).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Folded {
+    /// The range rate as measured, m/s.
     pub range_rate_mps: f64,
+    /// What it may be off by a multiple of, m/s.
     pub ambiguity_mps: f64,
+    /// Standard deviation, m/s.
     pub std_mps: f64,
 }
 
+/// A range rate of which the fold is known or said to be open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedRate {
     /// Mean of the unfolded values, each with weight 1/std²; the first one as measured when unresolved.
     pub range_rate_mps: f64,
+    /// Standard deviation, m/s.
     pub std_mps: f64,
+    /// Whether it is certain.
     pub state: Ambiguity,
     /// Σ ((unfolded value − mean)/std)²: chi-square with one degree of freedom less than values.
     pub residual: f64,
@@ -220,6 +226,7 @@ pub struct FoldTest {
     /// As measured, plus the likeliest number of ambiguities unless unresolved; of rates λ/(2T_c) apart,
     /// which look alike, the slowest.
     pub range_rate_mps: f64,
+    /// Whether the fold is certain.
     pub state: Ambiguity,
     /// The radar itself knows the rate but for multiples of this: λ/(2T_c) where the array tells the folds apart, else
     /// λ/(2T_loop).

@@ -11,14 +11,18 @@ use std::collections::HashMap;
 /// radar take the range rate that is left when its own motion is taken out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClusterPoint {
+    /// Along x, m.
     pub x_m: f64,
+    /// Along y, m.
     pub y_m: f64,
+    /// Range rate, m/s.
     pub range_rate_mps: f64,
 }
 
 /// Two points are neighbours when (Δx² + Δy²)/position² + Δrate²/rate² ≤ 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dbscan {
+    /// Distance that counts as one, m.
     pub position_m: f64,
     /// Infinite to leave range rate out.
     pub range_rate_mps: f64,

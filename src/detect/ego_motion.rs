@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 /// Where a radar sits on its vehicle: origin at the rear-axle centre, x forward, y left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mount {
+    /// Place of the radar, m.
     pub position_m: DVec2,
     /// Of boresight.
     pub yaw_rad: f64,
@@ -17,9 +18,13 @@ pub struct Mount {
 /// Range rate of a point in a direction of its radar's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radial {
+    /// Azimuth, rad.
     pub azimuth_rad: f64,
+    /// Elevation, rad.
     pub elevation_rad: f64,
+    /// Range rate, m/s, positive when receding.
     pub range_rate_mps: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
     /// Which of the mounts; 0 for one radar.
     pub radar: usize,
@@ -37,6 +42,7 @@ pub enum EgoModel {
     Plane(Vec<Mount>),
 }
 
+/// How the motion is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoSettings {
     /// A point stands when its range rate fits within so many standard deviations.
@@ -50,12 +56,16 @@ pub struct EgoSettings {
     /// Where range rates are folded: the width of the unambiguous interval, and how fast the radar may
     /// be. None: range rates are as they are.
     pub folded: Option<Fold>,
+    /// Seed of the random samples.
     pub seed: u64,
+    /// Number of the frame, which selects the random samples.
     pub frame: u32,
 }
 
+/// What is folded in the range rates of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fold {
+    /// Range rates are known up to whole multiples of this, m/s.
     pub ambiguity_mps: f64,
     /// Folds up to this speed are tried.
     pub max_speed_mps: f64,

@@ -40,6 +40,10 @@ pub const POINT_COLUMNS: [&str; 21] = [
 pub const RETURN_COLUMNS: [&str; 7] =
     ["range_m", "range_rate_mps", "azimuth_deg", "elevation_deg", "power_dbm", "chain", "bounces"];
 
+/// Writes points as CSV with a header; columns in docs/reference/files.md.
+///
+/// # Errors
+/// What the writer fails with.
 pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &POINT_COLUMNS)?;
     let degrees = |x: Option<f64>| x.map_or_else(String::new, |r| r.to_degrees().to_string());
@@ -71,6 +75,10 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
     table.finish()
 }
 
+/// Writes echoes as CSV with a header; columns in docs/reference/files.md.
+///
+/// # Errors
+/// What the writer fails with.
 pub fn write_returns<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &RETURN_COLUMNS)?;
     let levels = Levels::new(radar);

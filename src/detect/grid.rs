@@ -7,6 +7,7 @@ use crate::road::mask::{Grid, Level};
 /// One value a cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in every plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointGrid {
+    /// The cells.
     pub grid: Grid,
     /// Points in the cell.
     pub count: Vec<f32>,

@@ -12,9 +12,11 @@ use std::f64::consts::{PI, TAU};
 /// Where the sensor is and how it moves in the plane that tracks live in, road-fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
+    /// Place of the sensor, m.
     pub position_m: DVec2,
     /// Of boresight, from the plane's x axis, positive to the left.
     pub heading_rad: f64,
+    /// Velocity of the sensor, m/s.
     pub velocity_mps: DVec2,
     /// How well that velocity is known, on each axis; added to the range rate's error.
     pub velocity_std_mps: f64,
@@ -52,7 +54,9 @@ impl Station {
 /// Where a body is and how it moves, and how sure that is: (x, y, v_x, v_y).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
+    /// (x, y, v_x, v_y) in m and m/s.
     pub state: DVec4,
+    /// Covariance of the state.
     pub covariance: DMat4,
 }
 
@@ -61,6 +65,7 @@ pub struct Estimate {
 pub struct Expectation {
     /// Range, azimuth, range rate.
     pub value: DVec3,
+    /// Covariance of what is measured.
     pub covariance: DMat3,
     /// P hᵀ for each of the three.
     towards: [DVec4; 3],
@@ -91,6 +96,7 @@ impl Expectation {
         self.covariance + DMat3::from_diagonal(std * std)
     }
 
+    /// What a plot says beyond what was expected.
     pub fn innovation(&self, plot: &Plot) -> Innovation {
         let covariance =
             self.spread(DVec3::new(plot.range_std_m, plot.azimuth_std_rad, plot.range_rate_std_mps));
@@ -178,10 +184,12 @@ impl Estimate {
         }
     }
 
+    /// Position, m.
     pub fn position_m(&self) -> DVec2 {
         DVec2::new(self.state.x, self.state.y)
     }
 
+    /// Velocity, m/s.
     pub fn velocity_mps(&self) -> DVec2 {
         DVec2::new(self.state.z, self.state.w)
     }

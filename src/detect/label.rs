@@ -209,6 +209,7 @@ struct Part<'e> {
 }
 
 impl<'a> Labeller<'a> {
+    /// Gathers a frame's echoes by cells, with the bodies that they come from.
     pub fn new(radar: &Radar, echoes: &Echoes, bodies: &'a Bodies) -> Labeller<'a> {
         let k = wavenumber(radar.carrier_hz);
         let levels = Levels::new(radar);

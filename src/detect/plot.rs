@@ -16,8 +16,11 @@ pub struct Plot {
     pub azimuth_rad: f64,
     /// Rate of the ground range, positive when receding.
     pub range_rate_mps: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
     /// Points that it stands for.
     pub points: usize,

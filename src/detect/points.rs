@@ -19,10 +19,13 @@ const SNR_WITHOUT_NOISE: f64 = 1e20;
 pub struct Detected {
     /// Column and row of the map, with a fraction (eq. 18). The row may lie up to half a cell outside.
     pub range_bin: f64,
+    /// Row of the peak, between cells.
     pub doppler_row: f64,
     /// What the folds that were found add to the row's range rate.
     pub unfolded_mps: f64,
+    /// Azimuth, rad.
     pub azimuth_rad: f64,
+    /// Elevation, rad.
     pub elevation_rad: f64,
     /// |y|² of eq. 19 at its peak, W: of the cell.
     pub power_w: f64,
@@ -30,6 +33,7 @@ pub struct Detected {
     pub scalloping: f64,
     /// Noise estimate of eq. 17 in the cell, W: the mean over channels, before beamforming.
     pub noise_w: f64,
+    /// Whether the range rate is certain.
     pub ambiguity: Ambiguity,
     /// The radar itself knows the range rate but for multiples of this; infinite: for none.
     pub modulo_mps: f64,
@@ -51,6 +55,7 @@ pub struct Point {
     pub azimuth_rad: f64,
     /// Positive up.
     pub elevation_rad: f64,
+    /// Position in the sensor frame, m.
     pub position_m: DVec3,
     /// After beamforming, at the peak between cells.
     pub power_dbm: f64,

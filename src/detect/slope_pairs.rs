@@ -13,8 +13,11 @@ use std::f64::consts::{PI, TAU};
 /// sign the caller takes from the slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlopePeak {
+    /// Beat frequency, Hz.
     pub beat_hz: f64,
+    /// Standard deviation of the beat frequency, Hz.
     pub beat_std_hz: f64,
+    /// Power, dB.
     pub power_db: f64,
     /// None without an array.
     pub azimuth_rad: Option<f64>,
@@ -25,14 +28,18 @@ pub struct SlopePeak {
 pub struct Slope {
     /// Hz/s, negative when falling.
     pub slope_hz_per_s: f64,
+    /// Carrier of the slope, Hz.
     pub carrier_hz: f64,
+    /// Its peaks.
     pub peaks: Vec<SlopePeak>,
 }
 
 /// What pairs are possible and how alike their peaks have to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairLimits {
+    /// Largest range, m.
     pub max_range_m: f64,
+    /// Largest range rate, m/s, in either direction.
     pub max_range_rate_mps: f64,
     /// Standard deviation of a body's level from slope to slope, dB.
     pub power_std_db: f64,
@@ -45,11 +52,17 @@ pub struct PairLimits {
 pub struct SlopePair {
     /// Indices of the peaks; the third where a third slope confirms it.
     pub first: usize,
+    /// Peak of the second slope.
     pub second: usize,
+    /// Peak of the third slope, where there is one.
     pub third: Option<usize>,
+    /// Range, m.
     pub range_m: f64,
+    /// Range rate, m/s.
     pub range_rate_mps: f64,
+    /// Standard deviation of the range, m.
     pub range_std_m: f64,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
     /// Resolved when only this pair would do (or only this one passes the third slope), Ambiguous when
     /// one of its peaks could as well have gone with another.

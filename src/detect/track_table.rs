@@ -4,6 +4,7 @@ use super::tracker::{Track, TrackState, Tracker};
 use crate::formats::csv::Writer;
 use std::io::Write;
 
+/// Columns of the table in their order.
 pub const TRACK_COLUMNS: [&str; 13] = [
     "frame",
     "time_s",
@@ -23,23 +24,36 @@ pub const TRACK_COLUMNS: [&str; 13] = [
 /// A track as it was after a frame, in the tracker's plane.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrackRow {
+    /// Number of the frame.
     pub frame: u32,
+    /// Time of the frame, s.
     pub time_s: f64,
+    /// Number of the track.
     pub track_id: u64,
+    /// Position along x, m.
     pub x_m: f64,
+    /// Position along y, m.
     pub y_m: f64,
+    /// Velocity along x, m/s.
     pub vx_mps: f64,
+    /// Velocity along y, m/s.
     pub vy_mps: f64,
+    /// Standard deviation along x, m.
     pub x_std_m: f64,
+    /// Standard deviation along y, m.
     pub y_std_m: f64,
+    /// Standard deviation of the velocity along x, m/s.
     pub vx_std_mps: f64,
+    /// Standard deviation of the velocity along y, m/s.
     pub vy_std_mps: f64,
+    /// State of the track.
     pub state: TrackState,
     /// Points of its plot in this frame; 0 while coasting.
     pub points: usize,
 }
 
 impl TrackRow {
+    /// The row of a track after a frame.
     pub fn of(frame: u32, time_s: f64, track: &Track) -> TrackRow {
         let [x_m, y_m, vx_mps, vy_mps] = track.estimate.state.to_array();
         let p = &track.estimate.covariance;
@@ -71,6 +85,10 @@ impl TrackRow {
     }
 }
 
+/// Writes rows as CSV with a header.
+///
+/// # Errors
+/// What the writer fails with.
 pub fn write_tracks<W: Write>(out: W, rows: &[TrackRow]) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &TRACK_COLUMNS)?;
     for r in rows {

@@ -10,6 +10,7 @@ use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 
+/// Settings of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerSettings {
     /// Spectral density of the white acceleration on each axis, m²/s³.
@@ -28,6 +29,7 @@ pub struct TrackerSettings {
     pub max_coast_s: f64,
 }
 
+/// Most scans over which a confirmation may be counted.
 pub const MAX_CONFIRM_SCANS: u32 = 16;
 
 impl Default for TrackerSettings {
@@ -137,6 +139,7 @@ impl TrackerSettings {
 /// What a sensor sees at all; only there does silence speak against a track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coverage {
+    /// Largest range, m.
     pub max_range_m: f64,
     /// To each side of boresight.
     pub azimuth_rad: f64,
@@ -145,13 +148,17 @@ pub struct Coverage {
 /// One sensor's plots of one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan<'a> {
+    /// Time of the scan, s.
     pub time_s: f64,
+    /// Where the sensor is.
     pub station: Station,
     /// None: everywhere.
     pub coverage: Option<Coverage>,
+    /// What it measured.
     pub plots: &'a [Plot],
 }
 
+/// How far a track has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrackState {
@@ -174,13 +181,16 @@ impl TrackState {
     }
 }
 
+/// A body that is followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     /// From 1, in the order of birth; never used again.
     pub id: u64,
+    /// How far it has come.
     pub state: TrackState,
     /// In the tracker's plane, at the time of the latest scan.
     pub estimate: Estimate,
+    /// Time of its first plot, s.
     pub born_s: f64,
     /// Time of its latest plot.
     pub seen_s: f64,

@@ -21,6 +21,7 @@ pub enum Why {
 }
 
 impl Why {
+    /// The reason in words.
     pub fn text(self) -> &'static str {
         match self {
             Why::OtherRate => "top at another range rate",

@@ -7,7 +7,9 @@ use statrs::function::gamma::ln_gamma;
 /// mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factor {
+    /// Factor on the statistic.
     pub factor: f64,
+    /// Mean of the statistic on noise of unit mean.
     pub expectation: f64,
 }
 

@@ -15,6 +15,7 @@ pub struct Column {
     pub before: u32,
     /// 1-based rank (OS); else 0.
     pub rank: u32,
+    /// Factor on the statistic.
     pub factor: f64,
     /// Noise power / statistic: 1 for CA, else 1/E[statistic on unit-mean noise].
     pub scale: f64,
@@ -71,6 +72,7 @@ pub struct DeviceColumn {
 }
 
 impl DeviceColumn {
+    /// Offsets of the members, which a test compares with the shader's.
     pub const LAYOUT: crate::gpu::StructLayout = crate::gpu::StructLayout {
         name: "Column",
         size: size_of::<DeviceColumn>(),

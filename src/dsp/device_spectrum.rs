@@ -28,6 +28,7 @@ pub struct DeviceSpectrum {
     pub map_scale: f64,
     /// Bands times the channels of the cube.
     pub channels: usize,
+    /// Number of range columns.
     pub range_bins: usize,
 }
 

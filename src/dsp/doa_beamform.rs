@@ -21,7 +21,9 @@ const BLIND_APERTURE: f64 = 1e-3;
 /// field of view is sampled finer than another. One bin stands at angle 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
+    /// Azimuths of the columns, rad.
     pub azimuth_rad: Vec<f64>,
+    /// Elevations of the rows, rad.
     pub elevation_rad: Vec<f64>,
 }
 
@@ -47,10 +49,12 @@ impl Grid {
         })
     }
 
+    /// Number of directions.
     pub fn len(&self) -> usize {
         self.azimuth_rad.len() * self.elevation_rad.len()
     }
 
+    /// Whether there is no direction.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -83,7 +87,9 @@ fn sine_axis(name: &str, bins: usize, fov: f64) -> Result<Vec<f64>> {
 /// Where the beamformer's power peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angle {
+    /// Azimuth, rad.
     pub azimuth_rad: f64,
+    /// Elevation, rad.
     pub elevation_rad: f64,
     /// y of eq. 19 in that direction, sqrt(W).
     pub amplitude: Complex64,
@@ -92,6 +98,7 @@ pub struct Angle {
 /// A radar's array, ready to look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beamformer {
+    /// The directions that are looked at.
     pub grid: Grid,
     /// Position of each virtual channel, p_tx + p_rx, sensor frame.
     position_m: Vec<DVec3>,
@@ -132,6 +139,7 @@ impl Beamformer {
         })
     }
 
+    /// Number of virtual channels.
     pub fn channels(&self) -> usize {
         self.slot.len()
     }
@@ -254,6 +262,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/doa_beamform",
     sources: &[

@@ -36,9 +36,13 @@ impl Tally for () {}
 /// sum 2 and 2.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Operations {
+    /// Real multiplications.
     pub multiplications: u64,
+    /// Real additions.
     pub additions: u64,
+    /// Real divisions.
     pub divisions: u64,
+    /// Real square roots.
     pub square_roots: u64,
 }
 
@@ -394,7 +398,9 @@ pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: 
 /// Seconds for all snapshots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Times {
+    /// Number of snapshots that were timed.
     pub snapshots: usize,
+    /// Time of the tracker, s.
     pub tracking_s: f64,
     /// Covariance and the library's Hermitian eigendecomposition for each snapshot.
     pub decomposition_s: f64,

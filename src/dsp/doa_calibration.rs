@@ -24,6 +24,7 @@ pub struct Calibration {
     pub azimuth_deg: Vec<f64>,
     /// Ascending; one value for a run in azimuth alone, which then holds for all elevations.
     pub elevation_deg: Vec<f64>,
+    /// Number of virtual channels.
     pub channels: usize,
     /// `[elevation, azimuth, channel]`
     pub vectors: Vec<Complex64>,
@@ -144,6 +145,10 @@ impl Calibration {
         })
     }
 
+    /// Reads a table from a file.
+    ///
+    /// # Errors
+    /// A file that is missing or no table of steering vectors, with its line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::from_table(&Table::read(&path)?, path.as_ref())
     }

@@ -41,6 +41,7 @@ impl Forgetting {
         Ok(Forgetting { alpha, sum: Matrix::zeros(channels, channels), weight: 0.0 })
     }
 
+    /// Takes one snapshot, `[channel]`, into the average.
     pub fn push(&mut self, snapshot: &[Complex64]) {
         self.sum *= self.alpha;
         add_outer(&mut self.sum, snapshot, 1.0 - self.alpha);
@@ -134,7 +135,9 @@ pub fn load(r: &mut Matrix, loading: f64) {
 /// Eigenvalues, largest first, and eigenvectors in columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Eigen {
+    /// Eigenvalues, largest first.
     pub values: Vec<f64>,
+    /// Eigenvectors in columns, in that order.
     pub vectors: Matrix,
 }
 

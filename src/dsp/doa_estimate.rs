@@ -138,10 +138,12 @@ impl Estimator {
         Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
     }
 
+    /// The array that it estimates with.
     pub fn manifold(&self) -> &Manifold {
         &self.manifold
     }
 
+    /// The directions that it searches.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

@@ -116,10 +116,12 @@ impl Manifold {
         self
     }
 
+    /// Number of virtual channels.
     pub fn channels(&self) -> usize {
         self.gain.len()
     }
 
+    /// Wavelength that the manifold holds for, m.
     pub fn wavelength_m(&self) -> f64 {
         self.wavelength_m
     }
@@ -134,6 +136,7 @@ impl Manifold {
         self.range_m
     }
 
+    /// Whether it was measured, not computed from positions.
     pub fn is_calibrated(&self) -> bool {
         self.residual.is_some()
     }

@@ -6,10 +6,13 @@ use num_complex::Complex64;
 /// Estimator of angle (CONVENTIONS eq. 94, 95, 98).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
+    /// Bartlett's beamformer.
     Bartlett,
+    /// Capon's beamformer (minimum variance).
     Capon,
     /// Deterministic maximum likelihood.
     Ml,
+    /// MUSIC.
     Music,
     /// MUSIC's peaks as roots; uniform lines.
     RootMusic,
@@ -23,6 +26,7 @@ pub enum Method {
 }
 
 impl Method {
+    /// The method's name in files.
     pub fn name(self) -> &'static str {
         match self {
             Method::Bartlett => "Bartlett",
@@ -52,6 +56,7 @@ impl Method {
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SourceNumber {
+    /// This many.
     Given(usize),
     /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none
     /// give none.
@@ -74,16 +79,22 @@ pub enum Smoothing {
     /// each axis, rounded up (on a line at least one element more than given sources), and
     /// forward-backward averaging.
     Auto,
+    /// No averages.
     Off,
     /// Rows and columns of the subarray.
     Subarray([usize; 2]),
 }
 
+/// What is asked of an estimator of angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
+    /// The estimator.
     pub method: Method,
+    /// How many sources a cell holds.
     pub sources: SourceNumber,
+    /// Most sources of one cell.
     pub max_sources: usize,
+    /// Averages over subarrays.
     pub smoothing: Smoothing,
     /// Forward-backward averaging; None: wherever there are subarrays.
     pub forward_backward: Option<bool>,
@@ -110,13 +121,16 @@ impl Default for Options {
 /// One direction of arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Source {
+    /// Azimuth, rad.
     pub azimuth_rad: f64,
+    /// Elevation, rad.
     pub elevation_rad: f64,
     /// Least-squares power per channel in W, mean over the snapshots (eq. 97).
     pub power_w: f64,
     /// Cramér-Rao bound at the measured powers (eq. 97). Infinite where it is unknown, zero where the
     /// axis is not estimated.
     pub azimuth_std_rad: f64,
+    /// Standard deviation of the elevation, rad.
     pub elevation_std_rad: f64,
     /// Another direction within the grid has the same steering vector to 1 part in 50 (eq. 99).
     pub ambiguous: bool,

@@ -15,17 +15,21 @@ use num_complex::{Complex32, Complex64};
 /// Steering vectors of a grid, `[direction, channel]`, direction = elevation x azimuths + azimuth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steering {
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Values, `[direction, channel]`.
     pub data: Vec<Complex64>,
 }
 
 impl Steering {
+    /// The steering vectors of every direction of a grid.
     pub fn new(manifold: &Manifold, grid: &Grid) -> Self {
         let angles = grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e)));
         let data = angles.flat_map(|(a, e)| manifold.steering(a, e)).collect();
         Steering { channels: manifold.channels(), data }
     }
 
+    /// Number of directions.
     pub fn directions(&self) -> usize {
         self.data.len() / self.channels.max(1)
     }
@@ -34,13 +38,18 @@ impl Steering {
 /// Factors of many cells, `[cell, column, channel]`. Cells of fewer columns are filled with zeros.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forms {
+    /// Number of cells.
     pub cells: usize,
+    /// Columns of the factor of a cell.
     pub rank: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Values, `[cell, column, channel]`.
     pub data: Vec<Complex64>,
 }
 
 impl Forms {
+    /// The factors of cells, `[channel, column]` each, filled up to one number of columns.
     pub fn new(factors: &[&Matrix], channels: usize) -> Self {
         let rank = factors.iter().map(|f| f.ncols()).max().unwrap_or(0);
         let mut data = Vec::with_capacity(factors.len() * rank * channels);
@@ -74,6 +83,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/doa_spectrum",
     sources: &[

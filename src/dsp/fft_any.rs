@@ -3,6 +3,7 @@
 use super::fft_params::{self, Params};
 use crate::gpu::{Access, Kernel};
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/fft_any",
     sources: &[

@@ -27,6 +27,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/fft_chirp",
     sources: &[

@@ -58,21 +58,29 @@ pub mod zero_doppler;
 /// its received power in W, whatever the windows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum<T> {
+    /// Number of Doppler rows.
     pub doppler_bins: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Number of range columns.
     pub range_bins: usize,
+    /// Values, `[doppler, channel, range]`, √W.
     pub data: Vec<Complex<T>>,
 }
 
 /// Mean power over channels in W, `[doppler, range]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerMap<T> {
+    /// Number of Doppler rows.
     pub doppler_bins: usize,
+    /// Number of range columns.
     pub range_bins: usize,
+    /// Values, `[doppler, range]`, W.
     pub data: Vec<T>,
 }
 
 impl<T: Copy> PowerMap<T> {
+    /// The power in a cell, W.
     pub fn at(&self, doppler: usize, range: usize) -> T {
         self.data[doppler * self.range_bins + range]
     }
@@ -81,13 +89,16 @@ impl<T: Copy> PowerMap<T> {
 /// A cell of the map that passed the detector and is the largest of its neighbourhood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
+    /// Row of the cell.
     pub doppler: u32,
+    /// Column of the cell.
     pub range: u32,
 }
 
 /// What the detector found, cell by cell, `[doppler, range]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection<T> {
+    /// Whether each cell passed the detector, `[doppler, range]`.
     pub mask: Vec<bool>,
     /// The power that a cell has to exceed over the noise in it, one number for each range column (it
     /// changes at the edges).
@@ -97,7 +108,9 @@ pub struct Detection<T> {
 /// The spectrum of every channel in the detected cells, `[cell, channel]`, in sqrt(W).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshots<T> {
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Values, `[cell, channel]`, √W.
     pub data: Vec<Complex<T>>,
 }
 
@@ -111,7 +124,9 @@ impl<T> Snapshots<T> {
 /// All that the chain says about a frame short of angles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RangeDoppler<T> {
+    /// Mean power of every cell.
     pub map: PowerMap<T>,
+    /// What the detector found in it.
     pub detection: Detection<T>,
     /// Strongest first.
     pub cells: Vec<Cell>,

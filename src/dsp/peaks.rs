@@ -19,6 +19,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/peaks",
     sources: &[
@@ -197,6 +198,7 @@ impl Interpolator {
 /// Detections that stand for one: the strongest and what lies around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
+    /// The strongest cell.
     pub cell: Cell,
     /// Indices into the list, the strongest first.
     pub members: Vec<usize>,

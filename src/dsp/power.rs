@@ -18,6 +18,7 @@ gpu_struct! {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/power",
     sources: &[

@@ -11,12 +11,17 @@ use crate::scene::waveform::Multiplex;
 /// real sampling.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transform {
+    /// Number of chirps.
     pub chirps: usize,
+    /// Number of virtual channels.
     pub channels: usize,
+    /// Number of samples of a chirp.
     pub samples: usize,
+    /// Length of the range transform.
     pub range_fft: usize,
     /// Bins kept: half of `range_fft` for real sampling.
     pub range_bins: usize,
+    /// Length of the Doppler transform.
     pub doppler_fft: usize,
     /// Doppler bands that become channels (DDM), else 1: spectrum `[doppler / bands, band, channel, range]`.
     pub bands: usize,

@@ -37,16 +37,19 @@ pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
     Complex64::new(sum.im, -sum.re) * (moments.sign / g.length_squared())
 }
 
+/// Moments of a flat polygon's area.
 pub struct Moments {
     /// Positive.
     pub area: f64,
     sign: f64,
+    /// Middle of the area, in the polygon's plane.
     pub centroid: DVec2,
     /// Mean of xx, yy and xy about the centroid.
     second: [f64; 3],
 }
 
 impl Moments {
+    /// The moments of a polygon given by its corners in order; signed by the direction they run in.
     pub fn of(p: &[DVec2]) -> Moments {
         let o = p[0];
         let (mut area, mut first, mut second) = (0.0, DVec2::ZERO, [0.0; 3]);

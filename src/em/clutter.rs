@@ -12,8 +12,11 @@ use std::f64::consts::{PI, TAU};
 /// which reciprocity makes equal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sigma0 {
+    /// Vertical to vertical, cross section over area.
     pub vv: f64,
+    /// Horizontal to horizontal, cross section over area.
     pub hh: f64,
+    /// Between the two polarisations, cross section over area.
     pub hv: f64,
 }
 

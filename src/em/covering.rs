@@ -47,6 +47,7 @@ pub enum Region {
 
 /// Sample G(N) of Table 4.1: W 160 mm, L 117 mm.
 pub const SAMPLE_WIDTH_M: f64 = 0.160;
+/// Length of the covered samples, m.
 pub const SAMPLE_LENGTH_M: f64 = 0.117;
 
 impl Region {
@@ -63,9 +64,13 @@ impl Region {
 /// A covering and what the document measured with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covering {
+    /// Name that the document gives it.
     pub name: String,
+    /// What part of the reflector it lies on.
     pub region: Region,
+    /// Mass that was laid on, kg, where the document states one.
     pub mass_kg: Option<f64>,
+    /// Thickness of the layer, m.
     pub thickness_m: f64,
     /// Of the layer at 77 GHz.
     pub eps_r: Complex64,

@@ -23,13 +23,16 @@ pub enum Backing {
 pub struct Layer {
     /// Relative permittivity eps' - j eps''.
     pub eps_r: Complex64,
+    /// Thickness, m.
     pub thickness_m: f64,
 }
 
 /// Layers between air in front and a backing, the outermost first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack {
+    /// Layers, the outermost first.
     pub layers: Vec<Layer>,
+    /// What lies behind the last layer.
     pub backing: Backing,
 }
 
@@ -48,8 +51,10 @@ pub struct Response {
 }
 
 impl Stack {
+    /// A perfect conductor without layers.
     pub const PEC: Stack = Stack { layers: Vec::new(), backing: Backing::Pec };
 
+    /// A half-space of relative permittivity eps' - j eps'' without layers.
     pub fn half_space(eps_r: Complex64) -> Stack {
         Stack { layers: Vec::new(), backing: Backing::HalfSpace(eps_r) }
     }
@@ -156,7 +161,9 @@ impl Stack {
 /// CONVENTIONS eq. (4) before and after it; (perpendicular, parallel).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
+    /// Factors of the reflected wave.
     pub reflection: (Complex64, Complex64),
+    /// Factors of the transmitted wave.
     pub transmission: (Complex64, Complex64),
 }
 

@@ -26,17 +26,22 @@ pub const INNER_SIZE_MAX: f64 = 1e6;
 /// The innermost part of a layered sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Core {
+    /// A perfect conductor.
     Pec {
+        /// Radius, m.
         radius_m: f64,
     },
     /// Relative permittivity eps' - j eps''.
     Dielectric {
+        /// Radius, m.
         radius_m: f64,
+        /// Relative permittivity eps' - j eps''.
         eps_r: Complex64,
     },
 }
 
 impl Core {
+    /// Radius of the core, m.
     pub fn radius_m(&self) -> f64 {
         match *self {
             Core::Pec { radius_m } | Core::Dielectric { radius_m, .. } => radius_m,
@@ -47,7 +52,9 @@ impl Core {
 /// A shell of relative permittivity eps' - j eps'' that ends at `radius_m`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shell {
+    /// Outer radius, m.
     pub radius_m: f64,
+    /// Relative permittivity eps' - j eps''.
     pub eps_r: Complex64,
 }
 

@@ -22,6 +22,7 @@ pub enum Lobe {
     /// ((1 + cos psi)/2)^exponent about the mirror direction, psi the angle from it (Degli-Esposti,
     /// Fuschini, Vitucci, Falciasecca, *IEEE Trans. Antennas Propag.* 55 (2007) 143, eq. 6-8). Exponents
     /// from 1 to [`EXPONENT_MAX`].
+    /// A lobe about the mirror direction that narrows with its exponent.
     Directive { exponent: u32 },
 }
 
@@ -29,7 +30,9 @@ pub enum Lobe {
 /// |r|^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
+    /// Share of the power in the coherent reflection.
     pub coherent: f64,
+    /// Share of the power in the diffuse lobe.
     pub diffuse: f64,
 }
 

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 /// A strip of road paved with balls that touch, in a square lattice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Marking {
+    /// Width across the road, m.
     pub width_m: f64,
     /// Along the road.
     pub length_m: f64,
@@ -21,6 +22,7 @@ impl Marking {
     /// That of Table 3.2.
     pub const DOCUMENT: Marking = Marking { width_m: 0.15, length_m: 2.0 };
 
+    /// Area of the strip, m².
     pub fn area_m2(&self) -> f64 {
         self.width_m * self.length_m
     }
@@ -63,6 +65,7 @@ pub enum BinShape {
 }
 
 impl BinShape {
+    /// Response of a bin at an offset from its middle, in bins.
     pub fn response(&self, offset: f64) -> f64 {
         let sinc = |x: f64| if x.abs() < 1e-8 { 1.0 } else { (PI * x).sin() / (PI * x) };
         match self {
@@ -102,16 +105,21 @@ pub fn bin_share(length_m: f64, bin_m: f64, shape: BinShape) -> Result<f64> {
 /// One row of the table, ours beside the document's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Radius of a ball, m.
     pub radius_m: f64,
     /// The formula that the document uses for it.
     pub region: &'static str,
+    /// Number of balls on the strip.
     pub balls: f64,
     /// One ball, dBsm.
     pub rayleigh_dbsm: f64,
+    /// Cross section of one ball by the Mie series, dBsm.
     pub mie_dbsm: f64,
+    /// Cross section of one ball by geometrical optics, dBsm.
     pub optical_dbsm: f64,
     /// All balls by the Mie series, lit and incoherent, dBsm.
     pub total_dbsm: f64,
+    /// What the document prints for this radius.
     pub document: Printed,
     /// Why they differ.
     pub remark: &'static str,
@@ -120,8 +128,11 @@ pub struct Row {
 /// What Table 3.2 prints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
+    /// Cross section of one ball, dBsm.
     pub ball_dbsm: f64,
+    /// Number of balls.
     pub balls: f64,
+    /// Cross section of the strip, dBsm.
     pub total_dbsm: f64,
 }
 

@@ -111,6 +111,7 @@ pub struct RainBackscatter {
     pub extinction_db_per_m: f64,
     /// Middles of the classes, and the share of the backscatter that comes from them and all smaller ones.
     pub diameter_m: Vec<f64>,
+    /// Upper ends of the classes of diameters, m.
     pub up_to: Vec<f64>,
 }
 

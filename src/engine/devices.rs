@@ -5,17 +5,21 @@ use crate::gpu::{AdapterReport, Gpu, Want, adapters};
 /// An adapter and what it says to the self-test.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Device {
+    /// The adapter.
     #[serde(flatten)]
     pub adapter: AdapterReport,
     /// "passed", or what is wrong.
     pub self_test: String,
 }
 
+/// All devices of this machine.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Listing {
     /// "gpu" or "cpu".
     pub auto: String,
+    /// Threads that the cpu engine would use.
     pub cpu_threads: usize,
+    /// Adapters in the order in which `auto` prefers them.
     pub adapters: Vec<Device>,
 }
 

@@ -17,6 +17,7 @@ pub struct FrameMemory {
     pub spectrum_bytes: f64,
     /// Range-Doppler maps of all ramps with the detector's mask.
     pub map_bytes: f64,
+    /// Bytes of the echoes.
     pub echo_bytes: f64,
     /// The most that synthesis or processing holds in the host's memory.
     pub peak_bytes: f64,

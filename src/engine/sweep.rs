@@ -20,9 +20,11 @@ const CONVERGENCE_TRIES: usize = 4;
 pub struct Sweep {
     /// 1e8..=1e12.
     pub frequencies_hz: Vec<f64>,
+    /// Directions to the transmitter.
     pub transmit: Vec<Aspect>,
     /// Directions to receive in, each with every one of `transmit`; None: where the transmitter stands.
     pub receive: Option<Vec<Aspect>>,
+    /// How to take the cross section.
     pub options: RcsOptions,
 }
 
@@ -56,6 +58,7 @@ pub struct Swept {
     pub aspects: Vec<BistaticAspect>,
     /// `[frequency, aspect]`.
     pub scattering: Vec<Scattering>,
+    /// The accuracy that was reached.
     pub accuracy: Accuracy,
 }
 

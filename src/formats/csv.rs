@@ -14,6 +14,7 @@ pub struct Table {
     text: String,
     /// Comment lines without their `#`.
     pub comments: Vec<String>,
+    /// Names of the columns.
     pub header: Vec<String>,
     /// Row-major, `header.len()` cells a row.
     cells: Vec<Range<usize>>,
@@ -99,6 +100,7 @@ impl Table {
         self.lines.len()
     }
 
+    /// Whether the table has no row.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
@@ -108,6 +110,7 @@ impl Table {
         self.lines[row]
     }
 
+    /// Whether there is a column of that name.
     pub fn has(&self, column: &str) -> bool {
         self.header.iter().any(|h| h == column)
     }
@@ -243,6 +246,10 @@ impl<W: Write> Writer<W> {
         self.out.write_all(b"\n")
     }
 
+    /// Writes what is still held and gives the output back.
+    ///
+    /// # Errors
+    /// What the output fails with.
     pub fn finish(mut self) -> std::io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
@@ -251,9 +258,13 @@ impl<W: Write> Writer<W> {
 
 /// What a table of numbers gives, whatever its format.
 pub trait Columns {
+    /// Comment lines without their `#`.
     fn comments(&self) -> &[String];
+    /// Whether there is a column of that name.
     fn has(&self, column: &str) -> bool;
+    /// Number of rows.
     fn len(&self) -> usize;
+    /// Whether there is no row.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }

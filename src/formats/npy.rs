@@ -50,15 +50,20 @@ element! {
 /// An array in C order: the last index runs fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array<T> {
+    /// Lengths along each axis.
     pub shape: Vec<usize>,
+    /// Elements, the last index fastest.
     pub data: Vec<T>,
 }
 
 /// What the first bytes of a file say.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
+    /// Type of the elements as NumPy writes it.
     pub descr: String,
+    /// Whether the first index runs fastest.
     pub fortran_order: bool,
+    /// Lengths along each axis.
     pub shape: Vec<usize>,
     /// Where the numbers begin, in bytes.
     pub data_at: usize,
@@ -87,6 +92,10 @@ pub struct Writer<T> {
 }
 
 impl<T: Element> Writer<T> {
+    /// Begins a file for an array of this shape.
+    ///
+    /// # Errors
+    /// A file that cannot be created or written.
     pub fn create(path: impl AsRef<Path>, shape: &[usize]) -> Result<Self> {
         let path = path.as_ref().to_path_buf();
         let count = element_count(shape)

@@ -31,9 +31,13 @@ pub const RECEIVE_COLUMNS: [&str; 2] = ["rx_azimuth_deg", "rx_elevation_deg"];
 /// One row as it stands in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RawRow {
+    /// Line in the file, from 1.
     pub line: usize,
+    /// Frequency, Hz.
     pub frequency_hz: f64,
+    /// Azimuth, degrees.
     pub azimuth_deg: f64,
+    /// Elevation, degrees.
     pub elevation_deg: f64,
     /// (azimuth, elevation) of the receiver, in files that give it.
     pub receive_deg: Option<(f64, f64)>,

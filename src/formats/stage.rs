@@ -241,10 +241,15 @@ impl StagedFile {
         &self.temporary
     }
 
+    /// The name under which the file will appear.
     pub fn final_path(&self) -> &Path {
         &self.final_path
     }
 
+    /// Gives the file its final name.
+    ///
+    /// # Errors
+    /// A disk that is full, or a name that cannot be taken.
     pub fn commit(mut self) -> Result<PathBuf> {
         check_file(&self.final_path, self.force)?;
         let io = |e| Error::io(&self.final_path, e);

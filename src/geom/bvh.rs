@@ -10,7 +10,9 @@ use std::time::Duration;
 /// Up to this many triangles a plain loop is faster than the tree.
 const LOOP_LIMIT: usize = 6;
 
+/// The wide tree over a scene's triangles.
 pub struct Bvh {
+    /// Nodes and triangles as obvhs packs them.
     pub cwbvh: CwBvh,
     /// obvhs' node test ignores everything nearer than 1e-4 in units of the direction's length, so
     /// directions are shortened until that is below `t_min`.
@@ -24,6 +26,7 @@ impl std::fmt::Debug for Bvh {
     }
 }
 
+/// Where a ray meets its nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance in metres (for unit directions).

@@ -15,6 +15,7 @@ const COINCIDENT: f64 = 1e-6;
 pub struct Cell {
     /// Index into `Geometry::surfaces` of what it is made of.
     pub surface: u32,
+    /// Volume, m³.
     pub volume_m3: f64,
     /// Of all that bounds it, metal too.
     pub area_m2: f64,

@@ -26,6 +26,7 @@ const TOUCH: f64 = 20.0;
 /// A straight edge of metal with the space outside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
+    /// Both ends, m.
     pub ends_m: [DVec3; 2],
     /// Unit vectors in the two faces, at right angles to the edge and away from it; the same twice for the
     /// edge of a sheet.
@@ -34,8 +35,11 @@ pub struct Edge {
     pub normal: [DVec3; 2],
     /// Exterior angle over π, in (1, 2].
     pub n: f64,
+    /// Coplanar patches of the two faces.
     pub patch: [u32; 2],
+    /// Index of the body.
     pub body: u32,
+    /// Surfaces of the two faces.
     pub surface: [u32; 2],
 }
 
@@ -45,6 +49,7 @@ impl Edge {
         self.into[0].cross(self.normal[0])
     }
 
+    /// Length, m.
     pub fn length_m(&self) -> f64 {
         (self.ends_m[1] - self.ends_m[0]).length()
     }

@@ -12,6 +12,7 @@ use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+/// Most corners of a face.
 pub const MOST_CORNERS: usize = 8;
 
 /// Corners nearer to a plane than this share of the wavelength lie in it: 1e-3 rad of phase, and above the
@@ -29,9 +30,11 @@ const MIRROR_RATIO: f64 = 100.0;
 pub struct Face {
     /// Into `Faces::corners`, counter-clockwise about the normal.
     pub first: u32,
+    /// Number of corners.
     pub count: u32,
     /// Points r of the plane have normal . r = offset_m.
     pub normal: DVec3,
+    /// The plane is where `normal . r` equals this, m.
     pub offset_m: f64,
     /// Unit vectors in the plane with axis[0] x axis[1] = normal; places on the face are measured along
     /// them from its first corner.
@@ -51,37 +54,49 @@ pub struct Face {
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
+    /// Middle of the box, m.
     pub centre: DVec3,
+    /// Half its lengths along the axes, m.
     pub half: DVec3,
+    /// First face, or first of the two nodes below.
     pub first: u32,
+    /// Number of faces, 0 where nodes are below.
     pub count: u32,
 }
 
 /// Where `normal . r >= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace {
+    /// Normal that points into the half-space.
     pub normal: DVec3,
+    /// Least `normal . r`, m.
     pub offset: f64,
 }
 
 /// Triangles at one instant, with their materials at one frequency.
 pub struct Mesh<'a> {
+    /// Triangles of the scene.
     pub triangles: &'a [Triangle],
     /// Of each surface, whether it is the front of a dielectric volume.
     pub enters: &'a [bool],
+    /// Frequency that the surfaces hold for, Hz.
     pub freq_hz: f64,
     /// Centre and radius of a sphere around them.
     pub sphere_m: (DVec3, f64),
 }
 
+/// A scene's convex faces with the tree over them.
 #[derive(Debug, Default)]
 pub struct Faces {
     /// In the order of the tree's leaves.
     pub faces: Vec<Face>,
+    /// Corners of all faces, m; a face names a range of them.
     pub corners: Vec<DVec3>,
+    /// Nodes of the tree, the root first.
     pub nodes: Vec<Node>,
     /// The leaves in tree order when they are few: then their boxes are asked at once.
     few: Vec<u32>,
+    /// Volumes filled with dielectric.
     pub cells: Vec<Cell>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
@@ -89,11 +104,14 @@ pub struct Faces {
     mirrors: BTreeMap<u32, Vec<u32>>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
+    /// Middle of a sphere around all faces, m.
     pub centre_m: DVec3,
+    /// Its radius, m.
     pub radius_m: f64,
 }
 
 impl Faces {
+    /// The faces of a mesh.
     pub fn build(mesh: &Mesh<'_>) -> Faces {
         let flat_m = FLAT * wavelength_m(mesh.freq_hz);
         let mut faces = Faces { flat_m, ..Default::default() };
@@ -171,6 +189,7 @@ impl Faces {
         })
     }
 
+    /// Corners of a face in order, m.
     pub fn corners(&self, face: &Face) -> &[DVec3] {
         &self.corners[face.first as usize..(face.first + face.count) as usize]
     }

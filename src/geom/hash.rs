@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
+/// A map with that hash.
 pub type FastMap<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 
 /// Each word is folded in by a multiplication whose high and low halves are both kept.

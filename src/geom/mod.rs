@@ -32,12 +32,15 @@ pub use triangle::Triangle;
 /// The object that a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
+    /// Number of the object.
     pub id: u32,
     /// Of its origin, which stands at `origin_m`.
     pub velocity_mps: DVec3,
+    /// Its origin in the world, m.
     pub origin_m: DVec3,
     /// World from its own frame.
     pub rotation: DQuat,
+    /// Its rate of rotation about the origin, rad/s.
     pub spin_rad_per_s: DVec3,
     /// From where it is to where it is `Geometry::reach_s` before and after.
     pub shifts: [Shift; 2],
@@ -52,6 +55,7 @@ pub struct Shift {
 }
 
 impl Shift {
+    /// The shift that leaves everything where it is.
     pub const NONE: Shift = Shift { rotation: DQuat::IDENTITY, from_m: DVec3::ZERO, to_m: DVec3::ZERO };
 
     /// Of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without rounding.
@@ -66,15 +70,18 @@ impl Shift {
         Shift { rotation, from_m: from.translation_m, to_m: to.translation_m }
     }
 
+    /// Whether it leaves everything where it is.
     pub fn is_none(&self) -> bool {
         *self == Shift::NONE
     }
 
+    /// Where a place comes to lie, m.
     #[inline]
     pub fn place(&self, p: DVec3) -> DVec3 {
         self.to_m + self.rotation * (p - self.from_m)
     }
 
+    /// What a direction becomes.
     #[inline]
     pub fn direction(&self, d: DVec3) -> DVec3 {
         self.rotation * d
@@ -92,9 +99,13 @@ impl Body {
 /// An isotropic scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointTarget {
+    /// Number of the object.
     pub id: u32,
+    /// Position in the world, m.
     pub position_m: DVec3,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
+    /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
     /// As [`Body::shifts`].
     pub shifts: [Shift; 2],
@@ -103,13 +114,17 @@ pub struct PointTarget {
 /// An object that scatters as a table says.
 #[derive(Debug, Clone)]
 pub struct TableTarget {
+    /// Number of the object.
     pub id: u32,
     /// World from the object's own frame.
     pub rotation: DQuat,
+    /// Position in the world, m.
     pub position_m: DVec3,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
     /// As [`Body::shifts`].
     pub shifts: [Shift; 2],
+    /// The table that it scatters by.
     pub table: Arc<ScatteringTable>,
     /// Place of the geometry's frequency in the table.
     pub band: Stencil,
@@ -128,23 +143,32 @@ impl TableTarget {
     }
 }
 
+/// A scene at one instant as rays and beams meet it.
 #[derive(Debug)]
 pub struct Geometry {
     /// In the order of the BVH's leaves.
     pub triangles: Vec<Triangle>,
+    /// Tree over the triangles.
     pub bvh: Bvh,
+    /// Objects that the triangles belong to.
     pub bodies: Vec<Body>,
     /// The scene's materials at `freq_hz`.
     pub surfaces: Vec<Surface>,
     /// The same without a frequency.
     pub materials: Vec<Material>,
+    /// Isotropic scatterers.
     pub points: Vec<PointTarget>,
+    /// Objects that scatter as tables say.
     pub tables: Vec<TableTarget>,
+    /// Number of coplanar patches.
     pub patches: u32,
+    /// Number of triangles without area that were left out.
     pub degenerate_dropped: usize,
+    /// Frequency that the surfaces hold for, Hz.
     pub freq_hz: f64,
     /// Hits nearer than this along a ray are its own start; set from the size of the scene.
     pub t_min_m: f64,
+    /// Least and largest corner of all triangles, m.
     pub bounds_m: (DVec3, DVec3),
     /// To the frame's start and end, for which bodies have their shifts; 0 where only the instant counts.
     pub reach_s: f64,

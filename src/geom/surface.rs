@@ -12,6 +12,7 @@ use num_complex::Complex64;
 /// A material at one frequency: a conductor, a half-space, or layers on one of these or on air.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
+    /// Its layers and what lies behind them.
     pub stack: Stack,
     /// Standard deviation of the front's height, m; 0 is smooth.
     pub roughness_rms_m: f64,

@@ -9,8 +9,11 @@ const DEGENERATE: f64 = 1e-12;
 /// (u, v) = ((p - v0) . du, (p - v0) . dv), inside when u, v >= 0 and u + v <= 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triangle {
+    /// First corner, m.
     pub v0: DVec3,
+    /// From the first corner to the second, m.
     pub e1: DVec3,
+    /// From the first corner to the third, m.
     pub e2: DVec3,
     /// Unit normal, right-handed about v0, v1, v2.
     pub normal: DVec3,
@@ -50,6 +53,7 @@ impl Triangle {
         })
     }
 
+    /// The three corners, m.
     pub fn corners(&self) -> [DVec3; 3] {
         [self.v0, self.v0 + self.e1, self.v0 + self.e2]
     }
@@ -59,6 +63,7 @@ impl Triangle {
         self.exact
     }
 
+    /// Area, m².
     pub fn area_m2(&self) -> f64 {
         0.5 * self.e1.cross(self.e2).length()
     }

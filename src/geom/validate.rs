@@ -23,6 +23,7 @@ const COPLANAR: f64 = 1e-6;
 /// Counts of what was found.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct MeshReport {
+    /// Number of triangles.
     pub triangles: usize,
     /// Facets of a curved surface: those with smooth normals.
     pub curved_facets: usize,
@@ -50,6 +51,7 @@ pub struct MeshReport {
     pub small_facets: usize,
     /// Triangles more than ten times longer than everything smaller together.
     pub oversized: usize,
+    /// Wavelength that sizes are judged by, m.
     pub wavelength_m: f64,
 }
 

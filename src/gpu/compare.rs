@@ -35,6 +35,7 @@ pub struct Difference {
     pub relative_l2: f64,
     /// The largest |got - want| and where it is.
     pub max_abs: f64,
+    /// Index at which they differ most.
     pub at: usize,
 }
 

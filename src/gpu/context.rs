@@ -8,20 +8,27 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// One adapter as the driver describes it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct AdapterReport {
+    /// Name of the adapter.
     pub name: String,
     /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
     pub device_type: String,
+    /// Interface to it, as Vulkan.
     pub backend: String,
+    /// Driver and its version.
     pub driver: String,
     /// Version; two versions of one software driver often share a name.
     pub driver_info: String,
+    /// Largest storage binding, bytes.
     pub max_storage_binding_bytes: u64,
+    /// Largest buffer, bytes.
     pub max_buffer_bytes: u64,
     /// Threads of a workgroup.
     pub max_workgroup_size: u32,
     /// Workgroup memory.
     pub shared_bytes: u32,
+    /// Whether shaders can calculate in f64.
     pub shader_f64: bool,
+    /// Whether passes can be timed.
     pub timestamp: bool,
     /// A GPU and not a software driver.
     pub is_hardware: bool,
@@ -200,6 +207,7 @@ impl Gpu {
         })
     }
 
+    /// The adapter as the driver describes it.
     pub fn report(&self) -> &AdapterReport {
         &self.report
     }

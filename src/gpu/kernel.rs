@@ -5,20 +5,25 @@ use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
 /// How a kernel uses a storage buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
+    /// It is only read.
     Read,
+    /// It is read and written.
     ReadWrite,
 }
 
 /// How far the GPU's result may lie from the f64 engine's, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
+    /// Bound of |gpu - cpu| / |cpu|, both as Euclidean norms.
     pub relative_l2: f64,
+    /// Why it is this large.
     pub reason: &'static str,
 }
 
 /// What Rust knows about a struct that WGSL declares under the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StructLayout {
+    /// Name of the struct in WGSL.
     pub name: &'static str,
     /// Bytes.
     pub size: usize,
@@ -41,6 +46,7 @@ pub struct Kernel {
     pub storage: &'static [Access],
     /// Other structs that both sides declare.
     pub structs: &'static [StructLayout],
+    /// How far its result may lie from the f64 engine's.
     pub tolerance: Tolerance,
 }
 

@@ -34,9 +34,11 @@ impl<T> Clone for Buffer<T> {
 }
 
 impl<T> Buffer<T> {
+    /// Number of elements.
     pub fn len(&self) -> usize {
         self.len
     }
+    /// Whether there is no element.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -71,6 +73,7 @@ pub enum Threads {
     Linear(u64),
     /// Threads along each axis, rounded up to workgroups.
     Grid([u32; 3]),
+    /// So many workgroups along each axis.
     Workgroups([u32; 3]),
 }
 

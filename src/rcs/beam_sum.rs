@@ -15,6 +15,7 @@ use crate::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "rcs/beam_sum",
     sources: &[
@@ -49,7 +50,9 @@ pub static KERNEL: Kernel = Kernel {
 
 /// A frequency and the materials at it.
 pub struct FrequencyPoint<'a> {
+    /// Wavenumber, rad/m.
     pub wavenumber: f64,
+    /// Surfaces at that frequency.
     pub surfaces: &'a [Surface],
 }
 

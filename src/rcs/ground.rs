@@ -216,7 +216,9 @@ fn with_image(scene: &Scene) -> Result<Scene> {
 /// the target towards the radar (CONVENTIONS eq. 47); a negative one lies behind the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FresnelZone {
+    /// Nearer end, m.
     pub near_m: f64,
+    /// Farther end, m.
     pub far_m: f64,
 }
 
@@ -246,6 +248,7 @@ impl FresnelZone {
         FresnelZone { near_m: 0.5 * (middle - root) / spread, far_m: 0.5 * (middle + root) / spread }
     }
 
+    /// Length, m.
     pub fn length_m(&self) -> f64 {
         self.far_m - self.near_m
     }

@@ -40,6 +40,7 @@ impl Distance {
 /// What is added to physical optics at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Diffraction {
+    /// Nothing.
     #[default]
     None,
     /// First-order physical theory of diffraction on metal edges (CONVENTIONS eq. 30-39).
@@ -49,22 +50,28 @@ pub enum Diffraction {
 /// One direction of a sweep, radians: the radar stands towards (azimuth, elevation) of the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aspect {
+    /// Azimuth, rad.
     pub azimuth: f64,
+    /// Elevation, rad.
     pub elevation: f64,
 }
 
 /// A direction to transmit from and one to receive in, seen from the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BistaticAspect {
+    /// Direction to the transmitter.
     pub transmit: Aspect,
+    /// Direction to the receiver.
     pub receive: Aspect,
 }
 
 impl BistaticAspect {
+    /// Transmitter and receiver in one direction.
     pub fn monostatic(aspect: Aspect) -> Self {
         BistaticAspect { transmit: aspect, receive: aspect }
     }
 
+    /// Whether both directions are one.
     pub fn is_monostatic(&self) -> bool {
         self.transmit == self.receive
     }
@@ -73,8 +80,10 @@ impl BistaticAspect {
 /// The plane z = 0 under the target.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Ground {
+    /// No plane.
     #[default]
     None,
+    /// A plane of this material.
     Plane(crate::scene::Material),
 }
 
@@ -84,11 +93,14 @@ pub struct RcsOptions {
     /// Reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections fill a
     /// trihedral's need, filled or empty. Each way to and fro in a slab takes two more.
     pub bounces: usize,
+    /// How far the radar stands.
     pub distance: Distance,
     /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none.
     /// Curved are facets with smooth normals ([`crate::geom::curved`]).
     pub accuracy_db: f64,
+    /// What is added at edges.
     pub diffraction: Diffraction,
+    /// What lies under the target.
     pub ground: Ground,
     /// Also take the convention "last", which costs about half as much again. Without it `Scattering::last`
     /// is NaN.
@@ -111,15 +123,20 @@ impl Default for RcsOptions {
 /// A uniform grid of rays: the check on the exact beams, and slower than they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayGrid {
+    /// Most bounces of a ray.
     pub bounces: usize,
+    /// Rays a wavelength, along both axes.
     pub rays_per_wavelength: f64,
+    /// How far the radar stands.
     pub distance: Distance,
 }
 
 /// S[rx][tx] in m, index 0 is V, for both conventions of which bounces radiate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Scattering {
+    /// Every bounce radiates.
     pub every: [[Complex64; 2]; 2],
+    /// Only the last bounce radiates.
     pub last: [[Complex64; 2]; 2],
 }
 
@@ -134,16 +151,19 @@ impl Scattering {
         }
     }
 
+    /// Multiplies all by a factor.
     pub fn scale(&mut self, factor: f64) {
         for z in self.every.iter_mut().chain(&mut self.last).flatten() {
             *z *= factor;
         }
     }
 
+    /// Whether all are finite.
     pub fn is_finite(&self) -> bool {
         self.every.iter().chain(&self.last).flatten().all(|z| z.re.is_finite() && z.im.is_finite())
     }
 
+    /// The matrix of one convention.
     pub fn of(&self, convention: crate::trace::Convention) -> &[[Complex64; 2]; 2] {
         match convention {
             crate::trace::Convention::Every => &self.every,

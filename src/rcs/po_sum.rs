@@ -64,6 +64,7 @@ mod layout {
     }
 }
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "rcs/po_sum",
     sources: &[

@@ -19,6 +19,7 @@ pub enum Derived {
 }
 
 impl Derived {
+    /// Both, in the order of their columns.
     pub const ALL: [Derived; 2] = [Derived::Linear45, Derived::Circular];
 
     /// The two unit vectors, each as its (V, H) components.

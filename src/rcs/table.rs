@@ -10,8 +10,10 @@ use crate::units::dbsm_from_amplitude;
 use num_complex::Complex64;
 use std::path::Path;
 
+/// One row: a frequency, directions and the scattering matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
+    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Where the transmitter stands, and the receiver unless `receive` says otherwise.
     pub aspect: Aspect,
@@ -27,14 +29,17 @@ fn degrees(radians: f64) -> f64 {
 }
 
 impl Row {
+    /// Azimuth of the transmitter, degrees.
     pub fn azimuth_deg(&self) -> f64 {
         degrees(self.aspect.azimuth)
     }
 
+    /// Elevation of the transmitter, degrees.
     pub fn elevation_deg(&self) -> f64 {
         degrees(self.aspect.elevation)
     }
 
+    /// Its directions.
     pub fn bistatic(&self) -> BistaticAspect {
         BistaticAspect { transmit: self.aspect, receive: self.receive.unwrap_or(self.aspect) }
     }
@@ -45,10 +50,12 @@ impl Row {
     }
 }
 
+/// A table of cross sections with what stands above it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RcsTable {
     /// Target, convention, bounces, engine, version: the comment lines.
     pub comments: Vec<String>,
+    /// Rows in their order.
     pub rows: Vec<Row>,
 }
 

@@ -30,14 +30,20 @@ use thermal_floor::thermal_floor_w;
 /// Seconds of each stage of a frame, on the host's clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Stages {
+    /// Placing the scene, s.
     pub geometry_s: f64,
+    /// Tracing, s.
     pub trace_s: f64,
+    /// Synthesis of the cube, s.
     pub synthesis_s: f64,
+    /// Transforms and detection, s.
     pub processing_s: f64,
+    /// Angles and points, s.
     pub angles_s: f64,
 }
 
 impl Stages {
+    /// Their sum, s.
     pub fn total_s(&self) -> f64 {
         self.geometry_s + self.trace_s + self.synthesis_s + self.processing_s + self.angles_s
     }
@@ -46,6 +52,7 @@ impl Stages {
 /// All that one frame gives.
 #[derive(Debug, Clone)]
 pub struct Frame {
+    /// Number of the frame.
     pub index: u32,
     /// Number of the radar in the scenario.
     pub radar: usize,
@@ -53,14 +60,21 @@ pub struct Frame {
     pub time_s: f64,
     /// Of the radar, at that time.
     pub pose: Pose<Sensor, World>,
+    /// Velocity of the radar in the world, m/s.
     pub velocity_mps: DVec3,
+    /// Number of triangles that were traced.
     pub triangles: usize,
+    /// Echoes of the scene.
     pub echoes: Echoes,
+    /// What the front end did with them.
     pub front_end: SynthesisStats,
+    /// Samples.
     pub cube: AnyCube,
     /// One for each ramp.
     pub maps: Vec<RangeDoppler<f64>>,
+    /// Points.
     pub points: Vec<Point>,
+    /// Time of each stage.
     pub stages: Stages,
 }
 
@@ -308,9 +322,13 @@ pub fn located(
 /// accurate (phases across a stretch of a quarter).
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Convergence {
+    /// Number of the object.
     pub object_id: u32,
+    /// Its class.
     pub class: String,
+    /// Range of its peak, m.
     pub range_m: f64,
+    /// Range rate of its peak, m/s.
     pub range_rate_mps: f64,
     /// Level at the peak with the scenario's accuracy.
     pub power_dbm: f64,

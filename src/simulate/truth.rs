@@ -25,9 +25,11 @@ pub const REACH_M: f64 = 150.0;
 /// Position, rotation and motion of a frame of reference in the world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PoseRecord {
+    /// Position in the world, m.
     pub position_m: [f64; 3],
     /// Quaternion x, y, z, w: rotates from the frame to the world.
     pub rotation_xyzw: [f64; 4],
+    /// Velocity in the world, m/s.
     pub velocity_mps: [f64; 3],
     /// In the world, right-handed about its direction.
     pub spin_rad_per_s: [f64; 3],
@@ -41,6 +43,7 @@ pub struct ActorTruth {
     pub whole: TruthBox,
     /// Ids of its objects, the first part first.
     pub parts: Vec<u32>,
+    /// How much of it the radar sees.
     #[serde(flatten)]
     pub seen: Visibility,
 }
@@ -64,6 +67,7 @@ pub struct Visibility {
 /// An object of class `marker`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MarkerTruth {
+    /// Number of the object.
     pub id: u32,
     /// Of its origin, in the world.
     pub position_m: [f64; 3],
@@ -78,10 +82,13 @@ pub struct MarkerTruth {
 /// `truth.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
+    /// Number of the frame.
     pub frame: u32,
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
+    /// Pose of the vehicle.
     pub ego: PoseRecord,
+    /// Pose of the radar.
     pub radar: PoseRecord,
     /// Of all objects, in the order of the scene, in the world.
     pub boxes: Vec<TruthBox>,
@@ -89,10 +96,13 @@ pub struct Truth {
     pub actors: Vec<ActorTruth>,
     /// Within [`REACH_M`] of the radar, where the road is known; so are the next three.
     pub lanes: Vec<LaneTruth>,
+    /// Lines of the lanes ahead.
     pub lane_lines: Vec<LaneLine>,
     /// The lane that the ego's origin is in.
     pub ego_lane: Option<LanePlace>,
+    /// Free space ahead, where the scenario asks for it.
     pub free_space: Option<FreeSpace>,
+    /// Every marker.
     pub markers: Vec<MarkerTruth>,
 }
 

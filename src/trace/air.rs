@@ -13,6 +13,7 @@ use glam::DVec3;
 pub struct Air {
     /// One way, [V, H].
     pub loss_db_per_m: [f64; 2],
+    /// None in dry air.
     pub rain: Option<Rain>,
 }
 

@@ -3,6 +3,7 @@
 use super::beams::Params;
 use crate::gpu::{Access, Kernel, Tolerance};
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "trace/beam_ahead",
     sources: &[

@@ -15,6 +15,7 @@ const TAU_AT_FIFTH_DB: f64 = 0.25;
 /// How to follow beams and how finely to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamOptions {
+    /// Most faces met by one beam.
     pub bounces: usize,
     /// Quadratic phase across half a cell, rad (finite range only).
     pub tau: f64,
@@ -36,6 +37,7 @@ impl BeamOptions {
 pub enum Port {
     /// Unit vector from the target towards the radar at infinity.
     Far(DVec3),
+    /// At this place, m.
     At(DVec3),
 }
 
@@ -46,10 +48,15 @@ pub enum Port {
 /// before and after, and so is the length of the path there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
+    /// Origin of the rays, m.
     pub origin: DVec3,
+    /// Axis of u.
     pub u: DVec3,
+    /// Axis of v.
     pub v: DVec3,
+    /// Axis that the rays run along.
     pub k: DVec3,
+    /// Whether rays spread from the origin; otherwise they run in parallel.
     pub from_point: bool,
     /// Length to add to the distance from `origin` (plane waves: phase zero is at the world's origin).
     pub lead_m: f64,
@@ -72,6 +79,7 @@ impl Frame {
         if self.from_point { offset - normal.dot(self.origin) } else { normal.dot(self.k) }
     }
 
+    /// Coordinates (u, v) of the ray through a place.
     #[inline]
     pub fn project(&self, p: DVec3) -> DVec2 {
         let d = p - self.origin;
@@ -108,6 +116,7 @@ impl Frame {
         self.lead_m + if self.from_point { d.length() } else { self.k.dot(d) }
     }
 
+    /// The frame behind the mirror where `normal . r` equals `offset`.
     pub fn mirrored(&self, normal: DVec3, offset: f64) -> Frame {
         let flip = |d: DVec3| d - normal * (2.0 * normal.dot(d));
         Frame {
@@ -162,12 +171,14 @@ const LEAF_FACES: usize = 8;
 
 /// The faces as the shaders read them.
 pub struct BeamArrays {
+    /// Index of the body of each face, packed.
     pub body: Vec<[u32; 4]>,
     /// All that holds for every dispatch.
     pub params: Params,
 }
 
 impl BeamArrays {
+    /// The arrays of a scene's faces.
     pub fn new(faces: &Faces, options: &BeamOptions, monostatic: bool) -> BeamArrays {
         let word = |v: DVec3, bits: u32| {
             let [x, y, z] = v.as_vec3().to_array().map(f32::to_bits);

@@ -34,10 +34,12 @@ gpu_struct! {
     }
 }
 
+/// What a ray gives that meets nothing.
 pub const NO_TRIANGLE: u32 = u32::MAX;
 /// For rays that start on no patch.
 pub const NO_PATCH: u32 = u32::MAX;
 
+/// The kernel's row: sources, parameters, bindings and tolerance.
 pub static KERNEL: Kernel = Kernel {
     stem: "trace/closest",
     sources: &[

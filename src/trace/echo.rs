@@ -20,22 +20,27 @@ pub struct Echo {
     pub path_acceleration_and_jerk: [f64; 2],
     /// Unit vector to the first scatterer, sensor frame; and the distance to it.
     pub departure: DVec3,
+    /// From the transmitter to the first place it touches, m.
     pub first_range_m: f64,
     /// Unit vector to the last scatterer, sensor frame; and the distance to it.
     pub arrival: DVec3,
+    /// From the last place it touches to the receiver, m.
     pub last_range_m: f64,
     /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
     pub path_gain: [[Complex64; 2]; 2],
     /// Object ids in the order met; zero after the last.
     pub chain: [u32; MAX_BOUNCES],
+    /// Number of bounces.
     pub bounces: u8,
 }
 
 impl Echo {
+    /// Half the length of the path, m.
     pub fn range_m(&self) -> f64 {
         0.5 * self.path_length_m
     }
+    /// Half the rate of the path's length, m/s, positive when receding.
     pub fn range_rate_mps(&self) -> f64 {
         0.5 * self.path_rate_mps
     }
@@ -63,6 +68,7 @@ pub fn drop_weak(echoes: &mut Vec<Echo>, floor: f64) {
 /// All echoes of one frame, in a fixed order (the same bytes whatever the number of threads).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Echoes {
+    /// The echoes.
     pub list: Vec<Echo>,
     /// Samples of diffuse surfaces among them, before weak ones were dropped.
     pub rays: u64,

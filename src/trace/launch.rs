@@ -19,19 +19,24 @@ fn tiles(extent: [f64; 2], spacing: f64) -> ([u32; 2], [f64; 2]) {
 /// A ray with the edges of its tube. For spherical waves `edge` is per metre of path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tube {
+    /// Where the ray starts, m.
     pub origin_m: DVec3,
     /// Unit vector.
     pub dir: DVec3,
+    /// Edges of the tube.
     pub edge: [DVec3; 2],
 }
 
 /// A regular grid of parallel tubes across `dir`. Cell (i, j) starts at `corner + i step[0] + j step[1]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneGrid {
+    /// Direction of all rays.
     pub dir: DVec3,
     /// Axis of the tube (0, 0), outside the target.
     pub first_m: DVec3,
+    /// Steps to the next cell along both axes, m.
     pub step: [DVec3; 2],
+    /// Number of cells along both axes.
     pub count: [u32; 2],
     /// `first_m` lies this far before the plane through the phase reference.
     pub lead_m: f64,
@@ -63,14 +68,17 @@ impl PlaneGrid {
         }
     }
 
+    /// Number of cells.
     pub fn len(&self) -> u64 {
         self.count[0] as u64 * self.count[1] as u64
     }
 
+    /// Whether there is no cell.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
+    /// The tube of a cell.
     #[inline]
     pub fn tube(&self, i: u32, j: u32) -> Tube {
         Tube {
@@ -84,9 +92,13 @@ impl PlaneGrid {
 /// A rectangle of directions from a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
+    /// Azimuth of its middle, rad.
     pub azimuth: f64,
+    /// Sine of the elevation of its middle.
     pub sin_elevation: f64,
+    /// Width in azimuth, rad.
     pub d_azimuth: f64,
+    /// Width in the sine of elevation.
     pub d_sin: f64,
 }
 
@@ -110,18 +122,22 @@ impl Cell {
 /// Tubes from one point in the world.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Fan {
+    /// Where the rays start, m.
     pub origin_m: DVec3,
     /// From the axes in which azimuth and elevation of the cells are meant to the world's.
     pub rotation: DQuat,
+    /// Cells of the fan.
     pub cells: Vec<Cell>,
 }
 
 impl Fan {
+    /// The tube of the cell of this index.
     #[inline]
     pub fn tube(&self, index: usize) -> Tube {
         self.tube_of(&self.cells[index])
     }
 
+    /// The tube of a cell.
     #[inline]
     pub fn tube_of(&self, cell: &Cell) -> Tube {
         let (dir, edge) = cell.axis_and_edges();

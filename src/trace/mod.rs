@@ -32,6 +32,7 @@ pub enum Convention {
 pub struct TraceOptions {
     /// Facets met by one ray, 1..=MAX_BOUNCES.
     pub bounces: usize,
+    /// Which bounces of a chain radiate.
     pub convention: Convention,
     /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
     pub amplitude_floor: f64,
@@ -48,6 +49,7 @@ pub struct TraceOptions {
     pub rays: u64,
     /// Of the scatterers on rough surfaces, which are the same in all frames, and of rain.
     pub seed: u64,
+    /// Number of the frame, which selects the random numbers of diffuse samples.
     pub frame: u32,
     /// How far the radar is off the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
     pub radar_sway_m: [DVec3; 2],

@@ -7,13 +7,18 @@ use glam::{DMat3, DVec3};
 
 /// The geometry on the device.
 pub struct GeometryBuffers {
+    /// Nodes of the tree.
     pub nodes: Buffer<[u32; 4]>,
+    /// Triangles as the tree holds them.
     pub triangles: Buffer<[f32; 4]>,
+    /// Planes of the triangles.
     pub planes: Buffer<[f32; 4]>,
+    /// Surfaces of the triangles.
     pub surfaces: Buffer<[f32; 4]>,
 }
 
 impl GeometryBuffers {
+    /// Uploads a scene's arrays.
     pub fn upload(recorder: &mut Recorder<'_>, arrays: &GeometryArrays) -> Self {
         GeometryBuffers {
             nodes: recorder.upload("bvh nodes", &arrays.nodes),

@@ -3,14 +3,23 @@
 /// A kind of road user. Everything else stands beside the road or is part of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RoadUser {
+    /// A passenger car.
     Car,
+    /// A van.
     Van,
+    /// A truck.
     Truck,
+    /// A bus or coach.
     Bus,
+    /// A train or tram.
     Train,
+    /// A motorcycle.
     Motorcycle,
+    /// A cyclist with the bicycle.
     Cyclist,
+    /// A pedestrian.
     Pedestrian,
+    /// An animal.
     Animal,
 }
 

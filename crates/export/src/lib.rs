@@ -28,10 +28,13 @@ use std::path::PathBuf;
 pub struct Sweep {
     /// Middle of the frame, ns from the run's zero.
     pub time_ns: i64,
+    /// Number of the frame.
     pub frame: u64,
     /// Name of the radar: letters, digits, `_` and `-`.
     pub radar: String,
+    /// Pose of the sensor in the vehicle.
     pub sensor_in_vehicle: Pose<Sensor, Vehicle>,
+    /// Pose of the vehicle in the world.
     pub vehicle_in_world: Pose<Vehicle, World>,
     /// Of the vehicle's origin, in the world.
     pub vehicle_velocity_mps: DVec3,
@@ -39,9 +42,11 @@ pub struct Sweep {
     pub yaw_rate_rad_per_s: f64,
     /// Of the radar, in the world.
     pub sensor_velocity_mps: DVec3,
+    /// Detections.
     pub points: Vec<SweepPoint>,
     /// Of all objects.
     pub boxes: Vec<SweepBox>,
+    /// The map, where it was stored.
     pub range_doppler: Option<PowerImage>,
     /// Lane lines, from left to right where that is known.
     pub lanes: Vec<SweepLane>,
@@ -52,6 +57,7 @@ pub struct Sweep {
 pub struct SweepPoint {
     /// In the sensor's axes.
     pub position_m: DVec3,
+    /// Range, m.
     pub range_m: f64,
     /// Positive to the left.
     pub azimuth_rad: f64,
@@ -59,13 +65,19 @@ pub struct SweepPoint {
     pub elevation_rad: f64,
     /// Positive when receding, as measured: the radar's own motion is in it.
     pub range_rate_mps: f64,
+    /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
+    /// Signal-to-noise ratio, dB.
     pub snr_db: f64,
+    /// Received power, dBm.
     pub power_dbm: f64,
     /// Standard deviations; of angles only where the array tells them.
     pub range_std_m: f64,
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: Option<f64>,
+    /// Standard deviation of the elevation, rad.
     pub elevation_std_rad: Option<f64>,
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
     /// The object whose echo it is; 0 for none.
     pub object_id: u32,
@@ -80,8 +92,11 @@ pub struct SweepPoint {
 /// The true box around an object, in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepBox {
+    /// Number of the object.
     pub id: u32,
+    /// Class of the object.
     pub class: String,
+    /// Middle of the box, m.
     pub centre_m: DVec3,
     /// Full lengths along the object's axes.
     pub size_m: DVec3,
@@ -96,27 +111,35 @@ pub struct SweepBox {
 /// A range-Doppler map, `[doppler, range]`, mean power in W.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerImage {
+    /// Number of Doppler rows.
     pub doppler_rows: usize,
+    /// Number of range columns.
     pub range_columns: usize,
+    /// Mean power of each cell, W.
     pub power_w: Vec<f32>,
     /// Of column 0.
     pub first_range_m: f64,
+    /// Distance between columns, m.
     pub range_step_m: f64,
     /// Of row 0; positive receding.
     pub first_range_rate_mps: f64,
+    /// Distance between rows, m/s.
     pub range_rate_step_mps: f64,
 }
 
 /// A lane line in the vehicle's axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepLane {
+    /// Number of the line.
     pub id: u32,
+    /// Name of the line.
     pub name: String,
     /// Along the line, through its gaps.
     pub points_m: Vec<DVec3>,
 }
 
 impl Sweep {
+    /// Pose of the sensor in the world.
     pub fn sensor_in_world(&self) -> Pose<Sensor, World> {
         self.sensor_in_vehicle.then(&self.vehicle_in_world)
     }
@@ -234,8 +257,11 @@ pub trait Exporter {
 /// What an exporter wrote.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Finished {
+    /// File or folder that was written.
     pub output: PathBuf,
+    /// Number of sweeps in it.
     pub sweeps: usize,
+    /// Number of points in it.
     pub points: usize,
     /// What the format could not hold, and what stands for it.
     pub notes: Vec<String>,

@@ -196,6 +196,7 @@ pub fn expected(sweeps: &[Sweep]) -> Value {
 }
 
 /// Level of white in the sample's pictures, dBm.
+#[cfg(feature = "mcap")]
 pub const WHITE_DBM: f64 = -20.0;
 
 /// Every format once, twice: the same bytes. Kept where `CATSEYE_SAMPLES` says.

@@ -147,6 +147,7 @@ impl Run {
         self.frames.len()
     }
 
+    /// Whether the run has no frame.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }

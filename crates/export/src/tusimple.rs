@@ -26,11 +26,15 @@ pub struct Optical;
 /// A pinhole camera without distortion. Columns count from the left, rows from the top, the first pixel's centre is at 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
+    /// Width, pixels.
     pub width_px: u32,
+    /// Height, pixels.
     pub height_px: u32,
+    /// Focal length, pixels.
     pub focal_px: f64,
     /// Where the optical axis meets the picture: column, row.
     pub centre_px: [f64; 2],
+    /// Pose of the camera's optical frame in the vehicle.
     pub mounting: Pose<Optical, Vehicle>,
     /// The rows that are written.
     pub rows: Vec<u32>,

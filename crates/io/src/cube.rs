@@ -175,6 +175,7 @@ pub struct CubeAbout {
 /// What was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubeWritten {
+    /// Files that now stand.
     pub files: Vec<PathBuf>,
     /// Words of a `.bin` that were cut to the largest or smallest count.
     pub clipped_words: u64,

@@ -18,10 +18,15 @@ const RUN_BYTES: usize = 1 << 20;
 /// channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
+    /// Frames.
     Frame,
+    /// Chirps of a frame.
     Chirp,
+    /// Transmitters.
     Tx,
+    /// Receivers.
     Rx,
+    /// Samples of a chirp.
     Sample,
     /// Real part, imaginary part.
     Iq,
@@ -71,19 +76,27 @@ pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
+    /// 32-bit floating point.
     F32,
+    /// 64-bit floating point.
     F64,
+    /// 8-bit integer.
     I8,
+    /// 8-bit integer without sign.
     U8,
     /// The lowest so many bits of 16 count, with their sign.
     I16 {
+        /// Number of bits that count.
         bits: u32,
     },
+    /// 16-bit integer without sign.
     U16,
+    /// 32-bit integer.
     I32,
 }
 
 impl Number {
+    /// Bytes of one number.
     pub fn bytes(self) -> usize {
         match self {
             Number::F64 => 8,
@@ -99,7 +112,9 @@ const LARGEST: f64 = 1e12;
 
 /// f32 or f64.
 pub trait Real: Copy + Default + Send + Sync + 'static {
+    /// The nearest value of this type.
     fn from_f64(x: f64) -> Self;
+    /// The value as f64.
     fn to_f64(self) -> f64;
 }
 impl Real for f32 {
@@ -122,7 +137,9 @@ impl Real for f64 {
 /// One axis of the file. Several may count the same thing: pairs of samples, then samples in a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dim {
+    /// What it counts.
     pub axis: Axis,
+    /// How many there are.
     pub size: usize,
     /// One step along this axis is so many along what it counts.
     pub factor: usize,
@@ -131,6 +148,7 @@ pub struct Dim {
 }
 
 impl Dim {
+    /// An axis.
     pub fn new(axis: Axis, size: usize) -> Dim {
         Dim { axis, size, factor: 1, map: None }
     }
@@ -230,6 +248,7 @@ impl Layout {
         self
     }
 
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.extent[0]
     }

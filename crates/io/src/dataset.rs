@@ -21,13 +21,18 @@ pub const SHARDS: &str = "shards";
 /// The engine as far as it decides on bytes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Device {
+    /// `cpu` or `gpu`.
     pub engine: String,
+    /// `f32` or `f64`.
     pub precision: String,
+    /// Name of the adapter, empty on the cpu.
     pub adapter: String,
+    /// Its driver, empty on the cpu.
     pub driver: String,
 }
 
 impl Device {
+    /// The device of an engine.
     pub fn of(report: &EngineReport) -> Device {
         // Of the cpu engine the driver is a number of threads, on which no byte depends.
         let driver = match report.engine {
@@ -56,14 +61,21 @@ impl std::fmt::Display for Device {
 pub struct DatasetFile {
     /// Version of the program.
     pub catseye: String,
+    /// Name of the dataset.
     pub name: String,
+    /// Licence of the data, where the recipe names one.
     pub licence: Option<String>,
     /// SHA-256 of the recipe, its seed, the files that it names, and the version.
     pub recipe: String,
+    /// Seed of all draws.
     pub seed: u64,
+    /// Number of scenes.
     pub scenes: u32,
+    /// Frames of each scene.
     pub frames_per_scene: u32,
+    /// Engine that made it.
     pub device: Device,
+    /// The recipe as it was read.
     pub recipe_text: String,
 }
 
@@ -96,14 +108,19 @@ impl DatasetFile {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
+    /// Number of the shard.
     pub shard: u64,
     /// First frame, and how many.
     pub first_frame: u64,
+    /// Frames in it.
     pub frames: u64,
     /// As in `dataset.json`.
     pub recipe: String,
+    /// Engine that made it.
     pub device: Device,
+    /// Its files with their checksums.
     pub files: Vec<ShardFile>,
+    /// Counts over its frames.
     pub tally: Tally,
     /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
     /// the recipe was mended.

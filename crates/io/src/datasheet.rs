@@ -19,8 +19,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+/// Name of the text for readers.
 pub const README: &str = "README.md";
+/// Name of the file that tells arrays and columns.
 pub const SCHEMA: &str = "schema.json";
+/// Name of the file of counts.
 pub const STATISTICS: &str = "statistics.json";
 /// Folder of the pictures.
 pub const PREVIEWS: &str = "previews";
@@ -29,10 +32,15 @@ const PICTURED: u32 = 4;
 
 /// A dataset all of whose shards stand.
 pub struct Made<'a> {
+    /// What it was made from.
     pub recipe: &'a Recipe,
+    /// Its `dataset.json`.
     pub file: &'a DatasetFile,
+    /// What it stores.
     pub layout: &'a Layout,
+    /// Its shards.
     pub markers: &'a [Marker],
+    /// Counts over all frames.
     pub tally: &'a Tally,
     /// Of all shards.
     pub bytes: u64,
@@ -42,13 +50,19 @@ pub struct Made<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DatasetManifest {
+    /// Version of catseye.
     pub catseye: String,
+    /// Name of the dataset.
     pub name: String,
+    /// Name of the recipe's file.
     pub recipe: String,
+    /// Seed of all draws.
     pub seed: u64,
     /// That made shards, in the order of the shards.
     pub devices: Vec<Device>,
+    /// Number of frames.
     pub frames: u64,
+    /// Number of shards.
     pub shards: u64,
     /// SHA-256 of every other file, by path.
     pub checksums: BTreeMap<String, String>,

@@ -82,6 +82,7 @@ impl Node {
         entries.iter().map(|(k, n)| (k.as_str(), n))
     }
 
+    /// The value under a key of a table.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.keys().find(|(k, _)| *k == key).map(|(_, n)| n)
     }
@@ -169,10 +170,12 @@ impl Tree {
         self.top.iter().find(|(k, _)| k == key).map(|(_, n)| n)
     }
 
+    /// The text as it was read.
     pub fn text(&self) -> &str {
         &self.text
     }
 
+    /// The file that it was read from.
     pub fn file(&self) -> &Path {
         &self.file
     }
@@ -501,7 +504,9 @@ fn normal_between(mean: f64, std: f64, a: f64, b: f64, u: f64) -> Option<f64> {
 /// Where a value of the plain text came from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin {
+    /// Range of its bytes in the recipe.
     pub span: Range<usize>,
+    /// Whether it was drawn.
     pub drawn: bool,
     /// Path of the key in the recipe, with the numbers of copies.
     pub id: String,
@@ -510,7 +515,9 @@ pub struct Origin {
 /// What scenes may change of their draws: elements of arrays that are drawn again, and left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Changes {
+    /// Elements that are drawn again, with the number of the draw.
     pub again: BTreeMap<String, u32>,
+    /// Elements that are left out.
     pub dropped: BTreeSet<String>,
 }
 
@@ -527,6 +534,10 @@ pub struct Draws<'a> {
 }
 
 impl<'a> Draws<'a> {
+    /// The draws of one scene.
+    ///
+    /// # Errors
+    /// A distribution that cannot be drawn from.
     pub fn new(tree: &'a Tree, seed: u64, scene: u32, changes: Changes) -> Result<Draws<'a>> {
         Ok(Draws {
             tree,

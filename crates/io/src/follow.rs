@@ -53,6 +53,7 @@ pub struct SensorPoint {
 }
 
 impl SensorPoint {
+    /// The point as estimators take it.
     pub fn of(p: &Point) -> SensorPoint {
         SensorPoint {
             range_m: p.range_m,
@@ -67,6 +68,7 @@ impl SensorPoint {
 
 /// Tracks of what moves, from the points of one frame after another.
 pub struct Follower {
+    /// The tracker.
     pub tracker: Tracker,
 }
 

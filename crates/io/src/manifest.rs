@@ -15,12 +15,16 @@ use std::path::Path;
 /// Evenly spaced values.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axis {
+    /// First value.
     pub first: f64,
+    /// Distance to the next.
     pub step: f64,
+    /// Number of values.
     pub count: usize,
 }
 
 impl Axis {
+    /// All values.
     pub fn values(&self) -> Vec<f64> {
         (0..self.count).map(|i| self.first + i as f64 * self.step).collect()
     }
@@ -29,12 +33,14 @@ impl Axis {
 /// Axes of the range-Doppler map (CONVENTIONS eq. 15 and 16).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axes {
+    /// Range of the columns, m.
     pub range_m: Axis,
     /// Positive receding.
     pub range_rate_mps: Axis,
 }
 
 impl Axes {
+    /// The axes of a radar's map.
     pub fn of(radar: &Radar) -> Axes {
         let rows = radar.doppler_rows();
         let step = radar.velocity_bin_mps();
@@ -52,31 +58,44 @@ impl Axes {
 /// What the manifest keeps of a frame.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrameRecord {
+    /// Number of the frame.
     pub index: u32,
+    /// Name of the radar.
     pub radar: String,
+    /// Time of the frame, s.
     pub time_s: f64,
+    /// Triangles that were traced.
     pub triangles: usize,
+    /// Rays that were traced.
     pub rays: u64,
+    /// Number of echoes.
     pub returns: usize,
+    /// What the front end did with them.
     pub front_end: FrontEndRecord,
+    /// Number of points.
     pub points: usize,
+    /// Per object, where it was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub convergence: Vec<Convergence>,
     /// Not part of the result's identity.
     pub seconds: Stages,
 }
 
+/// What the front end did with the echoes of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrontEndRecord {
+    /// Echoes that move.
     pub moving: u64,
     /// Echoes that the anti-alias filter stopped, and their power.
     pub dropped: u64,
+    /// Power of echoes out of the receiver's band, W.
     pub dropped_power_w: f64,
     /// How the echoes were summed.
     pub synthesis: Methods,
 }
 
 impl FrameRecord {
+    /// The record of a frame.
     pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
         let SynthesisStats { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
         FrameRecord {
@@ -98,7 +117,9 @@ impl FrameRecord {
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(untagged)]
 pub enum PerRadar<T> {
+    /// One radar's.
     One(T),
+    /// By names of radars.
     Several(BTreeMap<String, T>),
 }
 
@@ -111,6 +132,10 @@ impl<T> PerRadar<T> {
         }
     }
 
+    /// What `what` says of each radar.
+    ///
+    /// # Errors
+    /// What `what` fails with.
     pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
         match radars {
             [one] => Ok(PerRadar::One(what(one)?)),
@@ -141,21 +166,28 @@ pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     })
 }
 
+/// `manifest.json` of a run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Manifest {
+    /// Version of catseye.
     pub catseye: &'static str,
+    /// The engine that made it.
     pub engine: EngineReport,
+    /// Seed of all draws.
     pub seed: u64,
     /// The scenario file as it was read, and its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
+    /// Name in the scenario.
     pub scenario_name: String,
     /// The radar in full, as TOML ([`keep_radars`]).
     pub radar: PerRadar<String>,
     /// Of its maps.
     pub axes: PerRadar<Axes>,
+    /// What was found in an imported file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
+    /// One record a frame.
     pub frames: Vec<FrameRecord>,
 }
 

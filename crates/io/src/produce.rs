@@ -49,22 +49,29 @@ pub struct Options<'a> {
 pub enum Phase {
     /// All scenes are drawn and read, before the first frame.
     Checks,
+    /// Frames are made.
     Frames,
 }
 
 /// Scenes that are checked, or frames of this run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
+    /// What the run is at.
     pub phase: Phase,
+    /// How many are done.
     pub done: u64,
+    /// How many there are.
     pub all: u64,
 }
 
 /// What a run left.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
+    /// Folder of the dataset.
     pub folder: PathBuf,
+    /// Frames of the dataset.
     pub frames: u64,
+    /// Shards of the dataset.
     pub shards: u64,
     /// Shards of the whole dataset that are complete.
     pub shards_complete: u64,
@@ -74,12 +81,15 @@ pub struct Report {
     pub shards_kept: u64,
     /// Shards that had a marker and not their files, and were made again.
     pub shards_repaired: u64,
+    /// Frames that this run made.
     pub frames_made: u64,
     /// Manifest and datasheet stand.
     pub complete: bool,
+    /// Whether the run was interrupted.
     pub cancelled: bool,
     /// Of complete shards.
     pub tally: Tally,
+    /// Bytes of the dataset.
     pub bytes: u64,
 }
 

@@ -26,6 +26,7 @@ const MOST_SCENES: u32 = 10_000_000;
 pub const SPLITS: [&str; 3] = ["train", "validation", "test"];
 /// Files of a drawn scene that is written for `catseye simulate`.
 pub const ROAD_FILE: &str = "road.toml";
+/// Name of a drawn scene's scenario file.
 pub const SCENARIO_FILE: &str = "scenario.toml";
 
 /// Scenes that are drawn, and what is kept of their frames.
@@ -40,13 +41,17 @@ pub struct RecipeFile {
     /// Of all draws, noise and speckle; default 0.
     #[serde(default)]
     pub seed: At<u64>,
+    /// Number of scenes.
     pub scenes: At<u32>,
     /// Frames of each scene, `scenario.frames.interval_s` apart.
     pub frames_per_scene: At<u32>,
+    /// How scenes are split.
     #[serde(default)]
     pub split: At<SplitTable>,
+    /// How frames are stored.
     #[serde(default)]
     pub store: StoreTable,
+    /// What is kept of each frame.
     #[serde(default)]
     pub keep: Keep,
     /// Draws that several places share, by name.
@@ -63,10 +68,13 @@ pub struct RecipeFile {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitTable {
+    /// For training.
     #[serde(default)]
     pub train: At<Share>,
+    /// For validation.
     #[serde(default)]
     pub validation: At<Share>,
+    /// For testing.
     #[serde(default)]
     pub test: At<Share>,
 }
@@ -82,7 +90,9 @@ impl Default for SplitTable {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a share, as in 0.64, or a list of scenes, as in [3, \"10:20\"]")]
 pub enum Share {
+    /// A share, 0 to 1.
     Part(f64),
+    /// Numbers of scenes.
     Scenes(Vec<Scenes>),
 }
 
@@ -96,7 +106,9 @@ impl Default for Share {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Scenes {
+    /// One scene.
     One(u32),
+    /// Scenes from `first` to before `end`.
     Run(String),
 }
 
@@ -141,14 +153,23 @@ const FRAMES_PER_SHARD: u64 = 100;
 #[derive(Debug)]
 pub struct Recipe {
     tree: Tree,
+    /// Name of the dataset.
     pub name: String,
+    /// Seed of all draws.
     pub seed: u64,
+    /// Number of scenes.
     pub scenes: u32,
+    /// Frames of each scene.
     pub frames_per_scene: u32,
+    /// Licence of the data.
     pub licence: Option<String>,
+    /// Format of the shards.
     pub format: Format,
+    /// Compression of arrays.
     pub compression: Compression,
+    /// Frames of a shard.
     pub frames_per_shard: u64,
+    /// What is kept of each frame.
     pub keep: Keep,
     /// Number in [`SPLITS`] of each scene.
     split: Vec<u8>,
@@ -158,12 +179,15 @@ pub struct Recipe {
 /// One scene of a recipe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
+    /// Number of the scene.
     pub scene: u32,
     /// The text of a road scene file.
     pub road: Option<String>,
     /// The text of a scenario file, whose scene is the road's file where there is a road.
     pub scenario: String,
+    /// The road scene, where the recipe draws one.
     pub plan: Option<ScenePlan>,
+    /// The scenario, read from the text.
     pub parsed: Scenario,
     /// Draws that were repeated because vehicles stood in one another.
     pub redrawn: u32,
@@ -241,10 +265,12 @@ impl Recipe {
         Ok(())
     }
 
+    /// The file that it was read from.
     pub fn path(&self) -> &Path {
         self.tree.file()
     }
 
+    /// The text as it was read.
     pub fn text(&self) -> &str {
         self.tree.text()
     }
@@ -253,6 +279,7 @@ impl Recipe {
         self.path().parent().unwrap_or(Path::new(""))
     }
 
+    /// Frames of the dataset.
     pub fn frames(&self) -> u64 {
         u64::from(self.scenes) * u64::from(self.frames_per_scene)
     }

@@ -27,6 +27,7 @@ pub type Pictures<'a> = &'a (dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) ->
 pub struct RunOptions<'a> {
     /// What the folder's manifest calls it; only a folder of the same kind is replaced.
     pub kind: &'static str,
+    /// Whether a result that stands is replaced.
     pub force: bool,
     /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate.
     pub convergence: bool,
@@ -41,11 +42,13 @@ pub struct RunOptions<'a> {
 /// What a run left.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RunReport {
+    /// Folder of the result.
     pub folder: PathBuf,
     /// Frames that an interrupted run had left complete.
     pub resumed: u32,
     /// Frames of an interrupted run whose files were not as they had been written; they were made again.
     pub repaired: u32,
+    /// One record a frame.
     pub frames: Vec<FrameRecord>,
 }
 

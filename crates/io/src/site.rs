@@ -12,12 +12,15 @@ use catseye::scene::scenario::Scenario;
 pub struct Site {
     /// Number of the scene in its dataset.
     pub number: u32,
+    /// The scenario.
     pub scenario: Scenario,
+    /// The scene with its objects.
     pub scene: Scene,
     /// Of a road scene.
     pub road: Option<RoadTruth>,
     /// Draws that were repeated because vehicles stood in one another, and vehicles that were left out.
     pub redrawn: u32,
+    /// Objects that were left out because others stand in their place.
     pub dropped: u32,
 }
 

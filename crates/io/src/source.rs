@@ -37,10 +37,12 @@ impl Source {
         Source::new(path, vec![(layout, Box::new(fetch))])
     }
 
+    /// The file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.arrays[0].0.frames()
     }

@@ -7,16 +7,20 @@ use std::collections::BTreeMap;
 
 /// Width of the bins of SNR, dB, and of range, m.
 pub const SNR_BIN_DB: f64 = 5.0;
+/// Width of the bins of range, m.
 pub const RANGE_BIN_M: f64 = 10.0;
 
 /// Of some frames.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tally {
+    /// Number of frames.
     pub frames: u64,
     /// Frames of each part.
     pub splits: BTreeMap<String, u64>,
+    /// Number of echoes.
     pub echoes: u64,
+    /// Number of points.
     pub points: u64,
     /// Least and greatest number of points in a frame, of all radars.
     pub points_a_frame: Option<[u64; 2]>,
@@ -24,11 +28,13 @@ pub struct Tally {
     pub snr_db: BTreeMap<i32, u64>,
     /// Points by the lower end of their bin, m.
     pub range_m: BTreeMap<i32, u64>,
+    /// Counts by class.
     pub classes: BTreeMap<String, ClassTally>,
     /// Scenes that begin in these frames.
     pub scenes: u64,
     /// Vehicles that were drawn again, and left out, because they stood in others.
     pub redrawn: u64,
+    /// Objects that were left out because others stand in their place.
     pub dropped: u64,
 }
 
@@ -75,6 +81,7 @@ impl Tally {
         t
     }
 
+    /// Adds the counts of another.
     pub fn add(&mut self, o: &Tally) {
         fn maps<K: Ord + Clone>(a: &mut BTreeMap<K, u64>, b: &BTreeMap<K, u64>) {
             b.iter().for_each(|(k, n)| *a.entry(k.clone()).or_default() += n);

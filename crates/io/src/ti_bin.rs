@@ -33,6 +33,7 @@ const MAX_SIDECAR_BYTES: u64 = 1 << 16;
 pub struct BinOptions {
     /// One lane for each receiver, as xWR14xx.
     pub four_lanes: Option<bool>,
+    /// Which of I and Q comes first.
     pub iq_order: Option<IqOrder>,
     /// Power of a sample of modulus 2^(bits−1).
     pub full_scale_dbm: Option<f64>,
@@ -44,11 +45,15 @@ pub struct BinOptions {
 pub struct Sidecar {
     /// Which program, which version.
     pub written_by: String,
+    /// Power of a full-scale tone, dBm.
     pub full_scale_dbm: f64,
     /// One count is so many √W: √P / 2^(bits−1).
     pub sqrt_watt_per_count: f64,
+    /// Whether the card captured four lanes.
     pub four_lanes: bool,
+    /// Which of I and Q comes first.
     pub iq_order: IqOrder,
+    /// Number of frames.
     pub frames: usize,
     /// Words that were cut to the largest or smallest count.
     pub clipped_words: u64,
@@ -174,8 +179,11 @@ pub fn open(path: &Path, radar: &TiRadar, options: &BinOptions) -> Result<Source
 /// What was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
+    /// The recording.
     pub bin: PathBuf,
+    /// The file beside it.
     pub sidecar: PathBuf,
+    /// What that file says.
     pub said: Sidecar,
 }
 

@@ -53,16 +53,19 @@ pub struct TiRadar {
     pub tx_start_s: f64,
     /// Of one chirp.
     pub samples: usize,
+    /// Samples a second, Hz.
     pub sample_rate_hz: f64,
     /// Times that the chirps of `tx_masks` are repeated in a frame.
     pub loops: usize,
     /// Transmitters (bit 0 is TX1) of each chirp of a loop, in order.
     pub tx_masks: Vec<u32>,
+    /// How transmitters share the time.
     pub multiplex: Multiplex,
     /// Receivers that are on, counted from 0, ascending.
     pub rx: Vec<u32>,
     /// `None` runs until it is stopped.
     pub frames: Option<usize>,
+    /// Time from frame to frame, s.
     pub frame_period_s: f64,
     /// I and Q; else real samples.
     pub complex: bool,
@@ -70,6 +73,7 @@ pub struct TiRadar {
     pub image_band: bool,
     /// 12, 14 or 16.
     pub adc_bits: u32,
+    /// Which of I and Q comes first.
     pub iq_order: IqOrder,
     /// All receivers of a sample together (xWR14xx), else one receiver's chirp after another.
     pub interleaved: bool,

@@ -22,11 +22,15 @@ use std::f64::consts::PI;
 /// Where the reflector stands and which angles are taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turntable {
+    /// Distance of the reflector, m.
     pub range_m: f64,
     /// Of the reflector in the sensor's frame, ascending.
     pub azimuth_deg: Vec<f64>,
+    /// Elevations that are taken, degrees.
     pub elevation_deg: Vec<f64>,
+    /// Seed of the noise.
     pub seed: u64,
+    /// What is measured and how.
     pub options: TurntableOptions,
 }
 

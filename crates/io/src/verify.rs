@@ -19,9 +19,11 @@ const LISTED: usize = 3;
 /// One class of what is wrong.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Problem {
+    /// What is wrong.
     pub problem: &'static str,
     /// Files, or numbers of shards.
     pub names: Vec<String>,
+    /// What to do about it.
     pub remedy: &'static str,
 }
 
@@ -40,13 +42,19 @@ impl Problem {
 /// What was found.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Findings {
+    /// Folder of the dataset.
     pub folder: PathBuf,
+    /// Name of the dataset.
     pub name: String,
+    /// Frames that it should hold.
     pub frames: u64,
     /// 0 of a run.
     pub shards: u64,
+    /// Shards that are complete.
     pub shards_complete: u64,
+    /// Files that were checked.
     pub files: u64,
+    /// Bytes of these files.
     pub bytes: u64,
     /// Empty when all is well.
     pub problems: Vec<Problem>,

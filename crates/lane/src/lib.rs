@@ -1,8 +1,6 @@
 //! Lanes from radar: what an estimator is given and what it answers. Estimators take points from any source; places are in the
 //! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
 
-#![warn(missing_docs)]
-
 pub mod body;
 pub mod camera_fusion;
 pub mod curve;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 /// Number types that transforms run in.
 pub trait Plan: FftNum {
+    /// The plan of a transform of this length and direction.
     fn plan(length: usize, direction: FftDirection) -> Arc<dyn Fft<Self>>;
 }
 

@@ -14,6 +14,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
+    /// A matrix of zeros.
     pub fn zeros(rows: usize, cols: usize) -> Self {
         Matrix { rows, cols, data: vec![Complex64::ZERO; rows * cols] }
     }
@@ -32,21 +33,25 @@ impl Matrix {
         Matrix { rows, cols, data }
     }
 
+    /// Number of rows.
     #[inline]
     pub fn nrows(&self) -> usize {
         self.rows
     }
 
+    /// Number of columns.
     #[inline]
     pub fn ncols(&self) -> usize {
         self.cols
     }
 
+    /// Column `j`, from the first row down.
     #[inline]
     pub fn column(&self, j: usize) -> &[Complex64] {
         &self.data[j * self.rows..(j + 1) * self.rows]
     }
 
+    /// Column `j`, from the first row down, to be changed.
     #[inline]
     pub fn column_mut(&mut self, j: usize) -> &mut [Complex64] {
         &mut self.data[j * self.rows..(j + 1) * self.rows]
@@ -79,6 +84,7 @@ impl Matrix {
         self.squared_norm_l2().sqrt()
     }
 
+    /// Whether all elements are finite.
     pub fn is_finite(&self) -> bool {
         self.data.iter().all(|z| z.is_finite())
     }

@@ -5,7 +5,9 @@
 pub struct Axis {
     /// Quantity and unit, e.g. `range (m)`.
     pub label: String,
+    /// Value at the left or bottom end.
     pub lo: f64,
+    /// Value at the right or top end.
     pub hi: f64,
     /// Ticks at 15, 30, 45, 90 degrees.
     pub degrees: bool,
@@ -20,6 +22,7 @@ impl Axis {
         Axis { label: label.into(), lo, hi, degrees: false, names: Vec::new() }
     }
 
+    /// The same axis with ticks at steps that suit degrees.
     pub fn degrees(mut self) -> Self {
         self.degrees = true;
         self

@@ -24,9 +24,12 @@ impl Outline {
     }
 }
 
+/// A point with the value that colours it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BirdsEyePoint {
+    /// Forward, m.
     pub x_m: f64,
+    /// To the left, m.
     pub y_m: f64,
     /// What the colour shows: range rate in m/s, or what `BirdsEye::colour_label` says.
     pub value: f64,
@@ -35,20 +38,28 @@ pub struct BirdsEyePoint {
 /// Where a radar stands and looks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FieldOfView {
+    /// Forward, m.
     pub x_m: f64,
+    /// To the left, m.
     pub y_m: f64,
     /// Direction of boresight, positive left.
     pub yaw_rad: f64,
     /// Half of the opening angle; zero draws only the radar.
     pub half_angle_rad: f64,
+    /// Largest range, m.
     pub range_m: f64,
 }
 
+/// What is drawn from above.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BirdsEye<'a> {
+    /// Title of the picture.
     pub title: &'a str,
+    /// Outlines of objects.
     pub objects: &'a [Outline],
+    /// Detected points.
     pub points: &'a [BirdsEyePoint],
+    /// Where radars stand and look.
     pub radars: &'a [FieldOfView],
     /// Lower-left and upper-right corner of what is shown, (x, y) in m; everything when None.
     pub limits_m: Option<[[f64; 2]; 2]>,

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 /// Device pixels for each logical pixel.
 pub const SCALE: f64 = 2.0;
 
+/// Red, green and blue, 0 to 255.
 pub type Rgb = [u8; 3];
 
 pub const BLACK: Rgb = [25, 25, 25];
@@ -26,6 +27,7 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// The picture's pixels.
     pub fn pixels(&self) -> &RgbImage {
         &self.pixels
     }
@@ -63,16 +65,20 @@ impl Picture {
 /// Stroke of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pen {
+    /// Colour of the stroke.
     pub colour: Rgb,
+    /// Width of the stroke, pixels.
     pub width: f64,
     /// Lengths of dash and gap; None for a solid line.
     pub dash: Option<[f64; 2]>,
 }
 
 impl Pen {
+    /// A solid stroke.
     pub const fn solid(colour: Rgb, width: f64) -> Self {
         Pen { colour, width, dash: None }
     }
+    /// A dashed stroke; lengths of dash and gap in pixels.
     pub const fn dashed(colour: Rgb, width: f64, dash: [f64; 2]) -> Self {
         Pen { colour, width, dash: Some(dash) }
     }

@@ -21,6 +21,7 @@ pub const CURVE_COLOURS: [Rgb; 7] = [
     [60, 60, 60],
 ];
 
+/// A sequence of colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ColourMap {
     /// Dark to bright, even steps in lightness.
@@ -32,11 +33,14 @@ pub enum ColourMap {
 /// Values to colours, and the colour bar that explains them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
+    /// The colours.
     pub map: ColourMap,
+    /// Axis of the values.
     pub axis: Axis,
 }
 
 impl Scale {
+    /// A scale from `lo` to `hi`.
     pub fn new(map: ColourMap, label: impl Into<String>, lo: f64, hi: f64) -> Self {
         Scale { map, axis: Axis::new(label, lo, hi) }
     }
@@ -54,63 +58,94 @@ impl Scale {
     }
 }
 
+/// What colours marks.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Paint {
+    /// One colour for all.
     Fixed(Rgb),
     /// One value a point, coloured by the chart's scale.
     Scaled(Vec<f64>),
 }
 
+/// Shape of a mark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mark {
+    /// A filled circle.
     Dot {
+        /// Radius, pixels.
         radius: f64,
     },
     /// An open circle that shows on dark and on bright ground.
     Ring {
+        /// Radius, pixels.
         radius: f64,
     },
+    /// A filled diamond.
     Diamond {
+        /// Half its height, pixels.
         radius: f64,
     },
     /// Two strokes that show on dark and on bright ground.
     Cross {
+        /// Half its height, pixels.
         radius: f64,
     },
 }
 
+/// One layer of a chart, in the units of its axes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Layer {
     /// Cells of equal size between the given edges, `[row, column]`, row 0 at `y.0`.
     Cells {
+        /// Outer edges along x.
         x: (f64, f64),
+        /// Outer edges along y.
         y: (f64, f64),
+        /// Number of rows.
         rows: usize,
+        /// Number of columns.
         columns: usize,
+        /// Value of each cell.
         values: Vec<f64>,
     },
     /// Like `Cells`, each value the number of its colour; white where there is none.
     Classes {
+        /// Outer edges along x.
         x: (f64, f64),
+        /// Outer edges along y.
         y: (f64, f64),
+        /// Number of rows.
         rows: usize,
+        /// Number of columns.
         columns: usize,
+        /// Number of each cell's colour.
         values: Vec<f64>,
+        /// The colours.
         colours: Vec<Rgb>,
     },
     /// Breaks where a coordinate is not finite.
     Line {
+        /// Points in order.
         points: Vec<[f64; 2]>,
+        /// Stroke of the line.
         pen: Pen,
     },
+    /// Marks at points.
     Marks {
+        /// Where they stand.
         points: Vec<[f64; 2]>,
+        /// Their shape.
         mark: Mark,
+        /// Their colours.
         paint: Paint,
     },
+    /// A polygon.
     Area {
+        /// Corners in order.
         polygon: Vec<[f64; 2]>,
+        /// Colour and opacity of its area.
         fill: Option<(Rgb, f64)>,
+        /// Stroke of its outline.
         stroke: Option<Pen>,
     },
 }
@@ -118,18 +153,26 @@ pub enum Layer {
 /// One entry of the legend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
+    /// Text of the entry.
     pub label: String,
+    /// What stands before the text.
     pub symbol: Symbol,
 }
 
+/// What stands before an entry of the legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
+    /// A short line.
     Line(Pen),
     /// A line with marks on it in its colour.
     Marked(Pen, Mark),
+    /// A mark in a colour.
     Mark(Mark, Rgb),
+    /// A small area.
     Area {
+        /// Colour and opacity of its area.
         fill: (Rgb, f64),
+        /// Stroke of its outline.
         stroke: Pen,
     },
     /// Words alone, of what is not drawn.
@@ -139,19 +182,28 @@ pub enum Symbol {
 /// A chart as plain data; [`draw`](Chart::draw) makes the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
+    /// Title above the frame.
     pub title: String,
+    /// Horizontal axis.
     pub x: Axis,
+    /// Vertical axis.
     pub y: Axis,
     /// Size of the frame in logical pixels.
     pub width: f64,
+    /// Height of the picture, pixels.
     pub height: f64,
+    /// Whether lines are drawn at ticks.
     pub grid: bool,
+    /// Colours of values, with their bar.
     pub scale: Option<Scale>,
+    /// Layers, the lowest first.
     pub layers: Vec<Layer>,
+    /// Entries of the legend.
     pub keys: Vec<Key>,
 }
 
 impl Chart {
+    /// A chart without layers.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
         Chart {
             title: title.into(),
@@ -166,6 +218,7 @@ impl Chart {
         }
     }
 
+    /// Adds an entry to the legend.
     pub fn key(&mut self, label: impl Into<String>, symbol: Symbol) {
         self.keys.push(Key { label: label.into(), symbol });
     }
@@ -625,7 +678,9 @@ fn clip_polygon(points: &[(f64, f64)], r: Rect) -> Vec<(f64, f64)> {
 /// One curve of a line chart.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
+    /// Name of the curve.
     pub label: String,
+    /// Points in order.
     pub points: Vec<[f64; 2]>,
 }
 

@@ -11,6 +11,7 @@ use catseye::units::dbm_from_w;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// How a result file is drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlotOptions {
     /// Replaces the title that is made from the file's name.
@@ -27,6 +28,7 @@ const KINDS: &str = "an RCS table (CSV with vv_dbsm), points.csv, returns.csv, r
 /// A picture that has been written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plotted {
+    /// The picture's file.
     pub path: PathBuf,
     /// Values of the file that are no numbers: the picture has gaps there.
     pub gaps: usize,

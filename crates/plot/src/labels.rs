@@ -10,6 +10,7 @@ use catseye::error::{Error, Result};
 /// A line on the road, (x forward, y left) in m.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RoadLine {
+    /// Points of the line, m.
     pub points_m: Vec<[f64; 2]>,
     /// The edge of a lane, not paint.
     pub edge: bool,
@@ -18,9 +19,11 @@ pub struct RoadLine {
 /// A point of the cloud with its label.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LabelledPoint {
+    /// Forward and to the left, m.
     pub at_m: [f64; 2],
     /// Decides the colour; "" for none.
     pub class: String,
+    /// Whether it is a ghost.
     pub ghost: bool,
 }
 
@@ -29,9 +32,11 @@ pub struct LabelledPoint {
 pub struct Labels<'a> {
     /// Title, boxes, radars and limits; its points are left out.
     pub scene: BirdsEye<'a>,
+    /// Lines on the road.
     pub lines: &'a [RoadLine],
     /// A polygon round the radar; empty for none.
     pub free_space_m: &'a [[f64; 2]],
+    /// Detected points.
     pub points: &'a [LabelledPoint],
 }
 
@@ -86,12 +91,17 @@ fn add_points(chart: &mut Chart, points: &[LabelledPoint], place: &dyn Fn([f64; 
 /// Cells with a class each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MaskPicture<'a> {
+    /// Title of the picture.
     pub title: &'a str,
     /// `[row, column]`: row 0 at the radar, column 0 farthest left.
     pub cells: &'a [u8],
+    /// Number of rows, ahead.
     pub rows: usize,
+    /// Number of columns, across.
     pub columns: usize,
+    /// Length ahead, m.
     pub ahead_m: f64,
+    /// Width across, m.
     pub across_m: f64,
     /// Name of each class number; number 0 is left white.
     pub names: &'a [&'a str],

@@ -6,10 +6,14 @@ use super::chart::{CURVE_COLOURS, Chart, Layer, Mark, Symbol, finite_range};
 use super::range_doppler::{Unmarked, add_unmarked, decibel_limits};
 use catseye::error::Result;
 
+/// Power over range with what was detected.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RangeProfile<'a> {
+    /// Title of the picture.
     pub title: &'a str,
+    /// Range of each bin, m.
     pub range_m: &'a [f64],
+    /// Power in each bin, dBm.
     pub power_dbm: &'a [f64],
     /// CFAR threshold of each cell; may be empty.
     pub threshold_dbm: &'a [f64],

@@ -5,8 +5,10 @@ use super::chart::{CURVE_COLOURS, Chart, ColourMap, Mark, Scale, finite_range, h
 use catseye::error::{Error, Result};
 use catseye::units::dbm_from_w;
 
+/// A map with its detections.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RangeDoppler<'a> {
+    /// Title of the picture.
     pub title: &'a str,
     /// Mean power over channels in W, `[doppler, range]`.
     pub power_w: &'a [f32],

@@ -10,23 +10,33 @@ use catseye::error::{BadInput, Result};
 /// One direction of an RCS table. The first letter is the received polarisation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RcsRow {
+    /// Frequency, Hz.
     pub frequency_hz: f64,
+    /// Azimuth, degrees.
     pub azimuth_deg: f64,
+    /// Elevation, degrees.
     pub elevation_deg: f64,
+    /// Vertical received, vertical sent, dBsm.
     pub vv_dbsm: f64,
+    /// Vertical received, horizontal sent, dBsm.
     pub vh_dbsm: f64,
+    /// Horizontal received, vertical sent, dBsm.
     pub hv_dbsm: f64,
+    /// Horizontal received, horizontal sent, dBsm.
     pub hh_dbsm: f64,
     /// (azimuth, elevation) of a receiver that stands elsewhere.
     pub receive_deg: Option<[f64; 2]>,
 }
 
+/// How an RCS table is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum RcsStyle {
     /// Polar for an azimuth sweep of 120 degrees or more, else lines; a map for two angles.
     #[default]
     Auto,
+    /// Around a circle.
     Polar,
+    /// Over the angle.
     Lines,
 }
 

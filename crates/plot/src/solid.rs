@@ -13,12 +13,15 @@ use std::collections::HashMap;
 /// What is drawn, and from where.
 #[derive(Debug, Clone, Copy)]
 pub struct SolidView<'a> {
+    /// Title of the picture.
     pub title: &'a str,
     /// Smaller lines under the title; long ones are broken at spaces.
     pub lines: &'a [String],
+    /// The body.
     pub mesh: &'a Mesh,
     /// Where the eye is, in the target frame.
     pub azimuth_deg: f64,
+    /// Elevation of the eye, degrees.
     pub elevation_deg: f64,
 }
 

@@ -11,22 +11,34 @@ use catseye::error::Result;
 /// One panel of a sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Panel {
+    /// Curves over one axis.
     Curves {
+        /// Title of the panel.
         title: String,
+        /// Label of the horizontal axis.
         x_label: String,
+        /// Label of the vertical axis.
         y_label: String,
+        /// The curves.
         curves: Vec<Curve>,
+        /// Ends of the vertical axis, where they are set.
         limits: Option<[f64; 2]>,
         /// The axis then ends 60 dB below its top.
         decibels: bool,
     },
     /// `values` as `[y, x]`; both axes evenly spaced.
     Map {
+        /// Title of the panel.
         title: String,
+        /// Label and values of the horizontal axis.
         x: (String, Vec<f64>),
+        /// Label and values of the vertical axis.
         y: (String, Vec<f64>),
+        /// Value of each cell.
         values: Vec<f64>,
+        /// Label of the values.
         label: String,
+        /// Ends of the values' colours, where they are set.
         limits: Option<[f64; 2]>,
         /// Levels to outline.
         contours: Vec<f64>,

@@ -13,10 +13,13 @@ pub const TILE: usize = 64;
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub struct Tile {
+    /// Real parts.
     pub re: [f32; TILE],
+    /// Imaginary parts.
     pub im: [f32; TILE],
 }
 
+/// A tile of zeros.
 pub const SILENCE: Tile = Tile { re: [0.0; TILE], im: [0.0; TILE] };
 
 /// Buffers of one thread.
@@ -28,6 +31,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
+    /// Scratch for lines of this layout and its transform.
     pub fn new(layout: &Layout, fft: &Arc<dyn Fft<f32>>) -> Scratch {
         let tiles = layout.samples.div_ceil(TILE);
         Scratch {

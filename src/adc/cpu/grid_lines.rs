@@ -20,6 +20,7 @@ pub struct Table {
 }
 
 impl Table {
+    /// The factors of a layout.
     pub fn new(layout: &Layout) -> Table {
         let tiles = layout.samples.div_ceil(TILE);
         let finish = layout.finish();
@@ -42,6 +43,7 @@ impl Table {
 
 /// What to do with a sum.
 pub struct Out<'a> {
+    /// Whether samples are real or complex.
     pub sampling: Sampling,
     /// One chirp that is added to each.
     pub base: Option<&'a [Complex32]>,
@@ -52,9 +54,13 @@ pub struct Out<'a> {
 /// Adds up the lines at each sample of a block of chirps of one channel: two polynomials in
 /// e^{±2πj t Δ}, from the outermost lines to the middle.
 pub struct Lines<'a, 'r> {
+    /// Factors of each sample.
     pub table: &'a Table,
+    /// Lines of the block as tiles.
     pub tiles: &'a [Tile],
+    /// What to do with a sum.
     pub out: Out<'a>,
+    /// Rows of the cube that the block covers, one a chirp.
     pub rows: &'a mut [&'r mut [Complex32]],
 }
 

@@ -42,6 +42,7 @@ pub struct Control<'a> {
 
 /// Precision of the sum: f64 or f32.
 pub trait Precision: Copy + Default + Send + Sync + 'static {
+    /// Rounds a sum of f64 to this precision.
     fn round(z: Complex64) -> Complex<Self>;
     #[doc(hidden)]
     fn add(tile: &Tile, chirp: usize, samples: Range<usize>, sum: &mut [Complex64]);

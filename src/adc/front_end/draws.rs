@@ -6,14 +6,19 @@ use std::f64::consts::TAU;
 /// Philox streams of the front end; 0 is the thermal noise.
 pub const PHASE_NOISE_STREAM: u32 = 1;
 
+/// Stream of the jitter of chirps' starts.
 pub const CHIRP_JITTER_STREAM: u32 = 2;
 
+/// Stream of the jitter of sampling instants.
 pub const APERTURE_JITTER_STREAM: u32 = 3;
 
+/// Stream of the errors of channels' gains and phases.
 pub const CHANNEL_GAIN_STREAM: u32 = 4;
 
+/// Stream of the errors of elements' positions.
 pub const POSITION_STREAM: u32 = 5;
 
+/// Stream of the interferers' start times.
 pub const INTERFERENCE_STREAM: u32 = 6;
 
 /// Two independent normal numbers of variance one: Box–Muller on the first two words of Philox4x32-10

@@ -51,6 +51,7 @@ impl Butterworth {
 }
 
 impl Filters {
+    /// Whether no filter acts.
     pub fn is_off(&self) -> bool {
         self.high_pass.is_none() && self.low_pass.is_none()
     }

@@ -27,7 +27,9 @@ use timing::Timing;
 /// The front end of one radar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
+    /// What the file asks for.
     pub settings: FrontEndSettings,
+    /// When and how fast the radar samples.
     pub timing: Timing,
     /// Leakage and cover, without the filters' gain.
     pub spills: Vec<Spill>,
@@ -36,6 +38,7 @@ pub struct Chain {
 }
 
 impl Chain {
+    /// The chain of a radar with these settings.
     pub fn new(radar: &Radar, settings: &FrontEndSettings) -> Chain {
         let channel_gains = match &settings.channels {
             Some(e) => channels::gains(e, radar.tx.len(), radar.rx.len()),

@@ -7,7 +7,9 @@ use std::f64::consts::SQRT_2;
 /// When and how fast the cube was sampled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timing {
+    /// Whether samples are real or complex.
     pub sampling: Sampling,
+    /// Samples a second, Hz.
     pub sample_rate_hz: f64,
     /// Rise of the sent frequency, Hz/s; falling when negative.
     pub slope_hz_per_s: f64,
@@ -23,6 +25,7 @@ pub struct Timing {
 }
 
 impl Timing {
+    /// The timing of a radar's cube.
     pub fn of(radar: &Radar) -> Timing {
         let slots = radar.slots();
         let starts = |m| (0..slots).map(move |k| radar.chirp_start_s(m, k));

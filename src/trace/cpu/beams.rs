@@ -21,6 +21,7 @@ pub(super) const GRAZING: f64 = 1e-9;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
+/// A convex polygon of few corners, on the stack.
 #[derive(Clone, Copy)]
 pub struct Polygon {
     n: usize,
@@ -36,6 +37,7 @@ impl std::fmt::Debug for Polygon {
 impl Polygon {
     pub(super) const EMPTY: Polygon = Polygon { n: 0, p: [DVec2::ZERO; CAP] };
 
+    /// Corners in order.
     pub fn corners(&self) -> &[DVec2] {
         &self.p[..self.n]
     }
@@ -46,6 +48,7 @@ impl Polygon {
         self.n += 1;
     }
 
+    /// The polygon of the mapped corners.
     pub fn mapped(&self, f: impl Fn(DVec2) -> DVec2) -> Polygon {
         let mut out = *self;
         for p in &mut out.p[..self.n] {
@@ -315,7 +318,9 @@ pub(super) enum PlaneSide {
 pub struct Node {
     /// u32::MAX for the first bounce.
     pub parent: u32,
+    /// Index of the face.
     pub face: u32,
+    /// Number of faces met before it.
     pub bounce: u8,
     /// The chain begins with a mirror of its second face (`Faces::mirrors`).
     pub imaged: bool,
@@ -328,14 +333,18 @@ pub struct Node {
 /// A lit polygon that radiates to the receiver, along the face's axes.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
+    /// Index of the node that it belongs to.
     pub node: u32,
+    /// The polygon in the face's coordinates, m.
     pub polygon: Polygon,
 }
 
 /// All that the beams of one look meet.
 #[derive(Debug, Clone, Default)]
 pub struct Clipped {
+    /// Faces met, each after the one before it in its chain.
     pub nodes: Vec<Node>,
+    /// Pieces of every bounce.
     pub every: Vec<Piece>,
     /// Only where the beam leaves the target.
     pub last: Vec<Piece>,

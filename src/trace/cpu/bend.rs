@@ -19,8 +19,11 @@ pub enum PathEnd {
 /// A plane that moves with a body: a place on it and its normal.
 #[derive(Clone, Copy)]
 pub struct Mirror<'a> {
+    /// Body that carries it.
     pub body: &'a Body,
+    /// A place on the plane, m.
     pub place_m: DVec3,
+    /// Normal of the plane.
     pub normal: DVec3,
 }
 
@@ -38,8 +41,11 @@ pub type Mirrors<'a> = &'a [Mirror<'a>];
 /// Where the path ends and what holds it.
 #[derive(Clone, Copy)]
 pub struct End<'a> {
+    /// How each body moves to the frame's start and end.
     pub shifts: &'a [Shift; 2],
+    /// The place at mid-frame, m.
     pub place_m: DVec3,
+    /// What it stays with.
     pub keeps: PathEnd,
 }
 
@@ -58,6 +64,7 @@ fn beside(line: DVec3, along: DVec3, p: DVec3) -> (f64, f64) {
 }
 
 impl Bends {
+    /// The bends of paths of a scene seen by a radar at a place that moves.
     pub fn new(geometry: &Geometry, radar_m: DVec3, velocity_mps: DVec3, options: &TraceOptions) -> Bends {
         let reach_s = geometry.reach_s;
         let way = velocity_mps * reach_s;

@@ -16,6 +16,7 @@ pub struct Wave {
     pub value: Complex64,
     /// The same part of the integral of exp(-j k L) times the gradient of L.
     pub flux: [Complex64; 2],
+    /// What its place stays with.
     pub holds: Holds,
 }
 
@@ -34,6 +35,7 @@ pub enum Holds {
 /// A plane between a source and a receiver, both in front of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
+    /// Wavenumber, rad/m.
     pub k: f64,
     /// Feet and heights of source and receiver.
     foot: [DVec2; 2],
@@ -50,7 +52,9 @@ pub struct Plane {
 
 /// Path length and its derivatives at a place.
 pub struct Path {
+    /// Length, m.
     pub length: f64,
+    /// Its derivative along the plane's axes.
     pub slope: DVec2,
     /// xx, yy, xy
     pub bend: [f64; 3],
@@ -59,6 +63,7 @@ pub struct Path {
 }
 
 impl Path {
+    /// Derivative of the slope along a direction.
     pub fn bent(&self, d: DVec2) -> DVec2 {
         let [xx, yy, xy] = self.bend;
         DVec2::new(xx * d.x + xy * d.y, xy * d.x + yy * d.y)
@@ -112,6 +117,7 @@ impl Plane {
         [0, 1].map(|i| ((p - self.foot[i]).length_squared() + self.height[i] * self.height[i]).sqrt())
     }
 
+    /// The path by way of a place of the plane.
     pub fn path(&self, p: DVec2) -> Path {
         let mut out = Path { length: 0.0, slope: DVec2::ZERO, bend: [0.0; 3], nearest: f64::INFINITY };
         for i in 0..2 {

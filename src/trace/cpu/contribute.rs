@@ -46,20 +46,25 @@ impl CVec {
 pub enum Receiver {
     /// Unit vector from the target towards a receiver at infinity.
     Far(DVec3),
+    /// At this place, m.
     At(DVec3),
 }
 
 /// Whether the incident wave spreads from a point or is plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spreading {
+    /// A plane wave.
     Plane,
+    /// A wave from a point.
     Spherical,
 }
 
 /// What one bounce radiates to the receiver.
 #[derive(Debug, Clone, Copy)]
 pub struct Contribution {
+    /// Whether its chain ends here.
     pub is_last: bool,
+    /// Where it radiates from, m.
     pub point: DVec3,
     /// Unit vector from the point to the receiver.
     pub to_receiver: DVec3,
@@ -184,6 +189,7 @@ pub fn radiate(
     }
 }
 
+/// sin x / x, 1 at zero.
 #[inline]
 pub fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }

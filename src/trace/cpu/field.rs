@@ -8,14 +8,18 @@ use num_complex::Complex64;
 /// A complex vector in space.
 #[derive(Debug, Clone, Copy)]
 pub struct CVec {
+    /// Real part.
     pub re: DVec3,
+    /// Imaginary part.
     pub im: DVec3,
 }
 
 impl CVec {
+    /// A real vector.
     pub fn real(v: DVec3) -> Self {
         CVec { re: v, im: DVec3::ZERO }
     }
+    /// Scalar product with a real vector.
     #[inline]
     pub fn dot(&self, v: DVec3) -> Complex64 {
         Complex64::new(self.re.dot(v), self.im.dot(v))
@@ -25,6 +29,7 @@ impl CVec {
     pub fn times(&self, o: &CVec) -> Complex64 {
         Complex64::new(self.re.dot(o.re) - self.im.dot(o.im), self.re.dot(o.im) + self.im.dot(o.re))
     }
+    /// The vector times a complex number.
     #[inline]
     pub fn scaled(&self, z: Complex64) -> CVec {
         CVec { re: self.re * z.re - self.im * z.im, im: self.re * z.im + self.im * z.re }
@@ -34,6 +39,7 @@ impl CVec {
     pub fn along(v: DVec3, z: Complex64) -> Self {
         CVec { re: v * z.re, im: v * z.im }
     }
+    /// The sum of two.
     #[inline]
     pub fn plus(self, o: CVec) -> Self {
         CVec { re: self.re + o.re, im: self.im + o.im }
@@ -56,13 +62,18 @@ pub fn sent(pose: &Pose<Sensor, World>, dir: DVec3) -> [CVec; 2] {
 pub struct Bounce {
     /// Unit normal on the lit side.
     pub normal: DVec3,
+    /// Direction of the wave that arrives.
     pub dir_in: DVec3,
+    /// Direction of the wave that leaves.
     pub dir_out: DVec3,
+    /// Field that arrives, for both transmit polarisations.
     pub field: [CVec; 2],
+    /// Field that leaves, for both transmit polarisations.
     pub reflected: [CVec; 2],
 }
 
 impl Bounce {
+    /// The bounce of a wave on a facet with this normal and surface.
     #[inline]
     pub fn new(field: [CVec; 2], dir: DVec3, normal: DVec3, surface: &Surface, wavenumber: f64) -> Bounce {
         let cos_i = -dir.dot(normal);

@@ -8,8 +8,11 @@ use glam::DVec3;
 /// Facets in the order met, with the point of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chain {
+    /// Indices of the facets.
     pub triangle: [u32; MAX_BOUNCES],
+    /// Where each was met, m.
     pub point: [DVec3; MAX_BOUNCES],
+    /// Number of facets met.
     pub len: usize,
     /// The ray left the scene after the last facet (false: it was not followed further).
     pub left: bool,

@@ -26,6 +26,7 @@ const LEAK: f64 = 1e-6;
 pub struct Medium {
     /// Real part of the refractive index.
     pub index: f64,
+    /// Decay of the amplitude, Np/m.
     pub decay_np_per_m: f64,
 }
 
@@ -39,11 +40,14 @@ pub struct Media {
     sheets: Vec<bool>,
 }
 
+/// What a face is to a wave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// Nothing passes.
     Opaque,
     /// The boundary of a body that is entered.
     Border,
+    /// A thin sheet that waves pass in line.
     Sheet,
 }
 
@@ -83,6 +87,7 @@ impl Media {
         (cells.iter().any(Option::is_some) || sheets.contains(&true)).then_some(Media { cells, sheets })
     }
 
+    /// What a face is to a wave.
     pub fn kind(&self, face: &Face) -> Kind {
         if self.cells.get(face.cell as usize).is_some_and(Option::is_some) {
             Kind::Border
@@ -106,11 +111,14 @@ impl Media {
 /// What a plane wave has lost on its way to a place r, Np: at_origin + gradient . r.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Decay {
+    /// Its gradient, Np/m.
     pub gradient: DVec3,
+    /// Its value at the origin, Np.
     pub at_origin: f64,
 }
 
 impl Decay {
+    /// The decay at a place, Np.
     pub fn at(&self, r: DVec3) -> f64 {
         self.at_origin + self.gradient.dot(r)
     }
@@ -123,7 +131,9 @@ pub struct Wave {
     pub frame: Frame,
     /// [`NO_CELL`] is air.
     pub cell: u32,
+    /// Refractive index of the medium.
     pub index: f64,
+    /// What the wave has lost.
     pub decay: Decay,
 }
 
@@ -179,6 +189,7 @@ pub struct Node {
     pub parent: u32,
     /// It is what the parent's face let through, not what that reflected.
     pub through: bool,
+    /// Index of the face.
     pub face: u32,
     /// Before it arrives here.
     pub reflections: u8,
@@ -186,6 +197,7 @@ pub struct Node {
     passed: u8,
     /// The parent's wave as it would have gone on without the body, at the end of its way through it.
     pub straight: bool,
+    /// The wave as it arrives.
     pub wave: Wave,
     /// Unit normal on the side on which it arrives.
     pub normal: DVec3,
@@ -198,23 +210,32 @@ pub struct View {
     pub parent: u32,
     /// The face that the parent passed, and its normal on the parent's side.
     pub face: u32,
+    /// Normal of the face, towards the receiver.
     pub normal: DVec3,
     passed: u8,
+    /// The wave from the receiver.
     pub wave: Wave,
 }
 
 /// A polygon that radiates, along the face's axes.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
+    /// Index of the node that it belongs to.
     pub node: u32,
+    /// Index of the view that it radiates against.
     pub view: u32,
+    /// The polygon in the face's coordinates, m.
     pub polygon: Polygon,
 }
 
+/// All that the beams of one look meet.
 #[derive(Debug, Clone, Default)]
 pub struct Clipped {
+    /// Waves that arrive on faces.
     pub nodes: Vec<Node>,
+    /// Waves from the receiver.
     pub views: Vec<View>,
+    /// Pieces of every bounce.
     pub every: Vec<Piece>,
     /// Only where the reflected wave leaves the target, through what it may pass.
     pub last: Vec<Piece>,

@@ -12,6 +12,7 @@ use std::path::Path;
 pub struct ShardFile {
     /// Below the dataset's folder, with forward slashes.
     pub path: String,
+    /// Size, bytes.
     pub bytes: u64,
     /// 64 hexadecimal digits.
     pub sha256: String,

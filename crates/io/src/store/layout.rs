@@ -26,12 +26,16 @@ const MOST_FRAMES_OF_SHARD: u64 = 1 << 20;
 /// Numbers of an array, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub enum ArrayKind {
+    /// Complex numbers of two f32.
     #[serde(rename = "complex64")]
     C32,
+    /// 32-bit floating point.
     #[serde(rename = "float32")]
     F32,
+    /// 8-bit integers without sign.
     #[serde(rename = "uint8")]
     U8,
+    /// 32-bit integers.
     #[serde(rename = "int32")]
     I32,
 }
@@ -60,16 +64,22 @@ impl ArrayKind {
 /// Type of a table's column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub enum ColumnKind {
+    /// 64-bit integers.
     #[serde(rename = "int64")]
     I64,
+    /// 32-bit integers without sign.
     #[serde(rename = "uint32")]
     U32,
+    /// 64-bit floating point.
     #[serde(rename = "float64")]
     F64,
+    /// 32-bit floating point.
     #[serde(rename = "float32")]
     F32,
+    /// True or false.
     #[serde(rename = "bool")]
     Bool,
+    /// Text in UTF-8.
     #[serde(rename = "text")]
     Text,
 }
@@ -78,14 +88,18 @@ pub enum ColumnKind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArraySpec {
+    /// Name of the array.
     pub name: String,
     /// Names of a frame's axes, slowest first; the axis `frame` stands before them in the files.
     pub dims: Vec<String>,
     /// Of one frame.
     pub shape: Vec<usize>,
+    /// Type of its numbers.
     #[serde(rename = "type")]
     pub kind: ArrayKind,
+    /// Unit of its numbers.
     pub unit: String,
+    /// What it holds, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
 }
@@ -106,14 +120,18 @@ impl ArraySpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSpec {
+    /// Name of the column.
     pub name: String,
+    /// Type of its values.
     #[serde(rename = "type")]
     pub kind: ColumnKind,
+    /// What it holds, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
 }
 
 impl ColumnSpec {
+    /// A column without words.
     pub fn new(name: &str, kind: ColumnKind) -> Self {
         ColumnSpec { name: name.into(), kind, about: String::new() }
     }
@@ -123,9 +141,11 @@ impl ColumnSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableSpec {
+    /// Name of the table.
     pub name: String,
     /// Without the column `frame`, which the writer puts first.
     pub columns: Vec<ColumnSpec>,
+    /// What it holds, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
 }
@@ -144,6 +164,7 @@ pub enum Format {
 }
 
 impl Format {
+    /// The format's name in recipes.
     pub fn name(self) -> &'static str {
         match self {
             Format::Zarr => "zarr",
@@ -166,6 +187,7 @@ impl Format {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Compression {
+    /// No compression.
     #[default]
     None,
     /// Zarr.
@@ -228,12 +250,17 @@ impl schemars::JsonSchema for Compression {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
+    /// Format of the shards.
     pub format: Format,
+    /// Compression of arrays.
     pub compression: Compression,
     /// Of the whole dataset.
     pub frames: u64,
+    /// Frames of a shard.
     pub frames_per_shard: u64,
+    /// Arrays of each frame.
     pub arrays: Vec<ArraySpec>,
+    /// Tables of each frame.
     pub tables: Vec<TableSpec>,
     /// About the whole, of the user's own; in Zarr attributes of the group.
     #[serde(default)]
@@ -376,6 +403,7 @@ impl Layout {
         end(shard)..end(shard.saturating_add(1))
     }
 
+    /// Number of the shard that holds a frame.
     pub fn shard_of(&self, frame: u64) -> u64 {
         frame / self.frames_per_shard.max(1)
     }

@@ -1,15 +1,19 @@
 //! What is stored of one frame.
 
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, FRAME, Layout, TableSpec, check_once};
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Layout, TableSpec, check_once};
 use catseye::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
 /// Numbers in C order: the last index runs fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
+    /// Complex numbers of two f32.
     C32(Vec<Complex32>),
+    /// 32-bit floating point.
     F32(Vec<f32>),
+    /// 8-bit integers without sign.
     U8(Vec<u8>),
+    /// 32-bit integers.
     I32(Vec<i32>),
 }
 
@@ -24,6 +28,7 @@ impl Data {
         }
     }
 
+    /// Number of elements.
     pub fn len(&self) -> usize {
         match self {
             Data::C32(v) => v.len(),
@@ -33,6 +38,7 @@ impl Data {
         }
     }
 
+    /// Whether there is no element.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -65,11 +71,15 @@ impl Data {
 /// An array of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
+    /// Name of the array.
     pub name: String,
     /// Names of the axes, slowest first, without `frame`.
     pub dims: Vec<String>,
+    /// Lengths along each axis.
     pub shape: Vec<usize>,
+    /// Elements, the last index fastest.
     pub data: Data,
+    /// Unit of the elements.
     pub unit: String,
 }
 
@@ -96,16 +106,22 @@ impl Array {
 /// A column of a frame's rows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Column {
+    /// 64-bit integers.
     I64(Vec<i64>),
+    /// 32-bit integers without sign.
     U32(Vec<u32>),
+    /// 64-bit floating point.
     F64(Vec<f64>),
+    /// 32-bit floating point.
     F32(Vec<f32>),
+    /// True or false.
     Bool(Vec<bool>),
     /// Without zero bytes.
     Text(Vec<String>),
 }
 
 impl Column {
+    /// A column without rows.
     pub fn new(kind: ColumnKind) -> Column {
         match kind {
             ColumnKind::I64 => Column::I64(Vec::new()),
@@ -117,6 +133,7 @@ impl Column {
         }
     }
 
+    /// Type of its values.
     pub fn kind(&self) -> ColumnKind {
         match self {
             Column::I64(_) => ColumnKind::I64,
@@ -128,6 +145,7 @@ impl Column {
         }
     }
 
+    /// Number of rows.
     pub fn len(&self) -> usize {
         match self {
             Column::I64(v) => v.len(),
@@ -139,6 +157,7 @@ impl Column {
         }
     }
 
+    /// Whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -161,6 +180,7 @@ impl Column {
 /// Rows that one frame adds to a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
+    /// Name of the table.
     pub name: String,
     /// Of equal length, in the layout's order, without `frame`.
     pub columns: Vec<(String, Column)>,
@@ -173,10 +193,12 @@ impl Table {
         Table { name: spec.name.clone(), columns: columns.collect() }
     }
 
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |(_, c)| c.len())
     }
 
+    /// The column of that name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c)
     }
@@ -208,8 +230,8 @@ impl Rows {
     /// Appends the rows of a frame.
     pub fn push(&mut self, frame: u64, table: &Table) -> Result<()> {
         let frames = Column::I64(vec![frame as i64; table.rows()]);
-        let more =
-            std::iter::once((FRAME, &frames)).chain(table.columns.iter().map(|(n, c)| (n.as_str(), c)));
+        let more = std::iter::once((super::layout::FRAME, &frames))
+            .chain(table.columns.iter().map(|(n, c)| (n.as_str(), c)));
         for (column, (name, rows)) in self.columns.iter_mut().zip(more) {
             if !column.extend(rows) {
                 return Err(Error::Failed(format!("column {name} of frame {frame} has another type")));
@@ -222,16 +244,21 @@ impl Rows {
 /// What is stored of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
+    /// Number of the frame.
     pub frame: u64,
+    /// Its arrays, in the layout's order.
     pub arrays: Vec<Array>,
+    /// Its tables, in the layout's order.
     pub tables: Vec<Table>,
 }
 
 impl Record {
+    /// The array of that name.
     pub fn array(&self, name: &str) -> Option<&Array> {
         self.arrays.iter().find(|a| a.name == name)
     }
 
+    /// The table of that name.
     pub fn table(&self, name: &str) -> Option<&Table> {
         self.tables.iter().find(|t| t.name == name)
     }

@@ -22,9 +22,13 @@ use rayon::prelude::*;
 /// What comes from outside the front end.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<'a> {
+    /// None without thermal noise.
     pub noise: Option<&'a Noise>,
+    /// Signals of other radars.
     pub interference: &'a [Arrival],
+    /// Seed of all random numbers.
     pub seed: u64,
+    /// Number of the frame, which selects the random numbers.
     pub frame: u32,
     /// Of the starts and phases of other radars, which are the same for all ramps of a frame.
     pub interference_seed: u64,
