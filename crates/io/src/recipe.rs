@@ -755,12 +755,9 @@ mod tests {
         for name in ["template", "tiny", "small_road", "highways"] {
             let path = place().with_file_name(format!("{name}.toml"));
             // A build without Zarr draws them too.
-            let text = std::fs::read_to_string(&path).unwrap();
-            let text = match text.contains("[store]") {
-                true => text.replace("\"zarr\"", "\"frames\""),
-                false => text + "\n[store]\nformat = \"frames\"\n",
-            };
-            let recipe = Recipe::parse(&path, &text, None).unwrap();
+            let mut recipe: toml::Table = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+            recipe.insert("store".into(), toml::toml! { format = "frames" }.into());
+            let recipe = Recipe::parse(&path, &recipe.to_string(), None).unwrap();
             for scene in 0..recipe.scenes.min(12) {
                 let drawn = recipe.draw(scene).unwrap();
                 assert_eq!(drawn.parsed.frames.count, recipe.frames_per_scene);
