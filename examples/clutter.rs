@@ -28,6 +28,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     draw(&std::env::args().nth(1).unwrap_or_else(|| "clutter.png".into()))
 }
 
+/// Draws the picture into a file.
+///
+/// # Errors
+/// A file that cannot be written.
 pub fn draw(file: &str) -> Result<(), Box<dyn Error>> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.tx.truncate(1);

@@ -218,13 +218,25 @@ pub enum Error {
     #[error("{0}")]
     Input(Box<BadInput>),
     /// The adapter failed or was refused: exit code 1.
-    /// A GPU failed.
     #[error("gpu: {problem} (kernel {kernel}, adapter {adapter}, driver {driver})")]
-    Gpu { problem: String, kernel: String, adapter: String, driver: String },
+    Gpu {
+        /// What failed.
+        problem: String,
+        /// The shader at work, empty where there is none.
+        kernel: String,
+        /// Name of the adapter.
+        adapter: String,
+        /// Its driver.
+        driver: String,
+    },
     /// Reading or writing failed: exit code 1.
-    /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// A result that cannot be right (NaN, an accuracy not reached): exit code 1.
     #[error("{}", shortened(.0, MAX_CHARS))]
     Failed(String),

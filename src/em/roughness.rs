@@ -22,8 +22,10 @@ pub enum Lobe {
     /// ((1 + cos psi)/2)^exponent about the mirror direction, psi the angle from it (Degli-Esposti,
     /// Fuschini, Vitucci, Falciasecca, *IEEE Trans. Antennas Propag.* 55 (2007) 143, eq. 6-8). Exponents
     /// from 1 to [`EXPONENT_MAX`].
-    /// A lobe about the mirror direction that narrows with its exponent.
-    Directive { exponent: u32 },
+    Directive {
+        /// Width of the lobe: the larger, the narrower.
+        exponent: u32,
+    },
 }
 
 /// Shares of the incident power that leave a rough surface coherently and diffusely; their sum is

@@ -13,6 +13,7 @@ macro_rules! gpu_struct {
         $(#[$attribute])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, Default, PartialEq, ::bytemuck::Pod, ::bytemuck::Zeroable)]
+        #[allow(missing_docs, reason = "the shader's struct of this name tells its members")]
         $visibility struct $name {
             $($(#[$field_attribute])* $field_visibility $field: $type),*
         }

@@ -21,6 +21,7 @@ pub fn is_ground(class: &str) -> bool {
     GROUND.contains(&class)
 }
 
+/// Whether objects of this class are vehicles.
 pub fn is_vehicle(class: &str) -> bool {
     VEHICLES.contains(&base_class(class))
 }
@@ -82,6 +83,7 @@ pub struct ActorBox {
     pub pose: Pose<Target, World>,
     /// Corners in the first part's frame; equal for point targets and scattering tables.
     pub lower_m: DVec3,
+    /// Largest corner in the part's axes, m.
     pub upper_m: DVec3,
 }
 
@@ -90,6 +92,7 @@ impl ActorBox {
     pub fn centre_m(&self) -> DVec3 {
         self.pose.point(0.5 * (self.lower_m + self.upper_m))
     }
+    /// Lengths of its edges, m.
     pub fn size_m(&self) -> DVec3 {
         self.upper_m - self.lower_m
     }

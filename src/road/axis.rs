@@ -11,30 +11,43 @@ use std::sync::OnceLock;
 /// One element of the plan. Curvature is positive to the left, 1/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Course {
+    /// A straight.
     Straight {
+        /// Length, m.
         length_m: f64,
     },
+    /// An arc of a circle.
     Arc {
+        /// Length, m.
         length_m: f64,
+        /// Curvature, 1/m.
         curvature_per_m: f64,
     },
     /// Curvature that changes in proportion to the length.
     Clothoid {
+        /// Length, m.
         length_m: f64,
+        /// Curvature at its beginning, 1/m.
         from_per_m: f64,
+        /// Curvature at its end, 1/m.
         to_per_m: f64,
     },
     /// (u, v)(p) = sum of `u`, `v` times p^k in the axes of its beginning, p from 0 to `p_end`, run through with
     /// constant speed over `length_m` (paramPoly3 of OpenDRIVE).
     Cubic {
+        /// Length, m.
         length_m: f64,
+        /// Coefficients along the beginning's direction, m.
         u: [f64; 4],
+        /// Coefficients to the left of it, m.
         v: [f64; 4],
+        /// The parameter at its end.
         p_end: f64,
     },
 }
 
 impl Course {
+    /// Length, m.
     pub fn length_m(&self) -> f64 {
         match *self {
             Course::Straight { length_m }
@@ -49,6 +62,7 @@ impl Course {
 /// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradeChange {
+    /// Where the two grades intersect, m along the road.
     pub s_m: f64,
     /// Rise over run behind it, 0.05 = 5 %.
     pub grade: f64,
@@ -59,7 +73,9 @@ pub struct GradeChange {
 /// Where and how an element begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
+    /// Place, m.
     pub at_m: DVec2,
+    /// Heading, rad.
     pub heading_rad: f64,
 }
 
@@ -73,6 +89,7 @@ struct Element {
 /// A place on the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisPoint {
+    /// Position, m.
     pub position_m: DVec3,
     /// In plan, from world x to the left; not wrapped.
     pub heading_rad: f64,
@@ -87,8 +104,11 @@ pub struct AxisPoint {
 /// Road coordinates of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoadPoint {
+    /// Along the axis, m.
     pub s_m: f64,
+    /// To the left of the axis, m.
     pub t_m: f64,
+    /// Above the road, m.
     pub h_m: f64,
 }
 
@@ -215,14 +235,17 @@ impl RoadAxis {
         self
     }
 
+    /// Length, m.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
+    /// Height over the length.
     pub fn height(&self) -> &Profile {
         &self.height
     }
 
+    /// Cross slope over the length.
     pub fn cross_slope(&self) -> &Profile {
         &self.cross_slope
     }

@@ -15,7 +15,9 @@ use crate::scene::{Scene, Shape};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
+/// Length of the road, m.
 pub const ROAD_LENGTH_M: f64 = 100.0;
+/// Width of a lane, m.
 pub const LANE_WIDTH_M: f64 = 3.5;
 /// The lane lines, left to right.
 pub const LANE_LINES_Y_M: [f64; 3] = [LANE_WIDTH_M, 0.0, -LANE_WIDTH_M];
@@ -25,8 +27,11 @@ pub const LANE_CENTRES_Y_M: [f64; 2] = [0.5 * LANE_WIDTH_M, -0.5 * LANE_WIDTH_M]
 pub const PAVED_HALF_WIDTH_M: f64 = 4.5;
 /// Back of the guard rails' beams.
 pub const RAIL_Y_M: f64 = 5.0;
+/// Height of the rail's middle, m.
 pub const RAIL_CENTRE_HEIGHT_M: f64 = 0.6;
+/// Distance from post to post, m.
 pub const POST_SPACING_M: f64 = 4.0;
+/// Distance from marker to marker, m.
 pub const MARKER_SPACING_M: f64 = 5.0;
 /// The reflector of the markers: sample GH10 of Feng 2019, table 4.1. It is 2.6 wavelengths high, where
 /// physical optics is good to about 2 dB; lower ones are not.

@@ -18,12 +18,15 @@ const STRAIGHT_M: f64 = 1e-9;
 
 /// A vehicle on a road.
 pub struct OnRoad<'a> {
+    /// The road.
     pub road: &'a Road,
     /// At time zero.
     pub s_m: f64,
+    /// Where on it the vehicle goes.
     pub lateral: &'a Lateral,
     /// Goes against the direction of the road.
     pub against: bool,
+    /// Its speed and lateral motion.
     pub drive: &'a Drive,
 }
 

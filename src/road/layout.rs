@@ -8,9 +8,11 @@ use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// What a lane is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LaneKind {
+    /// Cars.
     Driving,
     /// Hard shoulder, an emergency lane.
     Emergency,
@@ -18,11 +20,17 @@ pub enum LaneKind {
     Bay,
     /// Entry, exit, or a lane that widens into one.
     Ramp,
+    /// A shoulder.
     Shoulder,
+    /// Bicycles.
     Bicycle,
+    /// Parking.
     Parking,
+    /// Pedestrians.
     Sidewalk,
+    /// What parts two carriageways.
     Median,
+    /// Ground beside the road.
     Verge,
 }
 
@@ -37,26 +45,36 @@ impl LaneKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Driven {
+    /// Along the axis.
     Forward,
+    /// Against the axis.
     Backward,
+    /// Either way.
     Both,
 }
 
+/// How a line is painted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LineKind {
+    /// Not at all.
     #[default]
     None,
+    /// Solid.
     Solid,
+    /// Dashed.
     Dashed,
     /// Two solid lines, their width apart.
     Double,
 }
 
+/// A side of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
+    /// To its left.
     Left,
+    /// To its right.
     Right,
 }
 
@@ -74,17 +92,23 @@ impl Side {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InLane {
+    /// Its left edge.
     Left,
+    /// Its middle.
     #[default]
     Centre,
+    /// Its right edge.
     Right,
 }
 
+/// One lane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lane {
     /// Unique in its road.
     pub number: i32,
+    /// What it is for.
     pub kind: LaneKind,
+    /// Which way it is driven.
     pub driven: Driven,
     /// Along s, metres; where it is zero there is no lane.
     pub width: Profile,
@@ -97,8 +121,11 @@ pub struct Lane {
 /// How lines are painted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paint {
+    /// Width of a line, m.
     pub width_m: f64,
+    /// Length of a dash, m.
     pub dash_m: f64,
+    /// Length of a gap, m.
     pub gap_m: f64,
     /// Height of the paint over the road.
     pub thickness_m: f64,
@@ -109,13 +136,16 @@ pub struct Paint {
 /// A lateral place that follows the road.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lateral {
+    /// What the offset counts from.
     pub base: Base,
     /// Added to it, positive to the left.
     pub offset: Profile,
 }
 
+/// What a lateral offset counts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Base {
+    /// The axis.
     Axis,
     /// The outer edge of the outermost lane that is drivable.
     Edge(Side),
@@ -124,6 +154,7 @@ pub enum Base {
 }
 
 impl Lateral {
+    /// A place so far to the left of the axis, m.
     pub fn axis(t_m: f64) -> Lateral {
         Lateral { base: Base::Axis, offset: Profile::constant(t_m) }
     }
@@ -132,14 +163,19 @@ impl Lateral {
 /// An axis with its lanes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Road {
+    /// Name of the road.
     pub name: String,
+    /// Its axis.
     pub axis: RoadAxis,
     /// Where the lanes begin, to the left of the axis.
     pub lane_offset: Profile,
     /// From the axis outwards.
     pub left: Vec<Lane>,
+    /// Lanes to the right, from the axis outwards.
     pub right: Vec<Lane>,
+    /// Line along the axis.
     pub centre_line: LineKind,
+    /// How lines are painted.
     pub paint: Paint,
 }
 
@@ -207,6 +243,7 @@ impl Road {
         Ok(())
     }
 
+    /// Lanes of a side, from the axis outwards.
     pub fn side(&self, side: Side) -> &[Lane] {
         match side {
             Side::Left => &self.left,
@@ -328,6 +365,7 @@ pub struct Deck<'a> {
 }
 
 impl<'a> Deck<'a> {
+    /// The deck of a road, from its stations and the cells between them.
     pub fn new(road: &'a Road, stations: &'a [f64], cells: Vec<Vec<[DVec3; 3]>>) -> Deck<'a> {
         Deck { road, stations, cells }
     }

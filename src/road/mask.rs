@@ -13,7 +13,9 @@ use std::ops::Range;
 /// Arrays are `[row, column]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
+    /// Number of rows, ahead.
     pub rows: usize,
+    /// Number of columns, across.
     pub columns: usize,
     /// From the radar forwards.
     pub ahead_m: f64,
@@ -50,6 +52,7 @@ impl Grid {
         ]
     }
 
+    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.rows * self.columns
     }
@@ -63,6 +66,7 @@ pub struct Level {
 }
 
 impl Level {
+    /// The level frame of a radar.
     pub fn of(radar: &Pose<Sensor, World>) -> Level {
         let ahead = radar.direction(DVec3::X).truncate();
         Level { origin_m: radar.translation_m, heading: ahead.normalize_or(DVec2::X) }
@@ -79,19 +83,24 @@ impl Level {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum CellClass {
+    /// Nothing that is known.
     Undefined = 0,
     /// A drivable lane.
     Lane = 1,
+    /// A vehicle.
     Vehicle = 2,
     /// Guard rails with their posts, and walls.
     GuardRail = 3,
+    /// A marker.
     Marker = 4,
 }
 
 impl CellClass {
+    /// All classes in the order of their numbers.
     pub const ALL: [CellClass; 5] =
         [CellClass::Undefined, CellClass::Lane, CellClass::Vehicle, CellClass::GuardRail, CellClass::Marker];
 
+    /// The class by its name in files.
     pub fn name(self) -> &'static str {
         match self {
             CellClass::Undefined => "undefined",

@@ -11,15 +11,19 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// road's axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaneTruth {
+    /// Name of the road.
     pub road: String,
     /// Unique in its road.
     pub number: i32,
+    /// What the lane is for.
     pub kind: LaneKind,
     /// Which way it is driven, along the axis.
     pub driven: Driven,
     /// In the world, metres.
     pub left_m: Polyline,
+    /// Its middle.
     pub centre_m: Polyline,
+    /// Its right edge.
     pub right_m: Polyline,
 }
 
@@ -28,9 +32,13 @@ pub struct LaneTruth {
 pub struct LaneLine {
     /// Object that is the paint; 0 where the line is not painted.
     pub id: u32,
+    /// Name of the road.
     pub road: String,
+    /// Name of the line.
     pub name: String,
+    /// Solid or dashed.
     pub kind: LineKind,
+    /// Width of the paint, m.
     pub width_m: f64,
     /// Its middle, through the gaps of a dashed line, in the world.
     pub points_m: Polyline,
@@ -39,11 +47,15 @@ pub struct LaneLine {
 /// A place in a lane, seen along the way that the lane is driven (where both ways are, along the nearer to the heading).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LanePlace {
+    /// Name of the road.
     pub road: String,
+    /// Number of the lane.
     pub number: i32,
+    /// What the lane is for.
     pub kind: LaneKind,
     /// Along the road's axis.
     pub s_m: f64,
+    /// Width of the lane there, m.
     pub width_m: f64,
     /// From the middle of the lane, positive to the left.
     pub offset_m: f64,

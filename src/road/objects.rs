@@ -22,6 +22,7 @@ const W_BEAM: [(f64, f64); 8] = [
 
 /// Half height and depth of the W-beam's section, the outer size of AASHTO M 180.
 pub const W_BEAM_HALF_HEIGHT_M: f64 = 0.156;
+/// Depth of a W-beam, m.
 pub const W_BEAM_DEPTH_M: f64 = 0.083;
 
 /// A point of a section, (depth towards the traffic, height), and the normal there on the side of the
@@ -122,8 +123,11 @@ pub fn verge(x_m: (f64, f64), inner_y_m: f64, outer_y_m: f64, material: u32) -> 
 /// Material indices of a car.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CarMaterials {
+    /// Material of the body.
     pub body: u32,
+    /// Material of the windows.
     pub glass: u32,
+    /// Material of the tyres.
     pub tyre: u32,
 }
 

@@ -15,24 +15,36 @@ pub const DEFAULT_DURATION_S: f64 = 30.0;
 /// A scene of roads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenePlan {
+    /// Name of the scene.
     pub name: String,
+    /// How far facets may lie off curves, m.
     pub sagitta_m: f64,
     /// How long what moves is under way; then it stands still, unless it goes straight on.
     pub duration_s: f64,
+    /// Its roads.
     pub roads: Vec<RoadPlan>,
 }
 
 /// A road and what stands on it and beside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoadPlan {
+    /// Axis and lanes.
     pub road: Road,
+    /// Painted lines.
     pub lines: Vec<LinePlan>,
+    /// Ground beside it.
     pub verges: Vec<VergePlan>,
+    /// Guard rails.
     pub rails: Vec<RailPlan>,
+    /// Walls and kerbs.
     pub walls: Vec<WallPlan>,
+    /// Fences.
     pub fences: Vec<FencePlan>,
+    /// Gantries.
     pub gantries: Vec<GantryPlan>,
+    /// Rows of reflectors.
     pub rows: Vec<RowPlan>,
+    /// Single objects.
     pub things: Vec<ThingPlan>,
 }
 
@@ -45,23 +57,33 @@ impl RoadPlan {
     }
 }
 
+/// A painted line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinePlan {
+    /// Where it runs.
     pub lateral: Lateral,
+    /// Solid or dashed.
     pub kind: LineKind,
+    /// How it is painted.
     pub paint: Paint,
     /// Material of the road under it.
     pub under: String,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
 }
 
 /// A sheet of ground beside the outermost lane that falls over its first metre and goes on level.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VergePlan {
+    /// On which side.
     pub side: Side,
+    /// Width, m.
     pub width_m: f64,
+    /// How far it falls, m.
     pub drop_m: f64,
+    /// Material of the ground.
     pub material: String,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
 }
 
@@ -72,63 +94,92 @@ pub struct RailPlan {
     pub lateral: Lateral,
     /// Where the traffic is.
     pub faces: Side,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
     /// Of the beam's upper edge.
     pub height_m: f64,
     /// 0 is without posts.
     pub post_spacing_m: f64,
+    /// Material of the rail.
     pub material: String,
 }
 
 /// A wall or kerb of rectangular section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPlan {
+    /// Class of the object.
     pub class: &'static str,
     /// Of its middle.
     pub lateral: Lateral,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
+    /// Height, m.
     pub height_m: f64,
+    /// Thickness, m.
     pub thickness_m: f64,
+    /// Material of the wall.
     pub material: String,
 }
 
 /// Square posts with level bars.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FencePlan {
+    /// Where it runs.
     pub lateral: Lateral,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
+    /// Height, m.
     pub height_m: f64,
+    /// Distance from post to post, m.
     pub post_spacing_m: f64,
+    /// Width of a post, m.
     pub post_m: f64,
+    /// Number of bars.
     pub bars: u32,
+    /// Width of a bar, m.
     pub bar_m: f64,
+    /// Material of the fence.
     pub material: String,
 }
 
 /// A beam over the road on two legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GantryPlan {
+    /// Place along the axis, m.
     pub s_m: f64,
+    /// Where one leg stands.
     pub from: Lateral,
+    /// Where the other leg stands.
     pub to: Lateral,
+    /// Height under the beam, m.
     pub clearance_m: f64,
+    /// Height of the beam, m.
     pub beam_m: f64,
+    /// Material of the gantry.
     pub material: String,
 }
 
+/// Gaps between the reflectors of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spacing {
+    /// All alike.
     Even {
+        /// Gap, m.
         spacing_m: f64,
+        /// Number of reflectors; None to the end of the span.
         count: Option<usize>,
     },
     /// Each gap once.
     Gaps(Vec<f64>),
     /// A gap for each bit; after a word the gap `sync_m`, where there is one; over and over.
     Code {
+        /// Bits of the word.
         word: Vec<bool>,
+        /// Gap of a 0, m.
         zero_m: f64,
+        /// Gap of a 1, m.
         one_m: f64,
+        /// Gap after a word, m.
         sync_m: Option<f64>,
     },
 }
@@ -136,43 +187,65 @@ pub enum Spacing {
 /// A row of reflectors that share a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowPlan {
+    /// Name of the row.
     pub name: String,
+    /// Class of its objects.
     pub class: String,
+    /// The reflector.
     pub reflector: Reflector,
+    /// Where the row runs.
     pub lateral: Lateral,
+    /// From and to, m along the axis.
     pub span_m: Range<f64>,
+    /// Gaps between the reflectors.
     pub spacing: Spacing,
     /// Distances count along the row itself; otherwise along the road's axis.
     pub along_row: bool,
     /// Of x against the direction of the road; turned on by `turn_rad` from one to the next.
     pub yaw_rad: f64,
+    /// Turn about the vertical, rad.
     pub turn_rad: f64,
+    /// Pitch, rad.
     pub pitch_rad: f64,
+    /// Roll, rad.
     pub roll_rad: f64,
+    /// Height over the road, m.
     pub lift_m: f64,
     /// Follows the slope of the road; otherwise upright.
     pub lying: bool,
 }
 
+/// What an object is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
+    /// A reflector of the library.
     Reflector(Reflector),
+    /// A vehicle of the library, by its name.
     Vehicle(String),
+    /// The scene of a file.
     File(Scene),
 }
 
 /// One object at a place of the road.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThingPlan {
+    /// Name of the object.
     pub name: String,
     /// "" leaves the classes of its parts.
     pub class: String,
+    /// What it is made from.
     pub source: Source,
+    /// Place along the axis, m.
     pub s_m: f64,
+    /// Place across.
     pub lateral: Lateral,
+    /// Turn about the vertical against the axis, rad.
     pub yaw_rad: f64,
+    /// Pitch, rad.
     pub pitch_rad: f64,
+    /// Roll, rad.
     pub roll_rad: f64,
+    /// Height over the road, m.
     pub lift_m: f64,
     /// Along its own x.
     pub speed_mps: f64,
@@ -180,6 +253,7 @@ pub struct ThingPlan {
     pub drive: Option<Drive>,
     /// Against the direction of the road.
     pub against: bool,
+    /// Whether it follows the slopes of the road.
     pub lying: bool,
 }
 

@@ -9,13 +9,17 @@ pub struct Profile {
     pieces: Vec<Piece>,
 }
 
+/// One cubic of a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
+    /// Where it begins, m.
     pub s0_m: f64,
+    /// Coefficients of rising powers of the distance from there.
     pub coefficients: [f64; 4],
 }
 
 impl Profile {
+    /// A profile of one value.
     pub fn constant(value: f64) -> Profile {
         Profile { pieces: vec![Piece { s0_m: 0.0, coefficients: [value, 0.0, 0.0, 0.0] }] }
     }
@@ -62,6 +66,7 @@ impl Profile {
         (piece, (s_m - piece.s0_m).max(0.0))
     }
 
+    /// The value at a place, m along the road.
     pub fn value(&self, s_m: f64) -> f64 {
         let (p, u) = self.piece(s_m);
         let [a, b, c, d] = p.coefficients;

@@ -159,7 +159,9 @@ fn backwards(normals: &[DVec3]) -> DVec3 {
 
 /// A convex polygon of a ground plan, counter-clockwise, with the height of its upper side.
 pub struct Terrace {
+    /// Corners, m.
     pub corners: Vec<DVec2>,
+    /// Height of the upper side, m.
     pub level_m: f64,
 }
 
@@ -213,6 +215,7 @@ pub fn cuboid(size_m: DVec3, centre_m: DVec3, material: u32) -> Mesh {
     weld(mesh)
 }
 
+/// How an outline is swept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
     /// A sheet along the polyline: where it rises the normal has a positive y.

@@ -16,6 +16,7 @@ use std::sync::Arc;
 pub struct Site {
     /// With the ego vehicle's motion.
     pub scenario: Scenario,
+    /// What stands there.
     pub scene: Scene,
     /// Lanes, lines, free space and markers, where they are known.
     pub road: Option<RoadTruth>,

@@ -9,7 +9,9 @@ use std::path::Path;
 
 /// A target with its name and the direction from which it is meant to be seen.
 pub struct Target {
+    /// Name of the target.
     pub name: String,
+    /// The target as a scene.
     pub scene: Scene,
     /// (azimuth, elevation).
     pub boresight_deg: (f64, f64),

@@ -7,8 +7,11 @@ use glam::DVec3;
 /// The smallest box along an object's own axes.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TruthBox {
+    /// Number of the object.
     pub id: u32,
+    /// Name of the object.
     pub name: String,
+    /// Class of the object.
     pub class: String,
     /// Centre in the world, metres.
     pub centre_m: [f64; 3],

@@ -6,15 +6,21 @@ use std::fmt;
 /// A kind of ground in Kulemin's model (CONVENTIONS eq. 146).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ground {
+    /// Concrete.
     Concrete,
+    /// Arable land.
     ArableLand,
+    /// Snow.
     Snow,
+    /// Forest in summer.
     ForestInSummer,
+    /// Forest in winter.
     ForestInWinter,
     /// Grass above half a metre.
     HighGrass,
     /// Grass below half a metre.
     LowGrass,
+    /// A town.
     Town,
 }
 
@@ -36,7 +42,10 @@ impl Ground {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
     /// sigma0 = gamma sin(grazing angle) (CONVENTIONS eq. 145).
-    ConstantGamma { gamma_db: f64 },
+    ConstantGamma {
+        /// Backscatter per area over the sine of the grazing angle, dB.
+        gamma_db: f64,
+    },
     /// Measured over kinds of ground, 3-100 GHz (CONVENTIONS eq. 146).
     Kulemin(Ground),
     /// From roughness and permittivity of the material (CONVENTIONS eq. 147).
@@ -46,6 +55,7 @@ pub enum Law {
 /// The backscatter of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Backscatter {
+    /// The law.
     pub law: Law,
     /// Cross-polar over co-polar backscatter, dB, where the law does not say; None: nothing is scattered across.
     pub cross_db: Option<f64>,
@@ -57,6 +67,7 @@ pub struct Backscatter {
 pub const GAMMA_DB_MAX: f64 = 3.0;
 
 impl Backscatter {
+    /// The backscatter of a law, the same in all polarisations.
     pub const fn of(law: Law) -> Backscatter {
         Backscatter { law, cross_db: None, copolar_correlation: 0.0 }
     }

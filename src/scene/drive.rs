@@ -14,7 +14,9 @@ pub struct DriveTable {
     pub speed_mps: At<f64>,
     /// In its place [time in s, speed in m/s], straight between times, constant before the first and after the last.
     pub speed_profile: At<Vec<[f64; 2]>>,
+    /// Moves to the side, in the order of their times.
     pub lane_change: Vec<LaneChangeTable>,
+    /// Sway about the middle of the lane.
     pub sway: Option<SwayTable>,
     /// Of the vehicle against the way that it goes, positive to the left.
     pub heading_error_deg: At<f64>,
@@ -28,6 +30,7 @@ pub struct LaneChangeTable {
     pub at_s: At<f64>,
     /// Positive to the left as the vehicle goes.
     pub by_m: At<f64>,
+    /// How long it takes, s.
     pub over_s: At<f64>,
 }
 
@@ -35,37 +38,52 @@ pub struct LaneChangeTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SwayTable {
+    /// Largest distance from the middle, m.
     pub amplitude_m: At<f64>,
+    /// Time of a whole swing, s.
     pub period_s: At<f64>,
     /// Share of a period that has passed at time zero.
     #[serde(default)]
     pub phase: At<f64>,
 }
 
+/// A move to the side that has been checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaneChange {
+    /// When it begins, s.
     pub at_s: f64,
+    /// How far it goes to the left, m.
     pub by_m: f64,
+    /// How long it takes, s.
     pub over_s: f64,
 }
 
+/// Sway that has been checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
+    /// Largest distance from the middle, m.
     pub amplitude_m: f64,
+    /// Time of a whole swing, s.
     pub period_s: f64,
+    /// Phase at time zero, rad.
     pub phase: f64,
 }
 
+/// Speed and lateral motion that have been checked.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drive {
     /// (time, speed), times rising; one or more.
     pub speed: Vec<[f64; 2]>,
+    /// Moves to the side.
     pub lane_changes: Vec<LaneChange>,
+    /// Sway about the middle of the lane.
     pub sway: Option<Sway>,
+    /// Angle between the vehicle and its way, rad.
     pub heading_error_rad: f64,
 }
 
 impl Drive {
+    /// A drive at one speed along the middle of the lane.
     pub fn steady(speed_mps: f64) -> Drive {
         Drive { speed: vec![[0.0, speed_mps]], ..Drive::default() }
     }
@@ -75,10 +93,12 @@ impl Drive {
         self.speed.len() == 1 && self.lane_changes.is_empty() && self.sway.is_none()
     }
 
+    /// Whether nothing moves.
     pub fn is_at_rest(&self) -> bool {
         self.is_steady() && self.speed[0][1] == 0.0
     }
 
+    /// Speed at a time, m/s.
     pub fn speed_mps(&self, time_s: f64) -> f64 {
         let after = self.speed.partition_point(|p| p[0] <= time_s);
         match (after.checked_sub(1).map(|i| self.speed[i]), self.speed.get(after)) {

@@ -20,6 +20,7 @@ pub struct PhaseNoise {
 pub struct Leakage {
     /// Power of a transmitter over that of its leakage in a receiver.
     pub isolation_db: f64,
+    /// Delay of the leaking wave, s.
     pub delay_s: f64,
 }
 
@@ -35,6 +36,7 @@ pub struct Bumper {
 /// A Butterworth filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Butterworth {
+    /// Order of the filter.
     pub order: usize,
     /// Where the power is half.
     pub corner_hz: f64,
@@ -43,10 +45,13 @@ pub struct Butterworth {
 /// Filters between mixer and converter. Without a low-pass the ideal one of eq. 12 stands there.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Filters {
+    /// Filter that takes low beat frequencies away.
     pub high_pass: Option<Butterworth>,
+    /// Filter against aliases.
     pub low_pass: Option<Butterworth>,
 }
 
+/// How an amplifier stops following.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SaturationKind {
@@ -59,11 +64,13 @@ pub enum SaturationKind {
 /// Where the amplifiers of the intermediate frequency stop following.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Saturation {
+    /// How it stops following.
     pub kind: SaturationKind,
     /// Power at the receiver's input of a tone that just reaches the limit A.
     pub full_scale_dbm: f64,
 }
 
+/// How a level is chosen from the two next to a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum QuantiserKind {
@@ -76,9 +83,11 @@ pub enum QuantiserKind {
 /// The converter: each of I and Q, or the real sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Adc {
+    /// Bits of a sample.
     pub bits: u32,
     /// Power at the receiver's input of a tone that just fills the range.
     pub full_scale_dbm: f64,
+    /// How levels are chosen.
     pub kind: QuantiserKind,
 }
 
@@ -94,7 +103,9 @@ pub struct IqImbalance {
 /// A constant that the mixer adds, √W at the receiver's input.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct DcOffset {
+    /// In I, √W.
     pub i: f64,
+    /// In Q, √W.
     pub q: f64,
 }
 
@@ -103,6 +114,7 @@ pub struct DcOffset {
 pub struct ChannelErrors {
     /// Standard deviations of each transmitter and of each receiver.
     pub gain_rms_db: f64,
+    /// Standard deviation of the channels' phases, rad.
     pub phase_rms_rad: f64,
     /// Standard deviation of each coordinate of each antenna.
     pub position_rms_m: f64,
@@ -110,24 +122,34 @@ pub struct ChannelErrors {
     pub seed: u64,
     /// Given for each channel, on top of what is drawn; empty for none.
     pub gain_db: Vec<f64>,
+    /// Phase of each channel, rad.
     pub phase_rad: Vec<f64>,
 }
 
 /// All of the front end. None is off.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontEndSettings {
+    /// Noise of the oscillator's phase.
     pub phase_noise: Option<PhaseNoise>,
+    /// From the transmitters into the receivers.
     pub leakage: Option<Leakage>,
+    /// A cover in front of the antennas.
     pub bumper: Option<Bumper>,
+    /// Filters between mixer and converter.
     pub filters: Filters,
+    /// Where the amplifiers stop following.
     pub saturation: Option<Saturation>,
+    /// The converter.
     pub adc: Option<Adc>,
     /// Standard deviation of the instants at which samples are taken.
     pub aperture_jitter_rms_s: Option<f64>,
     /// Standard deviation of the instants at which ramps start, against the converter's clock.
     pub chirp_jitter_rms_s: Option<f64>,
+    /// Imbalance of I and Q.
     pub iq: Option<IqImbalance>,
+    /// A constant that the mixer adds.
     pub dc: Option<DcOffset>,
+    /// Errors of the channels.
     pub channels: Option<ChannelErrors>,
 }
 
@@ -135,27 +157,37 @@ pub struct FrontEndSettings {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrontEndTable {
+    /// Noise of the oscillator's phase.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_noise: Option<PhaseNoiseTable>,
+    /// From the transmitters into the receivers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leakage: Option<LeakageTable>,
+    /// A cover in front of the antennas.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bumper: Option<BumperTable>,
+    /// A filter that takes low beat frequencies away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<FilterTable>,
     /// Against aliasing. Without it the filter is ideal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<FilterTable>,
+    /// Where the amplifiers stop following.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation: Option<SaturationTable>,
+    /// The converter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adc: Option<AdcTable>,
+    /// Imbalance of I and Q.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iq_imbalance: Option<IqTable>,
+    /// A constant that the mixer adds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_offset: Option<DcTable>,
+    /// Jitter of chirps and samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterTable>,
+    /// Errors of the channels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channels: Option<ChannelsTable>,
 }
@@ -176,6 +208,7 @@ pub struct PhaseNoiseTable {
 pub struct LeakageTable {
     /// Power of a transmitter over that of its leakage.
     pub isolation_db: At<f64>,
+    /// Delay of the leaking wave, s.
     #[serde(default)]
     pub delay_s: At<f64>,
 }
@@ -186,6 +219,7 @@ pub struct LeakageTable {
 pub struct BumperTable {
     /// Reflected power over arriving power.
     pub reflection_db: At<f64>,
+    /// Distance from the antennas, m.
     pub distance_m: At<f64>,
 }
 
@@ -193,11 +227,13 @@ pub struct BumperTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FilterTable {
+    /// Order of the filter.
     pub order: At<usize>,
     /// Where the power is half.
     pub corner_hz: At<f64>,
 }
 
+/// Where the amplifiers of the intermediate frequency stop following.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturationTable {
@@ -207,9 +243,11 @@ pub struct SaturationTable {
     pub full_scale_dbm: At<f64>,
 }
 
+/// The converter.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdcTable {
+    /// Bits of a sample.
     pub bits: At<u32>,
     /// Power at the receiver's input of a tone that fills the range.
     pub full_scale_dbm: At<f64>,
@@ -241,6 +279,7 @@ pub struct DcTable {
     pub angle_deg: At<f64>,
 }
 
+/// Jitter of chirps and samples.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JitterTable {
@@ -259,6 +298,7 @@ pub struct ChannelsTable {
     /// Of each transmitter and of each receiver.
     #[serde(default)]
     pub gain_rms_db: At<f64>,
+    /// Standard deviation of the channels' phases, degrees.
     #[serde(default)]
     pub phase_rms_deg: At<f64>,
     /// Of each coordinate of each antenna.
@@ -270,6 +310,7 @@ pub struct ChannelsTable {
     /// One for each channel (transmitter by transmitter), on top of what is drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<At<Vec<f64>>>,
+    /// Phase of each channel, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<At<Vec<f64>>>,
 }

@@ -11,11 +11,13 @@ use serde::{Deserialize, Serialize};
 /// A radar that only sends: ramps without an end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interferer {
+    /// Name of the radar.
     pub name: String,
     /// At the ramp's start.
     pub start_hz: f64,
     /// Falling when negative.
     pub slope_hz_per_s: f64,
+    /// Length of a ramp, s.
     pub ramp_time_s: f64,
     /// From ramp to ramp; silent after the ramp.
     pub period_s: f64,
@@ -23,11 +25,13 @@ pub struct Interferer {
     pub start_s: Option<f64>,
     /// Each ramp starts with the same phase. Otherwise each has its own, drawn.
     pub coherent: bool,
+    /// Power that it sends, dBm.
     pub power_dbm: f64,
     /// In the origin of its own frame.
     pub antenna: Antenna,
     /// At time zero.
     pub pose: Pose<Sensor, World>,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
 }
 
@@ -57,12 +61,15 @@ impl Interferer {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InterfererTable {
+    /// Name of the radar.
     pub name: String,
     /// Centre of its sweep.
     pub carrier_hz: At<f64>,
     /// Swept upwards during `ramp_time_s`; downwards when negative.
     pub bandwidth_hz: At<f64>,
+    /// Length of a ramp, s.
     pub ramp_time_s: At<f64>,
+    /// Time from ramp to ramp, s.
     pub chirp_period_s: At<f64>,
     /// When one of its ramps starts, against the middle of the frame. Drawn at random when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -70,7 +77,9 @@ pub struct InterfererTable {
     /// Whether all its ramps start with the same phase (default: each with its own).
     #[serde(default)]
     pub coherent: bool,
+    /// Power that it sends, dBm.
     pub power_dbm: At<f64>,
+    /// Gain of its antenna, dBi.
     #[serde(default)]
     pub gain_dbi: At<f64>,
     /// V, H, +45, -45, RHCP or LHCP (default V).
@@ -79,6 +88,7 @@ pub struct InterfererTable {
     /// Power pattern cos(azimuth)^n cos(elevation)^m; the same gain everywhere when both are left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
+    /// Exponent of the cosine over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
     /// In the world at time zero.
@@ -86,10 +96,13 @@ pub struct InterfererTable {
     /// 180 looks back along the road.
     #[serde(default)]
     pub yaw_deg: At<f64>,
+    /// Pitch, degrees.
     #[serde(default)]
     pub pitch_deg: At<f64>,
+    /// Roll, degrees.
     #[serde(default)]
     pub roll_deg: At<f64>,
+    /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
 }

@@ -15,24 +15,54 @@ pub enum MaterialKind {
     /// Perfect electric conductor.
     Pec,
     /// Good conductor: eps = 1 - j sigma / (omega eps0).
-    Conductor { conductivity_s_per_m: f64 },
+    Conductor {
+        /// Conductivity, S/m.
+        conductivity_s_per_m: f64,
+    },
     /// Half-space of relative permittivity eps' - j eps'' (both given positive), plus conductivity.
-    Dielectric { eps_real: f64, eps_loss: f64, conductivity_s_per_m: f64 },
+    Dielectric {
+        /// Real part of the relative permittivity.
+        eps_real: f64,
+        /// Loss part eps'' of the relative permittivity.
+        eps_loss: f64,
+        /// Conductivity, S/m.
+        conductivity_s_per_m: f64,
+    },
     /// A constant permittivity eps' - j eps'' in each of some bands (lowest Hz, highest Hz, eps', eps''), and none between them.
     Bands(&'static [[f64; 4]]),
     /// eps' = a f^b and conductivity c f^d in S/m with f in GHz (ITU-R P.2040-3, section 2.1.4).
-    PowerLaw { a: f64, b: f64, c: f64, d: f64 },
+    PowerLaw {
+        /// Factor of the real part.
+        a: f64,
+        /// Exponent of the real part.
+        b: f64,
+        /// Factor of the conductivity, S/m.
+        c: f64,
+        /// Exponent of the conductivity.
+        d: f64,
+    },
     /// eps = eps_inf + sum of strength / (1 + j f / relaxation_hz), plus conductivity; `terms` are
     /// (strength, relaxation_hz).
-    Debye { eps_inf: f64, terms: [(f64, f64); 2], conductivity_s_per_m: f64 },
+    Debye {
+        /// Permittivity far above all relaxations.
+        eps_inf: f64,
+        /// Step of the permittivity and relaxation frequency in Hz of each term.
+        terms: [(f64, f64); 2],
+        /// Conductivity, S/m.
+        conductivity_s_per_m: f64,
+    },
 }
 
+/// A material with its roughness and what lies on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
+    /// Name of the material.
     pub name: String,
+    /// What it is made of.
     pub kind: MaterialKind,
     /// Standard deviation of the surface's height; 0 is smooth.
     pub roughness_rms_m: f64,
+    /// Correlation length of the roughness, m.
     pub correlation_length_m: f64,
     /// How it scatters back, where more is known than its roughness.
     pub backscatter: Option<Backscatter>,
@@ -49,6 +79,7 @@ pub struct Material {
 pub struct Layer {
     /// Without layers of its own; its roughness is not used.
     pub material: Material,
+    /// Thickness, m.
     pub thickness_m: f64,
 }
 
@@ -84,6 +115,7 @@ impl Layer {
 }
 
 impl Material {
+    /// The perfect conductor.
     pub fn pec() -> Self {
         Material {
             name: "pec".into(),

@@ -30,6 +30,7 @@ use std::sync::Arc;
 /// Triangles in an object's own frame, metres, ISO 8855 axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
+    /// Corners, `[vertex]`, m.
     pub positions_m: Vec<DVec3>,
     /// Counter-clockwise seen from outside; the front is where the right-hand normal points.
     pub triangles: Vec<[u32; 3]>,
@@ -60,6 +61,7 @@ impl Mesh {
 pub struct Object {
     /// Unique in the scene and what returns and points are labelled with; 0 means "none".
     pub id: u32,
+    /// Name, as the file gives it.
     pub name: String,
     /// `extras.catseye.class`, or "" when not given.
     pub class: String,
@@ -109,11 +111,14 @@ impl Object {
     }
 }
 
+/// What scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
+    /// A mesh, by its number in the scene.
     Mesh(usize),
     /// An isotropic scatterer at the object's origin.
     Point {
+        /// Its radar cross section, dBsm.
         rcs_dbsm: f64,
     },
     /// Index into `Scene::tables`: the object scatters as that table says, about its origin.
@@ -123,22 +128,31 @@ pub enum Shape {
 /// Everything that can return an echo. Time zero is the middle of frame 0; [`Object::at`] says where an object is.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
+    /// Meshes, each once however many objects show it.
     pub meshes: Vec<Mesh>,
+    /// Materials that meshes name by number.
     pub materials: Vec<Material>,
+    /// Scattering tables that objects name by number.
     pub tables: Vec<Arc<ScatteringTable>>,
+    /// What stands and moves in the scene.
     pub objects: Vec<Object>,
+    /// What the importer dropped or assumed.
     pub import: ImportReport,
 }
 
 /// What the importer had to drop or assume; printed by the command line and kept in the manifest.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct ImportReport {
+    /// Triangles that were read.
     pub triangles: usize,
+    /// Triangles without area that were left out.
     pub degenerate_triangles_dropped: usize,
+    /// Remarks, one a line.
     pub notes: Vec<String>,
 }
 
 impl Scene {
+    /// Triangles of all objects.
     pub fn triangle_count(&self) -> usize {
         self.objects
             .iter()
@@ -156,6 +170,7 @@ impl Scene {
         self.add_object(name, class, shape, pose, DVec3::ZERO)
     }
 
+    /// Adds an object with the next free number and gives that number.
     pub fn add_object(
         &mut self,
         name: &str,
@@ -195,6 +210,7 @@ impl Scene {
         self.tables.len() - 1
     }
 
+    /// The object of this number.
     pub fn object_by_id(&self, id: u32) -> Option<&Object> {
         self.objects.iter().find(|o| o.id == id)
     }

@@ -9,15 +9,18 @@ use std::sync::Arc;
 /// A frame that moves, seen from another one at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moving {
+    /// Rotation from the moving frame to the other one.
     pub rotation: DQuat,
     /// Of the frame's origin.
     pub translation_m: DVec3,
+    /// Velocity of the origin, m/s.
     pub velocity_mps: DVec3,
     /// Right-handed about its direction.
     pub spin_rad_per_s: DVec3,
 }
 
 impl Moving {
+    /// A frame that is the other one.
     pub const REST: Moving = Moving {
         rotation: DQuat::IDENTITY,
         translation_m: DVec3::ZERO,
@@ -25,6 +28,7 @@ impl Moving {
         spin_rad_per_s: DVec3::ZERO,
     };
 
+    /// A frame at rest in this pose.
     pub fn at_rest<A, B>(pose: &Pose<A, B>) -> Moving {
         Moving { rotation: pose.rotation, translation_m: pose.translation_m, ..Moving::REST }
     }
@@ -42,6 +46,7 @@ impl Moving {
         }
     }
 
+    /// The pose at that instant.
     pub fn pose(&self) -> Pose<Target, World> {
         Pose::new(self.rotation, self.translation_m)
     }
@@ -56,7 +61,9 @@ impl Moving {
 /// How values lie between their times, as glTF names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
+    /// Each value holds until the next.
     Step,
+    /// Along straight lines; rotations along great circles.
     Linear,
     /// Cubic Hermite with a tangent before and after each time.
     Cubic,
@@ -124,10 +131,12 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { repeat_s: Some(period_s), ..self })
     }
 
+    /// Times, s.
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
 
+    /// Values at the times; of cubic curves tangents stand between them.
     pub fn values(&self) -> &[T] {
         &self.values
     }
@@ -137,6 +146,7 @@ impl<T: Copy> Channel<T> {
         &self.tangents
     }
 
+    /// How values lie between their times.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
@@ -244,38 +254,57 @@ impl Channel<DQuat> {
 /// One rigid motion of a chain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Joint {
+    /// A rotation and a translation in m that do not change.
     Fixed(DQuat, DVec3),
     /// Away from where it is at time zero, m/s.
     Line(DVec3),
     /// About an axis (unit vector) through the origin: `angle_rad` at time zero.
     Spin {
+        /// Unit vector of the axis.
         axis: DVec3,
+        /// Rate, rad/s.
         rate_rad_per_s: f64,
+        /// Angle at time zero, rad.
         angle_rad: f64,
     },
     /// To and fro about an axis: amplitude x sin(rate t + phase).
     Swing {
+        /// Unit vector of the axis.
         axis: DVec3,
+        /// Amplitude, rad.
         amplitude_rad: f64,
+        /// Rate, rad/s.
         rate_rad_per_s: f64,
+        /// Phase at time zero, rad.
         phase_rad: f64,
     },
     /// About an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by `clock_s`.
     Hinge {
+        /// A place on the axis, m.
         at_m: DVec3,
+        /// Unit vector of the axis.
         axis: DVec3,
+        /// How the angle runs with time.
         turn: Turn,
+        /// Speed of the owner, m/s.
         speed_mps: f64,
+        /// How far its clock is ahead, s.
         clock_s: f64,
     },
     /// About an axis by the distance that was travelled over the radius: a wheel.
     Roll {
+        /// Unit vector of the axis.
         axis: DVec3,
+        /// Radius of the wheel, m.
         radius_m: f64,
+        /// Distance that was travelled, m.
         distance_m: Arc<Channel<f64>>,
     },
+    /// By positions and rotations over time.
     Track {
+        /// Positions, m.
         position_m: Option<Arc<Channel<DVec3>>>,
+        /// Rotations.
         rotation: Option<Arc<Channel<DQuat>>>,
     },
 }
@@ -333,6 +362,7 @@ impl Joint {
 /// Joints from the body outwards to the world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motion {
+    /// The joints.
     pub joints: Vec<Joint>,
 }
 

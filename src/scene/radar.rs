@@ -6,6 +6,7 @@ use crate::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
 use num_complex::Complex64;
 
+/// Whether samples are real or complex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
@@ -18,24 +19,32 @@ pub enum Sampling {
 /// Unit Jones vector in the (V, H) basis of CONVENTIONS eq. 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Polarisation {
+    /// Along V.
     pub v: Complex64,
+    /// Along H.
     pub h: Complex64,
 }
 
 /// Power gain over direction relative to the antenna's peak, applied once on transmit and once on receive.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pattern {
+    /// The same in all directions.
     Isotropic,
     /// cos^n of azimuth times cos^m of elevation in power; zero behind.
     CosinePower {
+        /// n.
         azimuth_exponent: f64,
+        /// m.
         elevation_exponent: f64,
     },
     /// Gain relative to the peak in dB on a regular or irregular grid; bilinear between, clamped
     /// outside the grid.
     Table {
+        /// Azimuths of the columns, rad.
         azimuth_rad: Vec<f64>,
+        /// Elevations of the rows, rad.
         elevation_rad: Vec<f64>,
+        /// Gain, `[elevation, azimuth]`, dB.
         gain_db: Vec<f64>,
     },
 }
@@ -75,26 +84,39 @@ fn cell(axis: &[f64], x: f64) -> (usize, f64) {
     (i, (x - axis[i]) / (axis[i + 1] - axis[i]))
 }
 
+/// One transmit or receive antenna.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Antenna {
     /// Phase centre in the sensor frame.
     pub position_m: DVec3,
+    /// What it sends and receives.
     pub polarisation: Polarisation,
     /// Peak gain over isotropic.
     pub gain_dbi: f64,
+    /// Gain over direction.
     pub pattern: Pattern,
 }
 
+/// A window of a transform.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Window {
+    /// No window.
     Rectangle,
+    /// Hann.
     Hann,
+    /// Hamming.
     Hamming,
+    /// Blackman.
     Blackman,
-    DolphChebyshev { side_lobe_db: f64 },
+    /// Dolph-Chebyshev.
+    DolphChebyshev {
+        /// Level of the side lobes under the main lobe, dB.
+        side_lobe_db: f64,
+    },
 }
 
+/// The detector's statistic of its training cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CfarKind {
@@ -105,12 +127,16 @@ pub enum CfarKind {
     /// Smallest of: the smaller mean of the two.
     So,
     /// k-th smallest training cell.
-    Os { rank: usize },
+    Os {
+        /// Place in ascending order, from 1.
+        rank: usize,
+    },
 }
 
 /// Detector settings. A 1-D detector along range has `guard[0] = train[0] = 0`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Cfar {
+    /// The statistic.
     pub kind: CfarKind,
     /// Guard cells each side: [doppler, range].
     pub guard: [usize; 2],
@@ -129,9 +155,11 @@ pub enum AngleMethod {
     /// One beam after another; one point for each cell.
     #[default]
     Bartlett,
+    /// Capon's beamformer.
     Capon,
     /// Deterministic maximum likelihood.
     Ml,
+    /// MUSIC.
     Music,
     /// For uniform lines.
     RootMusic,
@@ -144,6 +172,7 @@ pub enum AngleMethod {
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Sources {
+    /// This many.
     Given(usize),
     /// Minimum description length.
     Mdl,
@@ -156,14 +185,20 @@ pub enum Sources {
 /// A calibration file and what is in it.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct CalibrationFile {
+    /// The file.
     pub path: std::path::PathBuf,
+    /// Its text.
     pub text: String,
 }
 
+/// How directions are found.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct AngleSettings {
+    /// The estimator.
     pub method: AngleMethod,
+    /// How many sources a cell holds.
     pub sources: Sources,
+    /// Most sources of one cell.
     pub max_sources: usize,
     /// Rows and columns of the subarrays for spatial smoothing; None: chosen.
     pub subarray: Option<[usize; 2]>,
@@ -189,20 +224,28 @@ impl Default for AngleSettings {
     }
 }
 
+/// What is made of the samples.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Processing {
+    /// Window of the range transform.
     pub range_window: Window,
+    /// Window of the Doppler transform.
     pub doppler_window: Window,
+    /// Window over the array.
     pub angle_window: Window,
     /// FFT lengths; at least the number of samples and chirps (zero padded), powers of two.
     pub range_fft: usize,
+    /// Length of the Doppler transform.
     pub doppler_fft: usize,
     /// Beamformer grid over azimuth in -fov..fov.
     pub azimuth_bins: usize,
+    /// Largest azimuth to either side, rad.
     pub azimuth_fov_rad: f64,
     /// 1 when the array has no rows in elevation.
     pub elevation_bins: usize,
+    /// Largest elevation up and down, rad.
     pub elevation_fov_rad: f64,
+    /// How directions are found.
     pub angle: AngleSettings,
     /// Take out what does not change from chirp to chirp.
     pub remove_static: bool,
@@ -210,6 +253,7 @@ pub struct Processing {
     pub keystone: bool,
     /// Peaks within so many [doppler, range] cells of a stronger one belong to it; zero for all peaks.
     pub group: [usize; 2],
+    /// The detector.
     pub cfar: Cfar,
     /// Keep at most this many points a frame, strongest first.
     pub max_points: usize,
@@ -219,27 +263,39 @@ pub struct Processing {
 /// slot when transmitters are told apart by Doppler bands (DDM).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radar {
+    /// Name of the radar.
     pub name: String,
     /// Centre of the sweep or band.
     pub carrier_hz: f64,
+    /// What it sends.
     pub waveform: Waveform,
+    /// How transmitters share a frame.
     pub multiplex: Multiplex,
     /// From the start of a chirp (run, pulse, code) to the first sample.
     pub adc_start_s: f64,
+    /// Samples a second, Hz.
     pub sample_rate_hz: f64,
+    /// Samples of a chirp.
     pub samples: usize,
     /// Loops: chirps of each ramp and slot in a frame.
     pub chirps: usize,
+    /// Whether samples are real or complex.
     pub sampling: Sampling,
+    /// Transmit antennas.
     pub tx: Vec<Antenna>,
+    /// Receive antennas.
     pub rx: Vec<Antenna>,
+    /// Power of one transmitter, dBm.
     pub tx_power_dbm: f64,
+    /// Noise figure, dB.
     pub noise_figure_db: f64,
     /// Thermal noise on or off.
     pub thermal_noise: bool,
     /// What else the receiver does to the samples.
     pub front_end: FrontEndSettings,
+    /// Pose of the radar on its vehicle.
     pub mounting: Pose<Sensor, Vehicle>,
+    /// What is made of the samples.
     pub processing: Processing,
 }
 
@@ -260,6 +316,7 @@ impl Radar {
     pub fn rows(&self) -> usize {
         self.chirps * self.waveform.parts()
     }
+    /// Wavelength at the carrier, m.
     pub fn wavelength_m(&self) -> f64 {
         crate::units::wavelength_m(self.carrier_hz)
     }
@@ -348,6 +405,7 @@ impl Radar {
     pub fn loop_period_s(&self) -> f64 {
         self.waveform.periods_s().0 * self.slots() as f64
     }
+    /// Length of a frame, s.
     pub fn frame_time_s(&self) -> f64 {
         self.loop_period_s() * self.chirps as f64
     }

@@ -26,8 +26,11 @@ use std::path::Path;
 pub struct RadarFile {
     /// Shown in results.
     pub name: String,
+    /// What the radar sends.
     pub waveform: WaveformTable,
+    /// What is taken of the echo.
     pub receiver: ReceiverTable,
+    /// Power of the transmitters.
     pub transmitter: TransmitterTable,
     /// Errors of the receiver; ideal when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -37,13 +40,17 @@ pub struct RadarFile {
     pub antenna: AntennaTable,
     /// Transmitters, in the order in which they send.
     pub tx: Vec<ElementTable>,
+    /// Receive antennas.
     pub rx: Vec<ElementTable>,
+    /// Pose of the radar on the vehicle.
     #[serde(default)]
     pub mounting: MountingTable,
+    /// What is made of the samples.
     #[serde(default)]
     pub processing: ProcessingTable,
 }
 
+/// Power of the transmitters.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransmitterTable {
@@ -51,6 +58,7 @@ pub struct TransmitterTable {
     pub power_dbm: At<f64>,
 }
 
+/// Kind of an antenna's pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PatternName {
@@ -75,16 +83,20 @@ pub struct AntennaTable {
     /// Default "isotropic".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
+    /// Exponent of the cosine over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
+    /// Exponent of the cosine over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
     /// CSV with the header azimuth_deg,elevation_deg,gain_db and a row for each point of a full grid,
     /// beside the radar file. Bilinear between the points; the largest gain is the peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_file: Option<At<String>>,
+    /// Azimuths of the pattern's columns, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_azimuth_deg: Option<At<Vec<f64>>>,
+    /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
     /// Azimuth runs fastest.
@@ -103,22 +115,31 @@ pub struct ElementTable {
     /// The same in units of half the wavelength at `carrier_hz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_half_wavelengths: Option<At<[f64; 3]>>,
+    /// Polarisation, as that of `[antenna]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
+    /// Gain, dBi.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_dbi: Option<At<f64>>,
+    /// Kind of the pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
+    /// Exponent of the cosine over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
+    /// Exponent of the cosine over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
+    /// CSV file of the pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_file: Option<At<String>>,
+    /// Azimuths of the pattern's columns, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_azimuth_deg: Option<At<Vec<f64>>>,
+    /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
+    /// Gain of the pattern, row after row, dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
@@ -128,6 +149,7 @@ pub struct ElementTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MountingTable {
+    /// Place from the rear-axle centre: forward, left, up, m.
     #[serde(default)]
     pub position_m: At<[f64; 3]>,
     /// Positive to the left.
@@ -141,19 +163,27 @@ pub struct MountingTable {
     pub roll_deg: At<f64>,
 }
 
+/// A window by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WindowName {
+    /// No window.
     Rectangle,
+    /// Hann.
     Hann,
+    /// Hamming.
     Hamming,
+    /// Blackman.
     Blackman,
+    /// Dolph-Chebyshev.
     DolphChebyshev,
 }
 
+/// A window with its settings.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowTable {
+    /// Name of the window.
     pub kind: At<WindowName>,
     /// For dolph-chebyshev, and only for it: side lobes this much below the peak.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -209,14 +239,18 @@ pub struct ProcessingTable {
     /// Peaks within so many cells of a stronger one belong to it; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_range_cells: Option<At<usize>>,
+    /// Cells of Doppler within which detections stand for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_doppler_cells: Option<At<usize>>,
+    /// How directions are found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<AngleTable>,
+    /// The detector.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfar: Option<CfarTable>,
 }
 
+/// What is done about range migration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MigrationName {
@@ -234,6 +268,7 @@ fn is_false(x: &bool) -> bool {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngleTable {
+    /// The estimator.
     pub method: At<AngleMethod>,
     /// A number, "mdl", "aic" or "residual" (default: as many as are needed to leave noise alone).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -255,21 +290,29 @@ pub struct AngleTable {
     pub calibration_file: Option<At<String>>,
 }
 
+/// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SourcesTable {
+    /// This many.
     Given(usize),
+    /// By a criterion.
     By(SourcesName),
 }
 
+/// Criteria of the number of sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SourcesName {
+    /// Minimum description length.
     Mdl,
+    /// Akaike's information criterion.
     Aic,
+    /// The power that is left over.
     Residual,
 }
 
+/// The detector's statistic of its training cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CfarName {
@@ -287,6 +330,7 @@ pub enum CfarName {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CfarTable {
+    /// Which statistic of the training cells is taken.
     pub kind: At<CfarName>,
     /// For "os": counted from the smallest training cell, from 1. Default: three quarters of them.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -294,11 +338,13 @@ pub struct CfarTable {
     /// On each side.
     #[serde(default)]
     pub guard_range_cells: At<usize>,
+    /// Cells of Doppler to either side that are left out.
     #[serde(default)]
     pub guard_doppler_cells: At<usize>,
     /// On each side, outside the guard cells.
     #[serde(default)]
     pub train_range_cells: At<usize>,
+    /// Cells of Doppler to either side that are trained on.
     #[serde(default)]
     pub train_doppler_cells: At<usize>,
     /// Chance that a cell of noise alone is detected.
@@ -978,10 +1024,12 @@ impl Polarisation {
         ("LHCP", Self::new(FRAC_1_SQRT_2, 0.0, 0.0, -FRAC_1_SQRT_2)),
     ];
 
+    /// The polarisation of a name of the radar file.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, p)| *p)
     }
 
+    /// Its name in the radar file, where it has one.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMES.iter().find(|(_, p)| p == self).map(|(n, _)| *n)
     }

@@ -38,6 +38,7 @@ pub struct ScenarioFile {
     /// Several radars on the vehicle, in place of `radar`.
     #[serde(default)]
     pub radars: Vec<MountedRadar>,
+    /// What stands in the scene.
     #[serde(default)]
     pub scene: SceneTable,
     /// Point targets.
@@ -55,12 +56,16 @@ pub struct ScenarioFile {
     /// Rain, fog, wet roads. Default dry.
     #[serde(default)]
     pub weather: WeatherTable,
+    /// The vehicle that carries the radar.
     #[serde(default)]
     pub ego: EgoTable,
+    /// How many frames, and when.
     #[serde(default)]
     pub frames: FramesTable,
+    /// How waves are followed.
     #[serde(default)]
     pub trace: TraceTable,
+    /// What is kept of each frame.
     #[serde(default)]
     pub output: Output,
     /// Settings of `catseye lane`, which reads them; other commands pass over them.
@@ -83,7 +88,9 @@ pub struct MountedRadar {
 /// A name or a whole radar.
 #[derive(Debug, Clone)]
 pub enum RadarRef {
+    /// A preset or a file.
     Name(String),
+    /// A radar written in place.
     Inline(Box<RadarFile>),
 }
 
@@ -116,6 +123,7 @@ impl JsonSchema for RadarRef {
     }
 }
 
+/// The scenes that come with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Builtin {
@@ -133,6 +141,7 @@ pub enum Builtin {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneTable {
+    /// A scene that comes with the program.
     pub builtin: Option<At<Builtin>>,
     /// A road scene (TOML, as `catseye scene` takes it), relative to this file.
     pub road: Option<At<String>>,
@@ -151,11 +160,14 @@ pub struct SceneTable {
     pub materials: BTreeMap<String, At<String>>,
 }
 
+/// An isotropic scatterer.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointTable {
+    /// Name of the target.
     #[serde(default)]
     pub name: String,
+    /// Class of the target.
     #[serde(default)]
     pub class: String,
     /// At the middle of frame 0: [forward, left, up] in the world.
@@ -163,6 +175,7 @@ pub struct PointTable {
     /// In the world; default at rest.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
+    /// Radar cross section, dBsm.
     pub rcs_dbsm: At<f64>,
 }
 
@@ -170,6 +183,7 @@ pub struct PointTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
+    /// Name of the object.
     #[serde(default)]
     pub name: String,
     /// Default: what the file says, "reflector" for a reflector.
@@ -196,10 +210,15 @@ pub struct ObjectTable {
     /// In the world; added to what the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
+    /// Unit of the file's lengths.
     pub unit: Option<At<String>>,
+    /// Which axis of the file points up.
     pub up: Option<At<String>>,
+    /// What is made of animations.
     pub animation: Option<At<String>>,
+    /// Material of what has none.
     pub default_material: Option<At<String>>,
+    /// Materials by the names in the file.
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
 }
@@ -242,9 +261,11 @@ pub struct OnRoadTable {
     pub against: Option<bool>,
 }
 
+/// How many frames, and when.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FramesTable {
+    /// Number of frames.
     pub count: At<u32>,
     /// From the middle of a frame to the middle of the next.
     pub interval_s: At<f64>,
@@ -256,6 +277,7 @@ impl Default for FramesTable {
     }
 }
 
+/// Which bounces of a chain radiate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BounceConvention {
@@ -265,6 +287,7 @@ pub enum BounceConvention {
     Last,
 }
 
+/// How waves are followed.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceTable {
@@ -279,6 +302,7 @@ pub struct TraceTable {
     /// Echoes of surfaces this far above (negative: under) the thermal noise of a cell of the map after all channels are left
     /// out, as if in the antennas' main direction; without it, or without noise, all are kept.
     pub floor_db: Option<At<f64>>,
+    /// Which bounces of a chain radiate.
     pub convention: BounceConvention,
 }
 
@@ -338,50 +362,88 @@ pub const MAX_BOUNCES: u32 = 8;
 /// A scenario that has been read and checked. Paths are resolved against the scenario's folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
+    /// Name of the scenario.
     pub name: String,
+    /// Seed of all draws.
     pub seed: u64,
     /// One or more; names differ.
     pub radars: Vec<Radar>,
+    /// What stands there.
     pub scene: SceneSource,
+    /// Isotropic scatterers.
     pub points: Vec<PointTarget>,
+    /// Objects that are placed.
     pub objects: Vec<Placed>,
+    /// Other radars.
     pub interferers: Vec<Interferer>,
+    /// Whether the radars of the vehicle hear each other.
     pub mutual_interference: bool,
+    /// Rain, fog and water on the road.
     pub weather: Weather,
+    /// The vehicle that carries the radar.
     pub ego: Ego,
+    /// How many frames, and when.
     pub frames: Frames,
+    /// How waves are followed.
     pub trace: TraceSettings,
+    /// What is kept of each frame.
     pub output: Output,
 }
 
+/// Where the scene comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SceneSource {
+    /// A scene that comes with the program.
     Builtin(Builtin),
-    Road { path: PathBuf },
-    File { path: PathBuf, options: ImportOptions },
+    /// A road scene.
+    Road {
+        /// The road scene's file.
+        path: PathBuf,
+    },
+    /// A file of a scene.
+    File {
+        /// The file.
+        path: PathBuf,
+        /// How it is read.
+        options: ImportOptions,
+    },
 }
 
+/// An isotropic scatterer that has been checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointTarget {
+    /// Name of the target.
     pub name: String,
+    /// Class of the target.
     pub class: String,
+    /// Position in the world, m.
     pub position_m: DVec3,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
+    /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
 }
 
+/// What an object is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ObjectSource {
+    /// A file of a mesh.
     File {
+        /// The file.
         path: PathBuf,
+        /// How it is read.
         options: ImportOptions,
     },
+    /// A scattering table.
     Table {
+        /// The file.
         path: PathBuf,
     },
     /// As given, and the place to name when the builder refuses it.
     Reflector {
+        /// The reflector with its parameters.
         spec: String,
+        /// The place in the scenario.
         at: BadInput,
     },
 }
@@ -396,20 +458,29 @@ impl ObjectSource {
     }
 }
 
+/// An object with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placed {
+    /// Name of the object.
     pub name: String,
+    /// Class of the object.
     pub class: String,
+    /// What it is made from.
     pub source: ObjectSource,
+    /// Its pose in the world.
     pub pose: Pose<Target, World>,
+    /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
 }
 
 /// The vehicle that carries the radar: straight on at constant speed, or as its motion says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ego {
+    /// Position at time zero, m.
     pub position_m: DVec3,
+    /// Heading, rad.
     pub yaw_rad: f64,
+    /// Speed, m/s.
     pub speed_mps: f64,
     /// The road that it follows; `road::site` makes its motion.
     pub on_road: Option<OnRoad>,
@@ -420,11 +491,17 @@ pub struct Ego {
 /// A place on a road of the scene, by names, and how the vehicle goes on from there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnRoad {
+    /// Name of the road; None where there is but one.
     pub road: Option<String>,
+    /// Number of the lane.
     pub lane: Option<i32>,
+    /// Distance along the road at time zero, m.
     pub s_m: f64,
+    /// Distance to the left of the lane's middle, m.
     pub offset_m: f64,
+    /// Whether it drives against the road's direction.
     pub against: Option<bool>,
+    /// Speed and lateral motion.
     pub drive: Drive,
     /// For complaints.
     pub at: BadInput,
@@ -442,15 +519,19 @@ impl Ego {
         Moving { rotation, translation_m: at, velocity_mps, spin_rad_per_s: DVec3::ZERO }
     }
 
+    /// Pose in the world at a time.
     pub fn pose(&self, time_s: f64) -> Pose<Vehicle, World> {
         let now = self.at(time_s);
         Pose::new(now.rotation, now.translation_m)
     }
 }
 
+/// How many frames, and when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frames {
+    /// Number of frames.
     pub count: u32,
+    /// Time from frame to frame, s.
     pub interval_s: f64,
 }
 
@@ -461,15 +542,20 @@ impl Frames {
     }
 }
 
+/// How waves are followed, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceSettings {
+    /// Rays of a frame.
     pub rays: u64,
     /// 1 to [`MAX_BOUNCES`].
     pub bounces: u32,
+    /// Error that coherent sums may have, dB.
     pub accuracy_db: f64,
+    /// Most facets of curved bodies.
     pub facets: u64,
     /// None: all echoes are kept.
     pub floor_db: Option<f64>,
+    /// Which bounces of a chain radiate.
     pub convention: BounceConvention,
 }
 
@@ -580,7 +666,9 @@ fn in_file(e: Error, at: &BadInput) -> Error {
 /// Name and class of what is placed; empty ones leave what the parts have.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Label<'a> {
+    /// Name, or empty.
     pub name: &'a str,
+    /// Class, or empty.
     pub class: &'a str,
 }
 

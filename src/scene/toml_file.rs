@@ -19,7 +19,9 @@ const MAX_BYTES: u64 = 16 << 20;
 /// A value and the bytes of the file from which it came (empty when it did not come from a file).
 #[derive(Debug, Clone, Default)]
 pub struct At<T> {
+    /// The value.
     pub value: T,
+    /// Its bytes in the file.
     pub span: Range<usize>,
 }
 
@@ -142,6 +144,7 @@ impl<'a> Document<'a> {
         }
     }
 
+    /// The file.
     pub fn file(&self) -> &Path {
         &self.file
     }
@@ -333,6 +336,7 @@ pub(crate) fn clip(s: &str) -> String {
 
 /// Ranges as the user reads them.
 pub trait RangeText {
+    /// The range in words.
     fn text(&self) -> String;
 }
 
@@ -344,7 +348,9 @@ impl<T: Display> RangeText for std::ops::RangeInclusive<T> {
 
 /// More than `low`, at most `high`.
 pub struct Above<T> {
+    /// Excluded lower end.
     pub low: T,
+    /// Included upper end.
     pub high: T,
 }
 

@@ -19,26 +19,57 @@ const SHOULDER_DEG: f64 = 9.88;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Turn {
     /// A wheel that rolls on the road without slip, about +y.
-    Roll { radius_m: f64 },
+    Roll {
+        /// Radius, m.
+        radius_m: f64,
+    },
     /// A pedal crank, about +y: one turn for each `development_m` of road.
-    Crank { development_m: f64 },
+    Crank {
+        /// Way of one turn, m.
+        development_m: f64,
+    },
     /// Turns back what [`Turn::Crank`] does, so that a pedal stays level.
-    Level { development_m: f64 },
+    Level {
+        /// Way of one turn, m.
+        development_m: f64,
+    },
     /// A walker's leg at the hip, about +y; `leg_m` from hip to sole, `phase` in cycles.
-    Hip { leg_m: f64, phase: f64 },
+    Hip {
+        /// Length of the leg, m.
+        leg_m: f64,
+        /// Phase of the step at time zero, cycles.
+        phase: f64,
+    },
     /// The knee of that leg.
-    Knee { leg_m: f64, phase: f64 },
+    Knee {
+        /// Length of the leg, m.
+        leg_m: f64,
+        /// Phase of the step at time zero, cycles.
+        phase: f64,
+    },
     /// The arm at the shoulder, `phase` that of the leg on the other side.
-    Shoulder { leg_m: f64, phase: f64 },
+    Shoulder {
+        /// Length of the leg, m.
+        leg_m: f64,
+        /// Phase of the step at time zero, cycles.
+        phase: f64,
+    },
     /// A cyclist's thigh and, with `knee`, the shank against it, about +y. The sole's joint follows the
     /// crank about `crank_m`, seen from the hip.
     Pedal {
+        /// Centre of the crank, m.
         crank_m: DVec3,
+        /// Length of the crank, m.
         arm_m: f64,
+        /// Length of the thigh, m.
         thigh_m: f64,
+        /// Length of the shank, m.
         shank_m: f64,
+        /// Way of one turn, m.
         development_m: f64,
+        /// Whether it is the pedal half a turn behind.
         half: bool,
+        /// Whether it is the shank.
         knee: bool,
     },
 }

@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 pub struct Ramp {
     /// Swept during `time_s`; negative when the frequency falls.
     pub bandwidth_hz: f64,
+    /// Length of the ramp, s.
     pub time_s: f64,
     /// From the start of this ramp to the start of what follows it (any transmitter).
     pub period_s: f64,
@@ -18,6 +19,7 @@ pub struct Ramp {
 /// transmitters before the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slopes {
+    /// The ramps, in the order in which they are sent.
     pub ramps: Vec<Ramp>,
     /// The ramp that this radar's range and Doppler scales speak of.
     pub this: usize,
@@ -33,7 +35,9 @@ pub enum PulseShape {
     },
     /// Samples of the envelope, band-limited in between.
     Samples {
+        /// Samples a second, Hz.
         rate_hz: f64,
+        /// Samples of the envelope.
         envelope: Vec<Complex64>,
         /// The sample at time zero.
         zero: usize,
@@ -117,21 +121,30 @@ impl PulseShape {
     }
 }
 
+/// What is sent.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {
     /// Linear frequency modulation, mixed with what is sent.
     Fmcw(Slopes),
     /// One tone after another, one sample each: `sample_rate_hz` tones a second.
     Stepped {
+        /// Distance from tone to tone, Hz.
         step_hz: f64,
         /// From the first tone of a run to the first of the next.
         period_s: f64,
     },
     /// Impulse radio: a pulse, and samples while its echoes come in.
-    Pulse { shape: PulseShape, period_s: f64 },
+    Pulse {
+        /// Envelope of a pulse.
+        shape: PulseShape,
+        /// Time from pulse to pulse, s.
+        period_s: f64,
+    },
     /// Phase-modulated continuous wave: a code of ±1 over and over.
     Coded {
+        /// Chips, each 1 or -1.
         code: Vec<i8>,
+        /// Chips a second, Hz.
         chip_rate_hz: f64,
         /// From the code that is sampled to the next one.
         period_s: f64,
@@ -196,11 +209,15 @@ impl Waveform {
 /// `first_hz` + n `step_hz` (CONVENTIONS eq. 12a).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrequencySamples {
+    /// Number of lines.
     pub count: usize,
+    /// Frequency of the first line, Hz.
     pub first_hz: f64,
     /// Negative when the frequency falls.
     pub step_hz: f64,
+    /// Time from line to line, s.
     pub step_s: f64,
+    /// Time of the first line after the chirp's start, s.
     pub start_s: f64,
     /// Mixed with the sweep itself: the phase has the term −½Sτ².
     pub dechirped: bool,
@@ -229,7 +246,10 @@ pub enum Multiplex {
     Bpm,
     /// All at once, transmitter k turned by k/`bands` of a turn from chirp to chirp; bands that no transmitter
     /// has tell the folds of the range rate apart.
-    Ddm { bands: usize },
+    Ddm {
+        /// Doppler bands, of which each transmitter takes one.
+        bands: usize,
+    },
 }
 
 impl Multiplex {

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// Kinds of waveforms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaveformName {
@@ -23,6 +24,7 @@ pub enum WaveformName {
     Pmcw,
 }
 
+/// How transmitters share a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MultiplexName {
@@ -40,13 +42,16 @@ pub enum MultiplexName {
 pub struct ReceiverTable {
     /// "iq": complex samples, as many range cells as samples; "real": half as many.
     pub sampling: Sampling,
+    /// Samples a second, Hz.
     pub sample_rate_hz: At<f64>,
     /// Samples of one chirp.
     pub samples: At<usize>,
     /// From the start of the ramp to the first sample.
     #[serde(default)]
     pub adc_start_s: At<f64>,
+    /// Noise figure, dB.
     pub noise_figure_db: At<f64>,
+    /// Whether thermal noise is added.
     #[serde(default = "yes")]
     pub thermal_noise: bool,
 }
@@ -55,6 +60,7 @@ fn yes() -> bool {
     true
 }
 
+/// What the radar sends.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaveformTable {
@@ -117,6 +123,7 @@ pub struct WaveformTable {
 pub struct RampTable {
     /// Swept during `ramp_time_s`, negative when the frequency falls.
     pub bandwidth_hz: At<f64>,
+    /// Length of the ramp, s.
     pub ramp_time_s: At<f64>,
     /// From the start of this ramp to the start of what follows.
     pub chirp_period_s: At<f64>,

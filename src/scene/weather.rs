@@ -34,12 +34,17 @@ pub struct WeatherTable {
 /// Weather that has been checked. The default is dry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weather {
+    /// Rain, mm/h.
     pub rain_mm_per_h: f64,
     /// Of fog.
     pub liquid_g_per_m3: f64,
+    /// Temperature, °C.
     pub temperature_c: f64,
+    /// Wind in the world, m/s.
     pub wind_mps: DVec3,
+    /// Thickness of the water on wet materials, m.
     pub wet_film_m: f64,
+    /// Materials that are wet.
     pub wet_materials: Vec<String>,
     /// Whether the file named them: one that the scene does not have is an error then.
     pub named: bool,
@@ -107,6 +112,7 @@ pub fn build(doc: &Document<'_>, t: &WeatherTable) -> Result<Weather> {
 }
 
 impl Weather {
+    /// Whether neither rain nor fog is in the air.
     pub fn is_dry_air(&self) -> bool {
         self.rain_mm_per_h == 0.0 && self.liquid_g_per_m3 == 0.0
     }

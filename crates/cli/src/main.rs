@@ -1,3 +1,5 @@
+//! The program `catseye`.
+
 fn main() -> std::process::ExitCode {
     catseye_cli::run()
 }

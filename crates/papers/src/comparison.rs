@@ -19,6 +19,7 @@ pub enum Tolerance {
 /// One row: a number of this program beside the one that is expected. As JSON it has the keys of a study's fact.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Comparison {
+    /// What the number is.
     #[serde(rename = "text")]
     pub name: String,
     /// A number, the words of a document, or None where nothing is stated.
@@ -28,6 +29,7 @@ pub struct Comparison {
     pub ours: f64,
     /// The unit of both numbers.
     pub unit: String,
+    /// How far the numbers may be apart.
     #[serde(skip)]
     pub tolerance: Tolerance,
     /// Where the expected value comes from, or why the two differ.

@@ -32,7 +32,9 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// A part of the table.
 pub struct Group {
+    /// Name of the part.
     pub name: &'static str,
+    /// Measures its rows on an engine.
     pub measure: fn(&Engine) -> Result<Vec<Comparison>>,
 }
 

@@ -11,10 +11,13 @@ use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
 use serde::Deserialize;
 
+/// How many reflectors stand back to back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Count {
+    /// Two.
     Two,
+    /// Four.
     Four,
 }
 
@@ -24,15 +27,21 @@ pub enum Count {
 /// planes in which the sheets would lie, on a slab of that thickness under z = 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Crossing {
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Length of the bottom plate beyond the triangle, m.
     pub length_m: f64,
+    /// How many reflectors there are.
     pub count: Count,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
 const COUNT: Param = choice("count", &["four", "two"], "how many reflectors");
 
+/// The crossing in the registry.
 pub static KIND: Kind = Kind {
     name: "crossing",
     summary: "two or four type1 back to back",
@@ -126,22 +135,30 @@ impl Builder for Crossing {
 /// 4.17a).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Row {
+    /// What stands in the row.
     pub element: Element,
     /// What is repeated, or the Type 1 of the same sizes.
     #[serde(flatten)]
     pub crossing: Crossing,
+    /// Number of elements.
     pub number: u32,
+    /// Distance from element to element, m.
     pub spacing_m: f64,
+    /// Turn of each against the one before, degrees.
     pub turn_deg: f64,
 }
 
+/// What stands in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Element {
+    /// A Type 1 reflector.
     Type1,
+    /// A crossing of four.
     Crossing,
 }
 
+/// The row in the registry.
 pub static STRING_KIND: Kind = Kind {
     name: "string",
     summary: "row of type1 or crossings, each turned against the one before",
@@ -188,14 +205,21 @@ impl Builder for Row {
 /// each a tread of `step_m` behind the one below.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Stepped {
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Length of the bottom plate beyond the triangle, m.
     pub length_m: f64,
+    /// Number of steps.
     pub steps: u32,
+    /// Depth of a tread, m.
     pub step_m: f64,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
+/// The stepped reflector in the registry.
 pub static STEPPED_KIND: Kind = Kind {
     name: "stepped",
     summary: "type1 with its standing plates cut into steps",

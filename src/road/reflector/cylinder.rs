@@ -8,10 +8,13 @@ use glam::DVec2;
 use serde::Deserialize;
 use std::f64::consts::PI;
 
+/// Whether the ends have lids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ends {
+    /// With lids.
     Closed,
+    /// Without lids.
     Open,
 }
 
@@ -21,7 +24,9 @@ pub enum Ends {
 /// few facets (`geom::curved`).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Cylinder {
+    /// Radius, m.
     pub radius_m: f64,
+    /// Length, m.
     pub length_m: f64,
     /// Greatest distance of a facet from the arc through its edges.
     pub sagitta_m: f64,
@@ -29,6 +34,7 @@ pub struct Cylinder {
     pub ends: Ends,
 }
 
+/// The cylinder in the registry.
 pub static KIND: Kind = Kind {
     name: "cylinder",
     summary: "circular cylinder",

@@ -11,11 +11,15 @@ use serde::Deserialize;
 /// 8 pi width² height² / lambda². With thickness a closed body behind them.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Dihedral {
+    /// Width of each plate, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
+/// The dihedral in the registry.
 pub static KIND: Kind = Kind {
     name: "dihedral",
     summary: "two plates at a right angle",

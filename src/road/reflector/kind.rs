@@ -32,6 +32,7 @@ pub trait Builder {
     /// [`Builder::further_materials`].
     fn mesh(&self) -> Mesh;
 
+    /// Materials beside the one that every kind has.
     fn further_materials(&self) -> Vec<String> {
         Vec::new()
     }
@@ -39,25 +40,33 @@ pub trait Builder {
 
 /// What a kind builds.
 pub enum Built {
+    /// One mesh.
     Mesh(Box<dyn Builder>),
     /// Many copies of one part, as one mesh or as objects that share the part's mesh.
     Swarm {
+        /// The part.
         part: Box<dyn Builder>,
+        /// Where the copies are, m.
         at_m: Vec<DVec3>,
+        /// Whether they are objects that share one mesh.
         shared: bool,
     },
+    /// An isotropic scatterer.
     Point {
+        /// Radar cross section, dBsm.
         rcs_dbsm: f64,
     },
 }
 
 /// One row of the registry.
 pub struct Kind {
+    /// Name of the kind.
     pub name: &'static str,
     /// One line for the help text.
     pub summary: &'static str,
     /// Pose in the target frame.
     pub pose: &'static str,
+    /// Its parameters.
     pub params: &'static [Param],
     /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
     pub boresight_deg: (f64, f64),
@@ -68,17 +77,37 @@ pub struct Kind {
 
 /// A parameter: its name carries the unit.
 pub struct Param {
+    /// Name, with the unit at its end.
     pub name: &'static str,
+    /// What it is.
     pub doc: &'static str,
+    /// What it may be.
     pub range: Range,
 }
 
+/// What a parameter may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A finite number from `min` to `max`, both included.
-    Number { default: f64, min: f64, max: f64 },
+    /// A number.
+    Number {
+        /// Value where none is given.
+        default: f64,
+        /// Least value.
+        min: f64,
+        /// Largest value.
+        max: f64,
+    },
     /// A whole number from `min` to `max`, both included.
-    Whole { default: u32, min: u32, max: u32 },
+    /// A whole number.
+    Whole {
+        /// Value where none is given.
+        default: u32,
+        /// Least value.
+        min: u32,
+        /// Largest value.
+        max: u32,
+    },
     /// The name of a radar material, or "none"; whether there is one of that name shows when a scene is
     /// made.
     Material(&'static str),
@@ -175,6 +204,7 @@ impl fmt::Display for Range {
 }
 
 impl Range {
+    /// The value where none is given.
     pub fn default_value(&self) -> Value {
         match *self {
             Range::Number { default, .. } => Value::Number(default),
@@ -185,10 +215,14 @@ impl Range {
     }
 }
 
+/// A parameter's value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
+    /// A number.
     Number(f64),
+    /// One of the words.
     Word(&'static str),
+    /// A material by its name.
     Material(String),
 }
 

@@ -17,11 +17,17 @@ use std::f64::consts::TAU;
 /// a sheet that looks up, otherwise a closed body on z = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lattice {
+    /// Width, m.
     pub width_m: f64,
+    /// Depth, m.
     pub depth_m: f64,
+    /// Width of a bar, m.
     pub bar_m: f64,
+    /// Gap between bars, m.
     pub gap_m: f64,
+    /// Whether bars run both ways.
     pub crossed: bool,
+    /// Thickness, m; 0 for a sheet.
     pub thickness_m: f64,
 }
 
@@ -32,6 +38,7 @@ pub(super) const DEPTH: Param = length("depth_m", 0.08, "greatest extent along x
 const STRIPE: Param = length("stripe_m", HALF_WAVE_M, "width of a stripe; half a wavelength at 77 GHz");
 const GAP: Param = length("gap_m", HALF_WAVE_M, "width of the gap between two stripes");
 
+/// Stripes in the registry.
 pub static STRIPES_KIND: Kind = Kind {
     name: "stripes",
     summary: "parallel metal stripes",
@@ -42,6 +49,7 @@ pub static STRIPES_KIND: Kind = Kind {
     build: |v| Lattice::build(v, v.number("stripe_m"), v.number("gap_m"), false),
 };
 
+/// Crossed stripes in the registry.
 pub static CROSSED_KIND: Kind = Kind {
     name: "crossed-stripes",
     summary: "metal stripes in two directions",
@@ -52,6 +60,7 @@ pub static CROSSED_KIND: Kind = Kind {
     build: |v| Lattice::build(v, v.number("stripe_m"), v.number("gap_m"), true),
 };
 
+/// The wire mesh in the registry.
 pub static MESH_KIND: Kind = Kind {
     name: "mesh",
     summary: "wire mesh, its wires as flat bars",
@@ -161,15 +170,23 @@ impl Builder for Lattice {
 /// nor what a wire much thinner than a wavelength scatters.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Chaff {
+    /// Width of the box, m.
     pub width_m: f64,
+    /// Depth of the box, m.
     pub depth_m: f64,
+    /// Height of the box, m.
     pub height_m: f64,
+    /// Number of strips.
     pub wires: u32,
+    /// Length of a strip, m.
     pub wire_m: f64,
+    /// Width of a strip, m.
     pub strip_m: f64,
+    /// Seed of places and turns.
     pub seed: u32,
 }
 
+/// Chaff in the registry.
 pub static CHAFF_KIND: Kind = Kind {
     name: "chaff",
     summary: "short metal strips, strewn at random",
@@ -208,14 +225,21 @@ impl Builder for Chaff {
 /// corners lie on the wave. With thickness the metal is below.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Wave {
+    /// Width, m.
     pub width_m: f64,
+    /// Depth, m.
     pub depth_m: f64,
+    /// Height of the ridges, m.
     pub height_m: f64,
+    /// Distance from ridge to ridge, m.
     pub period_m: f64,
+    /// Thickness, m; 0 for a sheet.
     pub thickness_m: f64,
+    /// How far facets may lie off the wave, m.
     pub sagitta_m: f64,
 }
 
+/// The wave in the registry.
 pub static WAVE_KIND: Kind = Kind {
     name: "wave",
     summary: "wave-shaped sheet",

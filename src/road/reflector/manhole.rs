@@ -13,12 +13,14 @@ use std::f64::consts::{FRAC_PI_4, SQRT_2};
 /// two; a closed body. The underside lies on the road, so nothing has to be cut out of it.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Manhole {
+    /// Whether it is square; otherwise it is round.
     #[serde(skip)]
     pub square: bool,
     /// Diameter of the cover, or its edge when square.
     pub cover_m: f64,
     /// Diameter or edge of the frame, from outside to outside.
     pub frame_m: f64,
+    /// Width of the groove, m.
     pub groove_width_m: f64,
     /// Height of cover and frame over the road; the groove goes down by two thirds of it.
     pub relief_m: f64,
@@ -40,6 +42,7 @@ const GROOVE: Param =
 const RELIEF: Param = number("relief_m", 0.006, 1e-4, 0.2, "height over the road");
 const PATTERN: Param = number("pattern_m", 0.003, 1e-4, 0.2, "height of the ribs or studs over the cover");
 
+/// The round cover in the registry.
 pub static ROUND_KIND: Kind = Kind {
     name: "manhole-round",
     summary: "round manhole cover with frame",
@@ -56,6 +59,7 @@ pub static ROUND_KIND: Kind = Kind {
     ..kind_of::<Manhole>()
 };
 
+/// The square cover in the registry.
 pub static SQUARE_KIND: Kind = Kind {
     name: "manhole-square",
     summary: "square manhole cover with frame",

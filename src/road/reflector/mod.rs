@@ -240,6 +240,7 @@ impl Reflector {
         }
     }
 
+    /// Its row in the registry.
     pub fn kind(&self) -> &'static Kind {
         self.kind
     }

@@ -10,11 +10,15 @@ use serde::Deserialize;
 /// With thickness a closed body behind it.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Plate {
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Thickness, m; 0 for a sheet.
     pub thickness_m: f64,
 }
 
+/// The plate in the registry.
 pub static KIND: Kind = Kind {
     name: "plate",
     summary: "flat rectangular plate",

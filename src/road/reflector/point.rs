@@ -2,6 +2,7 @@
 
 use super::kind::{Built, Kind, number};
 
+/// The point in the registry.
 pub static KIND: Kind = Kind {
     name: "point",
     summary: "isotropic point scatterer",

@@ -12,10 +12,13 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+/// Whether a rail has posts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Posts {
+    /// With posts.
     Yes,
+    /// Without posts.
     No,
 }
 
@@ -23,15 +26,21 @@ pub enum Posts {
 /// beam and each post a closed body.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct GuardRail {
+    /// Length, m.
     pub length_m: f64,
     /// Upper edge of the beam over the ground.
     pub height_m: f64,
+    /// Distance from post to post, m.
     pub spacing_m: f64,
+    /// Whether there are posts.
     pub posts: Posts,
+    /// Thickness of the metal, m; 0 for sheets.
     pub thickness_m: f64,
+    /// How far facets may lie off curves, m.
     pub sagitta_m: f64,
 }
 
+/// The rail in the registry.
 pub static RAIL_KIND: Kind = Kind {
     name: "guard-rail",
     summary: "W-beam guard rail on posts",
@@ -112,12 +121,17 @@ const POST_M: [f64; 2] = [0.10, 0.06];
 /// A post of U section alone.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct GuardPost {
+    /// Width, m.
     pub width_m: f64,
+    /// Depth, m.
     pub depth_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Thickness of the metal, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
+/// The post in the registry.
 pub static POST_KIND: Kind = Kind {
     name: "guard-post",
     summary: "guard rail post of U section",
@@ -143,13 +157,19 @@ impl Builder for GuardPost {
 /// A kerb stone: a closed prism along y whose upper front edge is rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Kerb {
+    /// Length, m.
     pub length_m: f64,
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Radius of the upper front edge, m.
     pub edge_radius_m: f64,
+    /// How far facets may lie off the edge's arc, m.
     pub sagitta_m: f64,
 }
 
+/// The kerb in the registry.
 pub static KERB_KIND: Kind = Kind {
     name: "kerb",
     summary: "kerb stone with a rounded edge",
@@ -226,25 +246,34 @@ impl Builder for Kerb {
     }
 }
 
+/// What sign a pole bears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sign {
+    /// A round one.
     Round,
+    /// None.
     None,
 }
 
 /// A round pole, with a round sign before its upper end or without: closed bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct SignPole {
+    /// Radius of the pole, m.
     pub radius_m: f64,
+    /// Height of the pole, m.
     pub height_m: f64,
+    /// What it bears.
     pub sign: Sign,
     /// Its diameter.
     pub sign_m: f64,
+    /// Thickness of the sign, m.
     pub sign_thickness_m: f64,
+    /// How far facets may lie off curves, m.
     pub sagitta_m: f64,
 }
 
+/// The pole in the registry.
 pub static POLE_KIND: Kind = Kind {
     name: "sign-pole",
     summary: "round pole with a round sign",

@@ -14,11 +14,13 @@ use std::collections::HashMap;
 /// few facets (`geom::curved`).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Sphere {
+    /// Radius, m.
     pub radius_m: f64,
     /// Greatest depth of a facet below the sphere through its corners.
     pub sagitta_m: f64,
 }
 
+/// The sphere in the registry.
 pub static KIND: Kind = Kind {
     name: "sphere",
     summary: "sphere",

@@ -11,20 +11,25 @@ use serde::Deserialize;
 /// optics on boresight: 4 pi leg⁴ / (3 lambda²). With thickness a closed body behind the faces.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Trihedral {
+    /// Length of an edge at the apex, m.
     pub leg_m: f64,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
 /// The same with square faces: 6 triangles; 12 pi leg⁴ / lambda².
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct SquareTrihedral {
+    /// Length of an edge at the apex, m.
     pub leg_m: f64,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
 }
 
 const POSE: &str = "apex at the origin, one face horizontal, symmetry axis above +x";
 const PARAMS: &[Param] = &[length("leg_m", 0.1, "length of each of the three inner edges"), thickness(0.0)];
 
+/// The triangular trihedral in the registry.
 pub static KIND: Kind = Kind {
     name: "trihedral",
     summary: "corner of three triangular plates",
@@ -34,6 +39,7 @@ pub static KIND: Kind = Kind {
     ..kind_of::<Trihedral>()
 };
 
+/// The square trihedral in the registry.
 pub static SQUARE_KIND: Kind = Kind {
     name: "square-trihedral",
     summary: "corner of three square plates",

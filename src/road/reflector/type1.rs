@@ -12,6 +12,7 @@ use glam::{DQuat, DVec3};
 use serde::Deserialize;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
+/// Outline of the standing plates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PlateShape {
@@ -34,12 +35,19 @@ pub enum PlateShape {
 /// where the sheet was, the metal behind and below them.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type1 {
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Length of the bottom plate beyond the triangle, m.
     pub length_m: f64,
+    /// Lean of the standing plates away from the radar, degrees.
     pub slant_deg: f64,
+    /// Outline of the standing plates.
     pub plates: PlateShape,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
+    /// Tilt of the whole about its front edge, degrees.
     pub raise_deg: f64,
 }
 
@@ -82,6 +90,7 @@ const fn slant(default: f64) -> Param {
     number("slant_deg", default, -45.0, 45.0, "lean of the standing plates away from the radar")
 }
 
+/// Type 1 in the registry.
 pub static KIND: Kind = Kind {
     name: "type1",
     summary: "low-profile asymmetrical trihedral for road markings",
@@ -90,6 +99,7 @@ pub static KIND: Kind = Kind {
     ..kind_of::<Filled>()
 };
 
+/// Type 2 in the registry.
 pub static TYPE2_KIND: Kind = Kind {
     name: "type2",
     summary: "type1 with slanted standing plates",
@@ -212,6 +222,7 @@ impl Builder for Type1 {
 /// Type 1 with its corner filled (Feng 2019, figure 4.15a) and let into the road.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Filled {
+    /// The reflector that is filled.
     #[serde(flatten)]
     pub reflector: Type1,
     /// Material, or "none".

@@ -15,26 +15,35 @@ use serde::Deserialize;
 /// Each is a geodesic sphere; they share one tessellation.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type3 {
+    /// Width of the footprint, m.
     pub width_m: f64,
+    /// Length of the footprint, m.
     pub length_m: f64,
+    /// Diameter of a ball, m.
     pub ball_m: f64,
+    /// Distance from ball to ball, m.
     pub pitch_m: f64,
+    /// How balls are packed.
     pub packing: Packing,
     /// Of the random packing.
     pub seed: u32,
+    /// How far facets may lie off the balls, m.
     pub sagitta_m: f64,
 }
 
+/// How balls are packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
     /// Rows across the boresight, every other one set off by half a pitch.
     Hexagonal,
+    /// In a square lattice.
     Square,
     /// Thrown one after the other, kept where no earlier one is nearer than the pitch.
     Random,
 }
 
+/// Type 3 in the registry.
 pub static KIND: Kind = Kind {
     name: "type3",
     summary: "metal balls on the footprint of a type1",

@@ -8,6 +8,7 @@ use crate::scene::Mesh;
 use glam::DVec3;
 use serde::Deserialize;
 
+/// To which side the plate bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Curve {
@@ -23,16 +24,25 @@ pub enum Curve {
 /// same width and length. The arc's corners lie on the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Type4 {
+    /// Width, m.
     pub width_m: f64,
+    /// Height, m.
     pub height_m: f64,
+    /// Length of the bottom plate beyond the triangle, m.
     pub length_m: f64,
+    /// Radius of the arc, m.
     pub radius_m: f64,
+    /// To which side the plate bends.
     pub curve: Curve,
+    /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
+    /// Tilt of the whole about its front edge, degrees.
     pub raise_deg: f64,
+    /// How far facets may lie off the arc, m.
     pub sagitta_m: f64,
 }
 
+/// Type 4 in the registry.
 pub static KIND: Kind = Kind {
     name: "type4",
     summary: "type1 with one curved standing plate",

@@ -39,7 +39,9 @@ pub enum Kind {
     Truck,
     /// Tractor and semi-trailer.
     SemiTrailer,
+    /// A motorcycle with its rider.
     Motorcycle,
+    /// A bicycle with its rider.
     Cyclist,
     /// An adult who walks, of 1.75 m.
     Pedestrian,
@@ -48,6 +50,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All kinds.
     pub const ALL: [Kind; 10] = [
         Kind::Sedan,
         Kind::Hatchback,
@@ -61,6 +64,7 @@ impl Kind {
         Kind::Child,
     ];
 
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         self.words().0
     }
@@ -109,13 +113,16 @@ impl FromStr for Kind {
 /// A vehicle or person.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
+    /// What it is.
     pub kind: Kind,
+    /// Its rigid parts.
     pub parts: Vec<Part>,
     /// What the parts' meshes index.
     pub materials: Vec<Material>,
 }
 
 impl Body {
+    /// Triangles of all parts.
     pub fn triangle_count(&self) -> usize {
         self.parts.iter().map(|p| p.mesh.triangles.len()).sum()
     }

@@ -7,9 +7,11 @@ use glam::{DQuat, DVec3};
 /// A hinge; place and axis in the frame that it hangs on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
+    /// A place on the axis, m.
     pub at_m: DVec3,
     /// Unit vector.
     pub axis: DVec3,
+    /// How the angle runs with time.
     pub turn: Turn,
 }
 
@@ -23,6 +25,7 @@ impl Joint {
 /// Where a part is in its body's frame, and how it moves there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartMotion {
+    /// The part's frame in the body's.
     pub pose: Pose<Target, Target>,
     /// Of the part's origin, in the body's frame and axes, m/s; the body's own velocity comes on top.
     pub velocity_mps: DVec3,

@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 /// A rigid part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
+    /// Name of the part.
     pub name: String,
     /// Added to the class of the body with a dot; empty for the body itself.
     pub suffix: &'static str,
@@ -43,6 +44,7 @@ impl Part {
         motion::follow(&self.pose, &self.joints, speed_mps, time_s)
     }
 
+    /// Whether it moves in its body.
     pub fn moves(&self) -> bool {
         !self.joints.is_empty()
     }
@@ -52,9 +54,11 @@ impl Part {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Paint {
+    /// Steel.
     Steel,
     /// Windows: what is behind them is not followed.
     Glass,
+    /// Aluminium.
     Aluminium,
     /// 3 mm of unfilled polypropylene over the cross member of a bumper.
     Bumper,

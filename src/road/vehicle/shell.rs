@@ -10,10 +10,13 @@ use glam::{DVec2, DVec3};
 /// into each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
+    /// Height, m.
     pub z: f64,
     /// x of the foremost and of the rearmost point.
     pub front: f64,
+    /// Rear end, m.
     pub rear: f64,
+    /// Half the width, m.
     pub half_width: f64,
     /// Radii of the arcs: front, rear, side, front corners, rear corners.
     pub radii: [f64; 5],
@@ -29,8 +32,11 @@ impl Level {
 /// Levels `from` to `to` are one smooth surface; between bands there is a crease.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
+    /// First level.
     pub from: usize,
+    /// Last level.
     pub to: usize,
+    /// Rows of facets between them.
     pub rows: usize,
 }
 
@@ -38,9 +44,13 @@ pub struct Band {
 /// side and up to `top_m` over the road; and its inner wall's y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arch {
+    /// Place of the axle, m.
     pub x_m: f64,
+    /// Half the length, m.
     pub half_m: f64,
+    /// Height, m.
     pub top_m: f64,
+    /// The inner wall's y, m.
     pub inner_y_m: f64,
 }
 
@@ -48,13 +58,19 @@ pub struct Arch {
 /// band, depth, and how much of the outline is left at the bottom of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recess {
+    /// Whether it is in the rear end.
     pub rear: bool,
+    /// Columns from and to.
     pub columns: (usize, usize),
+    /// Rows from and to.
     pub rows: (usize, usize),
+    /// Depth, m.
     pub depth_m: f64,
+    /// Share of the outline that is left at the bottom.
     pub narrowing: f64,
     /// 0 is a flat bottom, 1 a bowl.
     pub bowl: f64,
+    /// Material of the bottom.
     pub material: u32,
 }
 
@@ -62,14 +78,21 @@ pub struct Recess {
 /// corner, 2..3 the side, 3..4 the rear corner, 4..5 the rear arc.
 pub type Zone<'a> = &'a dyn Fn(usize, f64, f64) -> u32;
 
+/// All that makes a shell.
 pub struct Shell<'a> {
+    /// Levels from the floor up.
     pub levels: &'a [Level],
+    /// Smooth parts of the surface.
     pub bands: &'a [Band],
+    /// Wheel houses.
     pub arches: &'a [Arch],
+    /// Pressed rectangles.
     pub recesses: &'a [Recess],
     /// Material of a cell: band, place along the outline, height.
     pub zone: Zone<'a>,
+    /// Material of the floor.
     pub floor: u32,
+    /// Material of the wheel houses.
     pub wheel_house: u32,
 }
 

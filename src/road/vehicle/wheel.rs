@@ -8,14 +8,20 @@ use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::TAU;
 
+/// A wheel's dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wheel {
+    /// Radius, m.
     pub radius_m: f64,
+    /// Width, m.
     pub width_m: f64,
     /// Of the rim, where the tyre sits on it.
     pub rim_m: f64,
+    /// Number of spokes.
     pub spokes: usize,
+    /// Facets around.
     pub segments: usize,
+    /// Paint of the rim.
     pub rim: Paint,
 }
 

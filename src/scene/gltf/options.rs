@@ -54,6 +54,7 @@ pub struct ImportOptions {
     pub unit_m: f64,
     /// Somebody has said that unit: no size is then doubted.
     pub unit_given: bool,
+    /// Which axis of the file points up.
     pub up: Up,
     /// Somebody has said it.
     pub up_given: bool,
@@ -61,6 +62,7 @@ pub struct ImportOptions {
     pub default_material: Option<String>,
     /// (material of the file, table name).
     pub material_map: Vec<(String, String)>,
+    /// What is made of animations.
     pub animations: Animations,
 }
 

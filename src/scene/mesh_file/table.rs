@@ -11,10 +11,15 @@ use std::path::Path;
 
 /// The keys about a mesh file, wherever they stand.
 pub struct ImportTable<'a> {
+    /// Unit of the file's lengths.
     pub unit: &'a Option<At<String>>,
+    /// Which axis of the file points up.
     pub up: &'a Option<At<String>>,
+    /// What is made of animations.
     pub animation: &'a Option<At<String>>,
+    /// Material of what has none.
     pub default_material: &'a Option<At<String>>,
+    /// Materials by the names in the file.
     pub materials: &'a BTreeMap<String, At<String>>,
 }
 

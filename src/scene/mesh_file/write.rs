@@ -11,7 +11,9 @@ use std::path::Path;
 /// A file's bytes, and what it does not say.
 #[derive(Debug)]
 pub struct Written {
+    /// The file.
     pub bytes: Vec<u8>,
+    /// What it does not say, one remark a line.
     pub notes: Vec<String>,
 }
 

@@ -628,10 +628,9 @@ fn examples_run_where_they_are_written() {
     }
     for file in of("recipes") {
         let text = std::fs::read_to_string(&file).unwrap();
-        if text.contains("scenes = ") {
-            if let Err(e) = catseye_io::recipe::Recipe::parse(&file, &text, None) {
-                assert!(!cfg!(feature = "zarr") && e.to_string().contains("--features zarr"), "{e}");
-            }
+        let read = text.contains("scenes = ").then(|| catseye_io::recipe::Recipe::parse(&file, &text, None));
+        if let Some(Err(e)) = read {
+            assert!(!cfg!(feature = "zarr") && e.to_string().contains("--features zarr"), "{e}");
         }
     }
     for file in of("lane") {

@@ -14,7 +14,9 @@ pub const BELOW_PEAK_DB: f64 = 30.0;
 
 /// A reflector and the directions it is seen from.
 pub struct Sweep {
+    /// The reflector with its parameters.
     pub spec: &'static str,
+    /// Directions to the radar.
     pub aspects: Vec<Aspect>,
     /// Rays per wavelength of the grid, and of a denser one.
     reference: [f64; 2],
@@ -68,6 +70,7 @@ impl Sweep {
         Reflector::parse(self.spec)?.to_scene(&material::by_name)
     }
 
+    /// The directions, sending and receiving in one.
     pub fn looks(&self) -> Vec<BistaticAspect> {
         self.aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect()
     }

@@ -28,14 +28,23 @@ const LOOPS_COMPARED: usize = 16;
 
 /// Scene, radar and geometry of W3.
 pub struct Frame {
+    /// The road.
     pub scene: Scene,
+    /// The radar.
     pub radar: Radar,
+    /// The road at the time of the frame.
     pub geometry: Geometry,
+    /// Pose of the radar in the world.
     pub pose: Pose<Sensor, World>,
+    /// Velocity of the radar in the world, m/s.
     pub ego_mps: DVec3,
 }
 
 impl Frame {
+    /// The frame at rest or moving.
+    ///
+    /// # Errors
+    /// A scene or radar that cannot be made.
     pub fn new(moving: bool) -> Result<Frame> {
         let scene = w3::w3(moving, &material::by_name)?;
         let mut radar = radar_toml::preset("front77")?;
@@ -50,6 +59,7 @@ impl Frame {
         })
     }
 
+    /// The echoes of the frame at an accuracy in dB.
     pub fn echoes(&self, engine: &Engine, accuracy_db: f64) -> Echoes {
         let options =
             TraceOptions { accuracy_db, bandwidth_hz: self.radar.bandwidth_hz(), ..Default::default() };

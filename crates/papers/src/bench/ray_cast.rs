@@ -86,6 +86,10 @@ pub struct Caster<'a> {
 }
 
 impl<'a> Caster<'a> {
+    /// A caster on an engine.
+    ///
+    /// # Errors
+    /// A GPU that cannot hold the terrain.
     pub fn new(engine: &'a Engine, geometry: &'a Geometry) -> Result<Caster<'a>> {
         let arrays = GeometryArrays::new(geometry)?;
         let tree = match engine {

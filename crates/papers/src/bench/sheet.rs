@@ -23,6 +23,7 @@ pub const WORKLOADS: [(&str, &str); 8] = [
 pub struct Settings {
     /// Fewer directions and rays.
     pub quick: bool,
+    /// Seed of all draws.
     pub seed: u64,
 }
 
@@ -30,8 +31,11 @@ pub struct Settings {
 /// [`RUNS`] after one that warms up.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
+    /// Name of the stage.
     pub name: &'static str,
+    /// Median of the runs, s.
     pub seconds: f64,
+    /// Number of runs.
     pub runs: usize,
 }
 
@@ -44,16 +48,23 @@ pub const RUNS: usize = 3;
 /// What one workload took and how good its result is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
+    /// Name of the workload.
     pub workload: &'static str,
+    /// What it is.
     pub title: &'static str,
+    /// The engine that ran it.
     pub device: EngineReport,
+    /// Seconds of its stages.
     pub stages: Vec<Stage>,
     /// Of the stages that make up the workload.
     pub total_seconds: f64,
     /// `total_seconds` times the threads; None on a hardware GPU.
     pub core_seconds: Option<f64>,
+    /// Counts, by name.
     pub counts: Map<String, Value>,
+    /// How good the result is, by name.
     pub accuracy: Map<String, Value>,
+    /// Remarks, one a line.
     pub notes: Vec<String>,
 }
 

@@ -45,6 +45,7 @@ pub struct StudyFile {
     /// map), the third makes panels.
     #[serde(default)]
     pub sweep: Vec<SweepTable>,
+    /// How cross sections are solved.
     #[serde(default)]
     pub solver: SolverTable,
     /// How targets that are files are read.
@@ -56,6 +57,7 @@ pub struct StudyFile {
     /// Radars on the vehicle; a marker counts as seen when one of them sees it. Default: one.
     #[serde(default)]
     pub mount: Vec<MountTable>,
+    /// What is drawn.
     #[serde(default)]
     pub picture: PictureTable,
     /// Statements to compare with.
@@ -66,6 +68,7 @@ pub struct StudyFile {
     pub search: Option<SearchTable>,
 }
 
+/// A parameter that varies: its values, or start, stop and step.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepTable {
@@ -74,8 +77,10 @@ pub struct SweepTable {
     /// First value of a grid; the last is `stop`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<At<f64>>,
+    /// Last value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<At<f64>>,
+    /// Distance from value to value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<At<f64>>,
     /// Instead of a grid: the values.
@@ -133,6 +138,7 @@ fn tenth() -> At<f64> {
     0.1.into()
 }
 
+/// How cross sections are solved.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {
@@ -161,19 +167,25 @@ impl Default for SolverTable {
     }
 }
 
+/// Which bounces radiate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ConventionName {
+    /// All of them.
     #[default]
     Every,
+    /// The last of a chain.
     Last,
 }
 
+/// What is added at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DiffractionName {
+    /// Nothing.
     #[default]
     None,
+    /// The physical theory of diffraction.
     Ptd,
 }
 
@@ -183,6 +195,7 @@ pub enum DiffractionName {
 pub struct DetectionTable {
     /// Preset or radar file: antenna patterns, and for the radar equation everything else.
     pub radar: At<String>,
+    /// How magnitudes are had.
     pub method: MethodName,
     /// Cross section of the reference.
     pub reference_rcs_dbsm: At<f64>,
@@ -212,19 +225,24 @@ pub struct DetectionTable {
     pub ground_beam_deg: Option<At<f64>>,
 }
 
+/// How the magnitudes of sigma_min are had.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
+    /// From a measured curve.
     Measured,
+    /// From the radar equation.
     RadarEquation,
 }
 
+/// A radar beside the others on the vehicle.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MountTable {
     /// From the place that the parameters name.
     #[serde(default)]
     pub forward_m: At<f64>,
+    /// To the left of the vehicle's middle, m.
     #[serde(default)]
     pub left_m: At<f64>,
     /// Added to radar_azimuth_deg; positive left.
@@ -239,10 +257,12 @@ pub struct MountTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactTable {
+    /// What the document states.
     pub text: String,
     /// The document's number, or its words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub document: Option<At<Value>>,
+    /// Unit of the number.
     #[serde(default)]
     pub unit: String,
     /// How ours is had.

@@ -13,15 +13,20 @@ use std::collections::HashMap;
 /// One quantity over the axes, row-major, the last axis fastest. NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
+    /// Name of the quantity.
     pub name: String,
+    /// Label in pictures, with the unit.
     pub label: String,
+    /// Values over the axes.
     pub values: Vec<f64>,
 }
 
 /// What a study gives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
+    /// The axes that are left.
     pub axes: Vec<Sweep>,
+    /// The quantities.
     pub fields: Vec<Field>,
     /// Different cross sections that were solved.
     pub solved: usize,
@@ -86,7 +91,9 @@ enum PointCase {
 /// The points of a study and the different cases behind them.
 pub struct Work {
     points: Vec<Point>,
+    /// Different cases, each solved once.
     pub cases: Vec<Case>,
+    /// What the cases look at.
     pub sources: Sources,
 }
 
@@ -225,6 +232,7 @@ impl Point {
 }
 
 impl Outcome {
+    /// Lengths of the axes.
     pub fn shape(&self) -> Vec<usize> {
         self.axes.iter().map(|a| a.values.len()).collect()
     }

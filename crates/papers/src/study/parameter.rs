@@ -9,7 +9,9 @@ use std::fmt;
 /// A parameter's value: a number, or a word such as a material's name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
+    /// A number.
     Number(f64),
+    /// A word.
     Word(String),
 }
 
@@ -80,16 +82,25 @@ impl schemars::JsonSchema for Value {
 
 /// One row of [`PARAMETERS`].
 pub struct Parameter {
+    /// Name, with the unit at its end.
     pub name: &'static str,
     /// For axes and the help text, with the unit.
     pub label: &'static str,
+    /// What values it takes.
     pub kind: Kind,
 }
 
+/// What values a parameter takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A number in `min..=max`.
-    Number { min: f64, max: f64 },
+    /// Numbers.
+    Number {
+        /// Least value.
+        min: f64,
+        /// Largest value.
+        max: f64,
+    },
     /// One of the words.
     Choice(&'static [&'static str]),
     /// Any word; whoever takes it checks it.
@@ -142,6 +153,7 @@ pub static PARAMETERS: [Parameter; 27] = [
 /// `target.NAME`: the reflector's own parameter NAME.
 pub const TARGET_PREFIX: &str = "target.";
 
+/// The parameter of this name.
 pub fn find(name: &str) -> Option<&'static Parameter> {
     PARAMETERS.iter().find(|p| p.name == name)
 }

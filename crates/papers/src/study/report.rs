@@ -13,7 +13,9 @@ use std::fmt::{Display, Write};
 /// What one study gave.
 #[derive(Debug, Clone)]
 pub enum StudyResult {
+    /// Quantities over axes.
     Table(Outcome),
+    /// The best designs over what costs.
     Front(Vec<Design>),
 }
 

@@ -18,8 +18,11 @@ use std::path::{Path, PathBuf};
 /// Draws what a study gave as PNG bytes.
 pub type Picture<'a> = &'a dyn Fn(&Study, &StudyResult) -> Result<Vec<u8>>;
 
+/// How to run studies.
 pub struct RunOptions<'a> {
+    /// Whether results that stand are replaced.
     pub force: bool,
+    /// What draws a study's picture.
     pub picture: Picture<'a>,
     /// Called with (study, newly done, of all); sizes are known once newly done is 0.
     pub progress: &'a (dyn Fn(&Study, u64, u64) + Sync),
@@ -28,11 +31,15 @@ pub struct RunOptions<'a> {
 /// What one study left.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct StudyReport {
+    /// Name of the study.
     pub name: String,
+    /// Title of the study.
     pub title: String,
+    /// What it is set beside.
     pub reference: String,
     /// Names in the folder.
     pub files: Vec<String>,
+    /// Its facts with our numbers.
     pub facts: Vec<Comparison>,
     /// The front of a design search.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,9 +49,12 @@ pub struct StudyReport {
     pub error: Option<String>,
 }
 
+/// What a run left.
 #[derive(Debug, serde::Serialize)]
 pub struct RunReport {
+    /// Folder of the results.
     pub folder: PathBuf,
+    /// One report a study.
     pub studies: Vec<StudyReport>,
     /// The first study that did not run.
     #[serde(skip)]

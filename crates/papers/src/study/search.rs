@@ -20,6 +20,7 @@ use std::cell::RefCell;
 /// The best design for one value of the parameter that costs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Design {
+    /// Value of the parameter that costs.
     pub cost: f64,
     /// One for each limit, in its order.
     pub parameters: Vec<f64>,

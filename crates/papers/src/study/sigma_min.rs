@@ -25,15 +25,20 @@ use std::f64::consts::PI;
 /// How the magnitudes are had.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Magnitudes {
+    /// From a measured curve.
     Measured {
+        /// Magnitude of the reference over range.
         reference: Curve,
+        /// Magnitude of the noise, dB.
         noise_db: f64,
         /// (range in m, dB), ascending.
         ground: Option<Vec<[f64; 2]>>,
     },
+    /// From the radar equation.
     RadarEquation {
         /// Noise in a cell of the map, dBm.
         noise_dbm: f64,
+        /// The ground's clutter, where it counts.
         ground: Option<GroundClutter>,
     },
 }
@@ -48,6 +53,7 @@ pub enum Curve {
 }
 
 impl Curve {
+    /// Value at a range, dB.
     pub fn at(&self, range_m: f64) -> f64 {
         match self {
             Curve::Fits(f) => {
@@ -75,16 +81,22 @@ fn interpolated(points: &[[f64; 2]], range_m: f64) -> f64 {
 /// A patch of road: radar cross section per area times range times beam width times cell depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundClutter {
+    /// Backscatter per area, dB.
     pub sigma0_db: f64,
+    /// Width of the beam, rad.
     pub beam_rad: f64,
+    /// Depth of a range cell, m.
     pub cell_m: f64,
 }
 
 /// Everything that sigma_min needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
+    /// The radar.
     pub radar: Radar,
+    /// How the magnitudes are had.
     pub magnitudes: Magnitudes,
+    /// Cross section of the reference, dBsm.
     pub reference_dbsm: f64,
     /// Height of the reference above the radar that saw it.
     pub reference_rise_m: f64,

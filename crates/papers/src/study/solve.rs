@@ -25,14 +25,18 @@ use std::path::{Path, PathBuf};
 pub enum Source {
     /// Index into [`Sources::scenes`].
     Scene(usize),
+    /// A marking of metal spheres.
     SphereMarking(SphereMarking),
 }
 
 /// Metal spheres spread over a marking, their powers added (Feng 2019, section 3.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphereMarking {
+    /// Radius of a sphere, m.
     pub radius_m: f64,
+    /// Width of the marking, m.
     pub width_m: f64,
+    /// Length of the marking, m.
     pub length_m: f64,
     /// Only the share sin(elevation) that does not stand in the shadow of others.
     pub lit_only: bool,
@@ -71,6 +75,7 @@ impl SphereMarking {
 pub struct SceneSource {
     /// The target as text, for tables.
     pub spec: String,
+    /// Tilt that the scene was built with, rad.
     pub raise_rad: f64,
     /// Decides on the scene: the spec, or the checksum of a file.
     identity: String,
@@ -84,6 +89,7 @@ pub struct SceneSource {
 pub struct Sources {
     folder: PathBuf,
     import: ImportOptions,
+    /// The scenes.
     pub scenes: Vec<SceneSource>,
     index: HashMap<String, usize>,
 }
@@ -200,15 +206,22 @@ fn raise(scene: &mut Scene, angle: f64) {
 /// One cross section that is needed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
+    /// Index of the scene.
     pub scene: usize,
+    /// Frequency, Hz.
     pub frequency_hz: f64,
+    /// Material of the ground, or empty.
     pub ground: String,
+    /// Azimuth of the radar, rad.
     pub azimuth: f64,
+    /// Elevation of the radar, rad.
     pub elevation: f64,
+    /// Distance of the radar, m; infinite for plane waves.
     pub range_m: f64,
 }
 
 impl Case {
+    /// The case of a scene in a view.
     pub fn new(scene: usize, frequency_hz: f64, ground: &str, view: &View) -> Self {
         Case {
             scene,
@@ -237,6 +250,7 @@ type Batch = Vec<usize>;
 
 /// Where finished work is kept, and what its identity starts with.
 pub struct Cache<'a> {
+    /// Folder of what is kept.
     pub folder: &'a Path,
     /// Program, engine and solver.
     pub prefix: String,

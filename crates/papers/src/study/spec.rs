@@ -14,6 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+/// How an axis is taken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reduce {
@@ -21,7 +22,9 @@ pub enum Reduce {
     MeanDb,
     /// Mean of the powers, in decibels.
     MeanPower,
+    /// By the largest value.
     Maximum,
+    /// By the smallest value.
     Minimum,
     /// Of margin_db over a distance: the largest at which it is not negative.
     DetectionRange,
@@ -29,22 +32,29 @@ pub enum Reduce {
     UnbrokenRange,
 }
 
+/// What is drawn of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PictureKind {
+    /// Curves.
     #[default]
     Curves,
+    /// A map.
     Map,
 }
 
 /// A parameter that varies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
+    /// Name of the parameter.
     pub parameter: String,
+    /// Label in pictures, with the unit.
     pub label: String,
+    /// Its values.
     pub values: Vec<Value>,
     /// One for each value.
     pub names: Vec<String>,
+    /// How the axis is taken away; None where it stays.
     pub reduce: Option<Reduce>,
 }
 
@@ -64,6 +74,7 @@ fn two() -> At<usize> {
     2.into()
 }
 
+/// What is drawn.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PictureTable {
@@ -88,6 +99,7 @@ impl Default for PictureTable {
 }
 
 impl PictureTable {
+    /// Ends of the values' axis, where they are set.
     pub fn limits(&self) -> Option<[f64; 2]> {
         self.limits.as_ref().map(|l| l.value)
     }
@@ -96,27 +108,45 @@ impl PictureTable {
 /// A checked study.
 #[derive(Debug, Clone)]
 pub struct Study {
+    /// Name of the study.
     pub name: String,
+    /// Title of the study.
     pub title: String,
+    /// What it is set beside.
     pub reference: String,
+    /// A remark for the report.
     pub note: String,
+    /// What is computed.
     pub quantities: Vec<Quantity>,
+    /// Parameters that do not vary.
     pub fixed: Values,
+    /// Parameters that vary.
     pub sweeps: Vec<Sweep>,
+    /// What distances are measured along.
     pub place: ViewKind,
+    /// Radars on the vehicle.
     pub mounts: Vec<Mount>,
+    /// Most facets met by one beam.
     pub bounces: usize,
+    /// Error that curved bodies and finite ranges may have, dB.
     pub accuracy_db: f64,
+    /// Which bounces radiate.
     pub convention: Convention,
+    /// What is added at edges.
     pub diffraction: Diffraction,
     /// Of targets that are files.
     pub import: ImportOptions,
+    /// What the least detectable cross section needs.
     pub detection: Option<Detection>,
+    /// What is drawn.
     pub picture: PictureTable,
+    /// Statements of a document.
     pub facts: Vec<Fact>,
+    /// The search, where designs are sought.
     pub search: Option<SearchTable>,
     /// Grids have a quarter of their steps.
     pub quick: bool,
+    /// The study's file.
     pub file: PathBuf,
     /// The text of the file.
     pub source: String,
@@ -135,6 +165,7 @@ impl Study {
         values
     }
 
+    /// Number of points over all axes.
     pub fn points(&self) -> usize {
         self.sweeps.iter().map(|s| s.values.len()).product()
     }
@@ -204,14 +235,18 @@ pub enum Quantity {
     Margin,
     /// Of the radar seen from the marker.
     ViewAzimuth,
+    /// Elevation of the radar seen from the marker.
     ViewElevation,
+    /// Distance of the radar from the marker.
     ViewRange,
     /// Of one metal ball.
     BallRcs,
+    /// Number of metal balls.
     BallCount,
 }
 
 impl Quantity {
+    /// All quantities in the order of their names.
     pub const ALL: [Quantity; 8] = [
         Quantity::Rcs,
         Quantity::SigmaMin,
@@ -242,6 +277,7 @@ impl Quantity {
         self.words().0
     }
 
+    /// The quantity of this name.
     pub fn by_name(name: &str) -> Option<Quantity> {
         Quantity::ALL.into_iter().find(|q| q.name() == name)
     }
@@ -251,10 +287,12 @@ impl Quantity {
         self.words().1
     }
 
+    /// Whether cross sections are needed for it.
     pub fn needs_rcs(self) -> bool {
         matches!(self, Quantity::Rcs | Quantity::Margin | Quantity::BallRcs | Quantity::BallCount)
     }
 
+    /// Whether a table `[detection]` is needed for it.
     pub fn needs_detection(self) -> bool {
         matches!(self, Quantity::SigmaMin | Quantity::Margin)
     }
@@ -275,6 +313,7 @@ pub enum Goal {
 }
 
 impl Goal {
+    /// Whether a table `[detection]` is needed for it.
     pub fn needs_detection(self) -> bool {
         self != Goal::LeastRcs
     }
@@ -291,20 +330,26 @@ impl Goal {
         }
     }
 
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         self.words().0
     }
 
+    /// Its label in pictures, with the unit.
     pub fn label(self) -> &'static str {
         self.words().1
     }
 }
 
+/// A parameter that is sought, with its limits.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitTable {
+    /// Name of the parameter.
     pub name: At<String>,
+    /// Least value.
     pub min: At<f64>,
+    /// Largest value.
     pub max: At<f64>,
 }
 
@@ -316,12 +361,15 @@ fn forty() -> At<u64> {
     40.into()
 }
 
+/// What is sought.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchTable {
+    /// What is made large.
     pub goal: Goal,
     /// The parameter that costs; the best of the others is sought for each of its values.
     pub front: At<String>,
+    /// Values of the parameter that costs.
     pub front_values: At<Vec<f64>>,
     /// Parameters to search, each with its limits.
     pub parameter: Vec<LimitTable>,
@@ -331,6 +379,7 @@ pub struct SearchTable {
     /// Steps of the simplex from each start (default 40).
     #[serde(default = "forty")]
     pub steps: At<u64>,
+    /// Seed of the starts.
     #[serde(default)]
     pub seed: u64,
 }
@@ -341,9 +390,13 @@ pub struct SearchTable {
 pub enum FactKind {
     /// The one point.
     Value,
+    /// The largest value.
     Maximum,
+    /// The smallest value.
     Minimum,
+    /// The mean.
     Mean,
+    /// The median.
     Median,
     /// Greatest less least.
     Spread,
@@ -362,17 +415,24 @@ pub enum FactKind {
 /// One row of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
+    /// What the document states.
     pub text: String,
+    /// Its number or words, where it gives any.
     pub document: Option<Value>,
+    /// Unit of the number.
     pub unit: String,
+    /// How the number is taken.
     pub kind: FactKind,
     /// Index into the outcome's fields.
     pub quantity: usize,
     /// (axis, value or name).
     pub at: Vec<(usize, Value)>,
+    /// Axes and values of a point whose value is subtracted.
     pub minus: Vec<(usize, Value)>,
     /// (axis, limits).
     pub within: Vec<(usize, [f64; 2])>,
+    /// The level that a width or a place is taken at.
     pub level: Option<f64>,
+    /// Why ours differs, where it does.
     pub why: String,
 }

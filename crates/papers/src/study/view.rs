@@ -20,11 +20,16 @@ const HORIZONTAL: [&str; 1] = ["curve_radius_m"];
 /// Those of any road.
 const ROAD: [&str; 3] = ["radar_height_m", "radar_azimuth_deg", "radar_elevation_deg"];
 
+/// What distances are measured along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ViewKind {
+    /// The straight line between radar and marker.
     Direct,
+    /// A level road.
     Flat,
+    /// A road that changes its grade.
     Vertical,
+    /// A road that bends.
     Horizontal,
 }
 
@@ -85,9 +90,11 @@ impl ViewKind {
 pub struct Mount {
     /// Forward and to the left of the place that `radar_height_m` names.
     pub forward_m: f64,
+    /// To the left of the vehicle's middle, m.
     pub left_m: f64,
     /// Added to `radar_azimuth_deg` and `radar_elevation_deg`.
     pub azimuth_rad: f64,
+    /// Elevation of its boresight, rad.
     pub elevation_rad: f64,
 }
 
@@ -96,11 +103,13 @@ pub struct Mount {
 pub struct View {
     /// Of the radar seen from the marker, upright (not raised) frame, radians.
     pub azimuth: f64,
+    /// Elevation of the radar seen from the marker, rad.
     pub elevation: f64,
     /// Infinite for a plane wave.
     pub range_m: f64,
     /// Of the marker seen by the radar, radians.
     pub sensor_azimuth: f64,
+    /// Elevation of the marker seen from the radar's boresight, rad.
     pub sensor_elevation: f64,
 }
 
@@ -108,12 +117,16 @@ pub struct View {
 /// Lc = K |g1 - g2|, grades as ratios, K in metres for one percent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerticalCurve {
+    /// Grade at its beginning.
     pub grade_start: f64,
+    /// Grade at its end.
     pub grade_end: f64,
+    /// Length, m.
     pub length_m: f64,
 }
 
 impl VerticalCurve {
+    /// The curve between two grades in percent.
     pub fn new(start_percent: f64, end_percent: f64, k_m: f64) -> Self {
         VerticalCurve {
             grade_start: start_percent / 100.0,

@@ -43,7 +43,9 @@ const LAMP_CD: f64 = 18_000.0;
 pub struct Light {
     /// Across the sun's rays, lx.
     pub sun_lx: f64,
+    /// Azimuth of the sun.
     pub sun_azimuth_rad: f64,
+    /// Elevation of the sun.
     pub sun_elevation_rad: f64,
     /// On level ground from the sky alone, lx.
     pub sky_lx: f64,

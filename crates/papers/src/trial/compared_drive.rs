@@ -24,6 +24,7 @@ const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 /// A method as a comparison drives it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct MethodVariant {
+    /// The method.
     pub method: Method,
     /// Sensors and light, for a method that drives with several; empty otherwise.
     pub variant: String,
@@ -52,16 +53,20 @@ impl MethodVariant {
 
 /// A method on a drive.
 pub struct Driven {
+    /// The variant.
     pub variant: MethodVariant,
+    /// The method, ready to drive.
     pub method: ReadyMethod,
     /// What it was given, where that is wanted.
     pub looks: Vec<OwnedInput>,
+    /// Its looks.
     pub steps: Vec<Step>,
 }
 
 /// What all methods did on a drive.
 #[derive(Default)]
 pub struct ComparedDrive {
+    /// One entry a method.
     pub driven: Vec<Driven>,
     /// The methods that cannot take the scenario, and why.
     pub cannot: Vec<(MethodVariant, String)>,

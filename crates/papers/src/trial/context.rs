@@ -26,14 +26,17 @@ pub type Watch<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// What a trial is given.
 pub struct TrialContext<'a> {
+    /// The scenario.
     pub scenario: &'a Scenario,
     /// The scenario's file: names in its settings are relative to it.
     pub path: &'a Path,
+    /// The engine.
     pub engine: &'a Engine,
     /// How often the drive is made; run k has the scenario's seed plus k.
     pub runs: u32,
     /// Where finished frames are kept, so that an interrupted trial goes on; None: nowhere.
     pub keep: Option<PathBuf>,
+    /// Is told how many frames are done, of how many.
     pub watch: Watch<'a>,
 }
 

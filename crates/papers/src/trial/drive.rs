@@ -22,6 +22,7 @@ const WIDEST_LANE_M: f64 = 8.0;
 
 /// A scenario that is driven.
 pub struct Drive<'a> {
+    /// Scene and road.
     pub site: &'a Site,
     engine: &'a Engine,
     prepared: Prepared<'a>,
@@ -30,17 +31,23 @@ pub struct Drive<'a> {
 /// Where the vehicle is and how it moves, in the world's plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
+    /// Position, m.
     pub at_m: DVec2,
+    /// Heading, rad.
     pub heading_rad: f64,
+    /// Speed, m/s.
     pub speed_mps: f64,
+    /// Yaw rate, rad/s, positive to the left.
     pub yaw_rate_rad_per_s: f64,
 }
 
 impl Level {
+    /// A place of the world in the level frame, m.
     pub fn from_world(&self, p: DVec2) -> DVec2 {
         DVec2::from_angle(-self.heading_rad).rotate(p - self.at_m)
     }
 
+    /// A place of the level frame in the world, m.
     pub fn to_world(&self, p: DVec2) -> DVec2 {
         self.at_m + DVec2::from_angle(self.heading_rad).rotate(p)
     }
@@ -58,22 +65,27 @@ impl<'a> Drive<'a> {
         self.prepared.frame(self.engine, which, index, Control::default())
     }
 
+    /// The engine.
     pub fn engine(&self) -> &'a Engine {
         self.engine
     }
 
+    /// Number of frames.
     pub fn frames(&self) -> u32 {
         self.site.scenario.frames.count
     }
 
+    /// Time of a frame, s.
     pub fn time_s(&self, index: u32) -> f64 {
         self.site.scenario.frames.time_s(index)
     }
 
+    /// One of the radars.
     pub fn radar(&self, which: usize) -> &Radar {
         &self.site.scenario.radars[which]
     }
 
+    /// Where the vehicle is at a time.
     pub fn level(&self, time_s: f64) -> Level {
         level(&self.site.scenario.ego.at(time_s))
     }

@@ -34,6 +34,7 @@ pub struct MarkersJson {
     pub rate_error_mps: f64,
     /// Of the radar over the road, and ahead of the rear axle, m. Defaults 0.15 and 3.6.
     pub radar_height_m: f64,
+    /// Distance of the radar ahead of the rear axle, m.
     pub radar_ahead_m: f64,
     /// Whether lines are followed from look to look. Default true.
     pub track: bool,
@@ -60,20 +61,26 @@ impl Default for MarkersJson {
 pub struct UwbJson {
     /// Of the first sample of a scan, and from sample to sample, m.
     pub range_start_m: f64,
+    /// Distance from sample to sample, m.
     pub range_step_m: f64,
     /// Of the radar over the road, m, and its place on the vehicle.
     pub height_m: f64,
+    /// Place of the radar on the vehicle: forward, left, m.
     pub at_m: [f64; 2],
     /// left or right: the line that it looks at.
     pub side: String,
     /// Scans of the road without markers, from which background and threshold come: at least 20.
     pub quiet: Vec<Vec<f64>>,
+    /// Distance from plate to plate, m. Default 8.
     #[serde(default = "eight")]
     pub spacing_m: f64,
+    /// Length of a plate, m. Default 3.
     #[serde(default = "three")]
     pub plate_length_m: f64,
+    /// Width of the lane, m. Default 3.5.
     #[serde(default = "lane_width")]
     pub lane_width_m: f64,
+    /// Width of the vehicle, m. Default 1.9.
     #[serde(default = "car_width")]
     pub car_width_m: f64,
 }
@@ -103,11 +110,13 @@ pub struct HdMapJson {
     /// Of the radar on the vehicle, m, and its yaw.
     #[serde(default)]
     pub radar_at_m: [f64; 2],
+    /// Yaw of the radar on the vehicle, degrees.
     #[serde(default)]
     pub radar_yaw_deg: f64,
     /// Standard deviations of its place (m) and azimuth (deg) on the earth.
     #[serde(default)]
     pub place_std_m: f64,
+    /// Standard deviation of azimuths, degrees.
     #[serde(default)]
     pub azimuth_std_deg: f64,
 }
@@ -128,7 +137,9 @@ pub struct ScanJson {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignatureJson {
+    /// Scans of the drive that was mapped.
     pub scans: Vec<ScanJson>,
+    /// How the map is made.
     #[serde(default)]
     pub map: MapSettings,
     /// Scans in which a landmark was seen, at least.

@@ -15,12 +15,19 @@ use std::path::Path;
 pub struct LaneTable {
     /// How often the drive is made, each time with another seed. Default 1.
     pub runs: Option<u32>,
+    /// Settings of uwb.
     pub uwb: uwb::Settings,
+    /// Settings of markers.
     pub markers: markers::Settings,
+    /// Settings of range-doppler.
     pub range_doppler: range_doppler::Settings,
+    /// Settings of signature.
     pub signature: signature::Settings,
+    /// Settings of road-shape.
     pub road_shape: road_shape::Settings,
+    /// Settings of hd-map.
     pub hd_map: hd_map::Settings,
+    /// Settings of camera-fusion.
     pub camera_fusion: camera_fusion::Settings,
 }
 

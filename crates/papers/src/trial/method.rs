@@ -24,6 +24,7 @@ pub enum Method {
 }
 
 impl Method {
+    /// All methods in the order in which they are listed.
     pub const ALL: [Method; 7] = [
         Method::Uwb,
         Method::Markers,
@@ -34,6 +35,7 @@ impl Method {
         Method::CameraFusion,
     ];
 
+    /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Method::Uwb => "uwb",

@@ -50,7 +50,9 @@ pub enum Finds {
 
 /// A method that is ready to drive.
 pub struct ReadyMethod {
+    /// The estimator.
     pub estimator: Box<dyn LaneEstimator + Send>,
+    /// What it is to find.
     pub finds: Finds,
     /// Radar whose frames it takes.
     pub radar: Option<usize>,
@@ -58,6 +60,7 @@ pub struct ReadyMethod {
     pub points: bool,
     /// Tracks of what moves, from that radar.
     pub tracks: bool,
+    /// What else the vehicle senses for it.
     pub sense: Option<Sense>,
 }
 

@@ -18,9 +18,13 @@ use std::path::Path;
 pub struct Step {
     /// Number of the run; runs differ in their seed.
     pub run: u32,
+    /// Number of the frame.
     pub frame: u32,
+    /// What the method said.
     pub estimate: LaneEstimate,
+    /// What is true.
     pub truth: TrueLanes,
+    /// How good it was.
     pub score: Score,
     /// That the estimator took; not part of what is reproducible.
     pub seconds: f64,
@@ -37,7 +41,9 @@ impl Step {
 /// One figure of the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
+    /// What the figure is.
     pub quantity: String,
+    /// Its unit.
     pub unit: String,
     /// The document's, where it gives one.
     pub document: Option<f64>,
@@ -105,7 +111,9 @@ pub struct Sheet {
     pub name: String,
     /// Lines in front of the table.
     pub comments: Vec<String>,
+    /// Names of the columns.
     pub columns: Vec<String>,
+    /// Cells, row after row.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -128,9 +136,13 @@ impl Sheet {
 pub struct Trial {
     /// As on the command line.
     pub method: String,
+    /// Title of the report.
     pub title: String,
+    /// Its figures.
     pub rows: Vec<Row>,
+    /// Its looks.
     pub steps: Vec<Step>,
+    /// Its tables.
     pub sheets: Vec<Sheet>,
     /// Names of files, without `.png`.
     pub pictures: Vec<(String, Picture)>,
@@ -160,6 +172,7 @@ pub fn number(value: Option<f64>) -> String {
 }
 
 impl Trial {
+    /// A trial without looks.
     pub fn new(method: &str, title: impl Into<String>) -> Trial {
         Trial { method: method.into(), title: title.into(), ..Trial::default() }
     }
@@ -295,6 +308,7 @@ pub fn has_lane(s: &Step) -> Option<f64> {
 pub struct Quantity {
     /// In the report of a method.
     pub name: &'static str,
+    /// Unit of the figure.
     pub unit: &'static str,
     /// In the head of the comparison's table; "" where it is not in it.
     pub head: &'static str,

@@ -13,21 +13,30 @@ use std::path::{Path, PathBuf};
 
 /// How to run.
 pub struct RunOptions<'a> {
+    /// Whether a result that stands is replaced.
     pub force: bool,
     /// In place of the scenario's.
     pub runs: Option<u32>,
+    /// Frames to drive in place of the scenario's.
     pub frames: Option<u32>,
+    /// Seed in place of the scenario's.
     pub seed: Option<u64>,
+    /// Is told how many frames are done, of how many.
     pub watch: Watch<'a>,
 }
 
 /// What a run left.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
+    /// Folder of the result.
     pub folder: PathBuf,
+    /// Name of the method.
     pub method: String,
+    /// Title of the report.
     pub title: String,
+    /// Its figures.
     pub rows: Vec<Row>,
+    /// Remarks, one a line.
     pub notes: Vec<String>,
 }
 

@@ -9,9 +9,13 @@ use serde::de::DeserializeOwned;
 
 /// Where a drive is at one look.
 pub struct Now<'a> {
+    /// The drive.
     pub drive: &'a Drive<'a>,
+    /// Number of the run.
     pub run: u32,
+    /// Number of the frame.
     pub frame: u32,
+    /// Time of the frame, s.
     pub time_s: f64,
     /// Of the vehicle, as true.
     pub level: Level,

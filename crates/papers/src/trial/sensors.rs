@@ -217,18 +217,28 @@ impl TrackFollower {
 /// A [`SensorInput`] that owns what it holds.
 #[derive(Debug, Clone, Default)]
 pub struct OwnedInput {
+    /// Time of the instant, s.
     pub time_s: f64,
+    /// Speed from the bus, m/s.
     pub speed_mps: Option<Measured>,
+    /// Yaw rate from the bus, rad/s.
     pub yaw_rate_rad_per_s: Option<Measured>,
+    /// Detected points.
     pub points: Vec<LanePoint>,
+    /// Tracks of what moves.
     pub tracks: Vec<LaneTrack>,
+    /// Samples of an impulse radar's scan.
     pub pulse: Option<Vec<f64>>,
+    /// Scans since the look before.
     pub scans: Vec<PulseScan>,
+    /// Picture of a camera.
     pub image: Option<Image>,
+    /// Place of the radar on the earth.
     pub place: Option<RadarPose>,
 }
 
 impl OwnedInput {
+    /// The input as estimators take it.
     pub fn input(&self) -> SensorInput<'_> {
         SensorInput {
             time_s: self.time_s,

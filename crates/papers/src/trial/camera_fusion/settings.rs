@@ -25,6 +25,7 @@ pub enum Condition {
 }
 
 impl Condition {
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Condition::Clear => "clear",
@@ -39,7 +40,9 @@ impl Condition {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraTable {
+    /// Width of the picture, pixels.
     pub width_px: u32,
+    /// Height of the picture, pixels.
     pub height_px: u32,
     /// Focal length over the side of a pixel.
     pub focal_px: f64,
@@ -69,6 +72,7 @@ impl Default for CameraTable {
 }
 
 impl CameraTable {
+    /// The camera as estimators take it.
     pub fn camera(&self) -> Camera {
         Camera {
             width_px: self.width_px as usize,
@@ -89,6 +93,7 @@ const METHOD: &str = "camera_fusion";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
+    /// The camera.
     pub camera: CameraTable,
     /// The first of them is the one whose estimates make the table; all are compared, with each sensor alone and both together.
     pub conditions: Vec<Condition>,
@@ -110,6 +115,7 @@ pub struct Settings {
     pub range_m: [f64; 2],
     /// Standard deviation and step of the speed on the vehicle's bus.
     pub speed_std_mps: f64,
+    /// Step of the speed on the bus, m/s.
     pub speed_step_mps: f64,
     /// Standard deviation of the yaw rate on the bus.
     pub yaw_rate_std_deg_per_s: f64,
@@ -195,6 +201,7 @@ impl Settings {
         Ok(())
     }
 
+    /// The light of a condition.
     pub fn light(&self, condition: Condition) -> Light {
         match condition {
             Condition::Clear => Light::CLEAR,
@@ -204,6 +211,7 @@ impl Settings {
         }
     }
 
+    /// The estimator's options.
     pub fn options(&self) -> FusionOptions {
         FusionOptions {
             seen_m: self.seen_m,

@@ -73,6 +73,7 @@ pub struct Settings {
     pub together: u32,
     /// Distances from the radar between which vehicles are at the middle of their time, m.
     pub near_m: f64,
+    /// Farthest distance from the radar at which vehicles are at the middle of their time, m.
     pub far_m: f64,
     /// And directions to each side of boresight, degrees.
     pub view_deg: f64,
@@ -153,6 +154,7 @@ impl Settings {
         Ok(())
     }
 
+    /// Where the map's axes stand on the earth.
     pub fn anchor(&self) -> RadarPose {
         let [latitude, longitude, height] = self.origin;
         RadarPose {

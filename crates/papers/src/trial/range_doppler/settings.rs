@@ -22,12 +22,15 @@ pub struct Settings {
     pub right_spacing_m: f64,
     /// Nearest and farthest markers that are used, m. Default 1.5 and 40.
     pub near_m: f64,
+    /// Farthest markers that are used, m. Default 40.
     pub far_m: f64,
     /// Half the field of view, about the direction of motion, degrees. Default 70.
     pub half_view_deg: f64,
     /// Offsets, headings and radii that are searched: m, degrees, m. Default 1.5, 60, 5.
     pub max_offset_m: f64,
+    /// Headings that are searched, degrees. Default 60.
     pub max_heading_deg: f64,
+    /// Smallest radius of a bend that is searched, m. Default 5.
     pub min_radius_m: f64,
     /// A bend begins within this distance, m. Default 30.
     pub bend_within_m: f64,
@@ -35,11 +38,13 @@ pub struct Settings {
     pub min_snr_db: f64,
     /// What a marker's range and range rate are never more certain than, m and m/s. Default 0.05 and 0.02.
     pub least_range_std_m: f64,
+    /// Least standard deviation of a marker's range rate, m/s. Default 0.02.
     pub least_range_rate_std_mps: f64,
     /// Whether the vehicle's bus tells its speed; if not, the map does. Default true.
     pub bus_speed: bool,
     /// Noise of the bus's speed (m/s) and its step (m/s; 0: none). Default 0.05 and 0.
     pub bus_speed_std_mps: f64,
+    /// Step of the bus's speed, m/s; 0: none. Default 0.
     pub bus_speed_step_mps: f64,
     /// Noise of its yaw rate, degrees per second. Default 0.1.
     pub bus_yaw_rate_std_deg_per_s: f64,
@@ -199,6 +204,10 @@ impl Settings {
         }
     }
 
+    /// The estimator for a radar; with `equal` its spacings are alike on both sides.
+    ///
+    /// # Errors
+    /// Settings out of their ranges.
     pub fn estimator(&self, radar: &Radar, equal: bool) -> Result<RangeDopplerLane> {
         RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
             BadInput::new(r.to_string())

@@ -75,6 +75,7 @@ pub struct Settings {
     pub confirm_scans: usize,
     /// Edges are scored between these distances from the vehicle, m. Default 10 and 60.
     pub from_m: f64,
+    /// Farthest distance at which edges are scored, m. Default 60.
     pub to_m: f64,
     /// Frame that the pictures show; default the middle one.
     pub picture_frame: Option<u32>,
@@ -154,6 +155,7 @@ impl Settings {
             .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape").into())
     }
 
+    /// The picture's settings.
     pub fn image(&self) -> ImageSettings {
         ImageSettings {
             angles: self.angles,

@@ -11,8 +11,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CodeName {
+    /// The Hamming code of 7 bits, 4 of them data.
     Hamming7x4,
+    /// The BCH code of 15 bits, 7 of them data.
     Bch15x7,
+    /// The BCH code of 15 bits, 5 of them data.
     Bch15x5,
 }
 
@@ -44,12 +47,15 @@ pub struct SidesTable {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowTable {
+    /// Name of the row in the scene.
     pub name: String,
     /// Where the row passes beside the vehicle, from and to, positive left, m.
     pub beside_m: [f64; 2],
+    /// The code.
     pub code: CodeName,
     /// How bits are written: gaps or sides, one of the two.
     pub gaps: Option<GapsTable>,
+    /// Bits written by the side on which a marker stands.
     pub sides: Option<SidesTable>,
     /// What is written, zeros and ones: to judge the readings by, not to read them.
     pub word: Option<String>,
@@ -72,13 +78,17 @@ pub struct Settings {
     /// Standard deviations of the mapping drive's poses: place (m, along each axis) and heading (deg), and the time over which
     /// their errors last (s).
     pub ins_std_m: f64,
+    /// Standard deviation of the navigation's heading, degrees.
     pub ins_heading_std_deg: f64,
+    /// How long its errors last, s.
     pub ins_lasting_s: f64,
     /// Of the speed and of the yaw rate that the bus tells, m/s and deg/s.
     pub speed_std_mps: f64,
+    /// Standard deviation of the yaw rate, degrees/s.
     pub yaw_rate_std_deg_per_s: f64,
     /// Each run begins up to so much further on the road, and so much beside the ego's offset to either side, m.
     pub vary_start_m: f64,
+    /// Each run begins up to so much beside the ego's offset to either side, m.
     pub vary_offset_m: f64,
     /// Of the survey of the lane lines, across them, m.
     pub lines_std_m: f64,

@@ -76,6 +76,7 @@ pub struct Settings {
     pub speed_step_kmh: f64,
     /// Standard deviation that the lateral distance to a line is said to have, m.
     pub offset_std_m: f64,
+    /// What the road between the plates is.
     pub asphalt: Asphalt,
     /// In a comparison: time from scan to scan, s; default that of the radar's file, which is a frame of it.
     pub scan_interval_s: Option<f64>,
@@ -137,10 +138,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Distance that is driven before looks count, m.
     pub fn run_up_m(&self) -> f64 {
         self.run_up_m.unwrap_or(3.0 * self.spacing_m)
     }
 
+    /// Largest error of a spacing that still counts as right, m.
     pub fn largest_error_m(&self) -> f64 {
         self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
     }
