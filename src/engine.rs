@@ -143,7 +143,8 @@ impl Engine {
     /// `auto`: a hardware GPU, else the cpu; `cpu`; `gpu`: a hardware GPU or an error; anything else: the
     /// adapter that has it in its name.
     ///
-    /// Errors: no such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
+    /// # Errors
+    /// No such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
         crate::machine::check_limits()?;
         let gpu = match device {
@@ -212,8 +213,9 @@ impl Engine {
     ///
     /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
     ///
-    /// Errors: a material or a scattering table without a value at a frequency; options that are out of
-    /// range; a body that is not closed or touches another.
+    /// # Errors
+    /// A material or a scattering table without a value at a frequency; options that are out of range; a body that is
+    /// not closed or touches another.
     pub fn rcs(
         &self,
         scene: &Scene,

@@ -87,7 +87,8 @@ fn limit_bytes() -> Option<u64> {
 const LEAST_GIB: f64 = 1.0;
 const THREAD_GIB: f64 = 0.125;
 
-/// Errors: limits of the process in which any work may fail for want of memory, halfway and without a word.
+/// # Errors
+/// Limits of the process in which any work may fail for want of memory, halfway and without a word.
 pub fn check_limits() -> Result<(), Box<BadInput>> {
     let least = GIB * (LEAST_GIB + THREAD_GIB * rayon::current_num_threads() as f64);
     match limits().into_iter().find(|(_, limit, _)| (*limit as f64) < least) {

@@ -25,8 +25,11 @@ pub const DEVICE_COSTS: Costs = Costs {
 /// Lines that echoes at rest are shared out over, so that so many threads spread them.
 const STILL_LINES: usize = 64;
 
-/// Records the synthesis of the cube without noise, each set of echoes by gridding where that is
-/// cheaper than the direct sum and accurate. Errors as [`Plan::record`] where a set is summed directly.
+/// Records the synthesis of the cube without noise, each set of echoes by gridding where that is cheaper than the
+/// direct sum and accurate.
+///
+/// # Errors
+/// As [`Plan::record`] where a set is summed directly.
 pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(DeviceCube, Methods)> {
     record_with(plan, gpu, recorder, &DEVICE_COSTS)
 }

@@ -51,8 +51,10 @@ pub struct RadarState {
     pub velocity_mps: DVec3,
 }
 
-/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's. Errors: one that stands where
-/// a receiver does.
+/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's.
+///
+/// # Errors
+/// One that stands where a receiver does.
 pub fn direct(
     sender: &Interferer,
     number: u32,

@@ -75,8 +75,10 @@ impl Shaping {
         })
     }
 
-    /// Terms of the exponential series that echoes up to this |path rate| need. Errors: an echo whose phase turns so far
-    /// within one record that the series would cancel its own digits.
+    /// Terms of the exponential series that echoes up to this |path rate| need.
+    ///
+    /// # Errors
+    /// An echo whose phase turns so far within one record that the series would cancel its own digits.
     pub fn orders(&self, largest_path_rate_mps: f64) -> Result<u32> {
         let top_hz = self.lines.first_hz + self.lines.count as f64 * self.lines.step_hz;
         let theta = TAU * top_hz * largest_path_rate_mps / C0 * self.half_s;
@@ -96,7 +98,10 @@ impl Shaping {
         Ok(orders)
     }
 
-    /// The echoes as set `order` of lines needs them. Errors when an echo is not finite.
+    /// The echoes as set `order` of lines needs them.
+    ///
+    /// # Errors
+    /// When an echo is not finite.
     pub fn plan<'a>(&self, radar: &'a Radar, echoes: &'a Echoes, order: u32) -> Result<Plan<'a>> {
         let plan = Plan::with_lines(radar, self.lines, echoes)?;
         if order == 0 {

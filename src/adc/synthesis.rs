@@ -195,12 +195,18 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// The lines that processing sees are those that are synthesised, but for pulses and codes
-    /// ([`crate::adc::shaping`]). Errors when an echo is not finite.
+    /// ([`crate::adc::shaping`]).
+    ///
+    /// # Errors
+    /// When an echo is not finite.
     pub fn new(radar: &'a Radar, echoes: &'a Echoes) -> Result<Plan<'a>> {
         Self::with_lines(radar, radar.lines(), echoes)
     }
 
-    /// With lines of one's choice. Errors when an echo is not finite.
+    /// With lines of one's choice.
+    ///
+    /// # Errors
+    /// When an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
         let echoes = &echoes.list[..];

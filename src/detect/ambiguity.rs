@@ -122,7 +122,8 @@ const RULED_OUT: f64 = 1e-3;
 /// nearly as good; Ambiguous when another is; Unresolved when none passes. One value alone is
 /// Unambiguous when no fold of it lies within the limits, else Ambiguous.
 ///
-/// Errors: no values, values that are not finite, ambiguities or deviations that are not positive.
+/// # Errors
+/// No values, values that are not finite, ambiguities or deviations that are not positive.
 pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRate> {
     let wrong = |key: &str, value: f64, allowed: &str| {
         BadInput::new("cannot unfold").key(key).value(value).allowed(allowed)
@@ -238,8 +239,10 @@ pub struct FoldTest {
 impl TdmFolds {
     /// `channels`: position p_tx + p_rx and transmitter's turn of each; `chirp_period_s`: from one turn to the next;
     /// `loop_period_s`: from a transmitter's turn to its next one with the same ramp; `directions`: (azimuth,
-    /// elevation) that bodies may stand in, two or more to a beamwidth. Errors: no channels, no
-    /// directions, a turn beyond `transmitters`, a loop that the turns do not fit into.
+    /// elevation) that bodies may stand in, two or more to a beamwidth.
+    ///
+    /// # Errors
+    /// No channels, no directions, a turn beyond `transmitters`, a loop that the turns do not fit into.
     pub fn new(
         channels: &[(DVec3, usize)],
         transmitters: usize,

@@ -38,11 +38,13 @@ impl Default for Dbscan {
 }
 
 impl Dbscan {
-    /// The cluster of each point, numbered from 0 in the order of the clusters' first cores among
-    /// `points`; None for noise, and for points with a NaN or an infinity. Cores within reach of one
-    /// another share a cluster. A point that is no core but within reach of some belongs to the nearest
-    /// of them (of equals, the first): the partition does not depend on the order of the points
-    /// unless distances are equal. Errors: scales that are not positive, `min_points` = 0.
+    /// The cluster of each point, numbered from 0 in the order of the clusters' first cores among `points`; None for
+    /// noise, and for points with a NaN or an infinity. Cores within reach of one another share a cluster. A point
+    /// that is no core but within reach of some belongs to the nearest of them (of equals, the first): the partition
+    /// does not depend on the order of the points unless distances are equal.
+    ///
+    /// # Errors
+    /// Scales that are not positive, `min_points` = 0.
     pub fn labels(&self, points: &[ClusterPoint]) -> Result<Vec<Option<usize>>> {
         for (key, value, top) in [
             ("position_m", self.position_m, f64::MAX),

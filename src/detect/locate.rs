@@ -33,7 +33,10 @@ const SLOPE_LEVEL_DB: f64 = 2.0;
 /// No body is taken to move faster than this along the line of sight, m/s.
 const FASTEST_MPS: f64 = 100.0;
 
-/// What the standard deviations of this radar's points depend on. Errors: those of its windows and grid.
+/// What the standard deviations of this radar's points depend on.
+///
+/// # Errors
+/// Those of its windows and grid.
 pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
     let p = &radar.processing;
     let axis = |w, n: usize, bins: usize| -> Result<AxisAccuracy> {
@@ -74,7 +77,10 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
     })
 }
 
-/// The array as the radar's settings describe it. Errors: coincident channels; a calibration that is no calibration of it.
+/// The array as the radar's settings describe it.
+///
+/// # Errors
+/// Coincident channels; a calibration that is no calibration of it.
 pub fn manifold(radar: &Radar) -> Result<Manifold> {
     let ideal = Manifold::of_radar(radar)?;
     match &radar.processing.angle.calibration {
@@ -109,9 +115,11 @@ pub fn options(a: &AngleSettings) -> Options {
     }
 }
 
-/// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as were
-/// taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known. Errors: those of the
-/// array, its calibration and the method.
+/// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as
+/// were taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known.
+///
+/// # Errors
+/// Those of the array, its calibration and the method.
 pub fn detected(
     engine: &Engine,
     radar: &Radar,
@@ -274,10 +282,13 @@ struct OfSlope<'a> {
     list: Vec<(Point, Detected)>,
 }
 
-/// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see is put
-/// together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first two
-/// different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame, where it is known.
-/// Errors: those of [`detected`].
+/// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
+/// is put together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first
+/// two different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame,
+/// where it is known.
+///
+/// # Errors
+/// Those of [`detected`].
 pub fn points(
     engine: &Engine,
     radar: &Radar,

@@ -117,8 +117,8 @@ fn unlike(p: &SlopePeak, q: &SlopePeak, limits: &PairLimits) -> (f64, f64) {
 /// pair counts only when a peak of it lies where the pair says: that rejects ghosts, pairs of
 /// different bodies. Peaks without a partner are left out. In the order of the first slope's peaks.
 ///
-/// Errors: slopes that are equal or zero, values that are not finite, deviations or limits that are not
-/// positive.
+/// # Errors
+/// Slopes that are equal or zero, values that are not finite, deviations or limits that are not positive.
 pub fn pair_slopes(
     first: &Slope,
     second: &Slope,

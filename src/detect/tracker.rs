@@ -48,7 +48,8 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
-    /// Error: the first setting outside its range.
+    /// # Errors
+    /// The first setting outside its range.
     pub fn check(&self) -> Result<()> {
         let finite = |v: f64, ok: bool| v.is_finite() && ok;
         let wrong = |key: &str, value: &dyn std::fmt::Display, allowed: String| {
@@ -220,7 +221,8 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Error: a setting outside its range.
+    /// # Errors
+    /// A setting outside its range.
     pub fn new(settings: TrackerSettings) -> Result<Tracker> {
         settings.check()?;
         Ok(Tracker { settings, gate: settings.gate()?, time_s: None, next_id: 1, tracks: Vec::new() })
@@ -236,10 +238,12 @@ impl Tracker {
         self.tracks.iter().filter(|t| t.state != TrackState::Tentative)
     }
 
-    /// Takes in a scan: predicts to its time, gives plots to confirmed tracks first and then to tentative
-    /// ones (nearest together, by d² + ln|S| within gates), ends tracks, and starts a tentative one
-    /// from each plot that is left. A scan without plots is a scan in which nothing was seen. Errors
-    /// leave the tracker as it was: time that runs back, plots that are not finite.
+    /// Takes in a scan: predicts to its time, gives plots to confirmed tracks first and then to tentative ones
+    /// (nearest together, by d² + ln|S| within gates), ends tracks, and starts a tentative one from each plot that is
+    /// left. A scan without plots is a scan in which nothing was seen.
+    ///
+    /// # Errors
+    /// Leave the tracker as it was: time that runs back, plots that are not finite.
     pub fn step(&mut self, scan: &Scan) -> Result<()> {
         let last = self.time_s.unwrap_or(scan.time_s);
         if !(scan.time_s.is_finite() && scan.time_s >= last) {

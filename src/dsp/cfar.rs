@@ -16,9 +16,11 @@ use std::sync::{Mutex, PoisonError};
 /// the range axis the missing cells are left out, the OS rank is scaled with the number that remain
 /// (rounded to nearest, at least 1), and the factor is the one for that number and rank.
 ///
-/// GO and SO take the means of two halves of the region (eq. 85); where one has no cells the other is taken
-/// alone. `channels` is the number of looks that the map is the mean of. Errors: a window taller than the
-/// map, no training cells, a rank outside 1..=cells, pfa outside 0..1.
+/// GO and SO take the means of two halves of the region (eq. 85); where one has no cells the other is taken alone.
+/// `channels` is the number of looks that the map is the mean of.
+///
+/// # Errors
+/// A window taller than the map, no training cells, a rank outside 1..=cells, pfa outside 0..1.
 pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: usize) -> Result<Vec<Column>> {
     let rows = 2 * (cfar.guard[0] + cfar.train[0]) + 1;
     if rows > doppler_bins {

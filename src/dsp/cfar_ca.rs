@@ -23,9 +23,11 @@ pub static KERNEL: Kernel = Kernel {
 /// The factor on the mean of `training` cells that gives `pfa` when every cell is the mean of
 /// `channels` independent exponentials: F^-1(1 - pfa; 2K, 2KN).
 ///
-/// With w = N/(N + alpha), pfa = I_w(KN, K) = w^(KN) sum_{j<K} (KN)_j / j! (1 - w)^j, a sum of
-/// positive terms because K is whole; solved in logarithms, so it holds for any pfa that f64 has.
-/// Errors: pfa outside 0..1.
+/// With w = N/(N + alpha), pfa = I_w(KN, K) = w^(KN) sum_{j<K} (KN)_j / j! (1 - w)^j, a sum of positive terms because
+/// K is whole; solved in logarithms, so it holds for any pfa that f64 has.
+///
+/// # Errors
+/// Pfa outside 0..1.
 pub fn factor(channels: usize, training: usize, pfa: f64) -> Result<f64> {
     check_pfa(pfa)?;
     let (k, n) = (channels as f64, training as f64);

@@ -43,8 +43,11 @@ const NODES: usize = 16;
 /// is that of the other alone.
 ///
 /// pfa = integral of Q(K, alpha x) f(x) dx, where f is f_1 F_2 + f_2 F_1 (GO) or f_1 (1 - F_2) + f_2 (1 - F_1) (SO)
-/// with f_i and F_i the density and distribution of a Gamma(K n_i) over n_i. It is taken over ln x by
-/// Gauss-Legendre panels of two standard deviations of the narrower one that is there. Errors: pfa outside 0..1.
+/// with f_i and F_i the density and distribution of a Gamma(K n_i) over n_i. It is taken over ln x by Gauss-Legendre
+/// panels of two standard deviations of the narrower one that is there.
+///
+/// # Errors
+/// Pfa outside 0..1.
 pub fn factor(kind: CfarKind, channels: usize, parts: [usize; 2], pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     if parts.contains(&0) {

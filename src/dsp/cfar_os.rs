@@ -21,10 +21,12 @@ pub static KERNEL: Kernel = Kernel {
 /// The factor on the `rank`-th smallest of `training` cells that gives `pfa` when every cell is
 /// the mean of `channels` independent exponentials.
 ///
-/// pfa = integral of Q(K, alpha x) f_(k)(x) dx with f_(k) the density of the order statistic of
-/// Gamma(K) cells, taken by the trapezoidal rule over ln x: both logarithms are concave there, so
-/// the integrand is a single smooth bump that decays exponentially, on which that rule converges
-/// faster than any power. Errors: pfa outside 0..1.
+/// pfa = integral of Q(K, alpha x) f_(k)(x) dx with f_(k) the density of the order statistic of Gamma(K) cells, taken
+/// by the trapezoidal rule over ln x: both logarithms are concave there, so the integrand is a single smooth bump
+/// that decays exponentially, on which that rule converges faster than any power.
+///
+/// # Errors
+/// Pfa outside 0..1.
 pub fn factor(channels: usize, training: usize, rank: usize, pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     let (k, n, r) = (channels as f64, training as f64, rank as f64);

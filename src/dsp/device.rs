@@ -63,8 +63,10 @@ pub fn noise(
 /// Room for this many detected cells; a frame with more costs a second, small submission.
 pub(super) const CELLS: usize = 4096;
 
-/// From the cube to detected cells in one submission: the twin of the cpu engine's `process`. Errors:
-/// a cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
+/// From the cube to detected cells in one submission: the twin of the cpu engine's `process`.
+///
+/// # Errors
+/// A cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let transform = Transform::of_cube(cube, radar)?;
     let mut recorder = gpu.recorder("processing");
@@ -119,7 +121,10 @@ impl<'a> Recorded<'a> {
         &mut self.recorder
     }
 
-    /// Runs everything. Errors: samples that are not finite, failures of the adapter.
+    /// Runs everything.
+    ///
+    /// # Errors
+    /// Samples that are not finite, failures of the adapter.
     pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
         let (spectrum, found, _) = self.submit_with()?;
         Ok((spectrum, found))

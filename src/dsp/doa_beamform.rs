@@ -28,9 +28,11 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// An axis along which all channels of the radar stand at one place has one bin, at angle 0,
-    /// however many are asked for: there every angle looks the same. Errors: no bins, or a field of
-    /// view outside 0..=90 degrees to each side.
+    /// An axis along which all channels of the radar stand at one place has one bin, at angle 0, however many are
+    /// asked for: there every angle looks the same.
+    ///
+    /// # Errors
+    /// No bins, or a field of view outside 0..=90 degrees to each side.
     pub fn new(radar: &Radar) -> Result<Self> {
         let p = &radar.processing;
         let resolved = |bins: usize, along: fn(DVec3) -> f64| {
@@ -112,8 +114,10 @@ pub struct Beamformer {
 }
 
 impl Beamformer {
-    /// Channel weights are the angle window at the channels' positions along y
-    /// ([`window::at_positions`]). Errors: those of [`Grid::new`] and of the window; no antennas.
+    /// Channel weights are the angle window at the channels' positions along y ([`window::at_positions`]).
+    ///
+    /// # Errors
+    /// Those of [`Grid::new`] and of the window; no antennas.
     pub fn new(radar: &Radar) -> Result<Self> {
         let grid = Grid::new(radar)?;
         let (mut position_m, mut slot) = (Vec::new(), Vec::new());

@@ -101,7 +101,8 @@ struct Scratch {
 impl BiSvd {
     /// `rank`: number of sources L. `forgetting`: alpha of eq. 98, nearer 1 for longer memory.
     ///
-    /// Errors: a rank that is not below the number of channels; alpha outside 0..1.
+    /// # Errors
+    /// A rank that is not below the number of channels; alpha outside 0..1.
     pub fn new(channels: usize, rank: usize, forgetting: f64) -> Result<Self> {
         check_forgetting(forgetting)?;
         if rank == 0 || rank >= channels {

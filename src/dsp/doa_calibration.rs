@@ -70,8 +70,9 @@ impl Calibration {
     /// `snapshots`: for each elevation, each azimuth: `[snapshot, channel]`, one or more snapshots.
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.
     ///
-    /// Errors: axes that do not ascend, missing or silent positions, values that are not finite, a
-    /// window that holds fewer than three angles.
+    /// # Errors
+    /// Axes that do not ascend, missing or silent positions, values that are not finite, a window that holds fewer
+    /// than three angles.
     pub fn from_turntable(
         manifold: &Manifold,
         azimuth_deg: Vec<f64>,
@@ -156,8 +157,9 @@ impl Calibration {
     /// Reads the table with columns `azimuth_deg,elevation_deg,channel,re,im`, in any order of rows. A
     /// comment line `range_m = R` gives the distance of the reflector.
     ///
-    /// Errors: other columns, angles that do not form a full product of two axes, a channel missing or
-    /// given twice, numbers that are not finite, a vector of zeros: with file and line.
+    /// # Errors
+    /// Other columns, angles that do not form a full product of two axes, a channel missing or given twice, numbers
+    /// that are not finite, a vector of zeros: with file and line.
     pub fn from_table(table: &Table, path: &Path) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(path);
         if let Some(extra) = table.header.iter().find(|h| !HEADER.contains(&h.as_str())) {

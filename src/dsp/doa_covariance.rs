@@ -35,7 +35,8 @@ pub struct Forgetting {
 }
 
 impl Forgetting {
-    /// Errors: a factor outside 0 < alpha < 1.
+    /// # Errors
+    /// A factor outside 0 < alpha < 1.
     pub fn new(channels: usize, alpha: f64) -> Result<Self> {
         check_forgetting(alpha)?;
         Ok(Forgetting { alpha, sum: Matrix::zeros(channels, channels), weight: 0.0 })
@@ -76,7 +77,8 @@ pub(super) fn check_forgetting(alpha: f64) -> Result<()> {
 
 /// Channels of each subarray of `size` (rows, columns) of a lattice: all its shifts, row by row.
 ///
-/// Errors: a subarray larger than the array or without elements.
+/// # Errors
+/// A subarray larger than the array or without elements.
 pub fn subarrays(lattice: &Lattice, size: [usize; 2]) -> Result<Vec<Vec<usize>>> {
     let [rows, cols] = lattice.size;
     if size[0] == 0 || size[1] == 0 || size[0] > rows || size[1] > cols {
@@ -143,7 +145,8 @@ pub struct Eigen {
 
 /// Eigendecomposition of a Hermitian matrix.
 ///
-/// Errors: values that are not finite.
+/// # Errors
+/// Values that are not finite.
 pub fn eigen(r: &Matrix) -> Result<Eigen> {
     if !r.is_finite() {
         return Err(BadInput::new("snapshots hold values that are not finite").into());

@@ -11,7 +11,8 @@ use num_complex::Complex64;
 /// row. On one row the first is 0. On a rectangle the two phases of a source are paired through the
 /// eigenvectors that both rotations share (of a weighted sum of the two).
 ///
-/// Errors: more sources than either axis can tell apart.
+/// # Errors
+/// More sources than either axis can tell apart.
 pub fn esprit(signal: &Matrix, size: [usize; 2]) -> Result<Vec<[f64; 2]>> {
     let l = signal.ncols();
     let [rows, cols] = size;

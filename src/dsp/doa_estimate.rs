@@ -44,9 +44,10 @@ enum Prepared {
 }
 
 impl Estimator {
-    /// Errors: a grid that is empty, wider than the calibration, or of two axes for an array on one
-    /// line; more sources than the array can tell; a method that needs a uniform line or rectangle on
-    /// another array; settings outside their ranges.
+    /// # Errors
+    /// A grid that is empty, wider than the calibration, or of two axes for an array on one line; more sources than
+    /// the array can tell; a method that needs a uniform line or rectangle on another array; settings outside their
+    /// ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
@@ -164,8 +165,9 @@ impl Estimator {
     /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell,
     /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
     ///
-    /// Errors: data of another size, values that are not finite, too few snapshots for the method on
-    /// this array; those of `evaluate`.
+    /// # Errors
+    /// Data of another size, values that are not finite, too few snapshots for the method on this array; those of
+    /// `evaluate`.
     pub fn estimate_cells<T: Real>(
         &self,
         cells: &Cells<'_>,
@@ -217,7 +219,8 @@ impl Estimator {
     /// the form of the noise subspace (1 and more) for MUSIC and Bi-SVD. Cells without any source:
     /// zeros.
     ///
-    /// Errors: those of [`Self::estimate_cells`]; a method without a spectrum.
+    /// # Errors
+    /// Those of [`Self::estimate_cells`]; a method without a spectrum.
     pub fn spectra<T: Real>(
         &self,
         cells: &Cells<'_>,

@@ -27,8 +27,9 @@ pub struct Manifold {
 impl Manifold {
     /// One transmitter and one receiver position for each channel, sensor frame.
     ///
-    /// Errors: no channels, lists of different length, positions or a wavelength that are not finite,
-    /// two channels with the same transmitter and the same receiver.
+    /// # Errors
+    /// No channels, lists of different length, positions or a wavelength that are not finite, two channels with the
+    /// same transmitter and the same receiver.
     pub fn new(tx_m: Vec<DVec3>, rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         if tx_m.is_empty() || tx_m.len() != rx_m.len() {
             return Err(BadInput::new("channels need one transmitter and one receiver each")
@@ -73,7 +74,8 @@ impl Manifold {
 
     /// Complex amplitude gain of each channel, the same in all directions.
     ///
-    /// Errors: another number of gains than channels; a gain that is zero or not finite.
+    /// # Errors
+    /// Another number of gains than channels; a gain that is zero or not finite.
     pub fn with_gains(mut self, gain: Vec<Complex64>) -> Result<Self> {
         if gain.len() != self.channels() {
             return Err(BadInput::new("wrong number of channel gains")
@@ -91,7 +93,8 @@ impl Manifold {
 
     /// Sources at this distance from the sensor's origin instead of infinitely far.
     ///
-    /// Errors: a range within the array.
+    /// # Errors
+    /// A range within the array.
     pub fn at_range(mut self, range_m: f64) -> Result<Self> {
         let extent = self.tx_m.iter().chain(&self.rx_m).map(|p| p.length()).fold(0.0, f64::max);
         if !(range_m > extent && range_m.is_finite()) {

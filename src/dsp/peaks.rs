@@ -128,8 +128,11 @@ pub struct Interpolator {
 const OFFSETS: usize = 128;
 
 impl Interpolator {
-    /// For data with these weights and a transform of length `fft`. Errors: no weights or a shorter
-    /// transform; a window that is not symmetric, or whose offsets the parabola does not tell apart.
+    /// For data with these weights and a transform of length `fft`.
+    ///
+    /// # Errors
+    /// No weights or a shorter transform; a window that is not symmetric, or whose offsets the parabola does not tell
+    /// apart.
     pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
         let response = |cells: f64| {
             let step = Complex64::cis(-TAU * cells / fft as f64);

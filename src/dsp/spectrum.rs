@@ -205,8 +205,11 @@ fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
     }
 }
 
-/// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing
-/// runs before the recorder is submitted. Errors: a single column too large for the adapter.
+/// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before the
+/// recorder is submitted.
+///
+/// # Errors
+/// A single column too large for the adapter.
 pub fn record(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,

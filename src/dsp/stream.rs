@@ -43,7 +43,8 @@ pub(crate) fn check_bands(t: &Transform) -> Result<()> {
 /// submission for each. `source` is asked for every block twice, the second time for the snapshots, once
 /// where one block is all or nothing was detected. Blocks are as large as one buffer of the adapter holds.
 ///
-/// Errors: of the source; as [`super::device::process`]; Doppler bands.
+/// # Errors
+/// Of the source; as [`super::device::process`]; Doppler bands.
 pub fn process(
     gpu: &Gpu,
     transform: &Transform,

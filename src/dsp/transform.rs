@@ -38,7 +38,8 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Errors: an empty cube, or a transform shorter than the data.
+    /// # Errors
+    /// An empty cube, or a transform shorter than the data.
     pub fn new(
         chirps: usize,
         channels: usize,
@@ -95,7 +96,10 @@ impl Transform {
         })
     }
 
-    /// For a cube of this radar's lines. Errors: a cube whose shape is not the radar's.
+    /// For a cube of this radar's lines.
+    ///
+    /// # Errors
+    /// A cube whose shape is not the radar's.
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
         let shape = [cube.chirps, cube.channels, cube.samples];
         if cube.data.len() != shape.iter().product::<usize>() {
@@ -179,7 +183,8 @@ pub struct Keystone {
 }
 
 impl Keystone {
-    /// Errors: a scale that is not one positive number a sample.
+    /// # Errors
+    /// A scale that is not one positive number a sample.
     pub fn check(scale: &[f64], samples: usize) -> Result<()> {
         if scale.len() == samples && scale.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Ok(());

@@ -10,8 +10,10 @@ use crate::scene::radar::Window;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// `n` coefficients, the largest near 1, not normalised. Errors: `n` = 0, or a Dolph-Chebyshev
-/// side-lobe level that is not a positive finite number of dB.
+/// `n` coefficients, the largest near 1, not normalised.
+///
+/// # Errors
+/// `n` = 0, or a Dolph-Chebyshev side-lobe level that is not a positive finite number of dB.
 pub fn coefficients(window: Window, n: usize) -> Result<Vec<f64>> {
     if n == 0 {
         return Err(BadInput::new("a window needs at least one point").key("window").into());

@@ -75,7 +75,8 @@ pub fn grain_limit_m(mixture: Complex64, freq_hz: f64) -> f64 {
 /// (1978), chapter 14), valid for fractions of a few per cent. Grains that touch shadow and order each
 /// other, so in a packing this is an upper bound of the loss and `mixture` alone a lower one.
 ///
-/// Errors: a fraction outside 0..1; grains that the Mie series does not take.
+/// # Errors
+/// A fraction outside 0..1; grains that the Mie series does not take.
 pub fn independent_scattering_eps(
     mixture: Complex64,
     grain: Complex64,

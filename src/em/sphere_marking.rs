@@ -180,7 +180,8 @@ pub fn table(marking: &Marking, freq_hz: f64) -> Result<Vec<Row>> {
 /// Cross section in one range bin at ground range `range_m`, m^2 (CONVENTIONS eq. 28): all balls times the
 /// projection times the bin's share. The marking has to be short against the range.
 ///
-/// Errors: as [`mie_m2`] and [`bin_share`].
+/// # Errors
+/// As [`mie_m2`] and [`bin_share`].
 pub fn seen_m2(
     marking: &Marking,
     radius_m: f64,

@@ -335,8 +335,11 @@ impl Engine {
             && !p.remove_static
     }
 
-    /// [`Engine::range_doppler`] in f32 of a cube larger than memory should hold: `source` fills in blocks of channels, each up to
-    /// twice. Errors: a radar that [`Engine::can_stream`] does not know; those of the source.
+    /// [`Engine::range_doppler`] in f32 of a cube larger than memory should hold: `source` fills in blocks of
+    /// channels, each up to twice.
+    ///
+    /// # Errors
+    /// A radar that [`Engine::can_stream`] does not know; those of the source.
     pub fn range_doppler_streamed(
         &self,
         radar: &Radar,

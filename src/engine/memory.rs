@@ -102,7 +102,8 @@ impl Engine {
         }
     }
 
-    /// Errors: a frame of this radar with so many echoes needs more memory than the machine has.
+    /// # Errors
+    /// A frame of this radar with so many echoes needs more memory than the machine has.
     pub fn check_memory(&self, radar: &Radar, echoes: usize) -> Result<()> {
         self.memory(radar, echoes).check(radar)
     }

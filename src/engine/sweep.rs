@@ -63,7 +63,8 @@ pub struct Swept {
 }
 
 impl RcsOptions {
-    /// Errors: a value that is out of range, by its name here.
+    /// # Errors
+    /// A value that is out of range, by its name here.
     pub fn check(&self) -> Result<()> {
         let ranged = |key: &str, value: String, allowed: &str| {
             Err(BadInput::new("out of range").key(key).value(value).allowed(allowed).into())
@@ -84,7 +85,8 @@ impl RcsOptions {
 }
 
 impl Sweep {
-    /// Errors: frequencies or options out of range, too many directions.
+    /// # Errors
+    /// Frequencies or options out of range, too many directions.
     pub fn check(&self) -> Result<()> {
         if let Some(f) = self.frequencies_hz.iter().find(|f| !(1e8..=1e12).contains(*f)) {
             return Err(BadInput::new("the frequency is out of range")
@@ -105,7 +107,10 @@ impl Sweep {
         ])
     }
 
-    /// A radar inside the target has no aspect. Errors: one that stands there; a material without a value.
+    /// A radar inside the target has no aspect.
+    ///
+    /// # Errors
+    /// One that stands there; a material without a value.
     pub fn check_for(&self, scene: &Scene) -> Result<()> {
         let (Distance::At(range_m), Some(frequency_hz)) =
             (self.options.distance, self.frequencies_hz.first())
@@ -144,7 +149,8 @@ impl Sweep {
     }
 }
 
-/// Errors: more than [`MAX_LOOKS`] in a product of so many values.
+/// # Errors
+/// More than [`MAX_LOOKS`] in a product of so many values.
 pub fn check_size(counts: impl IntoIterator<Item = usize>) -> Result<()> {
     let count = counts.into_iter().fold(1u128, |n, c| n.saturating_mul(c as u128));
     match count <= MAX_LOOKS as u128 {
@@ -179,7 +185,8 @@ impl Engine {
     /// `accuracy_db`. Facets of curved surfaces grow so many that their change is only told. `warn` hears what may be
     /// wrong with the result as soon as it is known, `watch` how many aspects were finished since it last did.
     ///
-    /// Errors: those of [`Sweep::check`] and of [`Engine::rcs`]; a radar inside the target.
+    /// # Errors
+    /// Those of [`Sweep::check`] and of [`Engine::rcs`]; a radar inside the target.
     pub fn sweep(
         &self,
         scene: &Scene,

@@ -270,7 +270,8 @@ pub trait Columns {
     }
     /// Where a row stands in the file, for messages.
     fn line(&self, row: usize) -> usize;
-    /// Errors: `BadInput` for a missing column or a cell that is not a number.
+    /// # Errors
+    /// `BadInput` for a missing column or a cell that is not a number.
     fn numbers(&self, column: &str) -> Result<Vec<f64>>;
 }
 

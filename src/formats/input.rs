@@ -45,13 +45,19 @@ fn kind(_: &Metadata) -> &'static str {
     "a device"
 }
 
-/// Opens a regular file. Errors: as [`regular`].
+/// Opens a regular file.
+///
+/// # Errors
+/// As [`regular`].
 pub fn open(path: &Path, what: &str) -> Result<File> {
     regular(path, what)?;
     File::open(path).map_err(|e| Error::io(path, e))
 }
 
-/// The bytes of a regular file of at most `most` bytes. Errors: as [`regular`]; a file that is larger, or than memory.
+/// The bytes of a regular file of at most `most` bytes.
+///
+/// # Errors
+/// As [`regular`]; a file that is larger, or than memory.
 pub fn read(path: &Path, what: &str, most: u64) -> Result<Vec<u8>> {
     let length = regular(path, what)?.len();
     let too_large = |length: u64| {

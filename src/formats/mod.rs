@@ -12,7 +12,8 @@ pub mod stage;
 use crate::error::{BadInput, Result};
 use std::path::Path;
 
-/// Errors: the name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
+/// # Errors
+/// The name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
 pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {
     let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()) else {
         return Ok(());

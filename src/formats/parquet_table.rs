@@ -27,8 +27,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Errors: `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build
-    /// does not read.
+    /// # Errors
+    /// `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not read.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
         let bad = |e: ParquetError| -> Error {

@@ -47,7 +47,10 @@ pub struct RawRow {
     pub s: [[Complex64; 2]; 2],
 }
 
-/// Whether a file of this name is Parquet. Errors: it is, and this build cannot.
+/// Whether a file of this name is Parquet.
+///
+/// # Errors
+/// It is, and this build cannot.
 pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     let path = path.as_ref();
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
@@ -62,7 +65,8 @@ pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
 
 /// Comments and rows of a file, Parquet when it is named so, else CSV. Further columns are allowed and not looked at.
 ///
-/// Errors: `BadInput` for a missing column, a cell that is not a number, a table without rows.
+/// # Errors
+/// `BadInput` for a missing column, a cell that is not a number, a table without rows.
 pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
     if is_parquet(&path)? {
         #[cfg(feature = "parquet")]

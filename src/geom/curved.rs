@@ -37,8 +37,11 @@ pub fn sagitta_m(accuracy_db: f64, wavenumber: f64) -> f64 {
 /// Coarsest cut that is tried, m: facets of some centimetres on the curves of a car.
 const COARSEST_M: f64 = 4e-3;
 
-/// [`refined_scene`], or cut more coarsely where that gives more than `most` triangles in all: by the finest of the sagittas that are
-/// `sagitta_m` times a power of two, or not at all. Errors: those of [`refined`].
+/// [`refined_scene`], or cut more coarsely where that gives more than `most` triangles in all: by the finest of the
+/// sagittas that are `sagitta_m` times a power of two, or not at all.
+///
+/// # Errors
+/// Those of [`refined`].
 pub fn refined_within(scene: &Scene, sagitta_m: f64, most: usize) -> Result<Cow<'_, Scene>> {
     if !scene.meshes.iter().any(|m| m.is_smooth()) {
         return Ok(Cow::Borrowed(scene));
@@ -58,7 +61,8 @@ pub fn refined_within(scene: &Scene, sagitta_m: f64, most: usize) -> Result<Cow<
 /// The scene with its curved meshes cut until no edge bends by more than `sagitta_m`, and moved to the mean
 /// height of the surface. A scene without curved facets comes back as it is.
 ///
-/// Errors: those of [`refined`].
+/// # Errors
+/// Those of [`refined`].
 pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
     let mut new = Vec::new();
     for (i, mesh) in scene.meshes.iter().enumerate() {
@@ -89,8 +93,9 @@ pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
 /// A facet is curved when its three corners have normals, not all of them its own, and each within 45
 /// degrees of it (or each within 45 degrees of its back); else it is flat.
 ///
-/// Errors: another number of normals than of positions; a normal that is neither a unit vector nor zero; more
-/// than [`MOST_FACETS`] facets.
+/// # Errors
+/// Another number of normals than of positions; a normal that is neither a unit vector nor zero; more than
+/// [`MOST_FACETS`] facets.
 pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
     if mesh.normals.is_empty() {
         return Ok(None);

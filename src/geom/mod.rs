@@ -186,7 +186,8 @@ impl Geometry {
 
     /// The scene at `time_s`, with materials at `freq_hz`.
     ///
-    /// Errors: a material or a scattering table without a value at this frequency; positions that are not finite; a scene
+    /// # Errors
+    /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
         Geometry::of_frame(scene, time_s, freq_hz, 0.0)
@@ -302,8 +303,11 @@ impl Geometry {
         })
     }
 
-    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no
-    /// other geometry. Errors: a material without a value there.
+    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other
+    /// geometry.
+    ///
+    /// # Errors
+    /// A material without a value there.
     pub fn surfaces_at(&self, freq_hz: f64) -> Result<Vec<Surface>> {
         of_materials(&self.materials, freq_hz)
     }

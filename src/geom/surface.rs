@@ -21,7 +21,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Errors: a material without a value at this frequency, a perfect conductor as a layer.
+    /// # Errors
+    /// A material without a value at this frequency, a perfect conductor as a layer.
     pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
         let backing = match (&material.kind, material.eps_r(freq_hz)?) {
             (_, None) => Backing::Pec,
@@ -110,7 +111,8 @@ impl Surface {
 
 /// The scene's materials at a frequency, in their order.
 ///
-/// Errors: a material without a value there.
+/// # Errors
+/// A material without a value there.
 pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
     of_materials(&scene.materials, freq_hz)
 }

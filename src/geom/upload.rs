@@ -38,7 +38,8 @@ pub fn split3(v: DVec3) -> [[f32; 3]; 2] {
 }
 
 impl GeometryArrays {
-    /// Errors: more bodies or a deeper tree than the shaders can hold.
+    /// # Errors
+    /// More bodies or a deeper tree than the shaders can hold.
     pub fn new(geometry: &Geometry) -> Result<Self> {
         if geometry.bodies.len() > MAX_BODIES {
             return Err(BadInput::new("too many objects for the gpu engine")
@@ -90,7 +91,8 @@ const TABLE_MAX: usize = 1 << 15;
 /// [`Stack::front`](crate::em::layers::Stack::front) for E perpendicular to the plane of incidence, then
 /// in it.
 ///
-/// Errors: layers so thick and clear that the table would not reach [`TABLE_ERROR`].
+/// # Errors
+/// Layers so thick and clear that the table would not reach [`TABLE_ERROR`].
 pub fn surface_words(surfaces: &[Surface], freq_hz: f64) -> Result<Vec<[f32; 4]>> {
     let mut words = Vec::with_capacity(surfaces.len());
     let mut tables: Vec<[f32; 4]> = Vec::new();

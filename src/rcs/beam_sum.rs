@@ -69,8 +69,9 @@ const HALVINGS: u32 = 4;
 /// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`), as
 /// `rcs::cpu::beam_sum::sweep` gives it.
 ///
-/// Errors: a polygon with more corners or pieces than a thread has room for, or more work than the adapter's
-/// driver allows it; a single aspect that does not fit the adapter's buffers.
+/// # Errors
+/// A polygon with more corners or pieces than a thread has room for, or more work than the adapter's driver allows
+/// it; a single aspect that does not fit the adapter's buffers.
 pub fn sweep(
     gpu: &Gpu,
     geometry: &Geometry,

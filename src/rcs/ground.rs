@@ -36,8 +36,11 @@ fn below(a: Aspect) -> Aspect {
     Aspect { azimuth: a.azimuth, elevation: -a.elevation }
 }
 
-/// Reflection coefficients (V, H) of the plane at the sine of the grazing angle (CONVENTIONS eq. 44): 1 and −1 for a perfect
-/// conductor, less the loss of the coherent field on a rough plane. Errors: no value of the material at the frequency.
+/// Reflection coefficients (V, H) of the plane at the sine of the grazing angle (CONVENTIONS eq. 44): 1 and −1 for a
+/// perfect conductor, less the loss of the coherent field on a rough plane.
+///
+/// # Errors
+/// No value of the material at the frequency.
 pub fn coefficients(material: &Material, freq_hz: f64, sin_grazing: f64) -> Result<[Complex64; 2]> {
     let plane = Surface::of(material, freq_hz)?;
     let (perp, par) = plane.reflection(wavenumber(freq_hz), sin_grazing.max(1e-12));
@@ -59,7 +62,8 @@ pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Compl
 
 /// S over the ground of `options` for each frequency and aspect; `free` gives S without a ground.
 ///
-/// Errors: aspects from below the plane, a target that reaches below it, and those of `free`.
+/// # Errors
+/// Aspects from below the plane, a target that reaches below it, and those of `free`.
 pub fn scattering(
     scene: &Scene,
     frequencies_hz: &[f64],

@@ -176,7 +176,8 @@ impl Scattering {
 /// tables, at their phases. Neither is bounced, so the two conventions agree; what facets hide from the
 /// transmitter or the receiver is left out.
 ///
-/// Errors: a scattering table seen with transmitter and receiver apart, or without a value at the frequency.
+/// # Errors
+/// A scattering table seen with transmitter and receiver apart, or without a value at the frequency.
 pub fn point_sum(
     geometry: &Geometry,
     aspect: BistaticAspect,

@@ -118,7 +118,8 @@ impl RcsTable {
         cells
     }
 
-    /// Errors: `BadInput` for a missing column or a value that is not a number.
+    /// # Errors
+    /// `BadInput` for a missing column or a value that is not a number.
     pub fn read(path: impl AsRef<Path>) -> Result<RcsTable> {
         let (comments, raw) = rcs_csv::read(path)?;
         let aspect = |azimuth: f64, elevation: f64| Aspect {

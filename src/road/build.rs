@@ -34,8 +34,10 @@ pub const MAX_ROW: usize = 100_000;
 /// By so much is the clock of each thing under way ahead of the one before, that walkers are not in step.
 const STAGGER_S: f64 = 0.618;
 
-/// Builds the scene and its labels. Errors: unknown materials, a road with a surface that reaches into another's,
-/// a row of more than [`MAX_ROW`].
+/// Builds the scene and its labels.
+///
+/// # Errors
+/// Unknown materials, a road with a surface that reaches into another's, a row of more than [`MAX_ROW`].
 pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, RoadTruth)> {
     let mut b = Builder {
         plan,

@@ -9,7 +9,10 @@ use serde_json::{Value, json};
 const HEAD: usize = 12;
 const CHUNK: usize = 8;
 
-/// `asset.extras.catseye.road_truth` of the file holds the labels. Errors: those of [`gltf::to_glb`].
+/// `asset.extras.catseye.road_truth` of the file holds the labels.
+///
+/// # Errors
+/// Those of [`gltf::to_glb`].
 pub fn to_glb(scene: &Scene, truth: &RoadTruth) -> Result<Vec<u8>> {
     let failed = |what: String| Error::Failed(format!("cannot write glTF: {what}"));
     let plain = gltf::to_glb(scene)?;
@@ -29,7 +32,10 @@ pub fn to_glb(scene: &Scene, truth: &RoadTruth) -> Result<Vec<u8>> {
     Ok(out)
 }
 
-/// The labels that [`to_glb`] wrote; None when the file has none. Errors: labels of another shape.
+/// The labels that [`to_glb`] wrote; None when the file has none.
+///
+/// # Errors
+/// Labels of another shape.
 pub fn truth_of(glb: &[u8]) -> Result<Option<RoadTruth>> {
     let Some((text, _)) = split(glb) else { return Ok(None) };
     let Ok(mut root) = serde_json::from_slice::<Value>(text) else { return Ok(None) };

@@ -84,7 +84,8 @@ fn children<'a>(node: Node<'a, 'a>, path: &[&'static str]) -> Vec<Node<'a, 'a>> 
 /// one number in several sections are one lane, with no width where a section lacks it. Surfaces are asphalt
 /// (grass for what is not driven).
 ///
-/// Errors: one line with the file and the line in it.
+/// # Errors
+/// One line with the file and the line in it.
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Road>> {
     let options = roxmltree::ParsingOptions { allow_dtd: false, ..Default::default() };
     let doc = Document::parse_with_options(text, options).map_err(|e| {

@@ -24,8 +24,11 @@ impl Profile {
         Profile { pieces: vec![Piece { s0_m: 0.0, coefficients: [value, 0.0, 0.0, 0.0] }] }
     }
 
-    /// Straight between the points (s, value), constant before the first and after the last. Two points at
-    /// one s are a step. Errors: no point, s that falls, numbers that are not finite.
+    /// Straight between the points (s, value), constant before the first and after the last. Two points at one s are
+    /// a step.
+    ///
+    /// # Errors
+    /// No point, s that falls, numbers that are not finite.
     pub fn linear(points: &[[f64; 2]]) -> Result<Profile> {
         if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(BadInput::new("needs at least one pair of finite numbers [s, value]").into());
@@ -47,8 +50,10 @@ impl Profile {
         Ok(Profile { pieces })
     }
 
-    /// A chain of cubics in the order of their beginnings. Errors: none at all, beginnings that fall, numbers
-    /// that are not finite.
+    /// A chain of cubics in the order of their beginnings.
+    ///
+    /// # Errors
+    /// None at all, beginnings that fall, numbers that are not finite.
     pub fn cubics(pieces: Vec<Piece>) -> Result<Profile> {
         let finite = |p: &Piece| p.s0_m.is_finite() && p.coefficients.iter().all(|c| c.is_finite());
         if pieces.is_empty() || !pieces.iter().all(finite) {
@@ -89,8 +94,9 @@ impl Profile {
         at(u - half).max(at(u + half))
     }
 
-    /// Errors: an amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends needs a
-    /// number of steps that grows with them.
+    /// # Errors
+    /// An amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends
+    /// needs a number of steps that grows with them.
     pub fn check_gentle(&self, end_m: f64, most: f64, steepest: f64) -> Result<()> {
         for (i, p) in self.pieces.iter().enumerate() {
             let next_m = self.pieces.get(i + 1).map_or(end_m, |n| n.s0_m.min(end_m));

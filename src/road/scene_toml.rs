@@ -25,7 +25,10 @@ use glam::DVec3;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Component, Path, PathBuf};
 
-/// Reads and checks a file. Errors: one line with file, line, key, value and remedy.
+/// Reads and checks a file.
+///
+/// # Errors
+/// One line with file, line, key, value and remedy.
 pub fn load(path: &Path) -> Result<ScenePlan> {
     parse(path, &read_text(path)?)
 }

@@ -23,8 +23,10 @@ pub struct Site {
 }
 
 impl Site {
-    /// Builds the scene that a scenario names. Errors: those of its files; a road or lane that is not there; a radar
-    /// under the road or inside a body.
+    /// Builds the scene that a scenario names.
+    ///
+    /// # Errors
+    /// Those of its files; a road or lane that is not there; a radar under the road or inside a body.
     pub fn new(scenario: &Scenario) -> Result<Site> {
         match &scenario.scene {
             SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),
@@ -55,7 +57,10 @@ impl Site {
     }
 }
 
-/// The ego vehicle with its motion along these roads. Errors: a road or lane that is not there.
+/// The ego vehicle with its motion along these roads.
+///
+/// # Errors
+/// A road or lane that is not there.
 pub fn ego_on(scenario: &Scenario, plan: &ScenePlan) -> Result<Ego> {
     let mut ego = scenario.ego.clone();
     if let Some(on) = &scenario.ego.on_road {

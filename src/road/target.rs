@@ -20,7 +20,8 @@ pub struct Target {
 /// A target by its name: a file of a mesh, or a reflector as [`Reflector::parse`] reads it ([`is_file`] tells). `options` are those of
 /// the file; their default material is also that of a reflector that names none.
 ///
-/// Errors: those of the importer, of reflectors and of materials.
+/// # Errors
+/// Those of the importer, of reflectors and of materials.
 pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     let path = Path::new(target);
     if is_file(target) {

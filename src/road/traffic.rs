@@ -54,7 +54,8 @@ pub fn driven(
 
 /// The parts of a vehicle at rest, heading +x, the origin on the road below its middle; one object for each part.
 ///
-/// Errors: a kind that is not in [`VEHICLES`], an unknown material.
+/// # Errors
+/// A kind that is not in [`VEHICLES`], an unknown material.
 pub fn vehicle(kind: &str, materials: MaterialLookup) -> Result<Scene> {
     if kind != VEHICLES[0] {
         let body = super::vehicle::vehicle(kind.parse()?, materials)?;

@@ -133,7 +133,10 @@ impl Drive {
     }
 }
 
-/// Reads and checks a table. Errors: both ways of giving the speed, times that do not rise, lengths of time that are not positive.
+/// Reads and checks a table.
+///
+/// # Errors
+/// Both ways of giving the speed, times that do not rise, lengths of time that are not positive.
 pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
     let speed = |v: f64| (-150.0..=150.0).contains(&v);
     let profile = &t.speed_profile;

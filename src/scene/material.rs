@@ -89,8 +89,9 @@ pub const THICKNESS_M: (f64, f64) = (1e-9, 10.0);
 pub const MAX_LAYERS: usize = 16;
 
 impl Layer {
-    /// Errors: a thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves
-    /// (pec), a material that has layers itself.
+    /// # Errors
+    /// A thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves (pec), a material that
+    /// has layers itself.
     pub fn new(material: Material, thickness_m: f64) -> Result<Layer> {
         let (lo, hi) = THICKNESS_M;
         let bad = |problem: &str| {
@@ -131,7 +132,8 @@ impl Material {
 
     /// This material with `layers` on it, outermost first, instead of those that it had.
     ///
-    /// Errors: more than [`MAX_LAYERS`].
+    /// # Errors
+    /// More than [`MAX_LAYERS`].
     pub fn with_layers(self, layers: Vec<Layer>) -> Result<Material> {
         if layers.len() > MAX_LAYERS {
             return Err(BadInput::new("too many layers")
@@ -206,7 +208,10 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     table().iter().map(|m| m.name.as_str())
 }
 
-/// The built-in material of that name. Errors: an unknown name, with the nearest and all names.
+/// The built-in material of that name.
+///
+/// # Errors
+/// An unknown name, with the nearest and all names.
 pub fn by_name(name: &str) -> Result<Material> {
     table().iter().find(|m| m.name == name).cloned().ok_or_else(|| unknown(name).into())
 }
@@ -214,7 +219,8 @@ pub fn by_name(name: &str) -> Result<Material> {
 /// A material by name, or with layers on it: `aluminium+water:0.0005`, thicknesses in metres, from the
 /// base outwards. A free-standing sheet has the base `air`. The spec is its name.
 ///
-/// Errors: an unknown name, a thickness that is missing or outside [`THICKNESS_M`].
+/// # Errors
+/// An unknown name, a thickness that is missing or outside [`THICKNESS_M`].
 pub fn parse_spec(spec: &str) -> Result<Material> {
     let mut parts = spec.split('+').map(str::trim);
     let base = by_name(parts.next().unwrap_or_default())?;

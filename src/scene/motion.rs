@@ -88,7 +88,8 @@ enum TimeInterval {
 }
 
 impl<T: Copy> Channel<T> {
-    /// Errors: no values; times that do not increase; tangents that are not one pair a value of a cubic.
+    /// # Errors
+    /// No values; times that do not increase; tangents that are not one pair a value of a cubic.
     pub fn new(
         times_s: Vec<f64>,
         values: Vec<T>,
@@ -119,7 +120,10 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None })
     }
 
-    /// The same over and over. Errors: a period that is not above zero and finite.
+    /// The same over and over.
+    ///
+    /// # Errors
+    /// A period that is not above zero and finite.
     pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(BadInput::new("is no period of a motion")

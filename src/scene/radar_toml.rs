@@ -360,7 +360,10 @@ pub const PRESETS: [(&str, &str); 5] = [
     ("uwb9", include_str!("../../scenes/presets/uwb9.toml")),
 ];
 
-/// The built-in radar of that name. Errors: an unknown name, with the nearest.
+/// The built-in radar of that name.
+///
+/// # Errors
+/// An unknown name, with the nearest.
 pub fn preset(name: &str) -> Result<Radar> {
     match PRESETS.iter().find(|(n, _)| *n == name) {
         Some((_, text)) => parse(Path::new(&format!("{name}.toml")), text),
@@ -391,7 +394,10 @@ pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
     parse(&path, &read_text(&path)?)
 }
 
-/// The radar that the value at `span` of another file names. Errors: an unknown preset or a missing file is that file's mistake.
+/// The radar that the value at `span` of another file names.
+///
+/// # Errors
+/// An unknown preset or a missing file is that file's mistake.
 pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Radar> {
     let folder = doc.file().parent().unwrap_or(Path::new(""));
     if name.ends_with(".toml") {
@@ -926,8 +932,11 @@ fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
     pattern_csv(&path, &text)
 }
 
-/// Reads `azimuth_deg,elevation_deg,gain_db` rows (in any order, `#` starts a comment) that fill a
-/// grid; returns the pattern relative to its peak and the peak. Errors: one line with the line number.
+/// Reads `azimuth_deg,elevation_deg,gain_db` rows (in any order, `#` starts a comment) that fill a grid; returns the
+/// pattern relative to its peak and the peak.
+///
+/// # Errors
+/// One line with the line number.
 pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
     const HEADER: &str = "azimuth_deg,elevation_deg,gain_db";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
@@ -1035,8 +1044,11 @@ impl Polarisation {
     }
 }
 
-/// The radar as a TOML text with every key written out, which [`parse`] reads back to the same radar
-/// (angles to rounding). Errors: a polarisation without a name.
+/// The radar as a TOML text with every key written out, which [`parse`] reads back to the same radar (angles to
+/// rounding).
+///
+/// # Errors
+/// A polarisation without a name.
 pub fn to_toml(radar: &Radar) -> Result<String> {
     let element = |a: &Antenna| -> Result<ElementTable> {
         let polarisation = a.polarisation.name().ok_or_else(|| {

@@ -238,7 +238,10 @@ impl ScatteringTable {
         (self.frequencies_hz[0], self.frequencies_hz[self.frequencies_hz.len() - 1])
     }
 
-    /// Where `freq_hz` lies among the table's frequencies. Errors: outside them.
+    /// Where `freq_hz` lies among the table's frequencies.
+    ///
+    /// # Errors
+    /// Outside them.
     pub fn band(&self, freq_hz: f64) -> Result<Stencil> {
         let (lo, hi) = self.frequency_range_hz();
         let slack = SAME_HZ * hi;

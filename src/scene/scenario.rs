@@ -570,7 +570,10 @@ pub trait Builder {
 }
 
 impl Scenario {
-    /// Reads and checks a scenario file. Errors: one line with file, line, key, value and remedy.
+    /// Reads and checks a scenario file.
+    ///
+    /// # Errors
+    /// One line with file, line, key, value and remedy.
     pub fn load(path: &Path) -> Result<Scenario> {
         parse(path, &read_text(path)?)
     }
@@ -1013,8 +1016,10 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
     }
 }
 
-/// A commented file to start from, for `catseye init`. Errors: an unknown kind, or one that is not
-/// there yet.
+/// A commented file to start from, for `catseye init`.
+///
+/// # Errors
+/// An unknown kind, or one that is not there yet.
 pub fn template(kind: &str) -> Result<&'static str> {
     const KINDS: [&str; 5] = ["scenario", "road", "radar", "recipe", "study"];
     let text = match kind {

@@ -86,7 +86,10 @@ pub struct Document<'a> {
     tree: Spanned<DeValue<'a>>,
 }
 
-/// The text of a TOML file. Errors: what is no regular file, more than 16 MiB, not UTF-8.
+/// The text of a TOML file.
+///
+/// # Errors
+/// What is no regular file, more than 16 MiB, not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
     let bytes = input::read(path, "a TOML file", MAX_BYTES)?;
@@ -96,7 +99,10 @@ pub fn read_text(path: &Path) -> Result<String> {
     })
 }
 
-/// Path and text of a file that `name` gives below the folder of the document. Errors: a name that leaves it.
+/// Path and text of a file that `name` gives below the folder of the document.
+///
+/// # Errors
+/// A name that leaves it.
 pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, String)> {
     let relative = Path::new(&name.value);
     if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
@@ -111,8 +117,11 @@ pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, St
     Ok((path, text))
 }
 
-/// The path that a value of the TOML file `of` names, relative to its folder; for readers that have let go of the document.
-/// Errors: there is no such file.
+/// The path that a value of the TOML file `of` names, relative to its folder; for readers that have let go of the
+/// document.
+///
+/// # Errors
+/// There is no such file.
 pub fn referred(of: &Path, name: &At<String>) -> Result<PathBuf> {
     Document::parse(of, &read_text(of)?)?.beside(name)
 }
@@ -149,14 +158,18 @@ impl<'a> Document<'a> {
         &self.file
     }
 
-    /// The path of a file that this one names, relative to its folder. Errors: there is no such file.
+    /// The path of a file that this one names, relative to its folder.
+    ///
+    /// # Errors
+    /// There is no such file.
     pub fn beside(&self, name: &At<String>) -> Result<PathBuf> {
         let path = self.file.parent().unwrap_or(Path::new("")).join(&name.value);
         self.existing(&name.span, &path)?;
         Ok(path)
     }
 
-    /// Errors: the file at `path`, which the value at `span` names, is not there.
+    /// # Errors
+    /// The file at `path`, which the value at `span` names, is not there.
     pub fn existing(&self, span: &Range<usize>, path: &Path) -> Result<()> {
         match std::fs::metadata(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(self
@@ -167,7 +180,10 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The document as `T`. Errors: unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
+    /// The document as `T`.
+    ///
+    /// # Errors
+    /// Unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         T::deserialize(Value(&self.tree))
             .map_err(|Wrong { message, span }| self.complaint(&message, span).into())
@@ -189,7 +205,10 @@ impl<'a> Document<'a> {
         b
     }
 
-    /// The value when it lies in the range. Errors: one line with the range.
+    /// The value when it lies in the range.
+    ///
+    /// # Errors
+    /// One line with the range.
     pub fn in_range<T, R>(&self, at: &At<T>, range: R, remedy: &str) -> Result<T>
     where
         T: PartialOrd + Copy + Display,

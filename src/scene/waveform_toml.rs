@@ -129,8 +129,10 @@ pub struct RampTable {
     pub chirp_period_s: At<f64>,
 }
 
-/// The waveform and how transmitters share it. Errors: keys that are missing, belong to another kind or contradict
-/// each other.
+/// The waveform and how transmitters share it.
+///
+/// # Errors
+/// Keys that are missing, belong to another kind or contradict each other.
 pub fn build(
     doc: &Document<'_>,
     w: &WaveformTable,
@@ -427,8 +429,10 @@ fn scaled(
     Ok(PulseShape::Samples { rate_hz, envelope, zero })
 }
 
-/// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero. Errors: one line with
-/// the line number.
+/// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero.
+///
+/// # Errors
+/// One line with the line number.
 pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
     const HEADER: &str = "time_s,re,im";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);

@@ -92,7 +92,8 @@ fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
 
 /// Settings of a scenario's frame as the tracer takes them.
 ///
-/// Errors: weather at a frequency for which it is not known.
+/// # Errors
+/// Weather at a frequency for which it is not known.
 pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
@@ -154,7 +155,10 @@ struct RadarView<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// For all radars. Errors: surfaces that cannot be cut.
+    /// For all radars.
+    ///
+    /// # Errors
+    /// Surfaces that cannot be cut.
     pub fn new(scenario: &'a Scenario, scene: &'a Scene) -> Result<Prepared<'a>> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
@@ -287,7 +291,8 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
 /// From a cube to maps, one for each ramp, and points. `velocity_mps` is the radar's own in its frame, where it is known;
 /// `returns` and `bodies` label the points, and both may be empty.
 ///
-/// Errors: a cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
+/// # Errors
+/// A cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
 /// allow.
 pub fn detect(
     engine: &Engine,

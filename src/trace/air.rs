@@ -32,7 +32,10 @@ pub struct Rain {
 }
 
 impl Air {
-    /// None in dry air. Errors: a frequency for which the formulas do not hold.
+    /// None in dry air.
+    ///
+    /// # Errors
+    /// A frequency for which the formulas do not hold.
     pub fn of(weather: &Weather, freq_hz: f64) -> Result<Option<Air>> {
         if weather.is_dry_air() {
             return Ok(None);

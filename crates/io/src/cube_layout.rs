@@ -213,8 +213,8 @@ fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>,
 }
 
 impl Layout {
-    /// Errors (as text, for a file's own message): an axis of no or too many places, more numbers than can
-    /// be counted.
+    /// # Errors
+    /// (as text, for a file's own message): an axis of no or too many places, more numbers than can be counted.
     pub fn new(dims: Vec<Dim>, number: Number, big_endian: bool) -> Result<Layout, String> {
         let mut extent = [0usize; 5];
         for d in &dims {

@@ -80,7 +80,8 @@ pub struct DatasetFile {
 }
 
 impl DatasetFile {
-    /// Errors: none there, or a damaged one.
+    /// # Errors
+    /// None there, or a damaged one.
     pub fn read(dir: &Path) -> Result<DatasetFile> {
         let path = dir.join(DATASET);
         let bytes = match fs::read(&path) {
@@ -152,7 +153,10 @@ impl Marker {
     }
 }
 
-/// A scene of a recipe, built. Errors: as its readers and builders have them, with the scene's number.
+/// A scene of a recipe, built.
+///
+/// # Errors
+/// As its readers and builders have them, with the scene's number.
 pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
     Site::new(recipe.draw(scene)?).map_err(|e| match e {
         Error::Input(mut b) => {

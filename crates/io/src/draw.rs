@@ -141,7 +141,8 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Errors: not TOML; a distribution with unknown keys, bounds the wrong way round, weights that do not match; a draw that
+    /// # Errors
+    /// Not TOML; a distribution with unknown keys, bounds the wrong way round, weights that do not match; a draw that
     /// names nothing or itself.
     pub fn parse(file: &Path, text: &str) -> Result<Tree> {
         let doc = Document::parse(file, text)?;
@@ -553,7 +554,8 @@ impl<'a> Draws<'a> {
 
     /// The plain value of `node`, which stands at `path` of the recipe. None when a chance left it out.
     ///
-    /// Errors: numbers that only this scene makes impossible.
+    /// # Errors
+    /// Numbers that only this scene makes impossible.
     pub fn plain(&mut self, node: &Node, path: &str) -> Result<Option<toml::Value>> {
         self.entry(node, path, path, false)
     }

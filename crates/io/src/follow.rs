@@ -73,7 +73,8 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Errors: none with the default settings.
+    /// # Errors
+    /// None with the default settings.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
@@ -135,9 +136,12 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
         .collect())
 }
 
-/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's plane) into the run's
-/// folder. Points that stand, as far as the range rates tell, make no tracks; the tracker is told the ego vehicle's own motion.
-/// Errors: points that cannot be read.
+/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's plane)
+/// into the run's folder. Points that stand, as far as the range rates tell, make no tracks; the tracker is told the
+/// ego vehicle's own motion.
+///
+/// # Errors
+/// Points that cannot be read.
 pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
     let mut follower = Follower::new()?;
     let mut rows: Vec<TrackRow> = Vec::new();

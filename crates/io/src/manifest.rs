@@ -147,9 +147,11 @@ impl<T> PerRadar<T> {
     }
 }
 
-/// Radars in full, as TOML, with a copy of the calibration that each reads in `dir`: `calibration.csv`, with several radars
-/// `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar. Errors: a file that
-/// cannot be written.
+/// Radars in full, as TOML, with a copy of the calibration that each reads in `dir`: `calibration.csv`, with several
+/// radars `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar.
+///
+/// # Errors
+/// A file that cannot be written.
 pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     PerRadar::of(radars, |radar| {
         let mut kept = radar.clone();

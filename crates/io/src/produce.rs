@@ -95,8 +95,9 @@ pub struct Report {
 
 /// Makes what is missing of the dataset in `out`.
 ///
-/// Errors: a folder of something else, of another recipe or device; shards that do not exist; a scene that cannot be
-/// drawn or built; what the disk says. What is complete stays.
+/// # Errors
+/// A folder of something else, of another recipe or device; shards that do not exist; a scene that cannot be drawn or
+/// built; what the disk says. What is complete stays.
 pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
     if options.force && options.shards.is_some() {
         return Err(BadInput::new("would remove the shards that others make")

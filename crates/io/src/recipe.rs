@@ -196,7 +196,8 @@ pub struct Drawn {
 }
 
 impl Recipe {
-    /// Errors: one line with file, line, key, value and remedy.
+    /// # Errors
+    /// One line with file, line, key, value and remedy.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Recipe> {
         Recipe::parse(path, &read_text(path)?, seed)
     }
@@ -344,7 +345,8 @@ impl Recipe {
     /// Draws every scene and has its readers check it, on all cores. `drawn` is called after each. Ends early when
     /// `cancel` is set.
     ///
-    /// Errors: the first scene that is refused, and how many others are.
+    /// # Errors
+    /// The first scene that is refused, and how many others are.
     pub fn check(&self, cancel: &AtomicBool, drawn: &(dyn Fn() + Sync)) -> Result<()> {
         let refused = |scene: u32| {
             if cancel.load(Ordering::Relaxed) {
@@ -379,8 +381,10 @@ impl Recipe {
         Ok(all)
     }
 
-    /// SHA-256 of what decides on the bytes of some frames beside [`Recipe::basis`]: their scenes as they were drawn. Errors:
-    /// as [`Recipe::draw`].
+    /// SHA-256 of what decides on the bytes of some frames beside [`Recipe::basis`]: their scenes as they were drawn.
+    ///
+    /// # Errors
+    /// As [`Recipe::draw`].
     pub fn drawn_from(&self, basis: &str, frames: Range<u64>) -> Result<String> {
         let mut all = basis.to_string();
         let mut at = frames.start;
@@ -396,7 +400,10 @@ impl Recipe {
         Ok(sha256_of_bytes(all.as_bytes()))
     }
 
-    /// Draws a scene. Errors: a scene that its readers refuse, named with its number, the key and the drawn value.
+    /// Draws a scene.
+    ///
+    /// # Errors
+    /// A scene that its readers refuse, named with its number, the key and the drawn value.
     pub fn draw(&self, scene: u32) -> Result<Drawn> {
         if scene >= self.scenes {
             return Err(BadInput::new("there is no such scene")

@@ -6,7 +6,9 @@ use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::waveform::{Multiplex, Waveform};
 
 /// The TI device that this radar would be: one ramp, transmitters in turn, up to three of them and four receivers.
-/// Errors: what such a device does not have.
+///
+/// # Errors
+/// What such a device does not have.
 pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
     let bad = |problem: &str, value: String, allowed: &str| {
         Error::from(

@@ -27,7 +27,8 @@ pub struct Site {
 impl Site {
     /// The only place where a drawn road and a drawn scenario come together.
     ///
-    /// Errors: those of the builders.
+    /// # Errors
+    /// Those of the builders.
     pub fn new(drawn: Drawn) -> Result<Site> {
         let made = match drawn.plan {
             Some(plan) => site::Site::on(&drawn.parsed, plan)?,

@@ -40,7 +40,8 @@ const CHIRPS: usize = 16;
 /// The calibration of `radar` with its front end and noise as they are. `target` is turned so that its x axis points at the
 /// radar, its origin `range_m` away. `watch` is told after each angle.
 ///
-/// Errors: a reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
+/// # Errors
+/// A reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
 pub fn run(
     engine: &Engine,
     radar: &Radar,

@@ -172,7 +172,8 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
 /// Reads all of `dir`, a dataset or a run. `progress` is told of each file whose checksum was taken, and how many there
 /// are.
 ///
-/// Errors: a folder that is neither, or whose description is damaged; what the disk says.
+/// # Errors
+/// A folder that is neither, or whose description is damaged; what the disk says.
 pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     if !dir.join(DATASET).exists() {
         return verify_run(dir, progress);

@@ -55,7 +55,10 @@ impl Picture {
         Ok(bytes)
     }
 
-    /// Writes the PNG; an existing file is replaced only with `force`. Errors: a name that ends otherwise than .png.
+    /// Writes the PNG; an existing file is replaced only with `force`.
+    ///
+    /// # Errors
+    /// A name that ends otherwise than .png.
     pub fn write(&self, path: impl AsRef<Path>, force: bool) -> Result<PathBuf> {
         check_extension(path.as_ref(), &["png"])?;
         stage::write_file(path, force, &self.png()?)

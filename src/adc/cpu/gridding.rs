@@ -34,8 +34,11 @@ pub const COSTS: Costs = Costs {
 /// Echoes that are spread by one task when all go into one chirp: what a second-level cache holds.
 const STILL_PART: usize = 1024;
 
-/// The cube of one frame without noise, √W, and how it was made: each set of echoes by gridding
-/// where that is cheaper than the direct sum and accurate. Errors only when cancelled.
+/// The cube of one frame without noise, √W, and how it was made: each set of echoes by gridding where that is cheaper
+/// than the direct sum and accurate.
+///
+/// # Errors
+/// Only when cancelled.
 pub fn synthesise(plan: &Plan, control: Control) -> Result<(Cube<f32>, Methods)> {
     synthesise_with(plan, &COSTS, control)
 }

@@ -13,8 +13,11 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Adds what arrives to loops `first_loop..` of a frame. Samples whose momentary frequency lies outside the band are left alone.
-/// Errors: a cube that does not fit the chain, an arrival for another number of receivers.
+/// Adds what arrives to loops `first_loop..` of a frame. Samples whose momentary frequency lies outside the band are
+/// left alone.
+///
+/// # Errors
+/// A cube that does not fit the chain, an arrival for another number of receivers.
 pub fn add<T: Precision + Real>(
     cube: &mut Cube<T>,
     first_loop: usize,

@@ -21,8 +21,10 @@ const BLOCK: usize = 16;
 /// With Doppler bands (DDM) the band that transmitter k fills at this fold is first turned back by the k/B of a turn
 /// that it gains from chirp to chirp, whatever the sample's frequency.
 ///
-/// The sums over chirps are exact: a chirp-z transform by Bluestein's convolution for each sample. Errors: a
-/// cube of another shape, a scale that is not one positive number a sample.
+/// The sums over chirps are exact: a chirp-z transform by Bluestein's convolution for each sample.
+///
+/// # Errors
+/// A cube of another shape, a scale that is not one positive number a sample.
 pub fn spectrum<T: Real>(
     cube: &Cube<T>,
     transform: &Transform,

@@ -24,8 +24,11 @@ pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a,
     Ok(lines)
 }
 
-/// The lines of one ramp (`radar` is `Radar::part` of it), `[chirp, channel, line]`, borrowed where they are the samples as they
-/// stand. Errors: a cube that is not this radar's.
+/// The lines of one ramp (`radar` is `Radar::part` of it), `[chirp, channel, line]`, borrowed where they are the
+/// samples as they stand.
+///
+/// # Errors
+/// A cube that is not this radar's.
 pub fn lines<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cube<T>>> {
     let want = [radar.rows(), radar.channels(), radar.samples];
     let shape = [cube.chirps, cube.channels, cube.samples];

@@ -22,8 +22,10 @@ use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
 use crate::error::Result;
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
-/// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks,
-/// snapshots. Errors: a cube that is not this radar's, bad settings, samples that are not finite.
+/// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.
+///
+/// # Errors
+/// A cube that is not this radar's, bad settings, samples that are not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let transform = Transform::of_cube(cube, radar)?;
     let spectrum = spectrum(cube, &transform)?;
@@ -40,8 +42,10 @@ pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, R
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
 }
 
-/// Both transforms of a cube whose shape is theirs, without range migration if they ask for that. Errors: as
-/// [`keystone::spectrum`].
+/// Both transforms of a cube whose shape is theirs, without range migration if they ask for that.
+///
+/// # Errors
+/// As [`keystone::spectrum`].
 pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectrum<T>> {
     match &transform.keystone {
         Some(k) => keystone::spectrum(cube, transform, &k.scale, k.fold),
@@ -61,9 +65,11 @@ pub fn detect<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Resul
     Ok(Detection { mask, ratio: dsp::cfar::ratios(&columns) })
 }
 
-/// The noise power in W in these cells, detected or not, as the detector estimates it. Whole pictures are
-/// not needed for detection, and the order statistic of every cell costs ten times what the mask does.
-/// Errors: as [`detect`]; a cell outside the map.
+/// The noise power in W in these cells, detected or not, as the detector estimates it. Whole pictures are not needed
+/// for detection, and the order statistic of every cell costs ten times what the mask does.
+///
+/// # Errors
+/// As [`detect`]; a cell outside the map.
 pub fn noise<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize, cells: &[Cell]) -> Result<Vec<T>> {
     dsp::cfar::check_map(map)?;
     dsp::cfar::check_cells(map, cells)?;

@@ -14,7 +14,8 @@ use rayon::prelude::*;
 /// block of channels once, and once more for the snapshots unless one block is all. Blocks are as large as
 /// `budget_bytes` allows for samples and spectrum, and one channel at least.
 ///
-/// Errors: of the source; as [`super::process`]; Doppler bands.
+/// # Errors
+/// Of the source; as [`super::process`]; Doppler bands.
 pub fn process<T: Real>(
     transform: &Transform,
     cfar: &Cfar,

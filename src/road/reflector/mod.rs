@@ -109,7 +109,10 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// The kind of that name. Errors: an unknown name, with the nearest and all names.
+/// The kind of that name.
+///
+/// # Errors
+/// An unknown name, with the nearest and all names.
 pub fn kind_named(name: &str) -> Result<&'static Kind> {
     kinds().iter().copied().find(|k| k.name == name).ok_or_else(|| {
         let names: Vec<&str> = kinds().iter().map(|k| k.name).collect();

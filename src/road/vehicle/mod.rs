@@ -199,7 +199,8 @@ impl Body {
 
 /// The body of a kind with materials found by their names (table in `scene/material.rs`).
 ///
-/// Errors: those of the lookup. (The shapes are fixed; that their sections fit together is tested.)
+/// # Errors
+/// Those of the lookup. (The shapes are fixed; that their sections fit together is tested.).
 pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     let paints = Paints::new(materials)?;
     let parts = match kind {

@@ -63,14 +63,18 @@ pub(super) use options::{MAX_TRIANGLES, MAX_VERTICES};
 use std::path::Path;
 pub use write::{export, to_glb};
 
-/// The bytes of a `.gltf` or `.glb` file. Errors: what is no regular file, or too large.
+/// The bytes of a `.gltf` or `.glb` file.
+///
+/// # Errors
+/// What is no regular file, or too large.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     input::read(path, "a .glb or .gltf file", MAX_BYTES)
 }
 
 /// Reads a `.gltf` or `.glb` file.
 ///
-/// Errors: anything that is wrong with the file, in one line with the place in it.
+/// # Errors
+/// Anything that is wrong with the file, in one line with the place in it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = read_bytes(path)?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });

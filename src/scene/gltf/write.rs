@@ -43,8 +43,10 @@ pub(super) fn table_name(table: &ScatteringTable) -> Result<&str> {
 }
 
 /// The scene as binary glTF that [`super::import`] reads back to the same scene; scattering tables by the names of
-/// their files. Motions are exact in `extras`, and for other programs an animation shows what moves. Errors: numbers that are
-/// not finite, objects without triangles, more than 4 GiB.
+/// their files. Motions are exact in `extras`, and for other programs an animation shows what moves.
+///
+/// # Errors
+/// Numbers that are not finite, objects without triangles, more than 4 GiB.
 pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
     let failed = |what: String| Error::Failed(format!("cannot write glTF: {what}"));
     let axes = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X).transpose();

@@ -74,7 +74,8 @@ impl ImportTable<'_> {
     }
 }
 
-/// Errors: the file of this name, which stands at `span`, states no unit, up axis or material, and neither do the options.
+/// # Errors
+/// The file of this name, which stands at `span`, states no unit, up axis or material, and neither do the options.
 pub fn check_stated(
     doc: &Document<'_>,
     span: &Range<usize>,

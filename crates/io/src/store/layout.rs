@@ -413,7 +413,10 @@ impl Layout {
         self.arrays.iter().map(ArraySpec::bytes).sum()
     }
 
-    /// The array of that name. Errors: `BadInput` with the names that are there.
+    /// The array of that name.
+    ///
+    /// # Errors
+    /// `BadInput` with the names that are there.
     pub fn array(&self, name: &str) -> Result<&ArraySpec> {
         self.arrays
             .iter()
@@ -421,7 +424,10 @@ impl Layout {
             .ok_or_else(|| absent("array", name, self.arrays.iter().map(|a| a.name.as_str())))
     }
 
-    /// The table of that name. Errors: `BadInput` with the names that are there.
+    /// The table of that name.
+    ///
+    /// # Errors
+    /// `BadInput` with the names that are there.
     pub fn table(&self, name: &str) -> Result<&TableSpec> {
         self.tables
             .iter()

@@ -159,7 +159,8 @@ pub struct CameraFusion {
 }
 
 impl CameraFusion {
-    /// Errors: a setting outside what is allowed, as one sentence.
+    /// # Errors
+    /// A setting outside what is allowed, as one sentence.
     pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {
         let [near_m, far_m] = options.seen_m;
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
@@ -211,7 +212,8 @@ impl CameraFusion {
 
     /// Takes in tracks and own motion without an estimate: for frames between pictures.
     ///
-    /// Errors: what makes a look useless; the estimator stays as it was.
+    /// # Errors
+    /// What makes a look useless; the estimator stays as it was.
     pub fn observe(&mut self, input: &SensorInput<'_>) -> Result<(), LaneError> {
         if !input.time_s.is_finite() {
             return Err(LaneError::not_finite("the time of the look"));

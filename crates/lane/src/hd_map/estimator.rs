@@ -71,7 +71,8 @@ impl MapLanes {
     /// The method's name, as on the command line.
     pub const METHOD: &'static str = "hd-map";
 
-    /// Errors: the first fault of the map or of the settings.
+    /// # Errors
+    /// The first fault of the map or of the settings.
     pub fn new(map: HdMap, options: Options) -> Result<MapLanes, LaneError> {
         map.check()?;
         let o = &options;
@@ -169,7 +170,8 @@ impl MapLanes {
 
     /// The lane of each track of a look, in order (Li's product).
     ///
-    /// Errors: no place in the look; a place that is none.
+    /// # Errors
+    /// No place in the look; a place that is none.
     pub fn targets(&mut self, input: &SensorInput<'_>) -> Result<Vec<Assignment>, LaneError> {
         self.at(input)?;
         let targets: Vec<Target> = input.tracks.iter().map(|t| self.target(t)).collect();

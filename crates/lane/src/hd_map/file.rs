@@ -21,7 +21,8 @@ use std::path::Path;
 
 /// Reads and checks a map; by its name `.json`, otherwise TOML.
 ///
-/// Errors: a file that cannot be read; keys and values that are not a map's, with their line; the first fault of the map.
+/// # Errors
+/// A file that cannot be read; keys and values that are not a map's, with their line; the first fault of the map.
 pub fn read(path: &Path) -> Result<HdMap> {
     let text = read_text(path)?;
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));

@@ -276,7 +276,8 @@ pub struct LocalMap {
 }
 
 impl LocalMap {
-    /// Errors: the first fault of the map, the pose or the settings.
+    /// # Errors
+    /// The first fault of the map, the pose or the settings.
     pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, LaneError> {
         settings.check()?;
         map.check()?;

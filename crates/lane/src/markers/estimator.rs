@@ -22,7 +22,8 @@ impl MarkerRcs {
     /// Azimuths and elevations rise; one value or more each; `dbsm` holds the azimuths of the first elevation, then of the next. Levels of
     /// minus infinity (no echo) are allowed.
     ///
-    /// Errors: axes that do not rise, another number of levels, levels that are not finite.
+    /// # Errors
+    /// Axes that do not rise, another number of levels, levels that are not finite.
     pub fn new(azimuth_rad: Vec<f64>, elevation_rad: Vec<f64>, dbsm: Vec<f64>) -> Result<MarkerRcs> {
         let bad = |what: &str| Err(BadInput::new(what).key("the marker's cross section").into());
         let rising =

@@ -84,7 +84,8 @@ pub struct RangeDopplerLane {
 }
 
 impl RangeDopplerLane {
-    /// Errors: the option that lies outside its range.
+    /// # Errors
+    /// The option that lies outside its range.
     pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {
         options.lane.check()?;
         let o = &options;

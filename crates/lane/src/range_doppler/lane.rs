@@ -208,7 +208,8 @@ impl LaneFromMap {
 }
 
 impl LaneSettings {
-    /// Errors: the name of a setting that lies outside its range.
+    /// # Errors
+    /// The name of a setting that lies outside its range.
     pub fn check(&self) -> Result<(), LaneError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let start = match self.curve_start {

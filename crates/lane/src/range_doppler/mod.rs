@@ -31,8 +31,11 @@ pub use lane::{Along, CurveStart, LaneFromMap, LaneSettings, OtherLane, Sign, Sp
 pub use rows::Foreseen;
 use search::Blots;
 
-/// The lane that the cells of a map draw. Errors: see [`LaneError`]. Cells that are not finite, without
-/// standard deviations, or outside `near_m` to `far_m` are left out. Deterministic.
+/// The lane that the cells of a map draw. Deterministic.
+///
+/// # Errors
+/// See [`LaneError`]. Cells that are not finite, without standard deviations, or outside `near_m` to `far_m` are left
+/// out.
 pub fn lane_from_map(
     cells: &[Cell],
     speed: Speed,
@@ -47,7 +50,8 @@ pub fn lane_from_map(
 /// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some ten times
 /// faster. The mirrored lane is tried as well. What the cells say is all that counts: `near` is where the search starts, not knowledge.
 ///
-/// Errors: those of [`lane_from_map`]; [`LaneError`] also where another lane is the right one and `near` leads to none.
+/// # Errors
+/// Those of [`lane_from_map`]; [`LaneError`] also where another lane is the right one and `near` leads to none.
 pub fn lane_near(
     cells: &[Cell],
     speed: Speed,

@@ -108,7 +108,8 @@ pub struct ClothoidFilter {
 impl ClothoidFilter {
     /// Starts from one measurement and c1 = 0 ± `c1_std`, nothing else being known.
     ///
-    /// Errors: a measurement or setting that makes no sense.
+    /// # Errors
+    /// A measurement or setting that makes no sense.
     pub fn new(measurement: &EdgeMeasurement, settings: &ClothoidSettings) -> Result<Self> {
         measurement.validate()?;
         settings.validate()?;
@@ -126,7 +127,8 @@ impl ClothoidFilter {
 
     /// Starts from a state and its covariance.
     ///
-    /// Errors: values that are not finite, a variance below zero.
+    /// # Errors
+    /// Values that are not finite, a variance below zero.
     pub fn from_state(
         state: [f64; 3],
         covariance: [[f64; 3]; 3],
@@ -164,7 +166,8 @@ impl ClothoidFilter {
 
     /// Goes `dt_s` on at `speed_mps` (Miyake eq. 26, 27); backwards where the speed is negative.
     ///
-    /// Errors: a time below zero, or values that are not finite; the state is unchanged then.
+    /// # Errors
+    /// A time below zero, or values that are not finite; the state is unchanged then.
     pub fn predict(&mut self, dt_s: f64, speed_mps: f64) -> Result<()> {
         not_negative("time step", dt_s)?;
         finite("speed", speed_mps)?;
@@ -190,7 +193,8 @@ impl ClothoidFilter {
 
     /// Takes a measurement of a and b in, if it passes the gate.
     ///
-    /// Errors: a measurement that makes no sense; the state is unchanged then.
+    /// # Errors
+    /// A measurement that makes no sense; the state is unchanged then.
     pub fn update(&mut self, measurement: &EdgeMeasurement) -> Result<Update> {
         measurement.validate()?;
         let (update, new) = self.try_update(measurement)?;
@@ -253,7 +257,8 @@ impl ClothoidFilter {
 
     /// Takes in a curvature alone, as when only the other edge is seen: `a` = c0/2 + `cubic` c1.
     ///
-    /// Errors: values that make no sense.
+    /// # Errors
+    /// Values that make no sense.
     pub fn update_curvature(&mut self, a_per_m: f64, variance: f64, cubic: f64) -> Result<Update> {
         finite("measured a", a_per_m)?;
         positive("variance of a", variance)?;

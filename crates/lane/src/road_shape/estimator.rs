@@ -60,7 +60,8 @@ fn peak(p: &LanePoint) -> Peak {
 }
 
 impl RoadShapeEstimator {
-    /// Errors: settings that make no sense.
+    /// # Errors
+    /// Settings that make no sense.
     pub fn new(options: RoadShapeOptions) -> crate::error::Result<RoadShapeEstimator> {
         crate::error::not_negative("own_speed_share", options.own_speed_share)?;
         let tracker = RoadTracker::new(&options.tracker)?;

@@ -144,7 +144,8 @@ pub(super) fn bend(curve: Curve, kappa: f64, x: f64) -> Option<(f64, f64, f64)> 
 
 /// Fits the edge next to `start` = (a, b).
 ///
-/// Errors: too few points near it or over too short a stretch, or a fit that leaves the side.
+/// # Errors
+/// Too few points near it or over too short a stretch, or a fit that leaves the side.
 pub fn fit_edge(
     points: &[StaticPoint],
     start: (f64, f64),
@@ -161,7 +162,10 @@ pub fn fit_edge(
 
 /// Fits both edges with one reference curve (curvature c on the car's x axis, c/(1 − b c) at distance b).
 ///
-/// The extent asked for may come from either edge. Errors: as [`fit_edge`]; each edge needs two points.
+/// The extent asked for may come from either edge.
+///
+/// # Errors
+/// As [`fit_edge`]; each edge needs two points.
 pub fn fit_parallel(
     points: &[StaticPoint],
     starts: [(f64, f64); 2],

@@ -181,7 +181,8 @@ impl VoteMap {
     /// Lets each point vote along its line b = y − a x² (Miyake eq. 24), with a Gaussian across it that is as
     /// wide as the point's deviation and the cell: height goes with weight over deviation.
     ///
-    /// Errors: settings that make no sense, or no point within the limits.
+    /// # Errors
+    /// Settings that make no sense, or no point within the limits.
     pub fn new(points: &[StaticPoint], settings: &HoughSettings) -> Result<Self> {
         settings.validate()?;
         let voters = voters(points, settings);
@@ -276,7 +277,8 @@ impl VoteMap {
 
     /// The edge on one side.
     ///
-    /// Errors: no curve has the points, the extent and the stretches that the settings ask for.
+    /// # Errors
+    /// No curve has the points, the extent and the stretches that the settings ask for.
     pub fn edge(&self, side: Side) -> Result<EdgePeak> {
         let mut maxima = self.maxima(side);
         maxima.retain(|(column, row, _)| {
@@ -307,7 +309,8 @@ impl VoteMap {
     ///
     /// One edge must have the support that [`Self::edge`] asks for, the other at least two points.
     ///
-    /// Errors: it has not; a width that makes no sense.
+    /// # Errors
+    /// It has not; a width that makes no sense.
     pub fn parallel_edges(&self, width: Option<&RoadWidth>) -> Result<ParallelPeak> {
         let agreement: Vec<f64> = match width {
             Some(w) => {

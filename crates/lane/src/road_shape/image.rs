@@ -153,7 +153,8 @@ fn two_slopes(radar: &Radar) -> Option<[usize; 2]> {
 }
 
 impl Imager {
-    /// Errors: a radar that [`suits`] does not know; settings that its array does not allow.
+    /// # Errors
+    /// A radar that [`suits`] does not know; settings that its array does not allow.
     pub fn new(radar: &Radar, settings: &ImageSettings) -> Result<Imager> {
         let Some(ramps) = two_slopes(radar).filter(|_| suits(radar)) else {
             return Err(BadInput::new("the radar image needs FM-CW with two slopes, one transmitter and three channels or more in one line")
@@ -189,7 +190,8 @@ impl Imager {
 
     /// Images of both slopes, `with_spectrum` or with their peaks only.
     ///
-    /// Errors: a cube that is not the radar's; samples that are not finite.
+    /// # Errors
+    /// A cube that is not the radar's; samples that are not finite.
     pub fn look(&mut self, engine: &Engine, cube: &AnyCube, with_spectrum: bool) -> Result<[SlopeImage; 2]> {
         let settings = self.settings;
         let mut made = Vec::with_capacity(2);
@@ -206,7 +208,8 @@ impl Imager {
     /// out of the beats (Miyake, section IV): such peaks are paired first. What is left is paired by level and angle alone (eq. 119),
     /// which is how moving bodies come out. Without a speed all are.
     ///
-    /// Errors: values that are not finite.
+    /// # Errors
+    /// Values that are not finite.
     pub fn points(
         &self,
         images: &[SlopeImage; 2],
@@ -326,7 +329,8 @@ impl Imager {
 
     /// What the angles are found from: the range transform of slope 0 or 1, `[range cell, chirp, channel]`, sqrt(W).
     ///
-    /// Errors: a cube that is not the radar's; another slope.
+    /// # Errors
+    /// A cube that is not the radar's; another slope.
     pub fn snapshots(&self, cube: &AnyCube, slope: usize) -> Result<Vec<Complex64>> {
         match self.parts.get(slope) {
             Some(part) => part.cells(cube),

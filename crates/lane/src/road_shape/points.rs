@@ -116,7 +116,8 @@ pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) 
 /// own, that of speed and yaw rate, what the azimuth's deviation does to −v cos(az), and the floor. A car
 /// that crosses, or stands, passes. Bad peaks are counted, not refused.
 ///
-/// Errors: a mount, ego or gate value that is not finite, or of the wrong sign.
+/// # Errors
+/// A mount, ego or gate value that is not finite, or of the wrong sign.
 pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &StaticGate) -> Result<StaticScan> {
     check_mount(mount)?;
     finite("ego speed", ego.speed_mps)?;
@@ -193,7 +194,8 @@ fn usable(p: &Peak) -> bool {
 /// then their weighted mean. `min_share` of the peaks within ±60° must agree (0.3 is usual; a jam that
 /// crawls along with the car fails it or, worse, wins).
 ///
-/// Errors: too few peaks, or no common speed.
+/// # Errors
+/// Too few peaks, or no common speed.
 pub fn ego_speed(peaks: &[Peak], mount: &RadarMount, gate: &StaticGate, min_share: f64) -> Result<Ego> {
     check_mount(mount)?;
     positive("least share", min_share)?;

@@ -116,7 +116,8 @@ pub struct RoadTracker {
 }
 
 impl RoadTracker {
-    /// Errors: settings that make no sense.
+    /// # Errors
+    /// Settings that make no sense.
     pub fn new(settings: &TrackerSettings) -> Result<Self> {
         settings.hough.validate()?;
         settings.fit.validate()?;
@@ -129,8 +130,9 @@ impl RoadTracker {
 
     /// Takes in the peaks of a scan `dt_s` after the last one.
     ///
-    /// Errors: time, ego motion or mounting that make no sense; the tracks are unchanged then. A scan without
-    /// an edge is no error: `fits` says why.
+    /// # Errors
+    /// Time, ego motion or mounting that make no sense; the tracks are unchanged then. A scan without an edge is no
+    /// error: `fits` says why.
     pub fn step(&mut self, peaks: &[Peak], dt_s: f64, ego: &Ego) -> Result<RoadShape> {
         not_negative("time step", dt_s)?;
         let s = &self.settings;
@@ -140,7 +142,8 @@ impl RoadTracker {
 
     /// The same from points that are known to stand; `moving` is handed on.
     ///
-    /// Errors: time or ego motion that make no sense; the tracks are unchanged then.
+    /// # Errors
+    /// Time or ego motion that make no sense; the tracks are unchanged then.
     pub fn step_points(
         &mut self,
         points: Vec<StaticPoint>,

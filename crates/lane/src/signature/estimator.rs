@@ -186,7 +186,10 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// `lanes` may be empty: then only places and words are told. Errors: settings outside their ranges.
+    /// `lanes` may be empty: then only places and words are told.
+    ///
+    /// # Errors
+    /// Settings outside their ranges.
     pub fn new(
         map: SignatureMap,
         lanes: MapLanes,

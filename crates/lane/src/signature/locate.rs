@@ -559,8 +559,11 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
     Ok((out, ((2 * along + 1) * (2 * across + 1)) as usize))
 }
 
-/// The pose from which the scan was taken. The points must be static (see [`SignatureMap::add_scan`] for the
-/// test by range rate). Errors: see [`LaneError`]. Deterministic.
+/// The pose from which the scan was taken. The points must be static (see [`SignatureMap::add_scan`] for the test by
+/// range rate). Deterministic.
+///
+/// # Errors
+/// See [`LaneError`].
 pub fn locate(
     map: &SignatureMap,
     points: &[ScanPoint],

@@ -230,7 +230,8 @@ pub struct RowReader {
 }
 
 impl RowReader {
-    /// Errors: a code or settings outside their ranges.
+    /// # Errors
+    /// A code or settings outside their ranges.
     pub fn new(options: RowOptions) -> Result<RowReader, LaneError> {
         let [near, far] = options.range_m;
         let rules: [(&'static str, bool); 6] = [
@@ -353,7 +354,10 @@ impl RowReader {
         Some((last.heading_rad - first.heading_rad) / last.place().distance(first.place()))
     }
 
-    /// The word, of all that was gathered. Errors: no row, or no word in it.
+    /// The word, of all that was gathered.
+    ///
+    /// # Errors
+    /// No row, or no word in it.
     pub fn read(&self) -> Result<Reading, LaneError> {
         let picked = self.picked().ok_or(LaneError::too_few("usable points", 0, LEAST))?;
         self.reader.read(&[picked.points])

@@ -20,7 +20,10 @@ pub struct Background {
 }
 
 impl Background {
-    /// Of scans of equal length. Errors: no scans, other lengths, samples that are not finite.
+    /// Of scans of equal length.
+    ///
+    /// # Errors
+    /// No scans, other lengths, samples that are not finite.
     pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, LaneError> {
         let mut mean: Vec<f64> = Vec::new();
         let mut count = 0.0;
@@ -49,7 +52,10 @@ impl Background {
         &self.mean
     }
 
-    /// The scan without the background. Errors: a scan of another length.
+    /// The scan without the background.
+    ///
+    /// # Errors
+    /// A scan of another length.
     pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, LaneError> {
         if scan.len() != self.mean.len() {
             let (found, expected) = (scan.len(), self.mean.len());
@@ -92,7 +98,8 @@ impl UwbOptions {
 
     /// Energy and strongest range of a scan, Kim (6).
     ///
-    /// Errors: an empty scan, samples that are not finite, samples that do not cover the gate.
+    /// # Errors
+    /// An empty scan, samples that are not finite, samples that do not cover the gate.
     pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, LaneError> {
         if scan.is_empty() {
             return Err(LaneError::Empty);

@@ -18,7 +18,8 @@ pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS};
 
 /// Runs the workloads of these names, all when there are none, in the order of [`WORKLOADS`].
 ///
-/// Errors: an unknown name; whatever a stage reports.
+/// # Errors
+/// An unknown name; whatever a stage reports.
 pub fn run(
     engine: &Engine,
     only: &[String],

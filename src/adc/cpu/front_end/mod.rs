@@ -34,9 +34,12 @@ pub struct Inputs<'a> {
     pub interference_seed: u64,
 }
 
-/// The samples that the converter delivers, from the cube of a whole frame without noise, whose rows are
-/// `margin` samples longer at both ends (`Chain::margin`; 0 for a cube that has none). Echoes must have been
-/// multiplied by `Chain::echo_gain` already. Errors: a cube that does not fit the chain.
+/// The samples that the converter delivers, from the cube of a whole frame without noise, whose rows are `margin`
+/// samples longer at both ends (`Chain::margin`; 0 for a cube that has none). Echoes must have been multiplied by
+/// `Chain::echo_gain` already.
+///
+/// # Errors
+/// A cube that does not fit the chain.
 pub fn apply<T: Precision + Real + noise::Precision>(
     cube: Cube<T>,
     margin: usize,
@@ -55,8 +58,10 @@ pub struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// `samples`: of a row, with its margins. Errors: a margin as long as the row, a sweep too slow for phase
-    /// noise.
+    /// `samples`: of a row, with its margins.
+    ///
+    /// # Errors
+    /// A margin as long as the row, a sweep too slow for phase noise.
     pub fn new(chain: &'a Chain, samples: usize, margin: usize, with: Inputs<'a>) -> Result<Runner<'a>> {
         let oscillator = Oscillator::new(chain, samples, margin, with.seed, with.frame)?;
         Ok(Runner { chain, with, margin, oscillator })

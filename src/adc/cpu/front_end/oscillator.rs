@@ -40,8 +40,10 @@ pub struct Oscillator<'a> {
 }
 
 impl<'a> Oscillator<'a> {
-    /// For rows of `row` samples with their margins. Errors: a margin as long as the row, a sweep too slow for
-    /// phase noise.
+    /// For rows of `row` samples with their margins.
+    ///
+    /// # Errors
+    /// A margin as long as the row, a sweep too slow for phase noise.
     pub fn new(chain: &'a Chain, row: usize, margin: usize, seed: u64, frame: u32) -> Result<Self> {
         let (s, timing) = (&chain.settings, &chain.timing);
         if row <= 2 * margin {
