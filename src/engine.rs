@@ -229,6 +229,9 @@ impl Engine {
     /// How far S moves, in dB, when cells at finite range and facets of curved surfaces have a quarter of the
     /// phase that the accuracy allows: the largest |dS| / |S| among the co-polar values within 30 dB of their peak. None when there
     /// is no echo.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn rcs_convergence_db(
         &self,
         scene: &Scene,
@@ -253,6 +256,9 @@ impl Engine {
     }
 
     /// [`Engine::rcs`] that tells `watch` how many aspects were finished since it last did.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn rcs_watched(
         &self,
         scene: &Scene,
@@ -364,6 +370,9 @@ impl Engine {
     }
 
     /// S for each aspect by a grid of rays.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn rcs_rays(
         &self,
         geometry: &Geometry,

@@ -87,6 +87,8 @@ fn limit_bytes() -> Option<u64> {
 const LEAST_GIB: f64 = 1.0;
 const THREAD_GIB: f64 = 0.125;
 
+/// Checks the process's limits of memory.
+///
 /// # Errors
 /// Limits of the process in which any work may fail for want of memory, halfway and without a word.
 pub fn check_limits() -> Result<(), Box<BadInput>> {

@@ -35,6 +35,9 @@ pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(Device
 }
 
 /// The same with given costs, by which tests force one method or another.
+///
+/// # Errors
+/// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
 pub fn record_with(
     plan: &Plan,
     gpu: &Gpu,

@@ -756,11 +756,17 @@ impl Plan<'_> {
     /// Records the synthesis of the cube without noise, in pieces of whole chirps that each fit a
     /// binding. Fails when the beat frequency drifts so fast that the shader's blocks of 16 samples are
     /// too long, or when one chirp exceeds a binding.
+    ///
+    /// # Errors
+    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
         self.record_some(gpu, recorder, &self.still, &self.moving)
     }
 
     /// The same of some of the echoes at rest and of those that move.
+    ///
+    /// # Errors
+    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
     pub fn record_some(
         &self,
         gpu: &Gpu,

@@ -61,6 +61,8 @@ impl Plot {
         self.range_m * DVec2::from_angle(self.azimuth_rad)
     }
 
+    /// Checks plot number `index`.
+    ///
     /// # Errors
     /// A value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
     pub fn check(&self, index: usize) -> Result<()> {

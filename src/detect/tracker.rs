@@ -48,6 +48,8 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first setting outside its range.
     pub fn check(&self) -> Result<()> {
@@ -95,6 +97,9 @@ impl TrackerSettings {
     /// All ways of hits and misses are followed with the gate that the track has by then: the gate's
     /// volume is 4π/3 γ^{3/2} √|S|. An upper bound, as gates reach beyond the field of view and tracks
     /// compete for plots.
+    ///
+    /// # Errors
+    /// Settings or rates outside their ranges.
     pub fn false_confirmation(
         &self,
         plot: &Plot,
@@ -221,6 +226,8 @@ pub struct Tracker {
 }
 
 impl Tracker {
+    /// A tracker without tracks.
+    ///
     /// # Errors
     /// A setting outside its range.
     pub fn new(settings: TrackerSettings) -> Result<Tracker> {

@@ -26,6 +26,9 @@ pub(super) fn detection(mask: Vec<u32>, columns: &[cfar_window::Column]) -> Dete
 }
 
 /// The detector alone, on a map from the host: the twin of the cpu engine's `detect`.
+///
+/// # Errors
+/// A map or cube that does not fit the settings; failures of the adapter.
 pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> Result<Detection<f32>> {
     cfar::check_map(map)?;
     let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
@@ -38,6 +41,9 @@ pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> R
 }
 
 /// The noise in W in these cells, on a map from the host: the twin of the cpu engine's `noise`.
+///
+/// # Errors
+/// A map or cube that does not fit the settings; failures of the adapter.
 pub fn noise(
     gpu: &Gpu,
     map: &PowerMap<f32>,
@@ -76,6 +82,9 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
 
 /// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with
 /// [`Recorded::submit`].
+///
+/// # Errors
+/// A map or cube that does not fit the settings; failures of the adapter.
 pub fn record<'a>(
     mut recorder: Recorder<'a>,
     gpu: &'a Gpu,
@@ -131,6 +140,9 @@ impl<'a> Recorded<'a> {
     }
 
     /// And what else was recorded.
+    ///
+    /// # Errors
+    /// A map or cube that does not fit the settings; failures of the adapter.
     pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
         let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
         let spectrum = found.spectrum.clone();

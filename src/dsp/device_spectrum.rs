@@ -39,6 +39,9 @@ impl DeviceSpectrum {
     }
 
     /// Copies it to the host.
+    ///
+    /// # Errors
+    /// Failures of the adapter.
     pub fn read(&self, gpu: &Gpu) -> Result<Spectrum<f32>> {
         let mut recorder = gpu.recorder("spectrum");
         let pending: Vec<_> = self.chunks.iter().map(|c| recorder.read(&c.spectrum)).collect();

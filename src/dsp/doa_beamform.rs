@@ -287,6 +287,9 @@ pub static KERNEL: Kernel = Kernel {
 
 /// |y|^2 in W, `[cell, elevation, azimuth]`: the twin of the cpu engine's `spectra`, in as many
 /// chunks of cells as the adapter's bindings ask for. `range_rates_mps`: one for each cell.
+///
+/// # Errors
+/// Snapshots of another number of channels; failures of the adapter.
 pub fn spectra(
     gpu: &Gpu,
     beam: &Beamformer,

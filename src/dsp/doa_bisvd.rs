@@ -375,6 +375,9 @@ pub struct Costs {
 }
 
 /// Counts both on the last of `snapshots`, `[snapshot, channel]`, after all others.
+///
+/// # Errors
+/// A rank or a number of channels that the tracker does not take.
 pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Costs> {
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;
     let mut r = vec![Complex64::ZERO; channels * channels];
@@ -408,6 +411,9 @@ pub struct Times {
 }
 
 /// Times both over the same snapshots, `[snapshot, channel]`, on one thread.
+///
+/// # Errors
+/// A rank or a number of channels that the tracker does not take.
 pub fn times(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Times> {
     use super::doa_covariance::{Forgetting, eigen};
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;

@@ -128,6 +128,9 @@ impl Calibration {
     }
 
     /// The vectors that a manifold has at these angles, as if measured without error.
+    ///
+    /// # Errors
+    /// Axes that are empty or do not ascend.
     pub fn of_manifold(manifold: &Manifold, azimuth_deg: Vec<f64>, elevation_deg: Vec<f64>) -> Result<Self> {
         check_axis("azimuth_deg", &azimuth_deg)?;
         check_axis("elevation_deg", &elevation_deg)?;
@@ -256,6 +259,9 @@ impl Calibration {
     }
 
     /// Writes the table that [`Self::from_table`] reads. `comments` come first.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn write(&self, out: impl Write, comments: &[String]) -> std::io::Result<()> {
         let mut comments = comments.to_vec();
         comments.extend(self.range_m.map(|r| format!("{RANGE} = {r}")));

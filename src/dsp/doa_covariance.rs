@@ -35,6 +35,8 @@ pub struct Forgetting {
 }
 
 impl Forgetting {
+    /// An average with forgetting factor `alpha`.
+    ///
     /// # Errors
     /// A factor outside 0 < alpha < 1.
     pub fn new(channels: usize, alpha: f64) -> Result<Self> {
@@ -169,6 +171,9 @@ impl Eigen {
 }
 
 /// Largest principal angle between the spaces that orthonormal columns span, rad.
+///
+/// # Errors
+/// Matrices of different size, or values that are not finite.
 pub fn principal_angle(a: &Matrix, b: &Matrix) -> Result<f64> {
     // From the sine, which keeps small angles: the largest singular value of (I - A A^H) B.
     let outside = b - a * (a.adjoint() * b);

@@ -44,6 +44,8 @@ enum Prepared {
 }
 
 impl Estimator {
+    /// An estimator of directions on a grid.
+    ///
     /// # Errors
     /// A grid that is empty, wider than the calibration, or of two axes for an array on one line; more sources than
     /// the array can tell; a method that needs a uniform line or rectangle on another array; settings outside their
@@ -184,6 +186,9 @@ impl Estimator {
     /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22
     /// of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
     /// from which powers are taken.
+    ///
+    /// # Errors
+    /// As [`Self::estimate_cells`]; a method that does not track.
     pub fn track_cells<T: Real>(
         &self,
         bases: &[Matrix],
@@ -262,6 +267,9 @@ impl Estimator {
 
     /// The spectrum of eq. 22 of the document for each tracked subspace, `[cell, elevation, azimuth]`.
     /// `snapshots`: as many as [`Self::looks`] was given at a time.
+    ///
+    /// # Errors
+    /// As [`Self::estimate_cells`]; a method that does not track.
     pub fn track_spectra<T: Real>(
         &self,
         bases: &[Matrix],

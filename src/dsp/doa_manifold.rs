@@ -61,11 +61,17 @@ impl Manifold {
     }
 
     /// An array that only receives: one transmitter at the origin.
+    ///
+    /// # Errors
+    /// A radar whose antennas make no array: none, or two in one place.
     pub fn receivers(rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         Self::new(vec![DVec3::ZERO; rx_m.len()], rx_m, wavelength_m)
     }
 
     /// The radar's virtual channels, c = tx x N_rx + rx, at its carrier.
+    ///
+    /// # Errors
+    /// A radar whose antennas make no array: none, or two in one place.
     pub fn of_radar(radar: &Radar) -> Result<Self> {
         let pairs = radar.tx.iter().flat_map(|t| radar.rx.iter().map(|r| (t.position_m, r.position_m)));
         let (tx, rx) = pairs.unzip();

@@ -21,6 +21,9 @@ pub fn complement(signal: &Matrix) -> Result<Matrix> {
 
 /// Phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times
 /// the step along the direction. `noise`: orthonormal columns of the noise subspace.
+///
+/// # Errors
+/// As [`music`]; an array that is not on one uniform line.
 pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     let n = noise.nrows();
     let c = noise * noise.adjoint();

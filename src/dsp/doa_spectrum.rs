@@ -104,6 +104,9 @@ pub static KERNEL: Kernel = Kernel {
 
 /// The forms over the grid, `[cell, direction]`: the twin of the cpu engine's `spectra`, in as many
 /// pieces as the adapter's bindings ask for.
+///
+/// # Errors
+/// Failures of the adapter.
 pub fn spectra(gpu: &Gpu, steering: &Steering, forms: &Forms) -> Result<Vec<f32>> {
     let narrow = |z: &Complex64| Complex32::new(z.re as f32, z.im as f32);
     let (directions, channels) = (steering.directions(), forms.channels);

@@ -220,6 +220,9 @@ pub fn record(
 }
 
 /// [`record`] with a method of choice.
+///
+/// # Errors
+/// A cube that is larger than the adapter holds; failures of the adapter.
 pub fn record_by(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
@@ -265,6 +268,9 @@ pub fn record_by(
 }
 
 /// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
+///
+/// # Errors
+/// A cube that is larger than the adapter holds; failures of the adapter.
 pub fn record_device(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,

@@ -38,6 +38,8 @@ pub struct Transform {
 }
 
 impl Transform {
+    /// The transforms of a cube of this shape.
+    ///
     /// # Errors
     /// An empty cube, or a transform shorter than the data.
     pub fn new(
@@ -112,6 +114,9 @@ impl Transform {
     }
 
     /// The same for the shape alone.
+    ///
+    /// # Errors
+    /// A shape that is not the one expected.
     pub fn of_shape(shape: [usize; 3], radar: &Radar) -> Result<Self> {
         let want = [radar.chirps, radar.channels(), radar.lines().count];
         if shape != want {
@@ -135,6 +140,9 @@ impl Transform {
     }
 
     /// Refuses another shape `[chirps, channels, samples]` than this transform's.
+    ///
+    /// # Errors
+    /// A shape that is not the one expected.
     pub fn check_shape(&self, shape: [usize; 3]) -> Result<()> {
         let want = [self.chirps, self.channels, self.samples];
         if shape == want {
@@ -183,6 +191,8 @@ pub struct Keystone {
 }
 
 impl Keystone {
+    /// Checks the scale of a keystone transform.
+    ///
     /// # Errors
     /// A scale that is not one positive number a sample.
     pub fn check(scale: &[f64], samples: usize) -> Result<()> {

@@ -33,6 +33,9 @@ pub fn coefficients(window: Window, n: usize) -> Result<Vec<f64>> {
 /// normalised position; Dolph-Chebyshev is interpolated linearly between the coefficients of a
 /// uniform array with as many elements as there are distinct positions (exact when the array is
 /// uniform). Elements in one place all get 1.
+///
+/// # Errors
+/// A window that cannot be sampled anywhere; places that are not finite.
 pub fn at_positions(window: Window, positions: &[f64]) -> Result<Vec<f64>> {
     let mut distinct = positions.to_vec();
     distinct.sort_by(f64::total_cmp);

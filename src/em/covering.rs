@@ -108,6 +108,9 @@ fn mixture(name: &str, eps: Complex64, source: &str) -> Material {
 }
 
 /// A film of water. Fails on a mass or area that is not positive.
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn water(mass_kg: f64, area_m2: f64) -> Result<Layer> {
     Layer::new(by_name("water")?, thickness_m(mass_kg, WATER_KG_M3, area_m2)?)
 }
@@ -123,6 +126,9 @@ pub enum GrainScattering {
 
 /// Grains of stone with air between (Looyenga). The mean thickness may be less than a grain. Fails on a
 /// mass or area that is not positive.
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result<Layer> {
     let air = Complex64::ONE;
     let mix = looyenga(&[(GRAIN_EPS, GRAIN_PACKING), (air, 1.0 - GRAIN_PACKING)])?;
@@ -141,6 +147,9 @@ pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result
 
 /// Leaves of which tissue fills `tissue_fraction` of the layer, air the rest (Looyenga); 1 is flat and
 /// close. Fails on a mass or area that is not positive, or a fraction outside (0, 1].
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer> {
     let leaf = by_name("leaves")?;
     if !(tissue_fraction > 0.0 && tissue_fraction <= 1.0) {
@@ -161,17 +170,26 @@ pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer>
 }
 
 /// A coat of white traffic paint.
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn white_paint() -> Result<Layer> {
     Layer::new(by_name("paint-white")?, PAINT_THICKNESS_M)
 }
 
 /// The document's coverings, spread over the whole plate.
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn coverings() -> Result<Vec<Covering>> {
     coverings_on(Region::Plate)
 }
 
 /// The document's coverings, spread over a region of its sample. Gravel stands twice: with the least and
 /// the most loss that its grains can cause.
+///
+/// # Errors
+/// Amounts that are not positive and finite, or that no layer holds.
 pub fn coverings_on(region: Region) -> Result<Vec<Covering>> {
     let area = region.area_m2();
     let mut all = Vec::new();

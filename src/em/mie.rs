@@ -70,6 +70,9 @@ pub struct SphereSeries {
 impl SphereSeries {
     /// A perfectly conducting sphere: aₙ = ψₙ′/ξₙ′, bₙ = ψₙ/ξₙ at x = k·radius (Bohren and Huffman
     /// eq. 4.53 for infinite refractive index). Fails unless k·radius lies in [`KA_RANGE`].
+    ///
+    /// # Errors
+    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
     pub fn pec(radius_m: f64, freq_hz: f64) -> Result<SphereSeries> {
         let k = wavenumber(freq_hz);
         let x = k * radius_m;
@@ -90,18 +93,27 @@ impl SphereSeries {
     /// A homogeneous sphere of relative permittivity `eps_r` = eps' - j eps''. Fails outside
     /// [`KA_RANGE`], for an eps'' below zero, and where |sqrt(eps_r)| k·radius exceeds
     /// [`INNER_SIZE_MAX`].
+    ///
+    /// # Errors
+    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
     pub fn dielectric(radius_m: f64, eps_r: Complex64, freq_hz: f64) -> Result<SphereSeries> {
         SphereSeries::layered(Core::Dielectric { radius_m, eps_r }, &[], freq_hz)
     }
 
     /// A core in one shell of relative permittivity `shell_eps_r` out to `radius_m`. Fails as
     /// [`layered`](SphereSeries::layered).
+    ///
+    /// # Errors
+    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
     pub fn coated(core: Core, radius_m: f64, shell_eps_r: Complex64, freq_hz: f64) -> Result<SphereSeries> {
         SphereSeries::layered(core, &[Shell { radius_m, eps_r: shell_eps_r }], freq_hz)
     }
 
     /// A core in shells, from inside outwards. Fails unless the radii grow, k·(outer radius) lies in
     /// [`KA_RANGE`], and as [`dielectric`](SphereSeries::dielectric).
+    ///
+    /// # Errors
+    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
     pub fn layered(core: Core, shells: &[Shell], freq_hz: f64) -> Result<SphereSeries> {
         let k = wavenumber(freq_hz);
         let radii: Vec<f64> =

@@ -25,6 +25,9 @@ fn check_fraction(fraction: f64) -> Result<()> {
 /// eps^(1/3) = sum of f_i eps_i^(1/3): grains of any shape and fraction, small contrast (Looyenga,
 /// *Physica* 31 (1965) 401; Landau and Lifshitz, *Electrodynamics of Continuous Media*, section 9).
 /// `parts` are (permittivity, volume fraction). Fails unless the fractions are shares that add up to 1.
+///
+/// # Errors
+/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
 pub fn looyenga(parts: &[(Complex64, f64)]) -> Result<Complex64> {
     for p in parts {
         check_fraction(p.1)?;
@@ -43,6 +46,9 @@ pub fn looyenga(parts: &[(Complex64, f64)]) -> Result<Complex64> {
 
 /// Spheres of `inclusion` in `host`, of volume fraction `fraction`: well separated grains (Maxwell
 /// Garnett 1904; Sihvola, *Electromagnetic Mixing Formulas and Applications* (1999), eq. 3.27).
+///
+/// # Errors
+/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
 pub fn maxwell_garnett(host: Complex64, inclusion: Complex64, fraction: f64) -> Result<Complex64> {
     check_fraction(fraction)?;
     let contrast = inclusion - host;
@@ -52,6 +58,9 @@ pub fn maxwell_garnett(host: Complex64, inclusion: Complex64, fraction: f64) -> 
 
 /// Grains of two kinds of which neither is the host (Bruggeman 1935; Sihvola 1999, section 9.1):
 /// (1 - f)(eps_1 - eps)/(eps_1 + 2 eps) + f (eps_2 - eps)/(eps_2 + 2 eps) = 0.
+///
+/// # Errors
+/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
 pub fn bruggeman(first: Complex64, second: Complex64, second_fraction: f64) -> Result<Complex64> {
     check_fraction(second_fraction)?;
     let f = second_fraction;

@@ -112,6 +112,9 @@ impl Engine {
 
     /// Samples of one frame as the receiver's converter delivers them: `[chirp, channel, sample]`, ramps in turn along chirps.
     /// `interference` is what other radars send into the receivers.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn cube(
         &self,
         radar: &Radar,
@@ -143,6 +146,9 @@ impl Engine {
 
     /// [`Engine::cube`] and [`Engine::maps`]. The usual radar's frame is one submission on the gpu engine, from echoes to
     /// detected cells. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn frame(
         &self,
         radar: &Radar,
@@ -177,6 +183,9 @@ impl Engine {
     }
 
     /// [`Engine::range_doppler`] of each ramp.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn maps(&self, radar: &Radar, cube: &AnyCube) -> Result<Vec<RangeDoppler<f64>>> {
         (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
     }
@@ -307,6 +316,9 @@ impl Engine {
 
     /// From samples to detected cells of one ramp (`radar` is [`Radar::part`] of it; a radar with one ramp as it is). The stages run
     /// in the precision of the engine; what they found is handed on in f64.
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
         use crate::dsp::cpu::lines::prepared as lines;
         match (self, cube) {
@@ -360,6 +372,9 @@ impl Engine {
     }
 
     /// Quadratic forms of cells over a grid of directions, `[cell, direction]` (CONVENTIONS eq. 94).
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn forms(&self, steering: &Steering, forms: &Forms) -> Result<Vec<f64>> {
         let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
         Ok(match self {
@@ -370,6 +385,9 @@ impl Engine {
     }
 
     /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).
+    ///
+    /// # Errors
+    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn angular_power(
         &self,
         beam: &Beamformer,

@@ -65,6 +65,9 @@ impl FrameMemory {
     }
 
     /// Refuses a frame that needs more than the machine has, with what asks for most of it.
+    ///
+    /// # Errors
+    /// A frame that needs more than the machine has.
     pub fn check(&self, radar: &Radar) -> Result<()> {
         let Err(e) = machine::require(self.peak_bytes, "its frames") else { return Ok(()) };
         let p = &radar.processing;
@@ -102,6 +105,8 @@ impl Engine {
         }
     }
 
+    /// Checks that a frame fits into the memory.
+    ///
     /// # Errors
     /// A frame of this radar with so many echoes needs more memory than the machine has.
     pub fn check_memory(&self, radar: &Radar, echoes: usize) -> Result<()> {

@@ -63,6 +63,8 @@ pub struct Swept {
 }
 
 impl RcsOptions {
+    /// Checks what is asked for.
+    ///
     /// # Errors
     /// A value that is out of range, by its name here.
     pub fn check(&self) -> Result<()> {
@@ -85,6 +87,8 @@ impl RcsOptions {
 }
 
 impl Sweep {
+    /// Checks what is asked for.
+    ///
     /// # Errors
     /// Frequencies or options out of range, too many directions.
     pub fn check(&self) -> Result<()> {
@@ -149,6 +153,8 @@ impl Sweep {
     }
 }
 
+/// Checks the size of a product of so many values.
+///
 /// # Errors
 /// More than [`MAX_LOOKS`] in a product of so many values.
 pub fn check_size(counts: impl IntoIterator<Item = usize>) -> Result<()> {

@@ -22,6 +22,8 @@ pub struct Table {
 }
 
 impl Table {
+    /// Reads a table.
+    ///
     /// # Errors
     /// `BadInput` with the line for a row of another length, a missing header, text that is not
     /// UTF-8, a name that occurs twice.
@@ -33,6 +35,9 @@ impl Table {
     }
 
     /// `path` is only named in errors.
+    ///
+    /// # Errors
+    /// Text that is no table, with its line.
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<Table> {
         let path = path.as_ref();
         let mut table = Table {
@@ -135,6 +140,9 @@ impl Table {
     }
 
     /// A column as text, quotes taken off.
+    ///
+    /// # Errors
+    /// `BadInput` for a missing column or a cell that is not of its kind.
     pub fn text(&self, column: &str) -> Result<Vec<Cow<'_, str>>> {
         let c = self.index(column)?;
         let cells = self.cells.iter().skip(c).step_by(self.header.len());
@@ -142,6 +150,9 @@ impl Table {
     }
 
     /// A column of numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
+    ///
+    /// # Errors
+    /// `BadInput` for a missing column or a cell that is not of its kind.
     pub fn numbers(&self, column: &str) -> Result<Vec<f64>> {
         self.text(column)?
             .iter()
@@ -212,6 +223,9 @@ pub struct Writer<W> {
 
 impl<W: Write> Writer<W> {
     /// Comments are written first, one line each, then the header.
+    ///
+    /// # Errors
+    /// What the output fails with.
     pub fn new(mut out: W, comments: &[String], header: &[&str]) -> std::io::Result<Self> {
         for c in comments {
             for line in c.lines() {
@@ -224,6 +238,9 @@ impl<W: Write> Writer<W> {
     }
 
     /// A row of as many cells as the header has; text is quoted where it must be.
+    ///
+    /// # Errors
+    /// What the output fails with.
     pub fn row<'a>(&mut self, cells: impl IntoIterator<Item = &'a dyn Display>) -> std::io::Result<()> {
         let mut n = 0;
         for cell in cells {
@@ -270,6 +287,8 @@ pub trait Columns {
     }
     /// Where a row stands in the file, for messages.
     fn line(&self, row: usize) -> usize;
+    /// A column of numbers.
+    ///
     /// # Errors
     /// `BadInput` for a missing column or a cell that is not a number.
     fn numbers(&self, column: &str) -> Result<Vec<f64>>;

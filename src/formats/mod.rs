@@ -12,6 +12,8 @@ pub mod stage;
 use crate::error::{BadInput, Result};
 use std::path::Path;
 
+/// Checks an output's extension.
+///
 /// # Errors
 /// The name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
 pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {

@@ -77,6 +77,9 @@ impl Header {
 }
 
 /// Writes a whole array. `data.len()` must be the product of `shape`.
+///
+/// # Errors
+/// Another number of elements than the shape says; what the disk says.
 pub fn write<T: Element>(path: impl AsRef<Path>, shape: &[usize], data: &[T]) -> Result<()> {
     let mut w = Writer::create(path, shape)?;
     w.push(data)?;
@@ -106,6 +109,9 @@ impl<T: Element> Writer<T> {
     }
 
     /// Appends elements in C order.
+    ///
+    /// # Errors
+    /// Another number of elements than the shape says; what the disk says.
     pub fn push(&mut self, data: &[T]) -> Result<()> {
         self.missing = self.missing.checked_sub(data.len()).ok_or_else(|| {
             Error::Failed(format!("{}: more elements than the shape holds", self.path.display()))
@@ -114,6 +120,9 @@ impl<T: Element> Writer<T> {
     }
 
     /// Fails when the number of elements is not what the shape says.
+    ///
+    /// # Errors
+    /// Another number of elements than the shape says; what the disk says.
     pub fn finish(mut self) -> Result<()> {
         if self.missing != 0 {
             return Err(Error::Failed(format!(
@@ -278,6 +287,9 @@ pub fn read<T: Element>(path: impl AsRef<Path>) -> Result<Array<T>> {
 }
 
 /// Reads complex64 or complex128 (rounded), or float32 or float64 as the real part.
+///
+/// # Errors
+/// A file that is missing, cut short, no NPY, or of another type.
 pub fn read_complex32(path: impl AsRef<Path>) -> Result<Array<Complex32>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -294,6 +306,9 @@ pub fn read_complex32(path: impl AsRef<Path>) -> Result<Array<Complex32>> {
 }
 
 /// Reads complex64 or complex128, or float32 or float64 as the real part.
+///
+/// # Errors
+/// A file that is missing, cut short, no NPY, or of another type.
 pub fn read_complex64(path: impl AsRef<Path>) -> Result<Array<Complex64>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -310,6 +325,9 @@ pub fn read_complex64(path: impl AsRef<Path>) -> Result<Array<Complex64>> {
 }
 
 /// Reads float32 or float64 (rounded).
+///
+/// # Errors
+/// A file that is missing, cut short, no NPY, or of another type.
 pub fn read_f32(path: impl AsRef<Path>) -> Result<Array<f32>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -390,6 +408,9 @@ fn c_order_from_fortran<T: Copy>(shape: &[usize], data: &[T]) -> Vec<T> {
 }
 
 /// Refuses an array that holds a NaN or an infinity, saying at which index.
+///
+/// # Errors
+/// The first element that is not finite, with its index.
 pub fn check_finite<T: Copy>(
     path: impl AsRef<Path>,
     array: &Array<T>,

@@ -27,6 +27,8 @@ pub struct Table {
 }
 
 impl Table {
+    /// Reads a table.
+    ///
     /// # Errors
     /// `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not read.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
@@ -107,6 +109,9 @@ impl Columns for Table {
 }
 
 /// Writes columns of equal length.
+///
+/// # Errors
+/// What the disk says.
 pub fn write(path: impl AsRef<Path>, comments: &[String], columns: &[(&str, Vec<f64>)]) -> Result<()> {
     let path = path.as_ref();
     let failed = |e: ParquetError| Error::io(path, std::io::Error::other(e));

@@ -76,6 +76,9 @@ pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
 }
 
 /// As [`read`], from text; `path` is only named in errors.
+///
+/// # Errors
+/// As [`read`].
 pub fn parse(path: impl AsRef<Path>, text: String) -> Result<(Vec<String>, Vec<RawRow>)> {
     rows(&path, &Table::parse(&path, text)?)
 }

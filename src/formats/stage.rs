@@ -101,12 +101,18 @@ impl StagedDir {
 
     /// Puts the folder under its final name. An older result is moved aside first and deleted last,
     /// and comes back if the renaming fails.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn commit(self) -> Result<PathBuf> {
         let sums = checksums(&self.temporary)?;
         self.commit_with(sums)
     }
 
     /// The same with [`checksums`] that are known already.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn commit_with(mut self, checksums: BTreeMap<String, String>) -> Result<PathBuf> {
         seal(&self.temporary, self.kind, checksums)?;
         // Checked again: somebody may have written there meanwhile.
@@ -224,6 +230,8 @@ pub struct StagedFile {
 }
 
 impl StagedFile {
+    /// Begins output that will stand at `final_path`; `force` replaces what stands there.
+    ///
     /// # Errors
     /// `BadInput` when the file exists and `force` is not given, or when a folder has its name.
     pub fn new(final_path: impl AsRef<Path>, force: bool) -> Result<Self> {
@@ -282,6 +290,9 @@ impl Drop for StagedFile {
 }
 
 /// Writes `bytes` to `final_path` in one go.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_file(final_path: impl AsRef<Path>, force: bool, bytes: &[u8]) -> Result<PathBuf> {
     let staged = StagedFile::new(final_path, force)?;
     fs::write(staged.path(), bytes).map_err(|e| Error::io(staged.final_path(), e))?;
@@ -399,6 +410,9 @@ fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
 }
 
 /// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
+///
+/// # Errors
+/// What the disk says.
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
     let mut file = super::input::open(path, "a file")?;
@@ -424,6 +438,9 @@ fn hex(bytes: &[u8]) -> String {
 
 /// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes,
 /// in order.
+///
+/// # Errors
+/// What the disk says.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     let dir = dir.as_ref();
     let names = files_of(dir)?.into_iter().filter(|name| name != MANIFEST);
@@ -431,6 +448,9 @@ pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
 }
 
 /// Every file under `dir`, relative to it with forward slashes, in order.
+///
+/// # Errors
+/// What the disk says.
 pub fn files_of(dir: &Path) -> Result<Vec<String>> {
     fn walk(dir: &Path, prefix: &str, out: &mut Vec<String>) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
@@ -450,11 +470,17 @@ pub fn files_of(dir: &Path) -> Result<Vec<String>> {
 }
 
 /// Returns when what was written to the file would survive a loss of power.
+///
+/// # Errors
+/// What the disk says.
 pub fn sync_file(path: &Path) -> Result<()> {
     fs::File::open(path).and_then(|f| f.sync_all()).map_err(|e| Error::io(path, e))
 }
 
 /// The same for the names in a folder, where the system opens folders.
+///
+/// # Errors
+/// What the disk says.
 pub fn sync_folder(path: &Path) -> Result<()> {
     match cfg!(unix) {
         true => sync_file(path),
@@ -463,6 +489,9 @@ pub fn sync_folder(path: &Path) -> Result<()> {
 }
 
 /// Everything under `dir`, and its own name.
+///
+/// # Errors
+/// What the disk says.
 pub fn sync_tree(dir: &Path) -> Result<()> {
     let mut folders = std::collections::BTreeSet::from([dir.to_path_buf()]);
     for name in files_of(dir)? {

@@ -194,6 +194,9 @@ impl Geometry {
     }
 
     /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    ///
+    /// # Errors
+    /// As [`Geometry::new`].
     pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
         let surfaces = surfaces_at(scene, freq_hz)?;
         let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();

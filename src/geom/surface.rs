@@ -21,6 +21,8 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// A material at a frequency.
+    ///
     /// # Errors
     /// A material without a value at this frequency, a perfect conductor as a layer.
     pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {

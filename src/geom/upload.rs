@@ -38,6 +38,8 @@ pub fn split3(v: DVec3) -> [[f32; 3]; 2] {
 }
 
 impl GeometryArrays {
+    /// The arrays of a geometry.
+    ///
     /// # Errors
     /// More bodies or a deeper tree than the shaders can hold.
     pub fn new(geometry: &Geometry) -> Result<Self> {

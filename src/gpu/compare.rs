@@ -46,6 +46,9 @@ pub fn is_poison<T: Pod>(value: &T) -> bool {
 }
 
 /// Fails unless every word of `guard`, space that a kernel must leave alone, still holds its poison.
+///
+/// # Errors
+/// What differs, in words.
 pub fn check_guard<T: Pod>(guard: &[T]) -> Result<(), String> {
     match guard.iter().position(|v| !is_poison(v)) {
         None => Ok(()),
@@ -55,6 +58,9 @@ pub fn check_guard<T: Pod>(guard: &[T]) -> Result<(), String> {
 
 /// Compares GPU values with f64 ones (cast complex arrays to their parts). Fails on unequal lengths, unwritten
 /// values, NaN and infinities on either side; against all zeros only zeros have a finite distance.
+///
+/// # Errors
+/// What differs, in words.
 pub fn difference(got: &[f32], want: &[f64]) -> Result<Difference, String> {
     if got.len() != want.len() {
         return Err(format!("{} values, {} expected", got.len(), want.len()));
@@ -83,6 +89,9 @@ pub fn difference(got: &[f32], want: &[f64]) -> Result<Difference, String> {
 }
 
 /// Fails unless [`difference`] is within `relative_l2`.
+///
+/// # Errors
+/// What differs, in words.
 pub fn check_close(got: &[f32], want: &[f64], relative_l2: f64) -> Result<Difference, String> {
     let d = difference(got, want)?;
     if d.relative_l2 <= relative_l2 {

@@ -29,6 +29,9 @@ macro_rules! gpu_struct {
 }
 
 /// Parses and validates WGSL. `label` begins the message.
+///
+/// # Errors
+/// All that is wrong, in words.
 pub fn module_from_wgsl(
     label: &str,
     source: &str,
@@ -47,6 +50,9 @@ pub fn module_from_wgsl(
 /// Checks everything that a kernel's row says against its assembled WGSL: it is valid, its entry
 /// point is `main` with that workgroup size, its bindings are those of the row and nothing else, and
 /// its structs agree member for member. The error lists all that is wrong.
+///
+/// # Errors
+/// All that is wrong, in words.
 pub fn check_kernel(kernel: &Kernel) -> Result<(), String> {
     let (module, _) = module_from_wgsl(kernel.stem, &kernel.source())?;
     let mut wrong = Vec::new();

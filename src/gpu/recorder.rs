@@ -322,6 +322,9 @@ impl<'a> Recorder<'a> {
     }
 
     /// Runs all commands in one submission and waits for them.
+    ///
+    /// # Errors
+    /// The first error that was recorded; failures of the adapter.
     pub fn submit(mut self) -> Result<Done> {
         if let Some(e) = self.error.take() {
             return Err(e);

@@ -96,6 +96,9 @@ pub fn po_sphere(radius_m: f64, freq_hz: f64) -> Complex64 {
 }
 
 /// Sphere at the origin, exact (Mie series). Fails outside `em::mie::KA_RANGE`.
+///
+/// # Errors
+/// A size outside the range of the Mie series.
 pub fn mie_sphere(radius_m: f64, freq_hz: f64) -> Result<Complex64> {
     Ok(SphereSeries::pec(radius_m, freq_hz)?.backscatter_m())
 }

@@ -103,6 +103,9 @@ const TUBES_PER_BLOCK: u32 = 256;
 const BLOCKS_PER_DISPATCH: usize = 8192;
 
 /// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::sweep` gives it.
+///
+/// # Errors
+/// Failures of the adapter.
 pub fn sweep(
     gpu: &Gpu,
     geometry: &Geometry,

@@ -61,11 +61,17 @@ pub struct RcsTable {
 
 impl RcsTable {
     /// Writes the table. The receiver's columns follow the others when some row has one.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         self.write_with(path, &[])
     }
 
     /// As [`write`](Self::write), with the columns of `derived` polarisations after all others.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn write_with(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
@@ -82,6 +88,9 @@ impl RcsTable {
     }
 
     /// The same columns as Parquet.
+    ///
+    /// # Errors
+    /// What the disk says.
     #[cfg(feature = "parquet")]
     pub fn write_parquet(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
         let names = self.names(derived);
@@ -118,6 +127,8 @@ impl RcsTable {
         cells
     }
 
+    /// Reads a table.
+    ///
     /// # Errors
     /// `BadInput` for a missing column or a value that is not a number.
     pub fn read(path: impl AsRef<Path>) -> Result<RcsTable> {

@@ -44,6 +44,9 @@ pub const MATERIALS: [&str; 6] = ["pec", "steel", "asphalt", "grass", "glass", "
 
 /// The scene, at rest but for one car; classes `road`, `verge`, `guard_rail`, `post`, `marker`,
 /// `manhole`, `car`. Fails only when the lookup lacks one of [`MATERIALS`].
+///
+/// # Errors
+/// A material that `materials` does not have.
 pub fn marked_road(materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let mut index = |name: &str| materials(name).map(|m| scene.material_index(&m));

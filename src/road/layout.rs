@@ -180,6 +180,8 @@ pub struct Road {
 }
 
 impl Road {
+    /// Checks the lanes.
+    ///
     /// # Errors
     /// Numbers that come twice, a width below zero somewhere on the road.
     pub fn check(&self) -> Result<()> {
@@ -224,6 +226,8 @@ impl Road {
         Ok(())
     }
 
+    /// Checks that a line beside the axis does not fold over itself.
+    ///
     /// # Errors
     /// When the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of the places:
     /// what runs along it would fold over itself.

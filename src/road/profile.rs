@@ -94,6 +94,8 @@ impl Profile {
         at(u - half).max(at(u + half))
     }
 
+    /// Checks that amounts and slopes stay below their limits.
+    ///
     /// # Errors
     /// An amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends
     /// needs a number of steps that grows with them.

@@ -34,6 +34,9 @@ pub fn load(path: &Path) -> Result<ScenePlan> {
 }
 
 /// The same from a text; `file` is named in errors, and glTF files are looked for in its folder.
+///
+/// # Errors
+/// As [`load`].
 pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
     let doc = Document::parse(file, text)?;
     let f: SceneFile = doc.read()?;

@@ -47,6 +47,9 @@ impl Site {
     }
 
     /// The scenario on these roads, whatever scene it names.
+    ///
+    /// # Errors
+    /// Vehicles or an ego place that the roads do not have.
     pub fn on(scenario: &Scenario, plan: ScenePlan) -> Result<Site> {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;

@@ -21,6 +21,9 @@ pub const MATERIALS: [&str; 2] = ["asphalt", "steel"];
 /// boxes of 4.5 x 1.8 x 1.5 m with their floor 0.2 m up, centred at (20, 0), (35, 3.5), (60, -3.5). With
 /// `moving` the cars drive forward at 10, 5 and 15 m/s, otherwise nothing moves. Ground asphalt, the
 /// rest steel.
+///
+/// # Errors
+/// A material that `materials` does not have.
 pub fn w3(moving: bool, materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&materials("asphalt")?);

@@ -74,7 +74,8 @@ impl Backscatter {
 
     /// Reads `oh`, `kulemin:GROUND` or `gamma:DB`, with options after commas: `gamma:-20,cross_db=-8,correlation=0.5`.
     ///
-    /// Errors: an unknown law, ground or option; a gamma above [`GAMMA_DB_MAX`]; cross_db outside -100..0, a correlation outside
+    /// # Errors
+    /// An unknown law, ground or option; a gamma above [`GAMMA_DB_MAX`]; cross_db outside -100..0, a correlation outside
     /// -1..1; cross_db for a law that says it itself.
     pub fn parse(spec: &str) -> Result<Backscatter> {
         let bad =

@@ -108,6 +108,9 @@ pub struct InterfererTable {
 }
 
 /// Checks an interferer that was read as part of `doc`.
+///
+/// # Errors
+/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, t: &InterfererTable) -> Result<Interferer> {
     let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;
     let bandwidth_hz = doc.in_range(

@@ -89,6 +89,8 @@ pub const THICKNESS_M: (f64, f64) = (1e-9, 10.0);
 pub const MAX_LAYERS: usize = 16;
 
 impl Layer {
+    /// A layer of a material.
+    ///
     /// # Errors
     /// A thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves (pec), a material that
     /// has layers itself.
@@ -153,6 +155,9 @@ impl Material {
 
     /// Complex relative permittivity eps' - j eps'' of the base, under any layers; None for a perfect
     /// conductor.
+    ///
+    /// # Errors
+    /// A frequency outside the range that the material is known for.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {
         let bands: Vec<(f64, f64)> = match self.kind {
             MaterialKind::Bands(bands) => bands.iter().map(|b| (b[0], b[1])).collect(),

@@ -88,6 +88,8 @@ enum TimeInterval {
 }
 
 impl<T: Copy> Channel<T> {
+    /// Values over time.
+    ///
     /// # Errors
     /// No values; times that do not increase; tangents that are not one pair a value of a cubic.
     pub fn new(

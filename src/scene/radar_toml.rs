@@ -383,6 +383,9 @@ fn unknown_preset(name: &str) -> BadInput {
 }
 
 /// A preset by name, else the radar of a TOML file; a relative path is taken from `folder`.
+///
+/// # Errors
+/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
     if PRESETS.iter().any(|(n, _)| *n == name_or_path) {
         return preset(name_or_path);
@@ -410,6 +413,9 @@ pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Rada
 }
 
 /// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
+///
+/// # Errors
+/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Radar> {
     let doc = Document::parse(file, text)?;
     let table: RadarFile = doc.read()?;
@@ -417,6 +423,9 @@ pub fn parse(file: &Path, text: &str) -> Result<Radar> {
 }
 
 /// Checks a radar that was read as part of `doc`.
+///
+/// # Errors
+/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let w = &f.waveform;
     let r = &f.receiver;
@@ -516,6 +525,9 @@ fn check_front_end(
 }
 
 /// Pose on the vehicle.
+///
+/// # Errors
+/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn mounting(doc: &Document<'_>, m: &MountingTable) -> Result<Pose<Sensor, Vehicle>> {
     let angle = |a: &At<f64>| {
         doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())

@@ -108,7 +108,8 @@ fn strength(m: &Matrix) -> f64 {
 impl ScatteringTable {
     /// Reads a table.
     ///
-    /// Errors (file and line): rows that do not fill a grid, with the first that is missing; rows given
+    /// # Errors
+    /// With file and line: rows that do not fill a grid, with the first that is missing; rows given
     /// twice; values that are not finite; dBsm that contradict re and im; receivers apart from the transmitter.
     pub fn read(path: impl AsRef<Path>) -> Result<ScatteringTable> {
         let path = path.as_ref();
@@ -117,6 +118,9 @@ impl ScatteringTable {
     }
 
     /// As [`read`](Self::read), from text; `path` is only named.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<ScatteringTable> {
         let (_, rows) = rcs_csv::parse(&path, text)?;
         Self::from_rows(path.as_ref(), &rows)

@@ -562,10 +562,19 @@ pub struct TraceSettings {
 /// Builds what this room cannot: it is given by a room below (`road`).
 pub trait Builder {
     /// The built-in scene of that name.
+    ///
+    /// # Errors
+    /// What the builder refuses.
     fn builtin(&self, name: Builtin) -> Result<Scene>;
     /// The scene of a road file, its vehicles under way for `duration_s`.
+    ///
+    /// # Errors
+    /// What the builder refuses.
     fn road(&self, path: &Path, duration_s: f64) -> Result<Scene>;
     /// The objects of a reflector's spec string, in its target frame.
+    ///
+    /// # Errors
+    /// What the builder refuses.
     fn reflector(&self, spec: &str) -> Result<Scene>;
 }
 
@@ -579,6 +588,9 @@ impl Scenario {
     }
 
     /// The scene with all points and objects in it.
+    ///
+    /// # Errors
+    /// What a file or builder of the scene refuses.
     pub fn build(&self, builder: &dyn Builder) -> Result<Scene> {
         let scene = match &self.scene {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
@@ -597,6 +609,9 @@ impl Scenario {
     }
 
     /// Adds the points and objects of the scenario to a scene.
+    ///
+    /// # Errors
+    /// What a file or builder of the scene refuses.
     pub fn furnish(&self, mut scene: Scene, builder: &dyn Builder) -> Result<Scene> {
         for p in &self.points {
             let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);
@@ -766,11 +781,17 @@ fn radars(doc: &Document<'_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
 }
 
 /// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
+///
+/// # Errors
+/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     parse_with_road(file, text, None)
 }
 
 /// The same of one whose road, if it has this name, is not on the disk yet.
+///
+/// # Errors
+/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;

@@ -128,6 +128,9 @@ pub fn referred(of: &Path, name: &At<String>) -> Result<PathBuf> {
 
 impl<'a> Document<'a> {
     /// Parses `text`; `file` is named in errors.
+    ///
+    /// # Errors
+    /// What is wrong, with file, line, key and value.
     pub fn parse(file: impl AsRef<Path>, text: &'a str) -> Result<Self> {
         let file = file.as_ref().to_path_buf();
         match DeTable::parse(text) {
@@ -168,6 +171,8 @@ impl<'a> Document<'a> {
         Ok(path)
     }
 
+    /// Checks that a file is there.
+    ///
     /// # Errors
     /// The file at `path`, which the value at `span` names, is not there.
     pub fn existing(&self, span: &Range<usize>, path: &Path) -> Result<()> {
@@ -221,6 +226,9 @@ impl<'a> Document<'a> {
     }
 
     /// The value when it is finite.
+    ///
+    /// # Errors
+    /// What is wrong, with file, line, key and value.
     pub fn finite(&self, at: &At<f64>, remedy: &str) -> Result<f64> {
         if at.value.is_finite() {
             return Ok(at.value);
@@ -229,6 +237,9 @@ impl<'a> Document<'a> {
     }
 
     /// Three finite numbers no larger than a million (metres, metres per second).
+    ///
+    /// # Errors
+    /// What is wrong, with file, line, key and value.
     pub fn vector(&self, at: &At<[f64; 3]>) -> Result<glam::DVec3> {
         if at.value.iter().all(|x| x.abs() <= 1e6) {
             return Ok(at.value.into());

@@ -123,11 +123,17 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
 
 /// Frame `index` of a scenario's first radar, from `scene` (what `Scenario::build` gave) to points. The same scenario,
 /// seed, engine and index give the same frame, whatever was run before.
+///
+/// # Errors
+/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
     simulate_with(engine, scenario, scene, 0, index, Control::default())
 }
 
 /// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis.
+///
+/// # Errors
+/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn simulate_with(
     engine: &Engine,
     scenario: &Scenario,
@@ -179,6 +185,9 @@ impl<'a> Prepared<'a> {
     }
 
     /// Frame `index` of radar number `which`.
+    ///
+    /// # Errors
+    /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
         let (scenario, scene) = (self.scenario, self.scene);
         let radar = &scenario.radars[which];
@@ -311,6 +320,9 @@ pub fn detect(
 }
 
 /// Points of maps, with labels.
+///
+/// # Errors
+/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn located(
     engine: &Engine,
     radar: &Radar,
@@ -342,6 +354,9 @@ pub struct Convergence {
 }
 
 /// Runs frame `index` without noise at the scenario's accuracy and 16 times finer, and compares the map at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
+///
+/// # Errors
+/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn convergence(
     engine: &Engine,
     scenario: &Scenario,

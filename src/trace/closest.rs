@@ -95,6 +95,9 @@ pub fn record(
 ///
 /// # Panics
 /// If the two differ in length.
+///
+/// # Errors
+/// Failures of the adapter.
 pub fn hits(
     gpu: &Gpu,
     tree: &Tree,

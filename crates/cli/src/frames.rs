@@ -85,6 +85,9 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
 }
 
 /// All pictures of a simulated frame.
+///
+/// # Errors
+/// A picture that cannot be drawn or written.
 pub fn draw_frame(
     scenario: &Scenario,
     scene: &Scene,

@@ -251,6 +251,9 @@ pub trait Exporter {
     fn push(&mut self, sweep: &Sweep) -> Result<()>;
 
     /// Puts the output under its name.
+    ///
+    /// # Errors
+    /// What the disk says; nothing stays under the final name then.
     fn finish(self: Box<Self>) -> Result<Finished>;
 }
 

@@ -136,6 +136,8 @@ pub struct Clouds {
 }
 
 impl Clouds {
+    /// Begins a folder of clouds.
+    ///
     /// # Errors
     /// `BadInput` when there is a folder already and `force` is not given ([`StagedDir::new`]).
     pub fn create(folder: &Path, force: bool) -> Result<Clouds> {

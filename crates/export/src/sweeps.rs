@@ -111,6 +111,8 @@ fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
 const NO_TRUTH: &str = "export needs the truth: simulate with [output] truth = true";
 
 impl Run {
+    /// Opens the folder of a run.
+    ///
     /// # Errors
     /// `BadInput` for a folder without `manifest.json`, one without frames (`catseye process` knows no poses), and for frames without
     /// `truth.json`.
@@ -242,6 +244,9 @@ impl Run {
     }
 
     /// The highest level of all maps, dBm; `None` where there is no map with power.
+    ///
+    /// # Errors
+    /// A map that cannot be read.
     pub fn highest_dbm(&self) -> Result<Option<f64>> {
         let mut highest = 0f32;
         for head in &self.frames {

@@ -61,6 +61,8 @@ impl Camera {
         }
     }
 
+    /// Checks that the camera makes a picture.
+    ///
     /// # Errors
     /// `BadInput` for a size or a focal length that is not positive, a row outside the picture, a place that is not a number.
     pub fn check(&self) -> Result<()> {
@@ -169,6 +171,8 @@ pub struct LaneFile {
 }
 
 impl LaneFile {
+    /// Begins a file of labels.
+    ///
     /// # Errors
     /// `BadInput` for a camera that is none, and when there is a file already and `force` is not given.
     pub fn create(path: &Path, camera: Camera, force: bool) -> Result<LaneFile> {

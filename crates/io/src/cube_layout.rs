@@ -213,6 +213,8 @@ fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>,
 }
 
 impl Layout {
+    /// The layout of a file with these axes and numbers.
+    ///
     /// # Errors
     /// (as text, for a file's own message): an axis of no or too many places, more numbers than can be counted.
     pub fn new(dims: Vec<Dim>, number: Number, big_endian: bool) -> Result<Layout, String> {

@@ -80,6 +80,8 @@ pub struct DatasetFile {
 }
 
 impl DatasetFile {
+    /// Reads a dataset's `dataset.json`.
+    ///
     /// # Errors
     /// None there, or a damaged one.
     pub fn read(dir: &Path) -> Result<DatasetFile> {
@@ -169,6 +171,9 @@ pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
 }
 
 /// A frame of all radars.
+///
+/// # Errors
+/// What the simulation of a frame reports, with its scene and frame.
 pub fn frames_of(
     engine: &Engine,
     site: &Site,
@@ -180,6 +185,9 @@ pub fn frames_of(
 }
 
 /// A file below the dataset's folder, complete or not at all.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
     text.push('\n');

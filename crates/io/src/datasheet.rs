@@ -84,6 +84,9 @@ pub fn is_own(name: &str, shards: u64) -> bool {
 }
 
 /// Writes all of it, the manifest last.
+///
+/// # Errors
+/// A picture that cannot be made; what the disk says.
 pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_>) -> Result<()> {
     tidy(out, false)?;
     write_json(out, STATISTICS, &statistics(made))?;
@@ -129,6 +132,9 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
 
 /// Removes what dead runs left. All shards stand, so nobody is at work on one; the files of the top and the pictures
 /// may be in the hands of another run, unless this one is `alone`.
+///
+/// # Errors
+/// What the disk says.
 pub fn tidy(out: &Path, alone: bool) -> Result<()> {
     fn walk(dir: &Path, spare_files: bool, alone: bool) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {

@@ -141,6 +141,8 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// Parses a text whose values may be distributions.
+    ///
     /// # Errors
     /// Not TOML; a distribution with unknown keys, bounds the wrong way round, weights that do not match; a draw that
     /// names nothing or itself.
@@ -182,6 +184,9 @@ impl Tree {
     }
 
     /// The text with the places of its keys, for complaints.
+    ///
+    /// # Errors
+    /// Text that is no TOML.
     pub fn document(&self) -> Result<Document<'_>> {
         Document::parse(&self.file, &self.text)
     }

@@ -23,6 +23,9 @@ pub fn frame_name(index: u32) -> String {
 }
 
 /// `adc.npy`: complex64 `[chirp, rx_virtual, sample]`.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     let rounded;
     let cube = match cube {
@@ -42,6 +45,9 @@ fn write_map(path: &Path, map: &PowerMap<f64>) -> Result<()> {
 }
 
 /// `range_doppler.npy` of the first ramp, `range_doppler_1.npy` and so on of the others.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
     for (i, map) in maps.iter().enumerate() {
         let name = match i {
@@ -54,6 +60,9 @@ pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
 }
 
 /// `points.csv`.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     let path = dir.join("points.csv");
     let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
@@ -64,6 +73,9 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
 /// `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes;
 /// `grid_road.npy` and `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids as
 /// [`PointGrid::planes`] orders them.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> Result<()> {
     for (name, grid, classes) in
         [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
@@ -77,6 +89,9 @@ pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> R
 }
 
 /// Writes the files that `output` asks for, but the pictures and what [`write_masks`] writes.
+///
+/// # Errors
+/// What the disk says.
 pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, truth: &Truth) -> Result<()> {
     if output.adc {
         write_cube(dir, &frame.cube)?;

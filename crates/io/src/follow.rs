@@ -73,6 +73,8 @@ pub struct Follower {
 }
 
 impl Follower {
+    /// Follows a run with the default settings.
+    ///
     /// # Errors
     /// None with the default settings.
     pub fn new() -> Result<Follower> {
@@ -80,6 +82,9 @@ impl Follower {
     }
 
     /// The points of a frame that do not stand go to the tracker, which is told the ego vehicle's own motion.
+    ///
+    /// # Errors
+    /// Points that the tracker refuses: values that are not finite.
     pub fn points(&mut self, scenario: &Scenario, radar: &Radar, index: u32, points: &[Point]) -> Result<()> {
         let all: Vec<SensorPoint> = points.iter().map(SensorPoint::of).collect();
         let (moving, _) = without_standing(radar, &all, scenario.seed, index);

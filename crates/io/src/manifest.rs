@@ -195,6 +195,9 @@ pub struct Manifest {
 
 impl Manifest {
     /// Writes the file into `dir`; `StagedDir::commit` adds kind and checksums.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
         let path = dir.join(MANIFEST);

@@ -196,6 +196,8 @@ pub struct Drawn {
 }
 
 impl Recipe {
+    /// Reads a recipe; `seed` takes the place of its own.
+    ///
     /// # Errors
     /// One line with file, line, key, value and remedy.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Recipe> {
@@ -203,6 +205,9 @@ impl Recipe {
     }
 
     /// The same from a text; files that it names are looked for beside `path`. `seed` takes the place of the recipe's.
+    ///
+    /// # Errors
+    /// As [`Recipe::load`].
     pub fn parse(path: &Path, text: &str, seed: Option<u64>) -> Result<Recipe> {
         let doc = Document::parse(path, text)?;
         let file: RecipeFile = doc.read()?;
@@ -309,6 +314,9 @@ impl Recipe {
     }
 
     /// The files below the recipe's folder that it names, and those that they name: path as it is written, and the file's.
+    ///
+    /// # Errors
+    /// A file that is named and cannot be read.
     pub fn files(&self) -> Result<BTreeMap<String, PathBuf>> {
         let mut texts: BTreeSet<String> = BTreeSet::new();
         for part in ["draw", "road", "scenario"] {
@@ -334,6 +342,9 @@ impl Recipe {
     }
 
     /// SHA-256 of all that decides on the frames: the text, the seed, the files that it names, this version of the program.
+    ///
+    /// # Errors
+    /// A file that is named and cannot be read.
     pub fn identity(&self) -> Result<String> {
         let mut all = format!("{}\n{}\n{}\n", env!("CARGO_PKG_VERSION"), self.seed, self.text());
         for (name, path) in self.files()? {
@@ -373,6 +384,9 @@ impl Recipe {
 
     /// What decides on the bytes of all frames: this version of the program, what is kept, the contents of the files that
     /// the recipe names.
+    ///
+    /// # Errors
+    /// A file that is named and cannot be read.
     pub fn basis(&self) -> Result<String> {
         let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
         for (name, path) in self.files()? {

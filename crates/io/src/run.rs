@@ -61,6 +61,9 @@ struct Note {
 }
 
 /// Runs all frames of the scenario on `engine` into `out`.
+///
+/// # Errors
+/// A folder that holds something else; what a frame or the disk reports. Frames that are complete stay.
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);

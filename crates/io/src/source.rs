@@ -81,6 +81,9 @@ impl Source {
     }
 
     /// All channels of one frame, `[chirp, rx_virtual, sample]`.
+    ///
+    /// # Errors
+    /// A frame that is not there; a file that is cut short; samples that are not finite.
     pub fn frame<T: Real>(&mut self, frame: usize) -> Result<Vec<Complex<T>>> {
         let channels = self.shape()[1];
         self.channels(frame, 0..channels)

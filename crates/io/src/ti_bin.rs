@@ -304,6 +304,9 @@ impl Writer {
     }
 
     /// A whole frame, `[chirp, rx_virtual, sample]`.
+    ///
+    /// # Errors
+    /// A cube of another shape; samples that are not finite; what the disk says.
     pub fn push_frame<T: Copy + Into<f64>>(&mut self, cube: &[Complex<T>]) -> Result<()> {
         let chirp = self.radar.samples * self.radar.rx.len();
         let [a, b, c] = self.radar.shape();

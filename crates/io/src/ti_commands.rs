@@ -26,6 +26,9 @@ impl TiRadar {
     }
 
     /// The radar of a text; `file` is named in errors.
+    ///
+    /// # Errors
+    /// A command that is unknown, missing, or has other arguments, with its line.
     pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
         Commands::parse(file.as_ref(), text)?.radar()
     }

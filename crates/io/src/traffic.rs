@@ -92,6 +92,9 @@ pub type VehicleAt = (usize, usize);
 
 /// The first two vehicles, in the order of the file, that stand in one another or nearer than a queue at the middle of a
 /// frame. The first of the pair is None for the vehicle of the scenario, which comes before all.
+///
+/// # Errors
+/// A vehicle whose motion or outline cannot be made.
 pub fn first_clash(
     plan: &ScenePlan,
     scenario: &Scenario,

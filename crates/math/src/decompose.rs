@@ -25,6 +25,9 @@ impl Matrix {
 
     /// Eigenvalues of a Hermitian matrix, largest first, and orthonormal eigenvectors in columns. Only
     /// the triangle below the diagonal is read.
+    ///
+    /// # Errors
+    /// Values that are not finite, or a decomposition that does not converge.
     pub fn hermitian_eigen(&self) -> Result<(Vec<f64>, Matrix), NoConvergence> {
         let n = self.nrows();
         if n == 0 {
@@ -51,11 +54,17 @@ impl Matrix {
     }
 
     /// Eigenvalues of any square matrix, in no particular order.
+    ///
+    /// # Errors
+    /// Values that are not finite, or a decomposition that does not converge.
     pub fn eigenvalues(&self) -> Result<Vec<Complex64>, NoConvergence> {
         Ok(self.schur()?.1.diagonal().iter().copied().collect())
     }
 
     /// Eigenvectors of any square matrix in columns, in no particular order.
+    ///
+    /// # Errors
+    /// Values that are not finite, or a decomposition that does not converge.
     pub fn eigenvectors(&self) -> Result<Matrix, NoConvergence> {
         let (q, t) = self.schur()?;
         let n = t.nrows();
@@ -121,6 +130,9 @@ impl Matrix {
     }
 
     /// Largest first.
+    ///
+    /// # Errors
+    /// Values that are not finite, or a decomposition that does not converge.
     pub fn singular_values(&self) -> Result<Vec<f64>, NoConvergence> {
         let mut values = self.singular()?.0;
         values.truncate(self.nrows());
@@ -128,6 +140,9 @@ impl Matrix {
     }
 
     /// V of U S V^H, all its columns, those of the largest singular values first.
+    ///
+    /// # Errors
+    /// Values that are not finite, or a decomposition that does not converge.
     pub fn right_singular_vectors(&self) -> Result<Matrix, NoConvergence> {
         Ok(self.singular()?.1)
     }

@@ -69,6 +69,9 @@ pub struct BirdsEye<'a> {
 
 /// Top view with equal scales; what would be smaller than some pixels is drawn larger. Long scenes lie with x to the right and y (left) up; others stand with
 /// x up and y growing to the left: both are what one sees from above.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn birds_eye(input: &BirdsEye) -> Result<Picture> {
     birds_eye_chart(input).draw()
 }

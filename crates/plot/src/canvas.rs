@@ -47,6 +47,9 @@ impl Picture {
     }
 
     /// Encoded as PNG.
+    ///
+    /// # Errors
+    /// A picture that is too large, or nothing that can be drawn.
     pub fn png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.pixels

@@ -267,6 +267,8 @@ impl Chart {
         self.keys.iter().filter(|k| !drawn(k)).map(|k| k.label.as_str()).collect()
     }
 
+    /// Draws the chart.
+    ///
     /// # Errors
     /// Only when the rasteriser fails.
     pub fn draw(&self) -> Result<Picture> {

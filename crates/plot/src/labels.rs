@@ -41,6 +41,9 @@ pub struct Labels<'a> {
 }
 
 /// The scene from above: boxes, lanes and lines, free space, points coloured by the class of their object, ghosts ringed.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn labels(input: &Labels) -> Result<Picture> {
     let (mut chart, turned) = birds_eye_turned(&BirdsEye { points: &[], ..input.scene.clone() });
     let all = |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|p| turned(*p)).collect() };

@@ -11,6 +11,9 @@ use catseye::error::Result;
 /// Curves of (angle in degrees, value). The rings reach from the largest value down by at most 50;
 /// smaller values lie in the centre. A curve of which nothing is larger is left out, and named in the legend. Angles within -90 to 90 degrees make a half disc. A curve
 /// breaks at NaN and where its angles leap.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Picture> {
     let Scaled { radial, shown, keys } = scaled(radial_label, curves);
     let half = curves.iter().all(|c| c.points.iter().all(|p| p[0].is_nan() || p[0].abs() <= 90.0 + 1e-6));

@@ -26,6 +26,9 @@ pub struct RangeProfile<'a> {
 }
 
 /// The lower limit is 12 dB under the noise (given, or the median), so that deep nulls are cut off.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn range_profile(input: &RangeProfile) -> Result<Picture> {
     range_profile_chart(input).draw()
 }

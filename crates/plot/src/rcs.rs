@@ -45,12 +45,18 @@ const RCS_LABEL: &str = "RCS (dBsm)";
 const SPAN_DB: f64 = 60.0;
 
 /// Curves of (azimuth in degrees, RCS in dBsm) on a disc: 0 up, positive azimuth left.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn rcs_polar(title: &str, curves: &[Curve]) -> Result<Picture> {
     polar(title, RCS_LABEL, curves)
 }
 
 /// Curves of (angle in degrees, RCS in dBsm). The axis spans at most 60 dB; curves that lie under it altogether are
 /// left out, and the legend names them.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn rcs_lines(title: &str, angle_label: &str, curves: &[Curve]) -> Result<Picture> {
     rcs_chart(title, Axis::new(angle_label, 0.0, 1.0).degrees(), curves).draw()
 }

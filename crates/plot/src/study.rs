@@ -51,6 +51,9 @@ const SPAN_DB: f64 = 60.0;
 const FEW: usize = 24;
 
 /// The panels on one sheet, `columns` side by side.
+///
+/// # Errors
+/// A picture that is too large, or nothing that can be drawn.
 pub fn study_picture(panels: &[Panel], columns: usize) -> Result<Picture> {
     let pictures = panels.iter().map(|p| chart(p).draw()).collect::<Result<Vec<_>>>()?;
     Ok(Picture::sheet(&pictures, columns))

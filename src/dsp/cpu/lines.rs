@@ -15,6 +15,9 @@ use std::borrow::Cow;
 use std::f64::consts::SQRT_2;
 
 /// [`lines`] without what stands still, if the radar's settings ask for that.
+///
+/// # Errors
+/// A cube that is not this radar's.
 pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cube<T>>> {
     let mut lines = lines(cube, radar)?;
     if radar.processing.remove_static {

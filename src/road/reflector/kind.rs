@@ -22,6 +22,8 @@ pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
 
 /// Something with facets, deserialised from the parameters of its kind by their names.
 pub trait Builder {
+    /// Checks the parameters together.
+    ///
     /// # Errors
     /// Parameters that do not go together.
     fn check(&self, _kind: &Kind) -> Result<()> {

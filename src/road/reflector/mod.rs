@@ -153,8 +153,11 @@ impl PartialEq for Reflector {
 }
 
 impl Reflector {
-    /// Reads `KIND` or `KIND:name=value,name=value`. Errors name the nearest kind or parameter, all of
-    /// them, and the allowed range with the default.
+    /// Reads `KIND` or `KIND:name=value,name=value`.
+    ///
+    /// # Errors
+    /// An unknown kind or parameter, or a value out of range: they name the nearest one, all of them, and the allowed
+    /// range with the default.
     pub fn parse(spec: &str) -> Result<Reflector> {
         let (kind, rest) = match spec.split_once(':') {
             Some((kind, rest)) => (kind.trim(), Some(rest)),
@@ -174,6 +177,9 @@ impl Reflector {
     }
 
     /// The same from a kind and its parameters as text.
+    ///
+    /// # Errors
+    /// A kind or parameter that is unknown, or a value outside its range.
     pub fn from_pairs(kind_name: &str, pairs: &[(&str, &str)]) -> Result<Reflector> {
         let kind = kind_named(kind_name)?;
         let has_facets = kind.has_facets();
@@ -300,6 +306,9 @@ impl Reflector {
 
     /// Adds it to a scene as a new object and returns the object's id. Fails when the material is
     /// unknown.
+    ///
+    /// # Errors
+    /// A material that `materials` does not have.
     pub fn add_to(
         &self,
         scene: &mut Scene,
@@ -340,6 +349,9 @@ impl Reflector {
     }
 
     /// A scene that holds nothing but this reflector, at the origin and at rest.
+    ///
+    /// # Errors
+    /// A material that `materials` does not have.
     pub fn to_scene(&self, materials: MaterialLookup) -> Result<Scene> {
         let mut scene = Scene::default();
         self.add_to(&mut scene, materials, (self.kind.name, "reflector"), Pose::IDENTITY, DVec3::ZERO)?;

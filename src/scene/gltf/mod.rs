@@ -83,6 +83,9 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
 
 /// Reads the bytes of a `.gltf` or `.glb` file. `name` is used in errors; buffers in other files are
 /// looked for in `folder`, and are an error without one.
+///
+/// # Errors
+/// As [`import`].
 pub fn import_bytes(
     bytes: &[u8],
     name: &Path,

@@ -91,6 +91,9 @@ impl ImportOptions {
 }
 
 /// Length in metres of "m", "cm", "mm", "in" or "ft".
+///
+/// # Errors
+/// Another word.
 pub fn unit_m(name: &str) -> Result<f64> {
     const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)];
     UNITS.iter().find(|(n, _)| *n == name).map(|(_, m)| *m).ok_or_else(|| {
@@ -104,6 +107,9 @@ pub fn unit_m(name: &str) -> Result<f64> {
 }
 
 /// "y" or "z".
+///
+/// # Errors
+/// Another word.
 pub fn up(name: &str) -> Result<Up> {
     match name {
         "y" | "Y" => Ok(Up::Y),

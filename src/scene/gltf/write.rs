@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// Writes the scene as a `.glb` file (under a temporary name, then renamed), and copies its scattering tables
 /// to its side. Positions are rounded to single precision, poses are not.
+///
+/// # Errors
+/// A scene that glTF cannot hold; what the disk says.
 pub fn export(scene: &Scene, path: &Path) -> Result<()> {
     let bytes = to_glb(scene)?;
     for table in &scene.tables {

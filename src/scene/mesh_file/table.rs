@@ -74,6 +74,8 @@ impl ImportTable<'_> {
     }
 }
 
+/// Checks that what the file does not say is stated.
+///
 /// # Errors
 /// The file of this name, which stands at `span`, states no unit, up axis or material, and neither do the options.
 pub fn check_stated(

@@ -232,6 +232,8 @@ pub struct Trace {
 }
 
 impl Trace {
+    /// Begins a trace at `path`.
+    ///
     /// # Errors
     /// `BadInput` when there is a file already and `force` is not given; what the disk says.
     pub fn create(path: &Path, force: bool) -> Result<Trace> {

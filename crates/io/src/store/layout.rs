@@ -297,6 +297,9 @@ pub(super) fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str
 
 impl Layout {
     /// Refuses a layout that cannot be stored, or not by this build.
+    ///
+    /// # Errors
+    /// The first thing that cannot be stored, with what can.
     pub fn check(&self) -> Result<()> {
         let bad = |problem: &str| BadInput::new(problem);
         let counts = [

@@ -29,6 +29,9 @@ pub struct Camera {
 impl Camera {
     /// Refuses what makes no image: sizes outside 1 to 20000, focal lengths or a height that are not above
     /// zero.
+    ///
+    /// # Errors
+    /// The first value that makes no image.
     pub fn validate(&self) -> Result<(), LaneError> {
         for side in [self.width_px, self.height_px] {
             within("the image's side in pixels", side as f64, 1.0..=20_000.0)?;
@@ -49,6 +52,9 @@ impl Camera {
     }
 
     /// Where a point of the vehicle frame is seen, inside the image or not.
+    ///
+    /// # Errors
+    /// A place that the camera cannot see: behind it, or above the horizon.
     pub fn pixel_from_point(&self, point_m: DVec3) -> Result<DVec2, LaneError> {
         let c = self.rotation().transpose() * (point_m - self.position_m);
         if !c.is_finite() {
@@ -61,6 +67,9 @@ impl Camera {
     }
 
     /// Where a point of the ground z = 0 is seen.
+    ///
+    /// # Errors
+    /// A place that the camera cannot see: behind it, or above the horizon.
     pub fn pixel_from_ground(&self, ground_m: DVec2) -> Result<DVec2, LaneError> {
         self.pixel_from_point(ground_m.extend(0.0))
     }
@@ -72,6 +81,9 @@ impl Camera {
     }
 
     /// The point of the ground z = 0 at a pixel.
+    ///
+    /// # Errors
+    /// A place that the camera cannot see: behind it, or above the horizon.
     pub fn ground_from_pixel(&self, pixel: DVec2) -> Result<DVec2, LaneError> {
         let d = self.ray(pixel);
         if !d.is_finite() {
@@ -108,6 +120,9 @@ pub struct Image {
 
 impl Image {
     /// Refuses a length that is not width times height, and values that are not finite.
+    ///
+    /// # Errors
+    /// Another number of values than pixels; values that are not finite.
     pub fn new(width_px: usize, height_px: usize, grey: Vec<f32>) -> Result<Image, LaneError> {
         let need = width_px.saturating_mul(height_px);
         if grey.len() != need || need == 0 {
@@ -160,6 +175,9 @@ impl Trapezoid {
     /// What the camera sees of the ground from `near_m` to `far_m` ahead and `half_width_m` to both sides. A
     /// roll tilts the sides of the picture of that rectangle; the trapezoid goes through its corners' mean
     /// heights.
+    ///
+    /// # Errors
+    /// Distances that lie behind the camera or in no order.
     pub fn of_ground(
         camera: &Camera,
         near_m: f64,

@@ -225,6 +225,9 @@ fn in_frame(points_m: &[DVec2], origin_m: DVec2, axis_rad: f64) -> (Vec<f64>, Ve
 
 /// Least-squares parabola (Sangeetha Lakshmi section 3.2) through at least four points in the order in which they lie on the
 /// road. `weights` are relative (inverse variances); without `axis_rad` u runs along the greatest spread.
+///
+/// # Errors
+/// Too few points, or points and settings that are not finite or make no curve.
 pub fn fit_parabola(
     points_m: &[DVec2],
     weights: Option<&[f64]>,
@@ -352,6 +355,9 @@ impl FitComparison {
 }
 
 /// Sangeetha Lakshmi section 3.2, figure 4: which of the two fits follows a track better.
+///
+/// # Errors
+/// Too few points, or points and settings that are not finite or make no curve.
 pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, LaneError> {
     let parabola = fit_parabola(points_m, None, None)?;
     let (u, w, _) = in_frame(points_m, parabola.origin_m, parabola.axis_rad);
@@ -385,6 +391,9 @@ pub struct Arc {
 impl Arc {
     /// The arc that starts at `a` and goes through `b` to `c` (Sangeetha Lakshmi figure 6), straight when they lie on one
     /// line.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Arc, LaneError> {
         let chord = c_m - a_m;
         if !(chord.is_finite() && b_m.is_finite()) {

@@ -51,6 +51,9 @@ pub struct Edges {
 /// Edges inside a trapezoid: Gaussian smoothing, Sobel gradient, thinning across the edge, and two thresholds
 /// that follow the noise of this image (its median gradient, which lines do not lift as they cover little of
 /// it).
+///
+/// # Errors
+/// Settings outside their ranges.
 pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, LaneError> {
     trapezoid.validate()?;
     positive("the edge's noise factor", settings.noise_factor)?;
@@ -271,6 +274,9 @@ impl HoughLine {
 
 /// Straight lines by votes of the edges, each peak the largest in its neighbourhood and then set by total
 /// least squares to the edges within two pixels of it. Most votes first.
+///
+/// # Errors
+/// Settings outside their ranges.
 pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, LaneError> {
     let s = settings;
     within("the Hough angle step", s.angle_step_rad, 1e-3..=0.2)?;

@@ -159,6 +159,8 @@ pub struct CameraFusion {
 }
 
 impl CameraFusion {
+    /// The estimator with its options.
+    ///
     /// # Errors
     /// A setting outside what is allowed, as one sentence.
     pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {

@@ -43,6 +43,9 @@ pub struct LaneMatch {
 /// document's printed form has no residual in it and is taken for damaged. On a straight level line the total
 /// is zero and R² does not exist; `spread_m2` adds a variance to each point's total for what is unknown
 /// beside the line's shape.
+///
+/// # Errors
+/// Lists of different length, or of fewer than two values; a spread that is not above zero.
 pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64, LaneError> {
     if fitted.len() != observed.len() || observed.len() < 2 {
         return Err(LaneError::too_few("pairs of samples", fitted.len().min(observed.len()), 2));
@@ -61,6 +64,9 @@ pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64
 /// the gap by their arcs and sampled evenly along the chord between them; for each lane the far arc is moved
 /// sideways, and the best R² counts. A line of unknown place in a lane of width w has the variance w²/12,
 /// which takes the place of the level line's missing spread.
+///
+/// # Errors
+/// Ways and lanes that cannot be laid over each other.
 pub fn match_lane(
     near_end: &Arc,
     far: &Trail,

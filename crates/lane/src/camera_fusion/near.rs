@@ -71,6 +71,9 @@ struct Stripe {
 /// two sides of one paint (dark to bright, then bright to dark), the pair of paints that lie left and right
 /// of the car at a lane's distance, and last a parabola on the ground through the edges of each paint, as
 /// Hough lines alone make every road straight (Sangeetha Lakshmi section 4.3 names that as the method's limit).
+///
+/// # Errors
+/// Settings outside their ranges; an image in which no pair of lines is found.
 pub fn find_near_lane(
     camera: &Camera,
     image: &Image,

@@ -114,6 +114,9 @@ impl Pnn {
     /// Takes at least two bends of each model. The smoothing comes from leave-one-out on these bends alone:
     /// of 61 widths from 0.3 to 60 degrees the one with the largest mean log probability of the true model (a
     /// count of fifteen hits has too many ties to choose by).
+    ///
+    /// # Errors
+    /// Fewer than two bends of a model; values that are not finite.
     pub fn train(bends: &[(Bend, RoadModel)]) -> Result<Pnn, LaneError> {
         if bends.iter().any(|(b, _)| !(b.near_slope_rad.is_finite() && b.far_slope_rad.is_finite())) {
             return Err(LaneError::not_finite("a slope"));
@@ -163,6 +166,9 @@ impl Pnn {
     }
 
     /// The most likely model; of equals the first in the document's order.
+    ///
+    /// # Errors
+    /// A bend whose values are not finite.
     pub fn choose(&self, bend: &Bend) -> Result<Choice, LaneError> {
         if !(bend.near_slope_rad.is_finite() && bend.far_slope_rad.is_finite()) {
             return Err(LaneError::not_finite("a slope"));

@@ -217,6 +217,9 @@ fn moved_aside(trail: &Trail, left_m: f64) -> Result<Trail, LaneError> {
 /// between them by the model that the network chooses from the two edge slopes. Where the chosen model cannot
 /// join the edges, the weighted fusion of the straight model does and the notes say so. A blinded camera
 /// leaves the radar's way nearest to the own lane, extended to the car by its arc.
+///
+/// # Errors
+/// Neither a near part nor a far one that can be used; settings outside their ranges.
 pub fn recognise(
     input: &RecogniseInput,
     pnn: &Pnn,
@@ -413,6 +416,9 @@ impl Recogniser {
 
     /// One recognition. `from_previous` takes points of the frame of the last step into the present one
     /// ([`super::EgoPath::moved`]). A step that is refused leaves the last one in place.
+    ///
+    /// # Errors
+    /// Neither a near part nor a far one that can be used; settings outside their ranges.
     pub fn step(
         &mut self,
         input: &RecogniseInput,

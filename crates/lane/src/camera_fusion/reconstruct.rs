@@ -73,6 +73,9 @@ pub struct Middle {
 /// * Curve: the branch of a hyperbola through both edges that touches both slopes. These leave one number
 ///   open, the weight of the conic; it is the one that suits the curvatures of the two parts best, within the
 ///   hyperbolas.
+///
+/// # Errors
+/// Edges that are too short or turn away from each other; fewer than two points.
 pub fn reconstruct(
     model: RoadModel,
     near: &EdgeOfPart,

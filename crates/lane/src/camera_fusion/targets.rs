@@ -26,6 +26,9 @@ pub struct EgoPath {
 
 impl EgoPath {
     /// From samples in order of time; the last one's motion goes on for `hold_s`.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn new(samples: &[EgoSample], hold_s: f64) -> Result<EgoPath, LaneError> {
         let Some(last) = samples.last() else {
             return Err(LaneError::too_few("samples of the car's motion", 0, 1));
@@ -59,6 +62,9 @@ impl EgoPath {
     }
 
     /// Position and heading at a time within the samples.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn pose(&self, time_s: f64) -> Result<(DVec2, f64), LaneError> {
         let outside =
             !(time_s >= self.samples[0].time_s && time_s <= self.samples[self.samples.len() - 1].time_s);
@@ -72,6 +78,9 @@ impl EgoPath {
 
     /// A point seen at `then_s` in the vehicle frame of `now_s`: Sangeetha Lakshmi section 3.1 with its signs set right, and with the chord of the way
     /// gone in place of its first order.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, LaneError> {
         let ((p0, h0), (p1, h1)) = (self.pose(then_s)?, self.pose(now_s)?);
         let out = DVec2::from_angle(-h1).rotate(p0 + DVec2::from_angle(h0).rotate(point_m) - p1);
@@ -92,6 +101,9 @@ pub struct Trail {
 
 impl Trail {
     /// From at least four points in the present frame; the end nearer to the car becomes the start.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn fit(points_m: &[DVec2]) -> Result<Trail, LaneError> {
         let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
             return Err(LaneError::too_few("points of the curve", 0, 4));
@@ -105,6 +117,9 @@ impl Trail {
 
     /// Arcs through three marginal points of the curve: an end, and one and two quarters of the length
     /// inward.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn new(curve: Parabola) -> Result<Trail, LaneError> {
         let [a, b] = curve.span_m;
         let quarter = 0.25 * (b - a);
@@ -138,6 +153,9 @@ impl Trail {
     /// Distance from this way to another along this one's normals (Sangeetha Lakshmi figure 7, points E and F), positive when
     /// the other lies to the left. Taken where the two need the least extension, at most `extension_m` for
     /// each.
+    ///
+    /// # Errors
+    /// Too few points, or points and settings that are not finite or make no curve.
     pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, LaneError> {
         positive("the longest extension", extension_m)?;
         let grid = |t: &Trail, n: usize| -> Vec<f64> {
@@ -202,6 +220,9 @@ pub struct LanePlace {
 /// Which targets share a lane (Sangeetha Lakshmi section 3.2, figures 5 to 7): the distance of each way from the first one's,
 /// divided by the lane's width and rounded. A target whose way meets no normal gets the reason in place of a
 /// lane.
+///
+/// # Errors
+/// Too few points, or points and settings that are not finite or make no curve.
 pub fn tell_lanes_apart(
     trails: &[Trail],
     lane_width_m: f64,

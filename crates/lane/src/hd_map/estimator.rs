@@ -71,6 +71,8 @@ impl MapLanes {
     /// The method's name, as on the command line.
     pub const METHOD: &'static str = "hd-map";
 
+    /// The estimator on a map.
+    ///
     /// # Errors
     /// The first fault of the map or of the settings.
     pub fn new(map: HdMap, options: Options) -> Result<MapLanes, LaneError> {
@@ -179,6 +181,9 @@ impl MapLanes {
     }
 
     /// The lane of a point of the vehicle's level frame, with no error: for comparison with what is true.
+    ///
+    /// # Errors
+    /// No place in the look; a place that lies on no road of the map.
     pub fn lane_at(&mut self, input: &SensorInput<'_>, at_m: [f64; 2]) -> Result<Assignment, LaneError> {
         let o = &self.options;
         let from = DVec2::from_array(at_m) - DVec2::from_array(o.radar_at_m);

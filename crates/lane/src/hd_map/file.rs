@@ -40,6 +40,9 @@ pub fn read(path: &Path) -> Result<HdMap> {
 }
 
 /// The map as JSON.
+///
+/// # Errors
+/// A map that [`HdMap::check`](super::HdMap::check) refuses.
 pub fn to_json(map: &HdMap) -> Result<String> {
     serde_json::to_string_pretty(map).map_err(|e| Error::Failed(format!("map: {e}")))
 }

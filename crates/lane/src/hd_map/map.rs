@@ -113,6 +113,9 @@ pub struct HdMap {
 
 impl HdMap {
     /// Whether this is a map to work with.
+    ///
+    /// # Errors
+    /// The first fault: lanes that cross, widths or points that make no sense.
     pub fn check(&self) -> Result<(), LaneError> {
         if self.carriageways.is_empty() {
             return Err(LaneError::refused("the map holds no carriageway"));

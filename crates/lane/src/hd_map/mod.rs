@@ -276,6 +276,8 @@ pub struct LocalMap {
 }
 
 impl LocalMap {
+    /// The lanes of a map around a pose.
+    ///
     /// # Errors
     /// The first fault of the map, the pose or the settings.
     pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, LaneError> {
@@ -304,6 +306,9 @@ impl LocalMap {
 
     /// The lane of one target: of the carriageways that hold it, the one where that is likeliest; else of
     /// those that take it in from a strip; else the reason of the one whose edge is nearest.
+    ///
+    /// # Errors
+    /// Why the target has no lane.
     pub fn place(&self, target: &Target) -> Result<LanePlace, Dropped> {
         target.check()?;
         let mut found: Option<LanePlace> = None;

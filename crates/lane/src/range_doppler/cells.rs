@@ -32,6 +32,9 @@ pub struct Parameter {
 /// deviations, so that a single false cell or one oncoming vehicle does not count. It is the speed only if
 /// something stands in the direction of motion; it is too low by the factor cos of the angle to the nearest
 /// that does.
+///
+/// # Errors
+/// Fewer than three cells that share an edge.
 pub fn speed_from_edge(cells: &[Cell]) -> Result<Parameter, LaneError> {
     let mut closing: Vec<(f64, f64)> =
         cells.iter().filter(|c| usable(c)).map(|c| (-c.range_rate_mps, c.range_rate_std_mps)).collect();

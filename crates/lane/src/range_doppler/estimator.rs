@@ -84,6 +84,8 @@ pub struct RangeDopplerLane {
 }
 
 impl RangeDopplerLane {
+    /// The estimator with its options.
+    ///
     /// # Errors
     /// The option that lies outside its range.
     pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {

@@ -208,6 +208,8 @@ impl LaneFromMap {
 }
 
 impl LaneSettings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The name of a setting that lies outside its range.
     pub fn check(&self) -> Result<(), LaneError> {

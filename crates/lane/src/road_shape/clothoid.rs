@@ -208,6 +208,9 @@ impl ClothoidFilter {
     }
 
     /// The update that [`Self::update`] would make.
+    ///
+    /// # Errors
+    /// A measurement that makes no sense.
     pub fn gate(&self, measurement: &EdgeMeasurement) -> Result<Update> {
         measurement.validate()?;
         Ok(self.try_update(measurement)?.0)

@@ -60,6 +60,8 @@ fn peak(p: &LanePoint) -> Peak {
 }
 
 impl RoadShapeEstimator {
+    /// The estimator with its options.
+    ///
     /// # Errors
     /// Settings that make no sense.
     pub fn new(options: RoadShapeOptions) -> crate::error::Result<RoadShapeEstimator> {

@@ -153,6 +153,8 @@ fn two_slopes(radar: &Radar) -> Option<[usize; 2]> {
 }
 
 impl Imager {
+    /// The imager of a radar.
+    ///
     /// # Errors
     /// A radar that [`suits`] does not know; settings that its array does not allow.
     pub fn new(radar: &Radar, settings: &ImageSettings) -> Result<Imager> {

@@ -34,7 +34,8 @@ impl ClothoidFilter {
     /// y of the edge `x_m` ahead, m: b + ∫ tan θ dx with sin θ = c0 x + c1 x²/2, whose first terms are
     /// b + c0 x²/2 + c1 x³/6, and its deviation to first order.
     ///
-    /// Errors: the edge has turned by more than 72° before.
+    /// # Errors
+    /// The edge has turned by more than 72° before.
     pub fn lateral_m(&self, x_m: f64) -> Result<Measured> {
         finite("distance ahead", x_m)?;
         let [c0, c1, b] = self.state();

@@ -116,6 +116,8 @@ pub struct RoadTracker {
 }
 
 impl RoadTracker {
+    /// A tracker without tracks.
+    ///
     /// # Errors
     /// Settings that make no sense.
     pub fn new(settings: &TrackerSettings) -> Result<Self> {

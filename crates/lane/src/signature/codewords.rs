@@ -218,6 +218,9 @@ impl Code {
     }
 
     /// The word of a message, systematic: the message first.
+    ///
+    /// # Errors
+    /// A message that is too large for the code.
     pub fn encode(&self, message: u32) -> Result<Vec<bool>, LaneError> {
         let (n, k) = (self.length(), self.message_bits());
         if !(1..=15).contains(&n) || message >> k != 0 {
@@ -236,6 +239,9 @@ impl Code {
 
 impl Zone {
     /// For [`Code::Bch15x7`].
+    ///
+    /// # Errors
+    /// Another code.
     pub fn message(&self) -> Result<u32, LaneError> {
         let (kind, value, low) = match self {
             Self::SpeedLimit { tens_kmh } => (0, *tens_kmh, 1),
@@ -334,6 +340,9 @@ impl Alphabet {
 
     /// (s, t) of the markers that write a word over and over between two places of a row, the first at
     /// `from_m`. At most 100 000.
+    ///
+    /// # Errors
+    /// A word of another length; places or spacings that are not finite or in no order.
     pub fn markers(&self, word: &[bool], from_m: f64, to_m: f64) -> Result<Vec<(f64, f64)>, LaneError> {
         self.check()?;
         if word.is_empty() || !from_m.is_finite() || !to_m.is_finite() {
@@ -425,6 +434,9 @@ impl Reader {
 
     /// The word of a row from one or more looks at it, each with its own origin of s. Points that are not
     /// finite or have no standard deviation are left out.
+    ///
+    /// # Errors
+    /// Settings outside their ranges; no word that the points write.
     pub fn read(&self, looks: &[Vec<RowPoint>]) -> Result<Reading, LaneError> {
         const NEEDED: usize = 4;
         const MOST: usize = 500;

@@ -265,6 +265,9 @@ impl SignatureMap {
     }
 
     /// A stored map. Landmarks that are not finite are refused.
+    ///
+    /// # Errors
+    /// Landmarks that are not finite; settings outside their ranges.
     pub fn from_parts(
         settings: MapSettings,
         landmarks: Vec<Landmark>,
@@ -299,6 +302,9 @@ impl SignatureMap {
 
     /// Adds the static points of a scan. `pose_std`: of x, y (m) and heading (rad) of the pose. Without a
     /// velocity every point is taken as static.
+    ///
+    /// # Errors
+    /// A pose, velocity or point that is not finite.
     pub fn add_scan(
         &mut self,
         pose: Pose,

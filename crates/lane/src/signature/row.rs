@@ -230,6 +230,8 @@ pub struct RowReader {
 }
 
 impl RowReader {
+    /// A reader of rows with its options.
+    ///
     /// # Errors
     /// A code or settings outside their ranges.
     pub fn new(options: RowOptions) -> Result<RowReader, LaneError> {
@@ -364,6 +366,9 @@ impl RowReader {
     }
 
     /// The word with what it says.
+    ///
+    /// # Errors
+    /// No row, or no word in it.
     pub fn zone(&self) -> Result<ZoneReading, LaneError> {
         let reading = self.read()?;
         let has_zones = self.options.code == Code::Bch15x7 && reading.sure;

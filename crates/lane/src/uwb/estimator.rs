@@ -345,12 +345,18 @@ pub struct UwbLanes {
 
 impl UwbLanes {
     /// Refuses options that contradict each other.
+    ///
+    /// # Errors
+    /// The options that contradict each other.
     pub fn new(options: UwbOptions) -> Result<UwbLanes, LaneError> {
         let lane_width_m = options.lane_width_m;
         Ok(UwbLanes { radars: vec![Radar::new(options)?], lane_width_m, event: None })
     }
 
     /// Refuses options that contradict each other, a right radar that is left of the left one, and a missing lane width.
+    ///
+    /// # Errors
+    /// The options that contradict each other.
     pub fn pair(left: UwbOptions, right: UwbOptions) -> Result<UwbLanes, LaneError> {
         let width_m = left.lane_width_m.or(right.lane_width_m);
         let width_m = width_m.ok_or(LaneError::Missing { what: "lane width" })?;

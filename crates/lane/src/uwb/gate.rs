@@ -54,6 +54,9 @@ pub struct GateEcho {
 impl RangeAxis {
     /// Axis of samples taken `1 / sample_rate_hz` apart, the first `start_s` after the pulse: range = c t /
     /// 2.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn from_time(start_s: f64, sample_rate_hz: f64) -> Result<Self, LaneError> {
         checked("start of the samples", start_s, start_s >= 0.0, "0 s or more")?;
         checked("sample rate", sample_rate_hz, sample_rate_hz > 0.0, "above 0 Hz")?;
@@ -74,6 +77,9 @@ impl RangeAxis {
 
 impl RangeGate {
     /// Gate from `min_m` to `max_m`, both taken in.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn new(min_m: f64, max_m: f64) -> Result<Self, LaneError> {
         checked("nearest range of the gate", min_m, min_m >= 0.0, "0 m or more")?;
         checked("farthest range of the gate", max_m, max_m > min_m, "above the nearest range")?;
@@ -82,6 +88,9 @@ impl RangeGate {
 
     /// Kim (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
     /// not above zero, a car wider than the lane and plates longer than their spacing.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn from_marked_lane(lane: &MarkedLane) -> Result<Self, LaneError> {
         checked("height of the radar", lane.height_m, lane.height_m > 0.0, "above 0 m")?;
         checked("lane width", lane.lane_width_m, lane.lane_width_m > 0.0, "above 0 m")?;
@@ -97,12 +106,18 @@ impl RangeGate {
 
     /// The gate with both ends moved out by `margin_m`, the near one not below zero: room for the pulse's own
     /// length, c / 2B, which Kim (2) and (3) leave out.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn widened(&self, margin_m: f64) -> Result<Self, LaneError> {
         checked("margin of the gate", margin_m, margin_m >= 0.0, "0 m or more")?;
         RangeGate::new((self.min_m - margin_m).max(0.0), self.max_m + margin_m)
     }
 
     /// Kim (6) for a scan of real samples (the wave itself).
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn echo(&self, scan: &[f64], axis: &RangeAxis) -> Result<GateEcho, LaneError> {
         let (len, power) = (scan.len(), |i: usize| scan[i] * scan[i]);
         RangeGate::new(self.min_m, self.max_m)?;

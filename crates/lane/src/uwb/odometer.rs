@@ -42,6 +42,9 @@ pub struct OdometerReading {
 
 impl MarkerOdometer {
     /// Markers `spacing_m` apart; a marker within `tolerance_m` of a whole number of spacings is counted.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn new(spacing_m: f64, tolerance_m: f64) -> Result<Self, LaneError> {
         checked("marker spacing", spacing_m, spacing_m > 0.0, "above 0 m")?;
         let fits = tolerance_m > 0.0 && tolerance_m <= spacing_m / 2.0;
@@ -52,6 +55,9 @@ impl MarkerOdometer {
     /// A marker's centre at this speed distance. True when it was counted. One that is no whole number of
     /// spacings after the last is not, except when it follows a gap of more spacings than the tolerance can
     /// bridge: then the nearest number is taken and readings turn uncertain.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn mark(&mut self, speed_distance_m: f64) -> Result<bool, LaneError> {
         let at_m = checked("distance of the marker", speed_distance_m, true, "")?;
         let Some(&(count, last_m)) = self.recent.back() else {

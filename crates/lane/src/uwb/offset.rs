@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Lateral distance between radar and marker line from the slant range: x² = d² − H_r². A range below the
 /// height, as noise gives it near the line, counts as zero. Unsigned: one radar cannot tell on which side of
 /// the line it is.
+///
+/// # Errors
+/// Values that are not finite or outside their ranges; too few of them.
 pub fn offset_from_range_m(range_m: f64, height_m: f64) -> Result<f64, LaneError> {
     checked("range of the marker", range_m, range_m > 0.0, "above 0 m")?;
     checked("height of the radar", height_m, height_m > 0.0, "above 0 m")?;
@@ -21,6 +24,9 @@ pub struct OffsetCurve {
 
 impl OffsetCurve {
     /// Points `[offset_m, energy]`, at least two, offsets rising from 0 or more and energies falling.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self, LaneError> {
         if points.len() < 2 {
             return Err(LaneError::too_few("points of the offset curve", points.len(), 2));
@@ -37,6 +43,9 @@ impl OffsetCurve {
 
     /// The offset at which markers have this mean energy; energies beyond the curve's ends give the end's
     /// offset.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn offset_m(&self, energy: f64) -> Result<f64, LaneError> {
         checked("marker energy", energy, true, "")?;
         let after = self.points.partition_point(|p| p[1] > energy);
@@ -78,6 +87,9 @@ pub struct OffsetTrend {
 
 impl OffsetTrend {
     /// Least-squares line through `(distance_m, offset_m)`, distances rising, at least two.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn fit(points: &[(f64, f64)]) -> Result<Self, LaneError> {
         let n = points.len();
         if n < 2 {

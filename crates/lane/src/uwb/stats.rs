@@ -20,6 +20,9 @@ pub struct SpacingErrors {
 }
 
 /// Sizes of signed errors.
+///
+/// # Errors
+/// Values that are not finite or outside their ranges; too few of them.
 pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, LaneError> {
     all_finite("spacing errors", errors_m)?;
     let n = errors_m.len() as f64;
@@ -63,6 +66,9 @@ impl RunScore {
 }
 
 /// Matches each marker with the pass nearest in time within `match_s`, no pass twice. `marker_times_s` rise.
+///
+/// # Errors
+/// Values that are not finite or outside their ranges; too few of them.
 pub fn score_run(
     run: &LaneEstimate,
     marker_times_s: &[f64],

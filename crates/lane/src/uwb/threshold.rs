@@ -16,6 +16,9 @@ pub struct Histogram {
 
 impl Histogram {
     /// Bins of the given edges, so that drives with and without markers share one axis.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn with_edges(values: &[f64], edges: Vec<f64>) -> Result<Self, LaneError> {
         all_finite("energies", values)?;
         all_finite("bin edges", &edges)?;
@@ -74,6 +77,9 @@ pub struct Threshold {
 impl Threshold {
     /// The greatest energy without markers (the document's choice): no false alarm on these scans. On new
     /// scans of the same road one scan in `samples + 1` exceeds it on average, whatever the distribution.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn maximum(energies: &[f64]) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let samples = energies.len();
@@ -89,6 +95,9 @@ impl Threshold {
     /// Threshold for a probability beyond what the scans show: a generalised Pareto tail fitted by
     /// probability-weighted moments (Hosking and Wallis 1987) to the highest twentieth of the energies, at
     /// least 50. Holds as far as the scans are independent and the tail goes on as it begins.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn extreme_value(energies: &[f64], false_alarm_probability: f64) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let n = energies.len();
@@ -134,6 +143,9 @@ impl Threshold {
     }
 
     /// Level below which a marker pass ends: `fraction` of the way from the floor to the threshold, 0 to 1.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn release_energy(&self, fraction: f64) -> Result<f64, LaneError> {
         within("release fraction", fraction, 0.0..=1.0)?;
         Ok(self.floor_energy + fraction * (self.energy - self.floor_energy))
@@ -142,6 +154,9 @@ impl Threshold {
 
 /// Share of the energies above the threshold: the detection rate of a histogram with markers, the false-alarm
 /// rate of one without.
+///
+/// # Errors
+/// Values that are not finite or outside their ranges; too few of them.
 pub fn exceedance_rate(energies: &[f64], threshold: f64) -> Result<f64, LaneError> {
     all_finite("energies", energies)?;
     checked("threshold", threshold, true, "")?;

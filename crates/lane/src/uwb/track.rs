@@ -56,6 +56,9 @@ impl UwbConfig {
     /// Settings for plates of this spacing and length. The release level lies midway between floor and
     /// threshold, the largest spacing error is a third of a plate, dips up to half a plate (or half a gap)
     /// are bridged, one right spacing makes a lane and one missed marker raises the warning.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn new(spacing_m: f64, plate_length_m: f64, threshold: &Threshold) -> Result<Self, LaneError> {
         let config = UwbConfig {
             spacing_m,
@@ -301,6 +304,9 @@ pub struct Uwb {
 
 impl Uwb {
     /// Refuses settings that contradict each other.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn new(config: UwbConfig) -> Result<Self, LaneError> {
         config.check()?;
         let odometer = MarkerOdometer::new(config.spacing_m, config.max_spacing_error_m)?;
@@ -350,11 +356,17 @@ impl Uwb {
     /// Takes one scan: its gate energy, its time and the vehicle's speed then. Times rise; speeds are not
     /// negative. A refused scan leaves the state as it was. When one scan brings two events the second comes
     /// with the next scan.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn push(&mut self, scan_energy: f64, time_s: f64, speed_mps: f64) -> Result<Event, LaneError> {
         self.push_with_range(scan_energy, None, time_s, speed_mps)
     }
 
     /// Like [`Uwb::push`] with the range of the gate's strongest echo, for [`OffsetSource::Range`].
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn push_with_range(
         &mut self,
         scan_energy: f64,
@@ -413,6 +425,9 @@ impl Uwb {
 
     /// The whole drive at once: what [`Uwb::push_with_range`] gives scan by scan. `ranges_m` is empty or one
     /// per scan; NaN in it means no range.
+    ///
+    /// # Errors
+    /// Values that are not finite or outside their ranges; too few of them.
     pub fn estimate(
         config: UwbConfig,
         energies: &[f64],

@@ -66,6 +66,9 @@ pub fn type1(quick: bool) -> Sweep {
 
 impl Sweep {
     /// The reflector.
+    ///
+    /// # Errors
+    /// What the engine reports.
     pub fn scene(&self) -> Result<Scene> {
         Reflector::parse(self.spec)?.to_scene(&material::by_name)
     }

@@ -25,6 +25,9 @@ const PFA: f64 = 1e-2;
 const TIE: f64 = 1e-5;
 
 /// The preset `front77` with W4's cube and detector.
+///
+/// # Errors
+/// What the engine reports.
 pub fn radar() -> Result<Radar> {
     let mut radar = radar_toml::preset("front77")?;
     [radar.chirps, radar.samples] = SHAPE;

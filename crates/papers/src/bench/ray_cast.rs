@@ -25,6 +25,9 @@ const SAMPLE: usize = 97;
 const TOLERANCE: f64 = 1e-4;
 
 /// The terrain with its tree.
+///
+/// # Errors
+/// What the engine reports.
 pub fn geometry() -> Result<Geometry> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&material::by_name("asphalt")?);
@@ -108,6 +111,9 @@ impl<'a> Caster<'a> {
     }
 
     /// Hits and the seconds for them, those of the upload of the rays apart.
+    ///
+    /// # Errors
+    /// What the engine reports.
     pub fn cast(&self, rays: &[Ray]) -> Result<(Vec<Hit>, f64)> {
         let skip = vec![NO_PATCH; rays.len()];
         if let (Engine::Gpu(gpu), Some(tree)) = (self.engine, &self.tree) {

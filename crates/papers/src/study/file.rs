@@ -310,6 +310,9 @@ pub fn load(path: &Path, quick: bool) -> Result<Study> {
 }
 
 /// The same from text; `file` is named in errors, and files are looked for beside it.
+///
+/// # Errors
+/// A key or value that no study has, with file, line and remedy.
 pub fn parse(file: &Path, text: &str, quick: bool) -> Result<Study> {
     let doc = Document::parse(file, text)?;
     let table: StudyFile = doc.read()?;

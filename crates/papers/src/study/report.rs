@@ -111,6 +111,9 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
 }
 
 /// The search of a study that has one.
+///
+/// # Errors
+/// A study that seeks nothing.
 pub fn searched(study: &Study) -> Result<&SearchTable> {
     study.search.as_ref().ok_or_else(|| Error::Failed("a front without a search".into()))
 }
@@ -150,6 +153,9 @@ fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
 }
 
 /// One section of the report.
+///
+/// # Errors
+/// A study whose result is of another kind.
 pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Result<String> {
     let mut t = format!("## {}\n\n", study.title);
     if !study.reference.is_empty() {

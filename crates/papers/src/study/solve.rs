@@ -55,11 +55,17 @@ impl SphereMarking {
     }
 
     /// Backscatter cross section of one in m^2: the Mie series of a conducting sphere.
+    ///
+    /// # Errors
+    /// A radius or frequency that the Mie series does not take.
     pub fn one_m2(&self, frequency_hz: f64) -> Result<f64> {
         mie_m2(self.radius_m, frequency_hz)
     }
 
     /// The unweighted range cell collects the share of its sinc^2 response over the marking.
+    ///
+    /// # Errors
+    /// A radius or frequency that the Mie series does not take.
     pub fn total_m2(&self, frequency_hz: f64, elevation: f64) -> Result<f64> {
         let lit = if self.lit_only { elevation.sin().abs() } else { 1.0 };
         let share = match self.range_cell_m {

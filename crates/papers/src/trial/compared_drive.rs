@@ -120,6 +120,9 @@ struct RadarLook {
 }
 
 /// One drive with all methods, `with_looks` or without. `told` is called after each frame.
+///
+/// # Errors
+/// What a frame or the method reports.
 pub fn drive_once(
     given: &TrialContext<'_>,
     table: &LaneTable,

@@ -54,6 +54,8 @@ impl Level {
 }
 
 impl<'a> Drive<'a> {
+    /// A drive of a scenario.
+    ///
     /// # Errors
     /// Surfaces that cannot be cut.
     pub fn new(site: &'a Site, engine: &'a Engine) -> Result<Drive<'a>> {
@@ -61,6 +63,9 @@ impl<'a> Drive<'a> {
     }
 
     /// Frame `index` of radar number `which`, through the whole chain.
+    ///
+    /// # Errors
+    /// What a frame or the method reports.
     pub fn frame(&self, which: usize, index: u32) -> Result<Frame> {
         self.prepared.frame(self.engine, which, index, Control::default())
     }

@@ -8,6 +8,8 @@ pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);
 /// What to do about most values out of range.
 pub const LEAVE_OUT: &str = "leave it out for its default";
 
+/// Checks values against their limits; `method` is named in errors.
+///
 /// # Errors
 /// The first value that is not a number within its range, by its key in `lane.METHOD`.
 pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {

@@ -48,6 +48,8 @@ impl Method {
         }
     }
 
+    /// The method of this name.
+    ///
     /// # Errors
     /// A name that no method has.
     pub fn named(name: &str) -> Result<Method> {

@@ -14,6 +14,8 @@ pub const SPEED_STD_MPS: f64 = 0.1;
 
 /// A method by the settings of its table below `[lane]`.
 pub trait LaneMethod {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range.
     fn check(&self) -> Result<()>;

@@ -198,6 +198,9 @@ impl Trial {
     }
 
     /// Writes `report.md`, `report.json`, `estimates.jsonl`, `scores.csv`, the tables and the pictures into a folder that is there.
+    ///
+    /// # Errors
+    /// What the disk says.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let put = |name: &str, bytes: &[u8]| {
             let path = dir.join(name);

@@ -30,6 +30,9 @@ pub trait Looks {
     fn keep(&self, now: &Now<'_>, frame: &Frame) -> Self::Kept;
 
     /// Takes a look, and judges it.
+    ///
+    /// # Errors
+    /// What a frame or the method reports.
     fn look(&mut self, now: &Now<'_>, kept: Self::Kept) -> Result<()>;
 }
 

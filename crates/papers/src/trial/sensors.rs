@@ -187,6 +187,8 @@ pub struct TrackFollower {
 }
 
 impl TrackFollower {
+    /// Follows tracks with the default settings.
+    ///
     /// # Errors
     /// None with the default settings.
     pub fn new() -> Result<TrackFollower> {

@@ -68,6 +68,9 @@ impl<'a> Runner<'a> {
     }
 
     /// Loops `first_loop..first_loop + cube.chirps` of the frame: the same samples as in one piece.
+    ///
+    /// # Errors
+    /// A margin as long as the row, or a sweep too slow for phase noise.
     pub fn block<T: Precision + Real + noise::Precision>(
         &self,
         mut cube: Cube<T>,

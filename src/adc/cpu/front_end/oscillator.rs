@@ -72,6 +72,9 @@ impl<'a> Oscillator<'a> {
     }
 
     /// Loops from `first_loop` on, without the margins. The cube must fit the chain.
+    ///
+    /// # Errors
+    /// A margin as long as the row, or a sweep too slow for phase noise.
     pub fn block<T: Precision + Real>(&self, cube: Cube<T>, first_loop: usize) -> Result<Cube<T>> {
         let row = self.samples + 2 * self.margin;
         if cube.samples != row {

@@ -154,6 +154,8 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
@@ -233,6 +235,8 @@ impl Settings {
         made(self.options())
     }
 
+    /// The estimator for a radar.
+    ///
     /// # Errors
     /// A trapezoid that the picture does not hold.
     pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {

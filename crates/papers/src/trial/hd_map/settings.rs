@@ -109,6 +109,8 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<()> {

@@ -91,6 +91,8 @@ pub struct Follower {
 }
 
 impl Follower {
+    /// Follows targets with the default settings.
+    ///
     /// # Errors
     /// None with the tracker's default settings.
     pub fn new() -> Result<Follower> {

@@ -121,6 +121,8 @@ impl Default for Case {
 }
 
 impl Settings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<()> {

@@ -118,6 +118,8 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<()> {
@@ -148,6 +150,9 @@ impl Settings {
     }
 
     /// The estimator for a radar's points, or for those of its image.
+    ///
+    /// # Errors
+    /// Settings that contradict each other or the radar.
     pub fn estimator(&self, radar: &Radar, by_image: bool) -> Result<RoadShapeEstimator> {
         // One slope tells range rates up to its folds only.
         let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());

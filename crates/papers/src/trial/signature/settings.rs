@@ -167,6 +167,8 @@ impl RowTable {
 }
 
 impl Settings {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// Values out of their ranges; rows that cannot be read.
     pub fn check(&self) -> Result<()> {

@@ -162,6 +162,8 @@ pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
     Ok(site)
 }
 
+/// Checks that the vehicle goes steadily enough for its odometer.
+///
 /// # Errors
 /// Two scans are farther apart than a plate is long.
 fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {

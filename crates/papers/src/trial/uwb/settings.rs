@@ -148,6 +148,8 @@ impl Settings {
         self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
     }
 
+    /// Checks the settings.
+    ///
     /// # Errors
     /// The first value out of its range; a road without markers that is given twice.
     pub fn check(&self) -> Result<()> {
