@@ -55,7 +55,7 @@ impl Validate {
         let mut rows = Vec::new();
         for group in &GROUPS {
             bar.set_message(group.name);
-            let measured = (group.measure)(&engine)?;
+            let measured = group.measure(&engine)?;
             if !global.json {
                 bar.suspend(|| measured.iter().try_for_each(|r| print(&line(group.name, r))))?;
             }

@@ -34,25 +34,36 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 pub struct Group {
     /// Name of the part.
     pub name: &'static str,
-    /// Measures its rows on an engine.
-    pub measure: fn(&Engine) -> Result<Vec<Comparison>>,
+    rows: fn(&Engine, &mut Rows) -> Result<()>,
+}
+
+impl Group {
+    /// The rows of this part as the engine has them.
+    ///
+    /// # Errors
+    /// What the engine says.
+    pub fn measure(&self, engine: &Engine) -> Result<Vec<Comparison>> {
+        let mut rows = Rows::default();
+        (self.rows)(engine, &mut rows)?;
+        Ok(rows.0)
+    }
 }
 
 /// The parts of the table in their order.
 pub const GROUPS: [Group; 13] = [
-    Group { name: "trihedral", measure: trihedrals },
-    Group { name: "dihedral", measure: dihedral },
-    Group { name: "plate", measure: plate },
-    Group { name: "sphere", measure: sphere },
-    Group { name: "cylinder", measure: cylinder },
-    Group { name: "marker", measure: marker },
-    Group { name: "two rays", measure: two_rays },
-    Group { name: "delay", measure: delay },
-    Group { name: "level", measure: level },
-    Group { name: "noise", measure: noise },
-    Group { name: "processing gain", measure: processing_gain },
-    Group { name: "window", measure: windows },
-    Group { name: "cfar", measure: cfar },
+    Group { name: "trihedral", rows: trihedrals },
+    Group { name: "dihedral", rows: dihedral },
+    Group { name: "plate", rows: plate },
+    Group { name: "sphere", rows: sphere },
+    Group { name: "cylinder", rows: cylinder },
+    Group { name: "marker", rows: marker },
+    Group { name: "two rays", rows: two_rays },
+    Group { name: "delay", rows: delay },
+    Group { name: "level", rows: level },
+    Group { name: "noise", rows: noise },
+    Group { name: "processing gain", rows: processing_gain },
+    Group { name: "window", rows: windows },
+    Group { name: "cfar", rows: cfar },
 ];
 
 const F: f64 = DEFAULT_FREQUENCY_HZ;
@@ -98,126 +109,103 @@ fn cross_db(s: &Matrix) -> f64 {
     ratio_db(s[V][H], s[V][V]).max(ratio_db(s[H][V], s[V][V]))
 }
 
-/// A row whose ours is at most `within` from `expected`, in its unit.
-fn near(name: &str, unit: &str, (expected, within): (f64, f64), ours: f64, source: &str) -> Comparison {
-    Comparison::new(name, unit, Some(expected), Tolerance::Within(within), ours, source)
-}
+/// The rows of a part, as they are measured.
+#[derive(Default)]
+struct Rows(Vec<Comparison>);
 
-/// A row whose ours is at most this share of `expected` from it.
-fn share(name: &str, unit: &str, (expected, part): (f64, f64), ours: f64, source: &str) -> Comparison {
-    Comparison::new(name, unit, Some(expected), Tolerance::Share(part), ours, source)
-}
+impl Rows {
+    fn row(
+        &mut self,
+        name: impl ToString,
+        unit: &str,
+        to: (Option<f64>, Tolerance),
+        ours: f64,
+        source: &str,
+    ) {
+        self.0.push(Comparison::new(&name.to_string(), unit, to.0, to.1, ours, source));
+    }
 
-/// A row whose ours is at most `most`.
-fn at_most(name: &str, unit: &str, most: f64, ours: f64, source: &str) -> Comparison {
-    Comparison::new(name, unit, None, Tolerance::AtMost(most), ours, source)
-}
+    /// A row whose ours is at most `by` from `to`, in its unit.
+    fn near(&mut self, name: impl ToString, unit: &str, (to, by): (f64, f64), ours: f64, source: &str) {
+        self.row(name, unit, (Some(to), Tolerance::Within(by)), ours, source);
+    }
 
-fn dbsm(name: &str, expected: f64, within_db: f64, ours: f64, source: &str) -> Comparison {
-    near(name, "dBsm", (expected, within_db), ours, source)
+    /// A row whose ours is at most the share `by` of `to` from it.
+    fn share(&mut self, name: impl ToString, unit: &str, (to, by): (f64, f64), ours: f64, source: &str) {
+        self.row(name, unit, (Some(to), Tolerance::Share(by)), ours, source);
+    }
+
+    /// A row whose ours is at most `most`.
+    fn at_most(&mut self, name: impl ToString, unit: &str, most: f64, ours: f64, source: &str) {
+        self.row(name, unit, (None, Tolerance::AtMost(most)), ours, source);
+    }
+
+    /// A row of the co-polarised cross section of `s` in polarisation `p`, dBsm.
+    fn dbsm(&mut self, name: impl ToString, to: f64, by: f64, (s, p): (&Matrix, usize), source: &str) {
+        self.near(name, "dBsm", (to, by), level_dbsm(s, p, p), source);
+    }
 }
 
 const SPENCER: &str = "geometric optics, Spencer 1944";
 const CURRENTS: &str = "physical optics, exact for flat facets";
 
-fn trihedrals(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn trihedrals(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let corner = scene("trihedral:leg_m=0.1", 0.0)?;
     let off = [aspect_deg(5.0, CORNER_ELEVATION_DEG), aspect_deg(0.0, CORNER_ELEVATION_DEG + 5.0)];
     let aspects = [aspect_deg(0.0, CORNER_ELEVATION_DEG), off[0], off[1]];
     let s = sweep(engine, &corner, &aspects)?;
     for (name, p) in [("VV", V), ("HH", H)] {
         let exact = db_from_power(go_trihedral_m2(0.1, F, unit(aspects[0])));
-        rows.push(dbsm(
-            &format!("0.1 m, boresight, last, {name}"),
-            exact,
-            0.05,
-            level_dbsm(&s[0].last, p, p),
-            SPENCER,
-        ));
-        rows.push(dbsm(
-            &format!("0.1 m, boresight, every, {name}"),
-            14.53,
-            0.05,
-            level_dbsm(&s[0].every, p, p),
-            CURRENTS,
-        ));
+        rows.dbsm(format!("0.1 m, boresight, last, {name}"), exact, 0.05, (&s[0].last, p), SPENCER);
+        rows.dbsm(format!("0.1 m, boresight, every, {name}"), 14.53, 0.05, (&s[0].every, p), CURRENTS);
     }
-    rows.push(at_most("0.1 m, boresight, cross-polarised", "dB", -60.0, cross_db(&s[0].every), "symmetry"));
+    rows.at_most("0.1 m, boresight, cross-polarised", "dB", -60.0, cross_db(&s[0].every), "symmetry");
     let geometry = Geometry::build(&corner, 0.0, F)?;
     let grid = RayGrid { bounces: 3, rays_per_wavelength: 30.0, distance: Distance::Infinite };
     let dense = engine.rcs_rays(&geometry, &off, &grid)?;
     for (i, name) in ["5 deg in azimuth", "5 deg in elevation"].into_iter().enumerate() {
         let (exact_beams, dense) = (&s[i + 1], &dense[i]);
         let own = "a grid of 30 rays per wavelength";
-        rows.push(dbsm(
-            &format!("0.1 m, {name}, every"),
-            level_dbsm(&dense.every, V, V),
-            0.1,
-            level_dbsm(&exact_beams.every, V, V),
-            own,
-        ));
-        rows.push(dbsm(
-            &format!("0.1 m, {name}, last"),
-            level_dbsm(&dense.last, V, V),
-            0.1,
-            level_dbsm(&exact_beams.last, V, V),
-            own,
-        ));
+        let pairs = [("every", &dense.every, &exact_beams.every), ("last", &dense.last, &exact_beams.last)];
+        for (which, dense, beams) in pairs {
+            let to = level_dbsm(dense, V, V);
+            rows.dbsm(format!("0.1 m, {name}, {which}"), to, 0.1, (beams, V), own);
+        }
         let exact = db_from_power(go_trihedral_m2(0.1, F, unit(off[i])));
-        rows.push(dbsm(
-            &format!("0.1 m, {name}, last"),
-            exact,
-            0.1,
-            level_dbsm(&exact_beams.last, V, V),
-            SPENCER,
-        ));
+        rows.dbsm(format!("0.1 m, {name}, last"), exact, 0.1, (&exact_beams.last, V), SPENCER);
     }
     let square = scene("square-trihedral:leg_m=0.1", 0.0)?;
     let s = &sweep(engine, &square, &aspects[..1])?[0];
     let exact = db_from_power(go_square_trihedral_m2(0.1, F, unit(aspects[0])));
     for (name, p) in [("VV", V), ("HH", H)] {
         let what = format!("square, 0.1 m, boresight, last, {name}");
-        rows.push(dbsm(&what, exact, 0.05, level_dbsm(&s.last, p, p), SPENCER));
+        rows.dbsm(what, exact, 0.05, (&s.last, p), SPENCER);
     }
     let s = &sweep(engine, &scene("trihedral:leg_m=0.008", 0.0)?, &aspects[..1])?[0];
     let exact = db_from_power(go_trihedral_m2(0.008, F, unit(aspects[0])));
-    rows.push(dbsm("8 mm, boresight, last", exact, 0.1, level_dbsm(&s.last, V, V), SPENCER));
-    rows.push(dbsm("8 mm, boresight, every", -30.46, 0.1, level_dbsm(&s.every, V, V), CURRENTS));
-    Ok(rows)
+    rows.dbsm("8 mm, boresight, last", exact, 0.1, (&s.last, V), SPENCER);
+    rows.dbsm("8 mm, boresight, every", -30.46, 0.1, (&s.every, V), CURRENTS);
+    Ok(())
 }
 
-fn dihedral(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn dihedral(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let spec = "dihedral:width_m=0.1,height_m=0.1";
     let face_on = [aspect_deg(0.0, 0.0)];
     let s = &sweep(engine, &scene(spec, 0.0)?, &face_on)?[0];
     let exact = db_from_power(go_dihedral_m2(0.1, 0.1, F));
     for (name, p, every) in [("VV", V, 22.16), ("HH", H, 22.23)] {
-        rows.push(dbsm(
-            &format!("face on, last, {name}"),
-            exact,
-            0.05,
-            level_dbsm(&s.last, p, p),
-            "8 pi w² h² / lambda²",
-        ));
-        rows.push(dbsm(
-            &format!("face on, every, {name}"),
-            every,
-            0.05,
-            level_dbsm(&s.every, p, p),
-            CURRENTS,
-        ));
+        rows.dbsm(format!("face on, last, {name}"), exact, 0.05, (&s.last, p), "8 pi w² h² / lambda²");
+        rows.dbsm(format!("face on, every, {name}"), every, 0.05, (&s.every, p), CURRENTS);
     }
     let turn = |m: &Matrix| (m[H][H] / m[V][V]).arg().to_degrees().abs();
     let two = "two reflections turn H once more than V";
-    rows.push(near("phase of HH over VV, last", "deg", (180.0, 0.1), turn(&s.last), two));
-    rows.push(near("phase of HH over VV, every", "deg", (180.0, 1.0), turn(&s.every), two));
+    rows.near("phase of HH over VV, last", "deg", (180.0, 0.1), turn(&s.last), two);
+    rows.near("phase of HH over VV, every", "deg", (180.0, 1.0), turn(&s.every), two);
     // Seen at 45 degrees it turns one linear polarisation into the other: from the matrix, and with the body rolled.
     for (name, gate, m) in [("last", -60.0, &s.last), ("every", -40.0, &s.every)] {
         let co = 0.5 * (m[V][V] + m[V][H] + m[H][V] + m[H][H]);
         let what = format!("45 deg linear, co-polarised over VV, {name}");
-        rows.push(at_most(&what, "dB", gate, ratio_db(co, m[V][V]), two));
+        rows.at_most(what, "dB", gate, ratio_db(co, m[V][V]), two);
     }
     let rolled = &sweep(engine, &scene(spec, FRAC_PI_4)?, &face_on)?[0];
     for (name, gate, m, level) in
@@ -225,18 +213,17 @@ fn dihedral(engine: &Engine) -> Result<Vec<Comparison>> {
     {
         let co = ratio_db(m[V][V], level).max(ratio_db(m[H][H], level));
         let what = format!("rolled by 45 deg, co-polarised over face on, {name}");
-        rows.push(at_most(&what, "dB", gate, co, two));
+        rows.at_most(what, "dB", gate, co, two);
         let what = format!("rolled by 45 deg, cross-polarised over face on, {name}");
-        rows.push(near(&what, "dB", (0.0, 0.05), ratio_db(m[H][V], level), two));
+        rows.near(what, "dB", (0.0, 0.05), ratio_db(m[H][V], level), two);
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// Where sinc x has its main peak and its first side lobes: tan x = x.
 const LOBES: [f64; 4] = [0.0, 4.493_409_457_909_064, 7.725_251_836_937_707, 10.904_121_659_428_9];
 
-fn plate(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn plate(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let (w, h) = (0.1, 0.06);
     let g = scene("plate:width_m=0.1,height_m=0.06", 0.0)?;
     for (name, side) in [("azimuth", w), ("elevation", h)] {
@@ -255,13 +242,8 @@ fn plate(engine: &Engine) -> Result<Vec<Comparison>> {
                 .flat_map(|j| [level_dbsm(&s[*j].every, V, V), level_dbsm(&s[*j].every, H, H)])
                 .max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs()))
                 .unwrap_or(f64::NAN);
-            rows.push(dbsm(
-                &format!("lobe {i} in {name}, {:.3} deg", angle(*x)),
-                exact,
-                0.01,
-                measured,
-                "physical optics, closed form",
-            ));
+            let what = format!("lobe {i} in {name}, {:.3} deg", angle(*x));
+            rows.near(what, "dBsm", (exact, 0.01), measured, "physical optics, closed form");
         }
     }
     let (y, z) = (LOBES[1] / (wavenumber(F) * w), LOBES[1] / (wavenumber(F) * h));
@@ -269,25 +251,23 @@ fn plate(engine: &Engine) -> Result<Vec<Comparison>> {
     let s = &sweep(engine, &g, &diagonal)?[0];
     let exact = db_from_power(rcs_m2(po_plate(w, h, F, unit(diagonal[0]))));
     let what = "lobe 1 in both";
-    rows.push(near(what, "dBsm", (exact, 0.01), level_dbsm(&s.every, V, V), "physical optics, closed form"));
-    Ok(rows)
+    rows.near(what, "dBsm", (exact, 0.01), level_dbsm(&s.every, V, V), "physical optics, closed form");
+    Ok(())
 }
 
-fn sphere(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn sphere(engine: &Engine, rows: &mut Rows) -> Result<()> {
     // At ka = 40 the false echo of the shadow boundary alone takes 0.12 dB of the gate.
     for ka in [40.5, 80.7] {
         let radius = ka / wavenumber(F);
         let g = scene(&format!("sphere:radius_m={radius}"), 0.0)?;
         let exact = dbsm_from_amplitude(mie_sphere(radius, F)?.norm());
         let s = &sweep(engine, &g, &[aspect_deg(13.0, 21.0)])?[0];
-        rows.push(dbsm(&format!("ka = {ka}"), exact, 0.15, level_dbsm(&s.every, V, V), "Mie series"));
+        rows.dbsm(format!("ka = {ka}"), exact, 0.15, (&s.every, V), "Mie series");
     }
-    Ok(rows)
+    Ok(())
 }
 
-fn cylinder(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn cylinder(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let (radius, length) = (0.003, 0.15);
     let g = scene("cylinder:radius_m=0.003,length_m=0.15", 0.0)?;
     let aspects = LOBES.map(|x| Aspect { azimuth: 0.3, elevation: (x / (wavenumber(F) * length)).asin() });
@@ -298,19 +278,18 @@ fn cylinder(engine: &Engine) -> Result<Vec<Comparison>> {
             0 => "6 x 150 mm, broadside".into(),
             _ => format!("6 x 150 mm, lobe {i}, {:.3} deg off", a.elevation.to_degrees()),
         };
-        rows.push(dbsm(&what, exact, 0.2, level_dbsm(&s.every, V, V), "physical optics, quadrature"));
+        rows.dbsm(what, exact, 0.2, (&s.every, V), "physical optics, quadrature");
     }
-    Ok(rows)
+    Ok(())
 }
 
-fn marker(engine: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn marker(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let marker = scene("type1:width_m=0.16,height_m=0.004", 0.0)?;
     let cut: Vec<Aspect> = (0..=40).map(|i| aspect_deg(0.0, 1.0 + 0.05 * f64::from(i))).collect();
     let found = sweep(engine, &marker, &cut)?;
     let top = found.iter().map(|s| level_dbsm(&s.every, V, V)).fold(f64::NEG_INFINITY, f64::max);
     let source = "exact physical optics; the value is rounded to 0.1 dB";
-    rows.push(near("type1, W 160 H 4 mm, peak in elevation", "dBsm", (-0.9, 0.1), top, source));
+    rows.near("type1, W 160 H 4 mm, peak in elevation", "dBsm", (-0.9, 0.1), top, source);
     // The truth is the f64 engine; its own row shows rounding only.
     let wide: Vec<Aspect> = (0..=50)
         .flat_map(|e| (-8..=8).map(move |a| aspect_deg(5.0 * f64::from(a), 0.1 * f64::from(e))))
@@ -326,8 +305,8 @@ fn marker(engine: &Engine) -> Result<Vec<Comparison>> {
         .map(|(f, t)| (level(f) - level(t)).abs())
         .fold(0.0, f64::max);
     let what = "type1, W 160 H 4 mm, -40..40 x 0..5 deg, largest difference to f64";
-    rows.push(at_most(what, "dB", 0.05, worst, "exact beams on the cpu"));
-    Ok(rows)
+    rows.at_most(what, "dB", 0.05, worst, "exact beams on the cpu");
+    Ok(())
 }
 
 // ---- the radar ----
@@ -357,7 +336,7 @@ fn mean_power(z: &[Complex64]) -> f64 {
     z.iter().map(|z| z.norm_sqr()).sum::<f64>() / z.len().max(1) as f64
 }
 
-fn two_rays(engine: &Engine) -> Result<Vec<Comparison>> {
+fn two_rays(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = one_channel()?;
     // Narrow, so that one wavelength holds.
     radar.waveform = Waveform::chirp(1e5, 40e-6, 55e-6);
@@ -390,16 +369,15 @@ fn two_rays(engine: &Engine) -> Result<Vec<Comparison>> {
         }
         Ok(0.5 * (a + b))
     };
-    let mut rows = Vec::new();
     for (name, sign, list) in
         [("null", -1.0, [26.97, 13.48, 8.98, 6.73]), ("peak", 1.0, [53.9, 17.98, 10.78, 7.70])]
     {
         for (i, about) in list.into_iter().enumerate() {
             let what = format!("point 0.35 m, radar 0.15 m over a plane, {name} {}", i + 1);
-            rows.push(share(&what, "m", (about, 0.01), extreme(about, sign)?, "image method"));
+            rows.share(what, "m", (about, 0.01), extreme(about, sign)?, "image method");
         }
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// CONVENTIONS eq. 11 and 12 as they stand: phase of the beat in radians.
@@ -411,7 +389,7 @@ fn beat_phase(radar: &Radar, r: &Echo, chirp: usize, n: usize) -> f64 {
     TAU * (radar.start_hz() * tau + slope * t_n * tau - 0.5 * slope * tau * tau)
 }
 
-fn delay(engine: &Engine) -> Result<Vec<Comparison>> {
+fn delay(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = one_channel()?;
     radar.carrier_hz = 77e9;
     radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 48e-6);
@@ -433,27 +411,15 @@ fn delay(engine: &Engine) -> Result<Vec<Comparison>> {
     let rate = radar.slope_hz_per_s() * (r.path_length_m / C0) * TAU * last as f64 / radar.sample_rate_hz;
     let moved = beat_phase(&radar, r, 4, last) - beat_phase(&radar, r, 4, 0) - rate;
     let source = "delay of eq. 11 in eq. 12, every sample";
-    Ok(vec![
-        at_most("-20 m/s, 2.46 GHz, f64: largest phase error", "rad", 1e-6, phase, source),
-        at_most(
-            "the same on this engine: largest error over the peak",
-            "dB",
-            -80.0,
-            2.0 * db_from_power(error),
-            source,
-        ),
-        Comparison::new(
-            "phase that stop-and-hop would miss over a chirp",
-            "rad",
-            None,
-            Tolerance::Shown,
-            moved,
-            source,
-        ),
-    ])
+    rows.at_most("-20 m/s, 2.46 GHz, f64: largest phase error", "rad", 1e-6, phase, source);
+    let error_db = 2.0 * db_from_power(error);
+    rows.at_most("the same on this engine: largest error over the peak", "dB", -80.0, error_db, source);
+    let what = "phase that stop-and-hop would miss over a chirp";
+    rows.row(what, "rad", (None, Tolerance::Shown), moved, source);
+    Ok(())
 }
 
-fn level(engine: &Engine) -> Result<Vec<Comparison>> {
+fn level(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.thermal_noise = false;
     // 50 m in the middle of cell 125.
@@ -474,15 +440,14 @@ fn level(engine: &Engine) -> Result<Vec<Comparison>> {
     // 12 dBm + 2 x 12 dBi + 20 lg(3.89340 mm) + 10 dBsm - 30 lg(4 pi) - 40 lg(50).
     let hand = 46.0 - 48.1935 - 32.9763 - 67.9588;
     let source = "radar equation, worked out by hand";
-    Ok(vec![
-        near("10 dBsm at 50 m: cell of the map", "dBm", (hand, 0.05), dbm_from_w(cell), source),
-        near("10 dBsm at 50 m: point's power", "dBm", (hand, 0.05), point.power_dbm, source),
-        near("10 dBsm at 50 m: point's cross section", "dBsm", (10.0, 0.05), point.rcs_dbsm, source),
-        near("10 dBsm at 50 m: point's range", "m", (50.0, 0.04), point.range_m, "a tenth of a cell"),
-    ])
+    rows.near("10 dBsm at 50 m: cell of the map", "dBm", (hand, 0.05), dbm_from_w(cell), source);
+    rows.near("10 dBsm at 50 m: point's power", "dBm", (hand, 0.05), point.power_dbm, source);
+    rows.near("10 dBsm at 50 m: point's cross section", "dBsm", (10.0, 0.05), point.rcs_dbsm, source);
+    rows.near("10 dBsm at 50 m: point's range", "m", (50.0, 0.04), point.range_m, "a tenth of a cell");
+    Ok(())
 }
 
-fn noise(engine: &Engine) -> Result<Vec<Comparison>> {
+fn noise(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.chirps = 512;
     radar.processing.doppler_fft = 512;
@@ -492,10 +457,11 @@ fn noise(engine: &Engine) -> Result<Vec<Comparison>> {
     let hand = 1.380649e-23 * 290.0 * 10f64.powf(1.3) * 20e6;
     let source = "k T0 F fs, by hand";
     let what = format!("variance over {:.2e} samples", cube.data.len() as f64);
-    Ok(vec![share(&what, "W", (hand, 0.01), mean_power(&cube.data), source)])
+    rows.share(what, "W", (hand, 0.01), mean_power(&cube.data), source);
+    Ok(())
 }
 
-fn processing_gain(engine: &Engine) -> Result<Vec<Comparison>> {
+fn processing_gain(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.processing.angle_window = Window::Rectangle;
     let range = 100.0 * radar.range_bin_m();
@@ -539,7 +505,8 @@ fn processing_gain(engine: &Engine) -> Result<Vec<Comparison>> {
     // 256 samples, 128 chirps, 12 channels; each Hann window takes 10 lg 1.5.
     let hand = db_from_power(256.0 * 128.0 * 12.0) - 2.0 * db_from_power(1.5);
     let source = "samples x chirps x channels, less two Hann windows";
-    Ok(vec![near("demo77", "dB", (hand, 0.1), measured, source)])
+    rows.near("demo77", "dB", (hand, 0.1), measured, source);
+    Ok(())
 }
 
 /// |W(f)|² of a window over that at zero, f in bins.
@@ -570,54 +537,37 @@ fn width_and_lobe(w: &[f64]) -> (f64, f64) {
     (a + b, db_from_power(lobe))
 }
 
-fn windows(_: &Engine) -> Result<Vec<Comparison>> {
-    let mut rows = Vec::new();
+fn windows(_: &Engine, rows: &mut Rows) -> Result<()> {
     for (name, kind, width, lobe) in [
         ("rectangle", Window::Rectangle, 0.886, -13.3),
         ("Hann", Window::Hann, 1.441, -31.5),
         ("Hamming", Window::Hamming, 1.303, -42.7),
     ] {
         let (w, l) = width_and_lobe(&window::coefficients(kind, 512)?);
-        rows.push(near(&format!("{name}: 3-dB width"), "bins", (width, 1e-3), w, "Harris 1978"));
-        rows.push(near(&format!("{name}: highest side lobe"), "dB", (lobe, 0.1), l, "Harris 1978"));
+        rows.near(format!("{name}: 3-dB width"), "bins", (width, 1e-3), w, "Harris 1978");
+        rows.near(format!("{name}: highest side lobe"), "dB", (lobe, 0.1), l, "Harris 1978");
     }
     for db in [60.0, 80.0] {
         let kind = Window::DolphChebyshev { side_lobe_db: db };
         let (_, l) = width_and_lobe(&window::coefficients(kind, 256)?);
         let what = format!("Dolph-Chebyshev {db} dB: highest side lobe");
-        rows.push(near(&what, "dB", (-db, 0.1), l, "its definition"));
+        rows.near(what, "dB", (-db, 0.1), l, "its definition");
     }
-    Ok(rows)
+    Ok(())
 }
 
-fn cfar(engine: &Engine) -> Result<Vec<Comparison>> {
+fn cfar(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let ca = |looks: usize, n: usize, pfa: f64| cfar_ca::factor(looks, n, pfa);
     let os = |looks: usize, n: usize, k: usize| cfar_os::factor(looks, n, k, 1e-3).map(|f| f.factor);
     let digits = |places: i32| 0.5 * 10f64.powi(-places);
-    let mut rows = vec![
-        near("CA factor, N 100, Pfa 0.1, one look", "", (2.3293, digits(4)), ca(1, 100, 0.1)?, "closed form"),
-        near(
-            "CA factor, N 216, Pfa 1e-3, 12 looks",
-            "",
-            (2.138, digits(3)),
-            ca(12, 216, 1e-3)?,
-            "F quantile",
-        ),
-        near(
-            "OS factor, N 20, k 15, Pfa 1e-3, one look",
-            "",
-            (6.8554, digits(4)),
-            os(1, 20, 15)?,
-            "closed form",
-        ),
-        near(
-            "OS factor, N 216, k 162, Pfa 1e-3, 12 looks",
-            "",
-            (1.82, digits(2)),
-            os(12, 216, 162)?,
-            "quadrature",
-        ),
-    ];
+    for (what, factor, ours, source) in [
+        ("CA factor, N 100, Pfa 0.1, one look", (2.3293, digits(4)), ca(1, 100, 0.1)?, "closed form"),
+        ("CA factor, N 216, Pfa 1e-3, 12 looks", (2.138, digits(3)), ca(12, 216, 1e-3)?, "F quantile"),
+        ("OS factor, N 20, k 15, Pfa 1e-3, one look", (6.8554, digits(4)), os(1, 20, 15)?, "closed form"),
+        ("OS factor, N 216, k 162, Pfa 1e-3, 12 looks", (1.82, digits(2)), os(12, 216, 162)?, "quadrature"),
+    ] {
+        rows.near(what, "", factor, ours, source);
+    }
     // Rectangles, so that cells are independent.
     let mut radar = radar_toml::preset("demo77")?;
     (radar.processing.range_window, radar.processing.doppler_window) = (Window::Rectangle, Window::Rectangle);
@@ -632,6 +582,6 @@ fn cfar(engine: &Engine) -> Result<Vec<Comparison>> {
     // 99 % of a binomial count; neighbours share training cells, which widens it little (N 168).
     let limit = 2.576 * (0.99 / (0.01 * cells as f64)).sqrt();
     let what = format!("CA false-alarm rate over {cells} cells of noise, 12 looks");
-    rows.push(share(&what, "", (0.01, limit), alarms as f64 / cells as f64, "Pfa; 99 % binomial interval"));
-    Ok(rows)
+    rows.share(what, "", (0.01, limit), alarms as f64 / cells as f64, "Pfa; 99 % binomial interval");
+    Ok(())
 }

@@ -49,10 +49,8 @@ pub struct StudyFile {
     #[serde(default)]
     pub solver: SolverTable,
     /// How targets that are files are read.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportKeys>,
     /// What sigma_min_dbsm and margin_db need.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub detection: Option<DetectionTable>,
     /// Radars on the vehicle; a marker counts as seen when one of them sees it. Default: one.
     #[serde(default)]
@@ -64,7 +62,6 @@ pub struct StudyFile {
     #[serde(default)]
     pub fact: Vec<FactTable>,
     /// Search the best parameters instead of tabulating the sweeps.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchTable>,
 }
 
@@ -75,7 +72,6 @@ pub struct SweepTable {
     /// A parameter, or target.NAME for one of the reflector's own.
     pub parameter: At<String>,
     /// First value of a grid; the last is `stop`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<At<f64>>,
     /// Last value.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,16 +80,12 @@ pub struct SweepTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<At<f64>>,
     /// Instead of a grid: the values.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<At<Vec<Value>>>,
     /// Names of the values in legend, facts and CSV.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub names: Option<At<Vec<String>>>,
     /// Label of the axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     /// Makes one number of the sweep instead of an axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reduce: Option<At<Reduce>>,
 }
 
@@ -102,16 +94,12 @@ pub struct SweepTable {
 #[serde(deny_unknown_fields)]
 pub struct ImportKeys {
     /// m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<At<String>>,
     /// y (default of glTF; STL and OBJ need it) or z.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<At<String>>,
     /// all (default), none, or the name of one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub animation: Option<At<String>>,
     /// For surfaces whose material is missing or unknown; STL needs it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub default_material: Option<At<String>>,
     /// Material of the file = material of the table.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -130,60 +118,42 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
     }
 }
 
-fn three() -> At<usize> {
-    3.into()
-}
-
-fn tenth() -> At<f64> {
-    0.1.into()
-}
-
 /// How cross sections are solved.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct SolverTable {
     /// Facets met by one beam (default 3).
-    #[serde(default = "three")]
     pub bounces: At<usize>,
     /// Error that curved bodies and finite ranges may have (default 0.1).
-    #[serde(default = "tenth")]
     pub accuracy_db: At<f64>,
     /// "every" (default) or "last": which bounces radiate.
-    #[serde(default)]
     pub convention: ConventionName,
     /// "none" (default) or "ptd".
-    #[serde(default)]
     pub diffraction: DiffractionName,
 }
 
 impl Default for SolverTable {
     fn default() -> Self {
-        SolverTable {
-            bounces: three(),
-            accuracy_db: tenth(),
-            convention: ConventionName::Every,
-            diffraction: DiffractionName::None,
-        }
+        let (convention, diffraction) = (ConventionName::Every, DiffractionName::None);
+        SolverTable { bounces: 3.into(), accuracy_db: 0.1.into(), convention, diffraction }
     }
 }
 
 /// Which bounces radiate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ConventionName {
     /// All of them.
-    #[default]
     Every,
     /// The last of a chain.
     Last,
 }
 
 /// What is added at edges.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DiffractionName {
     /// Nothing.
-    #[default]
     None,
     /// The physical theory of diffraction.
     Ptd,
@@ -203,25 +173,18 @@ pub struct DetectionTable {
     #[serde(default)]
     pub reference_rise_m: At<f64>,
     /// Measured: [q1, q2] of 20 lg(1/R^q1) + q2 through the peaks of the reference's magnitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub peaks_fit: Option<At<[f64; 2]>>,
     /// Measured: the same through its troughs.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub troughs_fit: Option<At<[f64; 2]>>,
     /// Measured: instead of the fits, [range in m, magnitude in dB].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_db: Option<At<Vec<[f64; 2]>>>,
     /// Measured: magnitude of the noise.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_db: Option<At<f64>>,
     /// Measured: magnitude of the ground, [range in m, magnitude in dB].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_db: Option<At<Vec<[f64; 2]>>>,
     /// Radar equation: cross section of the ground per area.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_sigma0_db: Option<At<f64>>,
     /// Radar equation: width of the patch of ground in one cell.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_beam_deg: Option<At<f64>>,
 }
 
@@ -237,19 +200,16 @@ pub enum MethodName {
 
 /// A radar beside the others on the vehicle.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct MountTable {
     /// From the place that the parameters name.
-    #[serde(default)]
     pub forward_m: At<f64>,
     /// To the left of the vehicle's middle, m.
     #[serde(default)]
     pub left_m: At<f64>,
     /// Added to radar_azimuth_deg; positive left.
-    #[serde(default)]
     pub azimuth_deg: At<f64>,
     /// Added to radar_elevation_deg; positive up.
-    #[serde(default)]
     pub elevation_deg: At<f64>,
 }
 
@@ -260,7 +220,6 @@ pub struct FactTable {
     /// What the document states.
     pub text: String,
     /// The document's number, or its words.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub document: Option<At<Value>>,
     /// Unit of the number.
     #[serde(default)]
@@ -268,7 +227,6 @@ pub struct FactTable {
     /// How ours is had.
     pub of: FactKind,
     /// Default: the study's first.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<At<String>>,
     /// Where on the axes: a number (interpolated) or a value's name.
     #[serde(default)]
@@ -280,7 +238,6 @@ pub struct FactTable {
     #[serde(default)]
     pub within: BTreeMap<String, At<[f64; 2]>>,
     /// For width (dB below the maximum), crossing and share (the level).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<At<f64>>,
     /// Why the two differ.
     #[serde(default)]
@@ -341,6 +298,16 @@ impl Reader<'_> {
         BadInput::new(problem).file(self.doc.file()).key(key)
     }
 
+    /// A complaint about a key that is not there.
+    fn missing(&self, key: &str, remedy: &str) -> Error {
+        self.about(key, "is missing").remedy(remedy).into()
+    }
+
+    /// A complaint about a value of the file, and what it may be.
+    fn only<R, T>(&self, at: &At<T>, problem: impl Into<String>, allowed: impl Into<String>) -> Result<R> {
+        Err(self.here(at, BadInput::new(problem).allowed(allowed)))
+    }
+
     fn inside(&self, e: Error) -> Error {
         match e {
             Error::Input(b) if b.file.is_none() => (*b).file(self.doc.file()).into(),
@@ -353,11 +320,8 @@ impl Reader<'_> {
         let name = &t.name.value;
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || name.len() > 80 || !name.chars().all(plain) || name.starts_with('.') {
-            return Err(self.here(
-                &t.name,
-                BadInput::new("cannot name a file")
-                    .allowed("letters, digits, '-', '_' and '.', at most 80, not starting with '.'"),
-            ));
+            let allowed = "letters, digits, '-', '_' and '.', at most 80, not starting with '.'";
+            return self.only(&t.name, "cannot name a file", allowed);
         }
         let quantities = self.quantities()?;
         let mut fixed = Values::new();
@@ -393,28 +357,21 @@ impl Reader<'_> {
         let axes = sweeps.iter().filter(|s| s.reduce.is_none()).count();
         if t.search.is_none() {
             if axes == 0 {
-                return Err(self
-                    .about("sweep", "nothing varies")
-                    .remedy("give a [[sweep]] with a parameter and its values")
-                    .into());
+                let remedy = "give a [[sweep]] with a parameter and its values";
+                return Err(self.about("sweep", "nothing varies").remedy(remedy).into());
             }
             if axes > 3 {
-                return Err(self
-                    .about("sweep", "more sweeps than a picture has axes, curves and panels")
-                    .value(axes)
-                    .allowed("at most 3 that are not reduced")
-                    .remedy("fix or reduce some, or write two studies")
-                    .into());
+                let bad =
+                    self.about("sweep", "more sweeps than a picture has axes, curves and panels").value(axes);
+                let bad = bad.allowed("at most 3 that are not reduced");
+                return Err(bad.remedy("fix or reduce some, or write two studies").into());
             }
         }
         let points = sweeps.iter().fold(1usize, |n, s| n.saturating_mul(s.values.len()));
         if points > MOST_POINTS {
-            return Err(self
-                .about("sweep", "too many points")
-                .value(points)
-                .allowed(format!("at most {MOST_POINTS}"))
-                .remedy("take larger steps or split the study")
-                .into());
+            let bad = self.about("sweep", "too many points").value(points);
+            let bad = bad.allowed(format!("at most {MOST_POINTS}"));
+            return Err(bad.remedy("take larger steps or split the study").into());
         }
         let s = &t.solver;
         let bounces = self.doc.in_range(&s.bounces, 1..=MAX_BOUNCES, "three are enough for a corner")?;
@@ -423,10 +380,7 @@ impl Reader<'_> {
         let needs = quantities.iter().any(|q| q.needs_detection())
             || t.search.as_ref().is_some_and(|s| s.goal.needs_detection());
         if needs && detection.is_none() {
-            return Err(self
-                .about("detection", "is missing")
-                .remedy("sigma_min_dbsm and margin_db need a [detection] table")
-                .into());
+            return Err(self.missing("detection", "sigma_min_dbsm and margin_db need a [detection] table"));
         }
         let mut study = Study {
             name: name.clone(),
@@ -485,10 +439,8 @@ impl Reader<'_> {
 
     /// What the table says of files.
     fn import(&self) -> Result<ImportOptions> {
-        self.table
-            .import
-            .as_ref()
-            .map_or_else(|| Ok(ImportOptions::default()), |t| ImportTable::from(t).options(self.doc))
+        let table = self.table.import.as_ref();
+        table.map_or_else(|| Ok(ImportOptions::default()), |t| ImportTable::from(t).options(self.doc))
     }
 
     /// Errors: the target is a file, and it is not there, or states no unit.
@@ -503,14 +455,9 @@ impl Reader<'_> {
     fn quantity(&self, at: &At<String>) -> Result<Quantity> {
         Quantity::by_name(&at.value).ok_or_else(|| {
             let names: Vec<&str> = Quantity::ALL.iter().map(|q| q.name()).collect();
-            let b = BadInput::new("is not a quantity").allowed(names.join(", "));
-            self.here(
-                at,
-                match nearest(&at.value, names.iter().copied()) {
-                    Some(n) => b.remedy(format!("did you mean '{n}'?")),
-                    None => b.remedy("choose one of them"),
-                },
-            )
+            let near = nearest(&at.value, names.iter().copied());
+            let remedy = near.map_or("choose one of them".into(), |n| format!("did you mean '{n}'?"));
+            self.here(at, BadInput::new("is not a quantity").allowed(names.join(", ")).remedy(remedy))
         })
     }
 
@@ -545,20 +492,15 @@ impl Reader<'_> {
                 grid
             }
             _ => {
-                return Err(self.here(
-                    &t.parameter,
-                    BadInput::new("the sweep has no values").allowed("values, or all of start, stop, step"),
-                ));
+                let allowed = "values, or all of start, stop, step";
+                return self.only(&t.parameter, "the sweep has no values", allowed);
             }
         };
         let names = match &t.names {
             Some(n) if n.value.len() == values.len() && t.values.is_some() => n.value.clone(),
             Some(n) => {
-                return Err(self.here(
-                    n,
-                    BadInput::new(format!("{} names for {} values", n.value.len(), values.len()))
-                        .allowed("one name for each entry of values"),
-                ));
+                let problem = format!("{} names for {} values", n.value.len(), values.len());
+                return self.only(n, problem, "one name for each entry of values");
             }
             None => values.iter().map(Value::to_string).collect(),
         };
@@ -578,12 +520,9 @@ impl Reader<'_> {
                 continue;
             }
             if study.quantities != [Quantity::Margin] {
-                return Err(self.here(
-                    at,
-                    BadInput::new("a range is found from the margin")
-                        .allowed("quantities = [\"margin_db\"]")
-                        .remedy("ask for margin_db and nothing else"),
-                ));
+                let bad =
+                    BadInput::new("a range is found from the margin").allowed("quantities = [\"margin_db\"]");
+                return Err(self.here(at, bad.remedy("ask for margin_db and nothing else")));
             }
             let ascending = s.numbers().is_some_and(|x| x.windows(2).all(|w| w[0] < w[1]));
             if !ascending || s.values.len() < 2 {
@@ -633,12 +572,9 @@ impl Reader<'_> {
         }
         let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
         let bad = |problem: &str| {
-            Err(self
-                .about("picture.kind", problem)
-                .value("map")
-                .allowed("two sweeps of evenly spaced numbers first")
-                .remedy("use kind = \"curves\", or a grid")
-                .into())
+            let bad = self.about("picture.kind", problem).value("map");
+            let bad = bad.allowed("two sweeps of evenly spaced numbers first");
+            Err(bad.remedy("use kind = \"curves\", or a grid").into())
         };
         if axes.len() < 2 {
             return bad("a map has two axes");
@@ -659,9 +595,7 @@ impl Reader<'_> {
         let radar = radar_toml::named(self.doc, &d.radar.value, &d.radar.span)?;
         let doc = self.doc;
         let db = |a: &At<f64>| doc.in_range(a, -1000.0..=1000.0, "give decibels");
-        let missing = |key: &str, remedy: &str| -> Error {
-            self.about(&format!("detection.{key}"), "is missing").remedy(remedy).into()
-        };
+        let missing = |key: &str, remedy: &str| self.missing(&format!("detection.{key}"), remedy);
         let belongs = |span: &std::ops::Range<usize>, to: &str| -> Error {
             doc.bad(span, format!("belongs to method = \"{to}\"")).remedy("take the key out").into()
         };
@@ -671,10 +605,7 @@ impl Reader<'_> {
                 && c.value.windows(2).all(|w| w[0][0] < w[1][0]);
             match sound {
                 true => Ok(c.value.clone()),
-                false => Err(self.here(
-                    c,
-                    BadInput::new("is not a curve").allowed("[[range in m, dB], …] with growing ranges"),
-                )),
+                false => self.only(c, "is not a curve", "[[range in m, dB], …] with growing ranges"),
             }
         };
         let magnitudes = match d.method {
@@ -700,14 +631,11 @@ impl Reader<'_> {
                 }
             }
             MethodName::RadarEquation => {
-                let spans = [
-                    d.peaks_fit.as_ref().map(|a| &a.span),
-                    d.troughs_fit.as_ref().map(|a| &a.span),
-                    d.reference_db.as_ref().map(|a| &a.span),
-                    d.noise_db.as_ref().map(|a| &a.span),
-                    d.ground_db.as_ref().map(|a| &a.span),
-                ];
-                if let Some(span) = spans.into_iter().flatten().next() {
+                let fits = d.peaks_fit.as_ref().or(d.troughs_fit.as_ref()).map(|a| &a.span);
+                let of_reference = d.reference_db.as_ref().map(|a| &a.span);
+                let noise = d.noise_db.as_ref().map(|a| &a.span);
+                let ground = d.ground_db.as_ref().map(|a| &a.span);
+                if let Some(span) = fits.or(of_reference).or(noise).or(ground) {
                     return Err(belongs(span, "measured"));
                 }
                 let ground = match (&d.ground_sigma0_db, &d.ground_beam_deg) {
@@ -723,10 +651,8 @@ impl Reader<'_> {
                         return Err(missing("ground_beam_deg", "the patch of ground has a width"));
                     }
                     (None, Some(_)) => {
-                        return Err(missing(
-                            "ground_sigma0_db",
-                            "the patch of ground has a cross section per area",
-                        ));
+                        let remedy = "the patch of ground has a cross section per area";
+                        return Err(missing("ground_sigma0_db", remedy));
                     }
                 };
                 Magnitudes::RadarEquation { noise_dbm: noise_dbm(&radar)?, ground }
@@ -735,10 +661,8 @@ impl Reader<'_> {
         let snr = self.table.set.contains_key("snr_db")
             || self.table.sweep.iter().any(|s| s.parameter.value == "snr_db");
         if !snr {
-            return Err(self
-                .about("set.snr_db", "is missing")
-                .remedy("give the signal-to-noise ratio at which a marker counts as detected, as in 10")
-                .into());
+            let remedy = "give the signal-to-noise ratio at which a marker counts as detected, as in 10";
+            return Err(self.missing("set.snr_db", remedy));
         }
         Ok(Detection {
             magnitudes,
@@ -777,18 +701,13 @@ impl Reader<'_> {
             }
         }
         if t.parameter.is_empty() || t.parameter.len() > 8 {
-            return Err(self
-                .about("search.parameter", "there is nothing to search, or too much")
-                .value(t.parameter.len())
-                .allowed("1..=8 parameters")
-                .into());
+            let bad = self.about("search.parameter", "there is nothing to search, or too much");
+            return Err(bad.value(t.parameter.len()).allowed("1..=8 parameters").into());
         }
         let distances = |s: &Sweep| s.parameter == "longitudinal_m" && s.values.len() > 1;
         if t.goal == Goal::DetectionRange && !study.sweeps.iter().any(distances) {
-            return Err(self
-                .about("search.goal", "a detection range needs distances")
-                .remedy("sweep longitudinal_m")
-                .into());
+            let bad = self.about("search.goal", "a detection range needs distances");
+            return Err(bad.remedy("sweep longitudinal_m").into());
         }
         self.doc.in_range(&t.starts, 1..=1000, "a few are enough")?;
         self.doc.in_range(&t.steps, 1..=10_000, "some tens are enough")?;
@@ -824,11 +743,8 @@ impl Reader<'_> {
                         (lo - 1e-9..=hi + 1e-9).contains(&x)
                     });
                     if !named && !between {
-                        return Err(self.here(
-                            at,
-                            BadInput::new(format!("the sweep of {key} has no such value"))
-                                .allowed(s.names.iter().take(12).cloned().collect::<Vec<_>>().join(", ")),
-                        ));
+                        let names = s.names.iter().take(12).cloned().collect::<Vec<_>>().join(", ");
+                        return self.only(at, format!("the sweep of {key} has no such value"), names);
                     }
                     Ok((i, at.value.clone()))
                 })

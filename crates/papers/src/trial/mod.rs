@@ -10,6 +10,7 @@ pub mod drive;
 mod edges;
 pub mod estimators;
 pub mod hd_map;
+mod kit;
 mod lane_table;
 mod limits;
 pub mod markers;

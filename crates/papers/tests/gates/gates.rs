@@ -59,7 +59,7 @@ fn distance(got: &[Scattering], want: &[Scattering]) -> f64 {
 
 #[test]
 fn canonical_table() {
-    let rows: Vec<Comparison> = GROUPS.iter().flat_map(|g| (g.measure)(&cpu()).unwrap()).collect();
+    let rows: Vec<Comparison> = GROUPS.iter().flat_map(|g| g.measure(&cpu()).unwrap()).collect();
     for r in &rows {
         println!("{:?} {r:?}", r.passes());
     }

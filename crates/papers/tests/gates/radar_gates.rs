@@ -137,7 +137,7 @@ fn levels_and_noise_on_every_engine() {
     for engine in engines() {
         for group in &GROUPS {
             if ["two rays", "delay", "level", "noise", "processing gain", "cfar"].contains(&group.name) {
-                for row in (group.measure)(&engine).unwrap() {
+                for row in group.measure(&engine).unwrap() {
                     assert!(row.passes() != Some(false), "{}: {row:?}", engine.describe());
                 }
             }

@@ -1,12 +1,9 @@
 //! What the document's steps give, against the true lane.
 
 use crate::trial::camera_fusion::settings::Settings;
-use crate::trial::drive::own_alone;
+use crate::trial::kit::*;
 use crate::trial::report::number;
-use crate::trial::{Row, Rows, Sheet};
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
-use catseye_lane::score::TrueLanes;
-use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// Pieces of the spline that is compared with the parabola, as in the core's tests.

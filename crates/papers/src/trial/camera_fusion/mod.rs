@@ -9,20 +9,11 @@ mod vehicle_camera;
 use crate::trial::camera_fusion::judge::Judged;
 use crate::trial::camera_fusion::pictures::{Sensors, Shown};
 use crate::trial::camera_fusion::vehicle_camera::VehicleCamera;
-use crate::trial::drive::point_radar;
-use crate::trial::ready::{Sense, chirp_radar};
-use crate::trial::report::{common_rows, fixed, has_lane, percent_of_runs, rms_of_runs, usual_refusal};
-use crate::trial::sensors::{Bus, KeptPoint, TrackFollower, kept_points, look_of};
-use crate::trial::stats::{draws, mean, timed};
-use crate::trial::{
-    Drive, LaneMethod, Looks, Now, OwnedInput, ReadyMethod, Rows, Sheet, Step, Trial, TrialContext, one_look,
-};
-use catseye::error::{BadInput, Error, Result};
-use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
-use catseye::simulate::Frame;
+use crate::trial::kit::*;
+use crate::trial::ready::Sense;
+use crate::trial::report::{has_lane, percent_of_runs, rms_of_runs, usual_refusal};
+use crate::trial::sensors::{KeptPoint, TrackFollower, kept_points};
 use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Pnn, RoadModel, generate_bends};
-use catseye_lane::{LaneEstimator, SensorInput};
 pub use settings::{CameraTable, Condition, Settings};
 use std::cell::RefCell;
 use std::rc::Rc;

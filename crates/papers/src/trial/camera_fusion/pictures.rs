@@ -2,13 +2,8 @@
 //! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
 
 use crate::trial::camera_fusion::settings::{Condition, Settings};
-use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE};
-use crate::trial::{Step, Trial};
-use catseye::error::Result;
+use crate::trial::kit::*;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
-use catseye_lane::score::TrueLanes;
-use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol};
-use glam::DVec2;
 
 /// What an estimator is given of a look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,14 +1,9 @@
 //! The table `[lane.camera_fusion]`.
 
 use crate::trial::camera::Light;
-use crate::trial::limits;
-use catseye::error::{BadInput, Result};
-use catseye::scene::radar::Radar;
+use crate::trial::kit::*;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{Camera, CameraFusion, FusionOptions, RecogniseSettings};
-use glam::{DVec2, DVec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// What the drive is lit by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,12 +1,9 @@
 //! The camera of a vehicle on a drive: its pictures by frame and light.
 
-use crate::trial::Drive;
 use crate::trial::camera::View;
 use crate::trial::camera_fusion::settings::{Condition, Settings};
-use crate::trial::stats::draws;
-use catseye::error::Result;
+use crate::trial::kit::*;
 use catseye::geom::Geometry;
-use catseye::rng::Draws;
 use catseye_lane::camera_fusion::Image;
 
 /// A camera whose pitch shakes from frame to frame.

@@ -1,10 +1,8 @@
 //! A scene from above with the lanes that tracks were given.
 
-use crate::trial::Drive;
 use crate::trial::hd_map::passes::Passes;
-use crate::trial::pictures::Draw;
+use crate::trial::kit::*;
 use catseye_lane::hd_map::of_road::Stripes;
-use catseye_plot::{Axis, Chart, Mark, Pen, Rgb, finite_range};
 
 /// Colours of lanes by the last digit of their numbers.
 const LANES: [Rgb; 10] = [

@@ -13,16 +13,8 @@ mod traffic;
 
 use crate::trial::hd_map::sight::{Follower, Sight};
 use crate::trial::hd_map::stage::{Change, Stage, estimator, map_of, place, stages};
-use crate::trial::ready::chirp_radar;
-use crate::trial::sensors::BusSensor;
-use crate::trial::stats::{draws, timed};
-use crate::trial::{Drive, LaneMethod, Looks, Now, OwnedInput, ReadyMethod, Trial, TrialContext, one_look};
-use catseye::error::{BadInput, Error, Result};
-use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
-use catseye::simulate::Frame;
+use crate::trial::kit::*;
 use catseye_lane::hd_map::estimator::MapLanes;
-use catseye_lane::{LaneEstimator, SensorInput};
 pub use settings::{Kind, SceneTable, Settings};
 
 /// Stream of the draws of a survey.

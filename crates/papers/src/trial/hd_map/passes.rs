@@ -1,14 +1,12 @@
 //! Tracks and the vehicles that they belong to: for the score only, the estimator does not know.
 
-use crate::trial::Now;
 use crate::trial::hd_map::traffic::{COUNTED, Group};
+use crate::trial::kit::*;
 use catseye::road::actor_truth;
 use catseye::road::actors::{base_class, is_vehicle};
-use catseye_lane::SensorInput;
 use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
-use glam::DVec2;
 
 /// A track belongs to a vehicle within these distances of its box, along and across, m, and of its speed, m/s.
 const ALONG_M: f64 = 3.0;

@@ -1,8 +1,7 @@
 //! Scenes from above with the lanes that tracks were given, accuracy beside the document's, errors across.
 
 use crate::trial::hd_map::scene::{READINGS, Scene};
-use crate::trial::pictures::Draw;
-use catseye_plot::{Axis, Chart, Pen, Picture, Rgb, Symbol};
+use crate::trial::kit::*;
 
 const DOCUMENT: Rgb = [150, 150, 150];
 const OURS: Rgb = [31, 119, 180];

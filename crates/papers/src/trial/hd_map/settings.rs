@@ -1,13 +1,10 @@
 //! The table `[lane.hd_map]`.
 
-use crate::trial::limits::{self, LEAVE_OUT};
-use catseye::error::{BadInput, Result};
+use crate::trial::kit::*;
 use catseye::road::traffic::VEHICLES;
 use catseye::scene::toml_file::At;
 pub use catseye_lane::hd_map::accuracy::SceneKind as Kind;
 use catseye_lane::hd_map::{Across, RadarPose, Wgs84};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 const METHOD: &str = "hd_map";
 

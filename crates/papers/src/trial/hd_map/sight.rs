@@ -1,18 +1,13 @@
 //! What the radar sees of what moves: points along the ground, clusters, tracks.
 
-use crate::trial::drive::{Level, lane_track, mount, point_radar};
+use crate::trial::drive::lane_track;
 use crate::trial::hd_map::settings::Settings;
-use crate::trial::{Drive, TrialContext};
+use crate::trial::kit::*;
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
-use catseye::error::{BadInput, Result};
-use catseye::scene::radar::Radar;
-use catseye::simulate::Frame;
 use catseye_lane::LaneTrack;
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 /// Arrays are not calibrated better than this, rad.
 const LEAST_AZIMUTH_STD_RAD: f64 = 1e-3;

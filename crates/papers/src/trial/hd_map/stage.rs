@@ -1,20 +1,11 @@
 //! The scenes of a trial, the map of each, the estimator on it, and the place of its radar.
 
-use crate::trial::TrialContext;
-use crate::trial::drive::{Level, mount};
 use crate::trial::hd_map::settings::{Kind, SceneTable, Settings};
-use catseye::error::{BadInput, Error, Result};
-use catseye::rng::Draws;
-use catseye::road::plan::ScenePlan;
-use catseye::road::scene_toml;
-use catseye::road::site::Site;
-use catseye::scene::radar::Radar;
-use catseye::scene::scenario::{Scenario, SceneSource};
+use crate::trial::kit::*;
 use catseye::scene::toml_file::referred;
 use catseye_lane::hd_map::estimator::{Body, MapLanes, Options};
 use catseye_lane::hd_map::of_road::{self, Stripes};
 use catseye_lane::hd_map::{self, Across, HdMap, RadarPose, file};
-use glam::DVec2;
 
 /// One scene of a trial, ready to be driven.
 pub struct Stage {

@@ -2,17 +2,13 @@
 
 use crate::trial::hd_map::settings::{SceneTable, Settings};
 use crate::trial::hd_map::stage::Stage;
-use crate::trial::stats::draws;
-use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
+use crate::trial::kit::*;
 use catseye::road::axis::RoadPoint;
 use catseye::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, Side};
-use catseye::road::plan::{ScenePlan, Source, ThingPlan};
+use catseye::road::plan::{Source, ThingPlan};
 use catseye::road::profile::Profile;
 use catseye::road::site;
 use catseye::scene::drive::Drive;
-use catseye::scene::scenario::Scenario;
-use glam::DVec2;
 
 /// Names of vehicles that count begin so.
 pub const COUNTED: &str = "vehicle";

@@ -1,14 +1,10 @@
 //! The cross section of a scene's markers, for the check of levels (Feng 2019, section 5.1.5).
 
-use crate::trial::context::TrialContext;
-use catseye::error::Result;
+use crate::trial::kit::*;
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::reflector::Reflector;
-use catseye::road::site::Site;
 use catseye::scene::material;
-use catseye::scene::radar::Radar;
 use catseye_lane::markers::estimator::MarkerRcs;
-use serde::{Deserialize, Serialize};
 
 /// Distances for whose elevations it is computed, m.
 const DISTANCES_M: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 22.0, 35.0, 60.0];

@@ -1,12 +1,9 @@
 //! A look with all that rows, tables and pictures need.
 
-use crate::trial::Step;
+use crate::trial::kit::*;
 use crate::trial::markers::tally::{Tally, View, tally};
-use crate::trial::stats::over_runs;
+use catseye_lane::Line;
 use catseye_lane::markers::Markers;
-use catseye_lane::{LaneEstimate, LanePoint, Line};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 /// What is kept of a frame.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -6,24 +6,11 @@ mod pictures;
 mod settings;
 mod tally;
 
-use crate::trial::drive::{lane_point, point_radar};
+use crate::trial::kit::*;
 use crate::trial::markers::looks::{Kept, MarkerLook, excess_db, of_runs, tally_within};
 use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
-use crate::trial::ready::chirp_radar;
-use crate::trial::report::{common_rows, fixed};
-use crate::trial::sensors::BusSensor;
-use crate::trial::stats::{mean, rms, timed};
-use crate::trial::{
-    Drive, LaneMethod, Looks, Now, ReadyMethod, Row, Rows, Sheet, Step, Trial, TrialContext, drive_through,
-};
-use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
-use catseye::road::site::Site;
-use catseye::scene::radar::{AngleMethod, Radar};
-use catseye::simulate::Frame;
+use catseye::scene::radar::AngleMethod;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
-use catseye_lane::{LaneEstimator, LanePoint, SensorInput};
-use glam::DVec2;
 pub use settings::Settings;
 
 /// Points so near the edge of the angular grid are left out, rad.

@@ -1,18 +1,11 @@
 //! Pictures in the form of Feng 2019, fig. 5.1 to 5.4 and 4.13.
 
+use crate::trial::kit::*;
 use crate::trial::markers::looks::{MarkerLook, excess_db, tally_within};
 use crate::trial::markers::tally::{View, truth_in_view};
-use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
-use crate::trial::{Drive, TrialContext};
-use catseye::error::Result;
 use catseye::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
-use catseye_plot::{
-    Axis, Chart, ColourMap, Mark, Pen, Picture, Rgb, Scale, Symbol, class_colour, class_name, curve_pen,
-    finite_range, heat_map, noise_scale,
-};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
+use catseye_plot::class_name;
 
 /// Of classes and lines, apart for colour-blind readers (Okabe and Ito 2008).
 const BLACK: Rgb = [0, 0, 0];

@@ -1,13 +1,9 @@
 //! The table `[lane.markers]` of a scenario.
 
-use crate::trial::limits::{self, Limit};
-use catseye::error::{BadInput, Result};
-use catseye::road::labels::RoadTruth;
-use catseye::scene::radar::Radar;
+use crate::trial::kit::*;
+use crate::trial::limits::Limit;
 use catseye_lane::markers::{MarkerOptions, MarkersOptions};
 use catseye_lane::track::TrackOptions;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// How `catseye lane markers` looks for rows of markers.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

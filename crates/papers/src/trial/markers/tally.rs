@@ -1,10 +1,7 @@
 //! Markers found and missed, and what a table of the look's figures holds.
 
-use crate::trial::drive::{Drive, mount, stretches};
-use catseye::scene::radar::Radar;
-use catseye_lane::score::TrueLanes;
-use catseye_lane::{LaneEstimate, LanePoint};
-use glam::DVec2;
+use crate::trial::drive::stretches;
+use crate::trial::kit::*;
 
 /// Markers of one look.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -1,16 +1,10 @@
 //! Single looks from poses that are set, each on a road of its own.
 
+use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
 use crate::trial::range_doppler::settings::{Case, Settings};
-use crate::trial::stats::draws;
-use crate::trial::{Drive, Row, Rows, TrialContext, one_look};
-use catseye::error::{BadInput, Result};
-use catseye::rng::Draws;
-use catseye::road::scene_toml;
-use catseye::road::site::Site;
-use catseye::scene::scenario::{Ego, Scenario};
+use catseye::scene::scenario::Ego;
 use catseye_lane::range_doppler::LaneFromMap;
-use glam::{DVec2, DVec3};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,12 +1,9 @@
 //! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
 
-use crate::trial::Trial;
-use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{MapPicture, RadarLook, errors};
 use crate::trial::range_doppler::settings::Settings;
-use catseye::error::Result;
 use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
-use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol, finite_range, noise_scale};
 
 const LEFT: Rgb = [255, 127, 80];
 const RIGHT: Rgb = [120, 220, 255];

@@ -1,19 +1,10 @@
 //! Looks of one radar at one site, beside the truth.
 
-use crate::trial::drive::{Drive, Level, true_lanes};
+use crate::trial::drive::true_lanes;
+use crate::trial::kit::*;
 use crate::trial::range_doppler::settings::Settings;
-use crate::trial::sensors::{Bus, look_of};
-use crate::trial::stats::{draws, timed};
-use crate::trial::{Looks, Now, Step};
 use catseye::detect::points::{Point, range_rate_mps};
-use catseye::error::Result;
-use catseye::scene::radar::Radar;
-use catseye::simulate::Frame;
 use catseye_lane::range_doppler::{LaneLook, RangeDopplerLane};
-use catseye_lane::score::TrueLanes;
-use catseye_lane::{LanePoint, Measured, SensorInput};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 /// What stands for a standard deviation that is not known: files of results hold no infinity.
 pub const UNKNOWN_STD: f64 = 1e6;

@@ -6,15 +6,8 @@ mod figures;
 mod looks;
 mod settings;
 
+use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
-use crate::trial::ready::chirp_radar;
-use crate::trial::report::{common_rows, fixed};
-use crate::trial::stats::{over_runs, rms};
-use crate::trial::{Drive, LaneMethod, ReadyMethod, Rows, Sheet, Trial, TrialContext, drive_through};
-use catseye::error::{BadInput, Result};
-use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
-use catseye::scene::waveform::Waveform;
 use catseye_lane::range_doppler::LaneFromMap;
 pub use settings::{Case, Settings};
 

@@ -1,12 +1,7 @@
 //! The table `[lane.range_doppler]`.
 
-use crate::trial::limits::{self, LEAVE_OUT};
-use catseye::error::{BadInput, Result};
-use catseye::scene::radar::Radar;
-use catseye_lane::LaneError;
+use crate::trial::kit::*;
 use catseye_lane::range_doppler::{CurveStart, LaneSettings, Options, RangeDopplerLane};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 const METHOD: &str = "range_doppler";
 

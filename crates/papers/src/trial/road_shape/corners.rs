@@ -1,18 +1,11 @@
 //! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (Miyake, Figs. 1 and 2), and what tracking
 //! the subspace costs against decomposing (Miyake, Table I).
 
-use crate::trial::pictures::{Draw, TRUE};
+use crate::trial::kit::*;
 use crate::trial::road_shape::input::chosen;
 use crate::trial::road_shape::settings::Settings;
-use crate::trial::stats::{mean, rms};
-use crate::trial::{Drive, Rows, Sheet, Trial, TrialContext};
 use catseye::dsp::doa_bisvd::costs;
-use catseye::error::{BadInput, Error, Result};
-use catseye::road::site::Site;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
-use catseye_plot::{Axis, Chart, Mark, Pen, Picture, Symbol, curve_pen};
-use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 /// Of one run: for each method and frame the directions found, rad, and the true ones of each frame.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -1,15 +1,10 @@
 //! The radar that is taken, the points of its image, and which points are kept.
 
-use crate::trial::drive::{Drive, lane_point, mount};
+use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
 use crate::trial::road_shape::settings::{Settings, Source};
-use catseye::error::{BadInput, Result};
-use catseye::scene::radar::Radar;
-use catseye::scene::waveform::Waveform;
-use catseye::simulate::Frame;
 use catseye_lane::road_shape::image::{Imager, suits};
 use catseye_lane::road_shape::{Ego, RadarMount};
-use catseye_lane::{LanePoint, Measured};
 
 /// Points of radar images, one image after the other.
 pub struct ImagePoints(Imager);

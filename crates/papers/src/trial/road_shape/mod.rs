@@ -7,21 +7,12 @@ mod pictures;
 mod settings;
 
 use crate::trial::edges::{Edges, NearEdges};
+use crate::trial::kit::*;
 use crate::trial::ready::Finds;
-use crate::trial::report::{common_rows, fixed, mean_of_runs};
+use crate::trial::report::mean_of_runs;
 use crate::trial::road_shape::input::{ImagePoints, chosen, kept_whole};
 use crate::trial::road_shape::pictures::{KeptImage, Tracked};
-use crate::trial::sensors::{Bus, look_of};
-use crate::trial::stats::{draws, rms, timed};
-use crate::trial::{Drive, LaneMethod, OwnedInput, ReadyMethod, Rows, Sheet, Step, Trial, TrialContext};
-use catseye::error::Result;
-use catseye::road::site::Site;
-use catseye::simulate::Frame;
 use catseye_lane::road_shape::{EdgeStatus, HoughSettings, RoadShape, Side, VoteMap};
-use catseye_lane::score::TrueLanes;
-use catseye_lane::{LaneEstimate, LaneEstimator, LanePoint, SensorInput};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
 pub use settings::{Settings, Source, Task};
 
 const METHOD: &str = "road-shape";

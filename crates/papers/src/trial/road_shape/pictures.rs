@@ -1,15 +1,8 @@
 //! Pictures as the document's figures 2 to 7.
 
-use crate::trial::Step;
-use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE};
-use catseye::error::Result;
-use catseye_lane::LanePoint;
+use crate::trial::kit::*;
 use catseye_lane::road_shape::image::SlopeImage;
 use catseye_lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
-use catseye_plot::{
-    Axis, Chart, ColourMap, Mark, Pen, Picture, Scale, Symbol, class_colour, curve_pen, heat_map,
-};
-use serde::{Deserialize, Serialize};
 
 const RING: Mark = Mark::Ring { radius: 5.0 };
 

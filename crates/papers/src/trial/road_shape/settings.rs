@@ -1,12 +1,8 @@
 //! The table `[lane.road_shape]`.
 
-use crate::trial::limits::{self, LEAVE_OUT};
-use catseye::error::{BadInput, Result};
-use catseye::scene::radar::Radar;
+use crate::trial::kit::*;
 use catseye_lane::road_shape::image::{Angles, ImageSettings};
 use catseye_lane::road_shape::{Curve, RoadShapeEstimator, RoadShapeOptions, TrackerSettings};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// Where the points come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,12 +1,9 @@
 //! Figures and tables of the trial.
 
-use crate::trial::report::fixed;
+use crate::trial::kit::*;
 use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, stds};
 use crate::trial::signature::mapped::Moving;
 use crate::trial::signature::settings::{CodeName, RowTable, Settings, bits};
-use crate::trial::stats::{mean, over_runs, rms};
-use crate::trial::{Row, Rows, Sheet, Step};
-use catseye_lane::LaneError;
 use catseye_lane::signature::codewords::{Reading, Zone};
 use catseye_lane::signature::map::SignatureMap;
 use std::fmt::Display;

@@ -1,11 +1,12 @@
 //! Places and words found, beside the true ones.
 
+use crate::trial::kit::*;
 use crate::trial::signature::settings::RowTable;
 use catseye_lane::signature::codewords::Reading;
 use catseye_lane::signature::estimator::MapPosition;
 use catseye_lane::signature::map::Pose;
 use catseye_lane::signature::row::Picked;
-use glam::{DMat3, DVec2, DVec3};
+use glam::DMat3;
 
 /// Standard deviations along and across the vehicle.
 pub fn stds(p: &MapPosition) -> [f64; 2] {

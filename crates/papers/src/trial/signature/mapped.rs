@@ -1,26 +1,15 @@
 //! The drive that is mapped with the poses of an inertial system, and the estimator on its map.
 
-use crate::trial::drive::{Level, lane_point, mount};
-use crate::trial::sensors::Bus;
+use crate::trial::kit::*;
 use crate::trial::signature::settings::Settings;
-use crate::trial::stats::draws;
-use crate::trial::{Drive, TrialContext};
-use catseye::error::{BadInput, Error, Result};
-use catseye::rng::Draws;
-use catseye::road::labels::RoadTruth;
-use catseye::road::plan::{ScenePlan, Source};
-use catseye::road::site::Site;
+use catseye::road::plan::Source;
 use catseye::scene::Object;
-use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
-use catseye::simulate::Frame;
-use catseye_lane::LanePoint;
+use catseye::scene::scenario::OnRoad;
 use catseye_lane::signature::estimator::{
     MapLane, MapLanes, Signature, SignatureOptions, StaticTest, scan_point,
 };
 use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
-use glam::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What is kept of a frame.

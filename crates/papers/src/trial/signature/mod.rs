@@ -7,28 +7,15 @@ mod mapped;
 mod pictures;
 mod settings;
 
-use crate::trial::drive::point_radar;
-use crate::trial::ready::chirp_radar;
-use crate::trial::report::common_rows;
-use crate::trial::sensors::{Bus, look_of};
+use crate::trial::kit::*;
 use crate::trial::signature::figures::{map_rows, notes, place_rows, sheets, word_rows};
 use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, compared};
 use crate::trial::signature::mapped::{
     BEHIND_M, Kept, Mapped, at_rest, bus_of, estimator_on, kept, map_drive, moved_on, needs, on_road,
 };
-use crate::trial::stats::timed;
-use crate::trial::{Drive, LaneMethod, Looks, Now, ReadyMethod, Step, Trial, TrialContext, drive_through};
-use catseye::error::Result;
-use catseye::rng::Draws;
-use catseye::road::scene_toml;
-use catseye::road::site::Site;
-use catseye::simulate::Frame;
-use catseye_lane::score::TrueLanes;
 use catseye_lane::signature::codewords::RowPoint;
 use catseye_lane::signature::estimator::{Signature, StaticTest};
 use catseye_lane::signature::map::Pose;
-use catseye_lane::{LaneEstimator, LanePoint, Measured, SensorInput};
-use glam::DVec2;
 pub use settings::{CodeName, GapsTable, RowTable, Settings, SidesTable};
 
 /// True lines ahead of the vehicle: the radar looks that way.

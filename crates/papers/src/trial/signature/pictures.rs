@@ -1,14 +1,9 @@
 //! Pictures of the map, of the place over the drive, and of a row with its bits.
 
-use crate::trial::Step;
-use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
+use crate::trial::kit::*;
 use crate::trial::signature::looks::{Located, RowPicture, stds};
 use crate::trial::signature::settings::bits;
-use catseye::error::Result;
-use catseye::road::labels::RoadTruth;
-use catseye_lane::LanePoint;
 use catseye_lane::signature::map::SignatureMap;
-use catseye_plot::{Axis, Chart, Layer, Mark, Pen, Picture, Rgb, Symbol, finite_range};
 
 const SMALL: Mark = Mark::Dot { radius: 1.6 };
 const BIG: Mark = Mark::Dot { radius: 3.4 };

@@ -1,11 +1,8 @@
 //! The table `[lane.signature]`.
 
-use crate::trial::limits;
-use catseye::error::Result;
+use crate::trial::kit::*;
 use catseye_lane::signature::codewords::{Alphabet, Code, ReadSettings};
 use catseye_lane::signature::row::{RowOptions, RowReader};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// A code for a row of markers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

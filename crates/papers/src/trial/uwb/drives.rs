@@ -1,22 +1,16 @@
 //! Scans: the bare road, the slow drive past the plates, the runs.
 
-use crate::trial::stats::draws;
+use crate::trial::kit::*;
 use crate::trial::uwb::settings::Settings;
-use crate::trial::{Drive, TrialContext};
-use catseye::error::{BadInput, Result};
 use catseye::road::labels::RoadLabel;
-use catseye::road::site::Site;
 use catseye::scene::backscatter::{Backscatter, Law};
 use catseye::scene::material::MaterialKind;
-use catseye::scene::radar::{Radar, Sampling};
-use catseye::scene::scenario::{OnRoad, Scenario, SceneSource};
+use catseye::scene::radar::Sampling;
+use catseye::scene::scenario::OnRoad;
 use catseye::scene::toml_file::referred;
-use catseye::scene::waveform::Waveform;
 use catseye::scene::{Mesh, Object, Shape};
 use catseye::units::C0;
-use catseye_lane::LaneError;
 use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Side};
-use glam::{DVec2, DVec3};
 use std::cell::Cell;
 use std::ops::Range;
 

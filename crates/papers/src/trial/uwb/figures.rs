@@ -1,12 +1,10 @@
 //! Rows and tables.
 
-use crate::trial::report::{common_rows, fixed};
+use crate::trial::kit::*;
 use crate::trial::uwb::pictures::pictures;
 use crate::trial::uwb::runs::{Run, RunResult, UwbResults, db};
 use crate::trial::uwb::settings::StandsFor;
 use crate::trial::uwb::tuning::{Tuned, energy, failed};
-use crate::trial::{Row, Rows, Sheet, Step, Trial};
-use catseye::error::Result;
 use catseye_lane::uwb;
 
 /// Figures of Kim's document that rows are compared with.

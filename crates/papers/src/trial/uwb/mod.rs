@@ -11,22 +11,15 @@ mod runs;
 mod settings;
 mod tuning;
 
-use crate::trial::drive::own_alone;
+use crate::trial::kit::*;
 use crate::trial::ready::SPEED_STD_MPS;
-use crate::trial::sensors::BusSensor;
-use crate::trial::stats::timed;
 use crate::trial::uwb::drives::{Drives, ImpulseRadar, Passed, Scans, Scenery, covers_of, markers_of};
 use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
 use crate::trial::uwb::tuning::{Tuned, energy, estimator, failed, rules, tune_all, wide};
-use crate::trial::{Drive, LaneMethod, OwnedInput, ReadyMethod, Step, Trial, TrialContext};
-use catseye::error::{BadInput, Result};
-use catseye::road::site::Site;
-use catseye::scene::scenario::{Frames, Scenario};
-use catseye::scene::waveform::Waveform;
-use catseye::simulate::Frame;
-use catseye_lane::score::TrueLanes;
+use catseye::scene::scenario::Frames;
+use catseye_lane::PulseScan;
+use catseye_lane::uwb;
 use catseye_lane::uwb::Uwb;
-use catseye_lane::{LaneEstimator, Measured, PulseScan, SensorInput, uwb};
 pub use settings::{Asphalt, Settings, StandsFor};
 use std::collections::VecDeque;
 

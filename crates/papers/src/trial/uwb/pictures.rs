@@ -1,12 +1,9 @@
 //! Pictures as Kim's figures 7 to 14.
 
-use crate::trial::Trial;
-use crate::trial::pictures::{Draw, FOUND, OTHER, SEEN, TRUE};
+use crate::trial::kit::*;
 use crate::trial::uwb::runs::{Run, UwbResults, db};
 use crate::trial::uwb::tuning::{energy, failed, wide};
-use catseye::error::Result;
 use catseye_lane::uwb::{self, EventKind, Histogram};
-use catseye_plot::{Axis, Chart, Mark, Pen, Symbol, class_colour, finite_range};
 
 pub(super) fn pictures(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
     let mut put = |name: String, chart: Option<Chart>| -> Result<()> {

@@ -1,11 +1,10 @@
 //! What the drives gave under each rule.
 
+use crate::trial::kit::*;
 use crate::trial::uwb::drives::{ImpulseRadar, Passed, Scans};
 use crate::trial::uwb::settings::Settings;
 use crate::trial::uwb::tuning::{Rule, Tuned, energy, failed};
-use catseye::error::Result;
 use catseye_lane::uwb::{self, Histogram};
-use catseye_plot::finite_range;
 
 /// Bins of the histograms.
 const BINS: usize = 60;

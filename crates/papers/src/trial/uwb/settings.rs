@@ -1,11 +1,8 @@
 //! The table `[lane.uwb]` of a scenario file.
 
-use crate::trial::limits;
-use catseye::error::{BadInput, Result};
+use crate::trial::kit::*;
 use catseye::scene::toml_file::At;
 use catseye_lane::uwb::Centre;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// Which of Kim's scenarios this one stands for: the document's figures are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,10 +1,9 @@
 //! Rules by which scans become passes, and thresholds by the bare road.
 
+use crate::trial::kit::*;
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
 use crate::trial::uwb::settings::Settings;
-use catseye::error::{Error, Result};
-use catseye_lane::uwb::{Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
-use catseye_lane::{LaneError, uwb};
+use catseye_lane::uwb::{self, Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
 
 /// How scans become passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
