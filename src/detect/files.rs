@@ -79,7 +79,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
 ///
 /// # Errors
 /// What the writer fails with.
-pub fn write_returns<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
+pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &RETURN_COLUMNS)?;
     let levels = Levels::new(radar);
     for r in &echoes.list {

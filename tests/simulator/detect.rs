@@ -292,7 +292,7 @@ fn tables_hold_what_the_contract_says() {
     r.chain[1] = 9;
     r.bounces = 2;
     let list = Echoes { list: vec![r], rays: 1 };
-    let bytes = files::write_returns(Vec::new(), &radar, &list).unwrap();
+    let bytes = files::write_echoes(Vec::new(), &radar, &list).unwrap();
     let table = Table::parse("returns.csv", String::from_utf8(bytes).unwrap()).unwrap();
     assert_eq!(table.header, files::RETURN_COLUMNS);
     assert_eq!(table.text("chain").unwrap(), ["5 9"]);

@@ -10,7 +10,7 @@ use catseye::scene::scatterer::{ScatteringTable, turned};
 use catseye::scene::{Scene, Shape, material};
 use catseye::trace::TraceOptions;
 use catseye::trace::beams::{BeamOptions, Port};
-use catseye::trace::cpu::points::point_returns;
+use catseye::trace::cpu::points::point_echoes;
 use catseye::trace::windows::around;
 use catseye::units::wavenumber;
 use glam::DVec3;
@@ -149,7 +149,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     // Behind a wall there is nothing, and ahead of it the echo has the object's id.
     let [_, tables] = both(&scene, &table, pose(POSES[0], std::f64::consts::PI));
     let radar = Pose::new(glam::DQuat::IDENTITY, DVec3::X * -5.0);
-    let echoes = point_returns(&tables, &radar, DVec3::X * 3.0, &TraceOptions::default());
+    let echoes = point_echoes(&tables, &radar, DVec3::X * 3.0, &TraceOptions::default());
     assert_eq!((echoes.len(), echoes[0].object_id()), (1, 1));
     assert!((echoes[0].range_rate_mps() + 3.0).abs() < 1e-12 && (echoes[0].range_m() - 5.0).abs() < 1e-12);
     let mut walled = Scene::default();
@@ -159,7 +159,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
     let at = Pose::new(glam::DQuat::IDENTITY, DVec3::X * -1.0);
     wall.add_to(&mut walled, &material::by_name, ("wall", ""), at, DVec3::ZERO).unwrap();
     let g = Geometry::build(&walled, 0.0, F).unwrap();
-    assert!(point_returns(&g, &radar, DVec3::ZERO, &TraceOptions::default()).is_empty());
+    assert!(point_echoes(&g, &radar, DVec3::ZERO, &TraceOptions::default()).is_empty());
     let behind = BistaticAspect::monostatic(Aspect { azimuth: std::f64::consts::PI, elevation: 0.0 });
     assert_eq!(point_sum(&g, behind, F, Distance::Infinite).unwrap(), Default::default());
 }

@@ -1,6 +1,6 @@
 //! The files of one frame (their names, shapes and columns are what users rely on).
 
-use catseye::detect::files::{write_points, write_returns};
+use catseye::detect::files::{write_echoes, write_points};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
 use catseye::dsp::{PowerMap, RangeDoppler};
@@ -105,7 +105,7 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
     if output.returns {
         let path = dir.join("returns.csv");
         let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
-        write_returns(BufWriter::new(file), radar, &frame.echoes).map_err(|e| Error::io(&path, e))?;
+        write_echoes(BufWriter::new(file), radar, &frame.echoes).map_err(|e| Error::io(&path, e))?;
     }
     if output.truth {
         let path = dir.join("truth.json");

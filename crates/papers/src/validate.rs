@@ -23,7 +23,7 @@ use catseye::road::reflector::{CORNER_ELEVATION_DEG, Reflector};
 use catseye::scene::radar::{Antenna, Pattern, Polarisation, Radar, Window};
 use catseye::scene::waveform::Waveform;
 use catseye::scene::{Scene, Shape, material, radar_toml};
-use catseye::trace::cpu::points::point_returns;
+use catseye::trace::cpu::points::point_echoes;
 use catseye::trace::{Echo, Echoes, TraceOptions};
 use catseye::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
 use glam::{DVec2, DVec3};
@@ -354,7 +354,7 @@ fn two_rays(engine: &Engine, rows: &mut Rows) -> Result<()> {
         scene.objects[1].pose.translation_m = DVec3::new(d, 0.0, 0.35);
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
         let echoes =
-            Echoes { list: point_returns(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()), rays: 0 };
+            Echoes { list: point_echoes(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()), rays: 0 };
         let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))

@@ -9,7 +9,7 @@ use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::diffuse;
 use super::field::{Bounce, sent};
-use super::points::point_returns;
+use super::points::point_echoes;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
@@ -103,7 +103,7 @@ pub fn from_clipped(
     let mut rough = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
-    all.extend(point_returns(geometry, pose, velocity_mps, options));
+    all.extend(point_echoes(geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
     Echoes { list: all, rays }
 }

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 /// tables, from their origins, straight and, with `options.images`, over the planes that mirror them, in all combinations of ways out and
 /// back (CONVENTIONS eq. 65). Ways that something blocks are left out; these targets themselves hide nothing. A table knows no
 /// scattering from one direction into another: there it is asked for the direction halfway.
-pub fn point_returns(
+pub fn point_echoes(
     geometry: &Geometry,
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
