@@ -99,12 +99,8 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
         if let Ok(s) = study
             && let Some(other) = names.insert(&s.name, file)
         {
-            return Err(BadInput::new(format!("{} has this name too", other.display()))
-                .file(file)
-                .key("name")
-                .value(&s.name)
-                .remedy("give each study its own name")
-                .into());
+            let bad = BadInput::new(format!("{} has this name too", other.display())).file(file).key("name");
+            return Err(bad.value(&s.name).remedy("give each study its own name").into());
         }
     }
     Ok(loaded)

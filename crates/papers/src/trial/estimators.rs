@@ -144,19 +144,12 @@ fn hits() -> u32 {
 }
 
 fn read<T: DeserializeOwned>(method: Method, options: &str) -> Result<T> {
-    serde_json::from_str(options).map_err(|e| {
-        BadInput::new(json_in_words(&e))
-            .key(format!("options of '{}'", method.name()))
-            .remedy("see docs/lanes.md")
-            .into()
-    })
+    serde_json::from_str(options).map_err(|e| wrong(method, json_in_words(&e)))
 }
 
 fn wrong(method: Method, why: impl ToString) -> Error {
-    BadInput::new(why.to_string())
-        .key(format!("options of '{}'", method.name()))
-        .remedy("see docs/lanes.md")
-        .into()
+    let key = format!("options of '{}'", method.name());
+    BadInput::new(why.to_string()).key(key).remedy("see docs/lanes.md").into()
 }
 
 /// The estimator of a method; without options as its document has it.
@@ -252,12 +245,8 @@ pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEs
                 offset_std_m: 0.1,
                 lane_width_m: Some(o.lane_width_m),
             };
-            let energies = o
-                .quiet
-                .iter()
-                .map(|s| options.echo(s).map(|e| e.energy))
-                .collect::<std::result::Result<Vec<f64>, _>>()
-                .map_err(|e| bad(&e))?;
+            let energies = o.quiet.iter().map(|s| options.echo(s).map(|e| e.energy).map_err(|e| bad(&e)));
+            let energies = energies.collect::<Result<Vec<f64>>>()?;
             let threshold = Threshold::maximum(&energies).map_err(|e| bad(&e))?;
             options.config = config(&threshold).map_err(|e| bad(&e))?;
             Box::new(UwbLanes::new(options).map_err(|e| bad(&e))?)

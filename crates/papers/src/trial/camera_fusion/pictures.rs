@@ -17,11 +17,7 @@ impl Sensors {
     pub const ALL: [Sensors; 3] = [Sensors::CameraAlone, Sensors::Both, Sensors::RadarAlone];
 
     pub fn name(self) -> &'static str {
-        match self {
-            Sensors::CameraAlone => "camera alone",
-            Sensors::Both => "camera and radar",
-            Sensors::RadarAlone => "radar alone",
-        }
+        ["camera alone", "camera and radar", "radar alone"][self as usize]
     }
 }
 
