@@ -46,14 +46,13 @@ pub fn compute(
     let heights = work.sources.scenes.iter().filter_map(|s| s.height_m);
     let heights_m = heights
         .fold(None, |r: Option<(f64, f64)>, h| Some(r.map_or((h, h), |(lo, hi)| (lo.min(h), hi.max(h)))));
+    let field = |(q, values): (&Quantity, Vec<f64>)| {
+        let (name, label) = (q.name().into(), q.label().into());
+        Field { name, label, values }
+    };
     let mut outcome = Outcome {
         axes: study.sweeps.clone(),
-        fields: study
-            .quantities
-            .iter()
-            .zip(fields)
-            .map(|(q, values)| Field { name: q.name().into(), label: q.label().into(), values })
-            .collect(),
+        fields: study.quantities.iter().zip(fields).map(field).collect(),
         solved: work.cases.len(),
         heights_m,
         targets: work.sources.scenes.iter().map(|s| s.spec.clone()).collect(),

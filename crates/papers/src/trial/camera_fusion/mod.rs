@@ -230,10 +230,9 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
 fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut Trial) {
     trial.rows = common_rows(&courses[1].steps);
     let (right, table) = networks(settings);
-    trial
-        .rows
-        .mean(format!("road models right of {UNSEEN} unseen bends"), "", &right)
-        .document(98.0)
+    let what = format!("road models right of {UNSEEN} unseen bends");
+    let row = trial.rows.mean(what, "", &right);
+    row.document(98.0)
         .why(format!("mean of {NETWORKS} networks; the document's is one draw, its bends are not stated"));
     trial.sheets.extend(table);
     judged.rows(&mut trial.rows);
