@@ -26,7 +26,7 @@ pub struct RunOptions<'a> {
 }
 
 /// What one study left.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct StudyReport {
     pub name: String,
     pub title: String,
@@ -148,15 +148,8 @@ pub fn run(
             Err((_, _, e)) if single => return Err(e),
             Err((name, title, e)) => {
                 text += &format!("## {title}\n\nDid not run: {e}.\n\n");
-                reports.push(StudyReport {
-                    name,
-                    title,
-                    reference: String::new(),
-                    files: Vec::new(),
-                    facts: Vec::new(),
-                    front: None,
-                    error: Some(e.to_string()),
-                });
+                let error = Some(e.to_string());
+                reports.push(StudyReport { name, title, error, ..StudyReport::default() });
                 failed.get_or_insert(e);
             }
         }
@@ -193,15 +186,9 @@ fn one(
 ) -> Result<(StudyReport, String)> {
     let r = engine.report();
     // The number of threads does not change a result.
-    let prefix = format!(
-        "{} {} {:?} {} {} {:?}",
-        env!("CARGO_PKG_VERSION"),
-        r.engine,
-        r.precision,
-        r.adapter,
-        r.driver,
-        study.convention
-    );
+    let EngineReport { engine: kind, precision, adapter, driver, .. } = &r;
+    let version = env!("CARGO_PKG_VERSION");
+    let prefix = format!("{version} {kind} {precision:?} {adapter} {driver} {:?}", study.convention);
     let given = match &study.search {
         None => {
             let kept = Cache { folder: cache, prefix };
@@ -253,16 +240,6 @@ fn one(
         StudyResult::Front(d) => Some(d),
         StudyResult::Table(_) => None,
     };
-    Ok((
-        StudyReport {
-            name: study.name.clone(),
-            title: study.title.clone(),
-            reference: study.reference.clone(),
-            files: vec![table, picture],
-            facts,
-            front,
-            error: None,
-        },
-        part,
-    ))
+    let Study { name, title, reference, .. } = study.clone();
+    Ok((StudyReport { name, title, reference, files: vec![table, picture], facts, front, error: None }, part))
 }
