@@ -90,12 +90,8 @@ fn vv_db(s: &Scattering) -> f64 {
 
 /// Worst and mean difference of the levels in dB where the reference is above `floor`, and how many are.
 fn compare(got: &[Scattering], reference: &[Scattering], floor_db: f64) -> (f64, f64, usize) {
-    let errors: Vec<f64> = got
-        .iter()
-        .zip(reference)
-        .filter(|(_, r)| vv_db(r) >= floor_db)
-        .map(|(g, r)| (vv_db(g) - vv_db(r)).abs())
-        .collect();
+    let strong = got.iter().zip(reference).filter(|(_, r)| vv_db(r) >= floor_db);
+    let errors: Vec<f64> = strong.map(|(g, r)| (vv_db(g) - vv_db(r)).abs()).collect();
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     (errors.iter().copied().fold(0.0, f64::max), mean, errors.len())
 }

@@ -28,11 +28,8 @@ pub fn run(
 ) -> Result<Vec<Outcome>> {
     let names = WORKLOADS.map(|w| w.0);
     if let Some(bad) = only.iter().find(|n| !names.iter().any(|w| w.eq_ignore_ascii_case(n))) {
-        return Err(BadInput::new("unknown workload")
-            .key("--only")
-            .value(format!("'{bad}'"))
-            .allowed(names.join(", "))
-            .into());
+        let bad = BadInput::new("unknown workload").key("--only").value(format!("'{bad}'"));
+        return Err(bad.allowed(names.join(", ")).into());
     }
     names
         .into_iter()

@@ -76,11 +76,8 @@ impl Fact {
                 (side(&mut (best + 1..y.len())) - side(&mut (0..best).rev())).abs()
             }
             FactKind::Crossing | FactKind::FirstCrossing => {
-                let mut all = y
-                    .windows(2)
-                    .enumerate()
-                    .filter(|(_, w)| (w[0] >= level) != (w[1] >= level))
-                    .map(|(i, w)| x[i] + (x[i + 1] - x[i]) * (level - w[0]) / (w[1] - w[0]));
+                let pairs = y.windows(2).enumerate().filter(|(_, w)| (w[0] >= level) != (w[1] >= level));
+                let mut all = pairs.map(|(i, w)| x[i] + (x[i + 1] - x[i]) * (level - w[0]) / (w[1] - w[0]));
                 let found = match self.kind {
                     FactKind::Crossing => all.next_back(),
                     _ => all.next(),

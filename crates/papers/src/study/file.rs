@@ -454,7 +454,7 @@ impl Reader<'_> {
 
     fn quantity(&self, at: &At<String>) -> Result<Quantity> {
         Quantity::by_name(&at.value).ok_or_else(|| {
-            let names: Vec<&str> = Quantity::ALL.iter().map(|q| q.name()).collect();
+            let names = Quantity::names();
             let near = nearest(&at.value, names.iter().copied());
             let remedy = near.map_or("choose one of them".into(), |n| format!("did you mean '{n}'?"));
             self.here(at, BadInput::new("is not a quantity").allowed(names.join(", ")).remedy(remedy))
@@ -750,11 +750,8 @@ impl Reader<'_> {
                 })
                 .collect()
         };
-        let within = t
-            .within
-            .iter()
-            .map(|(key, at)| Ok((on_axis(key, &|b| self.here(at, b))?, at.value)))
-            .collect::<Result<Vec<_>>>()?;
+        let within = t.within.iter().map(|(key, at)| Ok((on_axis(key, &|b| self.here(at, b))?, at.value)));
+        let within = within.collect::<Result<Vec<_>>>()?;
         let fact = Fact {
             text: t.text.clone(),
             document: t.document.as_ref().map(|d| d.value.clone()),

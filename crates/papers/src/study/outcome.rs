@@ -51,14 +51,13 @@ pub fn compute(
     let heights = work.sources.scenes.iter().filter_map(|s| s.height_m);
     let heights_m = heights
         .fold(None, |r: Option<(f64, f64)>, h| Some(r.map_or((h, h), |(lo, hi)| (lo.min(h), hi.max(h)))));
+    let field = |(q, values): (&Quantity, Vec<f64>)| {
+        let (name, label) = (q.name().into(), q.label().into());
+        Field { name, label, values }
+    };
     let mut outcome = Outcome {
         axes: study.sweeps.clone(),
-        fields: study
-            .quantities
-            .iter()
-            .zip(fields)
-            .map(|(q, values)| Field { name: q.name().into(), label: q.label().into(), values })
-            .collect(),
+        fields: study.quantities.iter().zip(fields).map(field).collect(),
         solved: work.cases.len(),
         heights_m,
         targets: work.sources.scenes.iter().map(|s| s.spec.clone()).collect(),
@@ -244,14 +243,7 @@ impl Outcome {
         let inner: usize = self.axes[i..].iter().map(|a| a.values.len()).product();
         let numbers = axis.numbers().unwrap_or_else(|| vec![f64::NAN; n]);
         for f in &mut self.fields {
-            let outer = f.values.len() / (n * inner);
-            let along = |o: usize, k: usize| -> Vec<f64> {
-                (0..n).map(|j| f.values[(o * n + j) * inner + k]).collect()
-            };
-            let values = (0..outer)
-                .flat_map(|o| (0..inner).map(move |k| (o, k)))
-                .map(|(o, k)| one(how, &numbers, &along(o, k)));
-            f.values = values.collect();
+            f.values = lines_along(&f.values, n, inner).map(|y| one(how, &numbers, &y)).collect();
             match how {
                 Reduce::DetectionRange => {
                     f.name = "detection_range_m".into();
@@ -265,6 +257,13 @@ impl Outcome {
             }
         }
     }
+}
+
+/// The values along an axis of `n` places, for every place on the others in their order; `inner` places lie on the axes behind it.
+pub fn lines_along(values: &[f64], n: usize, inner: usize) -> impl Iterator<Item = Vec<f64>> {
+    let outer = values.len() / (n * inner);
+    let starts = (0..outer).flat_map(move |o| (0..inner).map(move |k| o * n * inner + k));
+    starts.map(move |start| (0..n).map(|j| values[start + j * inner]).collect())
 }
 
 fn one(how: Reduce, x: &[f64], y: &[f64]) -> f64 {

@@ -80,11 +80,8 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
                 row.extend(o.fields.iter().map(|f| rounded(f.values[i])));
                 rows.push(row);
             }
-            o.axes
-                .iter()
-                .map(|a| a.parameter.clone())
-                .chain(o.fields.iter().map(|f| f.name.clone()))
-                .collect()
+            let fields = o.fields.iter().map(|f| f.name.clone());
+            o.axes.iter().map(|a| a.parameter.clone()).chain(fields).collect()
         }
         StudyResult::Front(designs) => {
             let search = searched(study)?;

@@ -29,7 +29,7 @@ pub struct RunOptions<'a> {
 }
 
 /// What one study left.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct StudyReport {
     /// Name of the study.
     pub name: String,
@@ -109,12 +109,8 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
         if let Ok(s) = study
             && let Some(other) = names.insert(&s.name, file)
         {
-            return Err(BadInput::new(format!("{} has this name too", other.display()))
-                .file(file)
-                .key("name")
-                .value(&s.name)
-                .remedy("give each study its own name")
-                .into());
+            let bad = BadInput::new(format!("{} has this name too", other.display())).file(file).key("name");
+            return Err(bad.value(&s.name).remedy("give each study its own name").into());
         }
     }
     Ok(loaded)
@@ -162,15 +158,8 @@ pub fn run(
             Err((_, _, e)) if single => return Err(e),
             Err((name, title, e)) => {
                 text += &format!("## {title}\n\nDid not run: {e}.\n\n");
-                reports.push(StudyReport {
-                    name,
-                    title,
-                    reference: String::new(),
-                    files: Vec::new(),
-                    facts: Vec::new(),
-                    front: None,
-                    error: Some(e.to_string()),
-                });
+                let error = Some(e.to_string());
+                reports.push(StudyReport { name, title, error, ..StudyReport::default() });
                 failed.get_or_insert(e);
             }
         }
@@ -207,15 +196,9 @@ fn one(
 ) -> Result<(StudyReport, String)> {
     let r = engine.report();
     // The number of threads does not change a result.
-    let prefix = format!(
-        "{} {} {:?} {} {} {:?}",
-        env!("CARGO_PKG_VERSION"),
-        r.engine,
-        r.precision,
-        r.adapter,
-        r.driver,
-        study.convention
-    );
+    let EngineReport { engine: kind, precision, adapter, driver, .. } = &r;
+    let version = env!("CARGO_PKG_VERSION");
+    let prefix = format!("{version} {kind} {precision:?} {adapter} {driver} {:?}", study.convention);
     let given = match &study.search {
         None => {
             let kept = Cache { folder: cache, prefix };
@@ -267,16 +250,6 @@ fn one(
         StudyResult::Front(d) => Some(d),
         StudyResult::Table(_) => None,
     };
-    Ok((
-        StudyReport {
-            name: study.name.clone(),
-            title: study.title.clone(),
-            reference: study.reference.clone(),
-            files: vec![table, picture],
-            facts,
-            front,
-            error: None,
-        },
-        part,
-    ))
+    let Study { name, title, reference, .. } = study.clone();
+    Ok((StudyReport { name, title, reference, files: vec![table, picture], facts, front, error: None }, part))
 }

@@ -5,7 +5,7 @@
 //! Mead (1965) from several places, because a cross section has many local maxima. Points that another one
 //! beats in both are left out of the front. The same seed gives the same numbers.
 
-use super::outcome::{Work, detection_range};
+use super::outcome::{Work, detection_range, lines_along};
 use super::parameter::{Value, Values};
 use super::spec::{Goal, Quantity, SearchTable, Study};
 use argmin::core::{CostFunction, Executor, State};
@@ -112,22 +112,13 @@ impl Problem<'_> {
 
 /// Detection range along `longitudinal_m` in the worst of the other sweeps; 0 where nothing is detected.
 fn worst_range(study: &Study, margin: &[f64]) -> f64 {
-    let shape: Vec<usize> = study.sweeps.iter().map(|s| s.values.len()).collect();
     let Some(axis) = study.sweeps.iter().position(|s| s.parameter == "longitudinal_m") else {
         return f64::NAN;
     };
     let x: Vec<f64> = study.sweeps[axis].values.iter().map(|v| v.number().unwrap_or(f64::NAN)).collect();
-    let inner: usize = shape[axis + 1..].iter().product();
-    let outer: usize = shape[..axis].iter().product();
-    let mut worst = f64::INFINITY;
-    for o in 0..outer {
-        for k in 0..inner {
-            let along: Vec<f64> = (0..x.len()).map(|j| margin[(o * x.len() + j) * inner + k]).collect();
-            let r = detection_range(&x, &along);
-            worst = worst.min(if r.is_nan() { 0.0 } else { r });
-        }
-    }
-    worst
+    let inner: usize = study.sweeps[axis + 1..].iter().map(|s| s.values.len()).product();
+    let ranges = lines_along(margin, x.len(), inner).map(|along| detection_range(&x, &along));
+    ranges.map(|r| if r.is_nan() { 0.0 } else { r }).fold(f64::INFINITY, f64::min)
 }
 
 /// A place in the unit cube, with the arithmetic that the simplex needs.

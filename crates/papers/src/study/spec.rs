@@ -246,45 +246,36 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All quantities in the order of their names.
-    pub const ALL: [Quantity; 8] = [
-        Quantity::Rcs,
-        Quantity::SigmaMin,
-        Quantity::Margin,
-        Quantity::ViewAzimuth,
-        Quantity::ViewElevation,
-        Quantity::ViewRange,
-        Quantity::BallRcs,
-        Quantity::BallCount,
+    /// Each with its name in files and its label in pictures.
+    const ALL: [(Quantity, &str, &str); 8] = [
+        (Quantity::Rcs, "rcs_dbsm", "RCS (dBsm)"),
+        (Quantity::SigmaMin, "sigma_min_dbsm", "least detectable RCS (dBsm)"),
+        (Quantity::Margin, "margin_db", "RCS over the least detectable (dB)"),
+        (Quantity::ViewAzimuth, "view_azimuth_deg", "azimuth at the marker (deg)"),
+        (Quantity::ViewElevation, "view_elevation_deg", "elevation at the marker (deg)"),
+        (Quantity::ViewRange, "view_range_m", "range (m)"),
+        (Quantity::BallRcs, "ball_rcs_dbsm", "RCS of one ball (dBsm)"),
+        (Quantity::BallCount, "ball_count", "number of balls"),
     ];
 
-    /// The name in files, and the label in pictures.
-    fn words(self) -> (&'static str, &'static str) {
-        match self {
-            Quantity::Rcs => ("rcs_dbsm", "RCS (dBsm)"),
-            Quantity::SigmaMin => ("sigma_min_dbsm", "least detectable RCS (dBsm)"),
-            Quantity::Margin => ("margin_db", "RCS over the least detectable (dB)"),
-            Quantity::ViewAzimuth => ("view_azimuth_deg", "azimuth at the marker (deg)"),
-            Quantity::ViewElevation => ("view_elevation_deg", "elevation at the marker (deg)"),
-            Quantity::ViewRange => ("view_range_m", "range (m)"),
-            Quantity::BallRcs => ("ball_rcs_dbsm", "RCS of one ball (dBsm)"),
-            Quantity::BallCount => ("ball_count", "number of balls"),
-        }
+    /// The names of all.
+    pub fn names() -> [&'static str; 8] {
+        Quantity::ALL.map(|q| q.1)
     }
 
     /// In files.
     pub fn name(self) -> &'static str {
-        self.words().0
+        Quantity::ALL[self as usize].1
     }
 
     /// The quantity of this name.
     pub fn by_name(name: &str) -> Option<Quantity> {
-        Quantity::ALL.into_iter().find(|q| q.name() == name)
+        Quantity::ALL.into_iter().find(|q| q.1 == name).map(|q| q.0)
     }
 
     /// In pictures.
     pub fn label(self) -> &'static str {
-        self.words().1
+        Quantity::ALL[self as usize].2
     }
 
     /// Whether cross sections are needed for it.

@@ -174,11 +174,8 @@ impl View {
         camera.validate().map_err(why)?;
         let painted: Vec<[Look; 2]> =
             geometry.materials.iter().map(|m| [look_of(m, false), look_of(m, true)]).collect();
-        let on_vehicle: Vec<bool> = geometry
-            .bodies
-            .iter()
-            .map(|b| scene.object_by_id(b.id).is_some_and(|o| is_vehicle(&o.class)))
-            .collect();
+        let of_vehicle = |id: u32| scene.object_by_id(id).is_some_and(|o| is_vehicle(&o.class));
+        let on_vehicle: Vec<bool> = geometry.bodies.iter().map(|b| of_vehicle(b.id)).collect();
         let eye = pose.point(camera.position_m);
         let (w, h) = (camera.width_px, camera.height_px);
         let corner = camera.ray(DVec2::ZERO);
@@ -189,15 +186,8 @@ impl View {
             let hit = geometry.bvh.closest_hit(&geometry.triangles, eye, towards, u32::MAX, f64::INFINITY);
             let none = Look { albedo: 0.0, retro: 0.0, roughness: 0.0, grain: false };
             let Some(hit) = hit else {
-                let sky = Sight {
-                    pixel,
-                    distance_m: f32::INFINITY,
-                    towards,
-                    normal: -towards,
-                    look: none,
-                    grain: 0.0,
-                };
-                return (sky, [u32::MAX; 2]);
+                let (distance_m, normal) = (f32::INFINITY, -towards);
+                return (Sight { pixel, distance_m, towards, normal, look: none, grain: 0.0 }, [u32::MAX; 2]);
             };
             let t = &geometry.triangles[hit.triangle as usize];
             let look = painted

@@ -33,17 +33,6 @@ struct Standing {
     reason: Option<String>,
 }
 
-fn standing(name: &str, variant: &MethodVariant, steps: &[Step], cannot: Option<String>) -> Standing {
-    Standing {
-        scenario: name.into(),
-        variant: variant.clone(),
-        cannot,
-        looks: steps.len(),
-        figures: QUANTITIES.each_ref().map(|q| q.figure(steps)),
-        reason: usual_refusal(steps).map(|r| r.0),
-    }
-}
-
 fn shown(figure: Option<Figure>) -> String {
     match figure {
         None => "–".into(),
@@ -73,8 +62,8 @@ fn markdown(standings: &[Standing]) -> String {
         match &s.cannot {
             None => out += &format!("| {} |\n", cells(s).join(" | ")),
             Some(why) => {
-                out +=
-                    &format!("| {} | {} | cannot: {why} |{}\n", s.scenario, s.variant.name(), " |".repeat(10))
+                let (name, rest) = (s.variant.name(), " |".repeat(10));
+                out += &format!("| {} | {name} | cannot: {why} |{rest}\n", s.scenario);
             }
         }
     }
@@ -88,12 +77,8 @@ fn sheet(standings: &[Standing]) -> Sheet {
     }
     sheet.columns.push("reason".into());
     for s in standings {
-        let mut row = vec![
-            s.scenario.clone(),
-            s.variant.name(),
-            s.cannot.clone().unwrap_or_default(),
-            s.looks.to_string(),
-        ];
+        let cannot = s.cannot.clone().unwrap_or_default();
+        let mut row = vec![s.scenario.clone(), s.variant.name(), cannot, s.looks.to_string()];
         for f in s.figures {
             row.extend([f.map(|f| f.mean), f.map(|f| f.half)].map(|v| fixed(v.filter(|v| v.is_finite()), 6)));
         }
@@ -196,7 +181,9 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                     }
                 }
             }
-            let s = standing(&name, &variant, &steps, cannot);
+            let (figures, looks) = (QUANTITIES.each_ref().map(|q| q.figure(&steps)), steps.len());
+            let (reason, scenario) = (usual_refusal(&steps).map(|r| r.0), name.clone());
+            let s = Standing { scenario, variant: variant.clone(), cannot, looks, figures, reason };
             if s.cannot.is_none() {
                 for (q, figure) in [F1, LATERAL_20_M].map(|k| (&QUANTITIES[k], s.figures[k])) {
                     let quantity = format!("{name}, {}: {}", variant.name(), q.name);

@@ -114,12 +114,8 @@ impl<'a> Drive<'a> {
     pub fn rows(&self, time_s: f64) -> Vec<(String, Vec<[f64; 2]>)> {
         let level = self.level(time_s);
         let place = |p: [f64; 3]| level.from_world(DVec2::new(p[0], p[1])).to_array();
-        self.site
-            .road
-            .iter()
-            .flat_map(|r| &r.marker_rows)
-            .map(|row| (row.name.clone(), row.markers.iter().map(|m| place(m.position_m)).collect()))
-            .collect()
+        let rows = self.site.road.iter().flat_map(|r| &r.marker_rows);
+        rows.map(|r| (r.name.clone(), r.markers.iter().map(|m| place(m.position_m)).collect())).collect()
     }
 
     /// Places of all markers, in the level frame at that time.

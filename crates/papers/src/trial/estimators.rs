@@ -1,7 +1,8 @@
 //! Estimators by name with options as JSON, for callers that bring their own points: what `catseye.LaneEstimator` of Python makes.
 
 use crate::trial::method::Method;
-use crate::trial::{camera_fusion, road_shape};
+use crate::trial::uwb::{ImpulseRadar, Rule, tune};
+use crate::trial::{camera_fusion, road_shape, uwb};
 use catseye::error::{BadInput, Error, Result, json_in_words};
 use catseye_lane::LaneEstimator;
 use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
@@ -12,10 +13,7 @@ use catseye_lane::road_shape::RoadShapeEstimator;
 use catseye_lane::signature::estimator::{MapLanes, Signature, SignatureOptions};
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
 use catseye_lane::track::TrackOptions;
-use catseye_lane::uwb::{
-    Background, MarkedLane, OffsetSource, RangeAxis, RangeGate, Side, Threshold, UwbConfig, UwbLanes,
-    UwbOptions,
-};
+use catseye_lane::uwb::{Centre, MarkedLane, RangeAxis, RangeGate, Side, UwbLanes};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::PathBuf;
@@ -155,19 +153,12 @@ fn hits() -> u32 {
 }
 
 fn read<T: DeserializeOwned>(method: Method, options: &str) -> Result<T> {
-    serde_json::from_str(options).map_err(|e| {
-        BadInput::new(json_in_words(&e))
-            .key(format!("options of '{}'", method.name()))
-            .remedy("see docs/lanes.md")
-            .into()
-    })
+    serde_json::from_str(options).map_err(|e| wrong(method, json_in_words(&e)))
 }
 
 fn wrong(method: Method, why: impl ToString) -> Error {
-    BadInput::new(why.to_string())
-        .key(format!("options of '{}'", method.name()))
-        .remedy("see docs/lanes.md")
-        .into()
+    let key = format!("options of '{}'", method.name());
+    BadInput::new(why.to_string()).key(key).remedy("see docs/lanes.md").into()
 }
 
 /// The estimator of a method; without options as its document has it.
@@ -239,39 +230,17 @@ pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEs
                 "right" => Side::Right,
                 _ => return Err(wrong(method, "side is left or right")),
             };
-            let gate = RangeGate::from_marked_lane(&MarkedLane {
-                height_m: o.height_m,
-                lane_width_m: o.lane_width_m,
-                car_width_m: o.car_width_m,
-                spacing_m: o.spacing_m,
-                plate_length_m: o.plate_length_m,
-            })
-            .map_err(|e| bad(&e))?;
-            let background = Background::of(o.quiet.iter().map(Vec::as_slice)).map_err(|e| bad(&e))?;
-            let floor = Threshold::maximum(&[0.0, 1.0]).map_err(|e| bad(&e))?;
-            let config = |t: &Threshold| {
-                UwbConfig::new(o.spacing_m, o.plate_length_m, t)
-                    .map(|c| UwbConfig { offset: OffsetSource::Range { height_m: o.height_m }, ..c })
-            };
-            let mut options = UwbOptions {
-                axis: RangeAxis { start_m: o.range_start_m, step_m: o.range_step_m },
-                gate,
-                background: Some(background),
-                config: config(&floor).map_err(|e| bad(&e))?,
-                side,
-                at_m: o.at_m,
-                offset_std_m: 0.1,
-                lane_width_m: Some(o.lane_width_m),
-            };
-            let energies = o
-                .quiet
-                .iter()
-                .map(|s| options.echo(s).map(|e| e.energy))
-                .collect::<std::result::Result<Vec<f64>, _>>()
-                .map_err(|e| bad(&e))?;
-            let threshold = Threshold::maximum(&energies).map_err(|e| bad(&e))?;
-            options.config = config(&threshold).map_err(|e| bad(&e))?;
-            Box::new(UwbLanes::new(options).map_err(|e| bad(&e))?)
+            let UwbJson { height_m, at_m, spacing_m, plate_length_m, lane_width_m, car_width_m, .. } = o;
+            let lane = MarkedLane { height_m, lane_width_m, car_width_m, spacing_m, plate_length_m };
+            let gate = RangeGate::from_marked_lane(&lane).map_err(|e| bad(&e))?;
+            let axis = RangeAxis { start_m: o.range_start_m, step_m: o.range_step_m };
+            let (which, name, samples) = (0, String::new(), 0);
+            let radar = ImpulseRadar { which, name, side, height_m, at_m, axis, gate, samples };
+            let known = uwb::Settings::default();
+            let settings = uwb::Settings { spacing_m, plate_length_m, lane_width_m, car_width_m, ..known };
+            let rule = Rule { name: "", take_background: true, centre: Centre::Matched };
+            let tuned = tune(&settings, &rule, &radar, &o.quiet).map_err(|(_, e)| bad(&e))?;
+            Box::new(UwbLanes::new(tuned.options).map_err(|e| bad(&e))?)
         }
     })
 }

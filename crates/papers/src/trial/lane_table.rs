@@ -38,19 +38,19 @@ impl LaneTable {
     /// Keys and values that are not known or not allowed.
     pub fn load(path: &Path) -> Result<LaneTable> {
         let table: LaneTable = settings(path)?;
-        for method in Method::ALL {
-            table.method(method).check().map_err(|e| match e {
-                Error::Input(b) => BadInput { file: b.file.clone().or(Some(path.into())), ..*b }.into(),
-                e => e,
-            })?;
-        }
+        let LaneTable { uwb, markers, range_doppler, signature, .. } = &table;
+        let LaneTable { road_shape, hd_map, camera_fusion, .. } = &table;
+        let first = [uwb.check(), markers.check(), range_doppler.check(), signature.check()];
+        let rest = [road_shape.check(), hd_map.check(), camera_fusion.check()];
+        first.into_iter().chain(rest).collect::<Result<()>>().map_err(|e| match e {
+            Error::Input(b) => BadInput { file: b.file.clone().or(Some(path.into())), ..*b }.into(),
+            e => e,
+        })?;
         match table.runs {
-            Some(n) if !(1..=10_000).contains(&n) => Err(BadInput::new("is no number of drives")
-                .file(path)
-                .key("lane.runs")
-                .value(n)
-                .allowed("1..=10000")
-                .into()),
+            Some(n) if !(1..=10_000).contains(&n) => {
+                let bad = BadInput::new("is no number of drives").file(path).key("lane.runs").value(n);
+                Err(bad.allowed("1..=10000").into())
+            }
             _ => Ok(table),
         }
     }

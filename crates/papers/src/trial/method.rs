@@ -23,6 +23,10 @@ pub enum Method {
     CameraFusion,
 }
 
+/// Of the methods in their order.
+const NAMES: [&str; 7] =
+    ["uwb", "markers", "range-doppler", "signature", "road-shape", "hd-map", "camera-fusion"];
+
 impl Method {
     /// All methods in the order in which they are listed.
     pub const ALL: [Method; 7] = [
@@ -37,15 +41,7 @@ impl Method {
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Method::Uwb => "uwb",
-            Method::Markers => "markers",
-            Method::RangeDoppler => "range-doppler",
-            Method::Signature => "signature",
-            Method::RoadShape => "road-shape",
-            Method::HdMap => "hd-map",
-            Method::CameraFusion => "camera-fusion",
-        }
+        NAMES[self as usize]
     }
 
     /// The method of this name.
@@ -53,9 +49,8 @@ impl Method {
     /// # Errors
     /// A name that no method has.
     pub fn named(name: &str) -> Result<Method> {
-        let known = || Method::ALL.map(Method::name).join(", ");
         Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
-            BadInput::new("is no lane method").key("method").value(name).allowed(known()).into()
+            BadInput::new("is no lane method").key("method").value(name).allowed(NAMES.join(", ")).into()
         })
     }
 }

@@ -14,12 +14,6 @@ pub const SPEED_STD_MPS: f64 = 0.1;
 
 /// A method by the settings of its table below `[lane]`.
 pub trait LaneMethod {
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// The first value out of its range.
-    fn check(&self) -> Result<()>;
-
     /// Drives the scenario, lets the method say what it finds, and judges that.
     ///
     /// # Errors
@@ -95,15 +89,22 @@ impl ReadyMethod {
     }
 }
 
+/// The radar that was found, or what the scenario lacks and what to do about it.
+///
+/// # Errors
+/// There is none.
+pub fn needed(found: Option<usize>, given: &TrialContext<'_>, problem: &str, remedy: &str) -> Result<usize> {
+    let bad = || BadInput::new(problem).file(given.path).key("radar").remedy(remedy).into();
+    found.ok_or_else(bad)
+}
+
 /// The first radar with chirps and directions.
+///
+/// # Errors
+/// There is none.
 pub fn chirp_radar(given: &TrialContext<'_>) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
-    let radars = &given.scenario.radars;
-    radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1).ok_or_else(|| {
-        BadInput::new("no radar of the scenario has chirps and several channels")
-            .file(given.path)
-            .key("radar")
-            .remedy("add one, as in radar = \"feng77\"")
-            .into()
-    })
+    let found = given.scenario.radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1);
+    let problem = "no radar of the scenario has chirps and several channels";
+    needed(found, given, problem, "add one, as in radar = \"feng77\"")
 }

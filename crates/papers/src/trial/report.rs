@@ -341,6 +341,10 @@ const fn shared(
     Quantity { name, unit, head, factor, column, of }
 }
 
+fn lateral<const K: usize>(s: &Step) -> Option<f64> {
+    s.score.lateral_m[K]
+}
+
 /// What all methods are judged by.
 pub const QUANTITIES: [Quantity; 12] = [
     shared(("looks with a lane", "%"), ("looks with a lane, %", 1.0), "found_percent", has_lane),
@@ -349,16 +353,10 @@ pub const QUANTITIES: [Quantity; 12] = [
     }),
     shared(("recall of lines within 0.3 m", "%"), ("recall, %", 1.0), "recall_percent", |s| s.score.recall),
     shared(("F1 within 0.3 m", "%"), ("F1, %", 1.0), "f1_percent", |s| s.score.f1),
-    shared(("lateral error at 10 m (rms)", "m"), ("at 10 m, m", 1.0), "lateral_10_m", |s| {
-        s.score.lateral_m[0]
-    }),
-    shared(("lateral error at 20 m (rms)", "m"), ("at 20 m, m", 1.0), "lateral_20_m", |s| {
-        s.score.lateral_m[1]
-    }),
-    shared(("lateral error at 40 m (rms)", "m"), ("at 40 m, m", 1.0), "lateral_40_m", |s| {
-        s.score.lateral_m[2]
-    }),
-    shared(("lateral error at 60 m (rms)", "m"), ("", 1.0), "lateral_60_m", |s| s.score.lateral_m[3]),
+    shared(("lateral error at 10 m (rms)", "m"), ("at 10 m, m", 1.0), "lateral_10_m", lateral::<0>),
+    shared(("lateral error at 20 m (rms)", "m"), ("at 20 m, m", 1.0), "lateral_20_m", lateral::<1>),
+    shared(("lateral error at 40 m (rms)", "m"), ("at 40 m, m", 1.0), "lateral_40_m", lateral::<2>),
+    shared(("lateral error at 60 m (rms)", "m"), ("", 1.0), "lateral_60_m", lateral::<3>),
     shared(("offset error (rms)", "m"), ("offset, m", 1.0), "offset_m", |s| s.score.offset_error_m),
     shared(("heading error (rms)", "deg"), ("heading, deg", 1.0), "heading_deg", |s| {
         s.score.heading_error_rad.map(f64::to_degrees)

@@ -77,14 +77,8 @@ impl<'a> ResultFolder<'a> {
         o: &RunOptions<'_>,
     ) -> Result<Self> {
         // Whatever decides on the bytes: another one of these does not go on where this stopped.
-        let mut identity = format!(
-            "{} {command} {:?} {:?} {:?} {:?}",
-            env!("CARGO_PKG_VERSION"),
-            engine.report(),
-            o.runs,
-            o.frames,
-            o.seed
-        );
+        let (version, RunOptions { runs, frames, seed, .. }) = (env!("CARGO_PKG_VERSION"), o);
+        let mut identity = format!("{version} {command} {:?} {runs:?} {frames:?} {seed:?}", engine.report());
         for path in paths {
             identity += &read_text(path)?;
         }

@@ -92,19 +92,8 @@ impl KeptPoint {
     }
 
     pub fn point(&self) -> Point {
-        let [
-            range_m,
-            range_rate_mps,
-            azimuth_rad,
-            elevation_rad,
-            x,
-            y,
-            z,
-            power_dbm,
-            snr_db,
-            rcs_dbsm,
-            cells,
-        ] = self.numbers;
+        let [range_m, range_rate_mps, azimuth_rad, elevation_rad, x, y, z, ..] = self.numbers;
+        let [.., power_dbm, snr_db, rcs_dbsm, beat_std_cells] = self.numbers;
         Point {
             range_m,
             range_rate_mps,
@@ -115,7 +104,7 @@ impl KeptPoint {
             snr_db,
             rcs_dbsm,
             std: self.std,
-            beat_std_cells: cells,
+            beat_std_cells,
             ambiguity: self.ambiguity,
             // Methods do not ask, and what is kept is JSON, which has no infinity.
             modulo_mps: f64::INFINITY,

@@ -55,24 +55,6 @@ fn true_model(turn_rad: f64) -> Option<RoadModel> {
     }
 }
 
-/// Squared errors and their number.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sum {
-    squares: f64,
-    count: usize,
-}
-
-impl Sum {
-    fn add(&mut self, error: f64) {
-        self.squares += error * error;
-        self.count += 1;
-    }
-
-    fn rms(self) -> Option<f64> {
-        (self.count > 0).then(|| (self.squares / self.count as f64).sqrt())
-    }
-}
-
 /// Successes and trials.
 #[derive(Debug, Clone, Copy, Default)]
 struct Share {
@@ -104,14 +86,15 @@ impl Share {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Judged {
     parabola_better: Share,
-    fits: [Sum; 2],
-    ways: Sum,
+    /// Errors of parabolas and splines, of ways, and of each part, m.
+    fits: [Vec<f64>; 2],
+    ways: Vec<f64>,
     apart: Share,
     matched: Share,
     joined: Share,
     models: BTreeMap<(String, String), usize>,
     model_right: Share,
-    parts: [Sum; 3],
+    parts: [Vec<f64>; 3],
 }
 
 impl Judged {
@@ -129,13 +112,13 @@ impl Judged {
                     let u = a + (b - a) * f64::from(k) / 20.0;
                     for (sum, p) in self.fits.iter_mut().zip([c.parabola.point(u), c.spline.point(u)]) {
                         if let (Some(lane), Some(m)) = (lane, of_middle(truth, p)) {
-                            sum.add(m.0 - lane);
+                            sum.push(m.0 - lane);
                         }
                     }
                 }
                 for p in &way.points_m {
                     if let (Some(lane), Some(m)) = (lane, of_middle(truth, *p)) {
-                        self.ways.add(m.0 - lane);
+                        self.ways.push(m.0 - lane);
                     }
                 }
             }
@@ -184,7 +167,7 @@ impl Judged {
                         Part::Middle => 1,
                         Part::Radar => 2,
                     };
-                    self.parts[k].add(left);
+                    self.parts[k].push(left);
                 }
             }
         }
@@ -195,15 +178,15 @@ impl Judged {
         let name = "ways where the parabola is better than the B-spline";
         self.parabola_better.row(rows, name, Some(100.0), why);
         let middles = "of their middles, with lane.camera_fusion.to_middle";
-        for (name, sum, why) in [
-            ("ways of cars, from the lane's middle (rms)", self.ways, middles),
-            ("parabolas through them (rms)", self.fits[0], ""),
-            ("B-splines through them (rms)", self.fits[1], ""),
-            ("near lines of the camera (rms)", self.parts[0], "over the whole length that it sees"),
-            ("built middle (rms)", self.parts[1], "over the blind middle, both lines"),
-            ("far lines of the radar (rms)", self.parts[2], "half a lane beside the way of a car"),
+        for (name, errors, why) in [
+            ("ways of cars, from the lane's middle (rms)", &self.ways, middles),
+            ("parabolas through them (rms)", &self.fits[0], ""),
+            ("B-splines through them (rms)", &self.fits[1], ""),
+            ("near lines of the camera (rms)", &self.parts[0], "over the whole length that it sees"),
+            ("built middle (rms)", &self.parts[1], "over the blind middle, both lines"),
+            ("far lines of the radar (rms)", &self.parts[2], "half a lane beside the way of a car"),
         ] {
-            if let Some(rms) = sum.rms() {
+            if let Some(rms) = rms(errors.iter().copied()) {
                 rows.one(name, "m", Some(rms)).why(why);
             }
         }
@@ -221,7 +204,7 @@ impl Judged {
         let mut s = Sheet::new("models", "true_model chosen_model looks");
         s.comments.push(format!(
             "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
-            number(self.ways.rms())
+            number(rms(self.ways.iter().copied()))
         ));
         for ((truly, chosen), n) in &self.models {
             s.row(&[truly, chosen, n]);

@@ -24,29 +24,20 @@ const NETWORKS: u64 = 20;
 const UNSEEN: usize = 100;
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         self.estimator()?;
         let scenario = given.scenario;
-        let Some(which) = point_radar(&scenario.radars) else {
-            let e = BadInput::new("tracks of cars need range rates, and impulse radars give none");
-            return Err(e.file(given.path).key("radar").remedy("take front77, or another FMCW radar").into());
-        };
+        let problem = "tracks of cars need range rates, and impulse radars give none";
+        let found = point_radar(&scenario.radars);
+        let which = needed(found, given, problem, "take front77, or another FMCW radar")?;
         let looks = looks(scenario, self);
         let Some(last) = looks.last() else {
             let last = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
             let why = format!("the drive ends after {last} s, before the first recognition");
-            return Err(BadInput::new(why)
-                .file(given.path)
-                .key("lane.camera_fusion.first_s")
-                .value(self.first_s)
-                .allowed(format!("0..={last}"))
-                .remedy("raise frames.count, or set first_s and period_s lower")
-                .into());
+            let bad = BadInput::new(why).file(given.path).key("lane.camera_fusion.first_s");
+            let bad = bad.value(self.first_s).allowed(format!("0..={last}"));
+            return Err(bad.remedy("raise frames.count, or set first_s and period_s lower").into());
         };
         let course = |condition, sensors| Course { condition, sensors, steps: Vec::new() };
         let mut found = Found {
@@ -74,13 +65,8 @@ impl LaneMethod for Settings {
             };
             let frames = drive.frames().min(last + 1);
             for frame in 0..frames {
-                one_look(
-                    given,
-                    (&drive, which),
-                    (run, frame),
-                    &format!("run{run}_frame{frame}"),
-                    &mut looks,
-                )?;
+                let key = format!("run{run}_frame{frame}");
+                one_look(given, (&drive, which), (run, frame), &key, &mut looks)?;
                 given.told(run, frame, frames);
             }
         }
@@ -244,10 +230,9 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
 fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut Trial) {
     trial.rows = common_rows(&courses[1].steps);
     let (right, table) = networks(settings);
-    trial
-        .rows
-        .mean(format!("road models right of {UNSEEN} unseen bends"), "", &right)
-        .document(98.0)
+    let what = format!("road models right of {UNSEEN} unseen bends");
+    let row = trial.rows.mean(what, "", &right);
+    row.document(98.0)
         .why(format!("mean of {NETWORKS} networks; the document's is one draw, its bends are not stated"));
     trial.sheets.extend(table);
     judged.rows(&mut trial.rows);

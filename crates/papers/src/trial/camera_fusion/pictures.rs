@@ -17,11 +17,7 @@ impl Sensors {
     pub const ALL: [Sensors; 3] = [Sensors::CameraAlone, Sensors::Both, Sensors::RadarAlone];
 
     pub fn name(self) -> &'static str {
-        match self {
-            Sensors::CameraAlone => "camera alone",
-            Sensors::Both => "camera and radar",
-            Sensors::RadarAlone => "radar alone",
-        }
+        ["camera alone", "camera and radar", "radar alone"][self as usize]
     }
 }
 
@@ -60,11 +56,8 @@ pub(super) fn draw(settings: &Settings, shown: &[Shown], trial: &mut Trial) -> R
             trial.pictures.push((name.into(), chart.draw()?));
         }
     }
-    let steps: Vec<Picture> = main
-        .iter()
-        .take(6)
-        .map(|s| ground(&format!("Step at {:.1} s", s.time_s), s, 430.0, 330.0, false).draw())
-        .collect::<Result<_>>()?;
+    let step = |s: &&Shown| ground(&format!("Step at {:.1} s", s.time_s), s, 430.0, 330.0, false).draw();
+    let steps: Vec<Picture> = main.iter().take(6).map(step).collect::<Result<_>>()?;
     if steps.len() > 1 {
         trial.pictures.push(("steps".into(), Picture::sheet(&steps, 3)));
     }

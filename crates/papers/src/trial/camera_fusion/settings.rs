@@ -22,12 +22,7 @@ pub enum Condition {
 impl Condition {
     /// Its name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Condition::Clear => "clear",
-            Condition::Night => "night",
-            Condition::Fog => "fog",
-            Condition::Glare => "glare",
-        }
+        ["clear", "night", "fog", "glare"][self as usize]
     }
 }
 

@@ -21,12 +21,8 @@ pub use settings::{Kind, SceneTable, Settings};
 const SURVEY: u32 = 0x3a90;
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         let which = sight::radar(given)?;
         let stages = stages(given, self)?;
         let mut total = 0;

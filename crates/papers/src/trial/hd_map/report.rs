@@ -11,6 +11,7 @@ use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::accuracy::{AccuracyTable, Cause, Tally, scan_of_pass};
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
+use std::fmt::Display;
 
 /// Lines of the vehicle's own lane are compared between these distances, m.
 const OWN_RANGE_M: [f64; 2] = [3.0, 80.0];
@@ -89,7 +90,8 @@ impl<'a> All<'a> {
                 continue;
             };
             let (name, class, true_lane) = (&pass.name, &pass.class, spoken.true_lane);
-            let mut cause = None;
+            let (title, mut cause) = (scene.name.clone(), None);
+            let who: [&dyn Display; 4] = [&title, &run, &g, name];
             let mut lanes = [const { String::new() }; 3];
             for (reading, lane) in lanes.iter_mut().enumerate() {
                 let Some(s) = self::spoken(pass, reading) else { continue };
@@ -112,21 +114,9 @@ impl<'a> All<'a> {
                     let [range, aspect, across, moved, along] = places.map(|x| format!("{x:.2}"));
                     let (frame, truly, lane, why) =
                         (s.frame, s.true_lane, text(s.given[0].number()), why.name());
-                    self.wrong_scans.row(&[
-                        &scene.name,
-                        &run,
-                        &g,
-                        name,
-                        &frame,
-                        &truly,
-                        &lane,
-                        &why,
-                        &range,
-                        &aspect,
-                        &across,
-                        &moved,
-                        &along,
-                    ]);
+                    let at: [&dyn Display; 9] =
+                        [&frame, &truly, &lane, &why, &range, &aspect, &across, &moved, &along];
+                    self.wrong_scans.row(&[&who[..], &at].concat());
                 }
                 scene.errors.push(TrackError { across_m: s.across_m, aspect_rad: s.aspect_rad });
             }
@@ -134,30 +124,18 @@ impl<'a> All<'a> {
             let mean = |of: &dyn Fn(&Scan) -> f64| pass.scans.iter().map(of).sum::<f64>() / n as f64;
             let probability = spoken.given[0].lane.as_ref().map_or(0.0, |l| l.probability);
             let why = cause.map_or("", Cause::name);
-            let [lane, by_axis, unmoved] = &lanes;
-            self.vehicles.row(&[
-                &scene.name,
-                &run,
-                &g,
-                name,
-                class,
-                &pass.there,
-                &n,
-                &true_lane,
-                lane,
-                &u8::from(cause.is_none()),
-                &format!("{probability:.4}"),
-                by_axis,
-                unmoved,
-                &why,
-                &format!("{:.1}", mean(&|s| s.range_m)),
-                &format!("{:.1}", mean(&|s| s.aspect_rad).to_degrees()),
-                &format!("{:.3}", mean(&|s| s.across_m[0])),
-                &format!("{:.3}", mean(&|s| s.across_m[1])),
-            ]);
+            let ([lane, by_axis, unmoved], right) = (&lanes, u8::from(cause.is_none()));
+            let [range, aspect] = [mean(&|s| s.range_m), mean(&|s| s.aspect_rad).to_degrees()];
+            let [range, aspect, probability] =
+                [format!("{range:.1}"), format!("{aspect:.1}"), format!("{probability:.4}")];
+            let [across, moved] = [0, 1].map(|k| format!("{:.3}", mean(&|s| s.across_m[k])));
+            let seen: [&dyn Display; 7] = [class, &pass.there, &n, &true_lane, lane, &right, &probability];
+            let other: [&dyn Display; 7] = [by_axis, unmoved, &why, &range, &aspect, &across, &moved];
+            self.vehicles.row(&[&who[..], &seen, &other].concat());
             if cause.is_some() {
                 let (detail, given) = (detail(pass, spoken), text(spoken.given[0].number()));
-                self.wrong.row(&[&scene.name, &run, &g, name, class, &true_lane, &given, &why, &detail]);
+                let what: [&dyn Display; 5] = [class, &true_lane, &given, &why, &detail];
+                self.wrong.row(&[&who[..], &what].concat());
                 let lane = if given.is_empty() { "none".into() } else { given };
                 self.notes.push(format!(
                     "Wrong in {} (run {run}, group {g}): {name} ({class}) in lane {true_lane} was given {lane}, cause {why}: \

@@ -40,13 +40,9 @@ pub struct Sight {
 /// There is none.
 pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
-    point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1).ok_or_else(|| {
-        BadInput::new("the method needs a radar that tells ranges and azimuths")
-            .file(given.path)
-            .key("radar")
-            .remedy("take an FMCW radar with several receivers, as front77")
-            .into()
-    })
+    let found = point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1);
+    let problem = "the method needs a radar that tells ranges and azimuths";
+    needed(found, given, problem, "take an FMCW radar with several receivers, as front77")
 }
 
 /// The points of a frame along the ground. Where the array tells no elevation the echoes are taken to lie at

@@ -19,26 +19,18 @@ const EDGE_RAD: f64 = 0.01;
 const NO_LEVEL_DBSM: f64 = -300.0;
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         let scenario = given.scenario;
-        let bad = |problem: &str| BadInput::new(problem).file(given.path).key("radar");
-        let Some(which) = point_radar(&scenario.radars) else {
-            return Err(bad("has impulse radars only, which give no points")
-                .remedy("take a radar with chirps and several channels, as in radar = \"feng77\"")
-                .into());
-        };
+        let remedy = "take a radar with chirps and several channels, as in radar = \"feng77\"";
+        let found = point_radar(&scenario.radars);
+        let which = needed(found, given, "has impulse radars only, which give no points", remedy)?;
         let radar = &scenario.radars[which];
         if radar.virtual_channels() < 2 {
-            return Err(bad("has one channel, which tells no directions")
-                .value(&radar.name)
-                .allowed("two channels or more side by side")
-                .remedy("add [[rx]] to the radar")
-                .into());
+            let bad =
+                BadInput::new("has one channel, which tells no directions").file(given.path).key("radar");
+            let bad = bad.value(&radar.name).allowed("two channels or more side by side");
+            return Err(bad.remedy("add [[rx]] to the radar").into());
         }
         let site = Site::new(&given.scenario_of(0))?;
         let patterns = self.patterns(radar, site.road.as_ref())?;

@@ -123,13 +123,8 @@ pub fn tally(
     view: &View,
     within_m: f64,
 ) -> Tally {
-    let members: Vec<DVec2> = estimate
-        .lines
-        .iter()
-        .flat_map(|l| &l.members)
-        .filter_map(|i| points.get(*i))
-        .map(|p| DVec2::from_array(p.at_m))
-        .collect();
+    let members = estimate.lines.iter().flat_map(|l| &l.members).filter_map(|i| points.get(*i));
+    let members: Vec<DVec2> = members.map(|p| DVec2::from_array(p.at_m)).collect();
     let near =
         |a: DVec2, list: &[[f64; 2]]| list.iter().any(|m| a.distance(DVec2::from_array(*m)) <= within_m);
     let places: Vec<[f64; 2]> = points.iter().map(|p| p.at_m).collect();

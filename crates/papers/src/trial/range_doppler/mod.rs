@@ -19,22 +19,15 @@ const LEAST_ROWS: usize = 16;
 fn radar_of(scenario: &Scenario) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(_));
     let found = scenario.radars.iter().position(|r| suits(&r.waveform));
-    found.filter(|i| scenario.radars[*i].doppler_rows() >= LEAST_ROWS).ok_or_else(|| {
-        BadInput::new("the scenario has no radar whose map tells range rates")
-            .key("radar")
-            .allowed(format!("an FMCW radar with {LEAST_ROWS} or more rows of Doppler"))
-            .remedy("take radar = \"feng77\"")
-            .into()
-    })
+    let bad = BadInput::new("the scenario has no radar whose map tells range rates").key("radar");
+    let bad = bad.allowed(format!("an FMCW radar with {LEAST_ROWS} or more rows of Doppler"));
+    let enough = found.filter(|i| scenario.radars[*i].doppler_rows() >= LEAST_ROWS);
+    enough.ok_or_else(|| bad.remedy("take radar = \"feng77\"").into())
 }
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         let which = radar_of(given.scenario)?;
         let title = format!("{}: lane from the range-Doppler map", given.scenario.name);
         let mut trial = Trial::new(METHOD, title);

@@ -152,11 +152,9 @@ impl Settings {
         for (i, case) in self.case.iter().enumerate() {
             case.check(self, i)?;
             if self.case[..i].iter().any(|c| c.name == case.name) {
-                return Err(BadInput::new("two cases have the same name")
-                    .key(format!("lane.range_doppler.case[{i}].name"))
-                    .value(&case.name)
-                    .remedy("name each case, its files are called so")
-                    .into());
+                let bad = BadInput::new("two cases have the same name");
+                let bad = bad.key(format!("lane.range_doppler.case[{i}].name")).value(&case.name);
+                return Err(bad.remedy("name each case, its files are called so").into());
             }
         }
         Ok(())
@@ -219,11 +217,8 @@ impl Case {
     fn check(&self, s: &Settings, i: usize) -> Result<()> {
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
-            return Err(BadInput::new("is no name of a case")
-                .key(format!("lane.range_doppler.case[{i}].name"))
-                .value(&self.name)
-                .allowed("1 to 60 letters, digits, _ and -")
-                .into());
+            let bad = BadInput::new("is no name of a case").key(format!("lane.range_doppler.case[{i}].name"));
+            return Err(bad.value(&self.name).allowed("1 to 60 letters, digits, _ and -").into());
         }
         let mut limits = vec![
             ("offset_m", self.offset_m, -s.max_offset_m, s.max_offset_m),

@@ -42,12 +42,10 @@ fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Sit
     scenario.points.iter_mut().for_each(|p| shift(&mut p.position_m));
     scenario.objects.iter_mut().for_each(|o| shift(&mut o.pose.translation_m));
     if scenario.points.len() + scenario.objects.len() != 2 {
-        return Err(BadInput::new("the comparison of angle methods takes two reflectors")
-            .key("object")
-            .value(scenario.points.len() + scenario.objects.len())
-            .allowed("two of [[object]] and [[point]]")
-            .remedy("as in scenes/lane/road_shape_corners.toml, or task = \"edges\"")
-            .into());
+        let bad = BadInput::new("the comparison of angle methods takes two reflectors").key("object");
+        let bad = bad.value(scenario.points.len() + scenario.objects.len());
+        let bad = bad.allowed("two of [[object]] and [[point]]");
+        return Err(bad.remedy("as in scenes/lane/road_shape_corners.toml, or task = \"edges\"").into());
     }
     Site::new(&scenario)
 }
@@ -56,21 +54,17 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
     let site = put_up(given, run, settings)?;
     let (which, by_image) = chosen(&site.scenario.radars, settings)?;
     if !by_image {
-        return Err(BadInput::new("the comparison of angle methods needs FM-CW with two slopes")
-            .key("radar")
-            .remedy("take fmcw76")
-            .into());
+        let bad = BadInput::new("the comparison of angle methods needs FM-CW with two slopes").key("radar");
+        return Err(bad.remedy("take fmcw76").into());
     }
     let drive = Drive::new(&site, given.engine)?;
     let radar = drive.radar(which);
     let least = settings.sources + 1;
     let subarray = settings.subarray.max(least);
     if subarray > radar.rx.len() {
-        return Err(BadInput::new("no subarray of this line tells so many sources")
-            .key("lane.road_shape.subarray")
-            .value(subarray)
-            .allowed(format!("{least}..={}", radar.rx.len()))
-            .into());
+        let bad = BadInput::new("no subarray of this line tells so many sources");
+        let bad = bad.key("lane.road_shape.subarray").value(subarray);
+        return Err(bad.allowed(format!("{least}..={}", radar.rx.len())).into());
     }
     let imager = |(_, angles, averages): &AngleMethod| {
         let subarray = if *averages { subarray } else { 0 };

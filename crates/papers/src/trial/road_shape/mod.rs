@@ -25,12 +25,8 @@ struct Kept {
 }
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         match self.task {
             Task::Edges => drives(given, self),
             Task::Corners => corners::run(given, self),

@@ -133,20 +133,12 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
     for w in words {
         let r = w.reading.as_ref();
         let zone = r.and_then(|r| zone(&s.row[w.row], r));
-        of_words.row(&[
-            &w.run,
-            &w.frame,
-            &s.row[w.row].name,
-            &(w.worse as u8),
-            &w.points,
-            &text(r.map(|r| bits(&r.word))),
-            &opt(r.map(|r| r.log_odds)),
-            &text(r.map(|r| u8::from(r.sure))),
-            &text(w.right.map(u8::from)),
-            &text(r.map(|r| r.missing)),
-            &text(r.map(|r| r.extra)),
-            &text(zone.map(|z| said(&z))),
-        ]);
+        let [sure, right] = [r.map(|r| r.sure), w.right].map(|v| text(v.map(u8::from)));
+        let [missing, extra] = [text(r.map(|r| r.missing)), text(r.map(|r| r.extra))];
+        let (word, odds) = (text(r.map(|r| bits(&r.word))), opt(r.map(|r| r.log_odds)));
+        let (name, worse, zone) = (&s.row[w.row].name, w.worse as u8, text(zone.map(|z| said(&z))));
+        let whose: [&dyn Display; 5] = [&w.run, &w.frame, name, &worse, &w.points];
+        of_words.row(&[&whose[..], &[&word, &odds, &sure, &right, &missing, &extra, &zone]].concat());
     }
     vec![of_map, of_places, of_words]
 }

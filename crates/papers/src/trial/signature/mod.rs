@@ -11,7 +11,7 @@ use crate::trial::kit::*;
 use crate::trial::signature::figures::{map_rows, notes, place_rows, sheets, word_rows};
 use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, compared};
 use crate::trial::signature::mapped::{
-    BEHIND_M, Kept, Mapped, at_rest, bus_of, estimator_on, kept, map_drive, moved_on, needs, on_road,
+    BEHIND_M, Kept, Mapped, at_rest, bus_of, estimator_on, kept, map_drive, moved_on, on_road,
 };
 use catseye_lane::signature::codewords::RowPoint;
 use catseye_lane::signature::estimator::{Signature, StaticTest};
@@ -70,17 +70,12 @@ fn worsened_look(
 }
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         let scenario = given.scenario;
         let (path, _) = on_road(scenario)?;
-        let Some(which) = point_radar(&scenario.radars) else {
-            return Err(needs("needs a radar that gives angles", "radar", "take radar = \"front77\""));
-        };
+        let (found, remedy) = (point_radar(&scenario.radars), "take radar = \"front77\"");
+        let which = needed(found, given, "needs a radar that gives angles", remedy)?;
         let plan = scene_toml::load(path)?;
         // The frames of the map come before those of the runs.
         let before = u64::from(self.map_frames);

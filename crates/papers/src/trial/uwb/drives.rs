@@ -76,11 +76,9 @@ pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<Im
     }
     found.sort_by_key(|e| e.side == Side::Right);
     if found.is_empty() {
-        return Err(BadInput::new("the scenario has no impulse radar")
-            .key("radar")
-            .allowed("a radar with waveform.kind = \"pulse\"")
-            .remedy("radar = \"uwb9\", or a file of your own")
-            .into());
+        let bad = BadInput::new("the scenario has no impulse radar").key("radar");
+        let bad = bad.allowed("a radar with waveform.kind = \"pulse\"");
+        return Err(bad.remedy("radar = \"uwb9\", or a file of your own").into());
     }
     Ok(found)
 }
@@ -170,12 +168,10 @@ fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     };
     let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
     if step_m.is_nan() || step_m >= settings.plate_length_m {
-        return Err(BadInput::new("two scans are farther apart than a plate is long")
-            .key("frames.interval_s")
-            .value(format!("{interval_s} s at {fastest} m/s"))
-            .allowed(format!("less than {} m from scan to scan", settings.plate_length_m))
-            .remedy("more scans a second, or a slower drive")
-            .into());
+        let bad = BadInput::new("two scans are farther apart than a plate is long").key("frames.interval_s");
+        let bad = bad.value(format!("{interval_s} s at {fastest} m/s"));
+        let bad = bad.allowed(format!("less than {} m from scan to scan", settings.plate_length_m));
+        return Err(bad.remedy("more scans a second, or a slower drive").into());
     }
     Ok(())
 }
@@ -287,11 +283,8 @@ impl<'a> Drives<'a> {
         if let Some(class) = &settings.plate_class
             && whole.scene.objects.iter().all(|o| o.class != *class)
         {
-            return Err(BadInput::new("nothing of the scene has this class")
-                .key("lane.uwb.plate_class")
-                .value(class)
-                .remedy("give the class that the road file gives its plates")
-                .into());
+            let bad = BadInput::new("nothing of the scene has this class").key("lane.uwb.plate_class");
+            return Err(bad.value(class).remedy("give the class that the road file gives its plates").into());
         }
         let (drives, against) =
             slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
@@ -303,10 +296,8 @@ impl<'a> Drives<'a> {
             let mut site = site(&one, settings)?;
             site.scene.objects.retain(stays);
             if site.scene.objects.is_empty() {
-                return Err(BadInput::new("nothing is left of the road without its objects")
-                    .key("lane.uwb.quiet_road")
-                    .remedy("give a road file without markers")
-                    .into());
+                let bad = BadInput::new("nothing is left of the road without its objects");
+                return Err(bad.key("lane.uwb.quiet_road").remedy("give a road file without markers").into());
             }
             all.extend(self.scans(&format!("quiet{k}"), &site, &self.radars)?);
         }
@@ -519,11 +510,9 @@ fn slow_drives(
     let step_m = settings.quiet_speed_kmh / 3.6 * scenario.frames.interval_s;
     let each = ((road.length_m - 2.0 * END_M) / step_m).floor();
     if each < 1.0 {
-        return Err(BadInput::new("the road is too short for a drive without markers")
-            .key("scene.road")
-            .value(format!("{} m", road.length_m))
-            .allowed(format!("{} m and more", 2.0 * END_M + step_m))
-            .into());
+        let bad = BadInput::new("the road is too short for a drive without markers").key("scene.road");
+        let bad = bad.value(format!("{} m", road.length_m));
+        return Err(bad.allowed(format!("{} m and more", 2.0 * END_M + step_m)).into());
     }
     let against = goes_against(site, scenario)?;
     let drives = (f64::from(count) / each).ceil().max(f64::from(least)) as u32;
@@ -580,46 +569,45 @@ pub fn markers_of(
     settings: &Settings,
 ) -> (Vec<Passed>, Vec<Option<f64>>) {
     let ([rx, ry], reach_m) = (radar.at_m, radar.reach_m());
-    let mut passes = Vec::new();
-    let mut beside = Vec::new();
-    let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
-    for index in 0..drive.frames() {
-        let time_s = drive.time_s(index);
-        let now = drive.markers(time_s);
+    let beside = (0..drive.frames()).map(|index| {
+        let now = drive.markers(drive.time_s(index));
         let near = now.iter().filter(|p| (p[0] - rx).abs() <= 0.5 * settings.plate_length_m);
         let lateral = near.map(|p| p[1] - ry).filter(|y| y.abs() <= reach_m);
-        beside.push(lateral.min_by(|a, b| a.abs().total_cmp(&b.abs())));
-        if let Some((then_s, old)) = &before {
-            let pass = |(p, q): (&[f64; 2], &[f64; 2])| {
-                passed([*then_s, time_s], [p[0] - rx, q[0] - rx], q[1] - ry, reach_m)
-            };
-            passes.extend(old.iter().zip(&now).filter_map(pass));
-        }
-        before = Some((time_s, now));
-    }
-    passes.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        lateral.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    });
+    let beside = beside.collect();
+    let mut passes = passes(drive, radar, &|time_s| drive.markers(time_s));
     passes.dedup_by(|b, a| b.time_s <= a.time_s);
     (passes, beside)
+}
+
+/// When a radar passes places that lie so in the level frame at a time, in order.
+fn passes(drive: &Drive<'_>, radar: &ImpulseRadar, at: &dyn Fn(f64) -> Vec<[f64; 2]>) -> Vec<Passed> {
+    let ([rx, ry], reach_m) = (radar.at_m, radar.reach_m());
+    let looks: Vec<(f64, Vec<[f64; 2]>)> =
+        (0..drive.frames()).map(|index| drive.time_s(index)).map(|time_s| (time_s, at(time_s))).collect();
+    let mut out: Vec<Passed> = Vec::new();
+    for w in looks.windows(2) {
+        let pass = |(p, q): (&[f64; 2], &[f64; 2])| {
+            passed([w[0].0, w[1].0], [p[0] - rx, q[0] - rx], q[1] - ry, reach_m)
+        };
+        out.extend(w[0].1.iter().zip(&w[1].1).filter_map(pass));
+    }
+    out.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    out
 }
 
 /// Places of single things of metal (manhole covers) beside a drive: the times at which the radar passes them.
 pub fn covers_of(drive: &Drive<'_>, radar: &ImpulseRadar) -> Vec<f64> {
     let rows = drive.site.road.iter().flat_map(|r| &r.marker_rows);
     let markers: Vec<u32> = rows.flat_map(|r| &r.markers).map(|m| m.id).collect();
-    let mut times = Vec::new();
-    for o in drive.site.scene.objects.iter().filter(|o| !is_road(o) && !markers.contains(&o.id)) {
-        let ahead = |index: u32| {
-            let p = drive.level(drive.time_s(index)).from_world(o.pose.translation_m.truncate());
-            (p.x - radar.at_m[0], p.y - radar.at_m[1])
-        };
-        times.extend((1..drive.frames()).filter_map(|index| {
-            let (before, (b, y)) = (ahead(index - 1).0, ahead(index));
-            let span_s = [index - 1, index].map(|i| drive.time_s(i));
-            Some(passed(span_s, [before, b], y, radar.reach_m())?.time_s)
-        }));
-    }
-    times.sort_by(f64::total_cmp);
-    times
+    let objects = drive.site.scene.objects.iter();
+    let covers = || objects.clone().filter(|o| !is_road(o) && !markers.contains(&o.id));
+    let at = |time_s: f64| {
+        let level = drive.level(time_s);
+        covers().map(|o| level.from_world(o.pose.translation_m.truncate()).to_array()).collect()
+    };
+    passes(drive, radar, &at).iter().map(|p| p.time_s).collect()
 }
 
 #[cfg(test)]

@@ -13,15 +13,17 @@ mod tuning;
 
 use crate::trial::kit::*;
 use crate::trial::ready::SPEED_STD_MPS;
-use crate::trial::uwb::drives::{Drives, ImpulseRadar, Passed, Scans, Scenery, covers_of, markers_of};
+use crate::trial::uwb::drives::{Drives, Passed, Scans, Scenery, covers_of, markers_of};
 use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
 use crate::trial::uwb::tuning::{Tuned, energy, estimator, failed, rules, tune_all, wide};
 use catseye::scene::scenario::Frames;
 use catseye_lane::PulseScan;
 use catseye_lane::uwb;
 use catseye_lane::uwb::Uwb;
+pub(super) use drives::ImpulseRadar;
 pub use settings::{Asphalt, Settings, StandsFor};
 use std::collections::VecDeque;
+pub(super) use tuning::{Rule, tune};
 
 /// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
 const QUIET_SCANS: u32 = 600;
@@ -33,12 +35,8 @@ const SPEEDS: u64 = 0x75_77_62;
 const SAME_S: f64 = 1e-9;
 
 impl LaneMethod for Settings {
-    fn check(&self) -> Result<()> {
-        Settings::check(self)
-    }
-
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        Settings::check(self)?;
+        self.check()?;
         let settings = self;
         let sweep_m: Vec<f64> = match settings.offset_sweep {
             true => (0..=64).map(|i| 0.025 * f64::from(i)).collect(),
@@ -141,11 +139,8 @@ fn one_run(drives: &Drives<'_>, tuned: &[Vec<Tuned>], number: u32, steps: &mut V
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();
     if let Some(v) = true_mps.iter().find(|v| **v < 0.0) {
-        return Err(BadInput::new("the method counts plates of a vehicle that goes forward")
-            .key("ego.drive.speed_mps")
-            .value(v)
-            .allowed("0 m/s and more")
-            .into());
+        let bad = BadInput::new("the method counts plates of a vehicle that goes forward");
+        return Err(bad.key("ego.drive.speed_mps").value(v).allowed("0 m/s and more").into());
     }
     let mut sensor = BusSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_kmh / 3.6);
     let read = true_mps.iter().map(|v| sensor.read(*v));
@@ -242,11 +237,8 @@ fn see(
     let span = times_s.first().zip(times_s.last());
     let whole = |t: f64| span.is_some_and(|(a, b)| t - half_s > *a && t + half_s + 2.0 * hold_s < *b);
     let within_m = settings.lane_width_m - settings.car_width_m;
-    let own: Vec<f64> = passes
-        .iter()
-        .filter(|p| whole(p.time_s) && p.lateral_m.abs() <= within_m)
-        .map(|p| p.time_s)
-        .collect();
+    let own = passes.iter().filter(|p| whole(p.time_s) && p.lateral_m.abs() <= within_m);
+    let own: Vec<f64> = own.map(|p| p.time_s).collect();
     let score = uwb::score_run(&result, &own, match_s, settings.spacing_m, settings.largest_error_m())
         .map_err(|r| failed("score", r))?;
     let (mut right, mut wrong) = (0, 0);

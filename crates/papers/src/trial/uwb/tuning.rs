@@ -52,17 +52,30 @@ pub fn tune_all(
     radars: &[ImpulseRadar],
     quiet: &Scans,
 ) -> Result<Vec<Tuned>> {
-    radars.iter().enumerate().map(|(i, radar)| tune(settings, rule, radar, i, quiet)).collect()
+    let one = |(i, radar): (usize, &ImpulseRadar)| {
+        let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
+        tune(settings, rule, radar, &scans).map_err(|(what, r)| failed(what, r))
+    };
+    radars.iter().enumerate().map(one).collect()
 }
 
-fn tune(settings: &Settings, rule: &Rule, radar: &ImpulseRadar, i: usize, quiet: &Scans) -> Result<Tuned> {
-    let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
+/// A radar under a rule, its threshold by scans of the bare road.
+///
+/// # Errors
+/// What cannot be made, and why.
+pub fn tune(
+    settings: &Settings,
+    rule: &Rule,
+    radar: &ImpulseRadar,
+    quiet: &[Vec<f64>],
+) -> Result<Tuned, (&'static str, LaneError)> {
+    let of = |what: &'static str| move |r: LaneError| (what, r);
     let background = match rule.take_background {
-        true => Some(Background::of(scans.iter().map(Vec::as_slice)).map_err(|r| failed("background", r))?),
+        true => Some(Background::of(quiet.iter().map(Vec::as_slice)).map_err(of("background"))?),
         false => None,
     };
     // For the energies alone, until the threshold is known.
-    let floor = Threshold::maximum(&[0.0, 1.0]).map_err(|r| failed("threshold", r))?;
+    let floor = Threshold::maximum(&[0.0, 1.0]).map_err(of("threshold"))?;
     let config = |t: &Threshold| {
         UwbConfig::new(settings.spacing_m, settings.plate_length_m, t).map(|c| UwbConfig {
             max_spacing_error_m: settings.largest_error_m(),
@@ -82,20 +95,20 @@ fn tune(settings: &Settings, rule: &Rule, radar: &ImpulseRadar, i: usize, quiet:
         axis: radar.axis,
         gate: radar.gate,
         background,
-        config: config(&floor).map_err(|r| failed("lane.uwb", r))?,
+        config: config(&floor).map_err(of("lane.uwb"))?,
         side: radar.side,
         at_m: radar.at_m,
         offset_std_m: settings.offset_std_m,
         lane_width_m: Some(settings.lane_width_m),
     };
-    let bare: Vec<f64> =
-        quiet.iter().map(|s| energy(&options, &s[i]).map(|e| e.energy)).collect::<Result<_>>()?;
+    let bare = quiet.iter().map(|s| options.echo(s).map(|e| e.energy));
+    let bare = bare.collect::<Result<Vec<f64>, _>>().map_err(of("a scan's energy"))?;
     let threshold = match settings.false_alarm_probability {
         None => Threshold::maximum(&bare),
         Some(p) => Threshold::extreme_value(&bare, p),
     };
-    let threshold = threshold.map_err(|r| failed("threshold", r))?;
-    options.config = config(&threshold).map_err(|r| failed("lane.uwb", r))?;
+    let threshold = threshold.map_err(of("threshold"))?;
+    options.config = config(&threshold).map_err(of("lane.uwb"))?;
     Ok(Tuned { options, threshold, bare })
 }
 
