@@ -124,6 +124,12 @@ impl Sheet {
         Sheet { name: name.into(), comments: Vec::new(), columns, rows: Vec::new() }
     }
 
+    /// With a line in front of the table.
+    pub fn noted(mut self, comment: impl Into<String>) -> Sheet {
+        self.comments.push(comment.into());
+        self
+    }
+
     /// One value for each column.
     pub fn row(&mut self, cells: &[&dyn Display]) {
         debug_assert_eq!(cells.len(), self.columns.len(), "{}", self.name);

@@ -201,8 +201,7 @@ impl Judged {
     }
 
     pub(super) fn sheet(&self) -> Sheet {
-        let mut s = Sheet::new("models", "true_model chosen_model looks");
-        s.comments.push(format!(
+        let mut s = Sheet::new("models", "true_model chosen_model looks").noted(format!(
             "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
             number(rms(self.ways.iter().copied()))
         ));

@@ -212,9 +212,8 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
         let hits = unseen.iter().zip(&chosen).filter(|((_, m), c)| Some(*m) == **c).count();
         right.push(hits as f64);
         if seed == 0 {
-            let mut s = Sheet::new("table_1", "sample near_slope_deg far_slope_deg actual judged correct");
-            s.comments
-                .push("Table 1 of the document: one network and 100 bends that it has not seen.".into());
+            let mut s = Sheet::new("table_1", "sample near_slope_deg far_slope_deg actual judged correct")
+                .noted("Table 1 of the document: one network and 100 bends that it has not seen.");
             for (i, ((bend, model), choice)) in unseen.iter().zip(&chosen).enumerate() {
                 let judged = choice.map_or_else(String::new, |c| c.to_string());
                 let (near, far) = (bend.near_slope_rad.to_degrees(), bend.far_slope_rad.to_degrees());
@@ -238,8 +237,7 @@ fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut 
     judged.rows(&mut trial.rows);
     let columns = "condition sensors looks with_lane_percent precision_percent recall_percent f1_percent error_10_m \
                    error_20_m error_40_m offset_error_m most_frequent_refusal";
-    let mut table = Sheet::new("conditions", columns);
-    table.comments.push(format!(
+    let mut table = Sheet::new("conditions", columns).noted(format!(
         "Lines of the own lane between {} and {} m; errors are root mean squares over the looks that state them.",
         settings.range_m[0], settings.range_m[1]
     ));

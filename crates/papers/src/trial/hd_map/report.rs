@@ -280,10 +280,8 @@ fn rows(rows: &mut Vec<Row>, s: &Scene, settings: &Settings) {
 /// Error across by the angle between the line of sight and the vehicle.
 fn errors_by_aspect(scenes: &[Scene]) -> Sheet {
     let columns = "scene aspect_from_deg aspect_to_deg scans mean_m rms_m mean_moved_m rms_moved_m";
-    let mut sheet = Sheet::new("errors_by_aspect", columns);
-    sheet
-        .comments
-        .push("across the vehicle, positive towards the radar; moved: to the middle of a car".into());
+    let mut sheet = Sheet::new("errors_by_aspect", columns)
+        .noted("across the vehicle, positive towards the radar; moved: to the middle of a car");
     for s in scenes {
         for low in (0..90).step_by(5) {
             let degrees = f64::from(low)..f64::from(low + 5);

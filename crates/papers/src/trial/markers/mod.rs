@@ -270,10 +270,9 @@ fn by_range(seen: &[MarkerLook], settings: &Settings, view: &View) -> Sheet {
 
 /// What is left of recall and precision when points are taken away and strewn in, after the chain.
 fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
-    let mut sheet =
-        Sheet::new("robustness", "missing_share extra_points hough recall precision looks_with_two_lines");
-    sheet.comments.push(
-        "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.".into(),
+    let columns = "missing_share extra_points hough recall precision looks_with_two_lines";
+    let mut sheet = Sheet::new("robustness", columns).noted(
+        "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.",
     );
     let mut cases: Vec<(f64, u32)> = settings.missing_share.iter().map(|m| (*m, 0)).collect();
     cases.extend(settings.extra_points.iter().filter(|n| **n > 0).map(|n| (0.0, *n)));

@@ -121,10 +121,8 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
 fn looks_sheet(settings: &Settings, made: &[RadarLook]) -> Sheet {
     let columns = "run look case true_offset_m offset_m offset_std_m true_heading_deg heading_deg heading_std_deg \
                    curvature_per_m curvature_std_per_m bend_after_m speed_mps mirror sign_log_odds cells_explained searched";
-    let mut sheet = Sheet::new("looks", columns);
-    sheet
-        .comments
-        .push("Offset and heading are those of the radar and of its motion against the lane.".into());
+    let mut sheet = Sheet::new("looks", columns)
+        .noted("Offset and heading are those of the radar and of its motion against the lane.");
     let text = |v: Option<f64>| fixed(v.filter(|v| v.is_finite()), 5);
     for m in made {
         let of = |f: fn(&LaneFromMap) -> f64| m.look.lane.as_ref().map(f);

@@ -235,8 +235,8 @@ fn tables(trial: &mut Trial, made: &UwbResults<'_>) -> Result<()> {
             }
         }
     }
-    let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates");
-    histogram.comments.push("from and to over the mean of the bare road".into());
+    let mut histogram = Sheet::new("histogram", "radar rule from to bare beside_plates")
+        .noted("from and to over the mean of the bare road");
     for (r, rule) in made.rules.iter().enumerate() {
         for (e, radar) in made.impulse_radars.iter().enumerate() {
             let Some((bare, marked)) = made.histograms(r, e)? else { continue };
