@@ -1,5 +1,6 @@
 //! Curves of lanes: clothoids, whose curvature grows evenly along the way, fitted to points with their covariance.
 
+use crate::numeric::bilinear;
 use glam::{DMat4, DVec2, DVec4};
 use serde::{Deserialize, Serialize};
 
@@ -214,8 +215,7 @@ impl Fitted {
     /// Standard deviation of the lateral place at `s_m` along the curve, m.
     pub fn lateral_std_m(&self, s_m: f64) -> f64 {
         let j = self.sideways(s_m);
-        let sum: f64 = (0..4).map(|a| (0..4).map(|b| j[a] * self.covariance[a][b] * j[b]).sum::<f64>()).sum();
-        sum.max(0.0).sqrt()
+        bilinear(&j, &self.covariance, &j).max(0.0).sqrt()
     }
 }
 
@@ -322,14 +322,7 @@ fn moved(f: &Fitted, s: f64) -> Fitted {
     let j = sideways(&f.curve, s);
     // Of heading, curvature and rate by the four: the heading gains s per curvature, s^2/2 per rate.
     let rows = [j, [0.0, 1.0, s, 0.5 * s * s], [0.0, 0.0, 1.0, s], [0.0, 0.0, 0.0, 1.0]];
-    let c = &f.covariance;
-    let mut covariance = [[0.0; 4]; 4];
-    for a in 0..4 {
-        for b in 0..4 {
-            covariance[a][b] =
-                (0..4).map(|k| (0..4).map(|l| rows[a][k] * c[k][l] * rows[b][l]).sum::<f64>()).sum();
-        }
-    }
+    let covariance = rows.map(|a| rows.map(|b| bilinear(&a, &f.covariance, &b)));
     Fitted { curve: f.curve.part(s, f.curve.length_m), covariance, ..*f }
 }
 

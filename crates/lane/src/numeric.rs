@@ -1,5 +1,6 @@
 //! Small numerical tools that several methods need.
 
+use glam::DVec2;
 use std::f64::consts::{FRAC_2_SQRT_PI, PI, TAU};
 
 /// An angle brought into (-π, π].
@@ -21,7 +22,7 @@ pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// u u^T.
-pub(crate) fn outer(u: glam::DVec2) -> glam::DMat2 {
+pub(crate) fn outer(u: DVec2) -> glam::DMat2 {
     glam::DMat2::from_cols(u * u.x, u * u.y)
 }
 
@@ -39,6 +40,37 @@ pub(crate) fn erf(x: f64) -> f64 {
         n += 1.0;
     }
     FRAC_2_SQRT_PI * (-x * x).exp() * sum
+}
+
+/// Places along a polyline, `step_m` apart from its first one on.
+pub(crate) fn spread(line: &[DVec2], step_m: f64) -> Vec<DVec2> {
+    let mut out = Vec::new();
+    let mut left = 0.0;
+    for w in line.windows(2) {
+        let length = w[0].distance(w[1]);
+        while left < length {
+            out.push(w[0].lerp(w[1], left / length));
+            left += step_m;
+        }
+        left -= length;
+    }
+    out
+}
+
+/// The mean of points and the direction in which they spread the most, in radians.
+pub(crate) fn principal_axis(points: &[DVec2]) -> (DVec2, f64) {
+    let mean = points.iter().sum::<DVec2>() / points.len() as f64;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for p in points {
+        let d = *p - mean;
+        (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
+    }
+    (mean, 0.5 * (2.0 * xy).atan2(xx - yy))
+}
+
+/// a^T m b.
+pub(crate) fn bilinear<const N: usize>(a: &[f64; N], m: &[[f64; N]; N], b: &[f64; N]) -> f64 {
+    (0..N).map(|k| (0..N).map(|l| a[k] * m[k][l] * b[l]).sum::<f64>()).sum()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::{LaneEstimate, Line};
 use crate::curve::Clothoid;
+use crate::numeric::spread;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -68,23 +69,6 @@ fn distance(line: &[[f64; 2]], p: DVec2) -> f64 {
     line.windows(2).map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// Places along a polyline, `STEP_M` apart.
-fn places(line: &[[f64; 2]]) -> Vec<DVec2> {
-    let mut out = Vec::new();
-    let mut left = 0.0;
-    for w in line.windows(2) {
-        let (a, b) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]));
-        let length = a.distance(b);
-        let mut at = left;
-        while at < length {
-            out.push(a.lerp(b, at / length));
-            at += STEP_M;
-        }
-        left = at - length;
-    }
-    out
-}
-
 /// Where a polyline leaves a circle round the vehicle for the last time ahead of it.
 fn crossing(line: &[[f64; 2]], radius_m: f64) -> Option<DVec2> {
     line.windows(2)
@@ -104,7 +88,8 @@ pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
     let drawn: Vec<Vec<[f64; 2]>> =
         curves.iter().map(|c| c.sample(STEP_M).iter().map(DVec2::to_array).collect()).collect();
     let share = |of: &[Vec<[f64; 2]>], to: &[&[Vec<[f64; 2]>]]| {
-        let all: Vec<DVec2> = of.iter().flat_map(|l| places(l)).filter(seen).collect();
+        let points = |l: &Vec<[f64; 2]>| l.iter().copied().map(DVec2::from_array).collect::<Vec<_>>();
+        let all: Vec<DVec2> = of.iter().flat_map(|l| spread(&points(l), STEP_M)).filter(seen).collect();
         let near = |p: &DVec2| to.iter().copied().flatten().any(|l| distance(l, *p) <= WITHIN_M);
         (!all.is_empty()).then(|| all.iter().filter(|p| near(p)).count() as f64 / all.len() as f64)
     };

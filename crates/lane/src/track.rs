@@ -3,7 +3,7 @@
 //! as the way to more accuracy). Takes the estimates of any method whose lines rest on points.
 
 use super::curve::{Clothoid, Fitted, Shape};
-use super::numeric::outer;
+use super::numeric::{bilinear, outer};
 use super::robust::{WEIGHINGS, robust};
 use super::{LaneEstimate, LanePoint, Line, Measured, UNKNOWN_M};
 use catseye_math::Matrix;
@@ -545,12 +545,7 @@ pub fn moved(f: &Fitted, s_m: f64) -> Fitted {
         std::array::from_fn(|k| curvature[k] - f.curve.curvature_rate_per_m2 * by[k].x),
         [0.0, 0.0, 0.0, 1.0],
     ];
-    let c = &f.covariance;
-    let covariance = std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
-            (0..4).map(|k| (0..4).map(|l| rows[a][k] * c[k][l] * rows[b][l]).sum::<f64>()).sum()
-        })
-    });
+    let covariance = rows.map(|a| rows.map(|b| bilinear(&a, &f.covariance, &b)));
     Fitted { curve, covariance, ..*f }
 }
 

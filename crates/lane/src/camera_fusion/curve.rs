@@ -1,7 +1,7 @@
 //! Curves through points: least squares, parabola, cubic B-spline, arc extension.
 
 use crate::error::{LaneError, finite};
-use crate::numeric::wrapped;
+use crate::numeric::{principal_axis, wrapped};
 use glam::DVec2;
 
 /// The solution of an over-determined linear system.
@@ -193,18 +193,12 @@ fn frame(points_m: &[DVec2], axis_rad: Option<f64>) -> Result<(DVec2, f64), Lane
     let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
         return Err(LaneError::too_few("points of the curve", 0, 4));
     };
-    let mean = points_m.iter().sum::<DVec2>() / points_m.len() as f64;
+    let (mean, widest) = principal_axis(points_m);
     if let Some(axis) = axis_rad {
         return Ok((mean, finite("the axis of the fit", axis)?));
     }
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for p in points_m {
-        let d = *p - mean;
-        (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
-    }
-    let axis = 0.5 * (2.0 * xy).atan2(xx - yy);
-    let back = DVec2::from_angle(axis).dot(*last - *first) < 0.0;
-    let axis = if back { wrapped(axis + std::f64::consts::PI) } else { axis };
+    let back = DVec2::from_angle(widest).dot(*last - *first) < 0.0;
+    let axis = if back { wrapped(widest + std::f64::consts::PI) } else { widest };
     if mean.is_finite() && axis.is_finite() {
         Ok((mean, axis))
     } else {

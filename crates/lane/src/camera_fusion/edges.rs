@@ -2,7 +2,7 @@
 
 use super::camera::{Image, Trapezoid};
 use crate::error::{LaneError, checked, positive, within};
-use crate::numeric::wrapped;
+use crate::numeric::{principal_axis, wrapped};
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
@@ -391,13 +391,7 @@ fn set_to_edges(mut line: HoughLine, edges: &[Edge], angle_reach_rad: f64) -> Op
         if on.len() < 3 {
             return None;
         }
-        let mean = on.iter().sum::<DVec2>() / on.len() as f64;
-        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-        for p in &on {
-            let d = *p - mean;
-            (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
-        }
-        let along = 0.5 * (2.0 * xy).atan2(xx - yy);
+        let (mean, along) = principal_axis(&on);
         let mut theta = wrapped(along + 0.5 * PI);
         if wrapped(theta - line.theta_rad).abs() > 0.5 * PI {
             theta = wrapped(theta + PI);

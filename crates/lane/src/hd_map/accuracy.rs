@@ -26,22 +26,12 @@ impl SceneKind {
 
     /// The kind in words, as reports print it.
     pub fn name(self) -> &'static str {
-        match self {
-            SceneKind::Straight => "straight",
-            SceneKind::Curve => "curve",
-            SceneKind::Ramp => "ramp",
-            SceneKind::EmergencyBay => "emergency bay",
-        }
+        ["straight", "curve", "ramp", "emergency bay"][self as usize]
     }
 
     /// Vehicles and per cent right of Li, table 1: to print beside, never a result.
     pub fn document(self) -> (u32, f64) {
-        match self {
-            SceneKind::Straight => (187, 98.93),
-            SceneKind::Curve => (192, 98.96),
-            SceneKind::Ramp => (55, 98.18),
-            SceneKind::EmergencyBay => (9, 100.0),
-        }
+        [(187, 98.93), (192, 98.96), (55, 98.18), (9, 100.0)][self as usize]
     }
 }
 
@@ -67,13 +57,7 @@ impl Cause {
 
     /// The cause in words, as reports print it.
     pub fn name(self) -> &'static str {
-        match self {
-            Cause::Measurement => "measurement",
-            Cause::Method => "method",
-            Cause::Unexplained => "unexplained",
-            Cause::Dropped => "dropped",
-            Cause::Unusable => "unusable",
-        }
+        ["measurement", "method", "unexplained", "dropped", "unusable"][self as usize]
     }
 }
 

@@ -5,6 +5,7 @@ use super::{
 };
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{self, LaneError};
+use crate::numeric::bilinear;
 use crate::standing::radar_velocity_mps;
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
 use glam::DVec2;
@@ -281,10 +282,7 @@ impl RangeDopplerLane {
         }
         let used = lines.iter().flat_map(|l| &l.members).collect::<std::collections::BTreeSet<_>>().len();
         let measured = |value: f64, j: [f64; VALUES]| {
-            let var: f64 = (0..VALUES)
-                .map(|a| (0..VALUES).map(|b| j[a] * lane.covariance[a][b] * j[b]).sum::<f64>())
-                .sum();
-            Some(Measured { value, std: var.max(0.0).sqrt() })
+            Some(Measured { value, std: bilinear(&j, &lane.covariance, &j).max(0.0).sqrt() })
         };
         let mut estimate = LaneEstimate::of_lines(METHOD, input.time_s, input.points.len(), lines);
         estimate.lines.sort_by(|a, b| {

@@ -23,13 +23,14 @@ const REACH: f64 = 6.0;
 /// Of [`Fit::first_from`].
 const FIRST_STEP_M: f64 = 0.25;
 
+/// Cells made ready, and what is assumed of the lane.
 pub(super) struct Fit<'a> {
     /// By range.
-    pub(super) cells: &'a [Cell],
+    pub(super) cells: Vec<Cell>,
     /// Of each cell, one over its standard deviations.
-    pub(super) per_std: &'a [[f64; 2]],
+    pub(super) per_std: Vec<[f64; 2]>,
     /// Number of the first cell from each step of range on.
-    pub(super) first_from: &'a [usize],
+    pub(super) first_from: Vec<usize>,
     pub(super) widest_m: f64,
     pub(super) s: &'a LaneSettings,
     /// Density of cells that are no markers, per metre and m/s.
@@ -37,6 +38,8 @@ pub(super) struct Fit<'a> {
     pub(super) prior_mean: Vector,
     pub(super) prior_std: Vector,
     pub(super) is_free: [bool; VALUES],
+    /// Speeds that the search tries, in m/s.
+    pub(super) speeds: Vec<f64>,
 }
 
 /// [`Fit::first_from`] of cells that are sorted by range.

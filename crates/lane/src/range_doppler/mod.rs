@@ -41,10 +41,10 @@ pub fn lane_from_map(
     speed: Speed,
     settings: &LaneSettings,
 ) -> Result<LaneFromMap, LaneError> {
-    let problem = Problem::new(cells, speed, settings)?;
-    let blots = Blots::new(&problem.fit());
-    let modes = problem.search(&blots)?;
-    problem.conclude(&blots, modes)
+    let fit = Fit::new(cells, speed, settings)?;
+    let blots = Blots::new(&fit);
+    let modes = fit.search(&blots)?;
+    fit.conclude(&blots, modes)
 }
 
 /// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some ten times
@@ -58,35 +58,21 @@ pub fn lane_near(
     settings: &LaneSettings,
     near: &LaneFromMap,
 ) -> Result<LaneFromMap, LaneError> {
-    let problem = Problem::new(cells, speed, settings)?;
+    let fit = Fit::new(cells, speed, settings)?;
     let mut p = near.values();
-    p[SPEED] = problem.prior_mean[SPEED];
+    p[SPEED] = fit.prior_mean[SPEED];
     if !p.iter().all(|v| v.is_finite()) {
         return Err(LaneError::Setting { name: "near" });
     }
     let mut modes = Vec::new();
-    let fit = problem.fit();
     let blots = Blots::new(&fit);
     fit.try_from(p, &mut modes);
     fit.try_from(fit.phased(&blots, &p).1, &mut modes);
-    problem.conclude(&blots, modes)
+    fit.conclude(&blots, modes)
 }
 
-/// Cells made ready, and what is assumed of the lane.
-struct Problem<'a> {
-    cells: Vec<Cell>,
-    first_from: Vec<usize>,
-    per_std: Vec<[f64; 2]>,
-    s: &'a LaneSettings,
-    extra: f64,
-    prior_mean: Vector,
-    prior_std: Vector,
-    is_free: [bool; VALUES],
-    speeds: Vec<f64>,
-}
-
-impl<'a> Problem<'a> {
-    fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Problem<'a>, LaneError> {
+impl<'a> Fit<'a> {
+    fn new(cells: &[Cell], speed: Speed, s: &'a LaneSettings) -> Result<Fit<'a>, LaneError> {
         s.check()?;
         let is_in = |c: &&Cell| usable(c) && c.range_m >= s.near_m && c.range_m <= s.far_m;
         let mut used: Vec<Cell> = cells.iter().filter(is_in).copied().collect();
@@ -123,10 +109,11 @@ impl<'a> Problem<'a> {
         };
         let (left, right) = (s.left_spacing_m, s.right_spacing_m);
         let k = 1.0 / s.min_radius_m;
-        Ok(Problem {
+        Ok(Fit {
             extra: s.extra_share * used.len() as f64 / area,
             first_from: fit::first_from(&used),
             per_std: used.iter().map(|c| [1.0 / c.range_std_m, 1.0 / c.range_rate_std_mps]).collect(),
+            widest_m: used.iter().map(|c| c.range_std_m).fold(0.0, f64::max),
             cells: used,
             s,
             prior_mean: [0.0, 0.0, 0.0, start_mean, 0.5 * left, 0.5 * right, speed_mean],
@@ -136,30 +123,15 @@ impl<'a> Problem<'a> {
         })
     }
 
-    fn fit(&self) -> Fit<'_> {
-        Fit {
-            cells: &self.cells,
-            first_from: &self.first_from,
-            per_std: &self.per_std,
-            widest_m: self.cells.iter().map(|c| c.range_std_m).fold(0.0, f64::max),
-            s: self.s,
-            extra: self.extra,
-            prior_mean: self.prior_mean,
-            prior_std: self.prior_std,
-            is_free: self.is_free,
-        }
-    }
-
     /// Lanes from all over the search range.
     fn search(&self, blots: &Blots) -> Result<Modes, LaneError> {
         /// Trials of all bends, each of a lane with its straight part.
         const ROUNDS: usize = 4;
-        let fit = self.fit();
         let mut starts: Modes = Vec::new();
-        for p in fit.grid(&self.speeds) {
-            starts.push(fit.phased(blots, &p));
+        for p in self.grid(&self.speeds) {
+            starts.push(self.phased(blots, &p));
             if !self.s.has_equal_spacings() {
-                starts.push(fit.phased(blots, &mirrored(&p)));
+                starts.push(self.phased(blots, &mirrored(&p)));
             }
         }
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -167,17 +139,17 @@ impl<'a> Problem<'a> {
         starts.dedup_by(|a, b| a.1 == b.1);
         let mut modes = Vec::new();
         for (_, p) in starts.iter().take(10) {
-            fit.try_from(*p, &mut modes);
+            self.try_from(*p, &mut modes);
         }
         let none = unexplained(0.0, self.cells.len());
         let first = *modes.first().ok_or(none)?;
         let other_straights = modes.clone();
         let mut rounds = ROUNDS;
-        self.bend(&fit, blots, first, &mut rounds, &mut modes);
+        self.bend(blots, first, &mut rounds, &mut modes);
         // Cells left over: a bend may have drawn the straight part aside, so other straight parts get their turn.
         let mut tried = vec![first.1];
         for (value, p) in other_straights {
-            let share = fit.shares(&modes[0].1).iter().sum::<f64>() / self.cells.len() as f64;
+            let share = self.shares(&modes[0].1).iter().sum::<f64>() / self.cells.len() as f64;
             if share > 1.0 - 2.0 * self.s.extra_share || rounds == 0 {
                 break;
             }
@@ -185,22 +157,22 @@ impl<'a> Problem<'a> {
                 |q: &Vector| (p[OFFSET] - q[OFFSET]).abs() > 0.3 || (p[HEADING] - q[HEADING]).abs() > 0.05;
             if tried.iter().all(is_new) {
                 tried.push(p);
-                self.bend(&fit, blots, (value, p), &mut rounds, &mut modes);
+                self.bend(blots, (value, p), &mut rounds, &mut modes);
             }
         }
         Ok(modes)
     }
 
     /// Adds what comes of other bends of a lane, as long as they better it.
-    fn bend(&self, fit: &Fit<'_>, blots: &Blots, from: (f64, Vector), rounds: &mut usize, modes: &mut Modes) {
+    fn bend(&self, blots: &Blots, from: (f64, Vector), rounds: &mut usize, modes: &mut Modes) {
         /// A gain of log likelihood that is none.
         const SAME: f64 = 0.05;
         let mut best = from;
         while *rounds > 0 {
             *rounds -= 1;
             let mut found = vec![best];
-            for q in fit.other_bends(blots, &best.1) {
-                fit.try_from(q, &mut found);
+            for q in self.other_bends(blots, &best.1) {
+                self.try_from(q, &mut found);
             }
             modes.extend_from_slice(&found);
             let is_same = found[0].0 < best.0 + SAME;
@@ -214,23 +186,23 @@ impl<'a> Problem<'a> {
 
     /// The best of these lanes, how sure it is, and what it is mistaken for.
     fn conclude(&self, blots: &Blots, mut modes: Modes) -> Result<LaneFromMap, LaneError> {
-        let (fit, settings) = (self.fit(), self.s);
+        let settings = self.s;
         let none = unexplained(0.0, self.cells.len());
         let best = modes.first().ok_or(none)?.1;
         // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
-        fit.try_from(fit.phased(blots, &mirrored(&best)).1, &mut modes);
+        self.try_from(self.phased(blots, &mirrored(&best)).1, &mut modes);
         let (mut log_likelihood, mut p) = modes[0];
         let mut rivals = modes;
         if rivals[0].1 != best {
             // The mirrored one won: try back.
-            fit.try_from(fit.phased(blots, &mirrored(&p)).1, &mut rivals);
+            self.try_from(self.phased(blots, &mirrored(&p)).1, &mut rivals);
             (log_likelihood, p) = rivals[0];
         }
-        let explained: f64 = fit.shares(&p).iter().sum();
+        let explained: f64 = self.shares(&p).iter().sum();
         if explained.is_nan() || explained < 0.5 * self.cells.len() as f64 {
             return Err(unexplained(explained, self.cells.len()));
         }
-        let covariance = fit.covariance(&p);
+        let covariance = self.covariance(&p);
         let is_close = |a: &Vector, b: &Vector| {
             [OFFSET, HEADING, CURVATURE]
                 .iter()

@@ -344,7 +344,7 @@ impl Blots {
             }
         };
         let mut from = vec![0u32; size[0] * size[1] + 1];
-        for c in fit.cells {
+        for c in &fit.cells {
             runs(c, &mut |pixel, _| from[pixel + 1] += 1);
         }
         let mut sum = 0;

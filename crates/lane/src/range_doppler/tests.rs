@@ -346,8 +346,8 @@ fn the_grid_is_right_about_a_lane_that_it_holds() {
     {
         let t = Truth { offset, heading, curvature, start, ..STRAIGHT };
         let cells = cells(&t, &s, &REAL, 17);
-        let problem = Problem::new(&cells, KNOWN, &s).unwrap();
-        let lanes = problem.fit().grid(&problem.speeds);
+        let fit = Fit::new(&cells, KNOWN, &s).unwrap();
+        let lanes = fit.grid(&fit.speeds);
         let is_near = |p: &Vector| {
             (p[OFFSET] - offset).abs() < 0.4
                 && (p[HEADING] - heading).abs() < 0.08

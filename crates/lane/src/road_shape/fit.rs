@@ -5,6 +5,7 @@
 //! points of other things (Beaton and Tukey 1974).
 
 use super::clothoid::EdgeMeasurement;
+use super::hough::unsupported;
 use super::{Side, StaticPoint};
 use crate::error::{LaneError, Result, finite, not_negative, positive};
 use crate::matrix::{inverse, quadratic, times};
@@ -154,10 +155,7 @@ pub fn fit_edge(
 ) -> Result<EdgeFit> {
     let mut starts = [None, None];
     starts[side.index()] = Some(start);
-    let mut fits = fit(points, starts, false, settings)?;
-    fits[side.index()]
-        .take()
-        .ok_or(LaneError::refused(format!("no curve on the {side} side has enough support")))
+    fit(points, starts, false, settings)?[side.index()].take().ok_or_else(|| unsupported(side))
 }
 
 /// Fits both edges with one reference curve (curvature c on the car's x axis, c/(1 − b c) at distance b).
@@ -172,15 +170,8 @@ pub fn fit_parallel(
     settings: &FitSettings,
 ) -> Result<[EdgeFit; 2]> {
     let [left, right] = fit(points, starts.map(Some), true, settings)?;
-    match (left, right) {
-        (Some(l), Some(r)) => Ok([l, r]),
-        (None, _) => {
-            Err(LaneError::refused(format!("no curve on the {} side has enough support", Side::Left)))
-        }
-        (_, None) => {
-            Err(LaneError::refused(format!("no curve on the {} side has enough support", Side::Right)))
-        }
-    }
+    let given = |fit: Option<EdgeFit>, side| fit.ok_or_else(|| unsupported(side));
+    Ok([given(left, Side::Left)?, given(right, Side::Right)?])
 }
 
 /// Parameters: a (of the edge, or of the reference curve), b of the left and right edge, heading.

@@ -473,7 +473,7 @@ impl VoteMap {
         let top = self.maxima(side).first().copied();
         match top.map(|(column, row, _)| self.support(side, self.a_per_m(column), self.b_m(side, row))) {
             Some(Err(reason)) => reason,
-            _ => LaneError::refused(format!("no curve on the {side} side has enough support")),
+            _ => unsupported(side),
         }
     }
 
@@ -553,6 +553,11 @@ impl VoteMap {
             x_max_m,
         })
     }
+}
+
+/// Why a side has no edge.
+pub(super) fn unsupported(side: Side) -> LaneError {
+    LaneError::refused(format!("no curve on the {side} side has enough support"))
 }
 
 pub(super) fn too_short(extent_m: f64, needed_m: f64) -> LaneError {

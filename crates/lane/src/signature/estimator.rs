@@ -6,9 +6,9 @@ use super::row::{RowOptions, RowReader};
 use crate::curve::{Fitted, fit_simplest};
 use crate::error::{self, LaneError};
 use crate::markers::speed_from_rest;
-use crate::numeric::wrapped;
+use crate::numeric::{spread, wrapped};
 use crate::standing::StandingGate;
-use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, Provenance, SensorInput};
+use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -210,7 +210,9 @@ impl Signature {
         // A straight stretch may have its ends alone.
         let dense = |line: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
             let line: Vec<DVec2> = line.iter().copied().map(DVec2::from_array).collect();
-            spread(&line, STEP_M).iter().map(DVec2::to_array).collect()
+            let mut out = spread(&line, STEP_M);
+            out.extend(line.last().filter(|p| out.last().is_none_or(|q| q.distance(**p) > 1e-3)));
+            out.iter().map(DVec2::to_array).collect()
         };
         let lanes = MapLanes { lines_m: lanes.lines_m.iter().map(dense).collect(), ..lanes };
         let rows = options.rows.iter().map(|r| RowReader::new(r.clone())).collect::<Result<_, _>>()?;
@@ -496,33 +498,14 @@ impl MapLanes {
         let curve_std = mean(&|l| l.3.fitted.covariance[2][2].sqrt()).max(1e-4);
         let curvature_per_m = Some(Measured { value: mean(&|l| curve(&l.3.fitted)), std: curve_std });
         Some(LaneEstimate {
-            time_s,
             lane_number,
             width_m,
             offset_m,
             heading_rad,
             curvature_per_m,
             confidence: place.radar.probability,
-            no_lane: None,
-            mirror: false,
-            provenance: Provenance { method: METHOD.into(), given: 0, used: 0 },
             lines: lines.into_iter().map(|l| l.3).collect(),
+            ..LaneEstimate::empty(METHOD, time_s, 0)
         })
     }
-}
-
-/// Places along a polyline, `step_m` apart, its last one included.
-fn spread(line: &[DVec2], step_m: f64) -> Vec<DVec2> {
-    let mut out = Vec::new();
-    let mut left = 0.0;
-    for w in line.windows(2) {
-        let length = w[0].distance(w[1]);
-        while left < length {
-            out.push(w[0].lerp(w[1], left / length));
-            left += step_m;
-        }
-        left -= length;
-    }
-    out.extend(line.last().filter(|p| out.last().is_none_or(|q: &DVec2| q.distance(**p) > 1e-3)));
-    out
 }
