@@ -17,7 +17,7 @@ struct Params {
     is_real: u32,
 }
 
-// Phase in turns: a0 + a1 m + a2 m² + a3 m³ + n (2 half_step + b1 m + b2 m²) + c n². The u32 wrap at one turn.
+// Phase in turns: a0 + a1 m + a2 m² + a3 m³ + n (2 half_step + b1 m + b2 m²) + n² (c + c1 m). The u32 wrap at one turn.
 struct DeviceEcho {
     amplitude: vec2<f32>,
     a0: u32,
@@ -28,6 +28,8 @@ struct DeviceEcho {
     c: f32,
     a3: f32,
     b2: f32,
+    c1: f32,
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -75,10 +77,11 @@ fn main(
     for (var i = first; i < first + params.echoes; i++) {
         let e = echoes[i];
         let bend = m * (e.b1 + m * e.b2);
+        let c = e.c + m * e.c1;
         let turns = e.a0 + bitcast<u32>(dm) * e.a1 + bitcast<u32>(twice) * e.half_step
-            + turns_from_f32(m * m * (e.a2 + m * e.a3) + n * (bend + n * e.c));
+            + turns_from_f32(m * m * (e.a2 + m * e.a3) + n * (bend + n * c));
         let middle = cmul(e.amplitude, cis_turns(turns));
-        let z0 = cis_turns(e.half_step + turns_from_f32(0.5 * bend + n * e.c));
+        let z0 = cis_turns(e.half_step + turns_from_f32(0.5 * bend + n * c));
         let w = cmul(z0, z0);
         let z1 = cmul(z0, w);
         let z2 = cmul(z1, w);
@@ -91,7 +94,7 @@ fn main(
         let c1 = t * c0 - c0.wzyx;
         let s1 = t * s0 + s0.wzyx;
         // The frequency drifts: the phase gains c k² on both sides.
-        let drift = TAU * e.c;
+        let drift = TAU * c;
         let x0 = middle.x - drift * middle.y * squares0;
         let x1 = middle.x - drift * middle.y * squares1;
         let y0 = middle.y + drift * middle.x * squares0;

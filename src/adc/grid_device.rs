@@ -1,11 +1,13 @@
 //! Gridded synthesis on the device: which echoes are gridded and how, and the passes in order.
 
-use super::gridding::{Costs, ECHOES_KEPT, GridEchoes, Layout, moving_portions};
+use super::grid_echoes::GridEchoes;
+use super::gridding::{Costs, ECHOES_KEPT, Layout};
 use super::methods::{Method, Methods};
+use super::schedule::Schedule;
 use super::synthesis::{Plan, Set};
 use super::{DeviceCube, grid_fft, grid_lines, grid_spread};
 use crate::error::Result;
-use crate::gpu::{Gpu, Recorder};
+use crate::gpu::{Buffer, Gpu, Recorder};
 use num_complex::Complex32;
 
 /// Measured on llvmpipe, ns of two cores; ratios count.
@@ -48,57 +50,87 @@ pub fn record_with(
     let kept = ECHOES_KEPT.min(limit / size_of::<grid_spread::DeviceEcho>());
     // One channel's grid has to fit a binding.
     let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
-    let mut methods = Methods::default();
     // A thread adds up all echoes of its line in a row, so they must not crowd.
-    let fits = |l: &Layout, set| {
-        l.block * l.samples * size_of::<[f32; 4]>() <= limit && (set == Set::Still || l.portion == usize::MAX)
+    let table_fits = |l: &Layout| l.block * l.samples * size_of::<[f32; 4]>() <= limit;
+    let set = plan.set(Set::Still);
+    let still = Some(Layout::still(plan.samples, costs))
+        .filter(|l| !set.is_empty() && Layout::still_pays(set.len(), plan.samples, costs) && table_fits(l));
+    let mut schedule = Schedule::new(plan, costs);
+    schedule.keep(|indices, layout| {
+        let crowded =
+            || indices.chunks(kept).any(|some| layout.is_crowded(&GridEchoes::new(plan, some, 0..1)));
+        table_fits(layout) && !crowded()
+    });
+    let methods = Methods {
+        still: still.as_ref().map_or(Method::Direct, |layout| Method::Gridded(layout.gridded(0.0))),
+        moving: schedule.method(),
     };
-    let (mut still, mut moving) = (Vec::new(), Vec::new());
-    for portion in plan.set(Set::Still).chunks((kept / plan.channels.max(1)).max(1)) {
-        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
-        let Some(layout) = Layout::choose_still(plan.samples, &echoes, costs).filter(|l| fits(l, Set::Still))
-        else {
-            still.clear();
-            break;
-        };
-        still.push((Set::Still, layout, echoes));
+    let still_directly = if still.is_none() { set } else { &[] };
+    let cube = plan.record_some(gpu, recorder, still_directly, &schedule.directly)?;
+    let mut recording = Recording { plan, recorder, cube: &cube, limit, kept };
+    if let Some(layout) = &still {
+        recording.grid(Set::Still, set, layout);
     }
-    let still_directly = if still.is_empty() { plan.set(Set::Still) } else { &[] };
-    let mut directly = Vec::new();
-    for portion in moving_portions(plan, kept) {
-        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
-        let layout = Layout::choose(plan.chirps, plan.samples, &echoes, costs);
-        match layout.filter(|l| fits(l, Set::Moving)) {
-            Some(layout) => moving.push((Set::Moving, layout, echoes)),
-            None => directly.extend_from_slice(portion),
+    for (indices, layout) in &schedule.grids {
+        recording.grid(Set::Moving, indices, layout);
+    }
+    Ok((cube, methods))
+}
+
+/// What the passes of a grid need beside the echoes.
+struct Recording<'a, 'r, 'g> {
+    plan: &'a Plan<'a>,
+    recorder: &'r mut Recorder<'g>,
+    cube: &'a DeviceCube,
+    /// Bytes of a binding.
+    limit: usize,
+    /// Echoes times channels whose coefficients are kept at a time.
+    kept: usize,
+}
+
+impl Recording<'_, '_, '_> {
+    /// Adds some echoes to the cube.
+    fn grid(&mut self, set: Set, indices: &[u32], layout: &Layout) {
+        for run in self.plan.channels_by_code() {
+            let layout = &layout.turned(self.plan.code_turns(run.start));
+            let steps = self.recorder.upload("steps", &grid_lines::steps(layout));
+            for some in indices.chunks(self.kept) {
+                let together = (self.kept / some.len()).max(1);
+                for first in run.clone().step_by(together) {
+                    let channels = first..(first + together).min(run.end);
+                    let echoes = GridEchoes::new(self.plan, some, channels.clone());
+                    self.passes(set, layout, &echoes, channels.start, &steps);
+                }
+            }
         }
     }
-    let worst = |jobs: &[(Set, Layout, GridEchoes)]| {
-        let layouts = jobs.iter().map(|(_, l, _)| l);
-        layouts.max_by(|a, b| a.error.total_cmp(&b.error)).map_or(Method::Direct, Layout::method)
-    };
-    (methods.still, methods.moving) = (worst(&still), worst(&moving));
-    let cube = plan.record_some(gpu, recorder, still_directly, &directly)?;
-    let jobs: Vec<_> = still.into_iter().chain(moving).collect();
-    for (set, layout, echoes) in &jobs {
+
+    /// The passes for echoes whose first channel is number `base` of the cube.
+    fn passes(
+        &mut self,
+        set: Set,
+        layout: &Layout,
+        echoes: &GridEchoes,
+        base: usize,
+        steps: &Buffer<[f32; 4]>,
+    ) {
         let sorted = match set {
             Set::Still => {
-                let most = (limit / size_of::<Complex32>() / layout.cells).max(1);
+                let most = (self.limit / size_of::<Complex32>() / layout.cells).max(1);
                 grid_spread::Sorted::shared_out(echoes, STILL_LINES.min(echoes.count).min(most))
             }
             Set::Moving => grid_spread::Sorted::by_line(echoes, layout),
         };
         let grid_bytes = layout.blocks() * sorted.lines() * layout.cells * size_of::<Complex32>();
         let echo_bytes = echoes.count * size_of::<grid_spread::DeviceEcho>();
-        let together = (limit / grid_bytes.max(echo_bytes).max(1)).clamp(1, plan.channels.max(1));
-        let steps = recorder.upload("steps", &grid_lines::steps(layout));
-        for first in (0..plan.channels).step_by(together) {
-            let channels = first..(first + together).min(plan.channels);
-            let grid = grid_spread::record(recorder, layout, echoes, &sorted, channels.clone());
-            let lines = grid_fft::record(recorder, layout, &grid);
-            let into = grid_lines::Into { cube: &cube, channels, copies: *set == Set::Still };
-            grid_lines::record(recorder, layout, plan.sampling, &lines, &steps, into);
+        let together = (self.limit / grid_bytes.max(echo_bytes).max(1)).clamp(1, echoes.channels.max(1));
+        for first in (0..echoes.channels).step_by(together) {
+            let channels = first..(first + together).min(echoes.channels);
+            let grid = grid_spread::record(self.recorder, layout, echoes, &sorted, channels.clone());
+            let lines = grid_fft::record(self.recorder, layout, &grid);
+            let channels = base + channels.start..base + channels.end;
+            let into = grid_lines::Into { cube: self.cube, channels, copies: set == Set::Still };
+            grid_lines::record(self.recorder, layout, self.plan.sampling, &lines, steps, into);
         }
     }
-    Ok((cube, methods))
 }

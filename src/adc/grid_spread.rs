@@ -1,6 +1,7 @@
 //! Echoes onto a grid: host side of the kernel (CONVENTIONS eq. 83).
 
-use super::gridding::{Bell, GridEchoes, Layout, TAPS};
+use super::grid_echoes::GridEchoes;
+use super::gridding::{Bell, Layout, TAPS};
 use super::synthesis::fixed_turns;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;

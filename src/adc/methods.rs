@@ -14,6 +14,9 @@ pub enum Method {
 /// What [`Method::Gridded`] did.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Gridded {
+    /// Grids, each with echoes of its own; `blocks` is that of the finest and `lines` the largest.
+    #[serde(default = "one")]
+    pub grids: usize,
     /// Blocks of chirps.
     pub blocks: usize,
     /// Range transforms of each block and channel: lines of slow-time frequency.
@@ -22,8 +25,12 @@ pub struct Gridded {
     pub oversampling: f64,
     /// Cells, and lines, over which an echo is spread.
     pub taps: usize,
-    /// Estimate of the error relative to the peak of the cube, rounding included.
+    /// Estimate of the error as a share of the root of Σ|A|², the squares of all echoes' amplitudes; rounding included.
     pub error: f64,
+}
+
+fn one() -> usize {
+    1
 }
 
 /// How the echoes of one frame were summed.

@@ -4,6 +4,7 @@ pub mod convert;
 pub mod cpu;
 pub mod front_end;
 pub mod grid_device;
+pub mod grid_echoes;
 pub mod grid_fft;
 pub mod grid_lines;
 pub mod grid_spread;
@@ -11,6 +12,7 @@ pub mod gridding;
 pub mod interference;
 pub mod methods;
 pub mod noise;
+pub mod schedule;
 pub mod shaping;
 pub mod synthesis;
 

@@ -9,6 +9,7 @@
 
 use super::front_end::channels;
 use super::methods::Methods;
+use super::noise::Noise;
 use super::{Cube, CubePiece, DeviceCube};
 use crate::error::{Error, Result};
 use crate::frames::angles_from_direction;
@@ -25,10 +26,10 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 /// One echo in one channel. In √W and turns, with loop m and sample n counted from zero:
-/// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + a3 m³ + n (b0 + b1 m + b2 m²) + c n²)).
+/// sample = amplitude · exp(2πj (a0 + a1 m + a2 m² + a3 m³ + n (b0 + b1 m + b2 m²) + n² (c + c1 m))).
 ///
-/// This is eq. 12 with eq. 11 put in, without approximation where the delay is linear in m and in n. A bent path adds a3, b2
-/// and its part of the others (eq. 142). Real sampling takes √2 Re of it.
+/// This is eq. 12 with eq. 11 put in, without approximation where the delay is linear in m and in n. A bent path adds a3, b2,
+/// c1 and its part of the others (eq. 142). Real sampling takes √2 Re of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PhasePolynomial {
     /// Amplitude, √W.
@@ -49,30 +50,37 @@ pub struct PhasePolynomial {
     pub b2: f64,
     /// Quadratic in the sample, turns.
     pub c: f64,
+    /// Quadratic in the sample and linear in the loop, turns.
+    pub c1: f64,
 }
 
 impl PhasePolynomial {
     /// Phase in turns, not wrapped.
+    #[inline(always)]
     pub fn turns(&self, chirp: f64, sample: f64) -> f64 {
         let (m, n) = (chirp, sample);
         self.a0
             + m * (self.a1 + m * (self.a2 + m * self.a3))
-            + n * (self.b0 + m * (self.b1 + m * self.b2) + n * self.c)
+            + n * (self.b0 + m * (self.b1 + m * self.b2) + n * (self.c + m * self.c1))
     }
 
     /// The same polynomial about (chirp, sample) as origin.
+    #[inline(always)]
     pub fn about(&self, chirp: f64, sample: f64) -> PhasePolynomial {
         let (m, n) = (chirp, sample);
+        let c = self.c + m * self.c1;
+        let b1 = self.b1 + 2.0 * m * self.b2;
         PhasePolynomial {
             amplitude: self.amplitude,
             a0: self.turns(m, n),
-            a1: self.a1 + m * (2.0 * self.a2 + 3.0 * m * self.a3) + n * (self.b1 + 2.0 * m * self.b2),
+            a1: self.a1 + m * (2.0 * self.a2 + 3.0 * m * self.a3) + n * (b1 + n * self.c1),
             a2: self.a2 + 3.0 * m * self.a3 + n * self.b2,
             a3: self.a3,
-            b0: self.b0 + m * (self.b1 + m * self.b2) + 2.0 * n * self.c,
-            b1: self.b1 + 2.0 * m * self.b2,
+            b0: self.b0 + m * (self.b1 + m * self.b2) + 2.0 * n * c,
+            b1: b1 + 2.0 * n * self.c1,
             b2: self.b2,
-            c: self.c,
+            c,
+            c1: self.c1,
         }
     }
 }
@@ -106,9 +114,6 @@ impl SynthesisStats {
     }
 }
 
-/// Phase by which the bend of a path may change over half a frame without being looked at apart, rad.
-const STRAIGHT_RAD: f64 = 0.01;
-
 /// Which echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
@@ -120,16 +125,16 @@ pub enum Set {
 
 /// One transmitter heard by one receiver in one slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct TxRxPair {
-    tx: usize,
-    rx: usize,
-    slot: usize,
+pub(super) struct TxRxPair {
+    pub(super) tx: usize,
+    pub(super) rx: usize,
+    pub(super) slot: usize,
     /// Index of its amplitude among those of one echo: ways between equal antennas share it.
-    kind: usize,
+    pub(super) kind: usize,
     /// Sign of its code times the error of its channel.
-    factor: Complex64,
+    pub(super) factor: Complex64,
     /// Turns that the transmitter's phase code adds from loop to loop.
-    code_turns: f64,
+    pub(super) code_turns: f64,
 }
 
 /// The ways of one radar, ordered by slot, then transmitter, then receiver: for transmitters in turn one for each channel,
@@ -177,18 +182,15 @@ pub struct Plan<'a> {
     pub sampling: Sampling,
     /// What the front end did with the echoes.
     pub front_end: SynthesisStats,
-    radar: &'a Radar,
+    pub(super) radar: &'a Radar,
     lines: FrequencySamples,
-    echoes: &'a [Echo],
+    pub(super) echoes: &'a [Echo],
     still: Vec<u32>,
-    /// In order of how much their paths bend.
     moving: Vec<u32>,
-    /// Of `moving`, those that bend about equally much.
-    classes: Vec<Range<usize>>,
-    ways: Vec<TxRxPair>,
+    pub(super) ways: Vec<TxRxPair>,
     /// conj(a0) of eq. 12, `[return, kind]`.
-    amplitudes: Vec<Complex64>,
-    kinds: usize,
+    pub(super) amplitudes: Vec<Complex64>,
+    pub(super) kinds: usize,
     /// Σ|A|² over all echoes that are heard, for each kind.
     power: Vec<f64>,
 }
@@ -233,7 +235,6 @@ impl<'a> Plan<'a> {
             echoes,
             still: Vec::new(),
             moving: Vec::new(),
-            classes: Vec::new(),
             ways,
             amplitudes,
             kinds,
@@ -251,40 +252,12 @@ impl<'a> Plan<'a> {
                 plan.front_end.moving += u64::from(!r.is_still());
             }
         }
-        plan.sort_by_bend();
         // What a real filter passes it weakens.
         if !filters.is_off() {
             plan = plan.weighted(|r| filters.gain(beat_frequency_hz(radar, r)));
         }
         plan.add_powers();
         Ok(plan)
-    }
-
-    /// Orders what moves by the phase that the bend of its path makes over half a frame: straight ones, up to [`STRAIGHT_RAD`],
-    /// then in steps of 16, in each of which blocks of chirps may be as long as for its worst.
-    fn sort_by_bend(&mut self) {
-        let half_s = 0.5 * self.radar.frame_time_s();
-        let k = crate::units::wavenumber(self.radar.carrier_hz);
-        let class = |i: &u32| {
-            let [second, third] = self.echoes[*i as usize].path_acceleration_and_jerk;
-            let phase = k * half_s * half_s * (0.5 * second.abs() + half_s * third.abs() / 6.0);
-            if phase <= STRAIGHT_RAD { 0 } else { 1 + (phase / STRAIGHT_RAD).log(16.0) as u32 }
-        };
-        let mut keyed: Vec<(u32, u32)> = self.moving.iter().map(|i| (class(i), *i)).collect();
-        keyed.sort_by_key(|(c, _)| *c);
-        self.classes = keyed
-            .chunk_by(|a, b| a.0 == b.0)
-            .scan(0, |from, some| {
-                *from += some.len();
-                Some(*from - some.len()..*from)
-            })
-            .collect();
-        self.moving = keyed.into_iter().map(|(_, i)| i).collect();
-    }
-
-    /// What moves, in parts whose paths bend about equally much.
-    pub fn moving_classes(&self) -> impl Iterator<Item = &[u32]> {
-        self.classes.iter().map(|c| &self.moving[c.clone()])
     }
 
     /// The same echoes with each amplitude multiplied by `factor` of its return.
@@ -312,6 +285,42 @@ impl<'a> Plan<'a> {
         self.power[way.kind] * way.factor.norm_sqr()
     }
 
+    /// Mean over channels of [`Plan::power`], W.
+    pub fn mean_power_w(&self) -> f64 {
+        (0..self.channels).map(|c| self.power(c)).sum::<f64>() / self.channels.max(1) as f64
+    }
+
+    /// |A|² of each echo of `indices`, mean over channels, W.
+    pub fn echo_powers_w<'p>(&'p self, indices: &'p [u32]) -> impl IndexedParallelIterator<Item = f64> + 'p {
+        let mut share = vec![0.0; self.kinds];
+        for way in &self.ways {
+            share[way.kind] += way.factor.norm_sqr() / self.ways.len() as f64;
+        }
+        indices.par_iter().map(move |i| {
+            let of = &self.amplitudes[*i as usize * self.kinds..][..self.kinds];
+            of.iter().zip(&share).map(|(a, s)| s * a.norm_sqr()).sum()
+        })
+    }
+
+    /// Power of the thermal noise in a cell of one channel's map, without windows, W. None without noise.
+    pub fn noise_of_cell_w(&self) -> Option<f64> {
+        let noise = Noise::thermal(self.radar, 0, 0)?;
+        Some(2.0 * noise.sigma * noise.sigma / (self.chirps * self.samples) as f64)
+    }
+
+    /// Turns that the code of a channel's transmitter adds from loop to loop.
+    pub fn code_turns(&self, channel: usize) -> f64 {
+        self.ways[channel].code_turns
+    }
+
+    /// Neighbouring channels whose transmitters have the same code.
+    pub fn channels_by_code(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.ways.chunk_by(|a, b| a.code_turns == b.code_turns).scan(0, |from, some| {
+            *from += some.len();
+            Some(*from - some.len()..*from)
+        })
+    }
+
     /// Indices into the frame's returns.
     pub fn set(&self, set: Set) -> &[u32] {
         match set {
@@ -335,13 +344,21 @@ impl<'a> Plan<'a> {
             way,
             tx_m: self.radar.tx[way.tx].position_m,
             rx_m: self.radar.rx[way.rx].position_m,
-            polynomial: Polynomial::new(self.radar, &self.lines, way.slot),
+            polynomial: self.polynomial(way.slot),
         }
+    }
+
+    pub(super) fn polynomial(&self, slot: usize) -> Polynomial {
+        Polynomial::new(self.radar, &self.lines, slot)
     }
 
     /// Largest |c| in turns per sample² of some echoes: how fast the beat frequency drifts during a ramp.
     fn largest_drift(&self, moving: &[u32]) -> f64 {
-        moving.iter().map(|i| self.coefficients(*i, 0).c.abs()).fold(0.0, f64::max)
+        let most = |i: &u32| {
+            let k = self.coefficients(*i, 0);
+            k.c.abs() + self.chirps as f64 * k.c1.abs()
+        };
+        moving.iter().map(most).fold(0.0, f64::max)
     }
 
     /// Adds up the ways that the receiver hears at once: `[chirp, way, line]` to `[chirp, channel, line]`.
@@ -461,7 +478,7 @@ pub fn channel_path_m(radar: &Radar, r: &Echo, tx: usize, rx: usize) -> f64 {
 
 /// |P − p| − |P| for P = range · direction, free of cancellation.
 #[inline]
-fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
+pub(super) fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
     let point = direction * range;
     let sum = (point - p).length() + range;
     if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
@@ -498,7 +515,7 @@ impl Channel<'_> {
 
 /// Eq. 11 in eq. 12a as a polynomial, for one slot. With τ = a + b m + d n: b the change of delay
 /// from loop to loop, d from line to line.
-struct Polynomial {
+pub(super) struct Polynomial {
     /// Of the sweep that the echo is mixed with; zero when it is not.
     slope: f64,
     /// From line to line, Hz and s.
@@ -523,8 +540,8 @@ impl Polynomial {
         }
     }
 
-    #[inline]
-    fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> PhasePolynomial {
+    #[inline(always)]
+    pub(super) fn coefficients(&self, path_m: f64, rate: f64, amplitude: Complex64) -> PhasePolynomial {
         let Polynomial { slope, step, line, loop_, start, f } = *self;
         let stretch = 1.0 / (C0 + 0.5 * rate);
         let beta = rate * stretch;
@@ -542,9 +559,10 @@ impl Polynomial {
         }
     }
 
-    /// Adds what a bent path does (eq. 142): to first order in the bend, which is a few millimetres, and in the place in the ramp.
-    #[inline]
-    fn bend(&self, c: &mut PhasePolynomial, path_m: f64, [second, third]: [f64; 2]) {
+    /// Adds what a bent path does (eq. 142): to first order in the bend, which is a few millimetres, and to second order in the place
+    /// in the ramp.
+    #[inline(always)]
+    pub(super) fn bend(&self, c: &mut PhasePolynomial, path_m: f64, [second, third]: [f64; 2]) {
         let Polynomial { slope, step, line, loop_: l, start: s, f } = *self;
         let turns = (f - slope * path_m / C0) / C0;
         let step = step / C0;
@@ -563,6 +581,10 @@ impl Polynomial {
         c.b0 += turns * line * rate[0] + step * length[0];
         c.b1 += turns * line * rate[1] + step * length[1];
         c.b2 += turns * line * rate[2] + step * length[2];
+        // The change of the rate from line to line, in the middle of the loop.
+        let change = [0.5 * line * line * (second + s * third), 0.5 * line * line * l * third];
+        c.c += turns * change[0] + step * line * rate[0];
+        c.c1 += turns * change[1] + step * line * rate[1];
     }
 }
 
@@ -658,6 +680,8 @@ gpu_struct! {
         pub c: f32,
         pub a3: f32,
         pub b2: f32,
+        pub c1: f32,
+        pub pad: u32,
     }
 }
 
@@ -714,6 +738,8 @@ impl Plan<'_> {
             c: k.c as f32,
             a3: k.a3 as f32,
             b2: k.b2 as f32,
+            c1: k.c1 as f32,
+            pad: 0,
         }
     }
 

@@ -42,11 +42,9 @@ impl Table {
 }
 
 /// What to do with a sum.
-pub struct Out<'a> {
+pub struct Out {
     /// Whether samples are real or complex.
     pub sampling: Sampling,
-    /// One chirp that is added to each.
-    pub base: Option<&'a [Complex32]>,
     /// To what is there.
     pub add: bool,
 }
@@ -59,7 +57,7 @@ pub struct Lines<'a, 'r> {
     /// Lines of the block as tiles.
     pub tiles: &'a [Tile],
     /// What to do with a sum.
-    pub out: Out<'a>,
+    pub out: Out,
     /// Rows of the cube that the block covers, one a chirp.
     pub rows: &'a mut [&'r mut [Complex32]],
 }
@@ -121,25 +119,25 @@ impl Vectorised for Lines<'_, '_> {
                 horner::<FMA, false>(&mut lower, &table.factor[at], &SILENCE);
                 let from = tile * TILE;
                 let end = row.len().min(from + TILE);
-                out.write(&mut row[from..end], from, &lower);
+                out.write(&mut row[from..end], &lower);
             }
         }
     }
 }
 
-impl Out<'_> {
+impl Out {
     #[inline(always)]
-    fn write(&self, row: &mut [Complex32], from: usize, sum: &Tile) {
+    fn write(&self, row: &mut [Complex32], sum: &Tile) {
         let real = self.sampling == Sampling::Real;
         for (i, to) in row.iter_mut().enumerate() {
             let mut z = Complex::new(sum.re[i], sum.im[i]);
             if real {
                 z = Complex::new(std::f32::consts::SQRT_2 * z.re, 0.0);
             }
-            if let Some(base) = self.base {
-                z += base[from + i];
+            if self.add {
+                z = Complex::new(to.re + z.re, to.im + z.im);
             }
-            *to = if self.add { *to + z } else { z };
+            *to = z;
         }
     }
 }

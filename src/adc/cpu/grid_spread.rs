@@ -1,7 +1,8 @@
 //! Spreads echoes over a grid of cells and lines (CONVENTIONS eq. 83).
 
 use super::synthesis::{LANES, cis, fixed, madd};
-use crate::adc::gridding::{DEGREE, GridEchoes, Layout, TAPS};
+use crate::adc::grid_echoes::GridEchoes;
+use crate::adc::gridding::{DEGREE, Layout, TAPS};
 use crate::simd::{Vectorised, vectorised};
 use num_complex::Complex32;
 use std::ops::Range;
@@ -12,19 +13,29 @@ const GROUP: usize = 64;
 pub const PAD: usize = TAPS / 2;
 
 /// Spreads the echoes of one channel over the grid, lines of cells with [`PAD`] on either side, as seen
-/// from chirp `middle`.
-pub fn spread(layout: &Layout, echoes: &GridEchoes, channel: usize, middle: f64, grid: &mut [Complex32]) {
-    let of = channel * echoes.count..(channel + 1) * echoes.count;
-    if of.len() <= layout.portion {
-        vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(grid) });
-    } else {
-        let mut some = vec![Complex32::ZERO; grid.len()];
-        for start in of.clone().step_by(layout.portion) {
-            let of = start..of.end.min(start + layout.portion);
-            some.fill(Complex32::ZERO);
-            vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(&mut some) });
-            grid.iter_mut().zip(&some).for_each(|(sum, z)| *sum += z);
+/// from chirp `middle`. Sums are put aside at the end of each of `portions` (`Layout::portions`).
+pub fn spread(
+    layout: &Layout,
+    echoes: &GridEchoes,
+    portions: &[usize],
+    channel: usize,
+    middle: f64,
+    grid: &mut [Complex32],
+) {
+    let base = channel * echoes.count;
+    let mut start = 0;
+    let mut some = Vec::new();
+    for (i, &end) in portions.iter().enumerate() {
+        let of = base + start..base + end;
+        start = end;
+        if i == 0 {
+            vectorised(Spread { layout, echoes, of, middle, grid: bytemuck::cast_slice_mut(grid) });
+            continue;
         }
+        some.clear();
+        some.resize(2 * grid.len(), 0.0f32);
+        vectorised(Spread { layout, echoes, of, middle, grid: &mut some });
+        vectorised(Add { some: &some, to: bytemuck::cast_slice_mut(grid) });
     }
     let cells = layout.cells;
     for line in grid.chunks_exact_mut(cells + 2 * PAD) {
@@ -32,6 +43,23 @@ pub fn spread(layout: &Layout, echoes: &GridEchoes, channel: usize, middle: f64,
             let (before, behind) = (line[k], line[cells + PAD + k]);
             line[cells + k] += before;
             line[PAD + k] += behind;
+        }
+    }
+}
+
+/// Adds one grid to another. An operator on complex numbers may be compiled as a call for each.
+struct Add<'a> {
+    some: &'a [f32],
+    to: &'a mut [f32],
+}
+
+impl Vectorised for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) {
+        for (sum, x) in self.to.iter_mut().zip(self.some) {
+            *sum += x;
         }
     }
 }

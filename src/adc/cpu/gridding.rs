@@ -7,8 +7,10 @@ use super::grid_lines::{Lines, Out, Table};
 use super::grid_spread::{PAD, spread};
 use super::synthesis::{Control, synthesise_some};
 use crate::adc::Cube;
-use crate::adc::gridding::{Costs, ECHOES_KEPT, GridEchoes, Layout, moving_portions};
-use crate::adc::methods::Methods;
+use crate::adc::grid_echoes::GridEchoes;
+use crate::adc::gridding::{Costs, ECHOES_KEPT, Layout};
+use crate::adc::methods::{Method, Methods};
+use crate::adc::schedule::Schedule;
 use crate::adc::synthesis::{Plan, Set};
 use crate::error::{Error, Result};
 use crate::scene::radar::Sampling;
@@ -49,75 +51,58 @@ pub fn synthesise(plan: &Plan, control: Control) -> Result<(Cube<f32>, Methods)>
 /// Interrupted, when `control` is cancelled.
 pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(Cube<f32>, Methods)> {
     let cancelled = || control.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
-    let stop = || Error::Failed("synthesis was cancelled".into());
     let still = still_rows(plan, costs, &cancelled);
-    let mut methods = Methods::default();
-    if let Some((_, layout)) = &still {
-        methods.still = layout.method();
-    }
-    // Layouts first, so that what is summed directly is known.
-    let (mut moving, mut directly) = (Vec::new(), Vec::new());
-    let portions = moving_portions(plan, ECHOES_KEPT);
-    let all = plan.set(Set::Moving).len();
-    for portion in portions {
-        let echoes = GridEchoes::new(plan, portion, 0..plan.channels);
-        match Layout::choose(plan.chirps, plan.samples, &echoes, costs) {
-            // Coefficients are kept where there are few in all, and made again where there are more.
-            Some(layout) => {
-                moving.push((layout, portion, (all * plan.channels <= ECHOES_KEPT).then_some(echoes)));
-            }
-            None => directly.extend_from_slice(portion),
-        }
-    }
-    let worst = moving.iter().map(|(l, ..)| l).max_by(|a, b| a.error.total_cmp(&b.error));
-    if let Some(layout) = worst {
-        methods.moving = layout.method();
-    }
+    let schedule = Schedule::new(plan, costs);
+    let methods = Methods {
+        still: still.as_ref().map_or(Method::Direct, |(_, layout)| Method::Gridded(layout.gridded(0.0))),
+        moving: schedule.method(),
+    };
     let still_directly = if still.is_none() { plan.set(Set::Still) } else { &[] };
-    let nothing = directly.is_empty() && still_directly.is_empty();
     let (chirps, channels, samples) = (plan.chirps, plan.channels, plan.samples);
     let total = (chirps * channels) as u64;
-    let mut cube = if nothing {
+    let mut cube = if schedule.directly.is_empty() && still_directly.is_empty() {
         Cube::zeros(chirps, channels, samples)
     } else {
-        let quiet = Control { progress: if moving.is_empty() { control.progress } else { None }, ..control };
-        synthesise_some::<f32>(plan, still_directly, &directly, quiet)?
+        let last = schedule.grids.is_empty();
+        let quiet = Control { progress: if last { control.progress } else { None }, ..control };
+        synthesise_some::<f32>(plan, still_directly, &schedule.directly, quiet)?
     };
-    let done = AtomicU64::new(0);
-    for (i, (layout, portion, echoes)) in moving.iter().enumerate() {
-        let made;
-        let echoes = match echoes {
-            Some(echoes) => echoes,
-            None => {
-                made = GridEchoes::new(plan, portion, 0..channels);
-                &made
-            }
-        };
-        let base = still.as_ref().filter(|_| i == 0).map(|(rows, _)| &rows[..]);
-        let last = i + 1 == moving.len();
-        let rows_done = |rows: usize| {
-            if let (true, Some(progress)) = (last, control.progress) {
-                progress(done.fetch_add(rows as u64, Ordering::Relaxed) + rows as u64, total);
-            }
-        };
-        add_moving(plan.sampling, layout, echoes, base, &mut cube, &cancelled, &rows_done);
-    }
-    if let (true, Some((rows, _))) = (moving.is_empty(), &still) {
-        let add = !nothing;
-        cube.data.par_chunks_mut((channels * samples).max(1)).for_each(|chirp| {
-            if !add {
-                chirp.copy_from_slice(rows);
-                return;
-            }
-            for (z, s) in chirp.iter_mut().zip(rows) {
-                *z += s;
-            }
-        });
-        if let (false, Some(progress)) = (add, control.progress) {
+    if let Some((rows, _)) = &still {
+        cube.data.par_chunks_mut((channels * samples).max(1)).for_each(|chirp| add_slices(rows, chirp));
+        if let (true, Some(progress)) = (schedule.grids.is_empty(), control.progress) {
             progress(total, total);
         }
     }
-    if cancelled() { Err(stop()) } else { Ok((cube, methods)) }
+    let done = AtomicU64::new(0);
+    for (i, (indices, layout)) in schedule.grids.iter().enumerate() {
+        let last = i + 1 == schedule.grids.len();
+        for (k, some) in indices.chunks(ECHOES_KEPT).enumerate() {
+            let last = last && (k + 1) * ECHOES_KEPT >= indices.len();
+            let rows_done = |rows: usize| {
+                if let (true, Some(progress)) = (last, control.progress) {
+                    progress(done.fetch_add(rows as u64, Ordering::Relaxed) + rows as u64, total);
+                }
+            };
+            let together = (ECHOES_KEPT / some.len()).max(1);
+            for run in plan.channels_by_code() {
+                let layout = &layout.turned(plan.code_turns(run.start));
+                let table = Table::new(layout);
+                for first in run.clone().step_by(together) {
+                    let channels = first..(first + together).min(run.end);
+                    let echoes = GridEchoes::new(plan, some, channels.clone());
+                    let work = Work { sampling: plan.sampling, layout, table: &table, echoes: &echoes };
+                    work.add(first, &mut cube, &cancelled, &rows_done);
+                }
+            }
+        }
+    }
+    if cancelled() { Err(Error::Failed("synthesis was cancelled".into())) } else { Ok((cube, methods)) }
+}
+
+/// Adds one row to another, as real numbers.
+fn add_slices(some: &[Complex32], to: &mut [Complex32]) {
+    let (some, to): (&[f32], &mut [f32]) = (bytemuck::cast_slice(some), bytemuck::cast_slice_mut(to));
+    to.iter_mut().zip(some).for_each(|(sum, x)| *sum += x);
 }
 
 /// One chirp of each channel, `[channel, sample]`, of the echoes that do not change from chirp to
@@ -133,7 +118,6 @@ fn still_rows(
     }
     let layout = Layout::still(samples, costs);
     let width = layout.cells + 2 * PAD;
-    let residuals = AtomicU64::new(0);
     let mut grids = vec![Complex32::ZERO; channels * width];
     // A bounded number of grids at a time. A part goes into all channels while it is in the cache.
     for some in set.chunks(64 * STILL_PART) {
@@ -146,20 +130,14 @@ fn still_rows(
                         break;
                     }
                     let echoes = GridEchoes::new(plan, indices, channel..channel + 1);
-                    let residual = Layout::still_residual(&echoes, samples);
-                    residuals.fetch_max(residual.to_bits(), Ordering::Relaxed);
-                    spread(&layout, &echoes, 0, 0.0, grid);
+                    spread(&layout, &echoes, &layout.portions(&echoes), 0, 0.0, grid);
                 }
                 part
             })
             .collect();
         for part in made {
-            grids.iter_mut().zip(part).for_each(|(a, b)| *a += b);
+            add_slices(&part, &mut grids);
         }
-    }
-    // The bits of positive numbers are ordered as they are.
-    if f64::from_bits(residuals.into_inner()) > layout.error {
-        return None;
     }
     let table = Table::new(&layout);
     let fft = catseye_math::fft::inverse(layout.cells);
@@ -167,50 +145,62 @@ fn still_rows(
     rows.par_chunks_mut(samples).zip(grids.par_chunks_mut(width)).for_each(|(row, grid)| {
         let mut scratch = Scratch::new(&layout, &fft);
         transform(&layout, &*fft, grid, &mut scratch);
-        let out = Out { sampling: plan.sampling, base: None, add: false };
+        let out = Out { sampling: plan.sampling, add: false };
         vectorised(Lines { table: &table, tiles: &scratch.tiles, out, rows: &mut [row] });
     });
     Some((rows, layout))
 }
 
-/// Adds echoes to a cube of the layout's size: the part of
+/// Adds echoes to a cube of the layout's size and their channels: the part of
 /// [`synthesise`] that knows no radar.
 pub fn add(sampling: Sampling, layout: &Layout, echoes: &GridEchoes, cube: &mut Cube<f32>) {
-    add_moving(sampling, layout, echoes, None, cube, &|| false, &|_| ());
+    let work = Work { sampling, layout, table: &Table::new(layout), echoes };
+    work.add(0, cube, &|| false, &|_| ());
 }
 
-fn add_moving(
+/// Some echoes with their grid.
+struct Work<'a> {
     sampling: Sampling,
-    layout: &Layout,
-    echoes: &GridEchoes,
-    base: Option<&[Complex32]>,
-    cube: &mut Cube<f32>,
-    cancelled: &(dyn Fn() -> bool + Sync),
-    rows_done: &(dyn Fn(usize) + Sync),
-) {
-    let (channels, samples) = (cube.channels, cube.samples);
-    let table = Table::new(layout);
-    let fft = catseye_math::fft::inverse(layout.cells);
-    let mut tasks: Vec<Vec<&mut [Complex32]>> =
-        (0..layout.blocks() * channels).map(|_| Vec::with_capacity(layout.block)).collect();
-    for (i, row) in cube.data.chunks_mut(samples).enumerate() {
-        tasks[i / channels / layout.block * channels + i % channels].push(row);
-    }
-    let width = layout.cells + 2 * PAD;
-    tasks.into_par_iter().enumerate().for_each_init(
-        || (vec![Complex32::ZERO; layout.lines * width], Scratch::new(layout, &fft)),
-        |(grid, scratch), (task, mut rows)| {
-            if cancelled() {
-                return;
+    layout: &'a Layout,
+    table: &'a Table,
+    echoes: &'a GridEchoes,
+}
+
+impl Work<'_> {
+    /// Adds them to the channels of the cube from `first` on.
+    fn add(
+        &self,
+        first: usize,
+        cube: &mut Cube<f32>,
+        cancelled: &(dyn Fn() -> bool + Sync),
+        rows_done: &(dyn Fn(usize) + Sync),
+    ) {
+        let Work { sampling, layout, table, echoes } = *self;
+        let (all, samples, channels) = (cube.channels, cube.samples, echoes.channels);
+        let fft = catseye_math::fft::inverse(layout.cells);
+        let portions = layout.portions(echoes);
+        let mut tasks: Vec<Vec<&mut [Complex32]>> =
+            (0..layout.blocks() * channels).map(|_| Vec::with_capacity(layout.block)).collect();
+        for (chirp, rows) in cube.data.chunks_mut(all * samples).enumerate() {
+            for (channel, row) in rows.chunks_mut(samples).skip(first).take(channels).enumerate() {
+                tasks[chirp / layout.block * channels + channel].push(row);
             }
-            let (block, channel) = (task / channels, task % channels);
-            grid.fill(Complex32::ZERO);
-            spread(layout, echoes, channel, layout.middle(block), grid);
-            transform(layout, &*fft, grid, scratch);
-            let base = base.map(|b| &b[channel * samples..][..samples]);
-            let out = Out { sampling, base, add: true };
-            vectorised(Lines { table: &table, tiles: &scratch.tiles, out, rows: &mut rows });
-            rows_done(rows.len());
-        },
-    );
+        }
+        let width = layout.cells + 2 * PAD;
+        tasks.into_par_iter().enumerate().for_each_init(
+            || (vec![Complex32::ZERO; layout.lines * width], Scratch::new(layout, &fft)),
+            |(grid, scratch), (task, mut rows)| {
+                if cancelled() {
+                    return;
+                }
+                let (block, channel) = (task / channels, task % channels);
+                grid.fill(Complex32::ZERO);
+                spread(layout, echoes, &portions, channel, layout.middle(block), grid);
+                transform(layout, &*fft, grid, scratch);
+                let out = Out { sampling, add: true };
+                vectorised(Lines { table, tiles: &scratch.tiles, out, rows: &mut rows });
+                rows_done(rows.len());
+            },
+        );
+    }
 }

@@ -172,6 +172,7 @@ pub struct Tile {
     b1: Vec<f64>,
     b2: Vec<f64>,
     c: Vec<f64>,
+    c1: Vec<f64>,
     largest_drift: f64,
 }
 
@@ -189,6 +190,7 @@ impl Tile {
             b1: vec![0.0; n],
             b2: vec![0.0; n],
             c: vec![0.0; n],
+            c1: vec![0.0; n],
             largest_drift: 0.0,
         };
         for (i, index) in indices.iter().enumerate() {
@@ -196,8 +198,8 @@ impl Tile {
             (t.re[i], t.im[i]) = (k.amplitude.re, k.amplitude.im);
             (t.a0[i], t.a1[i], t.a2[i]) = (k.a0, k.a1, k.a2);
             (t.b0[i], t.b1[i], t.c[i]) = (k.b0, k.b1, k.c);
-            (t.a3[i], t.b2[i]) = (k.a3, k.b2);
-            t.largest_drift = t.largest_drift.max(k.c.abs());
+            (t.a3[i], t.b2[i], t.c1[i]) = (k.a3, k.b2, k.c1);
+            t.largest_drift = t.largest_drift.max(k.c.abs() + plan.chirps as f64 * k.c1.abs());
         }
         t
     }
@@ -206,14 +208,15 @@ impl Tile {
         self.re.len()
     }
 
-    /// Phase at sample n of loop m, and its slope there, in turns.
+    /// Phase at sample n of loop m, its slope there and half the change of the slope from sample to sample, in turns.
     #[inline(always)]
-    fn phase<const FMA: bool>(&self, i: usize, m: f64, n: f64) -> (f64, f64) {
+    fn phase<const FMA: bool>(&self, i: usize, m: f64, n: f64) -> (f64, f64, f64) {
+        let c = madd64::<FMA>(m, self.c1[i], self.c[i]);
         let b = madd64::<FMA>(m, madd64::<FMA>(m, self.b2[i], self.b1[i]), self.b0[i]);
         let a2 = madd64::<FMA>(m, self.a3[i], self.a2[i]);
         let a = madd64::<FMA>(m, madd64::<FMA>(m, a2, self.a1[i]), self.a0[i]);
-        let slope = madd64::<FMA>(2.0 * n, self.c[i], b);
-        (madd64::<FMA>(n, madd64::<FMA>(n, self.c[i], b), a), slope)
+        let slope = madd64::<FMA>(2.0 * n, c, b);
+        (madd64::<FMA>(n, madd64::<FMA>(n, c, b), a), slope, c)
     }
 }
 
@@ -252,8 +255,7 @@ impl Vectorised for Rotation<'_> {
             let (mut zr, mut zi, mut wr, mut wi, mut qr, mut qi) =
                 ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
             for l in 0..4 {
-                let (phase, slope) = self.tile.phase::<FMA>(g + l, m, n);
-                let c = self.tile.c[g + l];
+                let (phase, slope, c) = self.tile.phase::<FMA>(g + l, m, n);
                 let cis = |turns: f64| ((turns - turns.round()) * TAU).sin_cos();
                 let (s, k) = cis(phase);
                 let (re, im) = (self.tile.re[g + l], self.tile.im[g + l]);
@@ -262,7 +264,7 @@ impl Vectorised for Rotation<'_> {
                 (wi[l], wr[l]) = cis(slope + c);
                 (qi[l], qr[l]) = cis(2.0 * c);
             }
-            let drifts = self.tile.c[g..g + 4].iter().any(|c| *c != 0.0);
+            let drifts = self.tile.c[g..g + 4].iter().chain(&self.tile.c1[g..g + 4]).any(|c| *c != 0.0);
             for a in acc.iter_mut() {
                 a[0] = lanes!(4, l => a[0][l] + zr[l]);
                 a[1] = lanes!(4, l => a[1][l] + zi[l]);
@@ -351,9 +353,9 @@ impl Vectorised for Recurrence<'_> {
         let mut drift = [0f32; TILE];
         let (mut re, mut im) = ([0f32; TILE], [0f32; TILE]);
         for i in 0..n {
-            let (p, s) = tile.phase::<FMA>(i, self.chirp as f64, middle);
+            let (p, s, c) = tile.phase::<FMA>(i, self.chirp as f64, middle);
             (phase[i], half_step[i]) = (fixed(p), fixed(0.5 * s));
-            drift[i] = tile.c[i] as f32;
+            drift[i] = c as f32;
             (re[i], im[i]) = (tile.re[i] as f32, tile.im[i] as f32);
         }
         let mut half = HALF;

@@ -1,0 +1,397 @@
+//! Which echoes are summed how: directly, or on grids with blocks of chirps of their own length (CONVENTIONS eq. 85a, 85b).
+//!
+//! What a grid leaves out of an echo shrinks as its blocks get shorter, and each block costs one more spreading. Strong echoes whose
+//! paths bend need short blocks, weak ones do not: blocks are as long as lets the same power of error be saved by one more block of
+//! any echo. That is the least work for a sum of errors. Echoes of neighbouring steps share a grid where its transforms cost more
+//! than the longer blocks would save.
+
+use super::grid_echoes::{GridEchoes, origin};
+use super::gridding::{self, Bells, Costs, Layout, Line, Warp, transform_ns};
+use super::methods::{Gridded, Method};
+use super::synthesis::{PhasePolynomial, Plan, Set};
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Power of all that grids leave out of the echoes over Σ|A|², predicted: the true sum has been within 5 dB of it, once 9.
+const ERROR: f64 = 1e-9;
+/// The same over the noise of a cell of the map, for frames whose strongest echo stands far above it.
+const ERROR_OVER_NOISE: f64 = 0.1;
+/// Below this share of Σ|A|² single precision says no more.
+const LEAST_ERROR: f64 = 1e-11;
+/// Largest phase that is left out of any echo, rad.
+const LARGEST: f32 = 0.3;
+/// Numbers of blocks that are tried; the last grid has a block for each chirp.
+const STEPS: [usize; 15] = [1, 2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512, 1024];
+/// Echoes that say where the limit lies.
+const SAMPLE: usize = 4096;
+/// Echoes that are scheduled together (some 150 bytes each).
+const TOGETHER: usize = 1 << 21;
+
+/// Some echoes that share a grid.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// Which, as the caller numbers them.
+    pub echoes: Vec<u32>,
+    /// Their grid, or None where the direct sum is cheaper.
+    pub layout: Option<Layout>,
+    /// Power that the grid leaves out, predicted, W.
+    pub error_w: f64,
+}
+
+/// How the echoes that move are summed.
+#[derive(Debug, Clone, Default)]
+pub struct Schedule {
+    /// Echoes of a grid, as indices into the frame's returns, with the grid.
+    pub grids: Vec<(Vec<u32>, Layout)>,
+    /// Those that are summed directly.
+    pub directly: Vec<u32>,
+    /// Power that grids leave out over Σ|A|², predicted.
+    error: f64,
+}
+
+impl Schedule {
+    /// Of the plan's echoes that move, on an engine of these costs.
+    pub fn new(plan: &Plan, costs: &Costs) -> Schedule {
+        let mut schedule = Schedule::default();
+        let moving = plan.set(Set::Moving);
+        if moving.is_empty() || plan.chirps == 0 || plan.samples == 0 || plan.channels == 0 {
+            return schedule;
+        }
+        let [m, n] = origin(plan);
+        let power_w = plan.mean_power_w();
+        let over_noise = |w: f64| (ERROR_OVER_NOISE * w / power_w).clamp(LEAST_ERROR, ERROR);
+        let allowed = plan.noise_of_cell_w().map_or(ERROR, over_noise);
+        // Slots of a loop differ in time, and so in the rate of a bent path; between elements of the array nothing changes that counts.
+        let ends = [0, plan.channels - 1].map(|c| (plan.channel(c), plan.code_turns(c)));
+        for some in moving.chunks(TOGETHER) {
+            let term = |i: &u32, end: usize| {
+                let (channel, code) = &ends[end];
+                let mut k = channel.coefficients(*i);
+                k.a1 -= code;
+                k.about(m, n)
+            };
+            let terms: Vec<Term> = some
+                .par_iter()
+                .zip(plan.echo_powers_w(some))
+                .map(|(i, power_w)| {
+                    let (polynomial, last) = (term(i, 0), term(i, 1));
+                    Term { polynomial, last_a1: [last.a1, last.a2, last.a3], power_w }
+                })
+                .collect();
+            let shape = Shape { chirps: plan.chirps, samples: plan.samples, channels: plan.channels };
+            for group in groups(&shape, &terms, allowed, costs) {
+                let echoes: Vec<u32> = group.echoes.iter().map(|i| some[*i as usize]).collect();
+                match group.layout {
+                    Some(layout) => {
+                        schedule.error += if power_w > 0.0 { group.error_w / power_w } else { 0.0 };
+                        schedule.grids.push((echoes, layout));
+                    }
+                    None => schedule.directly.extend(echoes),
+                }
+            }
+        }
+        // Tiles of the direct sum hold neighbours.
+        schedule.directly.sort_unstable();
+        schedule
+    }
+
+    /// Grids that an engine does not take after all: their echoes are summed directly.
+    pub fn keep(&mut self, mut fits: impl FnMut(&[u32], &Layout) -> bool) {
+        let (kept, left): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.grids).into_iter().partition(|(echoes, layout)| fits(echoes, layout));
+        self.grids = kept;
+        self.directly.extend(left.into_iter().flat_map(|(echoes, _)| echoes));
+        self.directly.sort_unstable();
+    }
+
+    /// The method as results state it: of several grids the numbers of the finest.
+    pub fn method(&self) -> Method {
+        let finest = self.grids.iter().max_by_key(|(_, layout)| layout.blocks());
+        finest.map_or(Method::Direct, |(_, layout)| {
+            Method::Gridded(Gridded {
+                grids: self.grids.len(),
+                lines: self.grids.iter().map(|(_, l)| l.lines).max().unwrap_or(0),
+                ..layout.gridded(self.error.sqrt())
+            })
+        })
+    }
+}
+
+/// Size of what is synthesised.
+#[derive(Debug, Clone, Copy)]
+pub struct Shape {
+    /// Number of chirps.
+    pub chirps: usize,
+    /// Number of samples of a chirp.
+    pub samples: usize,
+    /// Number of channels.
+    pub channels: usize,
+}
+
+/// What the choice looks at of an echo.
+#[derive(Debug, Clone, Copy)]
+pub struct Term {
+    /// In the first channel, about the middle of frame and ramp, without what the transmitter's code adds.
+    pub polynomial: PhasePolynomial,
+    /// a1, a2 and a3 in the last channel.
+    pub last_a1: [f64; 3],
+    /// |A|², mean over channels, W.
+    pub power_w: f64,
+}
+
+impl Term {
+    /// Least and largest a1 in the frame, turns a chirp.
+    fn range(&self, half: f64) -> [f64; 2] {
+        let p = &self.polynomial;
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for [a1, a2, a3] in [[p.a1, p.a2, p.a3], self.last_a1] {
+            let moved = half * (2.0 * a2.abs() + 3.0 * half * a3.abs());
+            range = [range[0].min(a1 - moved), range[1].max(a1 + moved)];
+        }
+        range
+    }
+}
+
+/// What a grid leaves out of an echo at the corners of the frame: rad if there is one block. The first goes with the square of
+/// blocks' length, the second with their length, the third not.
+#[derive(Debug, Clone, Copy)]
+struct Residual {
+    along: f32,
+    mixed: f32,
+    across: f32,
+    power: f32,
+}
+
+impl Residual {
+    fn of(term: &Term, warp: &Warp, half: f64, n: f64) -> Residual {
+        let p = &term.polynomial;
+        // At the start, in the middle and at the end of the frame: the warp follows the rate.
+        let [mut along, mut mixed, mut across] = [0.0f64; 3];
+        for m in [-half, 0.0, half] {
+            let a1 = p.a1 + m * (2.0 * p.a2 + 3.0 * m * p.a3);
+            along = along.max((p.a2 + 3.0 * m * p.a3 - warp.a2.at(a1)).abs());
+            mixed = mixed.max((p.b1 + 2.0 * m * p.b2 - warp.b1.at(a1)).abs());
+            across = across.max((p.c + m * p.c1 - warp.c.at(a1)).abs());
+        }
+        Residual {
+            along: (TAU * along * half * half) as f32,
+            mixed: (TAU * mixed * half * n) as f32,
+            across: (TAU * across * n * n) as f32,
+            power: term.power_w as f32,
+        }
+    }
+
+    fn parts(&self, step: &Step) -> [f32; 3] {
+        [self.along * step.share * step.share, self.mixed * step.share, self.across]
+    }
+
+    /// Power that is left out with such blocks, W: the mean over a block of the square of what a constant and a slope do not take.
+    fn error(&self, step: &Step) -> f32 {
+        let [x, y, z] = self.parts(step);
+        self.power * ((x * x + z * z) * (4.0 / 45.0) + y * y / 9.0)
+    }
+
+    /// The fewest blocks of `steps` for which each block more would save less than `limit` of power; their number where there are none.
+    fn step(&self, steps: &[Step], limit: f32) -> usize {
+        let small = |s: &Step| self.parts(s).into_iter().sum::<f32>() <= LARGEST;
+        let enough = |s: &Step| self.error(s) <= limit * s.blocks as f32 && small(s);
+        steps.iter().position(enough).unwrap_or(steps.len())
+    }
+}
+
+/// A number of blocks that is tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    /// Chirps of a block.
+    block: usize,
+    blocks: usize,
+    /// Length of a block over that of the frame; a block of one chirp has none.
+    share: f32,
+}
+
+/// The numbers of blocks for so many chirps, growing.
+fn steps(chirps: usize) -> Vec<Step> {
+    let mut blocks: Vec<usize> = STEPS.into_iter().chain([chirps]).map(|b| chirps.div_ceil(b)).collect();
+    blocks.sort_unstable_by_key(|b| std::cmp::Reverse(*b));
+    blocks.dedup();
+    let step = |block: usize| Step {
+        block,
+        blocks: chirps.div_ceil(block),
+        share: if block == 1 { 0.0 } else { block as f32 / chirps as f32 },
+    };
+    blocks.into_iter().map(step).collect()
+}
+
+/// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half to all echoes alike.
+fn fit(terms: &[Term]) -> Warp {
+    const PART: usize = 4096;
+    let columns = |t: &Term| [t.polynomial.b1, t.polynomial.c, t.polynomial.a2];
+    let all: f64 = terms.iter().map(|t| t.power_w).sum();
+    let equal = 1.0 / terms.len() as f64;
+    let weight = |t: &Term| if all > 0.0 { 0.5 * equal + 0.5 * t.power_w / all } else { equal };
+    let (x0, y0) = (terms[0].polynomial.a1, columns(&terms[0]));
+    // Parts are added in their order, whatever thread they come from.
+    let sums: Vec<([f64; 2], [[f64; 2]; 3])> = terms
+        .par_chunks(PART)
+        .map(|part| {
+            let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+            for t in part {
+                let (w, x, y) = (weight(t), t.polynomial.a1 - x0, columns(t));
+                o = [o[0] + w * x, o[1] + w * x * x];
+                for k in 0..3 {
+                    let y = w * (y[k] - y0[k]);
+                    by_column[k] = [by_column[k][0] + y, by_column[k][1] + y * x];
+                }
+            }
+            (o, by_column)
+        })
+        .collect();
+    let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+    for (p, columns) in sums {
+        o = [o[0] + p[0], o[1] + p[1]];
+        by_column = std::array::from_fn(|k| [0, 1].map(|j| by_column[k][j] + columns[k][j]));
+    }
+    let spread = o[1] - o[0] * o[0];
+    let [b1, c, a2] = std::array::from_fn(|k| {
+        let [y, xy] = by_column[k];
+        let slope = if spread > 1e-12 * o[1] { (xy - o[0] * y) / spread } else { 0.0 };
+        Line { slope, offset: y0[k] + y - slope * (x0 + o[0]) }
+    });
+    Warp { b1, c, a2 }
+}
+
+/// Shares echoes out over grids such that they leave out `allowed` of the power of all together, at the least cost.
+pub fn groups(shape: &Shape, terms: &[Term], allowed: f64, costs: &Costs) -> Vec<Group> {
+    let Shape { chirps, samples, channels } = *shape;
+    let directly = || Group { echoes: (0..terms.len() as u32).collect(), layout: None, error_w: 0.0 };
+    let pairs = (terms.len() * channels) as f64;
+    // No grid is cheaper than one line of one block.
+    let least = channels as f64 * transform_ns(gridding::cells(samples, costs), costs);
+    if terms.is_empty() || pairs * (chirps * samples) as f64 * costs.direct < least {
+        return vec![directly()];
+    }
+    let (half, n) = (0.5 * chirps as f64, 0.5 * samples as f64);
+    let warp = fit(terms);
+    let residuals: Vec<Residual> = terms.par_iter().map(|t| Residual::of(t, &warp, half, n)).collect();
+    let steps = steps(chirps);
+    let limit = limit(&residuals, &steps, allowed);
+    let step: Vec<u8> = residuals.par_iter().map(|r| r.step(&steps, limit) as u8).collect();
+
+    let mut counts = vec![0usize; steps.len() + 1];
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; steps.len()];
+    let wider = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    for (s, term) in step.iter().zip(terms) {
+        counts[*s as usize] += 1;
+        if let Some(range) = ranges.get_mut(*s as usize) {
+            *range = wider(*range, term.range(half));
+        }
+    }
+    let range_of = |steps: std::ops::Range<usize>| {
+        ranges[steps].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |a, b| wider(a, *b))
+    };
+    // The least cost of what needs up to so many steps, the step before its last grid and whether that is a grid at all.
+    let mut best = vec![(f64::INFINITY, 0, false); steps.len() + 1];
+    best[0].0 = 0.0;
+    for end in 1..=steps.len() {
+        for from in 0..end {
+            let count: usize = counts[from..end].iter().sum();
+            let size =
+                GridSize { shape, step: &steps[end - 1], range: range_of(from..end), warp: &warp, count };
+            let direct = (count * channels * chirps * samples) as f64 * costs.direct;
+            let gridded = if count == 0 { f64::INFINITY } else { size.cost(costs) };
+            let cost = best[from].0 + direct.min(gridded);
+            if cost < best[end].0 {
+                best[end] = (cost, from, gridded < direct);
+            }
+        }
+    }
+    let bells = Bells::new(samples, costs);
+    let mut list = Vec::new();
+    let members = |from: usize, end: usize| -> Vec<u32> {
+        let range = from as u8..end as u8;
+        (0..).zip(&step).filter(|(_, s)| range.contains(s)).map(|(i, _)| i).collect()
+    };
+    let mut end = steps.len();
+    // What no grid takes.
+    if counts[end] > 0 {
+        list.push(Group { echoes: members(end, end + 1), layout: None, error_w: 0.0 });
+    }
+    while end > 0 {
+        let (_, from, is_grid) = best[end];
+        let echoes = members(from, end);
+        if !echoes.is_empty() {
+            let step = &steps[end - 1];
+            let layout = is_grid
+                .then(|| Layout::moving((chirps, samples), step.block, range_of(from..end), warp, &bells));
+            let error = |i: &u32| f64::from(residuals[*i as usize].error(step));
+            let error_w = if is_grid { echoes.iter().map(error).sum() } else { 0.0 };
+            list.push(Group { echoes, layout, error_w });
+        }
+        end = from;
+    }
+    list.reverse();
+    list
+}
+
+/// The power that one more block has to save, such that all echoes together leave out `allowed` of theirs.
+fn limit(residuals: &[Residual], steps: &[Step], allowed: f64) -> f32 {
+    let total: f64 = residuals.iter().map(|r| f64::from(r.power)).sum();
+    let stride = residuals.len().div_ceil(SAMPLE);
+    let (mut low, mut high) = (total * 1e-24, total);
+    for _ in 0..40 {
+        let middle = (low * high).sqrt();
+        let left_out =
+            |r: &Residual| steps.get(r.step(steps, middle as f32)).map_or(0.0, |s| f64::from(r.error(s)));
+        let sum: f64 = stride as f64 * residuals.iter().step_by(stride).map(left_out).sum::<f64>();
+        if sum > allowed * total {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    low as f32
+}
+
+/// A grid that some echoes could share.
+struct GridSize<'a> {
+    shape: &'a Shape,
+    step: &'a Step,
+    range: [f64; 2],
+    warp: &'a Warp,
+    count: usize,
+}
+
+impl GridSize<'_> {
+    /// What it costs, ns; without end where an engine does not take it.
+    fn cost(&self, costs: &Costs) -> f64 {
+        let Shape { chirps, samples, channels } = *self.shape;
+        let Step { block, blocks, .. } = *self.step;
+        let cells = gridding::cells(samples, costs);
+        let (lines, ..) = gridding::lines(block, samples, self.range, self.warp);
+        if cells > costs.longest
+            || lines > costs.lines
+            || (lines * cells).saturating_mul(blocks) > costs.largest_grid
+        {
+            return f64::INFINITY;
+        }
+        let (blocks, lines, channels) = (blocks as f64, lines as f64, channels as f64);
+        let cube = channels * (chirps * samples) as f64;
+        self.count as f64 * channels * blocks * costs.spread[usize::from(lines > 1.0)]
+            + channels * blocks * lines * transform_ns(cells, costs)
+            + cube * (costs.line * lines + costs.sample)
+            + (block * samples) as f64 * costs.table
+    }
+}
+
+/// Coefficients of a single channel from terms, with the first channel's amplitudes: for grids without a radar.
+pub fn single_channel(terms: &[Term], echoes: &[u32]) -> GridEchoes {
+    let mut e = GridEchoes::silent(echoes.len(), 1);
+    for (to, i) in echoes.iter().enumerate() {
+        let p = &terms[*i as usize].polynomial;
+        e.amplitude[to] = Complex32::new(p.amplitude.re as f32, p.amplitude.im as f32);
+        (e.a0[to], e.a1[to], e.a2[to], e.a3[to]) = (p.a0, p.a1, p.a2, p.a3);
+        (e.b0[to], e.b1[to], e.b2[to]) = (p.b0, p.b1, p.b2);
+    }
+    e
+}
