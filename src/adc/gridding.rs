@@ -12,6 +12,7 @@
 
 use super::grid_echoes::GridEchoes;
 use super::methods::Gridded;
+use num_complex::Complex32;
 use std::f64::consts::{PI, TAU};
 
 /// Cells over which an echo is spread, on each axis.
@@ -26,7 +27,7 @@ const ACROSS: f64 = 1e-5;
 /// Rounding in f32: transforms of some hundred values and as many terms of a polynomial.
 const ROUNDING: f64 = 1.5e-6;
 
-/// Most echoes whose sum in one cell is left to f32 alone: equal ones lose 3e-5 of the peak.
+/// Most equal echoes whose sum in one cell is left to f32 alone: they lose at most 3e-5 of the peak.
 const PORTION: usize = 512;
 
 /// Echoes times channels whose coefficients are kept at a time (64 bytes each).
@@ -339,36 +340,31 @@ impl Layout {
         }
     }
 
-    /// Where a sum in single precision has to be put aside: before these echoes of the first channel, so that no more than
-    /// [`PORTION`] meet in one square of [`TAPS`] cells by lines in between. The last is the number of echoes.
+    /// Where a sum in single precision has to be put aside: before these echoes of the first channel, so that in no square of
+    /// [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last is the number of echoes.
     pub fn portions(&self, echoes: &GridEchoes) -> Vec<usize> {
         let mut cuts = Vec::new();
         if echoes.count > PORTION {
             let mut squares = self.squares();
             for (i, square) in self.squares_of(echoes).enumerate() {
-                if squares[square] == PORTION {
+                if squares[square].is_full() {
                     cuts.push(i);
-                    squares.fill(0);
+                    squares.fill(Square::default());
                 }
-                squares[square] += 1;
+                squares[square].add(echoes, i);
             }
         }
         cuts.push(echoes.count);
         cuts
     }
 
-    /// Whether so many echoes of the first channel meet in one square that their sum has to be put aside in between.
+    /// Whether the sum of the echoes of the first channel has to be put aside somewhere.
     pub fn is_crowded(&self, echoes: &GridEchoes) -> bool {
-        let mut squares = self.squares();
-        echoes.count > PORTION
-            && self.squares_of(echoes).any(|square| {
-                squares[square] += 1;
-                squares[square] > PORTION
-            })
+        self.portions(echoes).len() > 1
     }
 
-    fn squares(&self) -> Vec<usize> {
-        vec![0; self.cells.div_ceil(TAPS) * self.lines.div_ceil(TAPS)]
+    fn squares(&self) -> Vec<Square> {
+        vec![Square::default(); self.cells.div_ceil(TAPS) * self.lines.div_ceil(TAPS)]
     }
 
     /// The square of [`TAPS`] cells by lines in which each echo of the first channel lies in the middle of the frame.
@@ -415,6 +411,30 @@ impl Layout {
             taps: TAPS,
             error: self.error.hypot(error),
         }
+    }
+}
+
+/// What has come together in one square of a grid.
+#[derive(Debug, Clone, Copy, Default)]
+struct Square {
+    count: f32,
+    sum: Complex32,
+    power: f32,
+}
+
+impl Square {
+    fn add(&mut self, echoes: &GridEchoes, i: usize) {
+        let (s, c) = (TAU as f32 * echoes.a0[i] as f32).sin_cos();
+        self.count += 1.0;
+        self.sum += echoes.amplitude[i] * Complex32::new(c, s);
+        self.power += echoes.amplitude[i].norm_sqr();
+    }
+
+    /// Whether the sum is as large as that of [`PORTION`] equal echoes. Each of those rounds the same way; what comes with a phase of
+    /// its own does not, and stays far below.
+    fn is_full(&self) -> bool {
+        let most = PORTION as f32;
+        self.sum.norm_sqr() * self.count >= most * most * self.power && self.power > 0.0
     }
 }
 

@@ -265,7 +265,10 @@ fn the_cheaper_way_is_taken() {
     assert!(errors(&cube, &synthesise::<f64>(&plan, Control::default()).unwrap()).0 < 2e-5);
     // As text, for reports.
     let text = serde_json::to_string(&mixed).unwrap();
-    assert!(text.contains(r#""moving":"direct""#) && text.contains(r#""gridded":{"grids":1,"blocks":1"#), "{text}");
+    assert!(
+        text.contains(r#""moving":"direct""#) && text.contains(r#""gridded":{"grids":1,"blocks":1"#),
+        "{text}"
+    );
 }
 
 #[test]
