@@ -275,6 +275,20 @@ impl Faces {
     /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
     #[inline]
     pub fn within<const N: usize>(&self, spaces: &[HalfSpace; N], mut visit: impl FnMut(u32)) {
+        self.within_until(spaces, None, |i| {
+            visit(i);
+            false
+        });
+    }
+
+    /// The same until `visit` says that it has enough. With a place to look `from` the nearer of two branches comes first.
+    #[inline]
+    pub fn within_until<const N: usize>(
+        &self,
+        spaces: &[HalfSpace; N],
+        from: Option<DVec3>,
+        mut visit: impl FnMut(u32) -> bool,
+    ) {
         if self.nodes.is_empty() {
             return;
         }
@@ -288,8 +302,8 @@ impl Faces {
         };
         if !self.few.is_empty() {
             for node in self.few.iter().map(|&i| &self.nodes[i as usize]) {
-                if !misses(node) {
-                    (node.first..node.first + node.count).for_each(&mut visit);
+                if !misses(node) && (node.first..node.first + node.count).any(&mut visit) {
+                    return;
                 }
             }
             return;
@@ -303,10 +317,19 @@ impl Faces {
                 continue;
             }
             if node.count > 0 {
-                (node.first..node.first + node.count).for_each(&mut visit);
+                if (node.first..node.first + node.count).any(&mut visit) {
+                    return;
+                }
             } else {
-                stack[top] = node.first + 1;
-                stack[top + 1] = node.first;
+                let (mut near, mut far) = (node.first, node.first + 1);
+                if let Some(place) = from {
+                    let away = |i: u32| self.nodes[i as usize].centre.distance_squared(place);
+                    if away(far) < away(near) {
+                        std::mem::swap(&mut near, &mut far);
+                    }
+                }
+                stack[top] = far;
+                stack[top + 1] = near;
                 top += 2;
             }
         }
@@ -631,6 +654,20 @@ mod tests {
         ];
         let mut found = Vec::new();
         f.within(&spaces, |i| found.push(i));
+        let mut sorted = Vec::new();
+        f.within_until(&spaces, Some(DVec3::X), |i| {
+            sorted.push(i);
+            false
+        });
+        let mut first = Vec::new();
+        f.within_until(&spaces, Some(DVec3::X), |i| {
+            first.push(i);
+            first.len() == 3
+        });
+        assert!(sorted != found && first == sorted[..3]);
+        sorted.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(sorted, found, "another order of the same faces");
         for i in 0..f.faces.len() as u32 {
             let inside = f
                 .corners(&f.faces[i as usize])

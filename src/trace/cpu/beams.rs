@@ -720,13 +720,15 @@ impl Clipper<'_> {
         let near = HalfSpace { normal: side.normal, offset: side.offset + faces.flat_m };
         let source_space =
             source.map_or(near, |s| HalfSpace { normal: s.normal, offset: s.offset + faces.flat_m });
-        faces.within(&[a, b, c, d, near, source_space], |g| {
+        // What is near the place that rays come from hides most.
+        let from = frame.from_point.then_some(frame.origin);
+        faces.within_until(&[a, b, c, d, near, source_space], from, |g| {
             if g != target
-                && sight.is_open(pieces)
                 && let Some(facing) = lit(&faces.faces[g as usize])
             {
                 self.hide(&mut sight, g, facing, pieces, scratch);
             }
+            !sight.is_open(pieces)
         });
         sight.cut
     }
