@@ -111,7 +111,10 @@ fn short_cuts_leave_what_is_heard() {
                 worst = worst.max((a - b).abs() / a.max(b));
             }
         }
+        let (far, faces) = (short.beyond_reach, geometry.faces().faces.len());
+        println!("{name}: {far} of {faces} faces beyond reach");
         println!("{name}: {n} and {m} echoes, {} chains; moved {moved:e}, worst {worst:e}", want.len());
+        assert!(far > 0 && short.list.iter().filter(|r| !passes(radar, r)).count() < short.list.len() / 2);
         assert!(n > 1000 && n.abs_diff(m) <= n / 10_000, "{name}: {n} and {m} echoes");
         assert!(moved < 1e-7 && worst < 1e-4, "{name}: {moved:e} of the power moved, {worst:e} of one chain");
     }
