@@ -4,6 +4,7 @@
 mod chain;
 pub mod devices;
 pub mod memory;
+pub mod reach;
 pub mod sweep;
 
 use crate::adc::{self, Cube};

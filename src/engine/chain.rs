@@ -1,6 +1,6 @@
 //! From geometry to detected cells.
 
-use super::{AnyCube, Engine, Precision};
+use super::{AnyCube, Engine, Precision, reach};
 use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::cpu::synthesis::Control;
@@ -85,7 +85,8 @@ impl Engine {
     /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
     ///
     /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
-    /// they light must be known to a thousandth of a wavelength all over the scene.
+    /// they light must be known to a thousandth of a wavelength all over the scene. What lies so far that `radar` cannot hear it
+    /// is left out.
     pub fn echoes(
         &self,
         geometry: &Geometry,
@@ -95,6 +96,9 @@ impl Engine {
         options: &TraceOptions,
     ) -> Echoes {
         let windows = windows(radar, pose);
+        let rate_mps = reach::fastest_path_mps(geometry, velocity_mps, options.bounces);
+        let reach_m = options.reach_m.min(reach::reach_m(radar, rate_mps));
+        let options = &TraceOptions { reach_m, ..*options };
         let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
         if let Some(air) = &options.air {
             all.list.extend(crate::trace::cpu::volume::echoes(

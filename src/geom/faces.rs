@@ -110,6 +110,16 @@ pub struct Faces {
     pub radius_m: f64,
 }
 
+/// Those faces of a scene that come near to a place.
+#[derive(Debug)]
+pub struct NearFaces {
+    /// They alone, in a tree of their own. Their patches, with the areas of all they hold, and the sides on which they are seen
+    /// are those of the scene.
+    pub faces: Faces,
+    /// The number of each among the scene's faces, rising.
+    pub numbers: Vec<u32>,
+}
+
 impl Faces {
     /// The faces of a mesh.
     pub fn build(mesh: &Mesh<'_>) -> Faces {
@@ -153,12 +163,80 @@ impl Faces {
             }
         }
         faces.plant_tree();
-        for (i, face) in faces.faces.iter().enumerate() {
-            if faces.mirrors_points(face.patch) {
-                faces.mirrors.entry(face.patch).or_default().push(i as u32);
+        faces.list_mirrors();
+        faces
+    }
+
+    fn list_mirrors(&mut self) {
+        for (i, face) in self.faces.iter().enumerate() {
+            if self.mirrors_points(face.patch) {
+                self.mirrors.entry(face.patch).or_default().push(i as u32);
             }
         }
-        faces
+    }
+
+    /// The faces that have a place not farther than `reach_m` from `place_m`; None when all have.
+    pub fn near(&self, place_m: DVec3, reach_m: f64) -> Option<NearFaces> {
+        if place_m.distance(self.centre_m) + self.radius_m <= reach_m {
+            return None;
+        }
+        let is_near: Vec<bool> =
+            self.faces.iter().map(|f| is_within(self.corners(f), f.normal, place_m, reach_m)).collect();
+        if is_near.iter().all(|near| *near) {
+            return None;
+        }
+        let mut counts = vec![0u32; self.nodes.len()];
+        for &i in self.parents_first().iter().rev() {
+            let n = &self.nodes[i];
+            let first = n.first as usize;
+            counts[i] = match n.count {
+                0 => counts[first] + counts[first + 1],
+                count => is_near[first..first + count as usize].iter().map(|near| u32::from(*near)).sum(),
+            };
+        }
+        let mut faces = Faces {
+            cells: self.cells.clone(),
+            patch_area_m2: self.patch_area_m2.clone(),
+            flat_m: self.flat_m,
+            centre_m: self.centre_m,
+            radius_m: self.radius_m,
+            ..Default::default()
+        };
+        let numbers: Vec<u32> = (0..self.faces.len() as u32).filter(|i| is_near[*i as usize]).collect();
+        for i in &numbers {
+            let face = self.faces[*i as usize];
+            faces.faces.push(Face { first: faces.corners.len() as u32, ..face });
+            faces.corners.extend(self.corners(&face));
+        }
+        // The scene's tree without what is empty: a node here and the one there that it is made of.
+        let mut stack = Vec::new();
+        if !numbers.is_empty() {
+            faces.nodes.push(self.nodes[0]);
+            stack.push((0, 0));
+        }
+        while let Some((node, mut from)) = stack.pop() {
+            let of = loop {
+                let of = self.nodes[from];
+                let children = [of.first as usize, of.first as usize + 1];
+                match (of.count, children.map(|c| counts.get(c))) {
+                    (0, [Some(0), _]) => from = children[1],
+                    (0, [_, Some(0)]) => from = children[0],
+                    _ => break of,
+                }
+            };
+            faces.nodes[node] = if of.count > 0 {
+                let first = numbers.partition_point(|i| *i < of.first) as u32;
+                Node { first, count: counts[from], ..of }
+            } else {
+                let first = faces.nodes.len();
+                faces.nodes.extend([of; 2]);
+                stack.extend([(first, of.first as usize), (first + 1, of.first as usize + 1)]);
+                Node { first: first as u32, ..of }
+            };
+        }
+        faces.box_tree();
+        faces.list_mirrors();
+        Some(NearFaces { faces, numbers })
     }
 
     /// Whether a patch mirrors another as an endless plane does.
@@ -222,8 +300,12 @@ impl Faces {
                 count: n.prim_count,
             })
             .collect();
+        self.box_tree();
+    }
+
+    fn box_tree(&mut self) {
         if !self.nodes.is_empty() {
-            self.fit(0);
+            self.fit();
             self.few = self.leaves();
         }
     }
@@ -243,9 +325,9 @@ impl Faces {
         leaves
     }
 
-    fn fit(&mut self, root: usize) {
-        // Children stand behind their parent, so backwards every child is done first.
-        let mut order = vec![root];
+    /// All nodes, each before those below it.
+    fn parents_first(&self) -> Vec<usize> {
+        let mut order = if self.nodes.is_empty() { vec![] } else { vec![0] };
         let mut i = 0;
         while i < order.len() {
             let n = self.nodes[order[i]];
@@ -254,7 +336,11 @@ impl Faces {
             }
             i += 1;
         }
-        for &i in order.iter().rev() {
+        order
+    }
+
+    fn fit(&mut self) {
+        for i in self.parents_first().into_iter().rev() {
             let n = self.nodes[i];
             let (lo, hi) = if n.count > 0 {
                 let faces = &self.faces[n.first as usize..(n.first + n.count) as usize];
@@ -275,6 +361,20 @@ impl Faces {
     /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
     #[inline]
     pub fn within<const N: usize>(&self, spaces: &[HalfSpace; N], mut visit: impl FnMut(u32)) {
+        self.within_until(spaces, None, |i| {
+            visit(i);
+            false
+        });
+    }
+
+    /// The same until `visit` says that it has enough. With a place to look `from` the nearer of two branches comes first.
+    #[inline]
+    pub fn within_until<const N: usize>(
+        &self,
+        spaces: &[HalfSpace; N],
+        from: Option<DVec3>,
+        mut visit: impl FnMut(u32) -> bool,
+    ) {
         if self.nodes.is_empty() {
             return;
         }
@@ -288,8 +388,8 @@ impl Faces {
         };
         if !self.few.is_empty() {
             for node in self.few.iter().map(|&i| &self.nodes[i as usize]) {
-                if !misses(node) {
-                    (node.first..node.first + node.count).for_each(&mut visit);
+                if !misses(node) && (node.first..node.first + node.count).any(&mut visit) {
+                    return;
                 }
             }
             return;
@@ -303,10 +403,19 @@ impl Faces {
                 continue;
             }
             if node.count > 0 {
-                (node.first..node.first + node.count).for_each(&mut visit);
+                if (node.first..node.first + node.count).any(&mut visit) {
+                    return;
+                }
             } else {
-                stack[top] = node.first + 1;
-                stack[top + 1] = node.first;
+                let (mut near, mut far) = (node.first, node.first + 1);
+                if let Some(place) = from {
+                    let away = |i: u32| self.nodes[i as usize].centre.distance_squared(place);
+                    if away(far) < away(near) {
+                        std::mem::swap(&mut near, &mut far);
+                    }
+                }
+                stack[top] = far;
+                stack[top + 1] = near;
                 top += 2;
             }
         }
@@ -316,6 +425,23 @@ impl Faces {
 fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));
     points.iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
+}
+
+/// Whether a convex polygon, counter-clockwise about `normal`, has a place not farther than `reach_m` from `p`.
+fn is_within(corners: &[DVec3], normal: DVec3, p: DVec3, reach_m: f64) -> bool {
+    let reach2 = reach_m * reach_m;
+    if corners.iter().any(|c| c.distance_squared(p) <= reach2) {
+        return true;
+    }
+    let sides = || (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]));
+    let is_over = sides().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
+    if is_over {
+        return normal.dot(p - corners[0]).abs() <= reach_m;
+    }
+    sides().any(|(a, b)| {
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        (a + (b - a) * t).distance_squared(p) <= reach2
+    })
 }
 
 struct Plane {
@@ -631,6 +757,20 @@ mod tests {
         ];
         let mut found = Vec::new();
         f.within(&spaces, |i| found.push(i));
+        let mut sorted = Vec::new();
+        f.within_until(&spaces, Some(DVec3::X), |i| {
+            sorted.push(i);
+            false
+        });
+        let mut first = Vec::new();
+        f.within_until(&spaces, Some(DVec3::X), |i| {
+            first.push(i);
+            first.len() == 3
+        });
+        assert!(sorted != found && first == sorted[..3]);
+        sorted.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(sorted, found, "another order of the same faces");
         for i in 0..f.faces.len() as u32 {
             let inside = f
                 .corners(&f.faces[i as usize])
@@ -639,5 +779,43 @@ mod tests {
             assert!(!inside || found.contains(&i));
         }
         assert!(found.len() < f.faces.len() * 3 / 4);
+    }
+
+    /// What is near is what places on the faces say, and its tree finds the same as that of all.
+    #[test]
+    fn near_faces_are_those_with_a_near_place() {
+        let f = faces_of(grid(16, |i, j| (i + j) % 3 == 0));
+        assert!(f.near(f.centre_m, 2.0).is_none(), "all of them");
+        assert!(f.near(DVec3::new(0.0, 0.0, 50.0), 1.0).unwrap().faces.nodes.is_empty());
+        let place = DVec3::new(0.1, 0.2, 0.9);
+        for reach in [0.6, 0.75, 0.9] {
+            let near = f.near(place, reach).unwrap();
+            assert!(!near.numbers.is_empty() && near.numbers.is_sorted());
+            for (i, face) in f.faces.iter().enumerate() {
+                let c = f.corners(face);
+                let mut nearest = f64::INFINITY;
+                for k in 1..c.len() - 1 {
+                    for (u, v) in (0..=64).flat_map(|u| (0..=64 - u).map(move |v| (u, v))) {
+                        let (u, v) = (f64::from(u) / 64.0, f64::from(v) / 64.0);
+                        let p = c[0] + (c[k] - c[0]) * u + (c[k + 1] - c[0]) * v;
+                        nearest = nearest.min(p.distance(place));
+                    }
+                }
+                let found = near.numbers.binary_search(&(i as u32));
+                assert!(found.is_ok() || nearest > reach, "{i} at {nearest}");
+                assert!(found.is_err() || nearest < reach + 0.02, "{i} at {nearest}");
+                if let Ok(at) = found {
+                    let same = &near.faces.faces[at];
+                    assert_eq!((near.faces.corners(same), same.patch), (c, face.patch));
+                }
+            }
+            let space = [HalfSpace { normal: DVec3::Y, offset: 0.3 }];
+            let (mut all, mut few) = (Vec::new(), Vec::new());
+            f.within(&space, |i| all.push(i));
+            near.faces.within(&space, |i| few.push(near.numbers[i as usize]));
+            let inside = |i: &u32| f.corners(&f.faces[*i as usize]).iter().any(|p| p.y > 0.3);
+            let left: Vec<u32> = near.numbers.iter().copied().filter(inside).collect();
+            assert!(left.iter().all(|i| few.contains(i)) && few.iter().all(|i| all.contains(i)));
+        }
     }
 }

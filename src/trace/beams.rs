@@ -12,6 +12,9 @@ pub const CAP: usize = 24;
 /// at finite range.
 const TAU_AT_FIFTH_DB: f64 = 0.25;
 
+/// As `BeamOptions::occluders_listed`. Time hardly changes from 512 on; the limit is there for beams that meet most of a large scene.
+const OCCLUDERS_LISTED: usize = 1024;
+
 /// How to follow beams and how finely to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamOptions {
@@ -23,12 +26,21 @@ pub struct BeamOptions {
     pub last: bool,
     /// Also list what is lit by way of a plane beside which it is small, whether the receiver sees it or not.
     pub images: bool,
+    /// Up to so many faces ahead of a beam, what hides one of them is looked for among them; of more, and with 0 always, the tree
+    /// over all faces is asked. For time alone: both find the same.
+    pub occluders_listed: usize,
 }
 
 impl BeamOptions {
     /// The error of the quadratic phase grows with its square.
     pub fn new(bounces: usize, accuracy_db: f64, last: bool) -> Self {
-        BeamOptions { bounces, tau: TAU_AT_FIFTH_DB * (accuracy_db / 0.2).sqrt(), last, images: false }
+        BeamOptions {
+            bounces,
+            tau: TAU_AT_FIFTH_DB * (accuracy_db / 0.2).sqrt(),
+            last,
+            images: false,
+            occluders_listed: OCCLUDERS_LISTED,
+        }
     }
 }
 

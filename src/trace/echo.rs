@@ -72,4 +72,6 @@ pub struct Echoes {
     pub list: Vec<Echo>,
     /// Samples of diffuse surfaces among them, before weak ones were dropped.
     pub rays: u64,
+    /// Faces that were left out because the receiver hears nothing from so far (`TraceOptions::reach_m`).
+    pub beyond_reach: u64,
 }

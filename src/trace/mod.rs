@@ -42,6 +42,9 @@ pub struct TraceOptions {
     pub accuracy_db: f64,
     /// Echoes are good over this band around the carrier.
     pub bandwidth_hz: f64,
+    /// Faces no place of which is nearer to the radar than this, m, are left out, and hide nothing: half the length of the longest
+    /// path that the receiver hears. All are kept where rough surfaces are sampled, whose squares share out all that is seen.
+    pub reach_m: f64,
     /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
     /// beams there too (CONVENTIONS eq. 65).
     pub images: bool,
@@ -66,6 +69,7 @@ impl Default for TraceOptions {
             least: 0.0,
             accuracy_db: 0.2,
             bandwidth_hz: 1e9,
+            reach_m: f64::INFINITY,
             images: true,
             rays: 100_000,
             seed: 0,

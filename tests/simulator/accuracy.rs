@@ -72,7 +72,8 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
 fn chain(radar: &Radar, target: [f64; 4], dbsm: f64, seed: u64) -> (RangeDoppler<f64>, Echoes) {
     let [range, rate, azimuth, elevation] = target;
     let u = direction_from_angles(azimuth, elevation);
-    let echoes = Echoes { list: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], rays: 0 };
+    let echoes =
+        Echoes { list: vec![point_echo(u * range, u * rate, power_from_db(dbsm), 1)], ..Default::default() };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, seed, 0).unwrap());
     (catseye::dsp::cpu::process(&cube, radar).unwrap().1, echoes)

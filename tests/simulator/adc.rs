@@ -70,7 +70,7 @@ fn radar() -> Radar {
 }
 
 fn echoes(all: Vec<Echo>) -> Echoes {
-    Echoes { list: all, rays: 0 }
+    Echoes { list: all, ..Default::default() }
 }
 
 fn cube<T: Precision>(radar: &Radar, all: &Echoes) -> Cube<T> {

@@ -90,7 +90,7 @@ fn echo(range: f64, azimuth_deg: f64, elevation_deg: f64, rate: f64, dbsm: f64, 
 }
 
 fn cloud(radar: &Radar, list: Vec<Echo>, objects: &[Object]) -> Vec<Point> {
-    let echoes = Echoes { list, rays: 0 };
+    let echoes = Echoes { list, ..Default::default() };
     let mut cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
@@ -164,7 +164,7 @@ fn labels_follow_range_rate_and_azimuth() {
         echo(20.0, 40.0, 0.0, 0.0, 12.0, 3),
         echo(25.0, 0.0, 0.0, 0.0, 0.0, 4),
     ];
-    let echoes = Echoes { list, rays: 0 };
+    let echoes = Echoes { list, ..Default::default() };
     let bodies = bodies(&objects);
     let labeller = Labeller::new(&radar, &echoes, &bodies);
     let at = |range: f64, azimuth: f64, rate: f64| {
@@ -209,7 +209,8 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     let p =
         Point { range_m: 20.0, range_rate_mps: 0.0, azimuth_rad: 0.0, elevation_rad: 0.0, ..sample_point() };
     let bodies = bodies(&objects);
-    let of = |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list, rays: 0 }, &bodies).label(&p);
+    let of =
+        |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list, ..Default::default() }, &bodies).label(&p);
     let best = |list: Vec<Echo>| of(list).object_id;
     assert_eq!(best(vec![by_ground.clone(), echo(20.0, 0.0, 0.0, 0.0, 11.0, 3)]), 2);
     assert_eq!(best(vec![by_ground, echo(20.0, 0.0, 0.0, 0.0, 13.0, 3)]), 3);
@@ -291,7 +292,7 @@ fn tables_hold_what_the_contract_says() {
     let mut r = echo(50.0, 0.0, 0.0, -3.0, 10.0, 5);
     r.chain[1] = 9;
     r.bounces = 2;
-    let list = Echoes { list: vec![r], rays: 1 };
+    let list = Echoes { list: vec![r], rays: 1, ..Default::default() };
     let bytes = files::write_echoes(Vec::new(), &radar, &list).unwrap();
     let table = Table::parse("returns.csv", String::from_utf8(bytes).unwrap()).unwrap();
     assert_eq!(table.header, files::RETURN_COLUMNS);

@@ -144,7 +144,7 @@ fn small_radar(rx: &[DVec3]) -> Radar {
 fn chain(radar: &Radar, targets: &[(DVec3, f64)]) -> Vec<Complex64> {
     let list = targets.iter().enumerate();
     let echoes = list.map(|(i, (p, sigma))| point_echo(*p, DVec3::ZERO, *sigma, i as u32 + 1)).collect();
-    let echoes = Echoes { list: echoes, rays: 0 };
+    let echoes = Echoes { list: echoes, ..Default::default() };
     let cube: Cube<f64> = synthesise(&Plan::new(radar, &echoes).unwrap(), Control::default()).unwrap();
     let (spectrum, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let strongest =

@@ -478,7 +478,10 @@ fn frames_agree_with_f64() {
         let u = DVec3::new(1.0, 0.2 * i - 0.2, 0.0).normalize();
         point_echo(u * range, u * rate, 1.0, i as u32 + 1)
     };
-    let list = Echoes { list: vec![echo(0.0, 1.1, 6.0), echo(1.0, 1.9, 0.0), echo(2.0, 2.6, -9.0)], rays: 0 };
+    let list = Echoes {
+        list: vec![echo(0.0, 1.1, 6.0), echo(1.0, 1.9, 0.0), echo(2.0, 2.6, -9.0)],
+        ..Default::default()
+    };
     for (multiplex, transmitters, processing) in [
         ("", 2, "range_migration = \"keystone\""),
         ("", 2, "range_migration = \"keystone\"\nremove_static = true"),

@@ -92,7 +92,7 @@ pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Echoes {
         r.path_gain = [[a, Complex64::ZERO], [Complex64::ZERO, a]];
         r
     };
-    Echoes { list: (0..count).map(echo).collect(), rays: 0 }
+    Echoes { list: (0..count).map(echo).collect(), ..Default::default() }
 }
 
 /// Worst error over the peak, and relative L2.
@@ -216,7 +216,7 @@ fn few_and_equal_echoes() {
     for speed in [0.0, 10.0] {
         check("one", &radar, &many(1, [3.0, 30.0], speed));
         let one = many(1, [3.0, 30.0], speed).list.remove(0);
-        check_within(ALWAYS, "equal", &radar, &Echoes { list: vec![one; 30_000], rays: 0 });
+        check_within(ALWAYS, "equal", &radar, &Echoes { list: vec![one; 30_000], ..Default::default() });
         // Silent echoes beside one that is heard.
         let mut silent = many(50, [3.0, 30.0], speed);
         for r in &mut silent.list[1..] {
@@ -696,7 +696,7 @@ fn gpu_pieces_are_the_whole() {
 fn gpu_leaves_crowds_to_the_direct_sum() {
     let radar = radar(4, 32);
     let one = many(1, [1.0, 3.0], 5.0).list.remove(0);
-    let all = Echoes { list: vec![one; 3000], rays: 0 };
+    let all = Echoes { list: vec![one; 3000], ..Default::default() };
     let (cube, methods, _) = on_gpu(test_gpu(), &radar, &all, &Costs { direct: 1e9, ..DEVICE_COSTS });
     assert_eq!(methods, Methods::default());
     let truth = synthesise::<f64>(&Plan::new(&radar, &all).unwrap(), Control::default()).unwrap();

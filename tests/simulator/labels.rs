@@ -169,7 +169,7 @@ fn ghosts_by_chain_and_place() {
     let (road, car, wheel, lamp) = (1, 2, 3, 4);
     let ghost = |place: [f64; 3], chain: &[u32], with_elevation: bool| {
         let (point, echo) = seen(DVec3::from_array(place), chain, with_elevation);
-        let echoes = Echoes { list: vec![echo], rays: 0 };
+        let echoes = Echoes { list: vec![echo], ..Default::default() };
         let label = Labeller::new(&radar, &echoes, &bodies).label(&point);
         assert_eq!((usize::from(label.bounces), label.share), (chain.len(), 1.0));
         (label.object_id, label.ghost)

@@ -221,7 +221,7 @@ fn samples_follow_the_exact_path() {
             (echo, &mut worst),
             (Echo { path_acceleration_and_jerk: [0.0; 2], ..first.clone() }, &mut straight),
         ] {
-            let list = Echoes { list: vec![echo], rays: 0 };
+            let list = Echoes { list: vec![echo], ..Default::default() };
             let truth = synthesise::<f64>(&Plan::new(radar, &list).unwrap(), Control::default()).unwrap();
             for n in 0..radar.samples {
                 let at = m * radar.samples + n;

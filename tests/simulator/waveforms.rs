@@ -77,7 +77,7 @@ fn echoes(all: &[(f64, f64)]) -> Echoes {
             point_echo(u * *range, u * *rate, 1.0 + i as f64, i as u32 + 1)
         })
         .collect();
-    Echoes { list: all, rays: 0 }
+    Echoes { list: all, ..Default::default() }
 }
 
 fn cube(radar: &Radar, echoes: &Echoes) -> catseye::adc::Cube<f64> {
@@ -385,7 +385,7 @@ fn levels_and_noise_of_points_of_every_multiplex() {
         // In the middle of a cell, so that windows lose nothing.
         let range = 84.0 * radar.range_bin_m() - rate * radar.range_per_rate_s();
         let u = DVec3::new(0.95, 0.2, 0.0).normalize();
-        let all = Echoes { list: vec![point_echo(u * range, u * rate, sigma_m2, 1)], rays: 0 };
+        let all = Echoes { list: vec![point_echo(u * range, u * rate, sigma_m2, 1)], ..Default::default() };
         // Eq. 9 and 13; a Hann window over N samples lets through 1.5/N of white noise.
         let echo_w = 1e-3 * 10f64.powf(radar.tx_power_dbm / 10.0) * radar.wavelength_m().powi(2) * sigma_m2
             / ((4.0 * PI).powi(3) * range.powi(4));
@@ -436,7 +436,7 @@ fn folds_are_found_with_several_ramps() {
         // λ/2T_loop, three turns of each ramp.
         let period = 3.0 * (ramps[0].1 + ramps[1].1);
         let interval = C0 / radar.carrier_hz / (2.0 * period);
-        let all = Echoes { list: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], rays: 0 };
+        let all = Echoes { list: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], ..Default::default() };
         let cube = AnyCube::F64(cube(&radar, &all));
         let mut maps = engine.maps(&radar, &cube).unwrap();
         for (i, map) in maps.iter().enumerate() {
@@ -479,7 +479,7 @@ fn slow_ramps_have_the_right_angle() {
     (radar.tx, radar.rx) = (two.tx[..2].to_vec(), two.rx.clone());
     for (range, rate) in [(60.0, -14.8), (45.0, 7.6), (80.0, 0.0)] {
         let u = DVec3::new(0.95, -0.25, 0.0).normalize();
-        let all = Echoes { list: vec![point_echo(u * range, u * rate, 1.0, 1)], rays: 0 };
+        let all = Echoes { list: vec![point_echo(u * range, u * rate, 1.0, 1)], ..Default::default() };
         let engine = Engine::Cpu(Precision::F64);
         let cube = AnyCube::F64(cube(&radar, &all));
         let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
@@ -504,7 +504,10 @@ fn equal_slopes_are_put_together() {
     let range = 60.0;
     let seen = |bands: &[f64], rate: f64, seed: u64| {
         let radar = with(bands);
-        let all = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)], rays: 0 };
+        let all = Echoes {
+            list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1e3, 1)],
+            ..Default::default()
+        };
         let (cube, _) = engine.cube(&radar, &all, &[], seed, 0, Control::default()).unwrap();
         let points = locate::points(&engine, &radar, &mut engine.maps(&radar, &cube).unwrap(), None).unwrap();
         points.into_iter().next().unwrap_or_else(|| panic!("{bands:?}: nothing seen"))
@@ -595,7 +598,10 @@ fn ranges_belong_to_the_middle_of_the_frame() {
     (radar.chirps, radar.processing.doppler_fft) = (4, 4);
     (radar.processing.cfar.guard[0], radar.processing.cfar.train[0]) = (0, 0);
     for (range, rate) in [(60.0, -15.0), (45.3, 15.0), (70.6, -9.0)] {
-        let all = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1.0, 1)], rays: 0 };
+        let all = Echoes {
+            list: vec![point_echo(DVec3::X * range, DVec3::X * rate, 1.0, 1)],
+            ..Default::default()
+        };
         let cube = cube(&radar, &all);
         let seen: Vec<f64> = (0..2)
             .map(|i| {

@@ -346,8 +346,10 @@ fn two_rays(engine: &Engine, rows: &mut Rows) -> Result<()> {
         let mut scene = scene.clone();
         scene.objects[1].pose.translation_m = DVec3::new(d, 0.0, 0.35);
         let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
-        let echoes =
-            Echoes { list: point_echoes(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()), rays: 0 };
+        let echoes = Echoes {
+            list: point_echoes(&geometry, &pose, DVec3::ZERO, &TraceOptions::default()),
+            ..Default::default()
+        };
         let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
         // The fall with distance would move the extremes.
         Ok(mean_power(&wide(cube).data) * d.powi(4))
@@ -388,7 +390,7 @@ fn delay(engine: &Engine, rows: &mut Rows) -> Result<()> {
     radar.waveform = Waveform::chirp(2.46e9, 32.8e-6, 48e-6);
     (radar.sample_rate_hz, radar.samples, radar.chirps) = (62.5e6, 2050, 8);
     let echo = point_echo(DVec3::new(30.0, 4.0, 0.5), DVec3::new(-20.0, 0.0, 0.0), 10.0, 1);
-    let echoes = Echoes { list: vec![echo], rays: 0 };
+    let echoes = Echoes { list: vec![echo], ..Default::default() };
     let exact = synthesise::<f64>(&Plan::new(&radar, &echoes)?, Control::default())?;
     let here = wide(engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?.0);
     let level = exact.data[0].norm();
@@ -458,7 +460,8 @@ fn processing_gain(engine: &Engine, rows: &mut Rows) -> Result<()> {
     let mut radar = radar_toml::preset("demo77")?;
     radar.processing.angle_window = Window::Rectangle;
     let range = 100.0 * radar.range_bin_m();
-    let echoes = Echoes { list: vec![point_echo(DVec3::X * range, DVec3::ZERO, 10.0, 1)], rays: 0 };
+    let echoes =
+        Echoes { list: vec![point_echo(DVec3::X * range, DVec3::ZERO, 10.0, 1)], ..Default::default() };
     let quiet = Radar { thermal_noise: false, ..radar.clone() };
     let (signal, _) = engine.cube(&quiet, &echoes, &[], 0, 0, Control::default())?;
     let found = engine.range_doppler(&quiet, &signal)?;

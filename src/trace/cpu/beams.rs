@@ -176,11 +176,52 @@ pub(super) struct Scratch {
     lists: Lists,
 }
 
+/// Faces ahead of a beam that its rays can meet, hidden by others or not.
+#[derive(Default)]
+struct Targets {
+    /// Face, its facing, and the part of the beam that it covers.
+    list: Vec<(u32, f64, Polygon)>,
+    /// Of those parts; none where there are too many of them to look through.
+    bounds: Vec<(DVec2, DVec2)>,
+}
+
+impl Targets {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.bounds.clear();
+    }
+}
+
+/// One face as the rays of a beam see it, while what stands before it is taken away.
+struct Sight<'a> {
+    frame: &'a Frame,
+    /// Where the rays set out from.
+    source: Option<&'a Side>,
+    target: u32,
+    /// The lit side of the target's plane.
+    side: Side,
+    /// All of it that is looked at.
+    start: &'a Polygon,
+    /// Area of the largest piece that is dropped.
+    least: f64,
+    /// Number of the first of its pieces.
+    from: usize,
+    /// Something was cut away.
+    cut: bool,
+}
+
+impl Sight<'_> {
+    /// Whether something of the target is still seen.
+    fn is_open(&self, pieces: &[Polygon]) -> bool {
+        pieces.len() > self.from
+    }
+}
+
 /// What a beam is followed with, kept between first faces.
 #[derive(Default)]
 struct Lists {
     stack: Vec<(u32, Polygon)>,
-    targets: Vec<(u32, f64, Polygon)>,
+    targets: Targets,
     parts: Vec<Polygon>,
     exits: Vec<Polygon>,
 }
@@ -673,47 +714,105 @@ impl Clipper<'_> {
         scratch: &mut Scratch,
     ) -> bool {
         let faces = self.faces;
-        let face = &faces.faces[target as usize];
-        let side = Side::of(face, facing);
-        let from = pieces.len();
-        let least = SLIVER * start.area().abs();
-        keep(start, 0.0, pieces);
+        let mut sight = self.sight(frame, source, target, facing, start, pieces);
+        let side = sight.side;
         let [a, b, c, d] = Self::prism(frame, start.bounds());
         let near = HalfSpace { normal: side.normal, offset: side.offset + faces.flat_m };
         let source_space =
             source.map_or(near, |s| HalfSpace { normal: s.normal, offset: s.offset + faces.flat_m });
-        let mut cut = false;
-        faces.within(&[a, b, c, d, near, source_space], |g| {
-            if g == target || pieces.len() == from {
-                return;
+        // What is near the place that rays come from hides most.
+        let from = frame.from_point.then_some(frame.origin);
+        faces.within_until(&[a, b, c, d, near, source_space], from, |g| {
+            if g != target
+                && let Some(facing) = lit(&faces.faces[g as usize])
+            {
+                self.hide(&mut sight, g, facing, pieces, scratch);
             }
-            let other = &faces.faces[g as usize];
-            let Some(other_facing) = lit(other) else { return };
-            let corners = faces.corners(other);
-            let crossing = match self.place(corners, &side) {
-                PlaneSide::Behind => return,
-                PlaneSide::Before => None,
-                PlaneSide::Across => match self.place(faces.corners(face), &Side::of(other, other_facing)) {
-                    PlaneSide::Before => return,
-                    PlaneSide::Behind => None,
-                    PlaneSide::Across => {
-                        let q = frame.nearness(other.normal, other.offset_m)
-                            - frame.nearness(face.normal, face.offset_m);
-                        Some(Line::new(q.x, q.y, q.z))
-                    }
-                },
-            };
-            let beyond = match source.map(|s| (s, self.place(corners, s))) {
-                None | Some((_, PlaneSide::Before)) => None,
-                Some((_, PlaneSide::Behind)) => return,
-                Some((s, PlaneSide::Across)) => Some(self.beyond(frame, s, other)),
-            };
-            let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
-            if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
-                cut |= self.subtract(&lines, least, pieces, from, scratch);
-            }
+            !sight.is_open(pieces)
         });
-        cut
+        sight.cut
+    }
+
+    /// The same among `others`, all that the rays can meet within a polygon that holds `start`.
+    #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
+    fn unhidden_among(
+        &self,
+        others: &Targets,
+        frame: &Frame,
+        source: &Side,
+        target: u32,
+        facing: f64,
+        start: &Polygon,
+        pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let mut sight = self.sight(frame, Some(source), target, facing, start, pieces);
+        let (lo, hi) = start.bounds();
+        for (&(g, facing, _), (low, high)) in others.list.iter().zip(&others.bounds) {
+            let apart = low.x > hi.x || high.x < lo.x || low.y > hi.y || high.y < lo.y;
+            if apart || g == target {
+                continue;
+            }
+            self.hide(&mut sight, g, facing, pieces, scratch);
+            if !sight.is_open(pieces) {
+                break;
+            }
+        }
+        sight.cut
+    }
+
+    /// The sight of a target that nothing hides yet: appends all of `start`.
+    fn sight<'a>(
+        &self,
+        frame: &'a Frame,
+        source: Option<&'a Side>,
+        target: u32,
+        facing: f64,
+        start: &'a Polygon,
+        pieces: &mut Vec<Polygon>,
+    ) -> Sight<'a> {
+        let from = pieces.len();
+        keep(start, 0.0, pieces);
+        let side = Side::of(&self.faces.faces[target as usize], facing);
+        Sight { frame, source, target, side, start, least: SLIVER * start.area().abs(), from, cut: false }
+    }
+
+    /// Takes away what the face `other`, which the rays can meet, hides of a target.
+    #[inline]
+    fn hide(
+        &self,
+        sight: &mut Sight<'_>,
+        other: u32,
+        other_facing: f64,
+        pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
+    ) {
+        let Sight { frame, source, start, .. } = *sight;
+        let face = &self.faces.faces[sight.target as usize];
+        let other = &self.faces.faces[other as usize];
+        let corners = self.faces.corners(other);
+        let crossing = match self.place(corners, &sight.side) {
+            PlaneSide::Behind => return,
+            PlaneSide::Before => None,
+            PlaneSide::Across => match self.place(self.faces.corners(face), &Side::of(other, other_facing)) {
+                PlaneSide::Before => return,
+                PlaneSide::Behind => None,
+                PlaneSide::Across => {
+                    let q = frame.nearness(other.normal, other.offset_m)
+                        - frame.nearness(face.normal, face.offset_m);
+                    Some(Line::new(q.x, q.y, q.z))
+                }
+            },
+        };
+        let beyond = match source.map(|s| (s, self.place(corners, s))) {
+            None | Some((_, PlaneSide::Before)) => None,
+            Some((_, PlaneSide::Behind)) => return,
+            Some((s, PlaneSide::Across)) => Some(self.beyond(frame, s, other)),
+        };
+        let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
+        if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
+            sight.cut |= self.subtract(&lines, sight.least, pieces, sight.from, scratch);
+        }
     }
 
     /// Positive where `face` lies farther than the plane of the source.
@@ -844,7 +943,7 @@ impl Clipper<'_> {
                 if p.area().abs() <= least {
                     return;
                 }
-                targets.push((f, facing, *p));
+                targets.list.push((f, facing, *p));
                 if self.options.last {
                     self.subtract(&lines, least, exits, 0, scratch);
                 }
@@ -858,7 +957,12 @@ impl Clipper<'_> {
                 continue;
             }
             let mark = stack.len();
-            for (f, facing, p) in targets.iter() {
+            // What hides a target is among the targets; of many, a tree of boxes finds it sooner.
+            let few = targets.list.len() <= self.options.occluders_listed;
+            if few {
+                targets.bounds.extend(targets.list.iter().map(|(_, _, p)| p.bounds()));
+            }
+            for (f, facing, p) in targets.list.iter() {
                 let (f, facing) = (*f, *facing);
                 let patch = self.faces.faces[f as usize].patch;
                 let imaged = node.imaged || begins && self.faces.mirrors(first_patch, patch);
@@ -866,7 +970,11 @@ impl Clipper<'_> {
                     continue;
                 }
                 parts.clear();
-                self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
+                if few {
+                    self.unhidden_among(targets, &frame, &source, f, facing, p, parts, scratch);
+                } else {
+                    self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
+                }
                 if parts.is_empty() {
                     continue;
                 }

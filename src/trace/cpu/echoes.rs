@@ -72,8 +72,21 @@ pub fn echoes(
     let last = options.convention == Convention::Last;
     let images = options.images && !last;
     let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
-    let clipped = clip_windows(geometry.faces(), windows, &beams);
-    from_clipped(geometry, &clipped, pose, velocity_mps, options)
+    let faces = geometry.faces();
+    let is_rough = |f: &Face| geometry.surfaces[f.surface as usize].is_rough();
+    let near = match options.rays > 0 && faces.faces.iter().any(is_rough) {
+        true => None,
+        // An echo may stand for paths that are longer by the spread.
+        false => faces.near(pose.translation_m, options.reach_m + spread_for(options.bandwidth_hz)),
+    };
+    let Some(near) = near else {
+        let clipped = clip_windows(faces, windows, &beams);
+        return from_clipped(geometry, &clipped, pose, velocity_mps, options);
+    };
+    let mut clipped = clip_windows(&near.faces, windows, &beams);
+    clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
+    let beyond_reach = (faces.faces.len() - near.numbers.len()) as u64;
+    Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) }
 }
 
 /// The same from what beams have met.
@@ -105,7 +118,7 @@ pub fn from_clipped(
     all.append(&mut rough);
     all.extend(point_echoes(geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
-    Echoes { list: all, rays }
+    Echoes { list: all, rays, beyond_reach: 0 }
 }
 
 /// What of one plane is lit by one chain of planes.

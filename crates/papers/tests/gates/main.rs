@@ -2,6 +2,7 @@
 
 mod austin;
 mod beam_times;
+mod clipping;
 mod echoes;
 mod gates;
 mod gpu_beams;

@@ -1,0 +1,121 @@
+//! Short cuts of the clipper leave the echoes of frames as they are.
+
+use catseye::adc::synthesis::passes;
+use catseye::engine::{Engine, Precision};
+use catseye::frames::{Pose, Sensor, World};
+use catseye::geom::{Geometry, curved};
+use catseye::road::{site::Site, w3};
+use catseye::scene::radar::Radar;
+use catseye::scene::{Scene, material, radar_toml, scenario};
+use catseye::simulate::{radar_pose, trace_options};
+use catseye::trace::beams::BeamOptions;
+use catseye::trace::cpu::{beams, echoes};
+use catseye::trace::windows::windows;
+use catseye::trace::{Echo, TraceOptions};
+use catseye::units::wavenumber;
+use catseye_io::{dataset, recipe::Recipe};
+use glam::{DQuat, DVec3};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// One look of a radar at a scene.
+struct Look {
+    name: &'static str,
+    geometry: Geometry,
+    radar: Radar,
+    pose: Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: TraceOptions,
+}
+
+impl Look {
+    fn of_frame(name: &'static str, s: &scenario::Scenario, scene: &Scene) -> Look {
+        let radar = s.radars[0].clone();
+        let sagitta_m = curved::sagitta_m(s.trace.accuracy_db, wavenumber(radar.carrier_hz));
+        let refined = curved::refined_within(scene, sagitta_m, s.trace.facets as usize).unwrap();
+        let reach_s = 0.5 * radar.frame_time_s();
+        let geometry = Geometry::of_frame(&refined, 0.0, radar.carrier_hz, reach_s).unwrap();
+        let (pose, velocity_mps) = radar_pose(&radar, &s.ego, 0.0);
+        Look { name, geometry, radar, pose, velocity_mps, options: trace_options(s, 0, 0).unwrap() }
+    }
+
+    /// All echoes, every target asking the tree for what hides it.
+    fn plainly(&self) -> Vec<Echo> {
+        let TraceOptions { bounces, accuracy_db, images, .. } = self.options;
+        let beams =
+            BeamOptions { images, occluders_listed: 0, ..BeamOptions::new(bounces, accuracy_db, false) };
+        let windows = windows(&self.radar, &self.pose);
+        let clipped = beams::clip_windows(self.geometry.faces(), &windows, &beams);
+        echoes::from_clipped(&self.geometry, &clipped, &self.pose, self.velocity_mps, &self.options).list
+    }
+}
+
+fn looks() -> [Look; 3] {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    let at = DVec3::new(0.0, 0.0, w3::RADAR_HEIGHT_M);
+    radar.mounting = Pose::new(DQuat::IDENTITY, at);
+    let scene = w3::w3(true, &material::by_name).unwrap();
+    let boxes = Look {
+        name: "W3",
+        geometry: Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap(),
+        options: TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() },
+        radar,
+        pose: Pose::new(DQuat::IDENTITY, at),
+        velocity_mps: DVec3::X * w3::EGO_SPEED_MPS,
+    };
+    let place = |file: &str| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")).join(file);
+    let text = "name = \"everything\"\nradar = \"front77\"\n[scene]\nroad = \"road_everything.toml\"\n\
+                [ego]\nspeed_mps = 20\non_road = { lane = 1, s_m = 10 }\n";
+    let driven = Site::new(&scenario::parse(&place("road/scenario.toml"), text).unwrap()).unwrap();
+    let recipe = Recipe::load(Path::new(&place("recipes/template.toml")), None).unwrap();
+    let drawn = dataset::site(&recipe, 3).unwrap();
+    [
+        boxes,
+        Look::of_frame("road_everything", &driven.scenario, &driven.scene),
+        Look::of_frame("template, scene 3", &drawn.scenario, &drawn.scene),
+    ]
+}
+
+/// Number and summed power of the echoes that the receiver hears, by the objects met.
+fn by_chain(radar: &Radar, list: &[Echo]) -> BTreeMap<Vec<u32>, (usize, f64)> {
+    let mut sums = BTreeMap::new();
+    for r in list.iter().filter(|r| passes(radar, r)) {
+        let chain = r.chain[..r.bounces as usize].to_vec();
+        let sum: &mut (usize, f64) = sums.entry(chain).or_default();
+        sum.0 += 1;
+        sum.1 += r.path_gain.iter().flatten().map(|z| z.norm_sqr()).sum::<f64>();
+    }
+    sums
+}
+
+/// What hides a face is found among what its beam meets, and only within the receiver's reach; the echoes that are heard stay the
+/// same.
+#[test]
+fn short_cuts_leave_what_is_heard() {
+    for look in looks() {
+        let Look { name, geometry, radar, pose, velocity_mps, options } = &look;
+        let want = by_chain(radar, &look.plainly());
+        let engine = Engine::Cpu(Precision::F64);
+        let short = engine.echoes(geometry, radar, pose, *velocity_mps, options);
+        let got = by_chain(radar, &short.list);
+        let total =
+            |sums: &BTreeMap<_, (usize, f64)>| sums.values().fold((0, 0.0), |(n, p), (m, q)| (n + m, p + q));
+        let ((n, power), (m, _)) = (total(&want), total(&got));
+        let (mut moved, mut worst) = (0.0, 0.0f64);
+        for chain in want.keys().chain(got.keys().filter(|c| !want.contains_key(*c))) {
+            let of = |sums: &BTreeMap<Vec<u32>, (usize, f64)>| sums.get(chain).map_or(0.0, |s| s.1);
+            let (a, b) = (of(&want), of(&got));
+            moved += (a - b).abs() / power;
+            // Chains of no weight have no say in how well the others agree.
+            if a.max(b) > 1e-9 * power {
+                worst = worst.max((a - b).abs() / a.max(b));
+            }
+        }
+        let (far, faces) = (short.beyond_reach, geometry.faces().faces.len());
+        println!("{name}: {far} of {faces} faces beyond reach");
+        println!("{name}: {n} and {m} echoes, {} chains; moved {moved:e}, worst {worst:e}", want.len());
+        assert!(far > 0 && short.list.iter().filter(|r| !passes(radar, r)).count() < short.list.len() / 2);
+        assert!(n > 1000 && n.abs_diff(m) <= n / 10_000, "{name}: {n} and {m} echoes");
+        assert!(moved < 1e-7 && worst < 1e-4, "{name}: {moved:e} of the power moved, {worst:e} of one chain");
+    }
+}
