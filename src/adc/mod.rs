@@ -1,5 +1,6 @@
 //! From echoes to the samples that the radar's converter would deliver.
 
+pub mod budget;
 pub mod convert;
 pub mod cpu;
 pub mod front_end;

@@ -93,10 +93,17 @@ pub struct SynthesisStats {
     /// Of those, the ones whose path length changes. When there are none, one chirp of each
     /// transmitter is synthesised and copied to all loops, which is exact.
     pub moving: u64,
-    /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0.
+    /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0. A face that lies too far for any echo of
+    /// it to be heard is not traced and counts as one, without its power.
     pub dropped: u64,
     /// Power of the echoes that fall out of the receiver's band, W.
     pub dropped_power_w: f64,
+    /// Echoes that went into others of the same place and way.
+    pub merged: u64,
+    /// Echoes that were left out because all of them together cannot show, and the sum of their powers, mean over channels.
+    pub left_out: u64,
+    /// Power of the echoes that were left out, W.
+    pub left_out_power_w: f64,
     /// How the echoes were summed.
     pub synthesis: Methods,
 }
@@ -109,6 +116,9 @@ impl SynthesisStats {
             moving: self.moving.max(other.moving),
             dropped: self.dropped.max(other.dropped),
             dropped_power_w: self.dropped_power_w.max(other.dropped_power_w),
+            merged: self.merged.max(other.merged),
+            left_out: self.left_out.max(other.left_out),
+            left_out_power_w: self.left_out_power_w.max(other.left_out_power_w),
             synthesis: self.synthesis,
         }
     }
@@ -211,6 +221,14 @@ impl<'a> Plan<'a> {
     /// When an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
+        let front_end = SynthesisStats {
+            echoes: echoes.list.len() as u64,
+            dropped: echoes.beyond_reach,
+            merged: echoes.merged,
+            left_out: echoes.left_out,
+            left_out_power_w: echoes.left_out_power_w,
+            ..Default::default()
+        };
         let echoes = &echoes.list[..];
         if echoes.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
@@ -229,7 +247,7 @@ impl<'a> Plan<'a> {
             channels: ways.len(),
             samples: lines.count,
             sampling: if lines.step_s > 0.0 { radar.sampling } else { Sampling::Iq },
-            front_end: SynthesisStats { echoes: echoes.len() as u64, ..Default::default() },
+            front_end,
             radar,
             lines,
             echoes,

@@ -26,7 +26,8 @@ use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
 use crate::trace::windows::windows;
-use crate::trace::{Echoes, TraceOptions};
+use crate::trace::{Echoes, TraceOptions, merge};
+use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use std::time::Instant;
@@ -110,6 +111,9 @@ impl Engine {
                 options,
             ));
             air.attenuate(&mut all.list);
+        }
+        if options.merge {
+            all.merged = merge::merge(&mut all.list, wavenumber(geometry.freq_hz), geometry.reach_s);
         }
         all
     }

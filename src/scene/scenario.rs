@@ -299,9 +299,13 @@ pub struct TraceTable {
     pub accuracy_db: At<f64>,
     /// Most facets that curved surfaces are cut into in all, where the accuracy asks for more; what the meshes have they keep.
     pub facets: At<u64>,
-    /// Echoes of surfaces this far above (negative: under) the thermal noise of a cell of the map after all channels are left
-    /// out, as if in the antennas' main direction; without it, or without noise, all are kept.
+    /// Each echo weaker than this over (negative: under) the thermal noise of a cell of the map after all channels is left out,
+    /// in place of the budget below; without noise all are kept.
     pub floor_db: Option<At<f64>>,
+    /// Keeps every single echo. Otherwise echoes of one place by one way are added up, and the weakest are left out as long as
+    /// the sum of their powers stays 10 dB under the noise of a cell after all channels (without noise: 100 dB under the sum of
+    /// all).
+    pub exact: At<bool>,
     /// Which bounces of a chain radiate.
     pub convention: BounceConvention,
 }
@@ -314,6 +318,7 @@ impl Default for TraceTable {
             accuracy_db: 0.2.into(),
             facets: 50_000.into(),
             floor_db: None,
+            exact: false.into(),
             convention: BounceConvention::Every,
         }
     }
@@ -553,8 +558,10 @@ pub struct TraceSettings {
     pub accuracy_db: f64,
     /// Most facets of curved bodies.
     pub facets: u64,
-    /// None: all echoes are kept.
+    /// Over the noise of a cell; None: what cannot show in sum is left out.
     pub floor_db: Option<f64>,
+    /// Every single echo is kept.
+    pub exact: bool,
     /// Which bounces of a chain radiate.
     pub convention: BounceConvention,
 }
@@ -955,10 +962,22 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
                 }
                 None => None,
             },
+            exact: exact(&doc, &f.trace)?,
             convention: f.trace.convention,
         },
         output: f.output,
     })
+}
+
+/// Whether every echo is kept. Errors: a floor beside it.
+fn exact(doc: &Document<'_>, trace: &TraceTable) -> Result<bool> {
+    match &trace.floor_db {
+        Some(floor) if trace.exact.value => Err(doc
+            .bad(&floor.span, "a floor leaves out echoes, and exact = true keeps all of them")
+            .remedy("delete one of the two")
+            .into()),
+        _ => Ok(trace.exact.value),
+    }
 }
 
 /// The road that the ego vehicle follows. Errors: no road in the scene, a position beside it, a speed given twice.

@@ -3,6 +3,7 @@
 pub mod thermal_floor;
 pub mod truth;
 
+use crate::adc::budget::{Budget, trim};
 use crate::adc::cpu::synthesis::Control;
 use crate::adc::interference::{self, Arrival, RadarState};
 use crate::adc::synthesis::{Levels, SynthesisStats};
@@ -90,6 +91,27 @@ fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
     scenario.seed ^ ((which as u64) << 48)
 }
 
+/// What is left out of a frame stays in sum this far under the noise of a cell after all channels, dB.
+const BUDGET_DB: f64 = 10.0;
+/// Without noise: this share of the power of all.
+const BUDGET_SHARE: f64 = 1e-10;
+/// Single echoes of facets are not worked out this far under `trace.floor_db`, dB.
+const FLOOR_MARGIN_DB: f64 = 30.0;
+
+/// Which echoes of a radar's frames may be left out, as the scenario says.
+pub fn budget(scenario: &Scenario, which: usize) -> Budget {
+    let settings = &scenario.trace;
+    let radar = &scenario.radars[which];
+    // In one cell of the map, and of the angles from all channels.
+    let noise_w = thermal_floor_w(radar).map(|w| w / radar.virtual_channels() as f64);
+    match (settings.exact, settings.floor_db, noise_w) {
+        (true, ..) | (false, Some(_), None) => Budget::Nothing,
+        (false, Some(db), Some(w)) => Budget::Each(w * power_from_db(db)),
+        (false, None, Some(w)) => Budget::Sum(w * power_from_db(-BUDGET_DB)),
+        (false, None, None) => Budget::Share(BUDGET_SHARE),
+    }
+}
+
 /// Settings of a scenario's frame as the tracer takes them.
 ///
 /// # Errors
@@ -97,14 +119,15 @@ fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
 pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
-    // In one cell of the map, and of the angles from all channels.
-    let noise_w = thermal_floor_w(radar).map(|w| w / radar.virtual_channels() as f64);
-    let least = match (settings.floor_db, noise_w) {
-        (Some(db), Some(w)) => (w * power_from_db(db)).sqrt() / Levels::new(radar).full_gain(),
+    // Facets share a corner whose sum may be far below what each of them returns, but seldom as far above: what is much weaker than
+    // the floor is not even worked out.
+    let least = match budget(scenario, which) {
+        Budget::Each(w) => (w * power_from_db(-FLOOR_MARGIN_DB)).sqrt() / Levels::new(radar).full_gain(),
         _ => 0.0,
     };
     Ok(TraceOptions {
         least,
+        merge: !settings.exact,
         bounces: settings.bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,
@@ -154,6 +177,23 @@ pub struct Prepared<'a> {
     radars: Vec<RadarView<'a>>,
 }
 
+/// What a radar hears in a frame.
+#[derive(Debug, Clone)]
+pub struct Heard {
+    /// Middle of the frame, from the middle of frame 0.
+    pub time_s: f64,
+    /// Of the radar, at that time.
+    pub pose: Pose<Sensor, World>,
+    /// Velocity of the radar in the world, m/s.
+    pub velocity_mps: DVec3,
+    /// Number of triangles that were traced.
+    pub triangles: usize,
+    /// Echoes of the scene.
+    pub echoes: Echoes,
+    /// For placing the scene and for tracing, s.
+    pub seconds: [f64; 2],
+}
+
 /// What one radar needs of the scene.
 struct RadarView<'a> {
     refined: Cow<'a, Scene>,
@@ -189,13 +229,22 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
+        self.frame_within(engine, which, index, budget(self.scenario, which), control)
+    }
+
+    /// What the radar hears in frame `index`, before anything is synthesised.
+    ///
+    /// # Errors
+    /// What the scene or the weather cannot be at this frequency.
+    pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<Heard> {
+        self.heard(engine, which, index, budget(self.scenario, which))
+    }
+
+    fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
         let (scenario, scene) = (self.scenario, self.scene);
         let radar = &scenario.radars[which];
-        engine.check_memory(radar, 0)?;
-        let seed = radar_seed(scenario, which);
         let time_s = scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
-        let mut stages = Stages::default();
         let mut clock = Clock::start();
 
         let reach_s = 0.5 * radar.frame_time_s();
@@ -215,16 +264,35 @@ impl<'a> Prepared<'a> {
                 }
             },
         };
-        stages.geometry_s = clock.lap();
+        let geometry_s = clock.lap();
         let sway = |dt: f64| {
             let (then, _) = radar_pose(radar, &scenario.ego, time_s + dt);
             then.translation_m - (pose.translation_m + velocity_mps * dt)
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
         let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
-        let echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
+        let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
+        trim(radar, &mut echoes, budget);
+        let seconds = [geometry_s, clock.lap()];
+        Ok(Heard { time_s, pose, velocity_mps, triangles: geometry.triangles.len(), echoes, seconds })
+    }
+
+    fn frame_within(
+        &self,
+        engine: &Engine,
+        which: usize,
+        index: u32,
+        budget: Budget,
+        control: Control<'_>,
+    ) -> Result<Frame> {
+        let (scenario, scene) = (self.scenario, self.scene);
+        let radar = &scenario.radars[which];
+        engine.check_memory(radar, 0)?;
+        let seed = radar_seed(scenario, which);
+        let Heard { time_s, pose, velocity_mps, triangles, echoes, seconds } =
+            self.heard(engine, which, index, budget)?;
+        let mut stages = Stages { geometry_s: seconds[0], trace_s: seconds[1], ..Default::default() };
         engine.check_memory(radar, echoes.list.len())?;
-        stages.trace_s = clock.lap();
         let interference = arrivals(scenario, scene, which, time_s)?;
         let (cube, front_end, mut maps) = engine.frame(
             radar,
@@ -236,7 +304,7 @@ impl<'a> Prepared<'a> {
                 (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
             },
         )?;
-        clock.lap();
+        let mut clock = Clock::start();
         let bodies = Bodies::new(scene, time_s, &pose);
         let own = pose.inverse().direction(velocity_mps);
         let points = located(engine, radar, &mut maps, Some(own), (&echoes, &bodies))?;
@@ -247,7 +315,7 @@ impl<'a> Prepared<'a> {
             time_s,
             pose,
             velocity_mps,
-            triangles: geometry.triangles.len(),
+            triangles,
             echoes,
             front_end,
             cube,
@@ -336,7 +404,7 @@ pub fn located(
 }
 
 /// How far an object's peak in the range-Doppler map moves when the coherent sums are made 16 times more
-/// accurate (phases across a stretch of a quarter).
+/// accurate (phases across a stretch of a quarter) and no echo is left out.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Convergence {
     /// Number of the object.
@@ -353,7 +421,8 @@ pub struct Convergence {
     pub change_db: f64,
 }
 
-/// Runs frame `index` without noise at the scenario's accuracy and 16 times finer, and compares the map at the cell of each object's strongest echoes. Objects under the thermal noise of a cell are left out.
+/// Runs frame `index` without noise at the scenario's accuracy, and 16 times finer with every echo, and compares the map at the cell of each
+/// object's strongest echoes. Objects under the thermal noise of a cell are left out.
 ///
 /// # Errors
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
@@ -366,10 +435,15 @@ pub fn convergence(
 ) -> Result<Vec<Convergence>> {
     let mut quiet = scenario.clone();
     quiet.radars[which].thermal_noise = false;
-    let run = |s: &Scenario| simulate_with(engine, s, scene, which, index, Control::default());
-    let coarse = run(&quiet)?;
+    let run = |s: &Scenario, budget: Budget| {
+        let prepared = Prepared::of(s, scene, which..which + 1)?;
+        prepared.frame_within(engine, which, index, budget, Control::default())
+    };
+    // What may be left out is measured by the noise, which the maps that are compared do not have.
+    let coarse = run(&quiet, budget(scenario, which))?;
     quiet.trace.accuracy_db /= 16.0;
-    let fine = run(&quiet)?;
+    quiet.trace.floor_db = None;
+    let fine = run(&quiet, Budget::Nothing)?;
     let radar = &scenario.radars[which];
     let noise_w = crate::adc::noise::Noise::thermal(radar, 0, 0)
         .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64);

@@ -74,4 +74,10 @@ pub struct Echoes {
     pub rays: u64,
     /// Faces that were left out because the receiver hears nothing from so far (`TraceOptions::reach_m`).
     pub beyond_reach: u64,
+    /// Echoes that went into others of the same place and way ([`super::merge`]).
+    pub merged: u64,
+    /// Echoes that were left out because all of them together cannot show (`adc::budget`).
+    pub left_out: u64,
+    /// Sum of their powers in a channel, mean over channels, W.
+    pub left_out_power_w: f64,
 }

@@ -93,7 +93,8 @@ mod tests {
         let faster = Echo { path_rate_mps: -3.1, ..echo(LENGTH, a) };
         let bent = Echo { path_acceleration_and_jerk: [40.0, 0.2], ..echo(LENGTH, a) };
         let off = 2e-7;
-        let mut list = vec![echo(LENGTH, a), other.clone(), echo(LENGTH + off, b), faster.clone(), bent.clone()];
+        let mut list =
+            vec![echo(LENGTH, a), other.clone(), echo(LENGTH + off, b), faster.clone(), bent.clone()];
         assert_eq!(merge(&mut list, k, 0.02), 1);
         let sum = a + b * Complex64::cis(-k * off);
         assert!((list[0].path_gain[0][0] - sum).norm() < 1e-15);

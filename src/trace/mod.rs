@@ -10,6 +10,7 @@ pub mod closest;
 pub mod cpu;
 pub mod echo;
 pub mod launch;
+pub mod merge;
 pub mod scan;
 pub mod upload;
 pub mod windows;
@@ -48,6 +49,8 @@ pub struct TraceOptions {
     /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
     /// beams there too (CONVENTIONS eq. 65).
     pub images: bool,
+    /// Echoes of one place by one way are added up ([`merge`]).
+    pub merge: bool,
     /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
     pub rays: u64,
     /// Of the scatterers on rough surfaces, which are the same in all frames, and of rain.
@@ -71,6 +74,7 @@ impl Default for TraceOptions {
             bandwidth_hz: 1e9,
             reach_m: f64::INFINITY,
             images: true,
+            merge: true,
             rays: 100_000,
             seed: 0,
             frame: 0,

@@ -5,14 +5,11 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::engine::memory::FrameMemory;
 use catseye::error::{BadInput, Error, Result};
-use catseye::geom::Geometry;
 use catseye::machine;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
-use catseye::simulate::{radar_pose, trace_options};
-use catseye::trace::cpu::echoes;
-use catseye::trace::windows::windows;
+use catseye::simulate::Prepared;
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -120,7 +117,7 @@ pub fn simulate(
     for f in &report.frames {
         if f.front_end.dropped > 0 {
             global.say(&format!(
-                "frame {}: {} echoes lie beyond the receiver's band and were filtered out",
+                "frame {}: {} echoes or faces lie beyond what the receiver hears and were left out",
                 f.index, f.front_end.dropped
             ));
         }
@@ -150,7 +147,9 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
             f.convergence.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()))
         {
             print(&format!(
-                "    16 times finer the peak of object {} ({}) moves most, by {:.2} dB; manifest.json lists all {}",
+                "    16 times finer, and with the {} weak echoes that were left out, the peak of object {} ({}) moves most, by {:.2} dB; \
+                 manifest.json lists all {}",
+                f.front_end.left_out,
                 worst.object_id,
                 worst.class,
                 worst.change_db,
@@ -185,23 +184,21 @@ struct DryRun {
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
+    let (engine, prepared) = (global.engine()?, Prepared::new(scenario, scene)?);
     let available_bytes = machine::available_bytes();
     let mut d = DryRun { frames: scenario.frames.count, available_bytes, ..Default::default() };
     let precision = global.precision;
     let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
     scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
     for (which, radar) in scenario.radars.iter().enumerate() {
-        let geometry = Geometry::build(scene, 0.0, radar.carrier_hz)?;
-        let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, 0.0);
-        let options = trace_options(scenario, which, 0)?;
-        let echoes =
-            echoes::echoes(&geometry, &windows(radar, &pose), &pose, velocity_mps, &options).list.len();
+        let heard = prepared.echoes(&engine, which, 0)?;
+        let echoes = heard.echoes.list.len();
         let needs = memory(radar, echoes);
         needs.check(radar)?;
         let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
         let map = (radar.waveform.parts() * radar.doppler_rows() * radar.range_bins()) as u64;
         let o = &scenario.output;
-        d.triangles = geometry.triangles.len();
+        d.triangles = heard.triangles;
         d.echoes += echoes;
         d.cube_bytes += needs.cube_bytes as u64;
         d.spectrum_bytes = d.spectrum_bytes.max(needs.spectrum_bytes as u64);

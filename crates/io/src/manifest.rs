@@ -90,6 +90,15 @@ pub struct FrontEndRecord {
     pub dropped: u64,
     /// Power of echoes out of the receiver's band, W.
     pub dropped_power_w: f64,
+    /// Echoes that went into others of the same place and way.
+    #[serde(default)]
+    pub merged: u64,
+    /// Echoes that were left out because all of them together cannot show.
+    #[serde(default)]
+    pub left_out: u64,
+    /// Sum of their powers, mean over channels, W.
+    #[serde(default)]
+    pub left_out_power_w: f64,
     /// How the echoes were summed.
     pub synthesis: Methods,
 }
@@ -97,7 +106,16 @@ pub struct FrontEndRecord {
 impl FrameRecord {
     /// The record of a frame.
     pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
-        let SynthesisStats { moving, dropped, dropped_power_w, synthesis, .. } = frame.front_end;
+        let SynthesisStats {
+            moving,
+            dropped,
+            dropped_power_w,
+            merged,
+            left_out,
+            left_out_power_w,
+            synthesis,
+            ..
+        } = frame.front_end;
         FrameRecord {
             index: frame.index,
             radar: radar.into(),
@@ -105,7 +123,15 @@ impl FrameRecord {
             triangles: frame.triangles,
             rays: frame.echoes.rays,
             returns: frame.echoes.list.len(),
-            front_end: FrontEndRecord { moving, dropped, dropped_power_w, synthesis },
+            front_end: FrontEndRecord {
+                moving,
+                dropped,
+                dropped_power_w,
+                merged,
+                left_out,
+                left_out_power_w,
+                synthesis,
+            },
             points: frame.points.len(),
             convergence,
             seconds: frame.stages,

@@ -118,7 +118,7 @@ pub fn from_clipped(
     all.append(&mut rough);
     all.extend(point_echoes(geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
-    Echoes { list: all, rays, beyond_reach: 0 }
+    Echoes { list: all, rays, ..Default::default() }
 }
 
 /// What of one plane is lit by one chain of planes.
