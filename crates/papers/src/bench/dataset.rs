@@ -92,7 +92,8 @@ fn run(
     let echoes = frame.echoes(engine, &geometry, &frame.options);
     drop(geometry);
     agreement::compare(&frame, &echoes, &Limits { loops: 64 }, engine, &mut sheet)?;
-    sheet.note("frames are written as folders and checksummed; the comparison is that of frame 0 of scene 0");
+    sheet.note("frames are written as folders and checksummed; the frame that gives the layout and those of the previews, whose \
+         pictures are left out, are part of the time; the comparison is that of frame 0 of scene 0");
     Ok(sheet.finish())
 }
 

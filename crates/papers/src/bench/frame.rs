@@ -111,6 +111,9 @@ pub(super) fn run(
 ) -> Result<Outcome> {
     let radar = &frame.radar;
     let refined = sheet.stage("refine", || frame.refined(frame.options.accuracy_db))?;
+    sheet.count("virtual_channels", radar.virtual_channels());
+    sheet.count("chirps", radar.chirps);
+    sheet.count("samples", radar.samples);
     sheet.count("triangles", frame.scene.triangle_count());
     sheet.count("triangles_refined", refined.triangle_count());
     let geometry = sheet.stage("geometry", || frame.geometry(&refined))?;
