@@ -28,8 +28,9 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("end to end");
     group.bench_function(BenchmarkId::new("W3-static", name), |b| {
         b.iter(|| {
-            let frame = Frame::new(false).unwrap();
-            let echoes = frame.echoes(engine, 0.2);
+            let frame = Frame::w3(false).unwrap();
+            let geometry = frame.geometry(&frame.scene).unwrap();
+            let echoes = frame.echoes(engine, &geometry, &frame.options);
             let (cube, _) = engine.cube(&frame.radar, &echoes, &[], 1, 0, Control::default()).unwrap();
             black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
         })

@@ -6,6 +6,7 @@ use catseye::dsp::PowerMap;
 use catseye::dsp::transform::Transform;
 use catseye::dsp::{self, cpu};
 use catseye::engine::{Engine, Precision};
+use catseye::geom::Geometry;
 use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::{processing, ray_cast};
 use criterion::{BenchmarkId, Criterion, Throughput};
@@ -30,10 +31,17 @@ fn main() {
     criterion.final_summary();
 }
 
+/// W3 with its scene placed.
+fn placed(moving: bool) -> (Frame, Geometry) {
+    let frame = Frame::w3(moving).unwrap();
+    let geometry = frame.geometry(&frame.scene).unwrap();
+    (frame, geometry)
+}
+
 /// The tree is built on the host whatever the device.
 fn geometry(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("geometry");
-    group.bench_function("W3, 1,406 triangles", |b| b.iter(|| black_box(Frame::new(false).unwrap())));
+    group.bench_function("W3, 1,406 triangles", |b| b.iter(|| black_box(placed(false))));
     group.bench_function("W6, 1,002,528 triangles", |b| b.iter(|| black_box(ray_cast::geometry().unwrap())));
     group.finish();
 }
@@ -52,11 +60,10 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
             b.iter(|| black_box(caster.cast(&rays).unwrap()))
         });
     }
-    let frame = Frame::new(false).unwrap();
-    group.throughput(Throughput::Elements(frame.echoes(engine, 0.2).list.len() as u64));
-    group.bench_function(BenchmarkId::new("W3 by beams", name), |b| {
-        b.iter(|| black_box(frame.echoes(engine, 0.2)))
-    });
+    let (frame, geometry) = placed(false);
+    let echoes = || frame.echoes(engine, &geometry, &frame.options);
+    group.throughput(Throughput::Elements(echoes().list.len() as u64));
+    group.bench_function(BenchmarkId::new("W3 by beams", name), |b| b.iter(|| black_box(echoes())));
     group.finish();
 }
 
@@ -64,8 +71,8 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
 fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("synthesis");
     for (kind, moving, count) in [("at rest", false, 16_384), ("moving", true, 256)] {
-        let frame = Frame::new(moving).unwrap();
-        let mut echoes = frame.echoes(engine, 0.2);
+        let (frame, geometry) = placed(moving);
+        let mut echoes = frame.echoes(engine, &geometry, &frame.options);
         echoes.list.truncate(count);
         let chirps = if moving { frame.radar.chirps } else { 1 };
         let samples = chirps * frame.radar.channels() * frame.radar.samples;

@@ -32,6 +32,7 @@ pub mod traffic;
 pub mod truth;
 pub mod vehicle;
 pub mod w3;
+pub mod w8;
 
 use crate::error::Result;
 use crate::scene::scenario::{self, Builtin};

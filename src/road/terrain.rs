@@ -1,4 +1,4 @@
-//! Hills of a million triangles for the ray-casting workload W6.
+//! Hills: of a million triangles for the ray-casting workload W6, and beside the road of W8.
 
 use crate::scene::Mesh;
 use glam::DVec3;
@@ -15,18 +15,51 @@ pub fn w6(material: u32) -> Mesh {
     terrain(W6_QUADS, W6_CELL_M, W6_RELIEF_M, 1, material)
 }
 
+/// Quads along each side of W8's terrain: 2 x 300² = 180,000 triangles.
+pub const W8_QUADS: u32 = 300;
+/// Edge of W8's quads, 120 m in all.
+pub const W8_CELL_M: f64 = 0.4;
+/// Greatest height over the road in W8.
+pub const W8_RELIEF_M: f64 = 1.0;
+/// Half the width of W8's flat road, which lies along x.
+pub const W8_ROAD_HALF_M: f64 = 4.0;
+/// From the edge of W8's road to where its hills have their full height.
+const W8_RISE_M: f64 = 8.0;
+
+/// The terrain of W8, 120 x 120 m about the origin: flat and at height 0 on the road, hills beside it.
+pub fn w8(material: u32) -> Mesh {
+    let at = |i: u32| (f64::from(i) - 0.5 * f64::from(W8_QUADS)) * W8_CELL_M;
+    sheet(W8_QUADS, W8_CELL_M, |i, j| w8_height_m(at(i), at(j)), material)
+}
+
+/// Height of W8's terrain over a place from its centre, m; its mesh has it at its vertices.
+pub fn w8_height_m(x: f64, y: f64) -> f64 {
+    let t = ((y.abs() - W8_ROAD_HALF_M - 1e-9) / W8_RISE_M).clamp(0.0, 1.0);
+    let rise = t * t * (3.0 - 2.0 * t);
+    if rise == 0.0 {
+        return 0.0;
+    }
+    let half = 0.5 * f64::from(W8_QUADS);
+    W8_RELIEF_M * rise * height(x / W8_CELL_M + half, y / W8_CELL_M + half, 8)
+}
+
 /// A square sheet of `quads`² cells of edge `cell_m`, centred at the origin, looking up; heights are
 /// value noise in six octaves, below `relief_m` in amount, and depend on nothing but `seed` and the
 /// place.
 pub fn terrain(quads: u32, cell_m: f64, relief_m: f64, seed: u32, material: u32) -> Mesh {
+    sheet(quads, cell_m, |i, j| relief_m * height(f64::from(i), f64::from(j), seed), material)
+}
+
+/// A square sheet of `quads`² cells of edge `cell_m`, centred at the origin, with the heights of its vertices (i, j).
+fn sheet(quads: u32, cell_m: f64, height_m: impl Fn(u32, u32) -> f64, material: u32) -> Mesh {
     let side = quads + 1;
     let half = 0.5 * f64::from(quads) * cell_m;
     let mut mesh = Mesh::default();
     mesh.positions_m.reserve((side * side) as usize);
     for j in 0..side {
         for i in 0..side {
-            let z = relief_m * height(f64::from(i), f64::from(j), seed);
-            mesh.positions_m.push(DVec3::new(f64::from(i) * cell_m - half, f64::from(j) * cell_m - half, z));
+            let (x, y) = (f64::from(i) * cell_m - half, f64::from(j) * cell_m - half);
+            mesh.positions_m.push(DVec3::new(x, y, height_m(i, j)));
         }
     }
     for j in 0..quads {
@@ -93,6 +126,26 @@ mod tests {
         let (lo, hi) =
             m.positions_m.iter().fold((f64::MAX, f64::MIN), |(lo, hi), p| (lo.min(p.z), hi.max(p.z)));
         assert!(lo > -W6_RELIEF_M && hi < W6_RELIEF_M && hi - lo > W6_RELIEF_M, "{lo} {hi}");
+    }
+
+    #[test]
+    fn a_flat_road_between_hills() {
+        let m = w8(2);
+        assert_eq!(m.triangles.len(), 180_000);
+        let (mut on_road, mut least, mut most) = (0, f64::MAX, f64::MIN);
+        for p in &m.positions_m {
+            assert!(p.x.abs() <= 60.0 + 1e-9 && p.y.abs() <= 60.0 + 1e-9);
+            if p.y.abs() < W8_ROAD_HALF_M + 1e-6 {
+                assert_eq!(p.z, 0.0);
+                on_road += 1;
+            }
+            (least, most) = (least.min(p.z), most.max(p.z));
+        }
+        // The edges of the road lie on rows of vertices, so it is as wide as it is said to be.
+        assert_eq!(on_road, 21 * 301);
+        assert!(least > -W8_RELIEF_M && most < W8_RELIEF_M && most - least > W8_RELIEF_M, "{least} {most}");
+        let up = (0..m.triangles.len()).all(|t| area_vector_m2(&m, t).z > 0.0);
+        assert!(up);
     }
 
     #[test]

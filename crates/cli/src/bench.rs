@@ -11,7 +11,7 @@ use serde_json::Value;
 #[derive(Debug, Args)]
 #[command(after_help = format!("Workloads:\n{}", list()))]
 pub struct Bench {
-    /// Fewer directions and rays: minutes instead of a quarter of an hour
+    /// Fewer directions, rays and frames: minutes instead of a quarter of an hour
     #[arg(long)]
     pub quick: bool,
     /// Only these workloads
@@ -54,10 +54,9 @@ fn table(o: &Outcome) -> String {
     let mut lines = vec![format!("\n{}: {}", o.workload, o.title)];
     for s in &o.stages {
         let runs = if s.runs > 1 { format!("median of {}", s.runs) } else { "one run".into() };
-        lines.push(format!("  {:<28} {:>12.4} s   {runs}", s.name, s.seconds));
+        lines.push(format!("  {:<28} {:>12.4} s{}   {runs}", s.name, s.seconds, cores(s.core_seconds)));
     }
-    let cores = o.core_seconds.map_or(String::new(), |c| format!("   {c:.2} core-seconds"));
-    lines.push(format!("  {:<28} {:>12.4} s{cores}", "total", o.total_seconds));
+    lines.push(format!("  {:<28} {:>12.4} s{}", "total", o.total_seconds, cores(o.core_seconds)));
     for (name, value) in o.counts.iter().chain(&o.accuracy) {
         match value {
             Value::Object(rows) => {
@@ -70,6 +69,10 @@ fn table(o: &Outcome) -> String {
     }
     lines.extend(o.notes.iter().map(|n| format!("  note: {n}")));
     lines.join("\n")
+}
+
+fn cores(seconds: Option<f64>) -> String {
+    seconds.map_or(String::new(), |c| format!(" {c:>12.4} core-s"))
 }
 
 fn short(value: &Value) -> String {

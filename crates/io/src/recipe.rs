@@ -773,7 +773,7 @@ mod tests {
 
     #[test]
     fn the_recipes_draw() {
-        for name in ["template", "tiny", "small_road", "highways"] {
+        for name in ["template", "tiny", "small_road", "highways", "awr1843_street"] {
             let path = place().with_file_name(format!("{name}.toml"));
             // A build without Zarr draws them too.
             let mut recipe: toml::Table = std::fs::read_to_string(&path).unwrap().parse().unwrap();

@@ -1,204 +1,146 @@
-//! W3: one frame of a road from the scene to points, against the same frame with a stricter accuracy.
+//! One frame from the scene to points, stage by stage, as W3, W7, W8, W9, W12 and W13 time it.
 
-use super::sheet::{Outcome, Settings, Sheet, median, relative_l2};
+use super::agreement::{self, Limits};
+use super::sheet::{Outcome, Settings, Sheet};
 use catseye::adc::cpu::synthesis::Control;
-use catseye::adc::noise::Noise;
-use catseye::adc::synthesis::{Levels, beat_frequency_hz};
 use catseye::detect::{Bodies, label, locate};
-use catseye::dsp::PowerMap;
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::{Pose, Sensor, World};
-use catseye::geom::Geometry;
+use catseye::geom::{Geometry, curved};
 use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
+use catseye::scene::scenario::Scenario;
 use catseye::scene::{Scene, material, radar_toml};
-use catseye::trace::{Echo, Echoes, TraceOptions};
-use catseye::units::db_from_power;
+use catseye::simulate::{radar_pose, trace_options};
+use catseye::trace::{Echoes, TraceOptions};
+use catseye::units::wavenumber;
 use glam::{DQuat, DVec3};
-use serde_json::json;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 
-/// Accuracy of the coherent sums, dB: what a scenario has when it says nothing.
-const ACCURACY_DB: f64 = 0.2;
-/// The reference allows a sixteenth of the error: phases across a stretch of a quarter.
-const FINER: f64 = 16.0;
-/// Loops of the frames that are compared: the fewest that the detector's window allows.
-const LOOPS_COMPARED: usize = 16;
-
-/// Scene, radar and geometry of W3.
+/// What a frame is made of.
 pub struct Frame {
-    /// The road.
+    /// What stands there, as it is given.
     pub scene: Scene,
     /// The radar.
     pub radar: Radar,
-    /// The road at the time of the frame.
-    pub geometry: Geometry,
     /// Pose of the radar in the world.
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub ego_mps: DVec3,
+    /// How waves are followed.
+    pub options: TraceOptions,
+    /// Middle of the frame, s.
+    pub time_s: f64,
+    /// Half the time over which paths may bend, s; 0 where all of them change at a steady rate.
+    pub reach_s: f64,
+    /// Most triangles that curved surfaces are cut into.
+    pub facets: usize,
 }
 
 impl Frame {
-    /// The frame at rest or moving.
+    /// W3 at rest or moving; its paths change at steady rates.
     ///
     /// # Errors
     /// A scene or radar that cannot be made.
-    pub fn new(moving: bool) -> Result<Frame> {
-        let scene = w3::w3(moving, &material::by_name)?;
+    pub fn w3(moving: bool) -> Result<Frame> {
         let mut radar = radar_toml::preset("front77")?;
         let at = DVec3::new(0.0, 0.0, RADAR_HEIGHT_M);
         radar.mounting = Pose::new(DQuat::IDENTITY, at);
         Ok(Frame {
-            geometry: Geometry::build(&scene, 0.0, radar.carrier_hz)?,
-            scene,
-            radar,
+            scene: w3::w3(moving, &material::by_name)?,
             pose: Pose::new(DQuat::IDENTITY, at),
             ego_mps: if moving { DVec3::X * EGO_SPEED_MPS } else { DVec3::ZERO },
+            options: TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() },
+            radar,
+            time_s: 0.0,
+            reach_s: 0.0,
+            facets: 0,
         })
     }
 
-    /// The echoes of the frame at an accuracy in dB.
-    pub fn echoes(&self, engine: &Engine, accuracy_db: f64) -> Echoes {
+    /// The first frame of a scenario's first radar in this scene, as `catseye simulate` makes it.
+    ///
+    /// # Errors
+    /// Weather at a frequency for which it is not known.
+    pub fn of(scenario: &Scenario, scene: Scene) -> Result<Frame> {
+        let radar = scenario.radars[0].clone();
+        let time_s = scenario.frames.time_s(0);
+        let (pose, ego_mps) = radar_pose(&radar, &scenario.ego, time_s);
+        let reach_s = 0.5 * radar.frame_time_s();
+        let sway = |dt: f64| {
+            let (then, _) = radar_pose(&radar, &scenario.ego, time_s + dt);
+            then.translation_m - (pose.translation_m + ego_mps * dt)
+        };
         let options =
-            TraceOptions { accuracy_db, bandwidth_hz: self.radar.bandwidth_hz(), ..Default::default() };
-        engine.echoes(&self.geometry, &self.radar, &self.pose, self.ego_mps, &options)
+            TraceOptions { radar_sway_m: [sway(-reach_s), sway(reach_s)], ..trace_options(scenario, 0, 0)? };
+        let facets = scenario.trace.facets as usize;
+        Ok(Frame { scene, radar, pose, ego_mps, options, time_s, reach_s, facets })
+    }
+
+    /// The scene with its curved surfaces cut as finely as an accuracy in dB asks for.
+    ///
+    /// # Errors
+    /// Surfaces that cannot be cut.
+    pub fn refined(&self, accuracy_db: f64) -> Result<Cow<'_, Scene>> {
+        let sagitta_m = curved::sagitta_m(accuracy_db, wavenumber(self.radar.carrier_hz));
+        curved::refined_within(&self.scene, sagitta_m, self.facets)
+    }
+
+    /// A scene placed as it is at the time of the frame.
+    ///
+    /// # Errors
+    /// A scene that cannot be placed.
+    pub fn geometry(&self, scene: &Scene) -> Result<Geometry> {
+        Geometry::of_frame(scene, self.time_s, self.radar.carrier_hz, self.reach_s)
+    }
+
+    /// The echoes of the frame.
+    pub fn echoes(&self, engine: &Engine, geometry: &Geometry, options: &TraceOptions) -> Echoes {
+        engine.echoes(geometry, &self.radar, &self.pose, self.ego_mps, options)
     }
 }
 
-pub(super) fn w3(
-    moving: bool,
+/// Times the stages of a frame, then compares it with the same frame at a stricter accuracy.
+pub(super) fn run(
+    frame: &Frame,
+    limits: &Limits,
     engine: &Engine,
     settings: &Settings,
     mut sheet: Sheet<'_>,
 ) -> Result<Outcome> {
-    let frame = Frame::new(moving)?;
-    let f = frame.radar.carrier_hz;
-    sheet.stage("geometry", || Geometry::build(&frame.scene, 0.0, f))?;
+    let radar = &frame.radar;
+    let refined = sheet.stage("refine", || frame.refined(frame.options.accuracy_db))?;
+    sheet.count("virtual_channels", radar.virtual_channels());
+    sheet.count("chirps", radar.chirps);
+    sheet.count("samples", radar.samples);
+    sheet.count("triangles", frame.scene.triangle_count());
+    sheet.count("triangles_refined", refined.triangle_count());
+    let geometry = sheet.stage("geometry", || frame.geometry(&refined))?;
     // Faces are made once and kept with the geometry.
-    sheet.stage("faces", || Ok(frame.geometry.find_faces()))?;
-    frame.geometry.faces();
-    let echoes = sheet.stage("trace", || Ok(frame.echoes(engine, ACCURACY_DB)))?;
-    sheet.count("triangles", frame.geometry.triangles.len());
-    sheet.count("faces", frame.geometry.faces().faces.len());
-    sheet.count("returns", echoes.list.len());
-    let seed = settings.seed;
-    let (cube, front_end) =
-        sheet.stage("synthesis", || engine.cube(&frame.radar, &echoes, &[], seed, 0, Control::default()))?;
-    sheet.count("returns_moving", front_end.moving);
-    sheet.count("returns_filtered_out", front_end.dropped);
-    let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(&frame.radar, &cube))?];
+    sheet.stage("faces", || Ok(geometry.find_faces()))?;
+    sheet.count("faces", geometry.faces().faces.len());
+    let echoes = sheet.stage("trace", || Ok(frame.echoes(engine, &geometry, &frame.options)))?;
+    let (cube, front_end) = sheet
+        .stage("synthesis", || engine.cube(radar, &echoes, &[], settings.seed, 0, Control::default()))?;
+    sheet.count("echoes", echoes.list.len());
+    sheet.count("echoes_moving", front_end.moving);
+    sheet.count("echoes_dropped", front_end.dropped);
+    let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(radar, &cube))?];
     sheet.count("cells", found[0].cells.len());
-    let mut cloud = sheet.stage("angles", || locate::points(engine, &frame.radar, &mut found, None))?;
+    let own_mps = frame.pose.inverse().direction(frame.ego_mps);
+    let mut cloud = sheet.stage("angles", || locate::points(engine, radar, &mut found, Some(own_mps)))?;
     sheet.stage("labels", || {
-        let bodies = Bodies::new(&frame.scene, 0.0, &frame.pose);
-        label::label(&frame.radar, &mut cloud, &echoes, &bodies);
+        let bodies = Bodies::new(&frame.scene, frame.time_s, &frame.pose);
+        label::label(radar, &mut cloud, &echoes, &bodies);
         Ok(())
     })?;
     sheet.count("points", cloud.len());
-    drop((cube, found, cloud));
-
-    (sheet.say)("  reference with phases of a quarter");
-    let mut radar = frame.radar.clone();
-    radar.thermal_noise = false;
-    radar.chirps = LOOPS_COMPARED;
-    radar.processing.doppler_fft = LOOPS_COMPARED;
-    let (got, _) = map(engine, &frame, &radar, ACCURACY_DB)?;
-    let (want, strongest) = map(engine, &frame, &radar, ACCURACY_DB / FINER)?;
-    sheet.accuracy("accuracy_db", ACCURACY_DB);
-    sheet.accuracy("map_relative_l2", relative_l2(got.data.iter().copied(), want.data.iter().copied()));
-    compare(&mut sheet, &frame, &radar, &got, &want, &strongest);
-    sheet.note(format!(
-        "against the same frame with an accuracy {FINER} times stricter; maps without noise over {LOOPS_COMPARED} of {} loops{}; cells of the objects are those of their strongest echo",
-        frame.radar.chirps,
-        if moving { "" } else { ", which at rest are all alike" }
-    ));
+    drop((cube, found, cloud, geometry, refined));
+    agreement::compare(frame, &echoes, limits, engine, &mut sheet)?;
     Ok(sheet.finish())
 }
 
-/// Level in channel 0 (W) and cell of an object's strongest echo.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Strongest {
-    power_w: f64,
-    doppler: usize,
-    range: usize,
-}
-
-/// The map of the frame at an accuracy; and the strongest echo of each object.
-fn map(
-    engine: &Engine,
-    frame: &Frame,
-    radar: &Radar,
-    accuracy_db: f64,
-) -> Result<(PowerMap<f64>, BTreeMap<u32, Strongest>)> {
-    let levels = Levels::new(radar);
-    let mut strongest = BTreeMap::new();
-    let echoes = frame.echoes(engine, accuracy_db);
-    for r in &echoes.list {
-        let power_w = levels.amplitude(r).norm_sqr();
-        let best = strongest.entry(r.object_id()).or_insert(Strongest { power_w: 0.0, doppler: 0, range: 0 });
-        if power_w > best.power_w {
-            let (doppler, range) = cell(radar, r);
-            *best = Strongest { power_w, doppler, range };
-        }
-    }
-    let (cube, _) = engine.cube(radar, &echoes, &[], 0, 0, Control::default())?;
-    Ok((engine.range_doppler(radar, &cube)?.map, strongest))
-}
-
-/// (row, column) of an echo.
-fn cell(radar: &Radar, r: &Echo) -> (usize, usize) {
-    let rows = radar.processing.doppler_fft as f64;
-    let bin = beat_frequency_hz(radar, r).abs() / radar.sample_rate_hz * radar.processing.range_fft as f64;
-    let row = (r.range_rate_mps() / radar.velocity_bin_mps() + 0.5 * rows).round().rem_euclid(rows);
-    (row as usize, bin.round().clamp(0.0, radar.range_bins() as f64 - 1.0) as usize)
-}
-
-/// Level changes of the objects' cells, by class.
-fn compare(
-    sheet: &mut Sheet<'_>,
-    frame: &Frame,
-    radar: &Radar,
-    got: &PowerMap<f64>,
-    want: &PowerMap<f64>,
-    strongest: &BTreeMap<u32, Strongest>,
-) {
-    // A peak under the noise of a whole frame's cell is none: single precision alone may move it.
-    let noise_w = Noise::thermal(&frame.radar, 0, 0)
-        .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (frame.radar.samples * frame.radar.chirps) as f64);
-    let mut classes: BTreeMap<&str, Vec<(f64, &str, f64)>> = BTreeMap::new();
-    for (id, s) in strongest.iter().filter(|(_, s)| want.at(s.doppler, s.range) > noise_w) {
-        if let Some(o) = frame.scene.object_by_id(*id) {
-            let change = db_from_power(got.at(s.doppler, s.range) / want.at(s.doppler, s.range));
-            classes.entry(&o.class).or_default().push((
-                change,
-                &o.name,
-                s.range as f64 * radar.range_bin_m(),
-            ));
-        }
-    }
-    let mut all: Vec<f64> = classes.values().flatten().map(|c| c.0.abs()).collect();
-    let within = |list: &[f64]| list.iter().filter(|c| **c <= 1.0).count();
-    sheet.accuracy("objects", all.len());
-    sheet.accuracy("objects_within_1_db", within(&all));
-    sheet.accuracy("objects_within_0_1_db", all.iter().filter(|c| **c <= 0.1).count());
-    sheet.accuracy("objects_worst_db", all.iter().copied().fold(0.0, f64::max));
-    sheet.accuracy("objects_median_db", median(&mut all));
-    let by_class: serde_json::Map<_, _> = classes
-        .iter()
-        .map(|(class, list)| {
-            let mut sizes: Vec<f64> = list.iter().map(|c| c.0.abs()).collect();
-            let worst = list.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-            let entry = json!({
-                "objects": list.len(),
-                "within_1_db": within(&sizes),
-                "median_db": median(&mut sizes),
-                "worst_db": worst.map(|w| w.0),
-                "worst": worst.map(|w| format!("{} at {:.1} m", w.1, w.2)),
-            });
-            (class.to_string(), entry)
-        })
-        .collect();
-    sheet.accuracy("classes", by_class);
+pub(super) fn w3(moving: bool, engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
+    run(&Frame::w3(moving)?, &Limits { loops: 16 }, engine, settings, sheet)
 }

@@ -2,17 +2,23 @@
 //!
 //! W1, W2: cross sections. W3: one frame of a road, at rest and moving. W4: processing of one cube,
 //! W4s: of one that is larger than buffers are. W5: many frames in a row. W6: closest hits on a million triangles.
+//! W7, W8, W9, W12, W13: one frame of a road that bends, of a terrain, of a street with cars, with 192 virtual channels,
+//! and of a recipe for a small radar. W10, W11: datasets of small frames and of curved cars.
 
+mod agreement;
 pub mod cross_section;
+mod dataset;
 pub mod frame;
 pub mod processing;
 pub mod ray_cast;
+mod scenario;
+mod scratch;
 pub mod sequence;
 mod sheet;
 pub mod stream;
 
 use catseye::engine::Engine;
-use catseye::error::{BadInput, Result};
+use catseye::error::{BadInput, Error, Result};
 use sheet::Sheet;
 pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS};
 
@@ -35,19 +41,35 @@ pub fn run(
         .into_iter()
         .filter(|w| only.is_empty() || only.iter().any(|n| w.eq_ignore_ascii_case(n)))
         .map(|name| {
-            let sheet = Sheet::new(name, engine, say);
-            match name {
-                "W1" => cross_section::w1(engine, settings, sheet),
-                "W2" => cross_section::w2(engine, settings, sheet),
-                "W3-static" => frame::w3(false, engine, settings, sheet),
-                "W3-moving" => frame::w3(true, engine, settings, sheet),
-                "W4" => processing::w4(engine, settings, sheet),
-                "W4s" => stream::w4s(engine, settings, sheet),
-                "W5" => sequence::w5(engine, settings, sheet),
-                _ => ray_cast::w6(engine, settings, sheet),
-            }
+            let work = workload(name)
+                .ok_or_else(|| Error::Failed(format!("the workload {name} is listed and not there")))?;
+            work(engine, settings, Sheet::new(name, engine, say))
         })
         .collect()
+}
+
+type Work = fn(&Engine, &Settings, Sheet<'_>) -> Result<Outcome>;
+
+/// What runs the workload of a name.
+fn workload(name: &str) -> Option<Work> {
+    Some(match name {
+        "W1" => cross_section::w1,
+        "W2" => cross_section::w2,
+        "W3-static" => |engine, settings, sheet| frame::w3(false, engine, settings, sheet),
+        "W3-moving" => |engine, settings, sheet| frame::w3(true, engine, settings, sheet),
+        "W4" => processing::w4,
+        "W4s" => stream::w4s,
+        "W5" => sequence::w5,
+        "W6" => ray_cast::w6,
+        "W7" => scenario::w7,
+        "W8" => scenario::w8,
+        "W9" => scenario::w9,
+        "W10" => dataset::w10,
+        "W11" => dataset::w11,
+        "W12" => scenario::w12,
+        "W13" => scenario::w13,
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
@@ -59,8 +81,17 @@ mod tests {
     fn unknown_names_are_refused() {
         let settings = Settings { quick: true, seed: 1 };
         let engine = Engine::Cpu(catseye::engine::Precision::F32);
-        let e = run(&engine, &["W9".into()], &settings, &|_| {}).unwrap_err().to_string();
-        assert!(e.contains("W9") && e.contains("W3-static"), "{e}");
+        let e = run(&engine, &["W99".into()], &settings, &|_| {}).unwrap_err().to_string();
+        assert!(e.contains("W99") && e.contains("W3-static"), "{e}");
+    }
+
+    #[test]
+    fn every_workload_of_the_list_is_there_once() {
+        for (i, (name, title)) in WORKLOADS.iter().enumerate() {
+            assert!(workload(name).is_some(), "{name}");
+            assert!(!title.is_empty() && WORKLOADS[..i].iter().all(|w| w.0 != *name), "{name}");
+        }
+        assert!(workload("W99").is_none());
     }
 
     #[test]

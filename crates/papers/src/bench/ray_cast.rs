@@ -1,6 +1,6 @@
 //! W6: closest hits on a terrain of a million triangles, against f64.
 
-use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, median};
+use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, cpu_seconds, median};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::Pose;
@@ -137,15 +137,17 @@ pub(super) fn w6(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
         [("coherent", coherent(&geometry, screen)), ("random", random(&geometry, count, settings.seed))]
     {
         let (hits, _) = caster.cast(&rays)?;
-        let mut seconds = Vec::new();
+        let (mut seconds, mut cores) = (Vec::new(), Vec::new());
         for _ in 0..RUNS {
+            let before = cpu_seconds();
             seconds.push(caster.cast(&rays)?.1);
+            cores.extend(cpu_seconds().zip(before).map(|(after, before)| after - before));
         }
-        let stage = Stage { name, seconds: median(&mut seconds), runs: RUNS };
+        let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
+        let stage = Stage { name, seconds: median(&mut seconds), core_seconds, runs: RUNS };
         sheet.count(&format!("{name}_mrays_per_s"), 1e-6 * count as f64 / stage.seconds);
         sheet.count(&format!("{name}_hits"), hits.iter().filter(|h| h.triangle != NO_TRIANGLE).count());
-        sheet.outcome.total_seconds += stage.seconds;
-        sheet.put(stage);
+        sheet.add(stage);
         let check = check(&geometry, &rays, &hits);
         sheet.accuracy(&format!("{name}_sample"), check.sample);
         sheet.accuracy(&format!("{name}_other_triangle"), check.other_triangle);

@@ -1,5 +1,6 @@
 //! W5: many frames of W3 in a row, written while the next is computed.
 
+use super::scratch::Scratch;
 use super::sheet::{Outcome, Settings, Sheet};
 use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
@@ -11,21 +12,12 @@ use catseye::scene::scenario::{self, Scenario};
 use catseye::simulate::{Frame, Prepared};
 use catseye_io::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
 use glam::{DQuat, DVec3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::sync_channel;
 
 /// The ego drives 0.1 m from frame to frame.
 const SCENARIO: &str = "name = \"W5\"\nradar = \"front77\"\nscene = { builtin = \"w3-moving\" }\n\
     ego = { speed_mps = 10 }\nframes = { count = 100, interval_s = 0.01 }\n";
-
-/// A folder that goes when the work ends.
-struct Scratch(PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn scenario(seed: u64) -> Result<Scenario> {
     let mut s = scenario::parse(Path::new("w5.toml"), SCENARIO)?;
@@ -78,15 +70,15 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     sheet.count("frames", frames);
     sheet.count("bytes_a_frame", layout.array_bytes());
     drop(first);
-    let folder = Scratch(std::env::temp_dir().join(format!("catseye-w5-{}", std::process::id())));
+    let folder = Scratch::new("w5");
     sheet.stage("frames_written", || {
-        layout.create(&folder.0)?;
+        layout.create(folder.path())?;
         std::thread::scope(|scope| {
             let (to, from) = sync_channel(1);
             let written = scope.spawn(|| {
                 let from = from;
                 let next = &mut |_| from.recv().map_err(|_| Error::Failed("no frame came".into()));
-                layout.write_shard(&folder.0, 0, next)
+                layout.write_shard(folder.path(), 0, next)
             });
             let mut computed = Ok(());
             for index in 0..frames {

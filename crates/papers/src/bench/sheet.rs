@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use std::time::Instant;
 
 /// Name and content of each workload.
-pub const WORKLOADS: [(&str, &str); 8] = [
+pub const WORKLOADS: [(&str, &str); 15] = [
     ("W1", "trihedral 0.1 m, 77 GHz, azimuth -45..0 deg in 0.1 deg at elevation 35.2644 deg"),
     ("W2", "type 1 reflector 160 x 4 mm, elevation 0..5 deg in 0.1 deg x azimuth -40..40 deg in 0.5 deg"),
     ("W3-static", "one frame of the road with rails, posts, markers and cars, all at rest"),
@@ -16,12 +16,19 @@ pub const WORKLOADS: [(&str, &str); 8] = [
     ("W4s", "cube of 16 x 2048 x 2048 by blocks of channels: FFT, power, OS-CFAR, snapshots"),
     ("W5", "100 frames of W3-moving in a row, the ego 0.1 m farther in each, samples and points written"),
     ("W6", "closest hits on a terrain of a million triangles, 1080p coherent and as many random rays"),
+    ("W7", "one frame of a road that bends, with rails, walls, markers and cars, the ego at 20 m/s"),
+    ("W8", "one frame of 180,000 triangles of hills beside a flat road, with W3's posts and moving cars"),
+    ("W9", "one frame of a street with three curved cars at 10, 25 and 40 m, accuracy 0.2 dB"),
+    ("W10", "a dataset of 1,024 small frames of the recipe small_road, written to disk"),
+    ("W11", "a dataset of 40 frames in 10 scenes of the recipe that `catseye init recipe` writes"),
+    ("W12", "the frame of W7 with 12 x 16 antennas: 192 virtual channels, 256 chirps, 512 samples"),
+    ("W13", "one frame of the recipe awr1843_street: cars, cyclists and people for a small radar"),
 ];
 
 /// What a run may vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Fewer directions and rays.
+    /// Fewer directions, rays and frames.
     pub quick: bool,
     /// Seed of all draws.
     pub seed: u64,
@@ -35,6 +42,8 @@ pub struct Stage {
     pub name: &'static str,
     /// Median of the runs, s.
     pub seconds: f64,
+    /// CPU time of all threads of this process, s, a run; None where the system does not say.
+    pub core_seconds: Option<f64>,
     /// Number of runs.
     pub runs: usize,
 }
@@ -58,7 +67,8 @@ pub struct Outcome {
     pub stages: Vec<Stage>,
     /// Of the stages that make up the workload.
     pub total_seconds: f64,
-    /// `total_seconds` times the threads; None on a hardware GPU.
+    /// CPU time of all threads of this process in those stages, s; None where the system does not say. A GPU's time is not
+    /// in it.
     pub core_seconds: Option<f64>,
     /// Counts, by name.
     pub counts: Map<String, Value>,
@@ -71,7 +81,6 @@ pub struct Outcome {
 /// One workload on its way.
 pub(super) struct Sheet<'a> {
     pub(super) outcome: Outcome,
-    threads: Option<usize>,
     pub(super) say: &'a dyn Fn(&str),
 }
 
@@ -79,30 +88,33 @@ impl<'a> Sheet<'a> {
     pub(super) fn new(name: &'static str, engine: &Engine, say: &'a dyn Fn(&str)) -> Sheet<'a> {
         let title = WORKLOADS.iter().find(|w| w.0 == name).map_or("", |w| w.1);
         say(&format!("{name}: {title}"));
-        let threads = match engine {
-            Engine::Gpu(gpu) if gpu.report().is_hardware => None,
-            _ => Some(rayon::current_num_threads()),
-        };
         let outcome = Outcome {
             workload: name,
             title,
             device: engine.report(),
             stages: Vec::new(),
             total_seconds: 0.0,
-            core_seconds: None,
+            core_seconds: Some(0.0),
             counts: Map::new(),
             accuracy: Map::new(),
             notes: Vec::new(),
         };
-        Sheet { outcome, threads, say }
+        Sheet { outcome, say }
     }
 
     /// Times a stage of the workload.
     pub(super) fn stage<T>(&mut self, name: &'static str, f: impl FnMut() -> Result<T>) -> Result<T> {
         let (out, stage) = timed(name, f)?;
-        self.outcome.total_seconds += stage.seconds;
-        self.put(stage);
+        self.add(stage);
         Ok(out)
+    }
+
+    /// Puts down a stage of the workload that was timed elsewhere.
+    pub(super) fn add(&mut self, stage: Stage) {
+        let o = &mut self.outcome;
+        o.total_seconds += stage.seconds;
+        o.core_seconds = o.core_seconds.zip(stage.core_seconds).map(|(all, one)| all + one);
+        self.put(stage);
     }
 
     /// Times something that is part of another stage.
@@ -112,7 +124,7 @@ impl<'a> Sheet<'a> {
         Ok(out)
     }
 
-    pub(super) fn put(&mut self, stage: Stage) {
+    fn put(&mut self, stage: Stage) {
         (self.say)(&format!("  {}: {:.4} s", stage.name, stage.seconds));
         self.outcome.stages.push(stage);
     }
@@ -129,31 +141,45 @@ impl<'a> Sheet<'a> {
         self.outcome.notes.push(text.into());
     }
 
-    pub(super) fn finish(mut self) -> Outcome {
-        self.outcome.core_seconds = self.threads.map(|n| n as f64 * self.outcome.total_seconds);
+    pub(super) fn finish(self) -> Outcome {
         self.outcome
     }
 }
 
 fn timed<T>(name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, Stage)> {
     let mut run = || {
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), cpu_seconds());
         let out = f()?;
-        Ok::<_, catseye::Error>((out, start.elapsed().as_secs_f64()))
+        let core = cpu_seconds().zip(before).map(|(after, before)| after - before);
+        Ok::<_, catseye::Error>((out, start.elapsed().as_secs_f64(), core))
     };
-    let (mut out, seconds) = run()?;
+    let (mut out, seconds, core_seconds) = run()?;
     if seconds > LONG_S {
-        return Ok((out, Stage { name, seconds, runs: 1 }));
+        return Ok((out, Stage { name, seconds, core_seconds, runs: 1 }));
     }
-    let mut all = Vec::with_capacity(RUNS);
+    let (mut all, mut cores) = (Vec::with_capacity(RUNS), Vec::with_capacity(RUNS));
     for _ in 0..RUNS {
         // The previous result goes first, so that two never lie in memory together.
         drop(out);
-        let (o, seconds) = run()?;
+        let (o, seconds, core) = run()?;
         out = o;
         all.push(seconds);
+        cores.extend(core);
     }
-    Ok((out, Stage { name, seconds: median(&mut all), runs: RUNS }))
+    let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
+    Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS }))
+}
+
+/// CPU time that all threads of this process have taken so far, s; None where the system does not say.
+pub(super) fn cpu_seconds() -> Option<f64> {
+    #[cfg(unix)]
+    {
+        use rustix::time::{ClockId, clock_gettime};
+        let now = clock_gettime(ClockId::ProcessCPUTime);
+        Some(now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64)
+    }
+    #[cfg(not(unix))]
+    None
 }
 
 /// The middle of the values, the upper one of two; NaN for none.

@@ -211,7 +211,7 @@ fn w3_has_converged() {
         let of = |name: &str| outcome.accuracy[name].as_f64().unwrap();
         println!("{}: {:?}", outcome.workload, outcome.accuracy);
         assert!(of("objects") > 40.0);
-        assert!(of("objects_worst_db") <= 0.1, "{}: {:?}", outcome.workload, outcome.accuracy);
+        assert!(of("worst_object_db") <= 0.1, "{}: {:?}", outcome.workload, outcome.accuracy);
         assert!(of("map_relative_l2") < 0.01);
     }
 }

@@ -1,0 +1,191 @@
+//! How far a frame's map is off that of the same frame at a stricter accuracy with all echoes kept.
+
+use super::frame::Frame;
+use super::sheet::{Sheet, median, relative_l2};
+use catseye::adc::cpu::synthesis::Control;
+use catseye::adc::noise::Noise;
+use catseye::adc::synthesis::{Levels, beat_frequency_hz, passes};
+use catseye::dsp::PowerMap;
+use catseye::engine::Engine;
+use catseye::error::Result;
+use catseye::scene::Scene;
+use catseye::scene::radar::Radar;
+use catseye::trace::{Echo, Echoes, TraceOptions};
+use catseye::units::db_from_power;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+
+/// The reference allows a sixteenth of the error: phases across a stretch of a quarter.
+const FINER: f64 = 16.0;
+/// Largest relative L2 between the maps.
+const MAP_RELATIVE_L2: f64 = 1e-2;
+/// Largest change of an object's level, dB.
+const WORST_OBJECT_DB: f64 = 0.1;
+
+/// How much of a frame is compared.
+pub(super) struct Limits {
+    /// Loops of the frames that are compared, so that the comparison takes no longer than the frame itself.
+    pub loops: usize,
+}
+
+/// Level in channel 0 (W) and cell of an object's strongest echo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Strongest {
+    power_w: f64,
+    doppler: usize,
+    range: usize,
+}
+
+/// Compares the map of these echoes with that of the frame's echoes at a stricter accuracy, and notes both gates.
+///
+/// # Errors
+/// What the engine reports.
+pub(super) fn compare(
+    frame: &Frame,
+    echoes: &Echoes,
+    limits: &Limits,
+    engine: &Engine,
+    sheet: &mut Sheet<'_>,
+) -> Result<()> {
+    (sheet.say)("  reference with phases of a quarter");
+    let accuracy_db = frame.options.accuracy_db;
+    let mut radar = frame.radar.clone();
+    radar.thermal_noise = false;
+    radar.chirps = limits.loops.min(radar.chirps);
+    radar.processing.doppler_fft = radar.chirps;
+    let map = |echoes: &Echoes| -> Result<PowerMap<f64>> {
+        let (cube, _) = engine.cube(&radar, echoes, &[], 0, 0, Control::default())?;
+        Ok(engine.range_doppler(&radar, &cube)?.map)
+    };
+    let got = map(echoes)?;
+    let options = TraceOptions { accuracy_db: accuracy_db / FINER, least: 0.0, ..frame.options.clone() };
+    let all = {
+        let geometry = frame.geometry(&*frame.refined(options.accuracy_db)?)?;
+        frame.echoes(engine, &geometry, &options)
+    };
+    let want = map(&all)?;
+    let noise_w = noise_w(&frame.radar);
+    let objects = objects(&frame.scene, &radar, &all, noise_w, &got, &want);
+    drop(all);
+
+    let map_l2 = relative_l2(got.data.iter().copied(), want.data.iter().copied());
+    let mut changes: Vec<f64> = objects.values().flatten().map(|o| o.change_db.abs()).collect();
+    let worst_db = changes.iter().copied().fold(0.0, f64::max);
+    sheet.accuracy("accuracy_db", accuracy_db);
+    sheet.accuracy("map_relative_l2", map_l2);
+    let (over, near) = cells(&got, &want, noise_w);
+    sheet.accuracy("cells_over_noise", over);
+    sheet.accuracy("cells_within_0_1_db", near);
+    sheet.accuracy("objects", changes.len());
+    sheet.accuracy("objects_within_1_db", within(&changes, 1.0));
+    sheet.accuracy("objects_within_0_1_db", within(&changes, 0.1));
+    sheet.accuracy("worst_object_db", worst_db);
+    sheet.accuracy("objects_median_db", median(&mut changes));
+    sheet.accuracy("classes", by_class(&objects, &radar));
+    let gate =
+        |value: f64, at_most: f64| json!({ "value": value, "at_most": at_most, "holds": value <= at_most });
+    sheet.accuracy(
+        "gates",
+        json!({
+            "map_relative_l2": gate(map_l2, MAP_RELATIVE_L2),
+            "worst_object_db": gate(worst_db, WORST_OBJECT_DB),
+        }),
+    );
+    sheet.note(format!(
+        "the reference is the same frame with an accuracy {FINER} times stricter and every echo kept; maps without noise \
+         over {} of {} loops; cells of the objects are those of their strongest echo",
+        radar.chirps, frame.radar.chirps
+    ));
+    Ok(())
+}
+
+/// Noise of a whole frame's cell, W. A peak under it is none: single precision alone may move it.
+fn noise_w(radar: &Radar) -> f64 {
+    Noise::thermal(radar, 0, 0)
+        .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64)
+}
+
+/// (row, column) of an echo.
+fn cell(radar: &Radar, r: &Echo) -> (usize, usize) {
+    let rows = radar.processing.doppler_fft as f64;
+    let bin = beat_frequency_hz(radar, r).abs() / radar.sample_rate_hz * radar.processing.range_fft as f64;
+    let row = (r.range_rate_mps() / radar.velocity_bin_mps() + 0.5 * rows).round().rem_euclid(rows);
+    (row as usize, bin.round().clamp(0.0, radar.range_bins() as f64 - 1.0) as usize)
+}
+
+/// Change of the level in an object's cell.
+struct Change {
+    name: String,
+    change_db: f64,
+    range_bin: usize,
+}
+
+/// Level changes of the cells of all objects that stand above the noise, by class.
+fn objects(
+    scene: &Scene,
+    radar: &Radar,
+    echoes: &Echoes,
+    noise_w: f64,
+    got: &PowerMap<f64>,
+    want: &PowerMap<f64>,
+) -> BTreeMap<String, Vec<Change>> {
+    let levels = Levels::new(radar);
+    let mut strongest = BTreeMap::new();
+    for r in echoes.list.iter().filter(|r| passes(radar, r)) {
+        let power_w = levels.amplitude(r).norm_sqr();
+        let best = strongest.entry(r.object_id()).or_insert(Strongest { power_w: 0.0, doppler: 0, range: 0 });
+        if power_w > best.power_w {
+            let (doppler, range) = cell(radar, r);
+            *best = Strongest { power_w, doppler, range };
+        }
+    }
+    let mut classes: BTreeMap<String, Vec<Change>> = BTreeMap::new();
+    for (id, s) in strongest.iter().filter(|(_, s)| want.at(s.doppler, s.range) > noise_w) {
+        if let Some(o) = scene.object_by_id(*id) {
+            let change_db = db_from_power(got.at(s.doppler, s.range) / want.at(s.doppler, s.range));
+            let change = Change { name: o.name.clone(), change_db, range_bin: s.range };
+            classes.entry(o.class.clone()).or_default().push(change);
+        }
+    }
+    classes
+}
+
+/// Cells of the reference above the noise, and how many of them agree within 0.1 dB.
+fn cells(got: &PowerMap<f64>, want: &PowerMap<f64>, noise_w: f64) -> (usize, usize) {
+    let over = got.data.iter().zip(&want.data).filter(|(_, w)| **w > noise_w);
+    over.fold((0, 0), |(n, near), (g, w)| (n + 1, near + usize::from(db_from_power(g / w).abs() <= 0.1)))
+}
+
+fn within(changes_db: &[f64], most_db: f64) -> usize {
+    changes_db.iter().filter(|c| **c <= most_db).count()
+}
+
+fn by_class(objects: &BTreeMap<String, Vec<Change>>, radar: &Radar) -> Map<String, Value> {
+    let entry = |(class, list): (&String, &Vec<Change>)| {
+        let mut sizes: Vec<f64> = list.iter().map(|c| c.change_db.abs()).collect();
+        let worst = list.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()));
+        let range_m = |c: &Change| c.range_bin as f64 * radar.range_bin_m();
+        let entry = json!({
+            "objects": list.len(),
+            "within_1_db": within(&sizes, 1.0),
+            "median_db": median(&mut sizes),
+            "worst_db": worst.map(|w| w.change_db),
+            "worst": worst.map(|w| format!("{} at {:.1} m", w.name, range_m(w))),
+        });
+        (class.clone(), entry)
+    };
+    objects.iter().map(entry).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_under_the_noise_do_not_count() {
+        let map = |data: [f64; 4]| PowerMap { data: data.to_vec(), doppler_bins: 2, range_bins: 2 };
+        let want = map([1.0, 2.0, 0.1, 4.0]);
+        assert_eq!(cells(&map([1.0, 2.0, 9.0, 4.2]), &want, 0.5), (3, 2));
+        assert_eq!(cells(&want, &want, 0.0), (4, 4));
+    }
+}
