@@ -2,11 +2,13 @@
 //! against the one that is allowed. Writes `convergence_grid.png` and `convergence_asked.png` into the folder
 //! that is named, or into the present one.
 
+use catseye::adc::budget::Budget;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
+use catseye::trace::TraceOptions;
 use catseye::units::wavenumber;
 use catseye_papers::bench::frame::Frame;
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
@@ -104,11 +106,15 @@ fn asked(engine: &Engine) -> catseye::Result<Chart> {
         line(&mut chart, label, points, i);
     }
     // Objects of a street: the sum of each one's echoes.
-    let frame = Frame::new(false)?;
+    let frame = Frame::w3(false)?;
+    let geometry = frame.geometry(&frame.scene)?;
     let k = wavenumber(FREQUENCY_HZ);
     let of = |accuracy_db| -> Vec<Complex64> {
         let mut sums = vec![Complex64::ZERO; frame.scene.objects.len() + 1];
-        for r in frame.echoes(engine, accuracy_db).list {
+        for r in frame
+            .echoes(engine, &geometry, &TraceOptions { accuracy_db, ..frame.options }, Budget::Nothing)
+            .list
+        {
             sums[r.object_id() as usize] += r.path_gain[0][0] * Complex64::cis(-k * r.path_length_m);
         }
         sums

@@ -2,7 +2,7 @@
 
 use super::synthesis::{Levels, passes};
 use crate::scene::radar::Radar;
-use crate::trace::{Echo, Echoes};
+use crate::trace::{Echo, Echoes, strength};
 use rayon::prelude::*;
 
 /// What may be left out of a frame.
@@ -14,7 +14,7 @@ pub enum Budget {
     Sum(f64),
     /// The same as a share of the power of all.
     Share(f64),
-    /// Each echo whose power is below this, W.
+    /// Each echo whose power would be below this in the antennas' main directions, W.
     Each(f64),
 }
 
@@ -33,16 +33,18 @@ pub fn trim(radar: &Radar, echoes: &mut Echoes, budget: Budget) {
     let heard = |r: &Echo| ramps.iter().any(|ramp| passes(ramp, r));
     let power = |r: &Echo| levels.amplitude(r).norm_sqr();
     let powers: Vec<Option<f64>> = echoes.list.par_iter().map(|r| heard(r).then(|| power(r))).collect();
-    let most = match budget {
+    // What an echo is measured by, and from where on it stays.
+    let (least, full) = match budget {
         Budget::Nothing => return,
-        Budget::Each(w) => w,
-        Budget::Sum(w) => below(&powers, w),
-        Budget::Share(s) => below(&powers, s * powers.iter().flatten().sum::<f64>()),
+        Budget::Each(w) => (w, Some(levels.full_gain())),
+        Budget::Sum(w) => (below(&powers, w), None),
+        Budget::Share(s) => (below(&powers, s * powers.iter().flatten().sum::<f64>()), None),
     };
+    let is_weak = |r: &Echo, p: f64| full.map_or(p, |gain| (strength(r) * gain).powi(2)) < least;
     let mut power = powers.iter();
     let Echoes { list, left_out, left_out_power_w, .. } = echoes;
-    list.retain(|_| match power.next() {
-        Some(Some(p)) if *p < most => {
+    list.retain(|r| match power.next() {
+        Some(Some(p)) if is_weak(r, *p) => {
             *left_out += 1;
             *left_out_power_w += p;
             false
@@ -99,7 +101,8 @@ mod tests {
         assert_eq!(some.list[55], all.list[60]);
         let heard: f64 = power[..60].iter().sum();
         assert_eq!(trimmed(Budget::Share(1.01 * five / heard)).left_out, 5);
-        assert_eq!(trimmed(Budget::Each(power[30])).left_out, 29);
+        // In the main direction, where all of them stand.
+        assert_eq!(trimmed(Budget::Each(power[30] * (1.0 + 1e-9))).left_out, 30);
         assert_eq!(trimmed(Budget::Nothing), all);
         // A budget larger than everything leaves nothing but what the filter stops.
         let nothing = trimmed(Budget::Sum(1.0));

@@ -299,8 +299,8 @@ pub struct TraceTable {
     pub accuracy_db: At<f64>,
     /// Most facets that curved surfaces are cut into in all, where the accuracy asks for more; what the meshes have they keep.
     pub facets: At<u64>,
-    /// Each echo weaker than this over (negative: under) the thermal noise of a cell of the map after all channels is left out,
-    /// in place of the budget below; without noise all are kept.
+    /// Each echo weaker than this over (negative: under) the thermal noise of a cell of the map after all channels is left out, as if
+    /// in the antennas' main direction, in place of the budget that `exact` tells of; without noise all are kept.
     pub floor_db: Option<At<f64>>,
     /// Keeps every single echo. Otherwise echoes of one place by one way are added up, and the weakest are left out as long as
     /// the sum of their powers stays 10 dB under the noise of a cell after all channels (without noise: 100 dB under the sum of

@@ -107,9 +107,15 @@ pub fn budget(scenario: &Scenario, which: usize) -> Budget {
     match (settings.exact, settings.floor_db, noise_w) {
         (true, ..) | (false, Some(_), None) => Budget::Nothing,
         (false, Some(db), Some(w)) => Budget::Each(w * power_from_db(db)),
-        (false, None, Some(w)) => Budget::Sum(w * power_from_db(-BUDGET_DB)),
-        (false, None, None) => Budget::Share(BUDGET_SHARE),
+        (false, None, _) => noise_budget(radar),
     }
+}
+
+/// The budget of frames that ask for nothing else.
+pub fn noise_budget(radar: &Radar) -> Budget {
+    thermal_floor_w(radar).map_or(Budget::Share(BUDGET_SHARE), |w| {
+        Budget::Sum(w / radar.virtual_channels() as f64 * power_from_db(-BUDGET_DB))
+    })
 }
 
 /// Settings of a scenario's frame as the tracer takes them.

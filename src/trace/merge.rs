@@ -97,7 +97,7 @@ mod tests {
             vec![echo(LENGTH, a), other.clone(), echo(LENGTH + off, b), faster.clone(), bent.clone()];
         assert_eq!(merge(&mut list, k, 0.02), 1);
         let sum = a + b * Complex64::cis(-k * off);
-        assert!((list[0].path_gain[0][0] - sum).norm() < 1e-15);
+        assert!((list[0].path_gain[0][0] - sum).norm() < 1e-13);
         assert_eq!(list[1..], [other, faster, bent]);
         // Nothing is left to add up.
         assert_eq!(merge(&mut list, k, 0.02), 0);

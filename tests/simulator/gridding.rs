@@ -397,7 +397,7 @@ fn blocks_go_where_the_error_is() {
     let shape = Shape { chirps: 512, samples: 256, channels: 4 };
     let mut all = terms(20_000, 2, [3.0, 3.0], [0.0, 1e-3, 0.0, 0.0, 0.0, 0.0], 0.0);
     for (i, t) in all.iter_mut().enumerate() {
-        t.polynomial.a2 = if i % 2 == 0 { 1e-6 } else { -1e-6 };
+        t.polynomial.a2 = if i % 2 == 0 { 2e-7 } else { -2e-7 };
         t.power_w = if i < 40 { 1e4 } else { 1.0 };
         if i >= 10_000 {
             t.polynomial.a2 *= 0.01;

@@ -1,9 +1,6 @@
-//! One frame from the scene to points, stage by stage, as W3, W7, W8, W9, W12 and W13 time it.
+//! What one frame is made of, as W3, W7, W8, W9, W12 and W13 time it.
 
-use super::agreement::{self, Limits};
-use super::sheet::{Outcome, Settings, Sheet};
-use catseye::adc::cpu::synthesis::Control;
-use catseye::detect::{Bodies, label, locate};
+use catseye::adc::budget::{Budget, trim};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::{Pose, Sensor, World};
@@ -12,7 +9,7 @@ use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::{Scene, material, radar_toml};
-use catseye::simulate::{radar_pose, trace_options};
+use catseye::simulate::{budget, noise_budget, radar_pose, trace_options};
 use catseye::trace::{Echoes, TraceOptions};
 use catseye::units::wavenumber;
 use glam::{DQuat, DVec3};
@@ -30,6 +27,8 @@ pub struct Frame {
     pub ego_mps: DVec3,
     /// How waves are followed.
     pub options: TraceOptions,
+    /// Which echoes are left out.
+    pub budget: Budget,
     /// Middle of the frame, s.
     pub time_s: f64,
     /// Half the time over which paths may bend, s; 0 where all of them change at a steady rate.
@@ -52,6 +51,7 @@ impl Frame {
             pose: Pose::new(DQuat::IDENTITY, at),
             ego_mps: if moving { DVec3::X * EGO_SPEED_MPS } else { DVec3::ZERO },
             options: TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() },
+            budget: noise_budget(&radar),
             radar,
             time_s: 0.0,
             reach_s: 0.0,
@@ -75,7 +75,8 @@ impl Frame {
         let options =
             TraceOptions { radar_sway_m: [sway(-reach_s), sway(reach_s)], ..trace_options(scenario, 0, 0)? };
         let facets = scenario.trace.facets as usize;
-        Ok(Frame { scene, radar, pose, ego_mps, options, time_s, reach_s, facets })
+        let budget = budget(scenario, 0);
+        Ok(Frame { scene, radar, pose, ego_mps, options, budget, time_s, reach_s, facets })
     }
 
     /// The scene with its curved surfaces cut as finely as an accuracy in dB asks for.
@@ -96,51 +97,15 @@ impl Frame {
     }
 
     /// The echoes of the frame.
-    pub fn echoes(&self, engine: &Engine, geometry: &Geometry, options: &TraceOptions) -> Echoes {
-        engine.echoes(geometry, &self.radar, &self.pose, self.ego_mps, options)
+    pub fn echoes(
+        &self,
+        engine: &Engine,
+        geometry: &Geometry,
+        options: &TraceOptions,
+        budget: Budget,
+    ) -> Echoes {
+        let mut echoes = engine.echoes(geometry, &self.radar, &self.pose, self.ego_mps, options);
+        trim(&self.radar, &mut echoes, budget);
+        echoes
     }
-}
-
-/// Times the stages of a frame, then compares it with the same frame at a stricter accuracy.
-pub(super) fn run(
-    frame: &Frame,
-    limits: &Limits,
-    engine: &Engine,
-    settings: &Settings,
-    mut sheet: Sheet<'_>,
-) -> Result<Outcome> {
-    let radar = &frame.radar;
-    let refined = sheet.stage("refine", || frame.refined(frame.options.accuracy_db))?;
-    sheet.count("virtual_channels", radar.virtual_channels());
-    sheet.count("chirps", radar.chirps);
-    sheet.count("samples", radar.samples);
-    sheet.count("triangles", frame.scene.triangle_count());
-    sheet.count("triangles_refined", refined.triangle_count());
-    let geometry = sheet.stage("geometry", || frame.geometry(&refined))?;
-    // Faces are made once and kept with the geometry.
-    sheet.stage("faces", || Ok(geometry.find_faces()))?;
-    sheet.count("faces", geometry.faces().faces.len());
-    let echoes = sheet.stage("trace", || Ok(frame.echoes(engine, &geometry, &frame.options)))?;
-    let (cube, front_end) = sheet
-        .stage("synthesis", || engine.cube(radar, &echoes, &[], settings.seed, 0, Control::default()))?;
-    sheet.count("echoes", echoes.list.len());
-    sheet.count("echoes_moving", front_end.moving);
-    sheet.count("echoes_dropped", front_end.dropped);
-    let mut found = vec![sheet.stage("range_doppler", || engine.range_doppler(radar, &cube))?];
-    sheet.count("cells", found[0].cells.len());
-    let own_mps = frame.pose.inverse().direction(frame.ego_mps);
-    let mut cloud = sheet.stage("angles", || locate::points(engine, radar, &mut found, Some(own_mps)))?;
-    sheet.stage("labels", || {
-        let bodies = Bodies::new(&frame.scene, frame.time_s, &frame.pose);
-        label::label(radar, &mut cloud, &echoes, &bodies);
-        Ok(())
-    })?;
-    sheet.count("points", cloud.len());
-    drop((cube, found, cloud, geometry, refined));
-    agreement::compare(frame, &echoes, limits, engine, &mut sheet)?;
-    Ok(sheet.finish())
-}
-
-pub(super) fn w3(moving: bool, engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    run(&Frame::w3(moving)?, &Limits { loops: 16 }, engine, settings, sheet)
 }

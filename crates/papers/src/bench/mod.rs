@@ -15,6 +15,7 @@ mod scenario;
 mod scratch;
 pub mod sequence;
 mod sheet;
+mod stages;
 pub mod stream;
 
 use catseye::engine::Engine;
@@ -55,8 +56,8 @@ fn workload(name: &str) -> Option<Work> {
     Some(match name {
         "W1" => cross_section::w1,
         "W2" => cross_section::w2,
-        "W3-static" => |engine, settings, sheet| frame::w3(false, engine, settings, sheet),
-        "W3-moving" => |engine, settings, sheet| frame::w3(true, engine, settings, sheet),
+        "W3-static" => |engine, settings, sheet| stages::w3(false, engine, settings, sheet),
+        "W3-moving" => |engine, settings, sheet| stages::w3(true, engine, settings, sheet),
         "W4" => processing::w4,
         "W4s" => stream::w4s,
         "W5" => sequence::w5,

@@ -1,9 +1,10 @@
 //! Frames of roads, terrain and streets: W7, W8, W9, W12, W13.
 
 use super::agreement::Limits;
-use super::frame::{self, Frame};
+use super::frame::Frame;
 use super::scratch::Scratch;
 use super::sheet::{Outcome, Settings, Sheet};
+use super::stages;
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::Pose;
@@ -106,23 +107,23 @@ fn awr1843() -> Result<Frame> {
 }
 
 pub(super) fn w7(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    frame::run(&everything()?, &Limits { loops: 64 }, engine, settings, sheet)
+    stages::run(&everything()?, &Limits { loops: 64 }, engine, settings, sheet)
 }
 
 pub(super) fn w8(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    frame::run(&terrain()?, &Limits { loops: 16 }, engine, settings, sheet)
+    stages::run(&terrain()?, &Limits { loops: 16 }, engine, settings, sheet)
 }
 
 pub(super) fn w9(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    frame::run(&street()?, &Limits { loops: 64 }, engine, settings, sheet)
+    stages::run(&street()?, &Limits { loops: 64 }, engine, settings, sheet)
 }
 
 pub(super) fn w12(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    frame::run(&imaging_frame(settings.quick)?, &Limits { loops: 16 }, engine, settings, sheet)
+    stages::run(&imaging_frame(settings.quick)?, &Limits { loops: 16 }, engine, settings, sheet)
 }
 
 pub(super) fn w13(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    frame::run(&awr1843()?, &Limits { loops: 64 }, engine, settings, sheet)
+    stages::run(&awr1843()?, &Limits { loops: 64 }, engine, settings, sheet)
 }
 
 #[cfg(test)]
@@ -185,6 +186,6 @@ mod tests {
         assert_eq!([frame.radar.tx.len(), frame.radar.rx.len()], [3, 4]);
         assert_eq!([frame.radar.chirps, frame.radar.samples], [128, 256]);
         assert!((frame.radar.range_bin_m() - 0.3).abs() < 0.01, "{}", frame.radar.range_bin_m());
-        assert!(frame.options.least > 0.0);
+        assert!(matches!(frame.budget, catseye::adc::budget::Budget::Sum(_)));
     }
 }

@@ -96,7 +96,8 @@ fn short_cuts_leave_what_is_heard() {
         let Look { name, geometry, radar, pose, velocity_mps, options } = &look;
         let want = by_chain(radar, &look.plainly());
         let engine = Engine::Cpu(Precision::F64);
-        let short = engine.echoes(geometry, radar, pose, *velocity_mps, options);
+        let single = TraceOptions { merge: false, ..*options };
+        let short = engine.echoes(geometry, radar, pose, *velocity_mps, &single);
         let got = by_chain(radar, &short.list);
         let total =
             |sums: &BTreeMap<_, (usize, f64)>| sums.values().fold((0, 0.0), |(n, p), (m, q)| (n + m, p + q));
