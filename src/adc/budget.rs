@@ -1,4 +1,4 @@
-//! Which echoes of a frame may be left out: the weakest, as long as all of them together cannot show.
+//! Which echoes of a frame may be left out: the weakest, as long as all of them together cannot show (CONVENTIONS eq. 67).
 
 use super::synthesis::{Levels, passes};
 use crate::scene::radar::Radar;

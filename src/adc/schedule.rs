@@ -1,4 +1,4 @@
-//! Which echoes are summed how: directly, or on grids with blocks of chirps of their own length (CONVENTIONS eq. 85a, 85b).
+//! Which echoes are summed how: directly, or on grids with blocks of chirps of their own length (CONVENTIONS eq. 79).
 //!
 //! What a grid leaves out of an echo shrinks as its blocks get shorter, and each block costs one more spreading. Strong echoes whose
 //! paths bend need short blocks, weak ones do not: blocks are as long as lets the same power of error be saved by one more block of

@@ -1,4 +1,4 @@
-//! Echoes of one place by one way are one echo.
+//! Echoes of one place by one way are one echo (CONVENTIONS eq. 66).
 //!
 //! The corner that several facets share gives each of them a wave of its own. All of these have one path and one set of directions, and
 //! on a smooth surface they cancel to a small rest. Their sum is exact, and whatever looks at single echoes (budgets, floors, lists of
