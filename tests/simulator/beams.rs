@@ -109,7 +109,7 @@ fn a_plate_follows_its_closed_form_to_rounding() {
 fn more_triangles_of_the_same_faces_give_the_same_answer() {
     let coarse = geometry("trihedral:leg_m=0.06");
     let mut fine = Mesh::default();
-    for t in &coarse.triangles {
+    for t in coarse.triangles.iter() {
         let [a, b, c] = t.corners_exact();
         let n = 6u32;
         let first = fine.positions_m.len() as u32;
