@@ -1,6 +1,5 @@
 //! Volumes that dielectric faces close, alone or together with metal (CONVENTIONS eq. 70).
 
-use super::triangle::Triangle;
 use super::welded::{Welded, sides};
 use glam::DVec3;
 
@@ -38,7 +37,8 @@ type Sheet = (u32, bool);
 /// sheets close it, which have no outside. It is a body when no dielectric shows its front there, all
 /// dielectric is of one material and the volume is positive. `enters` says of each surface whether it is the front of a
 /// dielectric volume.
-pub(super) fn find(triangles: &[Triangle], enters: &[bool], mesh: &Welded) -> (Vec<u32>, Vec<Cell>) {
+pub(super) fn find(enters: &[bool], mesh: &Welded) -> (Vec<u32>, Vec<Cell>) {
+    let triangles = mesh.of;
     let dielectric = |t: u32| enters[triangles[t as usize].surface as usize];
     let n = mesh.triangles.len();
     if !(0..n as u32).any(dielectric) {

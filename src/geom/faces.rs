@@ -2,14 +2,12 @@
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
 use super::cells::{self, Cell, NO_CELL};
-use super::triangle::Triangle;
 use super::welded::{Welded, sides};
+use crate::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
-use crate::units::wavelength_m;
-use glam::{DVec2, DVec3};
-use obvhs::bvh2::builder::build_bvh2;
+use glam::{DVec2, DVec3, Vec3Swizzles};
+use obvhs::bvh2::{builder::build_bvh2, node::Bvh2Node};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Most corners of a face.
@@ -24,6 +22,12 @@ pub const FLAT: f64 = 1e-4;
 const MIRROR_M2: f64 = 1.0;
 
 const MIRROR_RATIO: f64 = 100.0;
+
+/// Most faces of a leaf.
+const LEAF_FACES: u32 = 8;
+
+/// Levels that a tree may have: those of the bodies' trees and of the tree over them.
+const DEEPEST: usize = 128;
 
 /// A convex polygon in one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,19 +77,7 @@ pub struct HalfSpace {
     pub offset: f64,
 }
 
-/// Triangles at one instant, with their materials at one frequency.
-pub struct Mesh<'a> {
-    /// Triangles of the scene.
-    pub triangles: &'a [Triangle],
-    /// Of each surface, whether it is the front of a dielectric volume.
-    pub enters: &'a [bool],
-    /// Frequency that the surfaces hold for, Hz.
-    pub freq_hz: f64,
-    /// Centre and radius of a sphere around them.
-    pub sphere_m: (DVec3, f64),
-}
-
-/// A scene's convex faces with the tree over them.
+/// Convex faces of a body or of a scene, with the tree over them.
 #[derive(Debug, Default)]
 pub struct Faces {
     /// In the order of the tree's leaves.
@@ -100,8 +92,8 @@ pub struct Faces {
     pub cells: Vec<Cell>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
-    /// Faces of each patch that mirrors points.
-    mirrors: BTreeMap<u32, Vec<u32>>,
+    /// Each patch that mirrors points with each of its faces, both rising.
+    mirrors: Vec<(u32, u32)>,
     /// Distance from a plane below which a corner lies in it.
     pub flat_m: f64,
     /// Middle of a sphere around all faces, m.
@@ -121,22 +113,19 @@ pub struct NearFaces {
 }
 
 impl Faces {
-    /// The faces of a mesh.
-    pub fn build(mesh: &Mesh<'_>) -> Faces {
-        let flat_m = FLAT * wavelength_m(mesh.freq_hz);
+    /// The faces of a body in its own frame. `enters` says of each surface whether it is the front of a dielectric volume;
+    /// corners nearer to a plane than `flat_m` lie in it.
+    pub(super) fn build(mesh: &Welded, enters: &[bool], flat_m: f64) -> Faces {
         let mut faces = Faces { flat_m, ..Default::default() };
-        (faces.centre_m, faces.radius_m) = mesh.sphere_m;
-        if mesh.triangles.is_empty() {
+        let triangles = mesh.of;
+        if triangles.is_empty() {
             return faces;
         }
-        let Mesh { triangles, enters, .. } = *mesh;
-        let mesh = Welded::new(triangles);
         let closed = mesh.closed_components();
-        let (cell_of, found) = cells::find(triangles, enters, &mesh);
+        let (cell_of, found) = cells::find(enters, mesh);
         faces.cells = found;
         let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
         let mut patches = mesh.patches(flat_m, cell);
-        // Leaves of the triangles' tree come in any order; faces should not depend on it.
         patches.sort_by_key(|p| p[0]);
         for (number, patch) in patches.iter().enumerate() {
             let lead = &triangles[patch[0] as usize];
@@ -144,7 +133,7 @@ impl Faces {
             let one_sided = closed[patch[0] as usize];
             let area = |t: &u32| triangles[*t as usize].area_m2();
             faces.patch_area_m2.push(patch.iter().map(area).sum());
-            for polygon in convex_polygons(&mesh, patch, &plane, flat_m) {
+            for polygon in convex_polygons(mesh, patch, &plane, flat_m) {
                 let first = faces.corners.len() as u32;
                 faces.corners.extend(polygon.iter().map(|&v| mesh.points[v as usize]));
                 let own = Plane::new(mesh.points[polygon[0] as usize], lead.normal);
@@ -162,17 +151,87 @@ impl Faces {
                 });
             }
         }
-        faces.plant_tree();
+        let boxes: Vec<_> = faces.faces.iter().map(|f| bounds(faces.corners(f))).collect();
+        let (nodes, order) = tree_over(&boxes, LEAF_FACES);
+        faces.faces = order.iter().map(|&i| faces.faces[i as usize]).collect();
+        faces.nodes = nodes;
+        faces.box_tree();
         faces.list_mirrors();
         faces
     }
 
-    fn list_mirrors(&mut self) {
-        for (i, face) in self.faces.iter().enumerate() {
-            if self.mirrors_points(face.patch) {
-                self.mirrors.entry(face.patch).or_default().push(i as u32);
+    /// The faces of a body, which are in its own frame, where the body stands in `pose`.
+    pub(super) fn placed(&self, pose: &Pose<Target, World>) -> Faces {
+        let mut placed = Faces {
+            faces: Vec::with_capacity(self.faces.len()),
+            corners: self.corners.iter().map(|p| pose.point(*p)).collect(),
+            nodes: self.nodes.clone(),
+            cells: self.cells.clone(),
+            patch_area_m2: self.patch_area_m2.clone(),
+            mirrors: self.mirrors.clone(),
+            flat_m: self.flat_m,
+            ..Default::default()
+        };
+        placed.faces.extend(self.faces.iter().map(|face| {
+            let own = Plane::new(placed.corners[face.first as usize], pose.direction(face.normal));
+            Face { normal: own.normal, offset_m: own.normal.dot(own.origin), axis: own.axis, ..*face }
+        }));
+        placed.box_tree();
+        placed
+    }
+
+    /// The faces of all bodies of a scene, which are in the world, and a sphere that holds them (centre and radius, m). Faces,
+    /// patches and cells are numbered body by body; over the bodies' trees stands one whose leaves are their roots.
+    pub(super) fn joined(bodies: &[&Faces], flat_m: f64, (centre_m, radius_m): (DVec3, f64)) -> Faces {
+        let mut all = Faces { flat_m, centre_m, radius_m, ..Default::default() };
+        let count = |of: fn(&Faces) -> usize| bodies.iter().map(|b| of(b)).sum();
+        all.faces.reserve(count(|b| b.faces.len()));
+        all.corners.reserve(count(|b| b.corners.len()));
+        // Of those that have any: the box and where the faces begin.
+        let (mut boxes, mut planted) = (Vec::new(), Vec::new());
+        for (number, body) in bodies.iter().enumerate() {
+            let faces = all.faces.len() as u32;
+            let (corners, patches) = (all.corners.len() as u32, all.patch_area_m2.len() as u32);
+            let cells = all.cells.len() as u32;
+            if let Some(root) = body.nodes.first() {
+                boxes.push((root.centre - root.half, root.centre + root.half));
+                planted.push((*body, faces));
             }
+            all.faces.extend(body.faces.iter().map(|face| Face {
+                first: face.first + corners,
+                body: number as u32,
+                patch: face.patch + patches,
+                cell: if face.cell == NO_CELL { NO_CELL } else { face.cell + cells },
+                ..*face
+            }));
+            all.corners.extend(&body.corners);
+            all.patch_area_m2.extend(&body.patch_area_m2);
+            all.cells.extend(&body.cells);
+            all.mirrors.extend(body.mirrors.iter().map(|(patch, face)| (patch + patches, face + faces)));
         }
+        let (top, order) = tree_over(&boxes, 1);
+        all.nodes.reserve(top.len() + count(|b| b.nodes.len()));
+        all.nodes.extend(&top);
+        for (slot, leaf) in top.iter().enumerate().filter(|(_, n)| n.count > 0) {
+            let (body, faces) = planted[order[leaf.first as usize] as usize];
+            // The root takes the leaf's place, all others come behind.
+            let nodes = all.nodes.len() as u32 - 1;
+            let moved = |n: &Node| Node { first: n.first + if n.count > 0 { faces } else { nodes }, ..*n };
+            all.nodes[slot] = moved(&body.nodes[0]);
+            all.nodes.extend(body.nodes[1..].iter().map(moved));
+        }
+        let inner = parents_first(&top).into_iter().filter(|i| top[*i].count == 0);
+        all.fit(inner.collect());
+        all.few = all.leaves();
+        all
+    }
+
+    fn list_mirrors(&mut self) {
+        let of =
+            |(i, face): (usize, &Face)| self.mirrors_points(face.patch).then_some((face.patch, i as u32));
+        let mut mirrors: Vec<(u32, u32)> = self.faces.iter().enumerate().filter_map(of).collect();
+        mirrors.sort_unstable();
+        self.mirrors = mirrors;
     }
 
     /// The faces that have a place not farther than `reach_m` from `place_m`; None when all have.
@@ -186,7 +245,7 @@ impl Faces {
             return None;
         }
         let mut counts = vec![0u32; self.nodes.len()];
-        for &i in self.parents_first().iter().rev() {
+        for &i in parents_first(&self.nodes).iter().rev() {
             let n = &self.nodes[i];
             let first = n.first as usize;
             counts[i] = match n.count {
@@ -252,19 +311,40 @@ impl Faces {
 
     /// One face of each patch that mirrors points.
     pub fn point_mirrors(&self) -> impl Iterator<Item = &Face> {
-        self.mirrors.values().map(|list| &self.faces[list[0] as usize])
+        self.mirrors.chunk_by(|a, b| a.0 == b.0).map(|list| &self.faces[list[0].1 as usize])
     }
 
     /// Whether a place in the plane of a patch that mirrors points is on one of its faces.
     pub fn is_on_mirror(&self, patch: u32, p: DVec3) -> bool {
-        self.mirrors.get(&patch).into_iter().flatten().any(|i| {
+        let first = self.mirrors.partition_point(|m| m.0 < patch);
+        self.mirrors[first..].iter().take_while(|m| m.0 == patch).any(|(_, i)| {
             let face = &self.faces[*i as usize];
-            let c = self.corners(face);
-            (0..c.len()).all(|i| {
-                let (a, b) = (c[i], c[(i + 1) % c.len()]);
-                (b - a).cross(p - a).dot(face.normal) >= 0.0
-            })
+            is_over(self.corners(face), face.normal, p)
         })
+    }
+
+    /// Whether a face stands between two places, farther than `gap_m` from both.
+    pub fn is_between(&self, a: DVec3, b: DVec3, gap_m: f64) -> bool {
+        let way = b - a;
+        let share = gap_m / way.length();
+        // By the separating axes of a box and a line (Ericson 2005, 5.3.3), the box grown by more than rounding.
+        let (middle, half) = (0.5 * (a + b), 0.5 * way);
+        let reach = half.abs();
+        let misses = |node: &Node| {
+            let (d, size) = (middle - node.centre, node.half + gap_m);
+            let turned = size.yzx() * reach.zxy() + size.zxy() * reach.yzx();
+            d.abs().cmpgt(size + reach).any() || half.cross(d).abs().cmpgt(turned).any()
+        };
+        let mut found = false;
+        self.visit(misses, None, |i| {
+            let face = &self.faces[i as usize];
+            let corners = self.corners(face);
+            let t = (corners[0] - a).dot(face.normal) / way.dot(face.normal);
+            // Of a way in the plane t is no number or endless.
+            found = t > share && t < 1.0 - share && is_over(corners, face.normal, a + way * t);
+            found
+        });
+        found
     }
 
     /// Corners of a face in order, m.
@@ -272,48 +352,16 @@ impl Faces {
         &self.corners[face.first as usize..(face.first + face.count) as usize]
     }
 
-    fn plant_tree(&mut self) {
-        struct Padded(Aabb);
-        impl Boundable for Padded {
-            fn aabb(&self) -> Aabb {
-                self.0
-            }
-        }
-        // obvhs builds in f32: the order of its leaves is what counts, the boxes are taken anew in f64.
-        let boxes: Vec<Padded> = self
-            .faces
-            .iter()
-            .map(|f| {
-                let (lo, hi) = bounds(self.corners(f));
-                Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))
-            })
-            .collect();
-        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
-        self.faces = tree.primitive_indices.iter().map(|&i| self.faces[i as usize]).collect();
-        self.nodes = tree
-            .nodes
-            .iter()
-            .map(|n| Node {
-                centre: DVec3::ZERO,
-                half: DVec3::ZERO,
-                first: n.first_index,
-                count: n.prim_count,
-            })
-            .collect();
-        self.box_tree();
-    }
-
     fn box_tree(&mut self) {
-        if !self.nodes.is_empty() {
-            self.fit();
-            self.few = self.leaves();
-        }
+        self.fit(parents_first(&self.nodes));
+        self.few = self.leaves();
     }
 
     /// The leaves in tree order, or none where they are many.
     fn leaves(&self) -> Vec<u32> {
         const FEW: usize = 16;
-        let (mut leaves, mut stack) = (Vec::new(), vec![0u32]);
+        let (mut leaves, mut stack) = (Vec::new(), vec![]);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(i) = stack.pop() {
             let n = self.nodes[i as usize];
             match n.count {
@@ -325,22 +373,9 @@ impl Faces {
         leaves
     }
 
-    /// All nodes, each before those below it.
-    fn parents_first(&self) -> Vec<usize> {
-        let mut order = if self.nodes.is_empty() { vec![] } else { vec![0] };
-        let mut i = 0;
-        while i < order.len() {
-            let n = self.nodes[order[i]];
-            if n.count == 0 {
-                order.extend([n.first as usize, n.first as usize + 1]);
-            }
-            i += 1;
-        }
-        order
-    }
-
-    fn fit(&mut self) {
-        for i in self.parents_first().into_iter().rev() {
+    /// Boxes of these nodes, of which each comes before those below it.
+    fn fit(&mut self, parents_first: Vec<usize>) {
+        for i in parents_first.into_iter().rev() {
             let n = self.nodes[i];
             let (lo, hi) = if n.count > 0 {
                 let faces = &self.faces[n.first as usize..(n.first + n.count) as usize];
@@ -373,11 +408,8 @@ impl Faces {
         &self,
         spaces: &[HalfSpace; N],
         from: Option<DVec3>,
-        mut visit: impl FnMut(u32) -> bool,
+        visit: impl FnMut(u32) -> bool,
     ) {
-        if self.nodes.is_empty() {
-            return;
-        }
         let mut reach = [DVec3::ZERO; N];
         for (r, s) in reach.iter_mut().zip(spaces) {
             *r = s.normal.abs();
@@ -386,6 +418,15 @@ impl Faces {
             let deepest = |i: usize| spaces[i].normal.dot(node.centre) + reach[i].dot(node.half);
             (0..N).any(|i| deepest(i) < spaces[i].offset)
         };
+        self.visit(misses, from, visit);
+    }
+
+    /// Calls `visit` with the faces of the leaves that are not missed, until it says that it has enough.
+    #[inline]
+    fn visit(&self, misses: impl Fn(&Node) -> bool, from: Option<DVec3>, mut visit: impl FnMut(u32) -> bool) {
+        if self.nodes.is_empty() {
+            return;
+        }
         if !self.few.is_empty() {
             for node in self.few.iter().map(|&i| &self.nodes[i as usize]) {
                 if !misses(node) && (node.first..node.first + node.count).any(&mut visit) {
@@ -394,7 +435,7 @@ impl Faces {
             }
             return;
         }
-        let mut stack = [0u32; 96];
+        let mut stack = [0u32; DEEPEST];
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -422,9 +463,58 @@ impl Faces {
     }
 }
 
+/// All nodes, each before those below it.
+fn parents_first(nodes: &[Node]) -> Vec<usize> {
+    let mut order = if nodes.is_empty() { vec![] } else { vec![0] };
+    let mut i = 0;
+    while i < order.len() {
+        let n = nodes[order[i]];
+        if n.count == 0 {
+            order.extend([n.first as usize, n.first as usize + 1]);
+        }
+        i += 1;
+    }
+    order
+}
+
+/// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.
+fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
+    struct Padded(Aabb);
+    impl Boundable for Padded {
+        fn aabb(&self) -> Aabb {
+            self.0
+        }
+    }
+    if boxes.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    // obvhs builds in f32: the order of its leaves is what counts.
+    let boxes: Vec<Padded> =
+        boxes.iter().map(|(lo, hi)| Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))).collect();
+    let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
+    let tree = build_bvh2(&boxes, params, &mut Duration::default());
+    let node = |n: &Bvh2Node| Node {
+        centre: DVec3::ZERO,
+        half: DVec3::ZERO,
+        first: n.first_index,
+        count: n.prim_count,
+    };
+    (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
+}
+
 fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));
     points.iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
+}
+
+/// Sides of a polygon, from corner to corner.
+fn sides_of(corners: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
+    (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
+}
+
+/// Whether a place lies on a convex polygon, counter-clockwise about `normal`, or over or under it.
+fn is_over(corners: &[DVec3], normal: DVec3, p: DVec3) -> bool {
+    sides_of(corners).all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0)
 }
 
 /// Whether a convex polygon, counter-clockwise about `normal`, has a place not farther than `reach_m` from `p`.
@@ -433,12 +523,10 @@ fn is_within(corners: &[DVec3], normal: DVec3, p: DVec3, reach_m: f64) -> bool {
     if corners.iter().any(|c| c.distance_squared(p) <= reach2) {
         return true;
     }
-    let sides = || (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]));
-    let is_over = sides().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
-    if is_over {
+    if is_over(corners, normal, p) {
         return normal.dot(p - corners[0]).abs() <= reach_m;
     }
-    sides().any(|(a, b)| {
+    sides_of(corners).any(|(a, b)| {
         let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
         (a + (b - a) * t).distance_squared(p) <= reach2
     })

@@ -1,5 +1,5 @@
-//! Triangles of a scene at one instant, in the world, with their planes, coplanar patches and wide
-//! BVH. Rebuilt for each frame in which something moves.
+//! A scene at one instant as rays and beams meet it. What belongs to a rigid mesh is found once ([`RigidScene`]); each frame only
+//! places what has moved.
 
 pub mod bvh;
 pub mod cells;
@@ -9,6 +9,7 @@ pub mod faces;
 pub mod hash;
 pub mod outline;
 mod patches;
+mod rigid;
 pub mod surface;
 pub mod triangle;
 pub mod upload;
@@ -17,14 +18,19 @@ mod welded;
 
 use crate::em::layers::Backing;
 use crate::error::{BadInput, Error, Result};
-use crate::frames::{angles_from_direction, polarisation_basis};
+use crate::frames::{Pose, Target, World, angles_from_direction, polarisation_basis};
+use crate::geom::hash::FastMap;
 use crate::scene::motion::Moving;
 use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
-use crate::scene::{Material, Scene, Shape};
+use crate::scene::{Material, Object, Scene, Shape};
+use crate::units::wavelength_m;
 use bvh::Bvh;
-use faces::{Faces, Mesh};
+use faces::{FLAT, Faces};
 use glam::{DQuat, DVec3};
-use std::sync::{Arc, OnceLock};
+use rigid::{PlacedMesh, RigidMesh, Terms};
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock, Mutex, OnceLock, PoisonError};
 use surface::of_materials;
 pub use surface::{Surface, surfaces_at};
 pub use triangle::Triangle;
@@ -143,13 +149,18 @@ impl TableTarget {
     }
 }
 
+/// What is made when it is first asked for.
+pub type Late<T> = LazyLock<Arc<T>, Box<dyn FnOnce() -> Arc<T> + Send>>;
+
 /// A scene at one instant as rays and beams meet it.
 #[derive(Debug)]
 pub struct Geometry {
-    /// In the order of the BVH's leaves.
-    pub triangles: Vec<Triangle>,
+    /// In the order of the BVH's leaves. Only rays meet triangles: they are made, with their tree, when they are first asked for.
+    pub triangles: Late<Vec<Triangle>>,
     /// Tree over the triangles.
-    pub bvh: Bvh,
+    pub bvh: Late<Bvh>,
+    /// Number of triangles.
+    pub triangle_count: usize,
     /// Objects that the triangles belong to.
     pub bodies: Vec<Body>,
     /// The scene's materials at `freq_hz`.
@@ -172,40 +183,83 @@ pub struct Geometry {
     pub bounds_m: (DVec3, DVec3),
     /// To the frame's start and end, for which bodies have their shifts; 0 where only the instant counts.
     pub reach_s: f64,
+    /// Meshes of the bodies.
+    placed: Vec<Arc<PlacedMesh>>,
+    flat_m: f64,
     faces: OnceLock<Faces>,
 }
 
-impl Geometry {
-    /// Whether nothing stands between two places, either of which may lie on a surface.
-    pub fn sees(&self, a: DVec3, b: DVec3) -> bool {
-        let d = b - a;
-        let r = d.length();
-        let reach = r - self.t_min_m;
-        reach <= self.t_min_m || !self.bvh.any_hit(&self.triangles, a, d / r, u32::MAX, reach)
-    }
+/// A scene whose meshes are looked at once, at one frequency: triangles without area, patches, volumes, convex faces and their trees
+/// belong to a mesh in its own frame. Objects that stand where they stood when they were asked for last are not placed again. What
+/// [`at`](RigidScene::at) gives depends to the last bit only on what it is asked for.
+#[derive(Debug)]
+pub struct RigidScene<'a> {
+    scene: Cow<'a, Scene>,
+    freq_hz: f64,
+    surfaces: Vec<Surface>,
+    terms: Arc<Terms>,
+    /// Of each mesh of the scene.
+    meshes: Vec<OnceLock<Arc<RigidMesh>>>,
+    /// Where each object stood last.
+    last: Vec<Mutex<Option<Arc<PlacedMesh>>>>,
+    placed: AtomicUsize,
+}
 
-    /// The scene at `time_s`, with materials at `freq_hz`.
+impl<'a> RigidScene<'a> {
+    /// A scene with its materials at a frequency.
     ///
     /// # Errors
-    /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
-    /// with neither triangles nor points.
-    pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        Geometry::of_frame(scene, time_s, freq_hz, 0.0)
+    /// A material without a value at this frequency.
+    pub fn new(scene: Cow<'a, Scene>, freq_hz: f64) -> Result<RigidScene<'a>> {
+        let surfaces = surfaces_at(&scene, freq_hz)?;
+        let enters = |(m, s): (&Material, &Surface)| {
+            m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_))
+        };
+        let enters = scene.materials.iter().zip(&surfaces).map(enters).collect();
+        let terms = Arc::new(Terms { enters, flat_m: FLAT * wavelength_m(freq_hz) });
+        let meshes = scene.meshes.iter().map(|_| OnceLock::new()).collect();
+        let last = scene.objects.iter().map(|_| Mutex::new(None)).collect();
+        Ok(RigidScene { scene, freq_hz, surfaces, terms, meshes, last, placed: AtomicUsize::new(0) })
     }
 
-    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    /// The scene itself.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// How many meshes were looked at so far, and how many times one was placed.
+    pub fn work_done(&self) -> (usize, usize) {
+        let found = self.meshes.iter().filter(|m| m.get().is_some()).count();
+        (found, self.placed.load(Ordering::Relaxed))
+    }
+
+    /// Mesh `mesh` as object number `number` shows it.
+    fn place(&self, number: usize, mesh: usize, pose: Pose<Target, World>) -> Result<Arc<PlacedMesh>> {
+        let last = || self.last[number].lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = last().as_ref().filter(|known| known.stands_at(&pose)) {
+            return Ok(known.clone());
+        }
+        let found = || Arc::new(RigidMesh::new(&self.scene.meshes[mesh], self.terms.clone()));
+        let rigid = self.meshes[mesh].get_or_init(found).clone();
+        let placed = PlacedMesh::new(rigid, pose)
+            .ok_or_else(|| not_finite(&self.scene.objects[number], &self.scene.meshes[mesh], &pose))?;
+        self.placed.fetch_add(1, Ordering::Relaxed);
+        let placed = Arc::new(placed);
+        *last() = Some(placed.clone());
+        Ok(placed)
+    }
+
+    /// The scene at `time_s`, for a frame that lasts from `reach_s` before that time to `reach_s` after it.
     ///
     /// # Errors
-    /// As [`Geometry::new`].
-    pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
-        let surfaces = surfaces_at(scene, freq_hz)?;
-        let mesh_patches: Vec<(Vec<u32>, u32)> = scene.meshes.iter().map(patches::coplanar_patches).collect();
-
-        let (mut triangles, mut bodies) = (Vec::new(), Vec::new());
+    /// A scattering table without a value at the frequency; positions that are not finite; a scene with neither triangles nor points.
+    pub fn at(&self, time_s: f64, reach_s: f64) -> Result<Geometry> {
+        let scene = &*self.scene;
+        let freq_hz = self.freq_hz;
+        let (mut placed, mut bodies) = (Vec::new(), Vec::new());
         let (mut points, mut tables) = (Vec::new(), Vec::new());
-        let (mut patch_base, mut dropped) = (0, 0);
         let mut meshes_there = std::collections::HashSet::new();
-        for object in &scene.objects {
+        for (number, object) in scene.objects.iter().enumerate() {
             let now = object.at(time_s);
             let shifts = match reach_s > 0.0 {
                 true => [-reach_s, reach_s].map(|dt| Shift::between(&now, &object.at(time_s + dt))),
@@ -242,8 +296,6 @@ impl Geometry {
                     if !meshes_there.insert((m, motion, place, now.rotation.to_array().map(f64::to_bits))) {
                         continue;
                     }
-                    let mesh = &scene.meshes[m];
-                    let body = bodies.len() as u32;
                     bodies.push(Body {
                         id: object.id,
                         velocity_mps: now.velocity_mps,
@@ -252,28 +304,13 @@ impl Geometry {
                         spin_rad_per_s: now.spin_rad_per_s,
                         shifts,
                     });
-                    let (patch, count) = &mesh_patches[m];
-                    let pose = now.pose();
-                    let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| pose.point(*p)).collect();
-                    if let Some(bad) = world.iter().position(|p| !p.is_finite()) {
-                        return Err(BadInput::new("position is not a finite number")
-                            .key(format!("object '{}' vertex {bad}", object.name))
-                            .value(world[bad])
-                            .remedy("repair the mesh")
-                            .into());
-                    }
-                    for (i, t) in mesh.triangles.iter().enumerate() {
-                        let v = t.map(|j| world[j as usize]);
-                        match Triangle::new(v, patch_base + patch[i], body, mesh.material[i]) {
-                            Some(t) => triangles.push(t),
-                            None => dropped += 1,
-                        }
-                    }
-                    patch_base += count;
+                    placed.push(self.place(number, m, now.pose())?);
                 }
             }
         }
-        if triangles.is_empty() && points.is_empty() && tables.is_empty() {
+        let meshes = || placed.iter().map(|p| &p.mesh);
+        let triangle_count = meshes().map(|m| m.len()).sum();
+        if triangle_count == 0 && points.is_empty() && tables.is_empty() {
             return Err(BadInput::new("the scene has no triangles and no point targets")
                 .remedy("add a mesh or a [[point]]")
                 .into());
@@ -281,29 +318,84 @@ impl Geometry {
         let mut lo = DVec3::splat(f64::INFINITY);
         let mut hi = DVec3::splat(f64::NEG_INFINITY);
         let single = points.iter().map(|p| p.position_m).chain(tables.iter().map(|t| t.position_m));
-        for p in triangles.iter().flat_map(|t| t.corners()).chain(single) {
+        for p in placed.iter().flat_map(|p| &p.points).copied().chain(single) {
             lo = lo.min(p);
             hi = hi.max(p);
         }
         // A millionth of the size: above the rounding of f32 positions, below any feature that matters.
         let t_min_m = 1e-6 * (hi - lo).max_element().max(1e-3);
-        let bvh = Bvh::build(&mut triangles, t_min_m);
+        let (patches, degenerate_dropped) =
+            meshes().fold((0, 0), |(patches, dropped), m| (patches + m.patches, dropped + m.dropped));
+        let (triangles, bvh) = for_rays(placed.clone(), t_min_m);
         Ok(Geometry {
             triangles,
             bvh,
+            triangle_count,
             bodies,
-            surfaces,
+            surfaces: self.surfaces.clone(),
             materials: scene.materials.clone(),
             points,
             tables,
-            patches: patch_base,
-            degenerate_dropped: dropped,
+            patches,
+            degenerate_dropped,
             freq_hz,
             t_min_m,
             bounds_m: (lo, hi),
             reach_s,
+            placed,
+            flat_m: self.terms.flat_m,
             faces: OnceLock::new(),
         })
+    }
+}
+
+/// The triangles of bodies in the order of their tree's leaves, and the tree: both are made when the first of them is asked for.
+fn for_rays(bodies: Vec<Arc<PlacedMesh>>, t_min_m: f64) -> (Late<Vec<Triangle>>, Late<Bvh>) {
+    let make = move || {
+        let (mut triangles, mut patch) = (Vec::new(), 0);
+        for (body, placed) in bodies.iter().enumerate() {
+            triangles.extend(placed.triangles(patch, body as u32));
+            patch += placed.mesh.patches;
+        }
+        let bvh = Bvh::build(&mut triangles, t_min_m);
+        (Arc::new(triangles), Arc::new(bvh))
+    };
+    let made = Arc::new(LazyLock::new(make));
+    let same = made.clone();
+    (LazyLock::new(Box::new(move || made.0.clone())), LazyLock::new(Box::new(move || same.1.clone())))
+}
+
+fn not_finite(object: &Object, mesh: &crate::scene::Mesh, pose: &Pose<Target, World>) -> Error {
+    let mut world = mesh.positions_m.iter().map(|p| pose.point(*p)).enumerate();
+    let (vertex, place) = world.find(|(_, p)| !p.is_finite()).unwrap_or_default();
+    BadInput::new("position is not a finite number")
+        .key(format!("object '{}' vertex {vertex}", object.name))
+        .value(place)
+        .remedy("repair the mesh")
+        .into()
+}
+
+impl Geometry {
+    /// Whether nothing stands between two places, either of which may lie on a surface.
+    pub fn sees(&self, a: DVec3, b: DVec3) -> bool {
+        a.distance(b) <= 2.0 * self.t_min_m || !self.faces().is_between(a, b, self.t_min_m)
+    }
+
+    /// The scene at `time_s`, with materials at `freq_hz`.
+    ///
+    /// # Errors
+    /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
+    /// with neither triangles nor points.
+    pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
+        Geometry::of_frame(scene, time_s, freq_hz, 0.0)
+    }
+
+    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    ///
+    /// # Errors
+    /// As [`Geometry::build`].
+    pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
+        RigidScene::new(Cow::Borrowed(scene), freq_hz)?.at(time_s, reach_s)
     }
 
     /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other
@@ -315,37 +407,32 @@ impl Geometry {
         of_materials(&self.materials, freq_hz)
     }
 
-    /// The faces anew, without looking whether they were made before.
+    /// The faces anew, without looking whether they or those of a mesh were found before.
     pub fn find_faces(&self) -> Faces {
-        let enters: Vec<bool> = self
-            .materials
-            .iter()
-            .zip(&self.surfaces)
-            .map(|(m, s)| m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_)))
-            .collect();
-        Faces::build(&Mesh {
-            triangles: &self.triangles,
-            enters: &enters,
-            freq_hz: self.freq_hz,
-            sphere_m: self.bounding_sphere_m(),
-        })
+        let mut found: FastMap<usize, Faces> = FastMap::default();
+        let mut place = |p: &Arc<PlacedMesh>| {
+            let of_mesh = found.entry(Arc::as_ptr(&p.mesh) as usize).or_insert_with(|| p.mesh.find_faces());
+            of_mesh.placed(&p.pose)
+        };
+        let bodies: Vec<Faces> = self.placed.iter().map(&mut place).collect();
+        Faces::joined(&bodies.iter().collect::<Vec<_>>(), self.flat_m, self.bounding_sphere_m())
+    }
+
+    fn join_faces(&self) -> Faces {
+        let bodies: Vec<&Faces> = self.placed.iter().map(|p| p.faces()).collect();
+        Faces::joined(&bodies, self.flat_m, self.bounding_sphere_m())
     }
 
     /// The convex faces that beams meet, made when first asked for.
     pub fn faces(&self) -> &Faces {
-        self.faces.get_or_init(|| self.find_faces())
+        self.faces.get_or_init(|| self.join_faces())
     }
 
     /// Centre and radius of a sphere that holds every triangle.
     pub fn bounding_sphere_m(&self) -> (DVec3, f64) {
         let centre = 0.5 * (self.bounds_m.0 + self.bounds_m.1);
-        let r = self
-            .triangles
-            .iter()
-            .flat_map(|t| t.corners())
-            .map(|p| (p - centre).length_squared())
-            .fold(0.0, f64::max)
-            .sqrt();
-        (centre, r)
+        let points = self.placed.iter().flat_map(|p| &p.points);
+        let r2 = points.map(|p| (p - centre).length_squared()).fold(0.0, f64::max);
+        (centre, r2.sqrt())
     }
 }

@@ -19,7 +19,6 @@ pub struct Triangle {
     pub normal: DVec3,
     du: DVec3,
     dv: DVec3,
-    exact: [DVec3; 3],
     /// Coplanar neighbours share a patch: a ray that leaves a patch cannot meet it again.
     pub patch: u32,
     /// Index into `Geometry::bodies`.
@@ -46,7 +45,6 @@ impl Triangle {
             normal,
             du: e2.cross(normal) / area2,
             dv: normal.cross(e1) / area2,
-            exact: v,
             patch,
             body,
             surface,
@@ -56,11 +54,6 @@ impl Triangle {
     /// The three corners, m.
     pub fn corners(&self) -> [DVec3; 3] {
         [self.v0, self.v0 + self.e1, self.v0 + self.e2]
-    }
-
-    /// The corners as they came, without the rounding of v0 + e1.
-    pub fn corners_exact(&self) -> [DVec3; 3] {
-        self.exact
     }
 
     /// Area, m².

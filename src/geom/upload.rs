@@ -67,7 +67,7 @@ impl GeometryArrays {
             planes: Vec::with_capacity(2 * geometry.triangles.len()),
             surfaces: surface_words(&geometry.surfaces, geometry.freq_hz)?,
         };
-        for t in &geometry.triangles {
+        for t in geometry.triangles.iter() {
             for (v, bits) in [(t.v0, t.patch), (t.e1, t.body), (t.e2, t.surface)] {
                 arrays.triangles.push(v.as_vec3().extend(f32::from_bits(bits)).to_array());
             }

@@ -4,31 +4,37 @@ use super::hash::FastMap;
 use super::triangle::Triangle;
 use glam::DVec3;
 
-/// The triangles with corners at one place made one, body by body.
+/// The places of all corners, each once, and each triangle as three of them. Zeros of either sign are one.
+pub(super) fn weld(triangles: &[[DVec3; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut number: FastMap<[u64; 3], u32> = FastMap::default();
+    let mut points = Vec::new();
+    let corners = triangles
+        .iter()
+        .map(|t| {
+            t.map(|p| {
+                *number.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
+                    points.push(p);
+                    points.len() as u32 - 1
+                })
+            })
+        })
+        .collect();
+    (points, corners)
+}
+
+/// Triangles of one body with those that they meet at their edges.
 pub(super) struct Welded<'a> {
-    of: &'a [Triangle],
-    pub(super) points: Vec<DVec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) of: &'a [Triangle],
+    pub(super) points: &'a [DVec3],
+    /// Each triangle as three of the points.
+    pub(super) triangles: &'a [[u32; 3]],
     /// Triangles at each undirected edge (lower, higher corner), with whether they run it upwards.
     pub(super) edges: FastMap<(u32, u32), Vec<(u32, bool)>>,
 }
 
 impl<'a> Welded<'a> {
-    pub(super) fn new(of: &'a [Triangle]) -> Self {
-        let mut number: FastMap<(u32, [u64; 3]), u32> = FastMap::default();
-        let mut points = Vec::new();
-        let triangles: Vec<[u32; 3]> = of
-            .iter()
-            .map(|t| {
-                t.corners_exact().map(|p| {
-                    let key = p.to_array().map(|x| (x + 0.0).to_bits());
-                    *number.entry((t.body, key)).or_insert_with(|| {
-                        points.push(p);
-                        points.len() as u32 - 1
-                    })
-                })
-            })
-            .collect();
+    /// Of triangles with what [`weld`] gives for them.
+    pub(super) fn new(of: &'a [Triangle], points: &'a [DVec3], triangles: &'a [[u32; 3]]) -> Self {
         let mut edges: FastMap<(u32, u32), Vec<(u32, bool)>> =
             FastMap::with_capacity_and_hasher(2 * triangles.len(), Default::default());
         for (i, t) in triangles.iter().enumerate() {
@@ -109,7 +115,7 @@ impl<'a> Welded<'a> {
                 for j in self.neighbours(patch[at]) {
                     let t = tri(j);
                     let fits = !taken[j as usize]
-                        && (t.body, t.surface) == (l.body, l.surface)
+                        && t.surface == l.surface
                         && cell(j) == cell(lead)
                         && t.normal.dot(l.normal) > 0.5
                         && t.corners().iter().all(|p| (l.normal.dot(*p) - offset).abs() <= flat_m);

@@ -13,7 +13,7 @@ use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Geometry, curved};
+use crate::geom::{Geometry, RigidScene, curved};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
@@ -22,7 +22,6 @@ use crate::trace::air::Air;
 use crate::trace::{Convention, Echoes, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
-use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -174,8 +173,8 @@ pub fn simulate_with(
     Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
 }
 
-/// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, and the
-/// geometry where nothing moves.
+/// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, what belongs to
+/// each mesh, bodies that stand still, and the geometry where nothing moves.
 pub struct Prepared<'a> {
     scenario: &'a Scenario,
     scene: &'a Scene,
@@ -202,7 +201,7 @@ pub struct Heard {
 
 /// What one radar needs of the scene.
 struct RadarView<'a> {
-    refined: Cow<'a, Scene>,
+    refined: RigidScene<'a>,
     still: OnceLock<Geometry>,
 }
 
@@ -219,7 +218,7 @@ impl<'a> Prepared<'a> {
         let seen = |radar: &Radar| {
             let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
             let refined = curved::refined_within(scene, sagitta_m, scenario.trace.facets as usize)?;
-            Ok(RadarView { refined, still: OnceLock::new() })
+            Ok(RadarView { refined: RigidScene::new(refined, radar.carrier_hz)?, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {
@@ -259,13 +258,13 @@ impl<'a> Prepared<'a> {
         let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
         let geometry = match scene.objects.iter().all(still) {
             false => {
-                moving = Geometry::of_frame(&seen.refined, time_s, radar.carrier_hz, reach_s)?;
+                moving = seen.refined.at(time_s, reach_s)?;
                 &moving
             }
             true => match seen.still.get() {
                 Some(known) => known,
                 None => {
-                    let new = Geometry::of_frame(&seen.refined, 0.0, radar.carrier_hz, reach_s)?;
+                    let new = seen.refined.at(0.0, reach_s)?;
                     seen.still.get_or_init(|| new)
                 }
             },
@@ -280,7 +279,7 @@ impl<'a> Prepared<'a> {
         let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
         trim(radar, &mut echoes, budget);
         let seconds = [geometry_s, clock.lap()];
-        Ok(Heard { time_s, pose, velocity_mps, triangles: geometry.triangles.len(), echoes, seconds })
+        Ok(Heard { time_s, pose, velocity_mps, triangles: geometry.triangle_count, echoes, seconds })
     }
 
     fn frame_within(

@@ -5,17 +5,19 @@ use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::Plan;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::Pose;
-use catseye::geom::Geometry;
+use catseye::geom::{Geometry, RigidScene};
 use catseye::road::objects::ground;
 use catseye::road::shape::cuboid;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, Shape, material};
-use catseye::simulate::{radar_pose, simulate, trace_options};
+use catseye::simulate::{Prepared, radar_pose, simulate, trace_options};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, Echoes, TraceOptions, strength};
 use glam::{DQuat, DVec2, DVec3};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,8 +30,12 @@ fn scenario(ego: &str) -> Scenario {
 }
 
 fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Echo> {
+    let geometry = Geometry::of_frame(scene, time_s, s.radars[0].carrier_hz, REACH_S).unwrap();
+    traced_in(&geometry, s, time_s)
+}
+
+fn traced_in(geometry: &Geometry, s: &Scenario, time_s: f64) -> Vec<Echo> {
     let radar = &s.radars[0];
-    let geometry = Geometry::of_frame(scene, time_s, radar.carrier_hz, REACH_S).unwrap();
     let (pose, velocity) = radar_pose(radar, &s.ego, time_s);
     let sway = |dt: f64| {
         let (then, _) = radar_pose(radar, &s.ego, time_s + dt);
@@ -40,7 +46,7 @@ fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Echo> {
         radar_sway_m: [sway(-REACH_S), sway(REACH_S)],
         ..trace_options(s, 0, 0).unwrap()
     };
-    echoes::echoes(&geometry, &windows(radar, &pose), &pose, velocity, &options).list
+    echoes::echoes(geometry, &windows(radar, &pose), &pose, velocity, &options).list
 }
 
 /// The longest-range strong echo of each chain, by chain.
@@ -178,6 +184,113 @@ fn walls_slide_and_boxes_turn() {
     let (off, straight) = worst(&scene, &scenario("speed_mps = 10"));
     println!("turning box: {off:.1e} m off, {straight:.1e} as a line");
     assert!(off < 2e-5 && straight > 1e-4, "{off} {straight}");
+}
+
+/// A road with a wall, four posts of one mesh, a box that drives, one that turns as it drives, and a flap that swings on a joint.
+fn street() -> Scene {
+    let mut scene = Scene::default();
+    let metal = scene.material_index(&material::by_name("pec").unwrap());
+    let plastic = scene.material_index(&material::by_name("polypropylene").unwrap());
+    let road = ground(DVec2::new(-6.3, -20.0), DVec2::new(61.0, 21.0), 0.0, metal);
+    scene.add_mesh("road", "road", road, Pose::IDENTITY);
+    let wall = cuboid(DVec3::new(40.0, 0.2, 3.0), DVec3::new(25.0, 0.0, 1.51), metal);
+    scene.add_mesh("wall", "wall", wall, Pose::from_yaw_pitch_roll(DVec3::Y * 6.0, 0.05, 0.0, 0.0));
+    scene.meshes.push(cuboid(DVec3::new(0.12, 0.1, 1.2), DVec3::Z * 0.62, plastic));
+    let post = Shape::Mesh(scene.meshes.len() - 1);
+    for i in 0..4 {
+        let at = DVec3::new(9.0 + 5.3 * f64::from(i), -3.7, 0.0);
+        let pose = Pose::from_yaw_pitch_roll(at, 0.3 * f64::from(i), 0.0, 0.0);
+        scene.add_object("post", "post", post, pose, DVec3::ZERO);
+    }
+    scene.meshes.push(cuboid(DVec3::new(4.1, 1.7, 1.3), DVec3::Z * 0.85, metal));
+    let car = Shape::Mesh(scene.meshes.len() - 1);
+    let lane = Pose::from_yaw_pitch_roll(DVec3::new(17.0, 2.1, 0.0), 0.03, 0.0, 0.0);
+    scene.add_object("drives", "car", car, lane, DVec3::new(7.0, 0.2, 0.0));
+    let turns = scene.add_object("turns", "car", car, Pose::IDENTITY, DVec3::ZERO);
+    let joints = vec![
+        Joint::Spin { axis: DVec3::Z, rate_rad_per_s: 1.5, angle_rad: 0.2 },
+        Joint::Fixed(DQuat::IDENTITY, DVec3::new(30.0, -1.0, 0.0)),
+        Joint::Line(DVec3::new(-3.0, 1.0, 0.0)),
+    ];
+    scene.move_by(turns, Motion { joints });
+    let flap = cuboid(DVec3::new(0.9, 0.04, 1.1), DVec3::new(0.5, 0.0, 0.0), metal);
+    let flap = scene.add_mesh("flap", "sign", flap, Pose::IDENTITY);
+    let axis = DVec3::new(0.1, 0.2, 1.0).normalize();
+    let joints = vec![
+        Joint::Swing { axis, amplitude_rad: 0.8, rate_rad_per_s: 4.0, phase_rad: 0.4 },
+        Joint::Fixed(DQuat::from_rotation_z(1.1), DVec3::new(12.0, -1.9, 1.2)),
+    ];
+    scene.move_by(flap, Motion { joints });
+    scene
+}
+
+/// The scene as it stands at a time, with a mesh in the world for each object.
+fn baked(scene: &Scene, time_s: f64) -> Scene {
+    let mut world = Scene { meshes: Vec::new(), objects: Vec::new(), ..scene.clone() };
+    for object in &scene.objects {
+        let Shape::Mesh(m) = object.shape else { continue };
+        let mut mesh = scene.meshes[m].clone();
+        let pose = object.at(time_s).pose();
+        mesh.positions_m.iter_mut().for_each(|p| *p = pose.point(*p));
+        world.add_mesh(&object.name, &object.class, mesh, Pose::IDENTITY);
+    }
+    world
+}
+
+/// Number and summed power of the echoes, by the objects met.
+fn by_chain(list: &[Echo]) -> BTreeMap<Vec<u32>, (usize, f64)> {
+    let mut sums: BTreeMap<_, (usize, f64)> = BTreeMap::new();
+    for r in list {
+        let sum = sums.entry(r.chain[..r.bounces as usize].to_vec()).or_default();
+        sum.0 += 1;
+        sum.1 += r.path_gain.iter().flatten().map(|z| z.norm_sqr()).sum::<f64>();
+    }
+    sums
+}
+
+/// Each frame is what it is without the others, and what meshes that were moved to their places by hand give; what stands still is
+/// placed once.
+#[test]
+fn bodies_are_made_once() {
+    let (scene, s) = (street(), scenario("speed_mps = 12"));
+    let kept = RigidScene::new(Cow::Borrowed(&scene), s.radars[0].carrier_hz).unwrap();
+    assert_eq!(kept.work_done(), (0, 0));
+    let (meshes, still, moving) = (5, 6, 3);
+    for (frames, time_s) in [0.1, 0.05, 0.4, 0.0].into_iter().enumerate() {
+        let geometry = kept.at(time_s, REACH_S).unwrap();
+        let list = traced_in(&geometry, &s, time_s);
+        assert_eq!(kept.work_done(), (meshes, still + (frames + 1) * moving));
+        let alone = Geometry::of_frame(&scene, time_s, s.radars[0].carrier_hz, REACH_S).unwrap();
+        assert_eq!(geometry.faces().faces, alone.faces().faces);
+        assert_eq!(geometry.faces().nodes, alone.faces().nodes);
+        assert_eq!(geometry.faces().faces, alone.find_faces().faces);
+        assert!(list.len() > 100 && list == traced_in(&alone, &s, time_s));
+
+        let by_hand = by_chain(&traced(&baked(&scene, time_s), &s, time_s));
+        let total: f64 = by_hand.values().map(|s| s.1).sum();
+        let list = by_chain(&list);
+        assert_eq!(list.keys().collect::<Vec<_>>(), by_hand.keys().collect::<Vec<_>>());
+        for (chain, (count, power)) in &list {
+            let (n, p) = by_hand[chain];
+            assert!(
+                *count == n && (power - p).abs() <= 1e-9 * total,
+                "{chain:?}: {count} {n} {power:e} {p:e}"
+            );
+        }
+    }
+}
+
+/// A radar hears in a frame the same whatever frames were heard before.
+#[test]
+fn the_order_of_frames_does_not_matter() {
+    let (scene, s) = (street(), scenario("speed_mps = 12"));
+    let engine = Engine::Cpu(Precision::F64);
+    let first = Prepared::new(&s, &scene).unwrap();
+    let other = Prepared::new(&s, &scene).unwrap();
+    let frames = [2, 0, 1].map(|i| (i, first.echoes(&engine, 0, i).unwrap().echoes));
+    for (i, echoes) in frames.iter().rev() {
+        assert_eq!(other.echoes(&engine, 0, *i).unwrap().echoes.list, echoes.list);
+    }
 }
 
 /// Nothing moves: nothing bends, to the bit.
