@@ -17,7 +17,9 @@ pub fn w6(material: u32) -> Mesh {
 
 /// Quads along each side of W8's terrain: 2 x 300² = 180,000 triangles.
 pub const W8_QUADS: u32 = 300;
-/// Edge of W8's quads, 120 m in all.
+/// Length of each side of W8's terrain.
+pub const W8_SIDE_M: f64 = 120.0;
+/// Edge of W8's quads, and of the cells of the noise that its hills are made of however finely they are cut.
 pub const W8_CELL_M: f64 = 0.4;
 /// Greatest height over the road in W8.
 pub const W8_RELIEF_M: f64 = 1.0;
@@ -26,13 +28,15 @@ pub const W8_ROAD_HALF_M: f64 = 4.0;
 /// From the edge of W8's road to where its hills have their full height.
 const W8_RISE_M: f64 = 8.0;
 
-/// The terrain of W8, 120 x 120 m about the origin: flat and at height 0 on the road, hills beside it.
-pub fn w8(material: u32) -> Mesh {
-    let at = |i: u32| (f64::from(i) - 0.5 * f64::from(W8_QUADS)) * W8_CELL_M;
-    sheet(W8_QUADS, W8_CELL_M, |i, j| w8_height_m(at(i), at(j)), material)
+/// The terrain of W8, 120 x 120 m about the origin: flat and at height 0 on the road, hills beside it. It is cut into
+/// 2 x `quads`² triangles, whose vertices lie on the same hills for every number; W8 has [`W8_QUADS`].
+pub fn w8(quads: u32, material: u32) -> Mesh {
+    let cell_m = W8_SIDE_M / f64::from(quads);
+    let at = |i: u32| (f64::from(i) - 0.5 * f64::from(quads)) * cell_m;
+    sheet(quads, cell_m, |i, j| w8_height_m(at(i), at(j)), material)
 }
 
-/// Height of W8's terrain over a place from its centre, m; its mesh has it at its vertices.
+/// Height of W8's terrain over a place from its centre, m; its meshes have it at their vertices.
 pub fn w8_height_m(x: f64, y: f64) -> f64 {
     let t = ((y.abs() - W8_ROAD_HALF_M - 1e-9) / W8_RISE_M).clamp(0.0, 1.0);
     let rise = t * t * (3.0 - 2.0 * t);
@@ -130,7 +134,8 @@ mod tests {
 
     #[test]
     fn a_flat_road_between_hills() {
-        let m = w8(2);
+        assert_eq!(W8_SIDE_M / f64::from(W8_QUADS), W8_CELL_M);
+        let m = w8(W8_QUADS, 2);
         assert_eq!(m.triangles.len(), 180_000);
         let (mut on_road, mut least, mut most) = (0, f64::MAX, f64::MIN);
         for p in &m.positions_m {
@@ -146,6 +151,16 @@ mod tests {
         assert!(least > -W8_RELIEF_M && most < W8_RELIEF_M && most - least > W8_RELIEF_M, "{least} {most}");
         let up = (0..m.triangles.len()).all(|t| area_vector_m2(&m, t).z > 0.0);
         assert!(up);
+    }
+
+    #[test]
+    fn finer_cuts_have_the_same_hills() {
+        let (coarse, fine) = (w8(30, 2), w8(60, 2));
+        assert_eq!([coarse.triangles.len(), fine.triangles.len()], [1800, 7200]);
+        for (k, p) in coarse.positions_m.iter().enumerate() {
+            let (i, j) = (k % 31, k / 31);
+            assert!((*p - fine.positions_m[2 * j * 61 + 2 * i]).length() < 1e-9);
+        }
     }
 
     #[test]

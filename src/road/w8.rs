@@ -18,10 +18,19 @@ pub const CENTRE_X_M: f64 = 50.0;
 /// # Errors
 /// A material that `materials` does not have.
 pub fn w8(materials: MaterialLookup) -> Result<Scene> {
+    w8_cut(terrain::W8_QUADS, materials)
+}
+
+/// [`w8`] with its terrain cut into 2 x `quads`² triangles; posts stand at the height that the hills have in their place,
+/// which a coarse terrain has at its vertices only.
+///
+/// # Errors
+/// A material that `materials` does not have.
+pub fn w8_cut(quads: u32, materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&materials("asphalt")?);
     let steel = scene.material_index(&materials("steel")?);
-    scene.meshes.push(terrain::w8(asphalt));
+    scene.meshes.push(terrain::w8(quads, asphalt));
     let middle = Pose::new(DQuat::IDENTITY, DVec3::X * CENTRE_X_M);
     scene.add_object("terrain", "road", Shape::Mesh(0), middle, DVec3::ZERO);
     let post = w3::share(&mut scene, standing_box(POST_M, steel));
@@ -46,6 +55,9 @@ mod tests {
         let s = w8(&any).unwrap();
         assert_eq!(s.triangle_count(), 180_000 + (52 + 3) * 12);
         assert_eq!(s.objects.len(), 1 + 52 + 3);
+        let coarse = w8_cut(20, &any).unwrap();
+        assert_eq!(coarse.triangle_count(), 800 + (52 + 3) * 12);
+        assert_eq!(coarse.objects, s.objects);
         let boxes = truth_boxes(&s, 0.0);
         let ground = boxes.iter().find(|b| b.name == "terrain").unwrap();
         assert!((ground.centre_m[0] - 50.0).abs() < 1e-9 && (ground.size_m[0] - 120.0).abs() < 1e-9);

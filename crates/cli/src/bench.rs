@@ -64,11 +64,43 @@ fn table(o: &Outcome) -> String {
                     lines.push(format!("    {key:<12} {}", flat(row)));
                 }
             }
+            Value::Array(rows) if rows.first().is_some_and(Value::is_object) => {
+                lines.push(format!("  {name}:"));
+                lines.extend(columns(rows).into_iter().map(|l| format!("  {l}")));
+            }
             value => lines.push(format!("  {name:<28} {:>12}", short(value))),
         }
     }
     lines.extend(o.notes.iter().map(|n| format!("  note: {n}")));
     lines.join("\n")
+}
+
+/// Objects with the same keys as the lines of a table below their keys; an object in a cell is its values with slashes
+/// between them, and its keys stand in brackets after that of the column.
+fn columns(rows: &[Value]) -> Vec<String> {
+    let mut lines = vec![String::new(); rows.len() + 1];
+    for (key, value) in rows.first().and_then(Value::as_object).into_iter().flatten() {
+        let head = match value {
+            Value::Object(parts) => format!("{key} ({})", slashed(parts.keys().cloned())),
+            _ => key.clone(),
+        };
+        let cells: Vec<String> =
+            std::iter::once(head).chain(rows.iter().map(|row| cell(&row[key]))).collect();
+        let width = 2 + cells.iter().map(String::len).max().unwrap_or(0);
+        lines.iter_mut().zip(&cells).for_each(|(line, cell)| line.push_str(&format!("{cell:>width$}")));
+    }
+    lines
+}
+
+fn cell(value: &Value) -> String {
+    match value {
+        Value::Object(parts) => slashed(parts.values().map(short)),
+        value => short(value),
+    }
+}
+
+fn slashed(words: impl Iterator<Item = String>) -> String {
+    words.collect::<Vec<_>>().join(" / ")
 }
 
 fn cores(seconds: Option<f64>) -> String {
@@ -92,5 +124,21 @@ fn flat(value: &Value) -> String {
             map.iter().map(|(k, v)| format!("{k} {}", short(v))).collect::<Vec<_>>().join(", ")
         }
         other => short(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn lists_of_objects_are_tables() {
+        let time = |s: f64| json!({ "core_s": 2.0 * s, "s": s });
+        let rows = [json!({ "n": 5, "time": time(0.5) }), json!({ "n": 1000, "time": time(12.0) })];
+        let want =
+            ["     n     time (core_s / s)", "     5       1.0000 / 0.5000", "  1000     24.0000 / 12.0000"];
+        assert_eq!(columns(&rows), want);
+        assert_eq!(columns(&[]), [""]);
     }
 }

@@ -1,4 +1,4 @@
-//! What one frame is made of, as W3, W7, W8, W9, W12 and W13 time it.
+//! What one frame is made of, as W3, W7, W8, W8-curve, W9, W12 and W13 time it.
 
 use catseye::adc::budget::{Budget, trim};
 use catseye::engine::Engine;

@@ -3,10 +3,11 @@
 //! W1, W2: cross sections. W3: one frame of a road, at rest and moving. W4: processing of one cube,
 //! W4s: of one that is larger than buffers are. W5: many frames in a row. W6: closest hits on a million triangles.
 //! W7, W8, W9, W12, W13: one frame of a road that bends, of a terrain, of a street with cars, with 192 virtual channels,
-//! and of a recipe for a small radar. W10, W11: datasets of small frames and of curved cars.
+//! and of a recipe for a small radar. W8-curve: how the time of W8's frame grows with its triangles. W10, W11: datasets of small frames and of curved cars.
 
 mod agreement;
 pub mod cross_section;
+mod curve;
 mod dataset;
 pub mod frame;
 pub mod processing;
@@ -64,6 +65,7 @@ fn workload(name: &str) -> Option<Work> {
         "W6" => ray_cast::w6,
         "W7" => scenario::w7,
         "W8" => scenario::w8,
+        "W8-curve" => curve::w8_curve,
         "W9" => scenario::w9,
         "W10" => dataset::w10,
         "W11" => dataset::w11,

@@ -9,6 +9,7 @@ use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::frames::Pose;
 use catseye::road::site::Site;
+use catseye::road::terrain::W8_QUADS;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::road::{scene_toml, w8};
 use catseye::scene::material;
@@ -88,10 +89,11 @@ fn imaging_frame(quick: bool) -> Result<Frame> {
     frame_on(&scenario, EVERYTHING)
 }
 
-fn terrain() -> Result<Frame> {
+/// The frame of W8 with its terrain cut into 2 x `quads`² triangles.
+pub(super) fn terrain(quads: u32) -> Result<Frame> {
     let mut scenario = scenario::parse(Path::new("scenario.toml"), ON_TERRAIN)?;
     scenario.radars[0].mounting = Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, RADAR_HEIGHT_M));
-    Frame::of(&scenario, w8::w8(&material::by_name)?)
+    Frame::of(&scenario, w8::w8_cut(quads, &material::by_name)?)
 }
 
 fn street() -> Result<Frame> {
@@ -111,7 +113,7 @@ pub(super) fn w7(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Resu
 }
 
 pub(super) fn w8(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
-    stages::run(&terrain()?, &Limits { loops: 16 }, engine, settings, sheet)
+    stages::run(&terrain(W8_QUADS)?, &Limits { loops: 16 }, engine, settings, sheet)
 }
 
 pub(super) fn w9(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
@@ -171,7 +173,7 @@ mod tests {
 
     #[test]
     fn w8_has_the_terrain_and_the_radar_of_w3() {
-        let frame = terrain().unwrap();
+        let frame = terrain(W8_QUADS).unwrap();
         assert_eq!(frame.pose.translation_m, DVec3::new(0.0, 0.0, RADAR_HEIGHT_M));
         assert_eq!(frame.ego_mps, DVec3::X * 10.0);
         assert_eq!(frame.scene.triangle_count(), 180_660);

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use std::time::Instant;
 
 /// Name and content of each workload.
-pub const WORKLOADS: [(&str, &str); 15] = [
+pub const WORKLOADS: [(&str, &str); 16] = [
     ("W1", "trihedral 0.1 m, 77 GHz, azimuth -45..0 deg in 0.1 deg at elevation 35.2644 deg"),
     ("W2", "type 1 reflector 160 x 4 mm, elevation 0..5 deg in 0.1 deg x azimuth -40..40 deg in 0.5 deg"),
     ("W3-static", "one frame of the road with rails, posts, markers and cars, all at rest"),
@@ -18,6 +18,7 @@ pub const WORKLOADS: [(&str, &str); 15] = [
     ("W6", "closest hits on a terrain of a million triangles, 1080p coherent and as many random rays"),
     ("W7", "one frame of a road that bends, with rails, walls, markers and cars, the ego at 20 m/s"),
     ("W8", "one frame of 180,000 triangles of hills beside a flat road, with W3's posts and moving cars"),
+    ("W8-curve", "frames of W8 with its hills cut into 1e4, 3e4, 1e5, 3e5, 1e6 and 2e6 triangles"),
     ("W9", "one frame of a street with three curved cars at 10, 25 and 40 m, accuracy 0.2 dB"),
     ("W10", "a dataset of 1,024 small frames of the recipe small_road, written to disk"),
     ("W11", "a dataset of 40 frames in 10 scenes of the recipe that `catseye init recipe` writes"),
@@ -147,27 +148,36 @@ impl<'a> Sheet<'a> {
 }
 
 fn timed<T>(name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, Stage)> {
-    let mut run = || {
-        let (start, before) = (Instant::now(), cpu_seconds());
-        let out = f()?;
-        let core = cpu_seconds().zip(before).map(|(after, before)| after - before);
-        Ok::<_, catseye::Error>((out, start.elapsed().as_secs_f64(), core))
-    };
-    let (mut out, seconds, core_seconds) = run()?;
-    if seconds > LONG_S {
-        return Ok((out, Stage { name, seconds, core_seconds, runs: 1 }));
+    let (mut out, first) = once(name, &mut f)?;
+    if first.seconds > LONG_S {
+        return Ok((out, first));
     }
     let (mut all, mut cores) = (Vec::with_capacity(RUNS), Vec::with_capacity(RUNS));
     for _ in 0..RUNS {
         // The previous result goes first, so that two never lie in memory together.
         drop(out);
-        let (o, seconds, core) = run()?;
+        let (o, stage) = once(name, &mut f)?;
         out = o;
-        all.push(seconds);
-        cores.extend(core);
+        all.push(stage.seconds);
+        cores.extend(stage.core_seconds);
     }
     let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
     Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS }))
+}
+
+/// Times one run.
+pub(super) fn once<T>(name: &'static str, f: impl FnOnce() -> Result<T>) -> Result<(T, Stage)> {
+    let (start, before) = (Instant::now(), cpu_seconds());
+    let out = f()?;
+    let core_seconds = cpu_seconds().zip(before).map(|(after, before)| after - before);
+    Ok((out, Stage { name, seconds: start.elapsed().as_secs_f64(), core_seconds, runs: 1 }))
+}
+
+/// Largest resident memory of the process so far, bytes; None where the system does not say.
+pub(super) fn peak_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|k| k << 10)
 }
 
 /// CPU time that all threads of this process have taken so far, s; None where the system does not say.

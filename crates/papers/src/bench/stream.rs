@@ -1,6 +1,6 @@
 //! W4s: the seed's cube, 2048 chirps × 2048 samples × 16 channels, by blocks of channels.
 
-use super::sheet::{Outcome, Settings, Sheet};
+use super::sheet::{Outcome, Settings, Sheet, peak_memory};
 use catseye::engine::Engine;
 use catseye::error::Result;
 use catseye::rng::philox4x32_10;
@@ -67,13 +67,6 @@ fn fill(seed: u64, channels: Range<usize>, out: &mut [Complex32]) {
             *z = Complex32::new(sum.re as f32, sum.im as f32);
         }
     });
-}
-
-/// Largest resident memory of the process so far, bytes; None where the system does not say.
-fn peak_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|k| k << 10)
 }
 
 pub(super) fn w4s(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> Result<Outcome> {
