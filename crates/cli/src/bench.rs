@@ -136,8 +136,7 @@ mod tests {
     fn lists_of_objects_are_tables() {
         let time = |s: f64| json!({ "core_s": 2.0 * s, "s": s });
         let rows = [json!({ "n": 5, "time": time(0.5) }), json!({ "n": 1000, "time": time(12.0) })];
-        let want =
-            ["     n     time (core_s / s)", "     5       1.0000 / 0.5000", "  1000     24.0000 / 12.0000"];
+        let want = ["     n  time (core_s / s)", "     5    1.0000 / 0.5000", "  1000  24.0000 / 12.0000"];
         assert_eq!(columns(&rows), want);
         assert_eq!(columns(&[]), [""]);
     }
