@@ -26,7 +26,7 @@ const STEPS: [usize; 15] = [1, 2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512
 /// Echoes that say where the limit lies.
 const SAMPLE: usize = 4096;
 /// Echoes that are scheduled together (some 150 bytes each).
-const TOGETHER: usize = 1 << 21;
+const TOGETHER: usize = 1 << 20;
 
 /// Some echoes that share a grid.
 #[derive(Debug, Clone)]
