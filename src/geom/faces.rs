@@ -216,9 +216,13 @@ impl Faces {
             let (body, faces) = planted[order[leaf.first as usize] as usize];
             // The root takes the leaf's place, all others come behind.
             let nodes = all.nodes.len() as u32 - 1;
-            let moved = |n: &Node| Node { first: n.first + if n.count > 0 { faces } else { nodes }, ..*n };
-            all.nodes[slot] = moved(&body.nodes[0]);
-            all.nodes.extend(body.nodes[1..].iter().map(moved));
+            for (i, n) in body.nodes.iter().enumerate() {
+                let moved = Node { first: n.first + if n.count > 0 { faces } else { nodes }, ..*n };
+                match i {
+                    0 => all.nodes[slot] = moved,
+                    _ => all.nodes.push(moved),
+                }
+            }
         }
         let inner = parents_first(&top).into_iter().filter(|i| top[*i].count == 0);
         all.fit(inner.collect());

@@ -437,7 +437,7 @@ fn roadside(radar: &Radar, count: usize, speed_mps: f64, brake_mps2: f64, ranges
         let y = 20.0 * (word(i, 1) - 0.5);
         let at = DVec3::new(x, y + y.signum(), 3.0 * (word(i, 2) - 0.3));
         // A third of them drives along with the radar.
-        let own = if i % 3 == 0 { speed_mps * word(i, 3) } else { 0.0 };
+        let own = if i.is_multiple_of(3) { speed_mps * word(i, 3) } else { 0.0 };
         let ahead = |t: f64| {
             let v = own - speed_mps;
             2.0 * (at + DVec3::X * (v * t + 0.5 * brake_mps2 * t * t)).length()
