@@ -23,11 +23,15 @@ pub fn reach_m(radar: &Radar, path_rate_mps: f64) -> f64 {
 pub fn fastest_path_mps(geometry: &Geometry, radar_mps: DVec3, bounces: usize) -> f64 {
     let moves = |b: &crate::geom::Body| b.velocity_mps != DVec3::ZERO || b.spin_rad_per_s != DVec3::ZERO;
     let moving: Vec<bool> = geometry.bodies.iter().map(moves).collect();
-    let fastest = geometry
-        .triangles
+    // Faces have the corners of all triangles, which are made only where rays are cast.
+    let faces = geometry.faces();
+    let fastest = faces
+        .faces
         .iter()
-        .filter(|t| moving[t.body as usize])
-        .flat_map(|t| t.corners().map(|p| geometry.bodies[t.body as usize].velocity_at(p).length()))
+        .filter(|f| moving[f.body as usize])
+        .flat_map(|f| {
+            faces.corners(f).iter().map(|p| geometry.bodies[f.body as usize].velocity_at(*p).length())
+        })
         .fold(0.0, f64::max);
     // The way back over the first plane is a bounce on top.
     2.0 * (2.0 * radar_mps.length() + 2.0 * (bounces + 1) as f64 * fastest)

@@ -4,9 +4,10 @@ use catseye::adc::Cube;
 use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
+use catseye::adc::grid_echoes::GridEchoes;
 use catseye::adc::gridding::{Bell, Costs, ECHOES_KEPT, TAPS};
 use catseye::adc::methods::{Method, Methods};
-use catseye::adc::schedule::{Shape, Term, groups, single_channel};
+use catseye::adc::schedule::{Shape, Term, groups};
 use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
 use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{test_device_name, test_gpu};
@@ -17,7 +18,7 @@ use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::Echoes;
 use catseye::units::C0;
 use glam::DVec3;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -328,6 +329,18 @@ fn terms(count: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) -> V
     (0..count).map(term).collect()
 }
 
+/// Some of them as columns of one channel.
+fn columns(terms: &[Term], echoes: &[u32]) -> GridEchoes {
+    let mut e = GridEchoes::silent(echoes.len(), 1);
+    for (to, i) in echoes.iter().enumerate() {
+        let p = &terms[*i as usize].polynomial;
+        e.amplitude[to] = Complex32::new(p.amplitude.re as f32, p.amplitude.im as f32);
+        (e.a0[to], e.a1[to], e.a2[to], e.a3[to]) = (p.a0, p.a1, p.a2, p.a3);
+        (e.b0[to], e.b1[to], e.b2[to]) = (p.b0, p.b1, p.b2);
+    }
+    e
+}
+
 /// What [`groups`] lets be left out of the sum, as a share of the power.
 const ALLOWED: f64 = 1e-10;
 
@@ -339,7 +352,7 @@ fn check_polynomial(chirps: usize, samples: usize, terms: &[Term]) {
     for group in groups(&shape, terms, ALLOWED, &NEVER_DIRECT) {
         let layout = group.layout.expect("a grid");
         group.echoes.iter().for_each(|i| gridded[*i as usize] = true);
-        add(Sampling::Iq, &layout, &single_channel(terms, &group.echoes), &mut cube);
+        add(Sampling::Iq, &layout, &columns(terms, &group.echoes), &mut cube);
     }
     assert!(gridded.iter().all(|g| *g));
     let (mut worst, mut peak) = (0.0f64, 0.0f64);
@@ -526,7 +539,6 @@ fn nine_frames_are_within_80_db() {
     for (name, mut radar, speed, brake, ranges) in cases {
         radar.front_end = Default::default();
         let all = roadside(&radar, 1500, speed, brake, ranges);
-        // As it is, and with noise far above what the sum has to resolve.
         let (error_db, methods) = sampled_error_db(&radar, &all);
         println!("{name}: {error_db:.1} dB, {:?}", methods.moving);
         let Method::Gridded(g) = methods.moving else { panic!("{name}: {methods:?}") };

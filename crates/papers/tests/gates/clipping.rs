@@ -107,8 +107,8 @@ fn short_cuts_leave_what_is_heard() {
             let of = |sums: &BTreeMap<Vec<u32>, (usize, f64)>| sums.get(chain).map_or(0.0, |s| s.1);
             let (a, b) = (of(&want), of(&got));
             moved += (a - b).abs() / power;
-            // Which of two faces hides the other where they touch hangs on the order of the cuts: what moves by less than -90 dB of the
-            // whole has no say in how well chains agree.
+            // One weak chain of a drawn scene moves by 1.4e-4 of itself with the order of the cuts, and why is not known: what moves by less
+            // than -90 dB of the whole has no say in how well chains agree.
             if (a - b).abs() > 1e-9 * power {
                 worst = worst.max((a - b).abs() / a.max(b));
             }
