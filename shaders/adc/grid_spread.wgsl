@@ -23,6 +23,9 @@ struct Params {
     per_step: f32,
     // 1: each echo belongs to one line with its whole weight.
     whole: u32,
+    // Slopes of a2 and b1 over a1 in the warp.
+    bend_slope: f32,
+    mixed_slope: f32,
 }
 
 // About the middle of frame and ramp. Phases in 2^-32 turns.
@@ -40,6 +43,9 @@ struct DeviceEcho {
     // Of a bent path.
     a3: f32,
     b2: f32,
+    // a2 and b1 without what the warp follows.
+    bend: f32,
+    mixed: f32,
 }
 
 // First and last but one of the echoes of a line.
@@ -86,24 +92,30 @@ fn main(
     let channel = id / (params.lines * params.blocks);
     let middle = params.first_middle + i32(block * params.block);
     let m = f32(middle);
+    // The straight line that is nearest to the square of the chirp over a block is mean + 2 centre m.
+    let centre = select(-0.5, 0.0, (params.block & 1u) == 1u);
+    let mean = (f32(params.block * params.block) - 1.0) / 12.0 - centre * centre;
     let span = spans[line];
     let base = id << params.log2_cells;
     let last = (1u << params.log2_cells) - 1u;
 
     for (var i = span.first; i < span.end; i++) {
         let e = echoes[channel * params.echoes + i];
+        let turned = m * (2.0 * e.a2 + 3.0 * m * e.a3);
+        let bend = e.bend + 3.0 * m * e.a3 - params.bend_slope * turned;
+        let mixed = e.mixed + 2.0 * m * e.b2 - params.mixed_slope * turned;
         var weight = 1.0;
         if params.whole == 0u {
             let d = f32(i32(line) - e.line) - e.beyond
-                - m * (2.0 * e.a2 + 3.0 * m * e.a3) * params.per_step;
+                - (turned + 2.0 * centre * bend) * params.per_step;
             if abs(d) > 4.0 {
                 continue;
             }
             weight = line_bell(d);
         }
-        let turns = e.a0 + bitcast<u32>(middle) * e.a1 + turns_from_f32(m * m * (e.a2 + m * e.a3));
+        let turns = e.a0 + bitcast<u32>(middle) * e.a1 + turns_from_f32(m * m * (e.a2 + m * e.a3) + mean * bend);
         let x = cmul(weight * e.amplitude, cis_turns(turns));
-        let place = e.b0 + turns_from_f32(m * (e.b1 + m * e.b2));
+        let place = e.b0 + turns_from_f32(m * (e.b1 + m * e.b2) + centre * mixed);
         let beyond = f32(place << params.log2_cells) * 2.3283064e-10;
         let first = (place >> (32u - params.log2_cells)) + last - 2u; // three cells before, wrapping
         let near = cell_bell(vec4<f32>(-3.0, -2.0, -1.0, 0.0) - beyond);

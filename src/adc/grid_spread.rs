@@ -28,7 +28,9 @@ gpu_struct! {
         pub first_middle: i32,
         pub per_step: f32,
         pub whole: u32,
-        pub pad: [u32; 3],
+        pub bend_slope: f32,
+        pub mixed_slope: f32,
+        pub pad: u32,
     }
 }
 
@@ -45,6 +47,8 @@ gpu_struct! {
         pub beyond: f32,
         pub a3: f32,
         pub b2: f32,
+        pub bend: f32,
+        pub mixed: f32,
         pub pad: u32,
     }
 }
@@ -124,7 +128,8 @@ impl Sorted {
         let bent = |i: usize| furthest * (2.0 * echoes.a2[i].abs() + 3.0 * furthest * echoes.a3[i].abs());
         let off = |i: usize| (echoes.a1[i] - echoes.a1[i % n]).abs() + bent(i);
         let slack = (0..echoes.a1.len()).map(off).fold(0.0, f64::max) / layout.line_step;
-        let reach = 0.5 * TAPS as f64 + slack + 1e-3;
+        // What a bend adds to the slope in a block of an even number of chirps stays below a quarter of a line.
+        let reach = 0.5 * TAPS as f64 + slack + 0.25;
         let places: Vec<f64> = order.iter().map(|i| place(echoes.a1[*i as usize])).collect();
         let spans = (0..layout.lines)
             .map(|l| {
@@ -170,6 +175,8 @@ pub fn record(
                 beyond: (place - place.floor()) as f32,
                 a3: echoes.a3[i] as f32,
                 b2: echoes.b2[i] as f32,
+                bend: (echoes.a2[i] - layout.warp.a2.at(echoes.a1[i])) as f32,
+                mixed: (echoes.b1[i] - layout.warp.b1.at(echoes.a1[i])) as f32,
                 pad: 0,
             }
         }));
@@ -195,7 +202,9 @@ pub fn record(
         first_middle: layout.middle(0) as i32,
         per_step: if layout.line_step == 0.0 { 0.0 } else { (1.0 / layout.line_step) as f32 },
         whole: u32::from(sorted.whole),
-        pad: [0; 3],
+        bend_slope: layout.warp.a2.slope as f32,
+        mixed_slope: layout.warp.b1.slope as f32,
+        pad: 0,
     };
     let threads = (channels.len() * blocks * lines) as u64;
     let longest = sorted.spans.iter().map(Range::len).max().unwrap_or(0);

@@ -220,6 +220,17 @@ pub struct Layout {
     pub error: f64,
 }
 
+/// mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and the mean of m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Mean of m, chirps.
+    pub centre: f64,
+    /// At m = 0, chirps².
+    pub mean: f64,
+    /// Chirps.
+    pub slope: f64,
+}
+
 /// Transforms of these lengths are fast.
 fn is_smooth(mut n: usize) -> bool {
     for p in [2, 3] {
@@ -386,6 +397,13 @@ impl Layout {
     /// Chirp of the middle of a block, counted from the middle of the frame.
     pub fn middle(&self, block: usize) -> f64 {
         (block * self.block + self.block / 2) as f64 - (self.chirps / 2) as f64
+    }
+
+    /// The straight line that is nearest to the square of the chirp over a block.
+    pub fn level(&self) -> Level {
+        let centre = if self.block.is_multiple_of(2) { -0.5 } else { 0.0 };
+        let mean = ((self.block * self.block) as f64 - 1.0) / 12.0 - centre * centre;
+        Level { centre, mean, slope: 2.0 * centre }
     }
 
     /// Line about which the sum over lines is taken.

@@ -12,8 +12,9 @@ use super::synthesis::{PhasePolynomial, Plan, Set};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Power of all that grids leave out of the echoes over Σ|A|², predicted: what was measured on frames of the bench is up to 6 dB more.
-const ERROR: f64 = 1e-9;
+/// Power of all that grids leave out of the echoes over Σ|A|², predicted: what was measured on frames of the bench is within 3 dB
+/// of it.
+const ERROR: f64 = 2.5e-9;
 /// The same over the noise of a cell of the map, for frames whose strongest echo stands far above it.
 const ERROR_OVER_NOISE: f64 = 0.1;
 /// Below this share of Σ|A|² single precision says no more.
@@ -22,6 +23,8 @@ const LEAST_ERROR: f64 = 1e-11;
 const LARGEST: f32 = 0.3;
 /// Numbers of blocks that are tried; the last grid has a block for each chirp.
 const STEPS: [usize; 15] = [1, 2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256, 512, 1024];
+/// Times that the warp is fitted; more change nothing.
+const FITS: usize = 3;
 /// Echoes that say where the limit lies.
 const SAMPLE: usize = 4096;
 /// Echoes that are scheduled together (some 150 bytes each).
@@ -152,6 +155,29 @@ impl Term {
     }
 }
 
+/// How far an echo's terms are from the warp at a chirp, turns.
+struct Deviation {
+    a2: f64,
+    b1: f64,
+    c: f64,
+}
+
+impl Deviation {
+    fn of(p: &PhasePolynomial, warp: &Warp, m: f64) -> Deviation {
+        let a1 = p.a1 + m * (2.0 * p.a2 + 3.0 * m * p.a3);
+        Deviation {
+            a2: p.a2 + 3.0 * m * p.a3 - warp.a2.at(a1),
+            b1: p.b1 + 2.0 * m * p.b2 - warp.b1.at(a1),
+            c: p.c + m * p.c1 - warp.c.at(a1),
+        }
+    }
+
+    /// At `half` chirps and `n` samples from the middle, rad.
+    fn corner(&self, half: f64, n: f64) -> [f64; 3] {
+        [self.a2 * half * half, self.b1 * half * n, self.c * n * n].map(|turns| TAU * turns.abs())
+    }
+}
+
 /// What a grid leaves out of an echo at the corners of the frame: rad if there is one block. The first goes with the square of
 /// blocks' length, the second with their length, the third not.
 #[derive(Debug, Clone, Copy)]
@@ -164,19 +190,15 @@ struct Residual {
 
 impl Residual {
     fn of(term: &Term, warp: &Warp, half: f64, n: f64) -> Residual {
-        let p = &term.polynomial;
         // At the start, in the middle and at the end of the frame: the warp follows the rate.
-        let [mut along, mut mixed, mut across] = [0.0f64; 3];
-        for m in [-half, 0.0, half] {
-            let a1 = p.a1 + m * (2.0 * p.a2 + 3.0 * m * p.a3);
-            along = along.max((p.a2 + 3.0 * m * p.a3 - warp.a2.at(a1)).abs());
-            mixed = mixed.max((p.b1 + 2.0 * m * p.b2 - warp.b1.at(a1)).abs());
-            across = across.max((p.c + m * p.c1 - warp.c.at(a1)).abs());
-        }
+        let [along, mixed, across] = [-half, 0.0, half]
+            .map(|m| Deviation::of(&term.polynomial, warp, m).corner(half, n))
+            .into_iter()
+            .fold([0.0f64; 3], |most, left| std::array::from_fn(|k| most[k].max(left[k])));
         Residual {
-            along: (TAU * along * half * half) as f32,
-            mixed: (TAU * mixed * half * n) as f32,
-            across: (TAU * across * n * n) as f32,
+            along: along as f32,
+            mixed: mixed as f32,
+            across: across as f32,
             power: term.power_w as f32,
         }
     }
@@ -188,7 +210,8 @@ impl Residual {
     /// Power that is left out with such blocks, W: the mean over a block of the square of what a constant and a slope do not take.
     fn error(&self, step: &Step) -> f32 {
         let [x, y, z] = self.parts(step);
-        self.power * ((x * x + z * z) * (4.0 / 45.0) + y * y / 9.0)
+        let [bend, mixed] = step.discrete;
+        self.power * ((bend * x * x + z * z) * (4.0 / 45.0) + mixed * y * y / 9.0)
     }
 
     /// The fewest blocks of `steps` for which each block more would save less than `limit` of power; their number where there are none.
@@ -207,6 +230,9 @@ struct Step {
     blocks: usize,
     /// Length of a block over that of the frame; a block of one chirp has none.
     share: f32,
+    /// The mean squares of what a straight line leaves of m² and a mean leaves of m, for m the chirps of a block over those for a
+    /// continuous m.
+    discrete: [f32; 2],
 }
 
 /// The numbers of blocks for so many chirps, growing.
@@ -218,26 +244,47 @@ fn steps(chirps: usize) -> Vec<Step> {
         block,
         blocks: chirps.div_ceil(block),
         share: if block == 1 { 0.0 } else { block as f32 / chirps as f32 },
+        discrete: {
+            let squared = (block * block) as f32;
+            let mixed = 1.0 - 1.0 / squared;
+            [(mixed * (1.0 - 4.0 / squared)).max(0.0), mixed]
+        },
     };
     blocks.into_iter().map(step).collect()
 }
 
-/// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half to all echoes alike.
-fn fit(terms: &[Term]) -> Warp {
-    const PART: usize = 4096;
-    let columns = |t: &Term| [t.polynomial.b1, t.polynomial.c, t.polynomial.a2];
+/// b1, c and a2 as straight lines over a1, by least squares; half of the weight goes by power and half to all echoes alike, and less
+/// to an echo the farther it is from the lines before: what lies far off gets short blocks anyway, and shall not take others along.
+fn fit(terms: &[Term], half: f64, n: f64) -> Warp {
     let all: f64 = terms.iter().map(|t| t.power_w).sum();
     let equal = 1.0 / terms.len() as f64;
     let weight = |t: &Term| if all > 0.0 { 0.5 * equal + 0.5 * t.power_w / all } else { equal };
+    let mut warp = fit_weighted(terms, weight);
+    for _ in 1..FITS {
+        let before = warp;
+        let off = |t: &Term| {
+            let left = Deviation::of(&t.polynomial, &before, 0.0);
+            let [x, y, z] = left.corner(half, n);
+            x * x + y * y + z * z
+        };
+        warp = fit_weighted(terms, |t| weight(t) / (1.0 + off(t)));
+    }
+    warp
+}
+
+/// The same with given weights.
+fn fit_weighted(terms: &[Term], weight: impl Fn(&Term) -> f64 + Sync) -> Warp {
+    const PART: usize = 4096;
+    let columns = |t: &Term| [t.polynomial.b1, t.polynomial.c, t.polynomial.a2];
     let (x0, y0) = (terms[0].polynomial.a1, columns(&terms[0]));
     // Parts are added in their order, whatever thread they come from.
-    let sums: Vec<([f64; 2], [[f64; 2]; 3])> = terms
+    let sums: Vec<([f64; 3], [[f64; 2]; 3])> = terms
         .par_chunks(PART)
         .map(|part| {
-            let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+            let (mut o, mut by_column) = ([0.0; 3], [[0.0; 2]; 3]);
             for t in part {
                 let (w, x, y) = (weight(t), t.polynomial.a1 - x0, columns(t));
-                o = [o[0] + w * x, o[1] + w * x * x];
+                o = [o[0] + w, o[1] + w * x, o[2] + w * x * x];
                 for k in 0..3 {
                     let y = w * (y[k] - y0[k]);
                     by_column[k] = [by_column[k][0] + y, by_column[k][1] + y * x];
@@ -246,16 +293,17 @@ fn fit(terms: &[Term]) -> Warp {
             (o, by_column)
         })
         .collect();
-    let (mut o, mut by_column) = ([0.0; 2], [[0.0; 2]; 3]);
+    let (mut o, mut by_column) = ([0.0; 3], [[0.0; 2]; 3]);
     for (p, columns) in sums {
-        o = [o[0] + p[0], o[1] + p[1]];
+        o = std::array::from_fn(|k| o[k] + p[k]);
         by_column = std::array::from_fn(|k| [0, 1].map(|j| by_column[k][j] + columns[k][j]));
     }
-    let spread = o[1] - o[0] * o[0];
+    let [weights, x, xx] = [o[0], o[1] / o[0], o[2] / o[0]];
+    let spread = xx - x * x;
     let [b1, c, a2] = std::array::from_fn(|k| {
-        let [y, xy] = by_column[k];
-        let slope = if spread > 1e-12 * o[1] { (xy - o[0] * y) / spread } else { 0.0 };
-        Line { slope, offset: y0[k] + y - slope * (x0 + o[0]) }
+        let [y, xy] = by_column[k].map(|sum| sum / weights);
+        let slope = if spread > 1e-12 * xx { (xy - x * y) / spread } else { 0.0 };
+        Line { slope, offset: y0[k] + y - slope * (x0 + x) }
     });
     Warp { b1, c, a2 }
 }
@@ -271,7 +319,7 @@ pub fn groups(shape: &Shape, terms: &[Term], allowed: f64, costs: &Costs) -> Vec
         return vec![directly()];
     }
     let (half, n) = (0.5 * chirps as f64, 0.5 * samples as f64);
-    let warp = fit(terms);
+    let warp = fit(terms, half, n);
     let residuals: Vec<Residual> = terms.par_iter().map(|t| Residual::of(t, &warp, half, n)).collect();
     let steps = steps(chirps);
     let limit = limit(&residuals, &steps, allowed);

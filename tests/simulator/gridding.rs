@@ -5,7 +5,7 @@ use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
 use catseye::adc::grid_echoes::GridEchoes;
-use catseye::adc::gridding::{Bell, Costs, ECHOES_KEPT, TAPS};
+use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, Layout, Line, TAPS, Warp};
 use catseye::adc::methods::{Method, Methods};
 use catseye::adc::schedule::{Shape, Term, groups};
 use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
@@ -355,6 +355,13 @@ fn check_polynomial(chirps: usize, samples: usize, terms: &[Term]) {
         add(Sampling::Iq, &layout, &columns(terms, &group.echoes), &mut cube);
     }
     assert!(gridded.iter().all(|g| *g));
+    let (worst, peak) = polynomial_error(&cube, terms);
+    assert!(worst < 5e-5 * peak, "{}", worst / peak);
+}
+
+/// Largest error of a cube of one channel against the polynomials, and the peak.
+fn polynomial_error(cube: &Cube<f32>, terms: &[Term]) -> (f64, f64) {
+    let (chirps, samples) = (cube.chirps, cube.samples);
     let (mut worst, mut peak) = (0.0f64, 0.0f64);
     for (i, z) in cube.data.iter().enumerate() {
         let (m, n) =
@@ -367,7 +374,7 @@ fn check_polynomial(chirps: usize, samples: usize, terms: &[Term]) {
         worst = worst.max((Complex64::new(z.re.into(), z.im.into()) - truth).norm());
         peak = peak.max(truth.norm());
     }
-    assert!(worst < 5e-5 * peak, "{}", worst / peak);
+    (worst, peak)
 }
 
 proptest! {
@@ -438,6 +445,42 @@ fn blocks_go_where_the_error_is() {
     let all_w: f64 = all.iter().map(|t| t.power_w).sum();
     assert!(left_out < 1.5e-9 * all_w, "{}", left_out / all_w);
     assert_eq!(of.iter().map(|g| g.echoes.len()).sum::<usize>(), all.len());
+}
+
+/// Blocks of two chirps keep any bend: two values of m² lie on a straight line.
+#[test]
+fn two_chirps_keep_a_bend() {
+    let (chirps, samples) = (16, 64);
+    let mut all = terms(40, 5, [3.0, 3.0], [0.0, 1e-3, 0.0, 0.0, 0.0, 0.0], 0.0);
+    for (i, t) in all.iter_mut().enumerate() {
+        t.polynomial.a2 = if i % 2 == 0 { 2e-3 } else { -2e-3 };
+        t.polynomial.b2 = 1e-3 * t.polynomial.a2;
+    }
+    let warp = Warp { b1: Line { slope: 1e-3, offset: 0.0 }, ..Warp::default() };
+    let layout = Layout::moving((chirps, samples), 2, [-1.6, 1.6], warp, &Bells::new(samples, &COSTS));
+    let mut cube = Cube::zeros(chirps, 1, samples);
+    add(Sampling::Iq, &layout, &columns(&all, &(0..40).collect::<Vec<u32>>()), &mut cube);
+    let (worst, peak) = polynomial_error(&cube, &all);
+    assert!(worst < 2e-5 * peak, "{}", worst / peak);
+}
+
+/// A few echoes that are far from all others do not shift the warp, so that the others need no more blocks.
+#[test]
+fn outliers_do_not_shift_the_warp() {
+    let shape = Shape { chirps: 256, samples: 256, channels: 4 };
+    let mut all = terms(5000, 6, [3.0, 1.0], [0.0, 1e-3, 0.0, 0.0, 0.0, 0.0], 0.0);
+    let blocks = |all: &[Term]| {
+        let of = groups(&shape, all, 1e-9, &COSTS);
+        of.iter().find(|g| g.echoes.contains(&1000)).unwrap().layout.as_ref().map(|l| l.blocks())
+    };
+    let lawful = blocks(&all);
+    for t in &mut all[..100] {
+        t.polynomial.a2 += 3e-4 * (1.0 + t.polynomial.a1);
+        t.polynomial.b1 += 1e-5;
+        t.last_a1 = [t.polynomial.a1, t.polynomial.a2, 0.0];
+    }
+    assert!(lawful.is_some());
+    assert_eq!(blocks(&all), lawful);
 }
 
 /// Points along a road as a moving radar meets them, with paths that are right to the cubic in time: strong ones far between weak ones.

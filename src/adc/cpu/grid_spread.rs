@@ -111,7 +111,8 @@ impl Vectorised for Spread<'_> {
         let many = layout.lines > 1;
         let per_step = if many { 1.0 / layout.line_step } else { 0.0 };
         let half = 0.5 * TAPS as f64;
-        let mut phase = [0u32; GROUP];
+        let level = layout.level();
+        let (mut phase, mut rates) = ([0u32; GROUP], [0f64; GROUP]);
         let (mut cell, mut line) = ([0i32; GROUP], [0i32; GROUP]);
         let (mut first_cell, mut first_line) = ([0f32; GROUP], [0f32; GROUP]);
         let (mut w, mut u) = (Weights([0.0; GROUP * TAPS]), Weights([0.0; GROUP * TAPS]));
@@ -122,8 +123,13 @@ impl Vectorised for Spread<'_> {
             let (b0, b1) = (&e.b0[at.clone()], &e.b1[at.clone()]);
             let (a3, b2) = (&e.a3[at.clone()], &e.b2[at.clone()]);
             for i in 0..count {
-                phase[i] = fixed(a0[i] + m * (a1[i] + m * (a2[i] + m * a3[i])));
-                let b = b0[i] + m * (b1[i] + m * b2[i]);
+                // What the warp does not follow of the bend and of the change of b0, without its mean and slope over the block.
+                let rate = a1[i] + m * (2.0 * a2[i] + 3.0 * m * a3[i]);
+                let bend = a2[i] + 3.0 * m * a3[i] - layout.warp.a2.at(rate);
+                let mixed = b1[i] + 2.0 * m * b2[i] - layout.warp.b1.at(rate);
+                rates[i] = rate + level.slope * bend;
+                phase[i] = fixed(a0[i] + m * (a1[i] + m * (a2[i] + m * a3[i])) + level.mean * bend);
+                let b = b0[i] + m * (b1[i] + m * b2[i]) + level.centre * mixed;
                 let place = (b - b.floor()) * cells;
                 let first = (place - half).ceil();
                 cell[i] = integer(first + half);
@@ -132,8 +138,7 @@ impl Vectorised for Spread<'_> {
             weigh::<FMA>(&layout.cell_bell.polynomial, &first_cell, &mut w);
             if many {
                 for i in 0..count {
-                    let at = a1[i] + m * (2.0 * a2[i] + 3.0 * m * a3[i]);
-                    let place = (at - layout.first_line) * per_step;
+                    let place = (rates[i] - layout.first_line) * per_step;
                     let first = (place - half).ceil();
                     line[i] = integer(first);
                     first_line[i] = (first - place) as f32;
