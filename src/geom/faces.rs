@@ -2,6 +2,7 @@
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
 use super::cells::{self, Cell, NO_CELL};
+use super::curved_facet::CurvedFacet;
 use super::welded::{Welded, sides};
 use crate::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
@@ -53,7 +54,12 @@ pub struct Face {
     pub one_sided: bool,
     /// Index into `Faces::cells` of the dielectric volume behind the face, or [`NO_CELL`].
     pub cell: u32,
+    /// Index into `Faces::curved` of a triangle that stands for a curved surface, or [`NOT_CURVED`].
+    pub curved: u32,
 }
+
+/// As `Face::curved` of a face that is flat.
+pub const NOT_CURVED: u32 = u32::MAX;
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,6 +96,8 @@ pub struct Faces {
     few: Vec<u32>,
     /// Volumes filled with dielectric.
     pub cells: Vec<Cell>,
+    /// The surfaces over faces that are curved, their corners in the face's order; none where facets are taken for flat.
+    pub curved: Vec<CurvedFacet>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
     /// Each patch that mirrors points with each of its faces, both rising.
@@ -105,17 +113,22 @@ pub struct Faces {
 /// Those faces of a scene that come near to a place.
 #[derive(Debug)]
 pub struct NearFaces {
-    /// They alone, in a tree of their own. Their patches, with the areas of all they hold, and the sides on which they are seen
-    /// are those of the scene.
+    /// They alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of all they hold, and the
+    /// sides on which they are seen are those of the scene.
     pub faces: Faces,
     /// The number of each among the scene's faces, rising.
     pub numbers: Vec<u32>,
 }
 
 impl Faces {
-    /// The faces of a body in its own frame. `enters` says of each surface whether it is the front of a dielectric volume;
+    /// The faces of a body in its own frame. `curved` says which triangles are curved, or is empty where none does; `enters` says of each surface whether it is the front of a dielectric volume;
     /// corners nearer to a plane than `flat_m` lie in it.
-    pub(super) fn build(mesh: &Welded, enters: &[bool], flat_m: f64) -> Faces {
+    pub(super) fn build(
+        mesh: &Welded,
+        curved: &[Option<CurvedFacet>],
+        enters: &[bool],
+        flat_m: f64,
+    ) -> Faces {
         let mut faces = Faces { flat_m, ..Default::default() };
         let triangles = mesh.of;
         if triangles.is_empty() {
@@ -125,7 +138,8 @@ impl Faces {
         let (cell_of, found) = cells::find(enters, mesh);
         faces.cells = found;
         let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
-        let mut patches = mesh.patches(flat_m, cell);
+        let curved_of = |i: u32| curved.get(i as usize).and_then(|b| b.as_ref());
+        let mut patches = mesh.patches(flat_m, cell, |i| curved_of(i).is_some());
         patches.sort_by_key(|p| p[0]);
         for (number, patch) in patches.iter().enumerate() {
             let lead = &triangles[patch[0] as usize];
@@ -148,6 +162,13 @@ impl Faces {
                     patch: number as u32,
                     one_sided,
                     cell: cell(patch[0]),
+                    curved: match curved_of(patch[0]) {
+                        None => NOT_CURVED,
+                        Some(curved) => {
+                            faces.curved.push(*curved);
+                            faces.curved.len() as u32 - 1
+                        }
+                    },
                 });
             }
         }
@@ -168,6 +189,7 @@ impl Faces {
             nodes: self.nodes.clone(),
             cells: self.cells.clone(),
             patch_area_m2: self.patch_area_m2.clone(),
+            curved: self.curved.iter().map(|b| b.turned(|d| pose.direction(d))).collect(),
             mirrors: self.mirrors.clone(),
             flat_m: self.flat_m,
             ..Default::default()
@@ -192,7 +214,7 @@ impl Faces {
         for (number, body) in bodies.iter().enumerate() {
             let faces = all.faces.len() as u32;
             let (corners, patches) = (all.corners.len() as u32, all.patch_area_m2.len() as u32);
-            let cells = all.cells.len() as u32;
+            let (cells, curved) = (all.cells.len() as u32, all.curved.len() as u32);
             if let Some(root) = body.nodes.first() {
                 boxes.push((root.centre - root.half, root.centre + root.half));
                 planted.push((*body, faces));
@@ -202,8 +224,10 @@ impl Faces {
                 body: number as u32,
                 patch: face.patch + patches,
                 cell: if face.cell == NO_CELL { NO_CELL } else { face.cell + cells },
+                curved: if face.curved == NOT_CURVED { NOT_CURVED } else { face.curved + curved },
                 ..*face
             }));
+            all.curved.extend(&body.curved);
             all.corners.extend(&body.corners);
             all.patch_area_m2.extend(&body.patch_area_m2);
             all.cells.extend(&body.cells);
@@ -268,7 +292,7 @@ impl Faces {
         let numbers: Vec<u32> = (0..self.faces.len() as u32).filter(|i| is_near[*i as usize]).collect();
         for i in &numbers {
             let face = self.faces[*i as usize];
-            faces.faces.push(Face { first: faces.corners.len() as u32, ..face });
+            faces.faces.push(Face { first: faces.corners.len() as u32, curved: NOT_CURVED, ..face });
             faces.corners.extend(self.corners(&face));
         }
         // The scene's tree without what is empty: a node here and the one there that it is made of.

@@ -3,13 +3,16 @@
 
 pub mod bvh;
 pub mod cells;
+mod coarser;
 pub mod curved;
+pub mod curved_facet;
 pub mod edges;
 pub mod faces;
 pub mod hash;
 pub mod outline;
 mod patches;
 mod rigid;
+mod smooth;
 pub mod surface;
 pub mod triangle;
 pub mod upload;
@@ -149,6 +152,15 @@ impl TableTarget {
     }
 }
 
+/// What the facets of curved surfaces are taken for, those with smooth normals ([`curved`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Facets {
+    /// Flat, as where they have been cut so finely that they are.
+    Flat,
+    /// The surface that they stand for: its bend is part of what it returns.
+    Curved,
+}
+
 /// What is made when it is first asked for.
 pub type Late<T> = LazyLock<Arc<T>, Box<dyn FnOnce() -> Arc<T> + Send>>;
 
@@ -210,13 +222,14 @@ impl<'a> RigidScene<'a> {
     ///
     /// # Errors
     /// A material without a value at this frequency.
-    pub fn new(scene: Cow<'a, Scene>, freq_hz: f64) -> Result<RigidScene<'a>> {
+    pub fn new(scene: Cow<'a, Scene>, freq_hz: f64, facets: Facets) -> Result<RigidScene<'a>> {
         let surfaces = surfaces_at(&scene, freq_hz)?;
         let enters = |(m, s): (&Material, &Surface)| {
             m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_))
         };
         let enters = scene.materials.iter().zip(&surfaces).map(enters).collect();
-        let terms = Arc::new(Terms { enters, flat_m: FLAT * wavelength_m(freq_hz) });
+        let flat_m = FLAT * wavelength_m(freq_hz);
+        let terms = Arc::new(Terms { enters, flat_m, curved: facets == Facets::Curved });
         let meshes = scene.meshes.iter().map(|_| OnceLock::new()).collect();
         let last = scene.objects.iter().map(|_| Mutex::new(None)).collect();
         Ok(RigidScene { scene, freq_hz, surfaces, terms, meshes, last, placed: AtomicUsize::new(0) })
@@ -387,15 +400,16 @@ impl Geometry {
     /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
     /// with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        Geometry::of_frame(scene, time_s, freq_hz, 0.0)
+        RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
     }
 
-    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of curved surfaces as bent as
+    /// these are.
     ///
     /// # Errors
     /// As [`Geometry::build`].
     pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
-        RigidScene::new(Cow::Borrowed(scene), freq_hz)?.at(time_s, reach_s)
+        RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
     }
 
     /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other

@@ -1,5 +1,6 @@
 //! What belongs to a mesh wherever it stands, found once in its own frame, and meshes as they stand in the world.
 
+use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
 use super::patches::coplanar_patches;
 use super::triangle::Triangle;
@@ -16,6 +17,8 @@ pub(super) struct Terms {
     pub(super) enters: Vec<bool>,
     /// Corners nearer to a plane than this lie in it, m.
     pub(super) flat_m: f64,
+    /// Whether facets of curved surfaces are curved.
+    pub(super) curved: bool,
 }
 
 /// A mesh in its own frame, with what is the same wherever it stands.
@@ -28,6 +31,8 @@ pub(super) struct RigidMesh {
     triangles: Vec<[u32; 3]>,
     /// Coplanar patch and surface of each of them.
     kinds: Vec<(u32, u32)>,
+    /// Those of them that are curved; empty where none is.
+    curved: Vec<Option<CurvedFacet>>,
     /// Number of coplanar patches.
     pub(super) patches: u32,
     /// Number of triangles without area, which were left out.
@@ -40,18 +45,33 @@ pub(super) struct RigidMesh {
 impl RigidMesh {
     pub(super) fn new(mesh: &Mesh, terms: Arc<Terms>) -> RigidMesh {
         let (patch, patches) = coplanar_patches(mesh);
-        let (mut triangles, mut kinds) = (Vec::new(), Vec::new());
-        for ((t, patch), surface) in mesh.triangles.iter().zip(patch).zip(&mesh.material) {
+        let all_curved = if terms.curved { curved_facet::facets(mesh) } else { Vec::new() };
+        let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {
             let corners = t.map(|i| mesh.positions_m[i as usize]);
             if Triangle::new(corners, patch, 0, *surface).is_some() {
                 triangles.push(corners);
                 kinds.push((patch, *surface));
+                curved_of.push(all_curved.get(i).copied().flatten());
             }
+        }
+        if curved_of.iter().all(Option::is_none) {
+            curved_of.clear();
         }
         let dropped = mesh.triangles.len() - triangles.len();
         let (points, triangles) = weld(&triangles);
         let is_broken = mesh.positions_m.iter().any(|p| !p.is_finite());
-        RigidMesh { terms, points, triangles, kinds, patches, dropped, is_broken, faces: OnceLock::new() }
+        RigidMesh {
+            terms,
+            points,
+            triangles,
+            kinds,
+            curved: curved_of,
+            patches,
+            dropped,
+            is_broken,
+            faces: OnceLock::new(),
+        }
     }
 
     /// Number of triangles that have an area.
@@ -71,7 +91,7 @@ impl RigidMesh {
     pub(super) fn find_faces(&self) -> Faces {
         let triangles: Vec<Triangle> = self.triangles(&self.points, 0, 0).collect();
         let welded = Welded::new(&triangles, &self.points, &self.triangles);
-        Faces::build(&welded, &self.terms.enters, self.terms.flat_m)
+        Faces::build(&welded, &self.curved, &self.terms.enters, self.terms.flat_m)
     }
 }
 

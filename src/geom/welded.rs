@@ -94,8 +94,13 @@ impl<'a> Welded<'a> {
     }
 
     /// Neighbours in one plane, of one material and with the same volume behind them (`cell`), each list
-    /// led by its largest triangle.
-    pub(super) fn patches(&self, flat_m: f64, cell: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
+    /// led by its largest triangle. Those that are `alone` have no neighbours.
+    pub(super) fn patches(
+        &self,
+        flat_m: f64,
+        cell: impl Fn(u32) -> u32,
+        alone: impl Fn(u32) -> bool,
+    ) -> Vec<Vec<u32>> {
         let n = self.triangles.len();
         let tri = |i: u32| &self.of[i as usize];
         let mut order: Vec<u32> = (0..n as u32).collect();
@@ -111,10 +116,11 @@ impl<'a> Welded<'a> {
             let offset = l.normal.dot(l.v0);
             let mut patch = vec![lead];
             let mut at = 0;
-            while at < patch.len() {
+            while at < patch.len() && !alone(lead) {
                 for j in self.neighbours(patch[at]) {
                     let t = tri(j);
                     let fits = !taken[j as usize]
+                        && !alone(j)
                         && t.surface == l.surface
                         && cell(j) == cell(lead)
                         && t.normal.dot(l.normal) > 0.5

@@ -13,7 +13,7 @@ use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Geometry, RigidScene, curved};
+use crate::geom::{Facets, Geometry, RigidScene, curved};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
@@ -216,9 +216,12 @@ impl<'a> Prepared<'a> {
 
     fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
-            let sagitta_m = curved::sagitta_m(scenario.trace.accuracy_db, wavenumber(radar.carrier_hz));
-            let refined = curved::refined_within(scene, sagitta_m, scenario.trace.facets as usize)?;
-            Ok(RadarView { refined: RigidScene::new(refined, radar.carrier_hz)?, still: OnceLock::new() })
+            let cut = {
+                let (accuracy_db, most) = (scenario.trace.accuracy_db, scenario.trace.facets as usize);
+                curved::sized_within(scene, accuracy_db, wavenumber(radar.carrier_hz), most)?
+            };
+            let refined = RigidScene::new(cut, radar.carrier_hz, Facets::Curved)?;
+            Ok(RadarView { refined, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {

@@ -2,13 +2,16 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, direction_from_angles};
-use catseye::geom::curved::{refined, refined_scene, sagitta_m};
+use catseye::geom::curved::{Limit, refined, refined_scene, sagitta_m, sized};
+use catseye::geom::{Facets, RigidScene};
 use catseye::rcs::closed_form::{mie_sphere, po_cylinder};
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
-use catseye::scene::{Material, Mesh, Scene};
+use catseye::scene::{Material, Mesh, Scene, radar_toml};
+use catseye::trace::{Echo, TraceOptions};
 use catseye::units::{dbsm_from_amplitude, wavenumber};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use num_complex::Complex64;
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 const F: f64 = 77e9;
@@ -482,4 +485,110 @@ fn convergence_covers_curvature() {
         (of(sphere(radius, 3), 1.0), of(sphere(radius, 3), 0.1), of(flat(sphere(radius, 3)), 0.1));
     println!("convergence {coarse:.3} dB at 1 dB, {usual:.3} dB at 0.1 dB, flat {plain:.3}");
     assert!(coarse > 0.1 && usual < 0.15 && usual < 0.5 * coarse && plain == 0.0);
+}
+
+// Frames: facets keep the bend of the surface.
+
+/// What a radar 20 m from the origin of a mesh, turned, hears back in VV: amplitude (1/m) with its phase.
+fn heard(mesh: &Mesh, turn: DQuat, facets: Facets) -> Complex64 {
+    let mut scene = Scene { materials: vec![Material::pec()], ..Scene::default() };
+    scene.add_mesh("body", "", mesh.clone(), Pose::new(turn, DVec3::X * RANGE_M));
+    let geometry = RigidScene::new(Cow::Owned(scene), F, facets).unwrap().at(0.0, 0.0).unwrap();
+    let radar = radar_toml::preset("front77").unwrap();
+    let options = TraceOptions { bounces: 1, images: false, bandwidth_hz: 1e9, ..TraceOptions::default() };
+    let engine = Engine::open("cpu", Precision::F64).unwrap();
+    let echoes = engine.echoes(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, &options);
+    let of = |e: &Echo| e.path_gain[0][0] * Complex64::cis(-wavenumber(F) * e.path_length_m);
+    echoes.list.iter().map(of).sum()
+}
+
+const RANGE_M: f64 = 20.0;
+
+fn turns() -> impl Iterator<Item = DQuat> {
+    (0..8).map(|i| DQuat::from_rotation_z(0.37 * f64::from(i)) * DQuat::from_rotation_y(0.11 * f64::from(i)))
+}
+
+fn db(ratio: f64) -> f64 {
+    20.0 * ratio.log10()
+}
+
+/// Geometric optics at finite range: what a convex mirror with these radii of curvature returns over a distance, 1/m.
+fn mirrored(radii_m: [f64; 2], away_m: f64) -> f64 {
+    radii_m.iter().map(|r| (r / (r + away_m)).sqrt()).product::<f64>() / (2.0 * away_m)
+}
+
+#[test]
+fn few_facets_of_a_sphere_return_what_the_sphere_does() {
+    for (radius_m, n) in [(0.5, 5), (0.5, 10), (0.1, 5), (3.0, 10)] {
+        let (mesh, want) = (sphere(radius_m, n), mirrored([radius_m; 2], RANGE_M - radius_m));
+        let mut worst_flat = 0f64;
+        for turn in turns() {
+            let off = db(heard(&mesh, turn, Facets::Curved).norm() / want);
+            assert!(off.abs() < 0.4, "{radius_m} m, {} facets: {off:.3} dB", mesh.triangles.len());
+            worst_flat = worst_flat.max(db(heard(&mesh, turn, Facets::Flat).norm() / want).abs());
+        }
+        assert!(worst_flat > 3.0, "flat facets of {radius_m} m say the same: {worst_flat:.2} dB");
+    }
+}
+
+#[test]
+fn few_facets_of_an_ellipsoid_return_what_it_does_from_every_side() {
+    let axes = DVec3::new(1.0, 0.5, 0.7);
+    let mut mesh = sphere(1.0, 12);
+    mesh.positions_m.iter_mut().for_each(|p| *p *= axes);
+    mesh.normals.iter_mut().for_each(|n| *n = (*n / axes).normalize());
+    for turn in turns() {
+        // Where the normal looks at the radar: the product of both radii of curvature there, and how far out it is.
+        let to_radar = turn.inverse() * DVec3::NEG_X;
+        let out = (to_radar * axes).length();
+        let product = (axes.x * axes.y * axes.z).powi(2) / out.powi(4);
+        let away = RANGE_M - out;
+        let far = product.sqrt() / (2.0 * away * away);
+        let off = db(heard(&mesh, turn, Facets::Curved).norm() / far);
+        // At finite range less by a factor between those of the smallest and the largest radius.
+        let near = [0.25, 2.0].map(|r: f64| db(away / (away + r)));
+        assert!((near[1] - 0.4..near[0] + 0.4).contains(&off), "{off:.3} dB, {near:?}");
+    }
+}
+
+/// A closed cylinder has creases and flat ends: waves of its edges, and at 60 degrees nothing else.
+#[test]
+fn a_cylinder_of_few_facets_returns_what_one_of_many_does() {
+    let mesh = cylinder(0.1, 0.5, 32, true);
+    for (tilt_deg, least) in
+        [(0.0, 0.1), (0.3, 0.2), (1.0, 0.2), (2.0, 1.0), (5.0, 0.5), (20.0, 0.5), (50.0, 1.5)]
+    {
+        let turn = DQuat::from_rotation_y(f64::to_radians(tilt_deg)) * DQuat::from_rotation_z(0.3);
+        let fine = refined(&mesh, 2e-5).unwrap().unwrap();
+        let want = heard(&fine, turn, Facets::Flat);
+        let off = db(heard(&mesh, turn, Facets::Curved).norm() / want.norm());
+        assert!(off.abs() < least, "{tilt_deg} degrees: {off:.3} dB off {:.2} dB", db(want.norm()));
+    }
+}
+
+#[test]
+fn facets_that_say_nothing_new_are_joined() {
+    let limit = Limit::curved(0.2, wavenumber(F));
+    let area = |m: &Mesh, t: usize| {
+        let [a, b, c] = m.triangles[t].map(|i| m.positions_m[i as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    for (fine, least) in [(sphere(0.5, 24), 4), (sphere(2.0, 40), 8)] {
+        let coarse = sized(&fine, limit).unwrap().unwrap();
+        assert!(least * coarse.triangles.len() < fine.triangles.len(), "{}", coarse.triangles.len());
+        // A closed surface through points of the sphere.
+        let radius = fine.positions_m[0].length();
+        assert!(coarse.positions_m.iter().all(|p| (p.length() - radius).abs() < 1e-12));
+        let all: f64 = (0..coarse.triangles.len()).map(|t| area(&coarse, t)).sum();
+        let share = all / (2.0 * std::f64::consts::TAU * radius * radius);
+        assert!((0.98..1.0).contains(&share), "{share}");
+        let want = mirrored([radius; 2], RANGE_M - radius);
+        for turn in turns() {
+            let off = db(heard(&coarse, turn, Facets::Curved).norm() / want);
+            assert!(off.abs() < 0.4, "{radius} m: {off:.3} dB");
+        }
+    }
+    // The edges of flat ends are straight: they stay as they are, with all that stands on them.
+    let drum = cylinder(0.1, 0.5, 64, true);
+    assert_eq!(sized(&drum, limit).unwrap().unwrap().triangles.len(), drum.triangles.len());
 }

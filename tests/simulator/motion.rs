@@ -5,7 +5,7 @@ use catseye::adc::cpu::synthesis::{Control, synthesise};
 use catseye::adc::synthesis::Plan;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::Pose;
-use catseye::geom::{Geometry, RigidScene};
+use catseye::geom::{Facets, Geometry, RigidScene};
 use catseye::road::objects::ground;
 use catseye::road::shape::cuboid;
 use catseye::scene::motion::{Joint, Motion};
@@ -253,7 +253,7 @@ fn by_chain(list: &[Echo]) -> BTreeMap<Vec<u32>, (usize, f64)> {
 #[test]
 fn bodies_are_made_once() {
     let (scene, s) = (street(), scenario("speed_mps = 12"));
-    let kept = RigidScene::new(Cow::Borrowed(&scene), s.radars[0].carrier_hz).unwrap();
+    let kept = RigidScene::new(Cow::Borrowed(&scene), s.radars[0].carrier_hz, Facets::Curved).unwrap();
     assert_eq!(kept.work_done(), (0, 0));
     let (meshes, still, moving) = (5, 6, 3);
     for (frames, time_s) in [0.1, 0.05, 0.4, 0.0].into_iter().enumerate() {

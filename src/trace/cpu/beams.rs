@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// Polygons with more corners than this are halved before they are cut again.
 const MOST: usize = 8;
 /// Corners that a polygon may have while it is cut: by each of [`Lines`] one more, or by another polygon's edges.
-const CAP: usize = MOST + MOST_LINES;
+pub(super) const CAP: usize = MOST + MOST_LINES;
 /// The edges of a face and two crossings of planes.
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.

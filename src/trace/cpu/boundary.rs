@@ -73,9 +73,9 @@ impl Path {
 /// Stretches of a side over this share of the distance to a station are halved.
 const LONGEST: f64 = 0.05;
 /// Most radians by which the phase may run from the middle of a stretch to its ends.
-const RUN: f64 = 2.5;
+pub(super) const RUN: f64 = 2.5;
 /// Nodes and weights of Gauss' rule of eight points.
-const GAUSS: [(f64, f64); 4] = [
+pub(super) const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
     (0.525_532_409_916_329, 0.313_706_645_877_887_3),
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),

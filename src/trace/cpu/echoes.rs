@@ -7,6 +7,7 @@
 use super::beams::{Clipped, Piece, Polygon, clip_windows};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
+use super::curved::Curved;
 use super::diffuse;
 use super::field::{Bounce, sent};
 use super::points::point_echoes;
@@ -162,6 +163,15 @@ fn on_axes(face: &Face, d: DVec3) -> DVec2 {
     DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
 }
 
+/// What the place of a wave on a face keeps to.
+fn keeps(face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
+    match holds {
+        Holds::Corner => PathEnd::Place,
+        Holds::Side(d) => PathEnd::Side(face.axis[0] * d.x + face.axis[1] * d.y),
+        Holds::Mirror => PathEnd::Plane(normal),
+    }
+}
+
 /// Change of the amplitude with the gradient of the path about the place of mirror reflection (CONVENTIONS
 /// eq. 61), from what an area returns `at` a place.
 fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
@@ -239,7 +249,21 @@ impl Station<'_> {
         if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
             return Vec::new();
         }
-        let at = |p: DVec2| self.echo(&chain, place(p), over);
+        if let Some(facet) = faces.curved.get(face.curved as usize) {
+            let sign = node.normal.dot(face.normal).signum();
+            let terms = (k, self.tau);
+            let facet = Curved::new(
+                facet,
+                faces.corners(face),
+                face.axis,
+                sign,
+                [node.frame.origin, receiver],
+                self.mirrors_per_m(&chain),
+                terms,
+            );
+            return self.curved(&chain, &region.pieces, &facet, over);
+        }
+        let at = |p: DVec2| self.echo(&chain, place(p), node.normal, over);
         let mut waves: Vec<Wave> = Vec::new();
         if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
             let mut whole = at(centre);
@@ -290,15 +314,55 @@ impl Station<'_> {
                     }
                 }
                 echo.path_length_m = w.length_m;
-                let keeps = match w.holds {
-                    Holds::Corner => PathEnd::Place,
-                    Holds::Side(d) => PathEnd::Side(face.axis[0] * d.x + face.axis[1] * d.y),
-                    Holds::Mirror => PathEnd::Plane(node.normal),
-                };
+                let keeps = keeps(face, w.holds, node.normal);
                 self.bend(&chain, place(w.place), keeps, over, &mut echo);
                 is_finite(&echo).then_some(echo)
             })
             .collect()
+    }
+
+    /// How much faster directions turn along the last face of a chain for the curvature of the mirrors before it, at most, 1/m.
+    fn mirrors_per_m(&self, chain: &[u32]) -> f64 {
+        let all = &self.geometry.faces().curved;
+        let curved = chain[..chain.len() - 1].iter().filter_map(|i| all.get(self.face(*i).curved as usize));
+        curved.map(|c| 2.0 * c.curvature_per_m.iter().fold(0.0, |a: f64, b| a.max(*b))).sum()
+    }
+
+    /// Echoes of a lit part of a curved surface.
+    fn curved(&self, chain: &[u32], pieces: &[Polygon], facet: &Curved, over: bool) -> Vec<Echo> {
+        let faces = self.geometry.faces();
+        let last = chain[chain.len() - 1];
+        let (face, flat) = (self.face(last), self.clipped.nodes[last as usize].normal);
+        let k = wavenumber(self.geometry.freq_hz);
+        let mut list = Vec::new();
+        let mut radiate = |place: DVec2, value: Complex64, holds: Holds| {
+            let spot = facet.at(place);
+            let [out, back] = facet.ranges(&spot);
+            if MOST_RADIATED * k / (4.0 * PI) * value.norm() < self.least * out * back {
+                return;
+            }
+            let normal = facet.lit_normal(&spot).unwrap_or(flat);
+            let mut echo = self.echo(chain, spot.place, normal, over);
+            for a in echo.path_gain.as_flattened_mut() {
+                *a *= value * Complex64::new(0.0, -k / (4.0 * PI));
+            }
+            self.bend(chain, spot.place, keeps(face, holds, normal), over, &mut echo);
+            if is_finite(&echo) {
+                list.push(echo);
+            }
+        };
+        if let Some(inner) = facet.inner(pieces) {
+            radiate(inner.place, inner.value, inner.holds);
+        }
+        if facet.has_crease() {
+            let near_m = SAME * faces.radius_m;
+            for side in outline(pieces.iter().map(|p| p.corners()), near_m) {
+                if let Some((crease, along)) = facet.crease(side, near_m) {
+                    facet.edge(side, crease, along, |w| radiate(w.place, w.value, w.holds));
+                }
+            }
+        }
+        list
     }
 
     /// A region whose paths are so nearly of one length that one echo stands for them all over the band: its
@@ -403,9 +467,9 @@ impl Station<'_> {
         (echo.path_rate_mps, echo.path_acceleration_and_jerk) = (rate, bend);
     }
 
-    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, but for -j k / 4 pi, `over` its first plane or
-    /// straight.
-    fn echo(&self, chain: &[u32], place: DVec3, over: bool) -> Echo {
+    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, with this unit normal on its lit side, but for
+    /// -j k / 4 pi, `over` its first plane or straight.
+    fn echo(&self, chain: &[u32], place: DVec3, normal: DVec3, over: bool) -> Echo {
         let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
         let node = |i: u32| &self.clipped.nodes[i as usize];
         let face = |i: u32| &faces.faces[node(i).face as usize];
@@ -452,7 +516,8 @@ impl Station<'_> {
         for (b, &i) in chain.iter().enumerate() {
             let (body, surface) = of(i);
             ids[b] = body.id;
-            let bounce = Bounce::new(field, dir, node(i).normal, surface, k);
+            let normal = if b + 1 == count { normal } else { node(i).normal };
+            let bounce = Bounce::new(field, dir, normal, surface, k);
             // From the image: places of neighbours along the chain may coincide in a corner.
             let next = if b + 1 == count {
                 radiated = bounce.received(leaves, &seen_by);

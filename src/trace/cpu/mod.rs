@@ -5,6 +5,7 @@ pub mod bend;
 pub mod boundary;
 pub mod closest;
 pub mod contribute;
+mod curved;
 pub mod diffuse;
 pub mod echoes;
 pub mod field;

@@ -84,8 +84,7 @@ impl Frame {
     /// # Errors
     /// Surfaces that cannot be cut.
     pub fn refined(&self, accuracy_db: f64) -> Result<Cow<'_, Scene>> {
-        let sagitta_m = curved::sagitta_m(accuracy_db, wavenumber(self.radar.carrier_hz));
-        curved::refined_within(&self.scene, sagitta_m, self.facets)
+        curved::sized_within(&self.scene, accuracy_db, wavenumber(self.radar.carrier_hz), self.facets)
     }
 
     /// A scene placed as it is at the time of the frame.

@@ -1,0 +1,455 @@
+//! What facets of curved surfaces radiate at finite range (CONVENTIONS eq. 58, 59).
+//!
+//! A smooth surface radiates from where it mirrors and from its borders; what else its facets radiate cancels between neighbours.
+//! So each facet is summed up within a window about the place of mirror reflection, wherever that lies, and beyond it only
+//! creases have waves.
+
+use super::beams::Polygon;
+use super::boundary::{GAUSS, Holds, RUN};
+use crate::em::aperture::{Moments, phase_integral};
+use crate::geom::curved_facet::{Crease, CurvedFacet};
+use glam::{DVec2, DVec3};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Radians from the place of mirror reflection up to which all is summed up, and from which on nothing is. The window is as smooth as
+/// the area under Hann's, so that what it leaves over of a surface that goes on is 0.5 % of its echo.
+const WINDOW: [f64; 2] = [4.0, 24.0];
+/// A cell's weight may be off by so much from one that is linear over it.
+const LINEAR: f64 = 0.05;
+/// Weights below this are none.
+const LEAST: f64 = 1e-4;
+/// Times a polygon or a side may be halved.
+const DEPTH: u32 = 16;
+/// Shares of a crease this near to its ends are its ends.
+const AT_END: f64 = 1e-6;
+
+/// A facet of a curved surface between a source and a receiver, or their images.
+pub(super) struct Curved<'a> {
+    facet: &'a CurvedFacet,
+    /// Wavenumber, rad/m.
+    k: f64,
+    tau: f64,
+    /// The face's first corner and axes.
+    corner: DVec3,
+    axis: [DVec3; 2],
+    /// Share of each corner at the first corner, and its change along the axes.
+    shares: [(f64, DVec2); 3],
+    stations: [DVec3; 2],
+    /// 1 where the front is lit, else -1.
+    sign: f64,
+    /// What the mirrors of the chain add to the curvature.
+    mirrors_per_m: f64,
+}
+
+/// The surface over a place of the facet.
+pub(super) struct Spot {
+    /// In the world, m.
+    pub(super) place: DVec3,
+    /// Unit normal on the lit side.
+    pub(super) normal: DVec3,
+    /// Of the path by way of it, m.
+    pub(super) length: f64,
+    /// Its derivatives along the face's axes.
+    slope: DVec2,
+    bend: [f64; 3],
+    /// Area of the surface over that of the facet.
+    stretch: f64,
+    glance: Glance,
+    /// Sum of one over the distances from the stations, 1/m, and length of the sum of the unit vectors from them.
+    spherical: f64,
+    sum: f64,
+}
+
+impl Spot {
+    /// Derivative of the slope along a direction.
+    fn bent(&self, d: DVec2) -> DVec2 {
+        let [xx, yy, xy] = self.bend;
+        DVec2::new(xx * d.x + xy * d.y, xy * d.x + yy * d.y)
+    }
+}
+
+/// Share of a place that many radians from the place of mirror reflection.
+fn window(phase: f64) -> f64 {
+    let t = ((phase - WINDOW[0]) / (WINDOW[1] - WINDOW[0])).clamp(0.0, 1.0);
+    1.0 - (t - (TAU * t).sin() / TAU)
+}
+
+/// What one echo stands for.
+pub(super) struct Inner {
+    /// On the face, m.
+    pub(super) place: DVec2,
+    /// Its integral in m², with phases referred to the path by way of its place.
+    pub(super) value: Complex64,
+    /// What its place stays with.
+    pub(super) holds: Holds,
+}
+
+/// What decides over the window: change of the path along the surface, and how fast that changes at most, 1/m.
+#[derive(Clone, Copy)]
+struct Glance {
+    across: DVec3,
+    turn: f64,
+}
+
+impl<'a> Curved<'a> {
+    /// `corners` are the face's, its axes begin at the first of them.
+    #[allow(clippy::too_many_arguments)] // the physics has these inputs; a struct would only rename them
+    pub(super) fn new(
+        facet: &'a CurvedFacet,
+        corners: &[DVec3],
+        axis: [DVec3; 2],
+        sign: f64,
+        stations: [DVec3; 2],
+        mirrors_per_m: f64,
+        (k, tau): (f64, f64),
+    ) -> Curved<'a> {
+        let corner = corners[0];
+        let at = |i: usize| {
+            let d = corners[i] - corner;
+            DVec2::new(axis[0].dot(d), axis[1].dot(d))
+        };
+        let p = [at(0), at(1), at(2)];
+        let twice = (p[1] - p[0]).perp_dot(p[2] - p[0]);
+        // The share of a corner grows across the side that lies before it.
+        let shares = [0, 1, 2].map(|i| {
+            let (a, b) = (p[(i + 1) % 3], p[(i + 2) % 3]);
+            let grow = (b - a).perp() / twice;
+            (if i == 0 { 1.0 } else { 0.0 }, grow)
+        });
+        Curved { facet, k, tau, corner, axis, shares, stations, sign, mirrors_per_m }
+    }
+
+    /// Shares of the corners at a place.
+    #[inline]
+    fn shares(&self, p: DVec2) -> [f64; 3] {
+        let mut share = [0.0; 3];
+        for (s, (first, grow)) in share.iter_mut().zip(&self.shares) {
+            *s = first + grow.dot(p);
+        }
+        share
+    }
+
+    /// Where the surface is, and its normal, not of length one.
+    #[inline]
+    fn surface(&self, p: DVec2, share: &[f64; 3]) -> (DVec3, DVec3) {
+        let CurvedFacet { normals: n, rise_m: rise, .. } = self.facet;
+        let [a, b, c] = *share;
+        let flat = self.corner + self.axis[0] * p.x + self.axis[1] * p.y;
+        let place = flat + (rise[0] * (a * b) + rise[1] * (b * c) + rise[2] * (c * a)) * 4.0;
+        (place, (n[0] * a + n[1] * b + n[2] * c) * self.sign)
+    }
+
+    #[inline]
+    fn curvature(&self, share: &[f64; 3]) -> f64 {
+        let [p, q, r] = self.facet.curvature_per_m;
+        p * share[0] + q * share[1] + r * share[2]
+    }
+
+    #[inline]
+    fn glance(&self, p: DVec2) -> Glance {
+        let share = self.shares(p);
+        let (place, normal) = self.surface(p, &share);
+        let (mut sum, mut spherical) = (DVec3::ZERO, 0.0);
+        for station in self.stations {
+            let d = place - station;
+            let over = 1.0 / d.length();
+            sum += d * over;
+            spherical += over;
+        }
+        let normal = normal.normalize_or_zero();
+        let depth = normal.dot(sum);
+        let turn = self.curvature(&share) * depth.abs() + self.mirrors_per_m + spherical;
+        Glance { across: sum - normal * depth, turn }
+    }
+
+    pub(super) fn at(&self, p: DVec2) -> Spot {
+        let share = self.shares(p);
+        let (place, normal) = self.surface(p, &share);
+        let [mut x, mut y] = self.axis;
+        let mut second = [DVec3::ZERO; 3];
+        for (s, rise) in self.facet.rise_m.iter().enumerate() {
+            let (a, b) = (s, (s + 1) % 3);
+            let (da, db) = (self.shares[a].1, self.shares[b].1);
+            let rise = *rise * 4.0;
+            x += rise * (da.x * share[b] + db.x * share[a]);
+            y += rise * (da.y * share[b] + db.y * share[a]);
+            second[0] += rise * (2.0 * da.x * db.x);
+            second[1] += rise * (2.0 * da.y * db.y);
+            second[2] += rise * (da.x * db.y + da.y * db.x);
+        }
+        let (mut length, mut slope, mut bend) = (0.0, DVec2::ZERO, [0.0; 3]);
+        let (mut sum, mut spherical) = (DVec3::ZERO, 0.0);
+        for station in self.stations {
+            let d = place - station;
+            let r = d.length();
+            let e = d / r;
+            let along = DVec2::new(e.dot(x), e.dot(y));
+            length += r;
+            slope += along;
+            bend[0] += (x.length_squared() - along.x * along.x) / r + e.dot(second[0]);
+            bend[1] += (y.length_squared() - along.y * along.y) / r + e.dot(second[1]);
+            bend[2] += (x.dot(y) - along.x * along.y) / r + e.dot(second[2]);
+            sum += e;
+            spherical += 1.0 / r;
+        }
+        let normal = normal.normalize_or_zero();
+        let depth = normal.dot(sum);
+        let turn = self.curvature(&share) * depth.abs() + self.mirrors_per_m + spherical;
+        let glance = Glance { across: sum - normal * depth, turn };
+        Spot {
+            place,
+            normal,
+            length,
+            slope,
+            bend,
+            stretch: x.cross(y).length(),
+            glance,
+            spherical,
+            sum: sum.length(),
+        }
+    }
+
+    /// Radians from the place of mirror reflection, if the surface went on as it is curved most.
+    #[inline]
+    fn phase(&self, at: &Glance) -> f64 {
+        self.k * at.across.length_squared() / (2.0 * at.turn)
+    }
+
+    /// Weight of a place.
+    #[inline]
+    fn weight(&self, at: &Glance) -> f64 {
+        window(self.phase(at))
+    }
+
+    /// Whether the window is shut all over a polygon.
+    fn is_shut(&self, corners: &[DVec2], middle: &Glance) -> bool {
+        let (mut reach, mut turn) = (0f64, middle.turn);
+        for p in corners {
+            let there = self.glance(*p);
+            reach = reach.max(there.across.distance_squared(middle.across));
+            turn = turn.max(there.turn);
+        }
+        let nearest = (middle.across.length() - 1.2 * reach.sqrt()).max(0.0);
+        self.k * nearest * nearest >= 2.0 * turn * WINDOW[1]
+    }
+
+    /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons.
+    pub(super) fn inner(&self, pieces: &[Polygon]) -> Option<Inner> {
+        let (mut value, mut area, mut first) = (Complex64::ZERO, 0.0, DVec2::ZERO);
+        let mut from = None;
+        let mut stack: Vec<(Polygon, u32)> = Vec::new();
+        for piece in pieces {
+            let corners = piece.corners();
+            let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
+            if !self.is_shut(corners, &self.glance(middle)) {
+                stack.push((*piece, 0));
+            }
+        }
+        while let Some((polygon, depth)) = stack.pop() {
+            let corners = polygon.corners();
+            let m = Moments::of(corners);
+            if m.area == 0.0 {
+                continue;
+            }
+            let at = self.at(m.centroid);
+            let cell = match self.cell(corners, m.centroid, &at) {
+                None => continue,
+                Some(Err(across)) if depth < DEPTH => {
+                    stack.extend(polygon.split(m.centroid, across).map(|p| (p, depth + 1)));
+                    continue;
+                }
+                Some(Err(_)) => (self.weight(&at.glance), DVec2::ZERO),
+                Some(Ok(cell)) => cell,
+            };
+            let from = *from.get_or_insert(at.length);
+            let g = at.slope * -self.k;
+            let about = polygon.mapped(|p| p - m.centroid);
+            let mut sum = phase_integral(about.corners(), g) * cell.0;
+            if cell.1 != DVec2::ZERO {
+                // The first moments of the phase are its derivatives by the gradient.
+                let step = 1e-3 / m.area.sqrt();
+                for (axis, change) in [(DVec2::X, cell.1.x), (DVec2::Y, cell.1.y)] {
+                    let [more, less] = [step, -step].map(|s| phase_integral(about.corners(), g + axis * s));
+                    sum += Complex64::new(0.0, -change / (2.0 * step)) * (more - less);
+                }
+            }
+            let [xx, yy, xy] = at.bend;
+            let length = at.length - from + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
+            value += sum * Complex64::cis(-self.k * length) * at.stretch;
+            let weight = cell.0.max(LEAST) * m.area;
+            area += weight;
+            first += m.centroid * weight;
+        }
+        let from = from?;
+        let place = first / area;
+        let spot = self.at(place);
+        let value = value * Complex64::cis(self.k * (spot.length - from));
+        let [out, back] = self.ranges(&spot);
+        let waves = 1.0 / out + 1.0 / back;
+        let holds = if spot.glance.turn < 2.0 * waves { Holds::Mirror } else { Holds::Corner };
+        Some(Inner { place, value, holds })
+    }
+
+    /// Normal of the surface where both stations are before it; beyond its horizon there is none of use.
+    pub(super) fn lit_normal(&self, spot: &Spot) -> Option<DVec3> {
+        self.stations.iter().all(|s| (*s - spot.place).dot(spot.normal) > 0.0).then_some(spot.normal)
+    }
+
+    /// Distances from source and receiver, m.
+    pub(super) fn ranges(&self, spot: &Spot) -> [f64; 2] {
+        self.stations.map(|s| s.distance(spot.place))
+    }
+
+    /// Weight in the middle of a cell and its change; the direction across which the cell is to be split where the phase is not quadratic or
+    /// the weight not linear; None where the window is shut.
+    fn cell(&self, corners: &[DVec2], middle: DVec2, at: &Spot) -> Option<Result<(f64, DVec2), DVec2>> {
+        if self.is_shut(corners, &at.glance) {
+            return None;
+        }
+        let (mut worst, mut across) = (self.tau, None);
+        let (mut least, mut most) = (f64::INFINITY, 0f64);
+        let mut off = [0.0; super::beams::CAP];
+        for (p, off) in corners.iter().zip(&mut off) {
+            let d = *p - middle;
+            let bent = at.bent(d);
+            let phase = 0.5 * self.k * bent.dot(d).abs();
+            if phase > worst {
+                (worst, across) = (phase, Some(bent));
+            }
+            *off = self.weight(&self.glance(*p));
+            least = least.min(*off);
+            most = most.max(*off);
+        }
+        if let Some(across) = across {
+            return Some(Err(across));
+        }
+        let weight = self.weight(&at.glance);
+        if least.min(weight) >= 1.0 - LEAST {
+            return Some(Ok((1.0, DVec2::ZERO)));
+        }
+        let step = 0.05 * corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let change = [DVec2::X, DVec2::Y].map(|axis| {
+            let [a, b] = [step, -step].map(|s| self.weight(&self.glance(middle + axis * s)));
+            (a - b) / (2.0 * step)
+        });
+        let change = DVec2::from_array(change);
+        let apart = corners.iter().zip(off).map(|(p, w)| (p, (w - weight - change.dot(*p - middle)).abs()));
+        let farthest = apart.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(if farthest.1 > LINEAR {
+            Err(*farthest.0 - middle)
+        } else if most.max(weight) <= LEAST {
+            return None;
+        } else {
+            Ok((weight, change))
+        })
+    }
+
+    /// The crease on which a side of a lit polygon lies, and the shares of its way along it where the side begins and ends.
+    pub(super) fn crease(&self, [a, b]: [DVec2; 2], near_m: f64) -> Option<(&Crease, [f64; 2])> {
+        let off = |corner: usize, p: DVec2| {
+            let (first, grow) = self.shares[corner];
+            (first + grow.dot(p)).abs() / grow.length()
+        };
+        // The side from corner s on lies across from the corner before it.
+        let mut sides = self.facet.creases.iter().enumerate();
+        sides.find_map(|(s, crease)| {
+            let (crease, across) = (crease.as_ref()?, (s + 2) % 3);
+            let is_on = off(across, a) <= near_m && off(across, b) <= near_m;
+            is_on.then(|| (crease, [a, b].map(|p| self.shares(p)[(s + 1) % 3])))
+        })
+    }
+
+    /// Whether any side is a crease.
+    pub(super) fn has_crease(&self) -> bool {
+        self.facet.creases.iter().any(Option::is_some)
+    }
+
+    /// The waves of a side along a crease (inside on the left) which runs `along` it: those about the place where the crease's own
+    /// path stands still, and those of its corners; of both what the window about the place of mirror reflection does not hold.
+    pub(super) fn edge(
+        &self,
+        [a, b]: [DVec2; 2],
+        crease: &Crease,
+        along: [f64; 2],
+        mut emit: impl FnMut(Inner),
+    ) {
+        let length = a.distance(b);
+        if length == 0.0 {
+            return;
+        }
+        let way = (b - a) / length;
+        let outward = -way.perp();
+        let edge = |t: f64| {
+            let spot = self.at(a + way * (t * length));
+            let share = along[0] + (along[1] - along[0]) * t;
+            let [p, q] = crease.curvature_per_m;
+            let turn = (p + (q - p) * share).max(0.0) * spot.sum + self.mirrors_per_m + spot.spherical;
+            let slope = way.dot(spot.slope);
+            let kernel = (1.0 - self.weight(&spot.glance)) * spot.stretch * outward.dot(spot.slope)
+                / spot.slope.length_squared();
+            EdgeSpot { t, slope, turn, kernel, length: spot.length }
+        };
+        let weight = |at: &EdgeSpot| window(self.k * at.slope * at.slope / (2.0 * at.turn));
+        let flux = Complex64::new(0.0, 1.0 / self.k);
+        let ends = [edge(0.0), edge(1.0)];
+        for (end, (place, sign)) in ends.iter().zip([(a, -1.0), (b, 1.0)]) {
+            let share = if sign < 0.0 { along[0] } else { along[1] };
+            let corner = (share < AT_END && crease.corners[0]) || (share > 1.0 - AT_END && crease.corners[1]);
+            let outer = 1.0 - weight(end);
+            if corner && outer * end.kernel.abs() > 0.0 {
+                let value = Complex64::new(0.0, sign * outer * end.kernel / (self.k * end.slope)) * flux;
+                emit(Inner { place, value, holds: Holds::Corner });
+            }
+        }
+        let (mut value, mut all, mut first, mut from) = (Complex64::ZERO, 0.0, 0.0, None);
+        let [start, stop] = ends;
+        let mut stack = vec![(start, stop, 0)];
+        while let Some((p, q, depth)) = stack.pop() {
+            let m = edge(0.5 * (p.t + q.t));
+            let turn = p.turn.max(q.turn).max(m.turn);
+            let slowest = match p.slope * q.slope > 0.0 && p.slope * m.slope > 0.0 {
+                true => p.slope.abs().min(q.slope.abs()).min(m.slope.abs()),
+                false => 0.0,
+            };
+            let shut = self.k * slowest * slowest >= 2.0 * turn * WINDOW[1];
+            if shut || (p.kernel == 0.0 && q.kernel == 0.0 && m.kernel == 0.0) {
+                continue;
+            }
+            let run = (p.length - m.length).abs().max((q.length - m.length).abs());
+            if run * self.k > RUN && depth < DEPTH {
+                stack.push((m, q, depth + 1));
+                stack.push((p, m, depth + 1));
+                continue;
+            }
+            let from = *from.get_or_insert(m.length);
+            let half = 0.5 * (q.t - p.t);
+            for (x, share) in GAUSS {
+                for x in [-x, x] {
+                    let spot = edge(m.t + half * x);
+                    let part = weight(&spot) * share * half * length;
+                    value += Complex64::cis(-self.k * (spot.length - from)) * (part * spot.kernel);
+                    all += part;
+                    first += part * spot.t;
+                }
+            }
+        }
+        if let Some(from) = from.filter(|_| all > 0.0) {
+            let place = a + way * (first / all * length);
+            let turn = Complex64::cis(self.k * (self.at(place).length - from));
+            emit(Inner { place, value: value * turn * flux, holds: Holds::Side(way) });
+        }
+    }
+}
+
+/// A place on a crease.
+#[derive(Clone, Copy)]
+struct EdgeSpot {
+    /// Share of the way along the side.
+    t: f64,
+    /// Change of the path along it, and how fast that changes at most, 1/m.
+    slope: f64,
+    turn: f64,
+    kernel: f64,
+    length: f64,
+}
