@@ -24,6 +24,8 @@ struct Fans {
     /// Whether a facet is still there.
     alive: Vec<bool>,
     around: Vec<Vec<u32>>,
+    /// Points that have not been tried since something about them changed.
+    untried: Vec<bool>,
     limit: Limit,
 }
 
@@ -35,7 +37,8 @@ pub(super) fn coarser(surface: Surface, limit: Limit) -> Surface {
         f.points.iter().for_each(|p| around[*p as usize].push(i as u32));
     }
     let alive = vec![true; surface.facets.len()];
-    let mut fans = Fans { surface, alive, around, limit };
+    let untried = vec![true; around.len()];
+    let mut fans = Fans { surface, alive, around, untried, limit };
     for _ in 0..PASSES {
         if !fans.pass() {
             break;
@@ -53,9 +56,10 @@ impl Fans {
         let mut kept = vec![false; self.around.len()];
         let mut any = false;
         for p in 0..self.around.len() as u32 {
-            if kept[p as usize] || self.around[p as usize].is_empty() {
+            if kept[p as usize] || !self.untried[p as usize] || self.around[p as usize].is_empty() {
                 continue;
             }
+            self.untried[p as usize] = false;
             let ring = self.ring(p);
             let Some(crease) = self.crease(p, &ring) else { continue };
             let crease = (!crease.is_empty()).then_some(&crease[..]);
@@ -80,7 +84,9 @@ impl Fans {
                     }
                 }
             }
-            ring.iter().for_each(|c| kept[*c as usize] = true);
+            for c in &ring {
+                (kept[*c as usize], self.untried[*c as usize]) = (true, true);
+            }
             any = true;
         }
         any

@@ -12,6 +12,7 @@ use super::smooth::{Surface, is_curved};
 use crate::error::{BadInput, Error, Result};
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Greatest phase 2 k s, rad, of an edge with sagitta s for an error of 0.1 dB: what the worst of 50 directions
@@ -52,20 +53,23 @@ pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
 }
 
 /// The scene with those of its meshes made anew for which `made` gives another one.
-fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>>) -> Result<Cow<'_, Scene>> {
-    let mut new = Vec::new();
-    for (i, mesh) in scene.meshes.iter().enumerate() {
-        let name = || {
+fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>> + Sync) -> Result<Cow<'_, Scene>> {
+    let named = |i: usize, e| match e {
+        Error::Input(bad) => {
             let owner = scene.objects.iter().find(|o| o.shape == Shape::Mesh(i));
-            owner.map_or(format!("mesh {i}"), |o| format!("object '{}'", o.name))
-        };
-        let named = |e| match e {
-            Error::Input(bad) => bad.key(name()).into(),
-            e => e,
-        };
-        if let Some(mesh) = made(mesh).map_err(named)? {
-            new.push((i, mesh));
+            let name = owner.map_or(format!("mesh {i}"), |o| format!("object '{}'", o.name));
+            bad.key(name).into()
         }
+        e => e,
+    };
+    let one = |(i, mesh): (usize, &Mesh)| match made(mesh) {
+        Ok(mesh) => Ok(mesh.map(|m| (i, m))),
+        Err(e) => Err(named(i, e)),
+    };
+    let made: Vec<Result<Option<(usize, Mesh)>>> = scene.meshes.par_iter().enumerate().map(one).collect();
+    let mut new = Vec::new();
+    for mesh in made {
+        new.extend(mesh?);
     }
     if new.is_empty() {
         return Ok(Cow::Borrowed(scene));

@@ -33,15 +33,17 @@ pub struct Limit {
     pub turn_rad: f64,
     /// Most that a quadratic surface over the edge may be off a circle's, m.
     pub off_m: f64,
+    /// Edges shorter than this may turn as they like, m: normals that do not belong to one surface differ however short an edge is.
+    pub short_m: f64,
 }
 
 /// Of facets whose bend is part of their echoes, at 0.2 dB: what hides, mirrors and has an outline is still the facets.
-const CURVED: Limit = Limit { sagitta_m: 1e-2, turn_rad: 0.65, off_m: f64::INFINITY };
+const CURVED: Limit = Limit { sagitta_m: 1e-2, turn_rad: 0.65, off_m: f64::INFINITY, short_m: 0.0 };
 
 impl Limit {
     /// Of facets that stand for the surface as if they were flat.
     pub fn flat(sagitta_m: f64) -> Limit {
-        Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY }
+        Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY, short_m: 0.0 }
     }
 
     /// Of facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS eq. 58).
@@ -51,13 +53,14 @@ impl Limit {
             sagitta_m: CURVED.sagitta_m * share.sqrt(),
             turn_rad: CURVED.turn_rad * share.powf(0.25).min(1.0),
             off_m: OFF * share / wavenumber,
+            short_m: 1.0 / wavenumber,
         }
     }
 
     /// Twice as coarse, that many times.
     pub(super) fn coarser(self, times: i32) -> Limit {
         let (two, four) = (2f64.powi(times), 4f64.powi(times));
-        Limit { sagitta_m: self.sagitta_m * four, turn_rad: self.turn_rad, off_m: self.off_m * two * four }
+        Limit { sagitta_m: self.sagitta_m * four, off_m: self.off_m * two * four, ..self }
     }
 
     /// Whether an edge of `length_m` may have this sagitta.
@@ -65,7 +68,8 @@ impl Limit {
         // An arc's sagitta is a quarter of its chord times the sine of half its turn, and it is off its parabola by this at a quarter.
         let turn = 2.0 * (4.0 * sagitta_m / length_m).min(1.0).asin();
         let off_m = sagitta_m * turn * turn / 64.0;
-        sagitta_m <= self.sagitta_m && turn <= self.turn_rad && off_m <= self.off_m
+        let turns_little = turn <= self.turn_rad && off_m <= self.off_m;
+        sagitta_m <= self.sagitta_m && (turns_little || length_m < self.short_m)
     }
 }
 

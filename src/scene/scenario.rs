@@ -297,7 +297,7 @@ pub struct TraceTable {
     pub bounces: At<u32>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: At<f64>,
-    /// Most facets that curved surfaces are cut into in all, where the accuracy asks for more; what the meshes have they keep.
+    /// Most triangles that the scene has after facets of curved surfaces were cut where they turn too much; as many as it had it may keep.
     pub facets: At<u64>,
     /// Each echo weaker than this over (negative: under) the thermal noise of a cell of the map after all channels is left out, as if
     /// in the antennas' main direction, in place of the budget that `exact` tells of; without noise all are kept.

@@ -93,12 +93,10 @@ struct Glance {
 }
 
 impl<'a> Curved<'a> {
-    /// `corners` are the face's, its axes begin at the first of them.
-    #[allow(clippy::too_many_arguments)] // the physics has these inputs; a struct would only rename them
+    /// A facet with its face's corners and axes, which begin at the first of them; `sign` is 1 where its front is lit, else -1, and
+    /// the mirrors of the chain before it add `mirrors_per_m` to its curvature. `k` and `tau` as in `Plane::new`.
     pub(super) fn new(
-        facet: &'a CurvedFacet,
-        corners: &[DVec3],
-        axis: [DVec3; 2],
+        (facet, corners, axis): (&'a CurvedFacet, &[DVec3], [DVec3; 2]),
         sign: f64,
         stations: [DVec3; 2],
         mirrors_per_m: f64,

@@ -163,6 +163,15 @@ fn on_axes(face: &Face, d: DVec3) -> DVec2 {
     DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
 }
 
+/// Sides of a polygon, its inside on the left.
+fn sides_of(polygon: &Polygon) -> impl Iterator<Item = [DVec2; 2]> {
+    let (corners, turns_left) = (polygon.corners(), polygon.area() > 0.0);
+    (0..corners.len()).map(move |i| {
+        let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+        if turns_left { [a, b] } else { [b, a] }
+    })
+}
+
 /// What the place of a wave on a face keeps to.
 fn keeps(face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
     match holds {
@@ -244,25 +253,19 @@ impl Station<'_> {
             return Vec::new();
         }
         let k = wavenumber(self.geometry.freq_hz);
-        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
         let place = |p: DVec2| corner + face.axis[0] * p.x + face.axis[1] * p.y;
         if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
             return Vec::new();
         }
         if let Some(facet) = faces.curved.get(face.curved as usize) {
             let sign = node.normal.dot(face.normal).signum();
-            let terms = (k, self.tau);
-            let facet = Curved::new(
-                facet,
-                faces.corners(face),
-                face.axis,
-                sign,
-                [node.frame.origin, receiver],
-                self.mirrors_per_m(&chain),
-                terms,
-            );
+            let stations = [node.frame.origin, receiver];
+            let mirrors_per_m = self.mirrors_per_m(&chain);
+            let surface = (facet, faces.corners(face), face.axis);
+            let facet = Curved::new(surface, sign, stations, mirrors_per_m, (k, self.tau));
             return self.curved(&chain, &region.pieces, &facet, over);
         }
+        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
         let at = |p: DVec2| self.echo(&chain, place(p), node.normal, over);
         let mut waves: Vec<Wave> = Vec::new();
         if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
@@ -356,10 +359,14 @@ impl Station<'_> {
         }
         if facet.has_crease() {
             let near_m = SAME * faces.radius_m;
-            for side in outline(pieces.iter().map(|p| p.corners()), near_m) {
+            let mut radiate_from = |side| {
                 if let Some((crease, along)) = facet.crease(side, near_m) {
                     facet.edge(side, crease, along, |w| radiate(w.place, w.value, w.holds));
                 }
+            };
+            match pieces {
+                [whole] => sides_of(whole).for_each(&mut radiate_from),
+                _ => outline(pieces.iter().map(|p| p.corners()), near_m).into_iter().for_each(radiate_from),
             }
         }
         list

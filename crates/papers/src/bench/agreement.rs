@@ -67,9 +67,11 @@ pub(super) fn compare(
         Ok(engine.range_doppler(&radar, &cube)?.map)
     };
     let got = map(echoes)?;
+    // How well facets stand for the surfaces of their bodies goes by the mesh, and is not what the frame's own accuracy says.
+    let sized = frame.refined(accuracy_db)?;
+    let geometry = frame.geometry(&sized)?;
     let all = |accuracy_db: f64| -> Result<Echoes> {
         let options = TraceOptions { accuracy_db, least: 0.0, merge: false, ..frame.options };
-        let geometry = frame.geometry(&*frame.refined(accuracy_db)?)?;
         Ok(frame.echoes(engine, &geometry, &options, Budget::Nothing))
     };
     let noise_w = noise_w(&frame.radar);
