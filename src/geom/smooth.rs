@@ -95,6 +95,9 @@ pub(super) struct Facet {
 /// Corner or middle of an edge: its place and the smooth surface's normal there.
 pub(super) type Vertex = (u32, u32);
 
+/// Indices of the normals at both ends of an arc, and the arc.
+type BetweenNormals = ([u32; 2], Arc);
+
 impl Facet {
     pub(super) fn is_flat(&self) -> bool {
         self.normals[0] == NONE
@@ -230,8 +233,8 @@ impl Surface {
 
     /// How the surfaces that meet in an edge bend there: the way of its middle, and the arcs by the normals at its ends.
     /// None where all of them are flat.
-    pub(super) fn bulge(&self, edge: &[(u64, u32)]) -> Option<(DVec3, Vec<([u32; 2], Arc)>)> {
-        let (mut flat, mut arcs) = (Vec::new(), Vec::<([u32; 2], Arc)>::new());
+    pub(super) fn bulge(&self, edge: &[(u64, u32)]) -> Option<(DVec3, Vec<BetweenNormals>)> {
+        let (mut flat, mut arcs) = (Vec::new(), Vec::<BetweenNormals>::new());
         for &(_, side) in edge {
             let f = &self.facets[side as usize / 3];
             let (a, b) = self.ends(side);

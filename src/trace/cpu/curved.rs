@@ -4,7 +4,7 @@
 //! So each facet is summed up within a window about the place of mirror reflection, wherever that lies, and beyond it only
 //! creases have waves.
 
-use super::beams::Polygon;
+use super::beams::{CAP, Polygon};
 use super::boundary::{GAUSS, Holds, RUN};
 use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::curved_facet::{Crease, CurvedFacet};
@@ -71,8 +71,12 @@ impl Spot {
 
 /// Share of a place that many radians from the place of mirror reflection.
 fn window(phase: f64) -> f64 {
-    let t = ((phase - WINDOW[0]) / (WINDOW[1] - WINDOW[0])).clamp(0.0, 1.0);
-    1.0 - (t - (TAU * t).sin() / TAU)
+    let t = (phase - WINDOW[0]) / (WINDOW[1] - WINDOW[0]);
+    match t {
+        ..=0.0 => 1.0,
+        1.0.. => 0.0,
+        t => 1.0 - (t - (TAU * t).sin() / TAU),
+    }
 }
 
 /// What one echo stands for.
@@ -85,8 +89,18 @@ pub(super) struct Inner {
     pub(super) holds: Holds,
 }
 
+/// What a polygon is to the window.
+enum Cell {
+    /// Nothing of it is seen.
+    Shut,
+    /// It is to be split across this direction: the phase is not quadratic over it, or the weight not linear.
+    Split(DVec2),
+    /// The weight in its middle, and its change.
+    Seen(f64, DVec2),
+}
+
 /// What decides over the window: change of the path along the surface, and how fast that changes at most, 1/m.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Glance {
     across: DVec3,
     turn: f64,
@@ -220,16 +234,23 @@ impl<'a> Curved<'a> {
         window(self.phase(at))
     }
 
-    /// Whether the window is shut all over a polygon.
-    fn is_shut(&self, corners: &[DVec2], middle: &Glance) -> bool {
+    /// Whether the window is shut all over a polygon of which these are the corners.
+    fn is_shut(&self, corners: &[Glance], middle: &Glance) -> bool {
         let (mut reach, mut turn) = (0f64, middle.turn);
-        for p in corners {
-            let there = self.glance(*p);
+        for there in corners {
             reach = reach.max(there.across.distance_squared(middle.across));
             turn = turn.max(there.turn);
         }
         let nearest = (middle.across.length() - 1.2 * reach.sqrt()).max(0.0);
         self.k * nearest * nearest >= 2.0 * turn * WINDOW[1]
+    }
+
+    fn glances(&self, corners: &[DVec2]) -> [Glance; CAP] {
+        let mut glances = [Glance::default(); CAP];
+        for (glance, p) in glances.iter_mut().zip(corners) {
+            *glance = self.glance(*p);
+        }
+        glances
     }
 
     /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons.
@@ -240,7 +261,7 @@ impl<'a> Curved<'a> {
         for piece in pieces {
             let corners = piece.corners();
             let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
-            if !self.is_shut(corners, &self.glance(middle)) {
+            if !self.is_shut(&self.glances(corners)[..corners.len()], &self.glance(middle)) {
                 stack.push((*piece, 0));
             }
         }
@@ -251,23 +272,23 @@ impl<'a> Curved<'a> {
                 continue;
             }
             let at = self.at(m.centroid);
-            let cell = match self.cell(corners, m.centroid, &at) {
-                None => continue,
-                Some(Err(across)) if depth < DEPTH => {
+            let (weight, change) = match self.cell(corners, m.centroid, &at) {
+                Cell::Shut => continue,
+                Cell::Split(across) if depth < DEPTH => {
                     stack.extend(polygon.split(m.centroid, across).map(|p| (p, depth + 1)));
                     continue;
                 }
-                Some(Err(_)) => (self.weight(&at.glance), DVec2::ZERO),
-                Some(Ok(cell)) => cell,
+                Cell::Split(_) => (self.weight(&at.glance), DVec2::ZERO),
+                Cell::Seen(weight, change) => (weight, change),
             };
             let from = *from.get_or_insert(at.length);
             let g = at.slope * -self.k;
             let about = polygon.mapped(|p| p - m.centroid);
-            let mut sum = phase_integral(about.corners(), g) * cell.0;
-            if cell.1 != DVec2::ZERO {
+            let mut sum = phase_integral(about.corners(), g) * weight;
+            if change != DVec2::ZERO {
                 // The first moments of the phase are its derivatives by the gradient.
                 let step = 1e-3 / m.area.sqrt();
-                for (axis, change) in [(DVec2::X, cell.1.x), (DVec2::Y, cell.1.y)] {
+                for (axis, change) in [(DVec2::X, change.x), (DVec2::Y, change.y)] {
                     let [more, less] = [step, -step].map(|s| phase_integral(about.corners(), g + axis * s));
                     sum += Complex64::new(0.0, -change / (2.0 * step)) * (more - less);
                 }
@@ -275,7 +296,7 @@ impl<'a> Curved<'a> {
             let [xx, yy, xy] = at.bend;
             let length = at.length - from + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
             value += sum * Complex64::cis(-self.k * length) * at.stretch;
-            let weight = cell.0.max(LEAST) * m.area;
+            let weight = weight.max(LEAST) * m.area;
             area += weight;
             first += m.centroid * weight;
         }
@@ -299,32 +320,34 @@ impl<'a> Curved<'a> {
         self.stations.map(|s| s.distance(spot.place))
     }
 
-    /// Weight in the middle of a cell and its change; the direction across which the cell is to be split where the phase is not quadratic or
-    /// the weight not linear; None where the window is shut.
-    fn cell(&self, corners: &[DVec2], middle: DVec2, at: &Spot) -> Option<Result<(f64, DVec2), DVec2>> {
-        if self.is_shut(corners, &at.glance) {
-            return None;
+    /// What a polygon around `middle` is to the window.
+    fn cell(&self, corners: &[DVec2], middle: DVec2, at: &Spot) -> Cell {
+        let glances = self.glances(corners);
+        let glances = &glances[..corners.len()];
+        if self.is_shut(glances, &at.glance) {
+            return Cell::Shut;
         }
         let (mut worst, mut across) = (self.tau, None);
-        let (mut least, mut most) = (f64::INFINITY, 0f64);
-        let mut off = [0.0; super::beams::CAP];
-        for (p, off) in corners.iter().zip(&mut off) {
+        for p in corners {
             let d = *p - middle;
             let bent = at.bent(d);
             let phase = 0.5 * self.k * bent.dot(d).abs();
             if phase > worst {
                 (worst, across) = (phase, Some(bent));
             }
-            *off = self.weight(&self.glance(*p));
-            least = least.min(*off);
-            most = most.max(*off);
         }
         if let Some(across) = across {
-            return Some(Err(across));
+            return Cell::Split(across);
         }
         let weight = self.weight(&at.glance);
-        if least.min(weight) >= 1.0 - LEAST {
-            return Some(Ok((1.0, DVec2::ZERO)));
+        let (mut least, mut most) = (weight, weight);
+        let mut weights = [0.0; CAP];
+        for (w, glance) in weights.iter_mut().zip(glances) {
+            *w = self.weight(glance);
+            (least, most) = (least.min(*w), most.max(*w));
+        }
+        if least >= 1.0 - LEAST {
+            return Cell::Seen(1.0, DVec2::ZERO);
         }
         let step = 0.05 * corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let change = [DVec2::X, DVec2::Y].map(|axis| {
@@ -332,15 +355,19 @@ impl<'a> Curved<'a> {
             (a - b) / (2.0 * step)
         });
         let change = DVec2::from_array(change);
-        let apart = corners.iter().zip(off).map(|(p, w)| (p, (w - weight - change.dot(*p - middle)).abs()));
-        let farthest = apart.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(if farthest.1 > LINEAR {
-            Err(*farthest.0 - middle)
-        } else if most.max(weight) <= LEAST {
-            return None;
-        } else {
-            Ok((weight, change))
-        })
+        let (mut farthest, mut across) = (LINEAR, None);
+        for (p, w) in corners.iter().zip(weights) {
+            let d = *p - middle;
+            let off = (w - weight - change.dot(d)).abs();
+            if off > farthest {
+                (farthest, across) = (off, Some(d));
+            }
+        }
+        match across {
+            Some(across) => Cell::Split(across),
+            None if most <= LEAST => Cell::Shut,
+            None => Cell::Seen(weight, change),
+        }
     }
 
     /// The crease on which a side of a lit polygon lies, and the shares of its way along it where the side begins and ends.

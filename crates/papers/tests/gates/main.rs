@@ -9,3 +9,4 @@ mod gpu_beams;
 mod radar_gates;
 mod scenario;
 mod study;
+mod vehicles;

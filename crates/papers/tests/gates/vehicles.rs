@@ -1,0 +1,112 @@
+//! Vehicles and people with facets that echo as curved surfaces, against the same bodies cut so finely that flat facets do.
+
+use catseye::engine::{Engine, Precision};
+use catseye::frames::Pose;
+use catseye::geom::curved::{refined_scene, sized_within};
+use catseye::geom::{Facets, RigidScene};
+use catseye::road::vehicle::{Kind, vehicle};
+use catseye::scene::{Scene, material, radar_toml};
+use catseye::trace::{Convention, TraceOptions};
+use catseye::units::wavenumber;
+use glam::{DQuat, DVec3};
+use num_complex::Complex64;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Range cell, m.
+const CELL_M: f64 = 0.15;
+/// Aspects that are averaged, and the angle between them, rad: some lobes of a body of a few metres.
+const ASPECTS: usize = 8;
+const STEP_RAD: f64 = 0.013;
+
+/// Power in all range cells over some aspects, and the mean range of that power, m.
+struct Level {
+    power: f64,
+    range_m: f64,
+    triangles: usize,
+}
+
+impl Level {
+    fn of(scenes: &[Scene], facets: Facets) -> Level {
+        let radar = radar_toml::preset("front77").unwrap();
+        let k = wavenumber(radar.carrier_hz);
+        let options = TraceOptions {
+            bounces: 1,
+            images: false,
+            convention: Convention::Every,
+            bandwidth_hz: radar.bandwidth_hz(),
+            ..TraceOptions::default()
+        };
+        let engine = Engine::Cpu(Precision::F64);
+        let (mut power, mut first) = (0.0, 0.0);
+        for scene in scenes {
+            let rigid = RigidScene::new(Cow::Borrowed(scene), radar.carrier_hz, facets).unwrap();
+            let geometry = rigid.at(0.0, 0.0).unwrap();
+            let echoes = engine.echoes(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, &options);
+            let mut cells: BTreeMap<i64, Complex64> = BTreeMap::new();
+            for e in &echoes.list {
+                let cell = (0.5 * e.path_length_m / CELL_M).round() as i64;
+                *cells.entry(cell).or_default() += e.path_gain[0][0] * Complex64::cis(-k * e.path_length_m);
+            }
+            for (cell, sum) in cells {
+                power += sum.norm_sqr();
+                first += sum.norm_sqr() * cell as f64 * CELL_M;
+            }
+        }
+        Level { power, range_m: first / power, triangles: scenes[0].triangle_count() }
+    }
+}
+
+/// Prints the levels of a body and gives by how much, dB, and by how far, m, the frame's facets are off fine flat ones.
+fn compare(kind: Kind, range_m: f64, yaw_rad: f64, fine_m: f64) -> [f64; 2] {
+    let body = vehicle(kind, &material::by_name).unwrap();
+    let k = wavenumber(radar_toml::preset("front77").unwrap().carrier_hz);
+    let scenes: Vec<Scene> = (0..ASPECTS)
+        .map(|i| {
+            let turn = DQuat::from_rotation_z(yaw_rad + STEP_RAD * i as f64);
+            let mut scene = Scene::default();
+            body.add_to(&mut scene, "body", Pose::new(turn, DVec3::new(range_m, 0.0, -0.6)), 0.0, 0.25);
+            scene
+        })
+        .collect();
+    let made = |of: &dyn Fn(&Scene) -> Scene| -> Vec<Scene> { scenes.iter().map(of).collect() };
+    let frame = made(&|s| sized_within(s, 0.2, k, 50_000).unwrap().into_owned());
+    let fine = made(&|s| refined_scene(s, fine_m).unwrap().into_owned());
+    let [frame, fine, file] = [(&frame, Facets::Curved), (&fine, Facets::Flat), (&scenes, Facets::Flat)]
+        .map(|(s, f)| Level::of(s, f));
+    let over = |a: &Level| 10.0 * (a.power / fine.power).log10();
+    println!(
+        "{} at {range_m} m, {yaw_rad} rad: {:+.2} dB and {:+.3} m off {} flat facets with {}; the file's {} flat ones {:+.2} dB",
+        kind.name(),
+        over(&frame),
+        frame.range_m - fine.range_m,
+        fine.triangles,
+        frame.triangles,
+        file.triangles,
+        over(&file),
+    );
+    [over(&frame), frame.range_m - fine.range_m]
+}
+
+/// The file's own facets, taken for flat, are 1.5 to 3.5 dB off here.
+#[test]
+fn a_pedestrian_of_few_facets_returns_what_one_of_many_does() {
+    for range_m in [6.0, 60.0] {
+        let [off_db, off_m] = compare(Kind::Pedestrian, range_m, 1.45, 1e-4);
+        assert!(off_db.abs() < 0.5, "{off_db:.2} dB at {range_m} m");
+        assert!(off_m.abs() < 0.25 * CELL_M, "{off_m:.3} m at {range_m} m");
+    }
+}
+
+/// The table of benches/RESULTS.md.
+#[test]
+#[ignore = "ten minutes; prints a table"]
+fn all_kinds() {
+    for kind in Kind::ALL {
+        for range_m in [6.0, 60.0] {
+            for yaw_rad in [0.3, 1.45] {
+                compare(kind, range_m, yaw_rad, 1e-4);
+            }
+        }
+    }
+}
