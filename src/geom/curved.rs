@@ -28,13 +28,16 @@ pub fn sagitta_m(accuracy_db: f64, wavenumber: f64) -> f64 {
 /// corners on the surface. Where that gives more triangles than `most` and than the scene has they are made coarser, or left as they are.
 ///
 /// # Errors
-/// Those of [`refined`].
+/// Those of [`refined`], but for too many facets.
 pub fn sized_within(scene: &Scene, accuracy_db: f64, wavenumber: f64, most: usize) -> Result<Cow<'_, Scene>> {
+    scene_of(scene, |mesh| check_normals(mesh).map(|()| None))?;
+    let most = most.max(scene.triangle_count());
     for times in 0..COARSER {
         let limit = Limit::curved(accuracy_db, wavenumber).coarser(times);
-        let cut = scene_of(scene, |mesh| sized(mesh, limit))?;
-        if cut.triangle_count() <= most.max(scene.triangle_count()) {
-            return Ok(cut);
+        // Normals that belong to no surface may ask for more facets than there can be.
+        let Ok(sized) = scene_of(scene, |mesh| sized_below(mesh, limit, most)) else { continue };
+        if sized.triangle_count() <= most {
+            return Ok(sized);
         }
     }
     Ok(Cow::Borrowed(scene))
@@ -92,7 +95,7 @@ fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>> + Sync) 
 pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
     let limit = Limit::flat(sagitta_m);
     let Some(mut surface) = surface(mesh)? else { return Ok(None) };
-    surface.cut_to(limit)?;
+    surface.cut_to(limit, MOST_FACETS)?;
     surface.raise_to_mean_height();
     Ok(Some(surface.into_mesh()))
 }
@@ -103,9 +106,14 @@ pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
 /// # Errors
 /// Those of [`refined`].
 pub fn sized(mesh: &Mesh, limit: Limit) -> Result<Option<Mesh>> {
+    sized_below(mesh, limit, MOST_FACETS)
+}
+
+/// The same with another number of facets that are too many.
+fn sized_below(mesh: &Mesh, limit: Limit, most: usize) -> Result<Option<Mesh>> {
     let Some(surface) = surface(mesh)? else { return Ok(None) };
     let mut surface = coarser(surface, limit);
-    surface.cut_to(limit)?;
+    surface.cut_to(limit, most)?;
     Ok(Some(surface.into_mesh()))
 }
 
@@ -113,6 +121,18 @@ pub fn sized(mesh: &Mesh, limit: Limit) -> Result<Option<Mesh>> {
 fn surface(mesh: &Mesh) -> Result<Option<Surface>> {
     if mesh.normals.is_empty() {
         return Ok(None);
+    }
+    check_normals(mesh)?;
+    let curved: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_curved(mesh, t)).collect();
+    if !curved.contains(&true) {
+        return Ok(None);
+    }
+    Ok(Some(Surface::new(mesh, &curved)))
+}
+
+fn check_normals(mesh: &Mesh) -> Result<()> {
+    if mesh.normals.is_empty() {
+        return Ok(());
     }
     if mesh.normals.len() != mesh.positions_m.len() {
         return Err(BadInput::new("not every vertex has a normal")
@@ -129,11 +149,7 @@ fn surface(mesh: &Mesh) -> Result<Option<Surface>> {
             .remedy("repair the mesh")
             .into());
     }
-    let curved: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_curved(mesh, t)).collect();
-    if !curved.contains(&true) {
-        return Ok(None);
-    }
-    Ok(Some(Surface::new(mesh, &curved)))
+    Ok(())
 }
 
 /// Whether any facet of the mesh is curved, as [`refined`] has it.

@@ -195,13 +195,13 @@ impl Surface {
         Arc::new(chord, normals.map(|n| self.normals[n as usize]))
     }
 
-    /// Cuts edges until none bends by more than `limit` allows.
-    pub(super) fn cut_to(&mut self, limit: Limit) -> Result<()> {
+    /// Cuts edges until none bends by more than `limit` allows; an error once there are more than `most` facets.
+    pub(super) fn cut_to(&mut self, limit: Limit, most: usize) -> Result<()> {
         while self.cut(limit) {
-            if self.facets.len() > MOST_FACETS {
+            if self.facets.len() > most {
                 return Err(BadInput::new("its curved surfaces need too many facets")
                     .value(format!("a sagitta of {:.2e} m", limit.sagitta_m))
-                    .allowed(format!("what {MOST_FACETS} facets can give"))
+                    .allowed(format!("what {most} facets can give"))
                     .remedy("allow a larger error, or leave out the normals")
                     .into());
             }

@@ -2,7 +2,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, direction_from_angles};
-use catseye::geom::curved::{Limit, refined, refined_scene, sagitta_m, sized};
+use catseye::geom::curved::{Limit, refined, refined_scene, sagitta_m, sized, sized_within};
 use catseye::geom::{Facets, RigidScene};
 use catseye::rcs::closed_form::{mie_sphere, po_cylinder};
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
@@ -591,4 +591,21 @@ fn facets_that_say_nothing_new_are_joined() {
     // The edges of flat ends are straight: they stay as they are, with all that stands on them.
     let drum = cylinder(0.1, 0.5, 64, true);
     assert_eq!(sized(&drum, limit).unwrap().unwrap().triangles.len(), drum.triangles.len());
+}
+
+/// Normals that belong to no surface ask for ever more facets: then a scene stays as it is.
+#[test]
+fn wild_normals_leave_a_scene_as_it_is() {
+    let mut mesh = sphere(0.5, 8);
+    let mut random = Random(7);
+    for n in &mut mesh.normals {
+        let off = DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5);
+        *n = (*n + 0.9 * off).normalize();
+    }
+    let scene = scene(mesh);
+    let sized = sized_within(&scene, 0.2, wavenumber(F), 0).unwrap();
+    assert!(sized.triangle_count() <= scene.triangle_count(), "{}", sized.triangle_count());
+    let mut told = scene;
+    told.meshes[0].normals[3] = DVec3::splat(0.1);
+    assert!(sized_within(&told, 0.2, wavenumber(F), 0).is_err());
 }
