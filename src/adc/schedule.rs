@@ -12,8 +12,7 @@ use super::synthesis::{PhasePolynomial, Plan, Set};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Power of all that grids leave out of the echoes over Σ|A|², predicted: what was measured on frames of the bench is within 3 dB
-/// of it.
+/// Power of all that grids leave out of the echoes over Σ|A|², predicted (-86 dB): on frames of the bench -86 to -90 dB were measured.
 const ERROR: f64 = 2.5e-9;
 /// The same over the noise of a cell of the map, for frames whose strongest echo stands far above it.
 const ERROR_OVER_NOISE: f64 = 0.1;

@@ -13,8 +13,6 @@ const PASSES: usize = 8;
 const UPRIGHT: f64 = 0.85;
 /// Area over the square of the longest side, at least.
 const STOUT: f64 = 0.004;
-/// Sine of the angle between facets that are one plane.
-const COPLANAR: f64 = 1e-7;
 /// Facets whose share of a place is this far below zero still hold it.
 const BESIDE: f64 = -0.15;
 
@@ -122,10 +120,7 @@ impl Fans {
             return false;
         }
         match (f.is_flat(), g.is_flat()) {
-            (true, true) => {
-                let [m, n] = [f, g].map(|f| self.surface.facet_normal(f));
-                m.cross(n).length() < COPLANAR && m.dot(n) > 0.0
-            }
+            (true, true) => self.surface.are_one_plane(f, g),
             (false, false) => [p, q].iter().all(|c| normal_at(f, *c) == normal_at(g, *c)),
             _ => false,
         }
@@ -166,9 +161,7 @@ impl Fans {
             let k = f.points.iter().position(|c| *c == p)?;
             f.points[k] = q;
             if f.is_flat() {
-                let (before, after) =
-                    (self.surface.facet_normal(self.facet(i)), self.surface.facet_normal(&f));
-                if before.cross(after).length() >= COPLANAR || before.dot(after) <= 0.0 {
+                if !self.surface.are_one_plane(self.facet(i), &f) {
                     return None;
                 }
             } else {

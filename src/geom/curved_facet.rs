@@ -6,8 +6,6 @@ use glam::DVec3;
 
 /// Cosine between the tangents of two creases that are one curve.
 const STRAIGHT: f64 = 0.99;
-/// Sine of the angle between flat facets that are one plane.
-const PLANE: f64 = 1e-7;
 
 /// The surface over a facet (CONVENTIONS eq. 58): its corners lie on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,8 +101,8 @@ pub(super) fn facets(mesh: &Mesh) -> Vec<Option<CurvedFacet>> {
 
 /// Whether two flat facets meet in an edge and are one plane.
 fn is_plane(surface: &Surface, edge: &[(u64, u32)]) -> bool {
-    let normal = |(_, side): &(u64, u32)| surface.facet_normal(&surface.facets[*side as usize / 3]);
-    edge.len() == 2 && normal(&edge[0]).cross(normal(&edge[1])).length() < PLANE
+    let facet = |(_, side): &(u64, u32)| &surface.facets[*side as usize / 3];
+    edge.len() == 2 && surface.are_one_plane(facet(&edge[0]), facet(&edge[1]))
 }
 
 /// An edge at which surfaces end.

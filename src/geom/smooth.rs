@@ -22,8 +22,14 @@ const SAME: f64 = 1e-6;
 /// The index of a flat facet's normals.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// What a surface may move by, at 0.2 dB, times the wavenumber.
+/// Of facets whose bend is part of their echoes, at 0.2 dB: greatest sagitta, m, for what hides, mirrors and has an outline is still
+/// the facets; greatest turn of an edge, rad; and what the surface may move by, times the wavenumber.
+const SAGITTA_M: f64 = 1e-2;
+const TURN_RAD: f64 = 0.65;
 const OFF: f64 = 0.1;
+/// Sine of the angle between facets that are one plane.
+const PLANE: f64 = 1e-7;
+
 /// How far the edges of curved facets may bend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
@@ -37,21 +43,18 @@ pub struct Limit {
     pub short_m: f64,
 }
 
-/// Of facets whose bend is part of their echoes, at 0.2 dB: what hides, mirrors and has an outline is still the facets.
-const CURVED: Limit = Limit { sagitta_m: 1e-2, turn_rad: 0.65, off_m: f64::INFINITY, short_m: 0.0 };
-
 impl Limit {
     /// Of facets that stand for the surface as if they were flat.
     pub fn flat(sagitta_m: f64) -> Limit {
         Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY, short_m: 0.0 }
     }
 
-    /// Of facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS eq. 58).
+    /// Of facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS eq. 59).
     pub fn curved(accuracy_db: f64, wavenumber: f64) -> Limit {
         let share = accuracy_db / 0.2;
         Limit {
-            sagitta_m: CURVED.sagitta_m * share.sqrt(),
-            turn_rad: CURVED.turn_rad * share.powf(0.25).min(1.0),
+            sagitta_m: SAGITTA_M * share.sqrt(),
+            turn_rad: TURN_RAD * share.powf(0.25).min(1.0),
             off_m: OFF * share / wavenumber,
             short_m: 1.0 / wavenumber,
         }
@@ -188,6 +191,12 @@ impl Surface {
     pub(super) fn facet_normal(&self, f: &Facet) -> DVec3 {
         let [a, b, c] = f.points.map(|p| self.points[p as usize]);
         (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// Whether two facets lie in one plane and look the same way.
+    pub(super) fn are_one_plane(&self, f: &Facet, g: &Facet) -> bool {
+        let (m, n) = (self.facet_normal(f), self.facet_normal(g));
+        m.cross(n).length() < PLANE && m.dot(n) > 0.0
     }
 
     pub(super) fn arc(&self, (p, n): Vertex, (q, m): Vertex) -> Arc {

@@ -551,7 +551,8 @@ fn few_facets_of_an_ellipsoid_return_what_it_does_from_every_side() {
     }
 }
 
-/// A closed cylinder has creases and flat ends: waves of its edges, and at 60 degrees nothing else.
+/// A closed cylinder has creases and flat ends: far from broadside nothing else echoes, and the edges of the ends are chords of 12
+/// degrees, not arcs (1.1 dB at 35 degrees); at 2 degrees it is on the side of a null.
 #[test]
 fn a_cylinder_of_few_facets_returns_what_one_of_many_does() {
     let mesh = cylinder(0.1, 0.5, 32, true);

@@ -12,6 +12,7 @@ use catseye::trace::beams::BeamOptions;
 use catseye::trace::cpu::{beams, echoes};
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, TraceOptions};
+use catseye::units::wavenumber;
 use catseye_io::{dataset, recipe::Recipe};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
@@ -33,7 +34,7 @@ impl Look {
         let refined = curved::sized_within(
             scene,
             s.trace.accuracy_db,
-            catseye::units::wavenumber(radar.carrier_hz),
+            wavenumber(radar.carrier_hz),
             s.trace.facets as usize,
         )
         .unwrap();
