@@ -3,6 +3,7 @@
 
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
+use super::planes::NO_PLANE;
 use super::welded::{Welded, sides};
 use crate::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
@@ -121,11 +122,12 @@ pub struct NearFaces {
 }
 
 impl Faces {
-    /// The faces of a body in its own frame. `curved` says which triangles are curved, or is empty where none does; `enters` says of each surface whether it is the front of a dielectric volume;
+    /// The faces of a body in its own frame. `curved` says which triangles are curved, and `planes` in which plane they lie, or are
+    /// empty where none does, and `off_m` how far the file's corners were off each plane; `enters` says of each surface whether it is the front of a dielectric volume;
     /// corners nearer to a plane than `flat_m` lie in it.
     pub(super) fn build(
         mesh: &Welded,
-        curved: &[Option<CurvedFacet>],
+        (curved, planes, off_m): (&[Option<CurvedFacet>], &[u32], &[f64]),
         enters: &[bool],
         flat_m: f64,
     ) -> Faces {
@@ -139,7 +141,8 @@ impl Faces {
         faces.cells = found;
         let cell = |i: u32| cell_of.get(i as usize).copied().unwrap_or(NO_CELL);
         let curved_of = |i: u32| curved.get(i as usize).and_then(|b| b.as_ref());
-        let mut patches = mesh.patches(flat_m, cell, |i| curved_of(i).is_some());
+        let plane = |i: u32| planes.get(i as usize).copied().unwrap_or(NO_PLANE);
+        let mut patches = mesh.patches(flat_m, cell, plane, |i| curved_of(i).is_some());
         patches.sort_by_key(|p| p[0]);
         for (number, patch) in patches.iter().enumerate() {
             let lead = &triangles[patch[0] as usize];
@@ -147,7 +150,10 @@ impl Faces {
             let one_sided = closed[patch[0] as usize];
             let area = |t: &u32| triangles[*t as usize].area_m2();
             faces.patch_area_m2.push(patch.iter().map(area).sum());
-            for polygon in convex_polygons(mesh, patch, &plane, flat_m) {
+            // Outlines matter to first order, depths only to the phase. A file's noise is as large along the plane as across it.
+            let noise_m = off_m.get(planes.get(patch[0] as usize).map_or(usize::MAX, |p| *p as usize));
+            let straight_m = (0.1 * flat_m).max(noise_m.map_or(0.0, |off| 2.0 * off));
+            for polygon in convex_polygons(mesh, patch, &plane, [straight_m, 0.1 * flat_m]) {
                 let first = faces.corners.len() as u32;
                 faces.corners.extend(polygon.iter().map(|&v| mesh.points[v as usize]));
                 let own = Plane::new(mesh.points[polygon[0] as usize], lead.normal);
@@ -335,11 +341,6 @@ impl Faces {
     /// Whether it mirrors what has no extent.
     pub fn mirrors_points(&self, patch: u32) -> bool {
         self.patch_area_m2[patch as usize] >= MIRROR_M2
-    }
-
-    /// One face of each patch that mirrors points.
-    pub fn point_mirrors(&self) -> impl Iterator<Item = &Face> {
-        self.mirrors.chunk_by(|a, b| a.0 == b.0).map(|list| &self.faces[list[0].1 as usize])
     }
 
     /// Whether a place in the plane of a patch that mirrors points is on one of its faces.
@@ -578,14 +579,20 @@ impl Plane {
 }
 
 /// Cuts a patch into convex polygons of at most [`MOST_CORNERS`] corners (indices of welded points,
-/// counter-clockwise about the patch's normal).
-fn convex_polygons(mesh: &Welded, patch: &[u32], plane: &Plane, flat_m: f64) -> Vec<Vec<u32>> {
+/// counter-clockwise about the patch's normal). Corners so near to a straight line are left out: of the outline where that is one
+/// polygon, and of polygons that lie side by side.
+fn convex_polygons(
+    mesh: &Welded,
+    patch: &[u32],
+    plane: &Plane,
+    [outer_m, inner_m]: [f64; 2],
+) -> Vec<Vec<u32>> {
     let at = |v: u32| plane.at(mesh.points[v as usize]);
     if patch.len() == 1 {
         return vec![mesh.triangles[patch[0] as usize].to_vec()];
     }
     if let Some(mut outline) = single_outline(mesh, patch) {
-        drop_straight(&mut outline, &at, flat_m);
+        drop_straight(&mut outline, &at, outer_m);
         if is_convex(&outline, &at) {
             return halved(outline);
         }
@@ -636,7 +643,7 @@ fn convex_polygons(mesh: &Welded, patch: &[u32], plane: &Plane, flat_m: f64) -> 
         .into_iter()
         .flatten()
         .flat_map(|mut p| {
-            drop_straight(&mut p, &at, flat_m);
+            drop_straight(&mut p, &at, inner_m);
             halved(p)
         })
         .collect()
@@ -708,16 +715,15 @@ fn single_outline(mesh: &Welded, patch: &[u32]) -> Option<Vec<u32>> {
     (outline.len() == next.len()).then_some(outline)
 }
 
-/// Drops corners that lie on the line of their neighbours.
-fn drop_straight(polygon: &mut Vec<u32>, at: &impl Fn(u32) -> DVec2, flat_m: f64) {
+/// Drops corners that lie within `straight_m` of the line of their neighbours.
+fn drop_straight(polygon: &mut Vec<u32>, at: &impl Fn(u32) -> DVec2, straight_m: f64) {
     let mut i = 0;
     let mut kept = 0;
     while polygon.len() > 3 && kept < polygon.len() {
         let n = polygon.len();
         let [a, b, c] = [polygon[(i + n - 1) % n], polygon[i % n], polygon[(i + 1) % n]].map(at);
         let chord = c - a;
-        // A tenth of what counts as flat: outlines matter to first order, depths only to the phase.
-        if chord.perp_dot(b - a).abs() <= 0.1 * flat_m * chord.length() && (b - a).dot(c - b) > 0.0 {
+        if chord.perp_dot(b - a).abs() <= straight_m * chord.length() && (b - a).dot(c - b) > 0.0 {
             polygon.remove(i % n);
             kept = 0;
             i %= polygon.len();

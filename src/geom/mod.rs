@@ -11,6 +11,7 @@ pub mod faces;
 pub mod hash;
 pub mod outline;
 mod patches;
+mod planes;
 mod rigid;
 mod smooth;
 pub mod surface;
@@ -229,7 +230,7 @@ impl<'a> RigidScene<'a> {
         };
         let enters = scene.materials.iter().zip(&surfaces).map(enters).collect();
         let flat_m = FLAT * wavelength_m(freq_hz);
-        let terms = Arc::new(Terms { enters, flat_m, curved: facets == Facets::Curved });
+        let terms = Arc::new(Terms { enters, flat_m, surfaces: facets == Facets::Curved });
         let meshes = scene.meshes.iter().map(|_| OnceLock::new()).collect();
         let last = scene.objects.iter().map(|_| Mutex::new(None)).collect();
         Ok(RigidScene { scene, freq_hz, surfaces, terms, meshes, last, placed: AtomicUsize::new(0) })

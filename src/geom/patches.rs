@@ -1,7 +1,6 @@
 //! Coplanar neighbours of a mesh, by union over shared edges.
 
 use crate::geom::hash::FastMap;
-use crate::scene::Mesh;
 use glam::DVec3;
 
 /// Sine of the largest angle between normals that still counts as one plane. Far below the angle that
@@ -10,20 +9,19 @@ use glam::DVec3;
 const COPLANAR: f64 = 1e-9;
 
 /// Patch number of each triangle (0-based) and the number of patches.
-pub fn coplanar_patches(mesh: &Mesh) -> (Vec<u32>, u32) {
-    let n = mesh.triangles.len();
-    let normal: Vec<DVec3> = mesh
-        .triangles
+pub(super) fn coplanar_patches(positions_m: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<u32>, u32) {
+    let n = triangles.len();
+    let normal: Vec<DVec3> = triangles
         .iter()
         .map(|t| {
-            let [a, b, c] = t.map(|i| mesh.positions_m[i as usize]);
+            let [a, b, c] = t.map(|i| positions_m[i as usize]);
             (b - a).cross(c - a).normalize_or_zero()
         })
         .collect();
     let mut parent: Vec<u32> = (0..n as u32).collect();
-    let place = places(mesh);
+    let place = places(positions_m);
     let mut edge_owner: FastMap<u64, u32> = FastMap::with_capacity_and_hasher(2 * n, Default::default());
-    for (i, t) in mesh.triangles.iter().enumerate() {
+    for (i, t) in triangles.iter().enumerate() {
         let i = i as u32;
         for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
             let (a, b) = (place[a as usize], place[b as usize]);
@@ -51,11 +49,11 @@ pub fn coplanar_patches(mesh: &Mesh) -> (Vec<u32>, u32) {
 }
 
 /// The first vertex that lies where each one lies: exporters duplicate vertices for flat shading.
-fn places(mesh: &Mesh) -> Vec<u32> {
+pub(super) fn places(positions_m: &[DVec3]) -> Vec<u32> {
     let mut first: FastMap<[u64; 3], u32> =
-        FastMap::with_capacity_and_hasher(mesh.positions_m.len(), Default::default());
-    let mut place = Vec::with_capacity(mesh.positions_m.len());
-    for (i, p) in mesh.positions_m.iter().enumerate() {
+        FastMap::with_capacity_and_hasher(positions_m.len(), Default::default());
+    let mut place = Vec::with_capacity(positions_m.len());
+    for (i, p) in positions_m.iter().enumerate() {
         // Zeros of either sign are one place.
         let key = [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits(), (p.z + 0.0).to_bits()];
         place.push(*first.entry(key).or_insert(i as u32));
@@ -74,6 +72,7 @@ fn root(parent: &mut [u32], mut i: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Mesh;
 
     #[test]
     fn a_folded_sheet_has_two_patches() {
@@ -94,7 +93,7 @@ mod tests {
             material: vec![0; 4],
             ..Mesh::default()
         };
-        let (patch, count) = coplanar_patches(&mesh);
+        let (patch, count) = coplanar_patches(&mesh.positions_m, &mesh.triangles);
         assert_eq!((patch, count), (vec![0, 0, 1, 1], 2));
     }
 }

@@ -3,6 +3,7 @@
 use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
 use super::patches::coplanar_patches;
+use super::planes::{self, NO_PLANE};
 use super::triangle::Triangle;
 use super::welded::{Welded, weld};
 use crate::frames::{Pose, Target, World};
@@ -17,8 +18,8 @@ pub(super) struct Terms {
     pub(super) enters: Vec<bool>,
     /// Corners nearer to a plane than this lie in it, m.
     pub(super) flat_m: f64,
-    /// Whether facets of curved surfaces are curved.
-    pub(super) curved: bool,
+    /// Whether surfaces count and not facets: those of curved surfaces are curved, and those of one plane lie in it.
+    pub(super) surfaces: bool,
 }
 
 /// A mesh in its own frame, with what is the same wherever it stands.
@@ -33,6 +34,10 @@ pub(super) struct RigidMesh {
     kinds: Vec<(u32, u32)>,
     /// Those of them that are curved; empty where none is.
     curved: Vec<Option<CurvedFacet>>,
+    /// Plane of each of them, or [`NO_PLANE`]; empty where facets alone count.
+    planes: Vec<u32>,
+    /// How far corners of each plane were off it, at most, m.
+    off_m: Vec<f64>,
     /// Number of coplanar patches.
     pub(super) patches: u32,
     /// Number of triangles without area, which were left out.
@@ -44,15 +49,24 @@ pub(super) struct RigidMesh {
 
 impl RigidMesh {
     pub(super) fn new(mesh: &Mesh, terms: Arc<Terms>) -> RigidMesh {
-        let (patch, patches) = coplanar_patches(mesh);
-        let all_curved = if terms.curved { curved_facet::facets(mesh) } else { Vec::new() };
+        let is_broken = mesh.positions_m.iter().any(|p| !p.is_finite());
+        let all_curved = if terms.surfaces { curved_facet::facets(mesh) } else { Vec::new() };
+        let (mut planes_of, mut off_m, mut positions_m) = (Vec::new(), Vec::new(), None);
+        if terms.surfaces {
+            let found = planes::find(mesh, |t| all_curved[t].is_some());
+            (planes_of, off_m, positions_m) = (found.of, found.off_m, Some(found.positions_m));
+        }
+        let positions_m = positions_m.as_ref().unwrap_or(&mesh.positions_m);
+        let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles);
         let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
+        let mut planes = Vec::new();
         for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {
-            let corners = t.map(|i| mesh.positions_m[i as usize]);
+            let corners = t.map(|i| positions_m[i as usize]);
             if Triangle::new(corners, patch, 0, *surface).is_some() {
                 triangles.push(corners);
                 kinds.push((patch, *surface));
                 curved_of.push(all_curved.get(i).copied().flatten());
+                planes.push(planes_of.get(i).copied().unwrap_or(NO_PLANE));
             }
         }
         if curved_of.iter().all(Option::is_none) {
@@ -60,13 +74,14 @@ impl RigidMesh {
         }
         let dropped = mesh.triangles.len() - triangles.len();
         let (points, triangles) = weld(&triangles);
-        let is_broken = mesh.positions_m.iter().any(|p| !p.is_finite());
         RigidMesh {
             terms,
             points,
             triangles,
             kinds,
             curved: curved_of,
+            planes,
+            off_m,
             patches,
             dropped,
             is_broken,
@@ -91,7 +106,12 @@ impl RigidMesh {
     pub(super) fn find_faces(&self) -> Faces {
         let triangles: Vec<Triangle> = self.triangles(&self.points, 0, 0).collect();
         let welded = Welded::new(&triangles, &self.points, &self.triangles);
-        Faces::build(&welded, &self.curved, &self.terms.enters, self.terms.flat_m)
+        Faces::build(
+            &welded,
+            (&self.curved, &self.planes, &self.off_m),
+            &self.terms.enters,
+            self.terms.flat_m,
+        )
     }
 }
 

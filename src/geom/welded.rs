@@ -1,8 +1,10 @@
 //! A mesh whose triangles share their corners.
 
 use super::hash::FastMap;
+use super::planes::NO_PLANE;
 use super::triangle::Triangle;
 use glam::DVec3;
+use std::collections::hash_map::Entry;
 
 /// The places of all corners, each once, and each triangle as three of them. Zeros of either sign are one.
 pub(super) fn weld(triangles: &[[DVec3; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
@@ -94,11 +96,13 @@ impl<'a> Welded<'a> {
     }
 
     /// Neighbours in one plane, of one material and with the same volume behind them (`cell`), each list
-    /// led by its largest triangle. Those that are `alone` have no neighbours.
+    /// led by its largest triangle; those of one known `plane` whether they are neighbours or not. Those that are `alone` have no
+    /// neighbours.
     pub(super) fn patches(
         &self,
         flat_m: f64,
         cell: impl Fn(u32) -> u32,
+        plane: impl Fn(u32) -> u32,
         alone: impl Fn(u32) -> bool,
     ) -> Vec<Vec<u32>> {
         let n = self.triangles.len();
@@ -107,6 +111,20 @@ impl<'a> Welded<'a> {
         order.sort_by(|&a, &b| tri(b).area_m2().total_cmp(&tri(a).area_m2()).then(a.cmp(&b)));
         let mut taken = vec![false; n];
         let mut patches = Vec::new();
+        let mut known: FastMap<(u32, u32), usize> = FastMap::default();
+        for &t in order.iter().filter(|t| plane(**t) != NO_PLANE) {
+            taken[t as usize] = true;
+            match known.entry((plane(t), cell(t))) {
+                Entry::Occupied(at) => {
+                    let list: &mut Vec<u32> = &mut patches[*at.get()];
+                    list.push(t);
+                }
+                Entry::Vacant(new) => {
+                    new.insert(patches.len());
+                    patches.push(vec![t]);
+                }
+            }
+        }
         for &lead in &order {
             if taken[lead as usize] {
                 continue;

@@ -18,6 +18,8 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
+/// Faces of different bodies within so much of one plane lie on one another in a frame, m: 0.1 mm of noise in the places of each.
+const LIES_M: f64 = 2e-4;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
@@ -405,6 +407,8 @@ pub(super) struct Clipper<'a> {
     pub(super) faces: &'a Faces,
     /// Lengths below which coordinates are equal, in (u, v) of plane waves and of points.
     pub(super) eps: f64,
+    /// Within so much of one plane faces of different bodies lie on one another, m; 0 where they never do.
+    pub(super) lies_m: f64,
     pub(super) options: &'a BeamOptions,
 }
 
@@ -441,7 +445,7 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
     } else {
         faces.radius_m
     };
-    let clipper = Clipper { faces, eps: 1e-12 * extent, options };
+    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options };
     let lit = [clipper.seen_from(frame, false)];
     let far_seen = (transmit != receive).then(|| {
         let frame = Frame::new(receive, faces.centre_m);
@@ -454,7 +458,7 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
 /// place, of which the directions with |u|, |v| <= 1 count.
 pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> Clipped {
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
-    let clipper = Clipper { faces, eps: 1e-12, options };
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options };
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
     clipper.follow_all(&lit, None, Port::At(at))
 }
@@ -498,19 +502,46 @@ impl Clipper<'_> {
 
     #[inline]
     pub(super) fn place(&self, corners: &[DVec3], side: &Side) -> PlaneSide {
+        self.place_within(corners, side, self.faces.flat_m)
+    }
+
+    /// The same for rays that leave the plane: what lies on it they do not meet.
+    #[inline]
+    fn ahead(&self, corners: &[DVec3], source: &Side) -> PlaneSide {
+        self.place_within(corners, source, self.faces.flat_m.max(self.lies_m))
+    }
+
+    #[inline]
+    fn place_within(&self, corners: &[DVec3], side: &Side, flat_m: f64) -> PlaneSide {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for p in corners {
             let d = side.normal.dot(*p) - side.offset;
             lo = lo.min(d);
             hi = hi.max(d);
         }
-        if hi <= self.faces.flat_m {
+        if hi <= flat_m {
             PlaneSide::Behind
-        } else if lo >= -self.faces.flat_m {
+        } else if lo >= -flat_m {
             PlaneSide::Before
         } else {
             PlaneSide::Across
         }
+    }
+
+    /// Whether a face lies on the plane of another, of a larger patch of another body: then it is seen and the other is not, whichever
+    /// of them rounding puts in front.
+    #[inline]
+    fn lies_on(&self, face: &Face, other: &Face) -> bool {
+        if self.lies_m == 0.0 || face.body == other.body {
+            return false;
+        }
+        let area = |f: &Face| (self.faces.patch_area_m2[f.patch as usize], f.body);
+        area(face) < area(other) && self.lies_in(face, other)
+    }
+
+    #[inline]
+    fn lies_in(&self, face: &Face, plane: &Face) -> bool {
+        self.faces.corners(face).iter().all(|p| (plane.normal.dot(*p) - plane.offset_m).abs() <= self.lies_m)
     }
 
     /// The edges of a face that cut `polygon`, inside positive. None when the two are apart.
@@ -717,7 +748,9 @@ impl Clipper<'_> {
         let mut sight = self.sight(frame, source, target, facing, start, pieces);
         let side = sight.side;
         let [a, b, c, d] = Self::prism(frame, start.bounds());
-        let near = HalfSpace { normal: side.normal, offset: side.offset + faces.flat_m };
+        // What lies on the target may stand a little behind its plane.
+        let above = if self.lies_m > 0.0 { -self.lies_m } else { faces.flat_m };
+        let near = HalfSpace { normal: side.normal, offset: side.offset + above };
         let source_space =
             source.map_or(near, |s| HalfSpace { normal: s.normal, offset: s.offset + faces.flat_m });
         // What is near the place that rays come from hides most.
@@ -791,7 +824,11 @@ impl Clipper<'_> {
         let face = &self.faces.faces[sight.target as usize];
         let other = &self.faces.faces[other as usize];
         let corners = self.faces.corners(other);
+        if self.lies_on(face, other) {
+            return;
+        }
         let crossing = match self.place(corners, &sight.side) {
+            _ if self.lies_on(other, face) => None,
             PlaneSide::Behind => return,
             PlaneSide::Before => None,
             PlaneSide::Across => match self.place(self.faces.corners(face), &Side::of(other, other_facing)) {
@@ -804,7 +841,7 @@ impl Clipper<'_> {
                 }
             },
         };
-        let beyond = match source.map(|s| (s, self.place(corners, s))) {
+        let beyond = match source.map(|s| (s, self.ahead(corners, s))) {
             None | Some((_, PlaneSide::Before)) => None,
             Some((_, PlaneSide::Behind)) => return,
             Some((s, PlaneSide::Across)) => Some(self.beyond(frame, s, other)),
@@ -930,7 +967,7 @@ impl Clipper<'_> {
             self.faces.within(&[a, b, c, d, ahead], |f| {
                 let target = &self.faces.faces[f as usize];
                 let Some(facing) = self.lit(&frame, target) else { return };
-                let beyond = match self.place(self.faces.corners(target), &source) {
+                let beyond = match self.ahead(self.faces.corners(target), &source) {
                     PlaneSide::Behind => return,
                     PlaneSide::Before => None,
                     PlaneSide::Across => Some(self.beyond(&frame, &source, target)),

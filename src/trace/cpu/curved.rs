@@ -17,6 +17,9 @@ use std::f64::consts::TAU;
 const WINDOW: [f64; 2] = [4.0, 24.0];
 /// A cell's weight may be off by so much from one that is linear over it.
 const LINEAR: f64 = 0.05;
+/// Of the quadratic phase that a cell of a flat face may have, what one of a curved facet may: the window ends amid cells, where no
+/// neighbour makes up for what one leaves out.
+const FINER: f64 = 0.25;
 /// Weights below this are none.
 const LEAST: f64 = 1e-4;
 /// Times a polygon or a side may be halved.
@@ -327,7 +330,7 @@ impl<'a> Curved<'a> {
         if self.is_shut(glances, &at.glance) {
             return Cell::Shut;
         }
-        let (mut worst, mut across) = (self.tau, None);
+        let (mut worst, mut across) = (FINER * self.tau, None);
         for p in corners {
             let d = *p - middle;
             let bent = at.bent(d);

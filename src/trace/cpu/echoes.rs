@@ -10,11 +10,11 @@ use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
 use super::diffuse;
 use super::field::{Bounce, sent};
-use super::points::point_echoes;
-use crate::em::aperture::{Moments, phase_integral};
+use super::points::{LitPlane, point_echoes_over};
+use crate::em::aperture::Moments;
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
-use crate::geom::faces::Face;
+use crate::geom::faces::{Face, NOT_CURVED};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
@@ -33,8 +33,15 @@ const SAME: f64 = 1e-9;
 const NEAR: f64 = 12.0;
 /// More than what 1 m^2 radiates back of a unit field, but for k / 4 pi: a conductor's current is twice the field across it.
 const MOST_RADIATED: f64 = 4.0;
-/// Step of its derivative, as a share of the distance.
+/// Share of the distance over which the amplitude is that of one place, and step of its derivative.
 const STEP: f64 = 1e-3;
+
+/// Planes of which the radar sees less mirror no point, m²: at 3 m such a plane brings 4 % of the field, farther away less.
+const LEAST_MIRROR_M2: f64 = 3e-4;
+/// Share of a way by which rounding may put a place in a corner behind the plane before it.
+const AT_PLACE: f64 = 1e-9;
+/// Share of the time until the frame's end up to which a wave has to stand for the same places: windows leave little of the ends.
+const DRIFT: f64 = 0.5;
 
 type Matrix = [[Complex64; 2]; 2];
 
@@ -117,7 +124,9 @@ pub fn from_clipped(
     let mut rough = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
-    all.extend(point_echoes(geometry, pose, velocity_mps, options));
+    let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
+    let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
+    all.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
     Echoes { list: all, rays, ..Default::default() }
 }
@@ -181,17 +190,16 @@ fn keeps(face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
     }
 }
 
-/// Change of the amplitude with the gradient of the path about the place of mirror reflection (CONVENTIONS
-/// eq. 61), from what an area returns `at` a place.
-fn slopes(plane: &Plane, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
-    let mirror = plane.path(plane.mirror);
-    let step = STEP * mirror.nearest;
+/// Change of the amplitude with the gradient of the path about a place (CONVENTIONS eq. 61), from what an area returns `at` places.
+fn slopes(plane: &Plane, about: DVec2, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
+    let path = plane.path(about);
+    let step = STEP * path.nearest;
     let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
-        let (a, b) = (at(plane.mirror - d * step).path_gain, at(plane.mirror + d * step).path_gain);
+        let (a, b) = (at(about - d * step).path_gain, at(about + d * step).path_gain);
         [0, 1].map(|rx| [0, 1].map(|tx| (b[rx][tx] - a[rx][tx]) / (2.0 * step)))
     });
     // From places to gradients of the path: the inverse of its second derivatives.
-    let [xx, yy, xy] = mirror.bend;
+    let [xx, yy, xy] = path.bend;
     let det = xx * yy - xy * xy;
     let turned = |p: f64, q: f64| [0, 1].map(|rx| [0, 1].map(|tx| (x[rx][tx] * p + y[rx][tx] * q) / det));
     [turned(yy, -xy), turned(-xy, xx)]
@@ -265,63 +273,104 @@ impl Station<'_> {
             let facet = Curved::new(surface, sign, stations, mirrors_per_m, (k, self.tau));
             return self.curved(&chain, &region.pieces, &facet, over);
         }
-        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m);
+        let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m)
+            .drifting(self.drifts(&chain, over));
         let at = |p: DVec2| self.echo(&chain, place(p), node.normal, over);
+        let sides: Vec<[DVec2; 2]> = match &region.pieces[..] {
+            [whole] => sides_of(whole).collect(),
+            pieces => outline(pieces.iter().map(|p| p.corners()), SAME * faces.radius_m),
+        };
         let mut waves: Vec<Wave> = Vec::new();
-        if let Some((centre, cells)) = self.single(&plane, &region.pieces) {
-            let mut whole = at(centre);
-            whole.path_gain = Matrix::default();
-            for w in cells {
-                let of = at(w.place).path_gain;
-                for (sum, a) in whole.path_gain.as_flattened_mut().iter_mut().zip(of.as_flattened()) {
-                    *sum += a * w.value * Complex64::new(0.0, -k / (4.0 * PI));
+        // The waves of the two sides of a corner are one echo.
+        let mut numbers: FastMap<[u64; 2], usize> = FastMap::default();
+        plane.waves(&sides, |w| {
+            let i = *numbers.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
+            match waves.get_mut(i) {
+                Some(first) => {
+                    first.value += w.value;
+                    first.flux.iter_mut().zip(w.flux).for_each(|(a, b)| *a += b);
                 }
+                None => waves.push(w),
             }
+        });
+        let over_k = Complex64::new(0.0, -k / (4.0 * PI));
+        let together = self.together(&plane, &region.pieces);
+        if let Some((centre, true)) = together {
+            let mut whole = at(centre);
+            let turned = |w: &Wave| w.value * Complex64::cis(-k * (w.length_m - whole.path_length_m));
+            let value = waves.iter().map(turned).sum::<Complex64>() * over_k;
+            whole.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= value);
             self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
             return is_finite(&whole).then_some(whole).into_iter().collect();
-        } else {
-            let sides = outline(region.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
-            // The waves of the two sides of a corner are one echo.
-            let mut numbers: FastMap<[u64; 2], usize> = FastMap::default();
-            plane.waves(&sides, |w| {
-                let i = *numbers.entry(w.place.to_array().map(f64::to_bits)).or_insert(waves.len());
-                match waves.get_mut(i) {
-                    Some(first) => {
-                        first.value += w.value;
-                        first.flux.iter_mut().zip(w.flux).for_each(|(a, b)| *a += b);
-                    }
-                    None => waves.push(w),
-                }
-            });
         }
-        // Far from the place of mirror reflection each wave's own amplitude says enough.
+        // Far from the place of mirror reflection the amplitude in a wave's own place says enough.
         let mirror = plane.path(plane.mirror).length;
         let near = |w: &Wave| k * (w.length_m - mirror) <= NEAR;
-        let about = if waves.iter().any(near) { slopes(&plane, &at) } else { Default::default() };
+        let about = waves.iter().any(near).then(|| {
+            let leads_there = self.leads_to(&chain, place(plane.mirror));
+            slopes(&plane, if leads_there { plane.mirror } else { plane.nearest(&sides) }, &at)
+        });
         let counts = |w: &&Wave| {
             let [out, back] = plane.ranges(w.place);
             near(w) || MOST_RADIATED * k / (4.0 * PI) * w.value.norm() >= self.least * out * back
         };
+        let radiated = |w: &Wave| {
+            let mut echo = at(w.place);
+            let slopes = about.filter(|_| near(w)).unwrap_or_default();
+            let change = plane.path(w.place).slope;
+            for (rx, row) in echo.path_gain.iter_mut().enumerate() {
+                for (tx, a) in row.iter_mut().enumerate() {
+                    let [x, y] = slopes.map(|s| s[rx][tx]);
+                    *a = (*a - x * change.x - y * change.y) * w.value + x * w.flux[0] + y * w.flux[1];
+                    *a *= over_k;
+                }
+            }
+            echo.path_length_m = w.length_m;
+            echo
+        };
+        if let Some((centre, _)) = together {
+            let mut whole = at(centre);
+            whole.path_gain = Matrix::default();
+            for echo in waves.iter().map(radiated) {
+                let turn = Complex64::cis(-k * (echo.path_length_m - whole.path_length_m));
+                for (sum, a) in
+                    whole.path_gain.as_flattened_mut().iter_mut().zip(echo.path_gain.as_flattened())
+                {
+                    *sum += a * turn;
+                }
+            }
+            self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
+            return is_finite(&whole).then_some(whole).into_iter().collect();
+        }
         waves
             .iter()
             .filter(counts)
             .filter_map(|w| {
-                let mut echo = at(w.place);
-                let slopes = if near(w) { about } else { Default::default() };
-                let change = plane.path(w.place).slope;
-                for (rx, row) in echo.path_gain.iter_mut().enumerate() {
-                    for (tx, a) in row.iter_mut().enumerate() {
-                        let [x, y] = slopes.map(|s| s[rx][tx]);
-                        *a = (*a - x * change.x - y * change.y) * w.value + x * w.flux[0] + y * w.flux[1];
-                        *a *= Complex64::new(0.0, -k / (4.0 * PI));
-                    }
-                }
-                echo.path_length_m = w.length_m;
+                let mut echo = radiated(w);
                 let keeps = keeps(face, w.holds, node.normal);
                 self.bend(&chain, place(w.place), keeps, over, &mut echo);
                 is_finite(&echo).then_some(echo)
             })
             .collect()
+    }
+
+    /// How far the source and the receiver of a chain's last face go from it until the end of the frame, along the face's axes and
+    /// over its lit side. Mirrors count as if they stood still.
+    fn drifts(&self, chain: &[u32], over: bool) -> [(DVec2, f64); 2] {
+        let last = chain[chain.len() - 1];
+        let (face, normal) = (self.face(last), self.clipped.nodes[last as usize].normal);
+        let own = self.geometry.bodies[face.body as usize]
+            .velocity_at(self.geometry.faces().corners[face.first as usize]);
+        let first = &self.clipped.nodes[chain[0] as usize].frame;
+        let v = self.velocity_mps;
+        let of_image = |i: u32| {
+            let f = &self.clipped.nodes[i as usize].frame;
+            f.u * first.u.dot(v) + f.v * first.v.dot(v) + f.k * first.k.dot(v)
+        };
+        [of_image(last), if over { of_image(chain[1]) } else { v }].map(|v| {
+            let way = (v - own) * (DRIFT * self.geometry.reach_s);
+            (on_axes(face, way), normal.dot(way))
+        })
     }
 
     /// How much faster directions turn along the last face of a chain for the curvature of the mirrors before it, at most, 1/m.
@@ -372,9 +421,9 @@ impl Station<'_> {
         list
     }
 
-    /// A region whose paths are so nearly of one length that one echo stands for them all over the band: its
-    /// centre, and the cells over which the phase is linear, with phases referred to the centre's path.
-    fn single(&self, plane: &Plane, pieces: &[Polygon]) -> Option<(DVec2, Vec<Wave>)> {
+    /// The centre of a region whose paths are so nearly of one length that one echo stands for all of them all over the band, and
+    /// whether it is so small that the amplitude in its centre is that of every place.
+    fn together(&self, plane: &Plane, pieces: &[Polygon]) -> Option<(DVec2, bool)> {
         let (mut area, mut first) = (0.0, DVec2::ZERO);
         for m in pieces.iter().map(|p| Moments::of(p.corners())) {
             area += m.area;
@@ -385,38 +434,34 @@ impl Station<'_> {
         }
         let centre = first / area;
         let path = plane.path(centre);
-        let alike = |p: &DVec2| (plane.path(*p).length - path.length).abs() <= self.spread_m;
-        if !pieces.iter().flat_map(|p| p.corners()).all(alike) {
-            return None;
-        }
-        let mut cells = Vec::new();
-        let mut stack = pieces.to_vec();
-        while let Some(polygon) = stack.pop() {
-            let corners = polygon.corners();
-            let m = Moments::of(corners);
-            if m.area == 0.0 {
-                continue;
+        let mut radius = 0f64;
+        for p in pieces.iter().flat_map(|p| p.corners()) {
+            if (plane.path(*p).length - path.length).abs() > self.spread_m {
+                return None;
             }
-            let at = plane.path(m.centroid);
-            let bent = corners.iter().map(|p| at.bent(*p - m.centroid));
-            let phases = corners.iter().zip(bent).map(|(p, b)| (0.5 * plane.k * b.dot(*p - m.centroid), b));
-            let worst = phases.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|w| w.0 > self.tau);
-            if let Some((_, across)) = worst {
-                stack.extend(polygon.split(m.centroid, across));
-                continue;
-            }
-            let g = at.slope * -plane.k;
-            let [xx, yy, xy] = at.bend;
-            let length = at.length - path.length + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
-            let value = phase_integral(corners, g) * Complex64::cis(-plane.k * length - g.dot(m.centroid));
-            let (flux, holds) = Default::default();
-            cells.push(Wave { place: m.centroid, length_m: path.length, value, flux, holds });
+            radius = radius.max(p.distance(centre));
         }
-        Some((centre, cells))
+        Some((centre, radius <= STEP * path.nearest))
     }
 
     fn face(&self, node: u32) -> &Face {
         &self.geometry.faces().faces[self.clipped.nodes[node as usize].face as usize]
+    }
+
+    /// The planes that the radar sees at first hand and that are large enough to mirror anything.
+    fn lit_planes(&self, regions: &[Region]) -> Vec<LitPlane> {
+        let faces = self.geometry.faces();
+        let lit = |r: &Region| {
+            let node = &self.clipped.nodes[r.node as usize];
+            let face = self.face(r.node);
+            let area: f64 = r.pieces.iter().map(|p| p.area().abs()).sum();
+            if node.bounce > 1 || face.curved != NOT_CURVED || area < LEAST_MIRROR_M2 {
+                return None;
+            }
+            let outline = outline(r.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
+            Some(LitPlane { face: node.face, outline })
+        };
+        regions.par_iter().filter_map(lit).collect()
     }
 
     /// Nodes from the first bounce to this one.
@@ -443,6 +488,17 @@ impl Station<'_> {
         let radar = self.pose.translation_m;
         self.geometry.faces().is_on_mirror(self.face(chain[0]).patch, foot)
             && [from, radar].iter().all(|p| self.geometry.sees(*p, foot))
+    }
+
+    /// Whether the straight lines from the radar's images to a place on the chain's last plane cross its planes in their order.
+    fn leads_to(&self, chain: &[u32], mut place: DVec3) -> bool {
+        chain.windows(2).rev().all(|pair| {
+            let from = self.clipped.nodes[pair[1] as usize].frame.origin;
+            let (d, f) = (place - from, self.face(pair[0]));
+            let t = (f.offset_m - f.normal.dot(from)) / f.normal.dot(d);
+            place = from + d * t;
+            t > 0.0 && t < 1.0 + AT_PLACE
+        })
     }
 
     /// Where the line from `place` to the radar's image crosses the chain's first plane.

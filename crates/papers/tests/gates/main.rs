@@ -6,6 +6,7 @@ mod clipping;
 mod echoes;
 mod gates;
 mod gpu_beams;
+mod meshes;
 mod radar_gates;
 mod scenario;
 mod study;
