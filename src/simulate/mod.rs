@@ -144,6 +144,7 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
         // All radars see the same ground.
         seed: scenario.seed,
         frame,
+        radar_spin_rad_per_s: scenario.ego.at(scenario.frames.time_s(frame)).spin_rad_per_s,
         air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
         ..Default::default()
     })

@@ -324,7 +324,7 @@ fn terms(count: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) -> V
             c: law[2] + law[3] * a1,
             ..Default::default()
         };
-        Term { polynomial, last_a1: [a1, polynomial.a2, 0.0], power_w: 1.0 }
+        Term { polynomial, last_a1: [a1, polynomial.a2, 0.0], array_a1: 0.0, power_w: 1.0 }
     };
     (0..count).map(term).collect()
 }

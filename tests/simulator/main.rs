@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adc;
+mod array_motion;
 mod beams;
 mod closest;
 mod clutter;
