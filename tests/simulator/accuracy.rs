@@ -61,6 +61,7 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [3, 3], train: [5, 6], pfa: 1e-6 },
             max_points: 1,

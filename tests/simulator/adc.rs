@@ -62,6 +62,7 @@ fn radar() -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
             max_points: 100,

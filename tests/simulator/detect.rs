@@ -60,6 +60,7 @@ fn radar() -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [2, 2], train: [4, 8], pfa: 1e-6 },
             max_points: 50,

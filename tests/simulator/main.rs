@@ -12,6 +12,7 @@ mod doa;
 mod doppler_bands;
 mod dsp;
 mod floor;
+mod folds;
 mod front_end;
 mod gpu_trace;
 mod gridding;

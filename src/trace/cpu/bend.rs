@@ -185,7 +185,7 @@ impl Bends {
             // Turned back from the last image to the radar.
             let seen = times.map(|when| {
                 let d = targets[when as usize][leg] - stations[when as usize][leg];
-                mirrors.iter().rev().fold(d, |d, m| d - m.normal(when) * (2.0 * m.normal(when).dot(d)))
+                mirrors.iter().rev().map(|m| m.normal(when)).fold(d, |d, n| d - n * (2.0 * n.dot(d)))
             });
             let share = ranges_m[leg] / seen[1].length();
             ((seen[2] - seen[0]) / (2.0 * t) - self.spin_rad_per_s.cross(seen[1])) * share
