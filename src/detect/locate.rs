@@ -3,7 +3,7 @@
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{Ambiguity, Standing, TdmFolds};
-use super::points::{Detected, Point, peaks, point, range_rate_mps};
+use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
@@ -187,6 +187,7 @@ pub fn detected(
             if at > 0.0 { top.power / at } else { 1.0 }
         })
         .collect();
+    let searched = Grid::new(radar)?;
     let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| {
         let (_, rate, mut ambiguity, modulo_mps) = decoded[i];
         let mut unfolded_mps = rate - rates[i];
@@ -212,6 +213,8 @@ pub fn detected(
             modulo_mps,
             angle_std_rad: None,
             looks: 1,
+            at_search_edge: is_at_edge(&searched.azimuth_rad, azimuth_rad)
+                || is_at_edge(&searched.elevation_rad, elevation_rad),
         }
     };
     let angle = &radar.processing.angle;
@@ -228,7 +231,7 @@ pub fn detected(
             })
             .collect());
     }
-    let estimator = Estimator::new(manifold(radar)?, Grid::new(radar)?, options(angle))?;
+    let estimator = Estimator::new(manifold(radar)?, searched.clone(), options(angle))?;
     let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
     let sources = estimator.estimate_cells(&cells, |steering, forms| engine.forms(steering, forms))?;
     Ok(sources
@@ -244,6 +247,18 @@ pub fn detected(
             }
         })
         .collect())
+}
+
+/// Whether an angle stands at an end of the angles that are searched, or beyond. An axis of one value is not searched.
+fn is_at_edge(axis: &[f64], angle_rad: f64) -> bool {
+    // Twice the finest step of the search between the grid's directions.
+    const CLOSE_RAD: f64 = 2e-5;
+    match axis {
+        [first, .., last] => {
+            angle_rad <= first.min(*last) + CLOSE_RAD || angle_rad >= first.max(*last) - CLOSE_RAD
+        }
+        _ => false,
+    }
 }
 
 /// Leaves the strongest cell of each group.
@@ -285,7 +300,7 @@ struct OfSlope<'a> {
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
 /// is put together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first
 /// two different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame,
-/// where it is known.
+/// where it is known. What would stand nearer than [`least_range_m`] is no point.
 ///
 /// # Errors
 /// Those of [`detected`].
@@ -318,8 +333,10 @@ pub fn points(
         let list = bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect();
         seen.push(OfSlope { part, accuracy, list });
     }
+    let least_m = least_range_m(radar);
+    let is_off_radar = |p: &Point| p.range_m >= least_m;
     if seen.len() < 2 {
-        return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).collect());
+        return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).filter(is_off_radar).collect());
     }
     let slopes: Vec<Slope> = seen
         .iter()
@@ -362,12 +379,14 @@ pub fn points(
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;
+            p.at_search_edge = first.at_search_edge || second.at_search_edge;
             // Ranges of two slopes know no folds.
             p.modulo_mps = f64::INFINITY;
             // The level goes with the fourth power of a range that was not right before.
             p.rcs_dbsm += db_from_power((p.range_m / first.range_m).abs().powi(4));
             p
         })
+        .filter(is_off_radar)
         .collect();
     out.sort_by(|a, b| b.power_dbm.total_cmp(&a.power_dbm));
     Ok(out)

@@ -147,6 +147,7 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         modulo_mps: best.modulo_mps,
         angle_std_rad: (known.len() == seen.len()).then(|| [std(0), std(1)]),
         looks: seen.iter().map(|d| d.looks).sum(),
+        at_search_edge: seen.iter().any(|d| d.at_search_edge),
     }
 }
 
@@ -172,6 +173,7 @@ mod tests {
             modulo_mps: f64::INFINITY,
             angle_std_rad: None,
             looks: 1,
+            at_search_edge: false,
         }
     }
 

@@ -284,6 +284,7 @@ impl Imager {
                 modulo_mps: f64::INFINITY,
                 angle_std_rad: Some([azimuth_std, 0.0]),
                 looks: 1,
+                at_search_edge: false,
             };
             let mut p = point(radar, &d, &accuracies[0]);
             p.rcs_dbsm += db_from_power((range_m / p.range_m).abs().powi(4));
