@@ -324,7 +324,7 @@ const TABLES: [(&str, &str); 8] = [
     ("lines", "one a vertex of a painted line, in the world"),
     ("markers", "one a marker of the road, in the world"),
 ];
-const COLUMNS: [(&str, &str); 49] = [
+const COLUMNS: [(&str, &str); 50] = [
     ("scene", "number of the scene"),
     ("frame_in_scene", "number of the frame in its scene"),
     ("split", "train, validation or test"),

@@ -4,7 +4,7 @@ use super::canvas::Rgb;
 
 /// Colours of the classes that the builders and exporters know, and of the further things that plans show. All are
 /// at least 10 apart in CIELAB, and those of [`COMMON`] also for readers without red or green cones (a test sees to both).
-const KNOWN: [(&str, Rgb); 37] = [
+const KNOWN: [(&str, Rgb); 40] = [
     ("road", [205, 206, 208]),
     ("asphalt", [186, 180, 206]),
     ("ground", [220, 196, 170]),
