@@ -123,7 +123,10 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         Ambiguity::Ambiguous => 1,
         Ambiguity::Unresolved => 0,
     };
-    let best = seen.iter().fold(&first, |best, d| if sure(d) > sure(best) { d } else { best });
+    let surer = |d: &Detected, than: &Detected| {
+        sure(d) > sure(than) || sure(d) == sure(than) && d.modulo_mps > than.modulo_mps
+    };
+    let best = seen.iter().fold(&first, |best, d| if surer(d, best) { d } else { best });
     let all_rows = radar.doppler_rows() as f64;
     let fold = all_rows * radar.velocity_bin_mps();
     let rate = |d: &Detected| range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;

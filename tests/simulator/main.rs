@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adc;
+mod ambiguity;
 mod beams;
 mod closest;
 mod clutter;
