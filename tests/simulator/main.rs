@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adc;
+mod ambiguity;
 mod array_motion;
 mod beams;
 mod closest;
