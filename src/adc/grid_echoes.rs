@@ -1,8 +1,10 @@
-//! Coefficients of many echoes in many channels at once (CONVENTIONS eq. 9-12, 142): what the channels share of an echo is worked
+//! Coefficients of many echoes in many channels at once (CONVENTIONS eq. 9-12, 142, 144): what the channels share of an echo is worked
 //! out once, and the rest in vectors.
 
-use super::synthesis::{Plan, Polynomial, excess_m};
+use super::synthesis::{Plan, Polynomial, excess_change, excess_m};
+use crate::scene::radar::Antenna;
 use crate::simd::{Vectorised, vectorised};
+use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -81,43 +83,50 @@ struct Part {
     rate: Vec<f64>,
     acceleration: Vec<f64>,
     jerk: Vec<f64>,
-    /// What the way is longer to and from each element that the channels have, in their order; empty for others.
-    tx: Vec<Vec<f64>>,
-    rx: Vec<Vec<f64>>,
+    /// Of the way to and from each element that the channels have, in their order; empty for others.
+    tx: Vec<Excess>,
+    rx: Vec<Excess>,
+}
+
+/// By what the way to an element is longer than that to the phase centre, m, and its first and second derivative.
+#[derive(Default)]
+struct Excess {
+    length: Vec<f64>,
+    rate: Vec<f64>,
+    acceleration: Vec<f64>,
+}
+
+impl Excess {
+    /// Of all elements in use, for ways with these directions, ranges and velocities.
+    fn of(elements: &[Antenna], used: &[bool], ways: &[(DVec3, f64, DVec3)]) -> Vec<Excess> {
+        let of = |(element, used): (&Antenna, &bool)| {
+            let p = element.position_m;
+            let mut excess = Excess::default();
+            if *used {
+                excess.length = ways.iter().map(|(u, r, _)| excess_m(*u, *r, p)).collect();
+                (excess.rate, excess.acceleration) =
+                    ways.iter().map(|(u, r, v)| <(f64, f64)>::from(excess_change(*u, *r, *v, p))).unzip();
+            }
+            excess
+        };
+        elements.iter().zip(used).map(of).collect()
+    }
 }
 
 impl Part {
     fn new(plan: &Plan, indices: &[u32], (tx, rx): &(Vec<bool>, Vec<bool>)) -> Part {
         let echoes = || indices.iter().map(|i| &plan.echoes[*i as usize]);
-        let n = indices.len();
-        let room = |used: &[bool]| used.iter().map(|u| vec![0.0; if *u { n } else { 0 }]).collect();
-        let mut part = Part {
+        let out: Vec<_> = echoes().map(|r| (r.departure, r.first_range_m, r.first_velocity_mps)).collect();
+        let back: Vec<_> = echoes().map(|r| (r.arrival, r.last_range_m, r.last_velocity_mps)).collect();
+        Part {
             indices: indices.to_vec(),
-            length: Vec::with_capacity(n),
-            rate: Vec::with_capacity(n),
-            acceleration: Vec::with_capacity(n),
-            jerk: Vec::with_capacity(n),
-            tx: room(tx),
-            rx: room(rx),
-        };
-        for (i, r) in echoes().enumerate() {
-            let [acceleration, jerk] = r.path_acceleration_and_jerk;
-            part.length.push(r.path_length_m);
-            part.rate.push(r.path_rate_mps);
-            part.acceleration.push(acceleration);
-            part.jerk.push(jerk);
-            for (column, element) in part.tx.iter_mut().zip(&plan.radar.tx) {
-                if let Some(to) = column.get_mut(i) {
-                    *to = excess_m(r.departure, r.first_range_m, element.position_m);
-                }
-            }
-            for (column, element) in part.rx.iter_mut().zip(&plan.radar.rx) {
-                if let Some(to) = column.get_mut(i) {
-                    *to = excess_m(r.arrival, r.last_range_m, element.position_m);
-                }
-            }
+            length: echoes().map(|r| r.path_length_m).collect(),
+            rate: echoes().map(|r| r.path_rate_mps).collect(),
+            acceleration: echoes().map(|r| r.path_acceleration_and_jerk[0]).collect(),
+            jerk: echoes().map(|r| r.path_acceleration_and_jerk[1]).collect(),
+            tx: Excess::of(&plan.radar.tx, tx, &out),
+            rx: Excess::of(&plan.radar.rx, rx, &back),
         }
-        part
     }
 }
 
@@ -173,7 +182,7 @@ struct Fill<'a> {
     code_turns: f64,
     about: [f64; 2],
     part: &'a Part,
-    excess: [&'a [f64]; 2],
+    excess: [&'a Excess; 2],
     a: [&'a mut [f64]; 4],
     b: [&'a mut [f64]; 3],
 }
@@ -189,13 +198,15 @@ impl Vectorised for Fill<'_> {
         // One length for all, so that no index is checked in the loop.
         let (length, rate) = (&part.length[..n], &part.rate[..n]);
         let (acceleration, jerk) = (&part.acceleration[..n], &part.jerk[..n]);
-        let (tx, rx) = (&tx[..n], &rx[..n]);
+        let (tx_m, tx_mps, tx_mps2) = (&tx.length[..n], &tx.rate[..n], &tx.acceleration[..n]);
+        let (rx_m, rx_mps, rx_mps2) = (&rx.length[..n], &rx.rate[..n], &rx.acceleration[..n]);
         let (a1, a2, a3) = (&mut a1[..n], &mut a2[..n], &mut a3[..n]);
         let (b0, b1, b2) = (&mut b0[..n], &mut b1[..n], &mut b2[..n]);
         for i in 0..n {
-            let path_m = length[i] + tx[i] + rx[i];
-            let mut k = polynomial.coefficients(path_m, rate[i], Complex64::ZERO);
-            polynomial.bend(&mut k, path_m, [acceleration[i], jerk[i]]);
+            let path_m = length[i] + tx_m[i] + rx_m[i];
+            let rate_mps = rate[i] + (tx_mps[i] + rx_mps[i]);
+            let mut k = polynomial.coefficients(path_m, rate_mps, Complex64::ZERO);
+            polynomial.bend(&mut k, path_m, [acceleration[i] + (tx_mps2[i] + rx_mps2[i]), jerk[i]]);
             k.a1 += code_turns;
             let k = k.about(chirp, sample);
             a0[i] = k.a0 - (k.a0 + 0.5).floor();

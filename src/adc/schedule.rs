@@ -63,8 +63,8 @@ impl Schedule {
         let power_w = plan.mean_power_w();
         let over_noise = |w: f64| (ERROR_OVER_NOISE * w / power_w).clamp(LEAST_ERROR, ERROR);
         let allowed = plan.noise_of_cell_w().map_or(ERROR, over_noise);
-        // Slots of a loop differ in time, and so in the rate of a bent path; between elements of the array nothing changes that counts.
-        let ends = [0, plan.channels - 1].map(|c| (plan.channel(c), plan.code_turns(c)));
+        // Slots of a loop differ in time, and so in the rate of a bent path; elements of the array in the rate alone, as far as it counts.
+        let ends = [0, plan.channels - 1].map(|c| (plan.at_phase_centre(c), plan.code_turns(c)));
         for some in moving.chunks(TOGETHER) {
             let term = |i: &u32, end: usize| {
                 let (channel, code) = &ends[end];
@@ -77,7 +77,8 @@ impl Schedule {
                 .zip(plan.echo_powers_w(some))
                 .map(|(i, power_w)| {
                     let (polynomial, last) = (term(i, 0), term(i, 1));
-                    Term { polynomial, last_a1: [last.a1, last.a2, last.a3], power_w }
+                    let array_a1 = plan.spread_over_array(&plan.echoes[*i as usize]);
+                    Term { polynomial, last_a1: [last.a1, last.a2, last.a3], array_a1, power_w }
                 })
                 .collect();
             let shape = Shape { chirps: plan.chirps, samples: plan.samples, channels: plan.channels };
@@ -133,10 +134,12 @@ pub struct Shape {
 /// What the choice looks at of an echo.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
-    /// In the first channel, about the middle of frame and ramp, without what the transmitter's code adds.
+    /// At the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's code adds.
     pub polynomial: PhasePolynomial,
-    /// a1, a2 and a3 in the last channel.
+    /// a1, a2 and a3 in the last slot.
     pub last_a1: [f64; 3],
+    /// Most by which a1 differs from these in any channel, turns.
+    pub array_a1: f64,
     /// |A|², mean over channels, W.
     pub power_w: f64,
 }
@@ -147,7 +150,7 @@ impl Term {
         let p = &self.polynomial;
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for [a1, a2, a3] in [[p.a1, p.a2, p.a3], self.last_a1] {
-            let moved = half * (2.0 * a2.abs() + 3.0 * half * a3.abs());
+            let moved = self.array_a1 + half * (2.0 * a2.abs() + 3.0 * half * a3.abs());
             range = [range[0].min(a1 - moved), range[1].max(a1 + moved)];
         }
         range

@@ -366,6 +366,23 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// The same as an element at the phase centre would have it.
+    pub(super) fn at_phase_centre(&self, channel: usize) -> Channel<'_> {
+        Channel { tx_m: DVec3::ZERO, rx_m: DVec3::ZERO, ..self.channel(channel) }
+    }
+
+    /// Most by which a1 of an echo differs from that at the phase centre in any channel of the array, turns (eq. 144).
+    pub(super) fn spread_over_array(&self, r: &Echo) -> f64 {
+        let farthest = |list: &[Antenna]| list.iter().map(|a| a.position_m.length()).fold(0.0, f64::max);
+        let rate = |u: DVec3, range: f64, v: DVec3, p: f64| {
+            let (across, angle) = (v.reject_from_normalized(u).length(), p / (range - p).max(p));
+            if p > 0.0 { angle * (across + 0.5 * angle * v.length()) } else { 0.0 }
+        };
+        let rate_mps = rate(r.departure, r.first_range_m, r.first_velocity_mps, farthest(&self.radar.tx))
+            + rate(r.arrival, r.last_range_m, r.last_velocity_mps, farthest(&self.radar.rx));
+        self.lines.first_hz * rate_mps / C0 * self.radar.loop_period_s()
+    }
+
     pub(super) fn polynomial(&self, slot: usize) -> Polynomial {
         Polynomial::new(self.radar, &self.lines, slot)
     }
@@ -412,6 +429,8 @@ fn is_finite(r: &Echo) -> bool {
         && r.arrival.is_finite()
         && r.first_range_m.is_finite()
         && r.last_range_m.is_finite()
+        && r.first_velocity_mps.is_finite()
+        && r.last_velocity_mps.is_finite()
         && r.path_gain.iter().flatten().all(|s| s.is_finite())
 }
 
@@ -487,7 +506,7 @@ pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
 }
 
 /// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,
-/// exact for spherical waves. The rate of change is taken at the phase centre for all channels.
+/// exact for spherical waves, in the middle of the frame.
 pub fn channel_path_m(radar: &Radar, r: &Echo, tx: usize, rx: usize) -> f64 {
     r.path_length_m
         + excess_m(r.departure, r.first_range_m, radar.tx[tx].position_m)
@@ -500,6 +519,20 @@ pub(super) fn excess_m(direction: DVec3, range: f64, p: DVec3) -> f64 {
     let point = direction * range;
     let sum = (point - p).length() + range;
     if sum > 0.0 { (p.length_squared() - 2.0 * point.dot(p)) / sum } else { 0.0 }
+}
+
+/// First and second derivative of [`excess_m`] as P moves straight with `velocity` (CONVENTIONS eq. 144), m/s and m/s².
+#[inline]
+pub(super) fn excess_change(direction: DVec3, range: f64, velocity: DVec3, p: DVec3) -> [f64; 2] {
+    let from_p = direction * range - p;
+    let distance = from_p.length();
+    if distance == 0.0 || range == 0.0 {
+        return [0.0; 2];
+    }
+    let (along, squared) = (velocity.dot(direction), velocity.length_squared());
+    let along_p = velocity.dot(from_p) / distance;
+    let acceleration = (squared - along_p * along_p) / distance - (squared - along * along) / range;
+    [along_p - along, acceleration]
 }
 
 /// One channel of a plan.
@@ -522,9 +555,13 @@ impl Channel<'_> {
             + excess_m(r.departure, r.first_range_m, self.tx_m)
             + excess_m(r.arrival, r.last_range_m, self.rx_m);
         let amplitude = self.way.factor * self.amplitudes[index as usize * self.kinds + self.way.kind];
-        let mut c = self.polynomial.coefficients(path_m, r.path_rate_mps, amplitude);
-        if r.path_acceleration_and_jerk != [0.0; 2] {
-            self.polynomial.bend(&mut c, path_m, r.path_acceleration_and_jerk);
+        let [tx_mps, tx_mps2] = excess_change(r.departure, r.first_range_m, r.first_velocity_mps, self.tx_m);
+        let [rx_mps, rx_mps2] = excess_change(r.arrival, r.last_range_m, r.last_velocity_mps, self.rx_m);
+        let [acceleration, jerk] = r.path_acceleration_and_jerk;
+        let bend = [acceleration + (tx_mps2 + rx_mps2), jerk];
+        let mut c = self.polynomial.coefficients(path_m, r.path_rate_mps + (tx_mps + rx_mps), amplitude);
+        if bend != [0.0; 2] {
+            self.polynomial.bend(&mut c, path_m, bend);
         }
         c.a1 += self.way.code_turns;
         c
@@ -663,8 +700,10 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
         path_acceleration_and_jerk: [0.0; 2],
         departure: u,
         first_range_m: range,
+        first_velocity_mps: velocity_mps,
         arrival: u,
         last_range_m: range,
+        last_velocity_mps: velocity_mps,
         path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
         chain,
         bounces: 1,

@@ -14,13 +14,14 @@ use std::f64::consts::TAU;
 pub enum Ambiguity {
     /// Nothing within the limits of speed folds onto anything else.
     Unambiguous,
-    /// It could have been several values, and one was found to be right.
+    /// It could have been several values, and all others within ±[`FASTEST_MPS`] were ruled out (eq. 118a).
     Resolved,
     /// It is what something that stands gives at the radar's own speed, which decided among values that the radar itself cannot
     /// tell apart.
     #[serde(rename = "ego_speed")]
     EgoSpeed,
-    /// Several values are about as likely; the likeliest is given.
+    /// Several values are left, whole multiples of the point's `modulo_mps` apart; the likeliest is given, of those that look
+    /// alike the slowest.
     Ambiguous,
     /// Nothing was tried, or nothing fits: the value is as measured.
     Unresolved,
@@ -99,6 +100,39 @@ impl Standing {
         let folds = (missing / modulo_mps).round();
         let off = (missing - folds * modulo_mps).abs();
         (off <= self.tolerance_mps.min(modulo_mps / 8.0)).then_some(folds)
+    }
+}
+
+/// No body is taken to move faster than this along the line of sight, m/s: two cars that meet at 180 km/h each.
+pub const FASTEST_MPS: f64 = 100.0;
+
+/// Whether a range rate known but for multiples of `modulo_mps` is the only one of them within ±[`FASTEST_MPS`].
+pub fn is_alone(range_rate_mps: f64, modulo_mps: f64) -> bool {
+    if !modulo_mps.is_finite() {
+        return true;
+    }
+    let slowest = range_rate_mps - modulo_mps * (range_rate_mps / modulo_mps).round();
+    let second = modulo_mps - slowest.abs();
+    (range_rate_mps - slowest).abs() < 0.5 * modulo_mps && second > FASTEST_MPS
+}
+
+/// Power of the weakest transmitter's band over the mean of all, of one body.
+const ALIKE: f64 = 0.4;
+
+/// The test of folds by empty Doppler bands. `empty_w`: mean power of a channel in the bands that the chosen fold says are empty;
+/// `second_w`: the same of the best other fold; `values`: bands times receivers that these are means of; `noise_w`: of a channel.
+/// Both are noise if the fold is right, and e^{−n(second − empty)/noise} is how likely the other one is beside it. Unresolved
+/// where what should be empty is more than noise; the other fold is ruled out at 10⁻⁵. Several bodies in the cell show in bands
+/// that are not alike: with less than 0.4 of the others' mean in one of them (`least_share`) it is Ambiguous.
+pub fn empty_bands(least_share: f64, empty_w: f64, second_w: f64, values: usize, noise_w: f64) -> Ambiguity {
+    let n = values as f64;
+    let is_noise =
+        ChiSquared::new(2.0 * n).is_ok_and(|chi| 2.0 * n * empty_w / noise_w <= chi.inverse_cdf(AGREEMENT));
+    match is_noise {
+        false => Ambiguity::Unresolved,
+        true if least_share < ALIKE => Ambiguity::Ambiguous,
+        true if n * (second_w - empty_w) / noise_w >= -(1.0 - SURE_OF_ANOTHER).ln() => Ambiguity::Resolved,
+        true => Ambiguity::Ambiguous,
     }
 }
 
@@ -227,10 +261,13 @@ pub struct FoldTest {
     /// As measured, plus the likeliest number of ambiguities unless unresolved; of rates λ/(2T_c) apart,
     /// which look alike, the slowest.
     pub range_rate_mps: f64,
-    /// Whether the fold is certain.
+    /// Resolved when the fold is found and no rate λ/(2T_c) from it lies within ±[`FASTEST_MPS`].
     pub state: Ambiguity,
-    /// The radar itself knows the rate but for multiples of this: λ/(2T_c) where the array tells the folds apart, else
-    /// λ/(2T_loop).
+    /// Whether the array tells the fold among those within ±λ/(4T_c): the direction and the rate but for multiples of λ/(2T_c)
+    /// are then certain.
+    pub is_found: bool,
+    /// The radar itself knows the rate but for multiples of this: λ/(2T_c) where the array tells the folds apart and the loop
+    /// is a whole number of turns, else λ/(2T_loop).
     pub modulo_mps: f64,
     /// Numbers of ambiguities that were tried, with the posterior probability of each, likeliest first.
     pub folds: Vec<(i32, f64)>,
@@ -375,12 +412,13 @@ impl TdmFolds {
     /// Tests the folds of a measured rate on the snapshot of its cell, before eq. 19 takes any phase
     /// out. With one body and noise of `noise_w` per channel (plus `model_error` of the body's power, for
     /// arrays that are not perfectly known) the likelihood of a fold goes with exp(K|y|²/noise).
-    /// Resolved from a probability of 99.9 %, and of 99.999 % for another fold than the one that was measured: cells that hold more
-    /// than one body, or side lobes of others, look like any fold now and then. Ambiguous below; Unresolved when no fold leaves
+    /// Found from a probability of 99.9 %, and of 99.999 % for another fold than the one that was measured: cells that hold more
+    /// than one body, or side lobes of others, look like any fold now and then. Resolved when it is found and no rate that looks alike is within the limits of speed, else
+    /// Ambiguous; Unresolved when no fold leaves
     /// a plane wave (several bodies in the cell) and with one transmitter.
     ///
     /// With `standing` the likeliest fold that is not ruled out and leaves something that stands is taken instead, EgoSpeed; where the
-    /// array resolves the fold, only rates λ/(2T_c) apart are chosen from.
+    /// array finds the fold, only rates λ/(2T_c) apart are chosen from.
     pub fn test(
         &self,
         snapshot: &[Complex64],
@@ -410,21 +448,24 @@ impl TdmFolds {
         let left = 2.0 * channels * (total - power) / noise;
         let plane = ChiSquared::new((2.0 * channels - 2.0).max(1.0))
             .is_ok_and(|chi| left <= chi.inverse_cdf(AGREEMENT));
-        let state = if self.transmitters < 2 || !plane {
-            Ambiguity::Unresolved
-        } else if folds[0].1 >= if best == 0 { SURE } else { SURE_OF_ANOTHER } {
-            Ambiguity::Resolved
-        } else {
-            Ambiguity::Ambiguous
-        };
+        let is_plane = self.transmitters > 1 && plane;
+        let is_found = is_plane && folds[0].1 >= if best == 0 { SURE } else { SURE_OF_ANOTHER };
         let rate_of = |fold: i32| range_rate_mps + f64::from(fold) * self.ambiguity_mps();
         let period_mps = self.ambiguity_mps() * self.loop_period_s / self.chirp_period_s;
-        let modulo_mps = if state == Ambiguity::Resolved { period_mps } else { self.ambiguity_mps() };
-        let possible = beams.iter().zip(&folds).filter(|((fold, _), (_, p))| match state {
-            Ambiguity::Resolved => *fold == best,
-            Ambiguity::Unresolved => true,
-            _ => *p > RULED_OUT,
-        });
+        // With other ramps between a transmitter's turns, λ/(2T_c) may be no multiple of λ/(2T_loop): what looks alike then is
+        // nearly so, in several folds beyond those that were tried.
+        let turns = self.loop_period_s / self.chirp_period_s;
+        let is_whole = (turns - turns.round()).abs() < 1e-6 * turns;
+        let modulo_mps = if is_found && is_whole { period_mps } else { self.ambiguity_mps() };
+        let state = match is_plane {
+            true if is_found && is_alone(rate_of(best), modulo_mps) => Ambiguity::Resolved,
+            true => Ambiguity::Ambiguous,
+            false => Ambiguity::Unresolved,
+        };
+        let possible = beams
+            .iter()
+            .zip(&folds)
+            .filter(|((fold, _), (_, p))| !is_plane || *p > RULED_OUT && (!is_found || *fold == best));
         let stands = standing.and_then(|s| {
             possible.into_iter().find_map(|((fold, (_, at)), _)| {
                 let rate = rate_of(*fold);
@@ -438,7 +479,7 @@ impl TdmFolds {
             (None, Ambiguity::Unresolved) => (range_rate_mps, state),
             (None, _) => (rate_of(best), state),
         };
-        FoldTest { range_rate_mps: rate, state, modulo_mps, folds }
+        FoldTest { range_rate_mps: rate, state, is_found, modulo_mps, folds }
     }
 }
 
@@ -468,6 +509,16 @@ mod tests {
         // Values that no speed explains.
         let r = resolve_range_rates(&[fold(3.0, 10.0, 0.01), fold(7.0, 20.0, 0.01)], 60.0).unwrap();
         assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Unresolved, 3.0));
+    }
+
+    #[test]
+    fn alone_is_what_no_other_within_the_limits_looks_like() {
+        assert!(is_alone(5.0, 120.0) && !is_alone(30.0, 120.0) && !is_alone(-30.0, 120.0));
+        // The other one is at 100.2 m/s.
+        assert!(is_alone(19.8, 120.0) && !is_alone(20.2, 120.0));
+        // Not the slowest of those that look alike.
+        assert!(!is_alone(115.0, 120.0) && !is_alone(3.0, 35.4));
+        assert!(is_alone(99.0, f64::INFINITY));
     }
 
     #[test]
@@ -584,7 +635,7 @@ mod tests {
             let x = snapshot(&mut d, &array, (azimuth, rate), 7.0, period);
             let t = folds.test(&x, measured, 1.0, 0.0, None);
             assert!((t.folds.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12);
-            if t.state == Ambiguity::Resolved {
+            if t.is_found {
                 if (t.range_rate_mps - rate).abs() < 1e-9 { right += 1 } else { wrong += 1 }
             }
         }
@@ -607,7 +658,7 @@ mod tests {
             let rate = measured + fold * folds.ambiguity_mps();
             let x = snapshot(&mut d, &array, (azimuth, rate), 1.8, period);
             let t = folds.test(&x, measured, 1.0, 0.0, None);
-            if t.state == Ambiguity::Resolved {
+            if t.is_found {
                 // Two ambiguities apart they look alike.
                 let apart = (t.range_rate_mps - rate) / (2.0 * folds.ambiguity_mps());
                 assert!(t.range_rate_mps.abs() <= folds.ambiguity_mps() + 1e-9);
@@ -633,7 +684,7 @@ mod tests {
             let x = snapshot(&mut d, &array, (azimuth, 2.0 - folds.ambiguity_mps()), 3e3, period);
             let t = folds.test(&x, 2.0, 1.0, 0.0, None);
             assert_eq!(t.folds[0].0, -1, "{azimuth}");
-            passed += u32::from(t.state == Ambiguity::Resolved);
+            passed += u32::from(t.is_found);
         }
         // 99.9 % of plane waves pass the test of being one.
         assert!(passed >= 98, "{passed}");
@@ -674,7 +725,8 @@ mod tests {
             .collect();
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Unresolved);
         let t = folds.test(&x, 2.0, 1.0, 1e-3, None);
-        assert_eq!((t.state, t.folds[0].0), (Ambiguity::Resolved, 0));
+        // Rates 39 m/s apart look alike.
+        assert_eq!((t.state, t.is_found, t.folds[0].0), (Ambiguity::Ambiguous, true, 0));
         assert!(TdmFolds::new(&[], 1, K, [period; 2], &directions()).is_err());
         assert!(TdmFolds::new(&row, 2, K, [period, 2.0 * period], &directions()).is_err());
         assert!(TdmFolds::new(&row, 3, K, [period, 3.0 * period], &[]).is_err());

@@ -91,6 +91,7 @@ mod tests {
             bounces: 0,
             ghost: false,
             share: 0.0,
+            at_search_edge: false,
         }
     }
 

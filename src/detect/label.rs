@@ -1,14 +1,17 @@
-//! Which object a point came from, by the echoes that fall into its cell, and whether it stands where that object is
-//! (CONVENTIONS eq. 160).
+//! Which object a point came from, by what the radar's own windows and array make of the frame's echoes, and whether it
+//! stands where that object is (CONVENTIONS eq. 160). What no echo explains is leakage or noise.
 
 use super::points::Point;
+use super::response::{EchoPlace, Response};
+use crate::adc::front_end::Chain;
 use crate::adc::synthesis::{Levels, passes};
+use crate::error::Result;
 use crate::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
 use crate::road::actors::{actor_boxes, is_ground};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::trace::{Echo, Echoes, MAX_BOUNCES};
-use crate::units::{C0, wavenumber};
+use crate::units::{C0, w_from_dbm, wavenumber};
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -161,20 +164,48 @@ fn least_over_box(a: &DMat3, b: DVec3, lower: DVec3, upper: DVec3) -> f64 {
 
 /// One echo, reduced to what labelling needs.
 struct LabelEcho {
-    range_m: f64,
-    range_rate_mps: f64,
-    /// y of the direction, mean of departure and arrival.
-    sine: f64,
+    place: EchoPlace,
     object: u32,
+    /// Conjugate of a e^{−jkL} of eq. 9, as a mixer delivers it, behind the filters.
     amplitude: Complex64,
     chain: [u32; MAX_BOUNCES],
     bounces: u8,
 }
 
+/// What made a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Cause {
+    /// Nothing is known of the scene: the samples came from elsewhere.
+    #[default]
+    Unknown,
+    /// Echoes of an object.
+    Object,
+    /// Echoes of what fills the air.
+    Weather,
+    /// What goes from transmitter to receiver inside the radar or by its cover.
+    Leakage,
+    /// No echo explains its power: thermal noise, other radars, spurious lines of the front end.
+    Noise,
+}
+
+impl Cause {
+    /// The class of a point without an object.
+    pub fn class(self) -> &'static str {
+        match self {
+            Cause::Unknown | Cause::Object => "",
+            Cause::Weather => "weather",
+            Cause::Leakage => "leakage",
+            Cause::Noise => "noise",
+        }
+    }
+}
+
 /// What is known of a point.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Label {
-    /// The object that the point came from, 0 when no echo is near.
+    /// What made the point.
+    pub cause: Cause,
+    /// The object that the point came from, 0 when no object made it.
     pub object_id: u32,
     /// Reflections of that object's echo that contributes most.
     pub bounces: u8,
@@ -184,19 +215,19 @@ pub struct Label {
     pub share: f64,
 }
 
-/// Labels the points of one frame. An object's part in a point is the power of the coherent sum of
-/// its echoes within one resolution of the point in range, range rate (modulo the ambiguity) and
-/// azimuth, each weighted by cos² of its distance on each axis, much as a Hann window's cell
-/// does. A flat road that sums to little there thus does not outweigh a car.
+/// Of a point's power, what echoes have to bring so that it is not noise.
+const LEAST_EXPLAINED: f64 = 0.1;
+/// Echoes that can bring less than this share of a point's power are not followed through the array.
+const LEAST_ECHO: f64 = 1e-6;
+
+/// Labels the points of one frame. An object's part in a point is the power of the coherent sum of its echoes as the
+/// radar's own windows and array deliver them to the point's cell and direction, departure and arrival each at their
+/// own antennas (eq. 160). A flat road that sums to little there thus does not outweigh a car.
 pub struct Labeller<'a> {
-    /// By range.
     echoes: Vec<LabelEcho>,
     bodies: &'a Bodies,
-    range_m: f64,
-    range_rate_mps: f64,
-    ambiguity_mps: f64,
-    /// In sines; infinite for one column of channels.
-    sine: f64,
+    response: Response,
+    chain: Chain,
 }
 
 /// An object's echoes in one point.
@@ -209,60 +240,66 @@ struct Part<'e> {
 }
 
 impl<'a> Labeller<'a> {
-    /// Gathers a frame's echoes by cells, with the bodies that they come from.
-    pub fn new(radar: &Radar, echoes: &Echoes, bodies: &'a Bodies) -> Labeller<'a> {
+    /// Gathers a frame's echoes, with the bodies that they come from.
+    ///
+    /// # Errors
+    /// Those of the radar's windows.
+    pub fn new(radar: &Radar, echoes: &Echoes, bodies: &'a Bodies) -> Result<Labeller<'a>> {
         let k = wavenumber(radar.carrier_hz);
         let levels = Levels::new(radar);
-        let mut echoes: Vec<LabelEcho> = echoes
+        let chain = Chain::new(radar, &radar.front_end);
+        let echoes: Vec<LabelEcho> = echoes
             .list
             .par_iter()
             .filter(|r| passes(radar, r))
             .map(|r| LabelEcho {
-                range_m: r.range_m(),
-                range_rate_mps: r.range_rate_mps(),
-                sine: 0.5 * (r.departure.y + r.arrival.y),
+                place: EchoPlace {
+                    range_m: r.range_m(),
+                    range_rate_mps: r.range_rate_mps(),
+                    departure: r.departure,
+                    arrival: r.arrival,
+                },
                 object: object_of(r, |id| bodies.class(id)),
-                amplitude: levels.amplitude(r) * Complex64::cis(-k * r.path_length_m),
+                amplitude: levels.amplitude(r).conj()
+                    * Complex64::cis(k * r.path_length_m)
+                    * filters(&chain, r.path_length_m / C0),
                 chain: r.chain,
                 bounces: r.bounces,
             })
-            .filter(|e| e.object != 0)
             .collect();
-        // Stable, so that equal ranges keep their order and sums repeat.
-        echoes.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
-        let lines = radar.lines();
-        let sampled_hz = lines.step_hz.abs() * lines.count as f64;
-        Labeller {
-            echoes,
-            bodies,
-            range_m: C0 / (2.0 * sampled_hz),
-            range_rate_mps: radar.wavelength_m() / (2.0 * radar.frame_time_s()),
-            ambiguity_mps: 2.0 * radar.max_velocity_mps(),
-            sine: sine_resolution(radar),
-        }
+        Ok(Labeller { echoes, bodies, response: Response::new(radar)?, chain })
     }
 
     /// What the echoes of this frame say of a point.
     pub fn label(&self, point: &Point) -> Label {
-        let sine = direction_from_angles(point.azimuth_rad, point.elevation_rad).y;
-        let first = self.echoes.partition_point(|e| e.range_m <= point.range_m - self.range_m);
+        if self.echoes.is_empty() && self.bodies.objects.is_empty() {
+            return Label::default();
+        }
+        let response = self.response.to(point);
+        let measured_w = w_from_dbm(point.power_dbm);
         let mut parts = BTreeMap::<u32, Part>::new();
-        for e in self.echoes[first..].iter().take_while(|e| e.range_m < point.range_m + self.range_m) {
-            let rate = e.range_rate_mps - point.range_rate_mps;
-            let rate = rate - self.ambiguity_mps * (rate / self.ambiguity_mps).round();
-            let weight = near((e.range_m - point.range_m) / self.range_m)
-                * near(rate / self.range_rate_mps)
-                * near((e.sine - sine) / self.sine);
-            if weight > 0.0 {
-                let part = parts.entry(e.object).or_default();
-                let amplitude = weight * e.amplitude;
-                part.sum += amplitude;
-                if amplitude.norm_sqr() > part.most {
-                    (part.most, part.echo) = (amplitude.norm_sqr(), Some(e));
-                }
+        for e in &self.echoes {
+            let in_cell = e.amplitude * response.cell(e.place.range_m, e.place.range_rate_mps);
+            if in_cell == Complex64::ZERO || in_cell.norm_sqr() < LEAST_ECHO * measured_w {
+                continue;
+            }
+            let amplitude = in_cell * response.array(&e.place);
+            let part = parts.entry(e.object).or_default();
+            part.sum += amplitude;
+            if amplitude.norm_sqr() > part.most {
+                (part.most, part.echo) = (amplitude.norm_sqr(), Some(e));
             }
         }
         let total: f64 = parts.values().map(|p| p.sum.norm_sqr()).sum();
+        let inside = |delay_s: f64| filters(&self.chain, delay_s);
+        let leaked =
+            self.chain.spills.iter().map(|s| response.spill(s, inside)).sum::<Complex64>().norm_sqr();
+        if total.max(leaked) < LEAST_EXPLAINED * measured_w || total.max(leaked) == 0.0 {
+            return Label { cause: Cause::Noise, ..Label::default() };
+        }
+        if leaked > total {
+            return Label { cause: Cause::Leakage, ..Label::default() };
+        }
         let mut best: Option<(u32, &Part)> = None;
         for (id, part) in &parts {
             if part.sum.norm_sqr() > best.map_or(0.0, |b| b.1.sum.norm_sqr()) {
@@ -272,42 +309,39 @@ impl<'a> Labeller<'a> {
         let Some((object_id, part)) = best else { return Label::default() };
         let Some(echo) = part.echo else { return Label::default() };
         Label {
+            cause: if object_id == 0 { Cause::Weather } else { Cause::Object },
             object_id,
             bounces: echo.bounces,
-            ghost: self.bodies.is_ghost(point, &echo.chain, 0.5 * self.range_m),
+            ghost: self.bodies.is_ghost(point, &echo.chain, 0.5 * self.response.range_cell_m()),
             share: part.sum.norm_sqr() / total,
         }
     }
 }
 
-/// cos² from 1 in the middle to 0 at ±1.
-fn near(x: f64) -> f64 {
-    if x.abs() < 1.0 { (FRAC_PI_2 * x).cos().powi(2) } else { 0.0 }
+/// Gain of the front end's filters at the beat of a delay.
+fn filters(chain: &Chain, delay_s: f64) -> Complex64 {
+    let f = &chain.settings.filters;
+    if f.is_off() { Complex64::ONE } else { f.gain(chain.timing.beat_hz(delay_s)) }
 }
 
-/// λ over the virtual array's width, counting half an element's spacing at each end.
-fn sine_resolution(radar: &Radar) -> f64 {
-    let mut y: Vec<f64> =
-        radar.tx.iter().flat_map(|t| radar.rx.iter().map(move |r| t.position_m.y + r.position_m.y)).collect();
-    y.sort_by(f64::total_cmp);
-    y.dedup_by(|a, b| (*a - *b).abs() < 1e-3 * radar.wavelength_m());
-    let n = y.len() as f64;
-    if y.len() < 2 {
-        return f64::INFINITY;
-    }
-    radar.wavelength_m() / ((y[y.len() - 1] - y[0]) * n / (n - 1.0))
-}
-
-/// Labels points: `bodies` gives classes and places; `returns` are the echoes of this frame (none for a cube from elsewhere:
-/// all labels are 0).
-pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodies) {
-    let labeller = Labeller::new(radar, echoes, bodies);
-    for p in points {
+/// Labels points: `bodies` gives classes and places; `echoes` are those of this frame. Without both the samples came
+/// from elsewhere, and labels stay empty.
+///
+/// # Errors
+/// Those of the radar's windows.
+pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodies) -> Result<()> {
+    let labeller = Labeller::new(radar, echoes, bodies)?;
+    points.par_iter_mut().for_each(|p| {
         let label = labeller.label(p);
         p.object_id = label.object_id;
-        p.class = bodies.class(label.object_id).to_string();
+        p.class = match label.cause {
+            Cause::Object => bodies.class(label.object_id),
+            other => other.class(),
+        }
+        .to_string();
         (p.bounces, p.ghost, p.share) = (label.bounces, label.ghost, label.share);
-    }
+    });
+    Ok(())
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 //! that the radar asks for, slopes paired.
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
-use super::ambiguity::{Ambiguity, Standing, TdmFolds};
-use super::points::{Detected, Point, peaks, point, range_rate_mps};
+use super::ambiguity::{Ambiguity, FASTEST_MPS, Folded, Standing, TdmFolds, empty_bands, is_alone};
+use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
@@ -28,10 +28,12 @@ use rayon::prelude::*;
 /// Power that a cell's model leaves over, for channels that are not perfectly alike and cells that hold more than one
 /// scatterer.
 const MODEL_ERROR: f64 = 1e-2;
+/// Directions in which folds are tested, to a beamwidth of the array.
+const PER_BEAM: f64 = 3.0;
+/// A peak's row is as that of one body to this share of a cell, which more than one scatterer of it makes uncertain.
+const ROW_CELLS: f64 = 0.1;
 /// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.
 const SLOPE_LEVEL_DB: f64 = 2.0;
-/// No body is taken to move faster than this along the line of sight, m/s.
-const FASTEST_MPS: f64 = 100.0;
 
 /// What the standard deviations of this radar's points depend on.
 ///
@@ -156,19 +158,39 @@ pub fn detected(
         .par_iter()
         .zip(found.snapshots.data.par_chunks(channels))
         .zip(&noise)
-        .map(|((rate, snapshot), noise)| {
+        .zip(&found.cells)
+        .map(|(((rate, snapshot), noise), cell)| {
             let (rate, state, modulo_mps) = match &folds {
                 Some(test) => {
                     let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing.as_ref());
                     // In doubt the rate stays as it was measured.
-                    (if t.state.is_settled() { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
+                    let is_unfolded = t.is_found || t.state.is_settled();
+                    (if is_unfolded { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
                 }
                 None => (*rate, Ambiguity::Unresolved, fold_mps),
+            };
+            // Bands are counted from the cell's own row: a peak between rows may lie across the map's edge from it.
+            let rate = match radar.multiplex {
+                Multiplex::Ddm { .. } => {
+                    let row = range_rate_mps(radar, cell.doppler as f64);
+                    rate - fold_mps * ((rate - row) / fold_mps).round()
+                }
+                _ => rate,
             };
             let d = decode(radar, snapshot, rate);
             let (state, modulo_mps) = match radar.multiplex {
                 Multiplex::Ddm { bands } if bands > radar.tx.len() => {
-                    (Ambiguity::Resolved, fold_mps * bands as f64)
+                    let all_mps = fold_mps * bands as f64;
+                    let values = radar.rx.len() * (bands - radar.tx.len());
+                    let power = snapshot.iter().map(Complex64::norm_sqr).sum::<f64>() / snapshot.len() as f64;
+                    let [empty_w, second_w] = d.empty_w;
+                    match empty_bands(d.least_share, empty_w, second_w, values, noise + MODEL_ERROR * power) {
+                        Ambiguity::Resolved if is_alone(d.range_rate_mps, all_mps) => {
+                            (Ambiguity::Resolved, all_mps)
+                        }
+                        Ambiguity::Resolved => (Ambiguity::Ambiguous, all_mps),
+                        doubt => (doubt, fold_mps),
+                    }
                 }
                 _ => (state, modulo_mps),
             };
@@ -187,6 +209,7 @@ pub fn detected(
             if at > 0.0 { top.power / at } else { 1.0 }
         })
         .collect();
+    let searched = Grid::new(radar)?;
     let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| {
         let (_, rate, mut ambiguity, modulo_mps) = decoded[i];
         let mut unfolded_mps = rate - rates[i];
@@ -212,6 +235,8 @@ pub fn detected(
             modulo_mps,
             angle_std_rad: None,
             looks: 1,
+            at_search_edge: is_at_edge(&searched.azimuth_rad, azimuth_rad)
+                || is_at_edge(&searched.elevation_rad, elevation_rad),
         }
     };
     let angle = &radar.processing.angle;
@@ -228,7 +253,7 @@ pub fn detected(
             })
             .collect());
     }
-    let estimator = Estimator::new(manifold(radar)?, Grid::new(radar)?, options(angle))?;
+    let estimator = Estimator::new(manifold(radar)?, searched.clone(), options(angle))?;
     let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
     let sources = estimator.estimate_cells(&cells, |steering, forms| engine.forms(steering, forms))?;
     Ok(sources
@@ -244,6 +269,18 @@ pub fn detected(
             }
         })
         .collect())
+}
+
+/// Whether an angle stands at an end of the angles that are searched, or beyond. An axis of one value is not searched.
+fn is_at_edge(axis: &[f64], angle_rad: f64) -> bool {
+    // Twice the finest step of the search between the grid's directions.
+    const CLOSE_RAD: f64 = 2e-5;
+    match axis {
+        [first, .., last] => {
+            angle_rad <= first.min(*last) + CLOSE_RAD || angle_rad >= first.max(*last) - CLOSE_RAD
+        }
+        _ => false,
+    }
 }
 
 /// Leaves the strongest cell of each group.
@@ -267,9 +304,16 @@ fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
         .enumerate()
         .flat_map(|(k, t)| radar.rx.iter().map(move |r| (t.position_m + r.position_m, k)))
         .collect();
-    let grid = Grid::new(radar)?;
+    // All that waves can come from: what stands outside the directions that are searched would look like another fold.
+    let axis = |along: fn(DVec3) -> f64| -> Vec<f64> {
+        let ends = places.iter().map(|(p, _)| along(*p));
+        let (lo, hi) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let half = (PER_BEAM * (hi - lo) / radar.wavelength_m()).ceil() as i32;
+        (-half..=half).map(|i| (f64::from(i) / f64::from(half.max(1))).asin()).collect()
+    };
+    let (azimuths, elevations) = (axis(|p| p.y), axis(|p| p.z));
     let directions: Vec<(f64, f64)> =
-        grid.elevation_rad.iter().flat_map(|e| grid.azimuth_rad.iter().map(move |a| (*a, *e))).collect();
+        elevations.iter().flat_map(|e| azimuths.iter().map(move |a| (*a, *e))).collect();
     let k = wavenumber(radar.carrier_hz);
     let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
     TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
@@ -285,7 +329,7 @@ struct OfSlope<'a> {
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
 /// is put together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first
 /// two different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame,
-/// where it is known.
+/// where it is known. What would stand nearer than [`least_range_m`] is no point.
 ///
 /// # Errors
 /// Those of [`detected`].
@@ -318,14 +362,18 @@ pub fn points(
         let list = bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect();
         seen.push(OfSlope { part, accuracy, list });
     }
+    let least_m = least_range_m(radar);
+    let is_off_radar = |p: &Point| p.range_m >= least_m;
     if seen.len() < 2 {
-        return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).collect());
+        return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).filter(is_off_radar).collect());
     }
     let slopes: Vec<Slope> = seen
         .iter()
         .map(|OfSlope { part, accuracy, list }| {
             let bin_hz = part.sample_rate_hz / part.processing.range_fft as f64;
             let sign = part.slope_hz_per_s().signum();
+            // A resolution cell along Doppler.
+            let cell_mps = 2.0 * part.max_velocity_mps() / part.chirps.max(1) as f64;
             Slope {
                 slope_hz_per_s: part.slope_hz_per_s(),
                 // With the time of the ramp in it: eq. 15 and 119.
@@ -337,6 +385,11 @@ pub fn points(
                         beat_std_hz: p.beat_std_cells.max(1e-3) * bin_hz,
                         power_db: db_from_power(d.power_w),
                         azimuth_rad: p.std.azimuth_rad.map(|_| d.azimuth_rad),
+                        row: (part.doppler_rows() > 1).then(|| Folded {
+                            range_rate_mps: range_rate_mps(part, d.doppler_row),
+                            ambiguity_mps: 2.0 * part.max_velocity_mps(),
+                            std_mps: p.std.range_rate_mps.hypot(ROW_CELLS * cell_mps),
+                        }),
                     })
                     .collect(),
             }
@@ -362,12 +415,14 @@ pub fn points(
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;
+            p.at_search_edge = first.at_search_edge || second.at_search_edge;
             // Ranges of two slopes know no folds.
             p.modulo_mps = f64::INFINITY;
             // The level goes with the fourth power of a range that was not right before.
             p.rcs_dbsm += db_from_power((p.range_m / first.range_m).abs().powi(4));
             p
         })
+        .filter(is_off_radar)
         .collect();
     out.sort_by(|a, b| b.power_dbm.total_cmp(&a.power_dbm));
     Ok(out)

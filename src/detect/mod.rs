@@ -1,7 +1,7 @@
 //! From detected cells to points in SI units, and from points to what moves on the road.
 //!
 //! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from, and whether it is
-//!   there; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
+//!   there, by the radar's own response; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
 //! * [`unmarked`]: why peaks over the threshold became no point.
 //! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
 //!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
@@ -53,6 +53,7 @@ pub mod label;
 pub mod locate;
 pub mod plot;
 pub mod points;
+mod response;
 pub mod same_slope;
 pub mod slope_pairs;
 pub mod track_table;

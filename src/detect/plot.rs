@@ -182,6 +182,7 @@ mod tests {
             bounces: 0,
             ghost: false,
             share: 0.0,
+            at_search_edge: false,
             std: PointStd::default(),
             beat_std_cells: 0.0,
             ambiguity: crate::detect::ambiguity::Ambiguity::Unresolved,

@@ -7,7 +7,7 @@ use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
 use crate::frames::direction_from_angles;
 use crate::scene::radar::Radar;
-use crate::units::{db_from_power, dbm_from_w, w_from_dbm};
+use crate::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -41,12 +41,14 @@ pub struct Detected {
     pub angle_std_rad: Option<[f64; 2]>,
     /// Maps that place, power and noise are means of: 1 for one map.
     pub looks: u32,
+    /// Whether the direction lies on the edge of the directions that are searched.
+    pub at_search_edge: bool,
 }
 
 /// A point of the cloud, sensor frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Negative values of some centimetres can occur next to the radar: eq. 15 subtracts the Doppler shift.
+    /// At least half a resolution cell: nearer than that nothing is told from the radar itself ([`least_range_m`]).
     pub range_m: f64,
     /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
     /// Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
@@ -73,7 +75,7 @@ pub struct Point {
     pub modulo_mps: f64,
     /// The object whose echoes made it; 0 for none.
     pub object_id: u32,
-    /// That object's class; "" for none.
+    /// That object's class; without an object `leakage`, `noise` or `weather`, and "" where no scene is known.
     pub class: String,
     /// Reflections of the echo that contributes most; 0 for none.
     pub bounces: u8,
@@ -81,6 +83,9 @@ pub struct Point {
     pub ghost: bool,
     /// Of the power that echoes bring to the point, what the object's bring (eq. 160), 0 to 1.
     pub share: f64,
+    /// Whether the angular spectrum is largest on the edge of the directions that are searched: the azimuth or the
+    /// elevation is then no measured direction, but a bound.
+    pub at_search_edge: bool,
 }
 
 /// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
@@ -141,7 +146,15 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         bounces: 0,
         ghost: false,
         share: 0.0,
+        at_search_edge: d.at_search_edge,
     }
+}
+
+/// The nearest range at which something can be told from the radar itself: half a resolution cell. What the map shows
+/// nearer than that, or at a negative range, is leakage, a constant of the mixer or noise, and no point.
+pub fn least_range_m(radar: &Radar) -> f64 {
+    let lines = radar.lines();
+    C0 / (4.0 * lines.step_hz.abs() * lines.count as f64)
 }
 
 /// The peaks of the map for the cells of `found` in their order, at most

@@ -123,7 +123,10 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         Ambiguity::Ambiguous => 1,
         Ambiguity::Unresolved => 0,
     };
-    let best = seen.iter().fold(&first, |best, d| if sure(d) > sure(best) { d } else { best });
+    let surer = |d: &Detected, than: &Detected| {
+        sure(d) > sure(than) || sure(d) == sure(than) && d.modulo_mps > than.modulo_mps
+    };
+    let best = seen.iter().fold(&first, |best, d| if surer(d, best) { d } else { best });
     let all_rows = radar.doppler_rows() as f64;
     let fold = all_rows * radar.velocity_bin_mps();
     let rate = |d: &Detected| range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
@@ -147,6 +150,7 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         modulo_mps: best.modulo_mps,
         angle_std_rad: (known.len() == seen.len()).then(|| [std(0), std(1)]),
         looks: seen.iter().map(|d| d.looks).sum(),
+        at_search_edge: seen.iter().any(|d| d.at_search_edge),
     }
 }
 
@@ -172,6 +176,7 @@ mod tests {
             modulo_mps: f64::INFINITY,
             angle_std_rad: None,
             looks: 1,
+            at_search_edge: false,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Range and range rate of FM-CW with slopes up and down: which peak of one spectrum belongs to which
 //! of the other (CONVENTIONS eq. 119).
 
-use super::ambiguity::Ambiguity;
+use super::ambiguity::{Ambiguity, Folded};
 use super::assignment::assign;
 use crate::error::{BadInput, Result};
 use crate::units::C0;
@@ -21,6 +21,8 @@ pub struct SlopePeak {
     pub power_db: f64,
     /// None without an array.
     pub azimuth_rad: Option<f64>,
+    /// Range rate of its row, known up to whole folds; None where one chirp is all.
+    pub row: Option<Folded>,
 }
 
 /// One slope of the waveform and its peaks.
@@ -64,8 +66,8 @@ pub struct SlopePair {
     pub range_std_m: f64,
     /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
-    /// Resolved when only this pair would do (or only this one passes the third slope), Ambiguous when
-    /// one of its peaks could as well have gone with another.
+    /// Resolved when only this pair would do and peaks of different bodies would agree as well once in a thousand (eq. 119a),
+    /// Ambiguous when one of its peaks could as well have gone with another or their agreement says less.
     pub state: Ambiguity,
     /// Sum of squares of the differences over their standard deviations.
     pub cost: f64,
@@ -73,6 +75,72 @@ pub struct SlopePair {
 
 /// Differences with a probability below this are another body.
 const SAME: f64 = 0.999;
+
+/// A pair is resolved when so many pairs of different bodies, or fewer, are expected to agree as well.
+const ACCIDENTS: f64 = 1e-3;
+/// Bodies that a radar sees differ in level, and in azimuth, by about this.
+const LEVELS_DB: f64 = 40.0;
+const AZIMUTHS_RAD: f64 = 2.0;
+/// The frequency at which a row's phase turns is that of its ramp's middle to this share.
+const CARRIERS: f64 = 5e-4;
+/// A gate of [`SAME`] is so many standard deviations wide to either side.
+const GATE: f64 = 3.29;
+
+/// How well the rows of the peaks agree with a range rate that the beats know to `std_mps`: the least sum of squares over its
+/// folds, and the share of rows of other bodies that would agree as well. None without rows.
+fn rows_agree(peaks: &[&SlopePeak], rate_mps: f64, std_mps: f64) -> Option<(f64, f64)> {
+    let rows: Vec<Folded> = peaks.iter().filter_map(|p| p.row).collect();
+    let (first, others) = rows.split_first()?;
+    let wrapped = |f: &Folded, at: f64| {
+        let off = at - f.range_rate_mps;
+        off - f.ambiguity_mps * (off / f.ambiguity_mps).round()
+    };
+    let between = |f: &Folded| f.std_mps.hypot(first.std_mps).hypot(CARRIERS * rate_mps);
+    let share = |std: f64, of: f64| (2.0 * GATE * std / of).min(1.0);
+    let sigma = std_mps.hypot(first.std_mps);
+    let about = rate_mps - wrapped(first, rate_mps);
+    let reach = ((4.0 * sigma / first.ambiguity_mps).ceil() as i64).clamp(0, 1000);
+    let cost_at = |q: i64| {
+        let rate = about + q as f64 * first.ambiguity_mps;
+        let fit = |f: &Folded| (wrapped(f, rate) / between(f)).powi(2);
+        ((rate - rate_mps) / sigma).powi(2) + others.iter().map(fit).sum::<f64>()
+    };
+    let cost = (-reach..=reach).map(cost_at).fold(f64::INFINITY, f64::min);
+    // Rows of one width agree whatever the fold.
+    let alike = |f: &Folded| (f.ambiguity_mps / first.ambiguity_mps - 1.0).abs() < 1e-3;
+    let by_rate = share(sigma, first.ambiguity_mps);
+    let by_rows: f64 = others
+        .iter()
+        .map(|f| {
+            let tries = if alike(f) { 1.0 } else { (8.0 * sigma / first.ambiguity_mps).max(1.0) };
+            (tries * share(between(f), f.ambiguity_mps)).min(1.0)
+        })
+        .product();
+    Some((cost, by_rate * by_rows))
+}
+
+/// Share of the peaks of other bodies that would agree with a pair as well as its own do.
+fn by_chance(slopes: &[&Slope], peaks: &[&SlopePeak], rows: f64, limits: &PairLimits) -> f64 {
+    let gate = |std: f64, of: f64| (2.0 * GATE * 2f64.sqrt() * std / of).min(1.0);
+    let mut share = rows;
+    for p in &peaks[1..] {
+        share *= gate(limits.power_std_db, LEVELS_DB);
+        if peaks[0].azimuth_rad.is_some() && p.azimuth_rad.is_some() {
+            share *= gate(limits.azimuth_std_rad, AZIMUTHS_RAD);
+        }
+    }
+    // A third beat stands anywhere between those of the limits.
+    for (s, p) in slopes.iter().zip(peaks).skip(2) {
+        let beats = 2.0 * (s.slope_hz_per_s.abs() * limits.max_range_m) / C0;
+        // A third slope that is nearly one of the two says little more than that one.
+        let apart = |a: usize| (s.slope_hz_per_s - slopes[a].slope_hz_per_s).abs();
+        let both = (slopes[1].slope_hz_per_s - slopes[0].slope_hz_per_s).abs();
+        let lever = (both / apart(0).min(apart(1))).max(1.0);
+        share *= (2.0 * GATE * 2.0 * p.beat_std_hz * lever / beats).min(1.0);
+    }
+    let others: f64 = slopes[1..].iter().map(|s| s.peaks.len().max(1) as f64).product();
+    share * others
+}
 
 /// Least squares of (R, v) over beats f = (2S/c)R + (2f_c/c)v, each with weight 1/std²: values,
 /// standard deviations, and the sum of squares left.
@@ -130,7 +198,16 @@ pub fn pair_slopes(
         let chi = ChiSquared::new(freedom).map_err(|e| crate::error::Error::Failed(e.to_string()))?;
         Ok(chi.inverse_cdf(SAME))
     };
-    let gates = [quantile(1.0)?, quantile(2.0)?, quantile(3.0)?, quantile(4.0)?, quantile(5.0)?];
+    let gates = [
+        quantile(1.0)?,
+        quantile(2.0)?,
+        quantile(3.0)?,
+        quantile(4.0)?,
+        quantile(5.0)?,
+        quantile(6.0)?,
+        quantile(7.0)?,
+        quantile(8.0)?,
+    ];
     let columns = second.peaks.len();
     let mut candidates: Vec<Option<SlopePair>> = Vec::with_capacity(first.peaks.len() * columns);
     for (i, p) in first.peaks.iter().enumerate() {
@@ -138,8 +215,16 @@ pub fn pair_slopes(
             let (alike, compared) = unlike(p, q, limits);
             let pair = |third: Option<usize>, beats: &[(&Slope, &SlopePeak)], more: (f64, f64)| {
                 let ([range_m, rate], [range_std_m, rate_std], left) = solve(beats);
-                let cost = alike + more.0 + left;
-                let freedom = compared + more.1 + (beats.len() - 2) as f64;
+                let (slopes, peaks): (Vec<&Slope>, Vec<&SlopePeak>) = beats.iter().copied().unzip();
+                let in_rows = rows_agree(&peaks, rate, rate_std);
+                let cost = alike + more.0 + left + in_rows.map_or(0.0, |r| r.0);
+                let by_rows =
+                    in_rows.map_or(0.0, |_| peaks.iter().filter(|p| p.row.is_some()).count() as f64);
+                let freedom = compared + more.1 + (beats.len() - 2) as f64 + by_rows;
+                let accidents = by_chance(&slopes, &peaks, in_rows.map_or(1.0, |r| r.1), limits);
+                // Their share counts rows within their own gate.
+                let in_gate = in_rows.is_none_or(|r| r.0 <= gates[(by_rows as usize).max(1) - 1]);
+                let is_sure = accidents <= ACCIDENTS && in_gate;
                 let within =
                     (0.0..=limits.max_range_m).contains(&range_m) && rate.abs() <= limits.max_range_rate_mps;
                 (within && cost <= gates[freedom as usize - 1]).then_some(SlopePair {
@@ -150,7 +235,7 @@ pub fn pair_slopes(
                     range_rate_mps: rate,
                     range_std_m,
                     range_rate_std_mps: rate_std,
-                    state: Ambiguity::Resolved,
+                    state: if is_sure { Ambiguity::Resolved } else { Ambiguity::Ambiguous },
                     cost,
                 })
             };
@@ -169,7 +254,7 @@ pub fn pair_slopes(
     }
     let cost: Vec<f64> = candidates.iter().map(|c| c.map_or(f64::INFINITY, |c| c.cost)).collect();
     // Dearer than any pair that passes: as many bodies as fit.
-    let miss = vec![(1.0 + gates[4]) * (1 + columns.max(first.peaks.len())) as f64; first.peaks.len()];
+    let miss = vec![(1.0 + gates[7]) * (1 + columns.max(first.peaks.len())) as f64; first.peaks.len()];
     let choice = assign(&cost, columns, &miss);
     let rivals = |i: usize, j: usize| {
         let row = (0..columns).filter(|k| candidates[i * columns + k].is_some()).count();
@@ -239,6 +324,14 @@ mod tests {
     const LIMITS: PairLimits =
         PairLimits { max_range_m: 200.0, max_range_rate_mps: 60.0, power_std_db: 1.0, azimuth_std_rad: 0.01 };
 
+    /// What 256 chirps of 40 us see of a range rate, `off` a little.
+    fn row(rate: f64, off: f64) -> Folded {
+        let ambiguity_mps = C0 / CARRIER / 160e-6;
+        let seen = rate + off;
+        let range_rate_mps = seen - ambiguity_mps * (seen / ambiguity_mps).round();
+        Folded { range_rate_mps, ambiguity_mps, std_mps: 0.03 }
+    }
+
     /// Range, range rate, power, azimuth.
     type Body = (f64, f64, f64, Option<f64>);
 
@@ -250,14 +343,28 @@ mod tests {
                 beat_std_hz: 50.0,
                 power_db: power_db + 0.7 * d.normal(),
                 azimuth_rad: azimuth.map(|a| a + 0.007 * d.normal()),
+                row: Some(row(*v, 0.03 * d.normal())),
             })
             .collect();
         Slope { slope_hz_per_s: s, carrier_hz: CARRIER, peaks }
     }
 
+    /// Of single chirps.
+    fn rowless(d: &mut Draws, s: f64, bodies: &[Body]) -> Slope {
+        let mut slope = slope(d, s, bodies);
+        slope.peaks.iter_mut().for_each(|p| p.row = None);
+        slope
+    }
+
     #[test]
     fn one_body_by_hand() {
-        let peak = |beat_hz| SlopePeak { beat_hz, beat_std_hz: 50.0, power_db: 0.0, azimuth_rad: None };
+        let peak = |beat_hz| SlopePeak {
+            beat_hz,
+            beat_std_hz: 50.0,
+            power_db: 0.0,
+            azimuth_rad: None,
+            row: Some(row(15.0, 0.0)),
+        };
         // 150 m, 15 m/s receding: 2SR/c = 1 000 692.3 Hz, 2v/λ = 7 705.3 Hz.
         let up = Slope { slope_hz_per_s: S, carrier_hz: CARRIER, peaks: vec![peak(1_000_692.3 + 7_705.3)] };
         let down =
@@ -312,9 +419,9 @@ mod tests {
         let (mut marked, mut right) = (0, 0);
         for run in 0..50 {
             let mut d = Draws::new(run, 62);
-            let up = slope(&mut d, S, &bodies);
-            let down = slope(&mut d, -S, &bodies);
-            let third = slope(&mut d, 0.37 * S, &bodies);
+            let up = rowless(&mut d, S, &bodies);
+            let down = rowless(&mut d, -S, &bodies);
+            let third = rowless(&mut d, 0.37 * S, &bodies);
             let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
             marked += pairs.iter().filter(|p| p.state == Ambiguity::Ambiguous).count();
             let sure = pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap();
@@ -329,9 +436,9 @@ mod tests {
         let mut d = Draws::new(0, 63);
         // The peaks of two bodies of which each slope missed one: the only pair is a ghost.
         let (a, b): (Body, Body) = ((40.0, -10.0, 0.0, None), (44.0, 20.0, 0.0, None));
-        let up = slope(&mut d, S, &[a]);
-        let down = slope(&mut d, -S, &[b]);
-        let third = slope(&mut d, 0.4 * S, &[a, b]);
+        let up = rowless(&mut d, S, &[a]);
+        let down = rowless(&mut d, -S, &[b]);
+        let third = rowless(&mut d, 0.4 * S, &[a, b]);
         assert_eq!(pair_slopes(&up, &down, None, &LIMITS).unwrap().len(), 1);
         assert!(pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap().is_empty());
     }

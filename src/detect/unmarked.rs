@@ -1,7 +1,7 @@
 //! Peaks that stand over the detector's threshold and became no point, and why.
 
 use super::accuracy::PointAccuracy;
-use super::points::{Point, range_m};
+use super::points::{Point, least_range_m, range_m};
 use crate::dsp::peaks::group;
 use crate::dsp::{Cell, RangeDoppler};
 use crate::scene::radar::Radar;
@@ -18,6 +18,8 @@ pub enum Why {
     BeyondLimit,
     /// The method for angles found no direction.
     NoDirection,
+    /// It stands nearer than anything can be told from the radar itself ([`least_range_m`]).
+    AtRadar,
 }
 
 impl Why {
@@ -28,6 +30,7 @@ impl Why {
             Why::Grouped => "joined to a stronger neighbour",
             Why::BeyondLimit => "beyond the limit max_points",
             Why::NoDirection => "no direction found",
+            Why::AtRadar => "within half a cell of the radar",
         }
     }
 }
@@ -76,7 +79,11 @@ pub fn of_map(
             gave.extend(near(bin).map(|r| [d.rem_euclid(rows as f64) as u32, r.max(0.0) as u32]));
         }
     }
-    out.extend(found.cells.iter().filter(|c| !gave.contains(&key(c))).map(|c| (*c, Why::NoDirection)));
+    // A point lies within half a cell of its cell's middle.
+    let most_rate = radar.max_velocity_mps() * accuracy.coupling_s.abs();
+    let nearest = |c: &Cell| range_m(radar, f64::from(c.range), 0.0, 0.0) - 0.5 * step - most_rate;
+    let why = |c: &Cell| if nearest(c) < least_range_m(radar) { Why::AtRadar } else { Why::NoDirection };
+    out.extend(found.cells.iter().filter(|c| !gave.contains(&key(c))).map(|c| (*c, why(c))));
     out
 }
 

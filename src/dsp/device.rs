@@ -74,10 +74,22 @@ pub(super) const CELLS: usize = 4096;
 /// # Errors
 /// A cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
-    let transform = Transform::of_cube(cube, radar)?;
+    process_by(gpu, cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
+}
+
+/// [`process`] by a transform of one's choice.
+///
+/// # Errors
+/// As [`process`].
+pub fn process_by(
+    gpu: &Gpu,
+    cube: &Cube<f32>,
+    transform: &Transform,
+    cfar: &Cfar,
+) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let mut recorder = gpu.recorder("processing");
-    let spectrum = spectrum::record(&mut recorder, gpu, cube, &transform)?;
-    Recorded::new(recorder, gpu, spectrum, &radar.processing.cfar)?.submit()
+    let spectrum = spectrum::record(&mut recorder, gpu, cube, transform)?;
+    Recorded::new(recorder, gpu, spectrum, cfar)?.submit()
 }
 
 /// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with

@@ -41,6 +41,7 @@ mod fft_params;
 mod fft_pass;
 pub mod fft_radix16;
 pub mod fft_radix8;
+pub mod folds;
 pub mod integrate;
 pub mod keystone;
 pub mod multiplex;

@@ -12,6 +12,11 @@ pub struct Decoded {
     pub channels: Vec<Complex64>,
     /// Range rate; with Doppler bands (DDM) in the fold that the empty bands point to.
     pub range_rate_mps: f64,
+    /// Mean power of a channel in the Doppler bands that are empty in this fold, and in those of the best other fold, W; zeros
+    /// without empty bands.
+    pub empty_w: [f64; 2],
+    /// Power of the weakest transmitter's Doppler band over the mean of those of all; 1 without bands.
+    pub least_share: f64,
 }
 
 /// Separates the transmitters. `snapshot` is in the order of the map's channels, `range_rate_mps` the row's.
@@ -37,7 +42,7 @@ pub fn decode(radar: &Radar, snapshot: &[Complex64], range_rate_mps: f64) -> Dec
                     }
                 }
             }
-            Decoded { channels, range_rate_mps }
+            Decoded { channels, range_rate_mps, empty_w: [0.0; 2], least_share: 1.0 }
         }
         Multiplex::Ddm { bands } => {
             let power: Vec<f64> =
@@ -54,10 +59,19 @@ pub fn decode(radar: &Radar, snapshot: &[Complex64], range_rate_mps: f64) -> Dec
             }
             let channels =
                 (0..n_tx).flat_map(|tx| &snapshot[band(tx, fold) * n_rx..][..n_rx]).copied().collect();
+            let values = (n_rx * bands.saturating_sub(n_tx)).max(1) as f64;
+            let empty = |fold: usize| {
+                let filled: Vec<usize> = (0..n_tx).map(|tx| band(tx, fold)).collect();
+                (0..bands).filter(|b| !filled.contains(b)).map(|b| power[b]).sum::<f64>() / values
+            };
+            let second = (0..bands).filter(|f| *f != fold).map(empty).fold(f64::INFINITY, f64::min);
+            let empty_w = if bands > n_tx { [empty(fold), second] } else { [0.0; 2] };
+            let least = (0..n_tx).map(|tx| power[band(tx, fold)]).fold(f64::INFINITY, f64::min);
+            let least_share = least * n_tx as f64 / heard(fold).max(f64::MIN_POSITIVE);
             let width = 2.0 * radar.max_velocity_mps();
             let all = width * bands as f64;
             let rate = range_rate_mps + fold as f64 * width;
-            Decoded { channels, range_rate_mps: rate - all * (rate / all).round() }
+            Decoded { channels, range_rate_mps: rate - all * (rate / all).round(), empty_w, least_share }
         }
     }
 }

@@ -169,6 +169,7 @@ impl Engine {
         let start = Instant::now();
         let p = &radar.processing;
         if let Engine::Gpu(gpu) = self
+            && radar.migration_folds().count() == 1
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, echoes, interference, seed, frame)?
         {
@@ -328,16 +329,22 @@ impl Engine {
     /// # Errors
     /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
-        use crate::dsp::cpu::lines::prepared as lines;
+        use crate::dsp::cpu::{lines::prepared as lines, process_by};
+        use crate::dsp::folds::over_folds;
         match (self, cube) {
             (Engine::Cpu(_), AnyCube::F64(cube)) => {
-                Ok(crate::dsp::cpu::process(&*lines(cube, radar)?, radar)?.1)
+                let cube = &*lines(cube, radar)?;
+                over_folds(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1))
             }
             (Engine::Cpu(_), AnyCube::F32(cube)) => {
-                Ok(crate::dsp::cpu::process(&*lines(cube, radar)?, radar)?.1.widened())
+                let cube = &*lines(cube, radar)?;
+                over_folds(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1.widened()))
             }
             (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
-                Ok(dsp::device::process(gpu, &*lines(cube, radar)?, radar)?.1.widened())
+                let cube = &*lines(cube, radar)?;
+                over_folds(radar, cube, |t, cfar| {
+                    Ok(dsp::device::process_by(gpu, cube, t, cfar)?.1.widened())
+                })
             }
             (Engine::Gpu(_), AnyCube::F64(_)) => {
                 Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
@@ -346,13 +353,14 @@ impl Engine {
     }
 
     /// Whether [`Engine::range_doppler_streamed`] knows this radar: its lines are its samples, without Doppler
-    /// bands and without removal of what rests.
+    /// bands, without removal of what rests and with one Doppler fold.
     pub fn can_stream(radar: &Radar) -> bool {
         let p = &radar.processing;
         radar.waveform.parts() == 1
             && Shaping::of(radar, 0.0).is_none()
             && !matches!(radar.multiplex, Multiplex::Ddm { .. })
             && !p.remove_static
+            && radar.migration_folds().count() == 1
     }
 
     /// [`Engine::range_doppler`] in f32 of a cube larger than memory should hold: `source` fills in blocks of

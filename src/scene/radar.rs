@@ -251,6 +251,8 @@ pub struct Processing {
     pub remove_static: bool,
     /// Keep targets in one range cell over the frame (keystone transform).
     pub keystone: bool,
+    /// Range rate up to which targets are kept so, in whatever Doppler fold they are, m/s; zero: those of the first fold.
+    pub migration_max_mps: f64,
     /// Peaks within so many [doppler, range] cells of a stronger one belong to it; zero for all peaks.
     pub group: [usize; 2],
     /// The detector.
@@ -461,6 +463,15 @@ impl Radar {
     /// Largest unambiguous |range rate| of a row of the map.
     pub fn max_velocity_mps(&self) -> f64 {
         0.5 * self.velocity_bin_mps() * self.doppler_rows() as f64
+    }
+    /// Doppler folds for which targets are kept in their range cells: whole unambiguous intervals of the map, from the least to
+    /// the largest; zero alone where none were asked for.
+    pub fn migration_folds(&self) -> std::ops::RangeInclusive<i32> {
+        let most = match self.processing.keystone {
+            true => (0.5 * (self.processing.migration_max_mps / self.max_velocity_mps() - 1.0)).ceil(),
+            false => 0.0,
+        };
+        -(most.max(0.0) as i32)..=most.max(0.0) as i32
     }
     /// Range by which a target of 1 m/s seems farther than it is in the middle of the frame: its Doppler shift changes the beat, and
     /// the middle of its samples is not that of the frame (eq. 15).

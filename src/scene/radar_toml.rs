@@ -236,6 +236,10 @@ pub struct ProcessingTable {
     /// Default "none".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_migration: Option<At<MigrationName>>,
+    /// With "keystone": range rate up to which targets are held in their range cells, also in other Doppler folds than the first, m/s.
+    /// Each fold is one more transform of the frame. Default 0: the first fold alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_migration_max_mps: Option<At<f64>>,
     /// Peaks within so many cells of a stronger one belong to it; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_range_cells: Option<At<usize>>,
@@ -249,6 +253,11 @@ pub struct ProcessingTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfar: Option<CfarTable>,
 }
+
+/// No target is looked for that is faster than this, m/s.
+const FASTEST_MPS: f64 = 200.0;
+/// Most Doppler folds for which targets are held in their range cells.
+const MOST_FOLDS: usize = 31;
 
 /// What is done about range migration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -477,6 +486,7 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [0; 2], train: [0; 2], pfa: 1e-4 },
             max_points: 4096,
@@ -608,11 +618,29 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
     }
     p.remove_static = f.remove_static;
     p.keystone = f.range_migration.as_ref().is_some_and(|m| m.value == MigrationName::Keystone);
+    p.migration_max_mps = match &f.range_migration_max_mps {
+        None => 0.0,
+        Some(t) if !p.keystone => {
+            return Err(doc
+                .bad(&t.span, "range_migration_max_mps is for the keystone transform")
+                .remedy("add range_migration = \"keystone\"")
+                .into());
+        }
+        Some(t) => doc.in_range(t, 0.0..=FASTEST_MPS, "m/s")?,
+    };
     let cells = |t: &Option<At<usize>>| match t {
         Some(t) => doc.in_range(t, 0..=4096, "cells to each side"),
         None => Ok(0),
     };
     p.group = [cells(&f.group_doppler_cells)?, cells(&f.group_range_cells)?];
+    let folds = radar.migration_folds().count();
+    if let Some(t) = f.range_migration_max_mps.as_ref().filter(|_| folds > MOST_FOLDS) {
+        let most = MOST_FOLDS as f64 * radar.max_velocity_mps();
+        return Err(doc
+            .bad(&t.span, format!("takes {folds} Doppler folds"))
+            .allowed(format!("up to {most:.1} m/s, which are {MOST_FOLDS} folds"))
+            .into());
+    }
     let (doppler_bins, range_bins) = (radar.doppler_rows(), radar.range_bins());
     radar.processing.cfar = match &f.cfar {
         Some(c) => cfar(doc, c, doppler_bins, range_bins)?,
@@ -1151,6 +1179,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             max_points: Some(p.max_points.into()),
             remove_static: p.remove_static,
             range_migration: p.keystone.then(|| MigrationName::Keystone.into()),
+            range_migration_max_mps: (p.migration_max_mps > 0.0).then(|| p.migration_max_mps.into()),
             group_range_cells: (p.group[1] > 0).then(|| p.group[1].into()),
             group_doppler_cells: (p.group[0] > 0).then(|| p.group[0].into()),
             angle: Some(angle_table(&p.angle)),

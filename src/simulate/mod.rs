@@ -144,6 +144,7 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
         // All radars see the same ground.
         seed: scenario.seed,
         frame,
+        radar_spin_rad_per_s: scenario.ego.at(scenario.frames.time_s(frame)).spin_rad_per_s,
         air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
         ..Default::default()
     })
@@ -374,7 +375,7 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
 }
 
 /// From a cube to maps, one for each ramp, and points. `velocity_mps` is the radar's own in its frame, where it is known;
-/// `returns` and `bodies` label the points, and both may be empty.
+/// `echoes` and `bodies` label the points, and both may be empty.
 ///
 /// # Errors
 /// A cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
@@ -407,7 +408,7 @@ pub fn located(
     (echoes, bodies): (&Echoes, &Bodies),
 ) -> Result<Vec<Point>> {
     let mut cloud = locate::points(engine, radar, maps, velocity_mps)?;
-    label::label(radar, &mut cloud, echoes, bodies);
+    label::label(radar, &mut cloud, echoes, bodies)?;
     Ok(cloud)
 }
 

@@ -22,10 +22,14 @@ pub struct Echo {
     pub departure: DVec3,
     /// From the transmitter to the first place it touches, m.
     pub first_range_m: f64,
+    /// How departure · first_range_m changes, m/s in the sensor frame, which turns with the radar (CONVENTIONS eq. 144).
+    pub first_velocity_mps: DVec3,
     /// Unit vector to the last scatterer, sensor frame; and the distance to it.
     pub arrival: DVec3,
     /// From the last place it touches to the receiver, m.
     pub last_range_m: f64,
+    /// How arrival · last_range_m changes, m/s in the sensor frame.
+    pub last_velocity_mps: DVec3,
     /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
     pub path_gain: [[Complex64; 2]; 2],
@@ -44,9 +48,12 @@ impl Echo {
     pub fn range_rate_mps(&self) -> f64 {
         0.5 * self.path_rate_mps
     }
-    /// Whether the path's length stays as it is.
+    /// Whether the path's length stays as it is, at every element of the array.
     pub fn is_still(&self) -> bool {
-        self.path_rate_mps == 0.0 && self.path_acceleration_and_jerk == [0.0; 2]
+        self.path_rate_mps == 0.0
+            && self.path_acceleration_and_jerk == [0.0; 2]
+            && self.first_velocity_mps == DVec3::ZERO
+            && self.last_velocity_mps == DVec3::ZERO
     }
     /// The object that scattered last.
     pub fn object_id(&self) -> u32 {

@@ -59,6 +59,8 @@ pub struct TraceOptions {
     pub frame: u32,
     /// How far the radar is off the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
     pub radar_sway_m: [DVec3; 2],
+    /// Rate at which the radar turns, rad/s (world).
+    pub radar_spin_rad_per_s: DVec3,
     /// None: takes nothing away.
     pub air: Option<air::Air>,
 }
@@ -79,6 +81,7 @@ impl Default for TraceOptions {
             seed: 0,
             frame: 0,
             radar_sway_m: [DVec3::ZERO; 2],
+            radar_spin_rad_per_s: DVec3::ZERO,
             air: None,
         }
     }

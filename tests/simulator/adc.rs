@@ -62,6 +62,7 @@ fn radar() -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
             max_points: 100,
@@ -81,16 +82,21 @@ fn cube<T: Precision>(radar: &Radar, all: &Echoes) -> Cube<T> {
 fn direct(radar: &Radar, r: &Echo, chirp: usize, channel: usize, n: usize) -> Complex64 {
     let (k, rx) = (channel / radar.rx.len(), channel % radar.rx.len());
     let (t, q) = (&radar.tx[k], &radar.rx[rx]);
-    let first = r.departure * r.first_range_m;
-    let last = r.arrival * r.last_range_m;
-    let length = r.path_length_m + (first - t.position_m).length() - first.length()
-        + (last - q.position_m).length()
-        - last.length();
     let ramp = radar.waveform.ramp().unwrap();
     let start = (chirp * radar.tx.len() + k) as f64 * ramp.period_s
         - 0.5 * (radar.chirps * radar.tx.len()) as f64 * ramp.period_s;
     let ramp_time = radar.adc_start_s + n as f64 / radar.sample_rate_hz;
-    let tau = (length + r.path_rate_mps * (start + ramp_time)) / (C0 + 0.5 * r.path_rate_mps);
+    // The element's own path (eq. 144).
+    let ends = [
+        (r.departure * r.first_range_m, r.first_velocity_mps, t.position_m),
+        (r.arrival * r.last_range_m, r.last_velocity_mps, q.position_m),
+    ];
+    let excess = |time: f64| -> f64 {
+        ends.iter().map(|(p, v, e)| (p + v * time - e).length() - (p + v * time).length()).sum()
+    };
+    let time = start + ramp_time;
+    let rate = r.path_rate_mps + (excess(5e-4) - excess(-5e-4)) / 1e-3;
+    let tau = (r.path_length_m + excess(time) + r.path_rate_mps * time) / (C0 + 0.5 * rate);
     let slope = ramp.bandwidth_hz / ramp.time_s;
     let f0 = radar.carrier_hz - 0.5 * ramp.bandwidth_hz;
     let phi = TAU * (f0 * tau + slope * ramp_time * tau - 0.5 * slope * tau * tau);

@@ -60,6 +60,7 @@ fn radar() -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [2, 2], train: [4, 8], pfa: 1e-6 },
             max_points: 50,
@@ -95,7 +96,7 @@ fn cloud(radar: &Radar, list: Vec<Echo>, objects: &[Object]) -> Vec<Point> {
     catseye::adc::cpu::noise::add(&mut cube, &Noise::thermal(radar, 3, 0).unwrap());
     let (_, found) = catseye::dsp::cpu::process(&cube, radar).unwrap();
     let mut cloud = locate::points(&Engine::Cpu(Precision::F64), radar, &mut [found], None).unwrap();
-    label::label(radar, &mut cloud, &echoes, &bodies(objects));
+    label::label(radar, &mut cloud, &echoes, &bodies(objects)).unwrap();
     cloud
 }
 
@@ -152,6 +153,57 @@ fn signs_and_places() {
     }
 }
 
+/// Departure and arrival differ: through three transmitters and four receivers such an echo looks like no direction of
+/// its own, and the point that the chain makes of it is still its object's.
+#[test]
+fn labels_know_both_ends_of_a_path() {
+    let radar = radar();
+    for (out_deg, back_deg) in [(-30.0, 12.0), (12.0, -30.0), (45.0, 5.0), (-8.0, 50.0)] {
+        let mut e = echo(20.0, out_deg, 0.0, 0.0, 25.0, 2);
+        e.arrival = direction_from_angles(f64::to_radians(back_deg), 0.0);
+        e.chain[1] = 4;
+        e.bounces = 2;
+        let all = cloud(&radar, vec![e], &[object(2, "wall"), object(4, "car")]);
+        let p = &all[0];
+        println!("{out_deg} {back_deg}: {:.1} deg, {} {}", p.azimuth_rad.to_degrees(), p.object_id, p.share);
+        assert_eq!((p.object_id, p.class.as_str(), p.bounces), (4, "car", 2));
+        assert!((p.range_m - 20.0).abs() < 0.1 && p.share == 1.0);
+    }
+}
+
+/// Beams point where the echo is, the search ends before: the spectrum rises to its end.
+#[test]
+fn directions_at_the_end_of_the_search_are_marked() {
+    let mut radar = radar();
+    for method in [AngleMethod::Bartlett, AngleMethod::Music, AngleMethod::Ml] {
+        radar.processing.angle = AngleSettings { method, sources: Sources::Given(1), ..Default::default() };
+        for (azimuth_deg, elevation_deg, outside) in [
+            (0.0, 5.0, false),
+            (20.0, -10.0, false),
+            (0.0, 40.0, true),
+            (72.0, 0.0, true),
+            (-10.0, -38.0, true),
+        ] {
+            let all = cloud(
+                &radar,
+                vec![echo(20.0, azimuth_deg, elevation_deg, 0.0, 30.0, 1)],
+                &[object(1, "post")],
+            );
+            let p = &all[0];
+            println!(
+                "{method:?} {azimuth_deg} {elevation_deg}: {:.3} {:.3} {}",
+                p.azimuth_rad.to_degrees(),
+                p.elevation_rad.to_degrees(),
+                p.at_search_edge
+            );
+            assert_eq!(p.at_search_edge, outside);
+            let off = (p.azimuth_rad.to_degrees() - azimuth_deg).abs()
+                + (p.elevation_rad.to_degrees() - elevation_deg).abs();
+            assert_eq!(off > 5.0, outside, "{off}");
+        }
+    }
+}
+
 #[test]
 fn labels_follow_range_rate_and_azimuth() {
     let radar = radar();
@@ -166,14 +218,14 @@ fn labels_follow_range_rate_and_azimuth() {
     ];
     let echoes = Echoes { list, ..Default::default() };
     let bodies = bodies(&objects);
-    let labeller = Labeller::new(&radar, &echoes, &bodies);
+    let labeller = Labeller::new(&radar, &echoes, &bodies).unwrap();
     let at = |range: f64, azimuth: f64, rate: f64| {
         let d = Detected {
             range_bin: (range + rate * radar.carrier_hz / radar.slope_hz_per_s()) / radar.range_bin_m(),
             doppler_row: 32.0 + rate / radar.velocity_bin_mps(),
             azimuth_rad: f64::to_radians(azimuth),
             elevation_rad: 0.0,
-            power_w: 1e-12,
+            power_w: 1e-13,
             scalloping: 1.0,
             noise_w: 1e-15,
             unfolded_mps: 0.0,
@@ -181,6 +233,7 @@ fn labels_follow_range_rate_and_azimuth() {
             modulo_mps: f64::INFINITY,
             angle_std_rad: None,
             looks: 1,
+            at_search_edge: false,
         };
         labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap())).object_id
     };
@@ -209,8 +262,9 @@ fn label_is_the_object_with_most_power_and_surfaces_yield() {
     let p =
         Point { range_m: 20.0, range_rate_mps: 0.0, azimuth_rad: 0.0, elevation_rad: 0.0, ..sample_point() };
     let bodies = bodies(&objects);
-    let of =
-        |list: Vec<Echo>| Labeller::new(&radar, &Echoes { list, ..Default::default() }, &bodies).label(&p);
+    let of = |list: Vec<Echo>| {
+        Labeller::new(&radar, &Echoes { list, ..Default::default() }, &bodies).unwrap().label(&p)
+    };
     let best = |list: Vec<Echo>| of(list).object_id;
     assert_eq!(best(vec![by_ground.clone(), echo(20.0, 0.0, 0.0, 0.0, 11.0, 3)]), 2);
     assert_eq!(best(vec![by_ground, echo(20.0, 0.0, 0.0, 0.0, 13.0, 3)]), 3);
@@ -235,7 +289,7 @@ fn sample_point() -> Point {
         azimuth_rad: 0.5,
         elevation_rad: -0.25,
         position_m: DVec3::new(1.0, 2.0, 3.0),
-        power_dbm: -80.25,
+        power_dbm: -100.25,
         snr_db: 20.0,
         rcs_dbsm: f64::INFINITY,
         object_id: 7,
@@ -243,6 +297,7 @@ fn sample_point() -> Point {
         bounces: 2,
         ghost: true,
         share: 0.75,
+        at_search_edge: true,
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
         beat_std_cells: 0.1,
         ambiguity: Ambiguity::Resolved,
@@ -258,7 +313,7 @@ fn tables_hold_what_the_contract_says() {
         table.header.join(","),
         "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
          range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,\
-         range_rate_modulo_mps"
+         range_rate_modulo_mps,at_search_edge"
     );
     let p = sample_point();
     for (column, value) in [
@@ -276,6 +331,7 @@ fn tables_hold_what_the_contract_says() {
         ("bounces", 2.0),
         ("ghost", 1.0),
         ("share", 0.75),
+        ("at_search_edge", 1.0),
     ] {
         assert_eq!(table.numbers(column).unwrap(), [value], "{column}");
     }

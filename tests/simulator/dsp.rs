@@ -87,6 +87,7 @@ fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Os { rank: 162 }, guard: [2, 1], train: [8, 4], pfa: 1e-6 },
             max_points: 2000,

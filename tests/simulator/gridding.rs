@@ -65,6 +65,7 @@ fn radar(chirps: usize, samples: usize) -> Radar {
             angle: AngleSettings::default(),
             remove_static: false,
             keystone: false,
+            migration_max_mps: 0.0,
             group: [0; 2],
             cfar: Cfar { kind: CfarKind::Ca, guard: [0, 2], train: [0, 8], pfa: 1e-3 },
             max_points: 100,
@@ -324,7 +325,7 @@ fn terms(count: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) -> V
             c: law[2] + law[3] * a1,
             ..Default::default()
         };
-        Term { polynomial, last_a1: [a1, polynomial.a2, 0.0], power_w: 1.0 }
+        Term { polynomial, last_a1: [a1, polynomial.a2, 0.0], array_a1: 0.0, power_w: 1.0 }
     };
     (0..count).map(term).collect()
 }

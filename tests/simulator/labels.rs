@@ -8,8 +8,10 @@ use catseye::frames::{Pose, Sensor, World, angles_from_direction};
 use catseye::road::reflector::Reflector;
 use catseye::road::shape::cuboid;
 use catseye::road::{Library, site::Site};
+use catseye::scene::front_end::Leakage;
+use catseye::scene::radar::Antenna;
 use catseye::scene::scenario::{self, Scenario};
-use catseye::scene::{Scene, material, radar_toml};
+use catseye::scene::{Scene, Shape, material, radar_toml};
 use catseye::simulate::simulate;
 use catseye::simulate::truth::Truth;
 use catseye::trace::{Echo, Echoes};
@@ -106,6 +108,113 @@ fn bounces_in_one_body_are_no_ghost() {
     assert!(p.share > 0.999, "{}", p.share);
 }
 
+/// Image theory for a target over a conducting wall: straight out and back over the wall, or the other way round, are two
+/// echoes at the mean of both lengths, one from the target's direction and one from its image's. With one transmitter and
+/// sixteen receivers the radar sees them where they come in.
+#[test]
+fn half_way_over_a_wall_is_a_ghost_of_its_object() {
+    let (mut scene, _, _) = walled();
+    scene.objects.retain(|o| o.class == "wall");
+    let target = DVec3::new(15.0, 1.0, RADAR_HEIGHT_M);
+    let at = Pose::new(glam::DQuat::IDENTITY, target);
+    let id = scene.add_object("target", "car", Shape::Point { rcs_dbsm: 10.0 }, at, DVec3::ZERO);
+    let mut s = scenario(
+        "name = \"wall\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
+         [trace]\nbounces = 3\n",
+    );
+    s.ego.position_m = DVec3::Z * RADAR_HEIGHT_M - s.radars[0].mounting.translation_m;
+    let radar = &mut s.radars[0];
+    let half = 0.5 * radar.wavelength_m();
+    radar.tx.truncate(1);
+    radar.tx[0].position_m = DVec3::ZERO;
+    let antenna = radar.rx[0].clone();
+    radar.rx = (0..16)
+        .map(|i| Antenna { position_m: DVec3::Y * (half * (f64::from(i) - 7.5)), ..antenna.clone() })
+        .collect();
+    let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
+    // Seen from the radar; the wall's face is the plane y = -4.
+    let direct = target - frame.pose.translation_m;
+    let image = DVec3::new(direct.x, -8.0 - direct.y, direct.z);
+    let half_way_m = 0.5 * (direct.length() + image.length());
+    let azimuth = |p: DVec3| p.y.atan2(p.x);
+    let near = |p: &&Point, range_m: f64, azimuth_rad: f64| {
+        (p.range_m - range_m).abs() < 0.1 && (p.azimuth_rad - azimuth_rad).abs() < 1.5f64.to_radians()
+    };
+    let of = |range_m: f64, from: DVec3| frame.points.iter().find(|p| near(p, range_m, azimuth(from)));
+    let ghost = of(half_way_m, direct).or_else(|| of(half_way_m, image)).unwrap();
+    println!("{} {} ghost {} share {:.3}", ghost.object_id, ghost.class, ghost.ghost, ghost.share);
+    assert_eq!((ghost.object_id, ghost.class.as_str(), ghost.bounces, ghost.ghost), (id, "car", 2, true));
+    assert!(ghost.share > 0.99, "{}", ghost.share);
+    // There and back over the wall: its image, a ghost too. Straight: the target itself.
+    let twice = of(image.length(), image).unwrap();
+    assert_eq!((twice.object_id, twice.bounces, twice.ghost), (id, 3, true));
+    let itself = of(direct.length(), direct).unwrap();
+    assert_eq!((itself.object_id, itself.bounces, itself.ghost), (id, 1, false));
+}
+
+/// Noise, what leaks inside the radar, and one target: the first two by where they have to be.
+#[test]
+fn leakage_and_noise_are_no_objects() {
+    for delay_s in [0.2e-9, 5e-9] {
+        let text = "name = \"n\"\nradar = \"demo77\"\n[[point]]\nname = \"post\"\nclass = \"post\"\n\
+                    position_m = [33.6, 0, 0.5]\nrcs_dbsm = 10\n";
+        let mut s = scenario(text);
+        let radar = &mut s.radars[0];
+        radar.front_end.leakage = Some(Leakage { isolation_db: 40.0, delay_s });
+        // One false alarm in a thousand cells.
+        radar.processing.cfar.pfa = 1e-3;
+        radar.processing.max_points = 1000;
+        let (cell_m, bins) = (radar.range_bin_m(), radar.range_bins());
+        let rate_mps = radar.velocity_bin_mps();
+        let scene = s.build(&Library).unwrap();
+        let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
+        // Samples and lines of this radar are as many as the bins: cells are resolution cells.
+        let leak = 0.5 * catseye::units::C0 * delay_s / cell_m;
+        let leak_dbm = s.radars[0].tx_power_dbm - 40.0;
+        let (mut leaked, mut noise, mut wrapped) = (0, 0, 0);
+        for p in &frame.points {
+            let bin = p.range_m / cell_m;
+            let still = p.range_rate_mps.abs() < 2.0 * rate_mps;
+            let turned = |from: f64| {
+                let off = bin - from;
+                (off - bins as f64 * (off / bins as f64).round()).abs()
+            };
+            assert!(bin > 0.49 && p.rcs_dbsm > -150.0, "{p:?}");
+            assert!(p.object_id != 0 || (p.share, p.ghost, p.bounces) == (0.0, false, 0), "{p:?}");
+            match p.class.as_str() {
+                "post" => assert!(turned(30.0 / cell_m) < 12.0 && p.object_id != 0, "{p:?}"),
+                "leakage" => {
+                    leaked += 1;
+                    wrapped += usize::from(bin > 0.9 * bins as f64);
+                    // A Hann window's transform stays below 1/(πx(x² − 1)); a tenth of the power makes a point.
+                    let x = turned(leak).max(1.2);
+                    let lobe_db = -20.0 * (std::f64::consts::PI * x * (x * x - 1.0)).log10();
+                    assert!(p.power_dbm < leak_dbm + lobe_db.min(0.0) + 11.0 && p.object_id == 0, "{p:?}");
+                }
+                "noise" => {
+                    noise += 1;
+                    // A few decibels over the detector's threshold, but in the skirts of what is strong.
+                    let skirt = turned(leak).min(turned(30.0 / cell_m)) < 20.0;
+                    assert!(p.object_id == 0 && (p.snr_db < 25.0 || skirt), "{p:?}");
+                }
+                other => panic!("{other}: {p:?}"),
+            }
+            // In the lobe of either nothing else can be.
+            if still && turned(leak) < 1.0 {
+                assert_eq!(p.class, "leakage", "{p:?}");
+            }
+            if still && turned(30.0 / cell_m) < 1.0 {
+                assert_eq!(p.class, "post", "{p:?}");
+            }
+        }
+        println!(
+            "{delay_s}: {} points, {noise} noise, {leaked} leakage, {wrapped} at the end",
+            frame.points.len()
+        );
+        assert!(noise > 5 && leaked > 0 && (leak > 0.5 || wrapped > 0));
+    }
+}
+
 /// A road, a car of two parts on it, a lamp over it.
 fn street() -> Scene {
     let mut s = Scene::default();
@@ -140,7 +249,7 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
         azimuth_rad,
         elevation_rad: elevation,
         position_m: at,
-        power_dbm: -80.0,
+        power_dbm: -105.0,
         snr_db: 30.0,
         rcs_dbsm: 10.0,
         object_id: 0,
@@ -148,6 +257,7 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
         bounces: 0,
         ghost: false,
         share: 0.0,
+        at_search_edge: false,
         std: PointStd {
             range_m: 0.01,
             range_rate_mps: 0.02,
@@ -170,7 +280,7 @@ fn ghosts_by_chain_and_place() {
     let ghost = |place: [f64; 3], chain: &[u32], with_elevation: bool| {
         let (point, echo) = seen(DVec3::from_array(place), chain, with_elevation);
         let echoes = Echoes { list: vec![echo], ..Default::default() };
-        let label = Labeller::new(&radar, &echoes, &bodies).label(&point);
+        let label = Labeller::new(&radar, &echoes, &bodies).unwrap().label(&point);
         assert_eq!((usize::from(label.bounces), label.share), (chain.len(), 1.0));
         (label.object_id, label.ghost)
     };
@@ -218,7 +328,8 @@ fn truth_of_the_marked_road() {
     let cars: Vec<_> = truth.actors.iter().filter(|a| a.whole.class == "car").collect();
     assert!(cars.iter().all(|c| c.seen.visible && c.seen.returns > 0), "{cars:?}");
     let points: usize = truth.actors.iter().map(|a| a.seen.points + a.seen.ghosts).sum();
-    let labelled = frame.points.iter().filter(|p| !["", "road", "verge"].contains(&p.class.as_str()));
+    let labelled =
+        frame.points.iter().filter(|p| p.object_id != 0 && !["road", "verge"].contains(&p.class.as_str()));
     assert_eq!(points, labelled.count());
     // The way ahead: the standing car's tail at x = 62 - 2.2 or so, its lane to the right of the axis.
     let free = truth.free_space.as_ref().unwrap();

@@ -2,6 +2,8 @@
 
 mod accuracy;
 mod adc;
+mod ambiguity;
+mod array_motion;
 mod beams;
 mod closest;
 mod clutter;
@@ -11,6 +13,7 @@ mod doa;
 mod doppler_bands;
 mod dsp;
 mod floor;
+mod folds;
 mod front_end;
 mod gpu_trace;
 mod gridding;

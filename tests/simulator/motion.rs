@@ -68,12 +68,20 @@ fn path(r: &Echo, dt: f64) -> f64 {
             + dt * (0.5 * r.path_acceleration_and_jerk[0] + dt * r.path_acceleration_and_jerk[1] / 6.0))
 }
 
+/// Angles by which an echo's first and last directions at another time miss those of the echo then, rad.
+fn turned(r: &Echo, other: &Echo, dt: f64) -> f64 {
+    let first = r.departure * r.first_range_m + r.first_velocity_mps * dt;
+    let last = r.arrival * r.last_range_m + r.last_velocity_mps * dt;
+    first.angle_between(other.departure).max(last.angle_between(other.arrival))
+}
+
 /// Largest error of the paths of the strongest echo of each chain at some times of the frame, m, and how far they would be off
-/// were they straight.
+/// were they straight. Directions follow too: what they turn by is less than a hundredth off.
 fn worst(scene: &Scene, s: &Scenario) -> (f64, f64) {
     let now = strongest(&traced(scene, s, 0.5));
     assert!(!now.is_empty());
     let (mut worst, mut straight) = (0.0f64, 0.0f64);
+    let (mut off, mut turn) = (0.0f64, 0.0f64);
     for dt in [-1.0, -0.6, 0.3, 0.5, 1.0].map(|x| x * REACH_S) {
         let then = strongest(&traced(scene, s, 0.5 + dt));
         for r in &now {
@@ -81,8 +89,13 @@ fn worst(scene: &Scene, s: &Scenario) -> (f64, f64) {
             worst = worst.max((path(r, dt) - other.path_length_m).abs());
             let line = r.path_length_m + r.path_rate_mps * dt;
             straight = straight.max((line - other.path_length_m).abs());
+            off = off.max(turned(r, other, dt));
+            let fixed = Echo { first_velocity_mps: DVec3::ZERO, last_velocity_mps: DVec3::ZERO, ..r.clone() };
+            turn = turn.max(turned(&fixed, other, dt));
         }
     }
+    println!("directions: {off:.1e} rad off, {turn:.1e} were they fixed");
+    assert!(off < 1e-2 * turn + 1e-7, "{off} {turn}");
     (worst, straight)
 }
 

@@ -7,7 +7,11 @@ use catseye::geom::validate::check_scene;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions};
 use catseye::road::vehicle::{Kind, vehicle};
 use catseye::scene::gltf::{ImportOptions, import_bytes, to_glb};
+use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Scene, material};
+use catseye::simulate::{Prepared, simulate};
+use glam::DVec3;
+use std::collections::BTreeMap;
 use std::f64::consts::{LN_10, PI};
 use std::path::Path;
 
@@ -101,4 +105,81 @@ fn levels_beside_published_ones() {
         );
         assert!((at(0.5) - expected).abs() < 2.0 * sigma, "{kind:?}: {}", at(0.5));
     }
+}
+
+/// The radar front77 half a metre over the origin.
+fn watching() -> Scenario {
+    let text = "name = \"it\"\nradar = \"front77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n";
+    let mut s = scenario::parse(Path::new("s.toml"), text).unwrap();
+    s.ego.position_m = DVec3::Z * 0.5 - s.radars[0].mounting.translation_m;
+    s
+}
+
+/// Somebody at `range_m` ahead, seen from `aspect_deg` (0: from the front, 90: from the left), under way at `speed_mps`.
+fn ahead(kind: Kind, range_m: f64, aspect_deg: f64, speed_mps: f64, time_s: f64) -> Scene {
+    let mut scene = Scene::default();
+    let yaw = PI - aspect_deg.to_radians();
+    let pose = Pose::from_yaw_pitch_roll(DVec3::X * range_m, yaw, 0.0, 0.0);
+    vehicle(kind, &material::by_name).unwrap().add_to(&mut scene, "it", pose, speed_mps, time_s);
+    scene
+}
+
+/// Cross section by class of the part that scattered last, m²: what its echoes bring, summed as powers.
+fn sections_m2(scene: &Scene) -> BTreeMap<String, f64> {
+    let scenario = watching();
+    let engine = Engine::Cpu(Precision::F64);
+    let heard = Prepared::new(&scenario, scene).unwrap().echoes(&engine, 0, 0).unwrap();
+    let mut sections = BTreeMap::new();
+    for e in &heard.echoes.list {
+        let part = scene.objects.iter().find(|o| o.id == e.object_id());
+        let s = e.path_gain[0][0] * e.range_m().powi(2);
+        *sections.entry(part.map_or("", |o| &*o.class).to_string()).or_insert(0.0) += 4.0 * PI * s.norm_sqr();
+    }
+    sections
+}
+
+/// Over 36 aspects a cyclist's body and the bicycle return more than its cranks and pedals, and a frame of the usual radar
+/// has points of them.
+#[test]
+fn cyclists_are_more_than_their_cranks() {
+    let dbsm = |x: f64| 10.0 * x.max(1e-9).log10();
+    let (mut more, mut by_part): (u32, BTreeMap<String, Vec<f64>>) = (0, BTreeMap::new());
+    for i in 0..36 {
+        // Another place of the cranks each time.
+        let scene = ahead(Kind::Cyclist, 15.0, 10.0 * f64::from(i), 5.0, 0.137 * f64::from(i));
+        let sections = sections_m2(&scene);
+        let of = |name: &str| sections.get(name).copied().unwrap_or(0.0);
+        let all: f64 = sections.values().sum();
+        let crank = of("cyclist.crank");
+        more += u32::from(all - crank > crank);
+        let list: Vec<String> = sections.iter().map(|(k, v)| format!("{k} {:.1}", dbsm(*v))).collect();
+        println!("{:4} deg: {:.1} dBsm; {}", 10 * i, dbsm(all), list.join(", "));
+        sections.iter().for_each(|(k, v)| by_part.entry(k.clone()).or_default().push(dbsm(*v)));
+        by_part.entry("all".into()).or_default().push(dbsm(all));
+    }
+    for (part, mut levels) in by_part {
+        levels.sort_by(f64::total_cmp);
+        let at = |share: f64| levels[(share * (levels.len() - 1) as f64) as usize];
+        println!(
+            "{part:16} 10 % {:6.1}  median {:6.1}  90 % {:6.1}  max {:6.1}",
+            at(0.1),
+            at(0.5),
+            at(0.9),
+            at(1.0)
+        );
+    }
+    println!("more than the cranks in {more} of 36");
+    assert!(more >= 34, "{more}");
+    let mut riders = 0;
+    for aspect in [0.0, 40.0, 90.0, 180.0] {
+        let scene = ahead(Kind::Cyclist, 15.0, aspect, 5.0, 0.3);
+        let frame = simulate(&Engine::Cpu(Precision::F32), &watching(), &scene, 0).unwrap();
+        let list: Vec<String> =
+            frame.points.iter().map(|p| format!("{} {:.1}", p.class, p.rcs_dbsm)).collect();
+        println!("15 m, {aspect} deg: {}", list.join(", "));
+        let of = |class: &[&str]| frame.points.iter().any(|p| class.contains(&&*p.class));
+        assert!(of(&["cyclist", "cyclist.wheel", "cyclist.rider", "cyclist.leg"]), "{aspect}");
+        riders += u32::from(of(&["cyclist.rider", "cyclist.leg"]));
+    }
+    assert!(riders >= 3, "{riders}");
 }

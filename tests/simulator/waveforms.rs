@@ -457,7 +457,12 @@ fn folds_are_found_with_several_ramps() {
                     .unwrap()[0];
             let got = range_rate_mps(&part, found.doppler_row) + found.unfolded_mps;
             println!("{ramps:?} {i}: {got:.2} m/s for {rate}, interval {interval:.2}, {:?}", found.ambiguity);
-            assert_eq!(found.ambiguity, Ambiguity::Resolved);
+            // Alone each ramp knows it but for what its turns cannot tell.
+            let turns = period / ramps[i].1;
+            let is_whole = (turns - turns.round()).abs() < 1e-9;
+            let modulo_mps = if is_whole { turns * interval } else { interval };
+            assert_eq!(found.ambiguity, Ambiguity::Ambiguous);
+            assert!((found.modulo_mps - modulo_mps).abs() < 1e-9, "{}", found.modulo_mps);
             assert!((got - rate).abs() < 0.1, "{ramps:?} {i}: {got}");
             assert!((found.azimuth_rad - azimuth).abs() < 0.01, "{ramps:?} {i}: {}", found.azimuth_rad);
         }
@@ -465,7 +470,7 @@ fn folds_are_found_with_several_ramps() {
             let points = locate::points(&engine, &radar, &mut maps, None).unwrap();
             let p = &points[0];
             assert!((p.range_rate_mps - rate).abs() < 0.1 && (p.range_m - 25.0).abs() < 0.05, "{p:?}");
-            assert!((p.azimuth_rad - azimuth).abs() < 0.01 && p.ambiguity == Ambiguity::Resolved, "{p:?}");
+            assert!((p.azimuth_rad - azimuth).abs() < 0.01 && p.ambiguity == Ambiguity::Ambiguous, "{p:?}");
         }
     }
 }
@@ -517,7 +522,9 @@ fn equal_slopes_are_put_together() {
         for (rate, seed) in [(-15.0, 0), (-15.0, 1), (8.0, 2), (0.0, 3)] {
             let p = seen(bands, rate, seed);
             println!("{bands:?}: {:.3} +- {:.3} m, {:.2} m/s", p.range_m, p.std.range_m, p.range_rate_mps);
-            assert_eq!(p.ambiguity, Ambiguity::Resolved);
+            // Two peaks of one receiver, eight rows and a level agree by chance too often; a third slope does not.
+            let sure = if bands.len() == 4 { Ambiguity::Resolved } else { Ambiguity::Ambiguous };
+            assert_eq!(p.ambiguity, sure, "{bands:?}");
             // What moves crosses half a cell in the frame, which costs up to a twentieth of one between rows.
             assert!((p.range_m - range).abs() < 5.0 * p.std.range_m + 0.05, "{bands:?}: {p:?}");
             assert!((p.range_rate_mps - rate).abs() < 5.0 * p.std.range_rate_mps + 0.1, "{bands:?}: {p:?}");

@@ -50,6 +50,8 @@ pub struct SensorPoint {
     std: PointStd,
     /// The fold of its range rate is known.
     resolved: bool,
+    /// Its range rate is known but for multiples of this; infinite: for none, or nothing is said.
+    modulo_mps: f64,
 }
 
 impl SensorPoint {
@@ -62,7 +64,13 @@ impl SensorPoint {
             elevation_rad: p.elevation_rad,
             std: p.std,
             resolved: p.ambiguity.is_settled(),
+            modulo_mps: p.modulo_mps,
         }
+    }
+
+    /// Whether more is known of the rate than its row says: its fold, or that but for folds of the transmitters' turns.
+    fn is_unfolded(&self, radar: &Radar) -> bool {
+        self.resolved || self.modulo_mps.is_finite() && self.modulo_mps > 3.0 * radar.max_velocity_mps()
     }
 }
 
@@ -124,6 +132,10 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
     let state = table.text("ambiguity")?;
     let azimuth_std: Vec<Option<f64>> =
         table.text("azimuth_std_deg")?.iter().map(|t| t.parse::<f64>().ok().map(f64::to_radians)).collect();
+    let modulo: Vec<f64> = match table.text("range_rate_modulo_mps") {
+        Ok(list) => list.iter().map(|t| t.parse().unwrap_or(f64::INFINITY)).collect(),
+        Err(_) => vec![f64::INFINITY; table.len()],
+    };
     Ok((0..table.len())
         .map(|i| SensorPoint {
             range_m: range[i],
@@ -137,6 +149,7 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
                 elevation_rad: None,
             },
             resolved: ["resolved", "unambiguous", "ego_speed"].contains(&&*state[i]),
+            modulo_mps: modulo[i],
         })
         .collect())
 }
@@ -239,7 +252,7 @@ fn without_standing(
             // A known rate far from that of what stands is a mover's, though it folds onto it.
             let moves = |i: &usize| {
                 let over = EgoModel::Sensor.over_ground_mps(&radials[*i], &motion).abs();
-                !motion.standing[*i] || (points[*i].resolved && over > radar.max_velocity_mps())
+                !motion.standing[*i] || (points[*i].is_unfolded(radar) && over > radar.max_velocity_mps())
             };
             let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
             (moving, Ok(fit))
@@ -261,7 +274,7 @@ fn clustered(radar: &Radar, points: &[SensorPoint]) -> Result<Vec<Plot>> {
         .iter()
         .filter_map(|p| {
             let azimuth = p.std.azimuth_rad?;
-            let doubt = if folds && !p.resolved { FASTEST_MPS / 3.0 } else { 0.0 };
+            let doubt = if folds && !p.is_unfolded(radar) { FASTEST_MPS / 3.0 } else { 0.0 };
             let plot = Plot::of_point(
                 [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad],
                 [p.std.range_m, p.std.range_rate_mps.hypot(doubt), azimuth],

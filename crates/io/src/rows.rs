@@ -188,6 +188,7 @@ fn point_table(site: &Site, radars: &[Frame]) -> Table {
         .bool("ghost", |(_, p)| p.ghost)
         .f64("share", |(_, p)| p.share)
         .f64("range_rate_modulo_mps", |(_, p)| p.modulo_mps)
+        .bool("at_search_edge", |(_, p)| p.at_search_edge)
         .table()
 }
 
@@ -323,7 +324,7 @@ const TABLES: [(&str, &str); 8] = [
     ("lines", "one a vertex of a painted line, in the world"),
     ("markers", "one a marker of the road, in the world"),
 ];
-const COLUMNS: [(&str, &str); 49] = [
+const COLUMNS: [(&str, &str); 50] = [
     ("scene", "number of the scene"),
     ("frame_in_scene", "number of the frame in its scene"),
     ("split", "train, validation or test"),
@@ -352,7 +353,7 @@ const COLUMNS: [(&str, &str); 49] = [
     ("snr_db", "after beamforming, over the noise of one channel's cell"),
     ("rcs_dbsm", "as the antennas' polarisation sees it"),
     ("object_id", "of the object whose echoes made the point, 0 for none"),
-    ("class", "of the object; empty for none"),
+    ("class", "of the object; of a point without one leakage, noise or weather"),
     ("range_std_m", "standard deviation"),
     ("range_rate_std_mps", "standard deviation"),
     ("azimuth_std_deg", "standard deviation; NaN where the array cannot tell"),
@@ -366,6 +367,7 @@ const COLUMNS: [(&str, &str); 49] = [
         "range_rate_modulo_mps",
         "the radar itself knows the range rate but for multiples of this; infinite: for none",
     ),
+    ("at_search_edge", "the direction is the edge of the angles that are searched, no measured one"),
     ("id", "of the object"),
     ("lane", "number of the lane"),
     ("driven", "which way the lane is driven, seen along the axis"),

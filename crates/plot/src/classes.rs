@@ -4,7 +4,7 @@ use super::canvas::Rgb;
 
 /// Colours of the classes that the builders and exporters know, and of the further things that plans show. All are
 /// at least 10 apart in CIELAB, and those of [`COMMON`] also for readers without red or green cones (a test sees to both).
-const KNOWN: [(&str, Rgb); 37] = [
+const KNOWN: [(&str, Rgb); 40] = [
     ("road", [205, 206, 208]),
     ("asphalt", [186, 180, 206]),
     ("ground", [220, 196, 170]),
@@ -41,6 +41,9 @@ const KNOWN: [(&str, Rgb); 37] = [
     ("radar", [250, 235, 90]),
     ("free space", [106, 208, 96]),
     ("ghost", [220, 20, 30]),
+    ("leakage", [250, 235, 150]),
+    ("noise", [120, 130, 150]),
+    ("weather", [130, 190, 235]),
     ("undefined", [255, 255, 255]),
     // No object.
     ("", [155, 180, 190]),

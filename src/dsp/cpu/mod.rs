@@ -27,14 +27,24 @@ use crate::scene::radar::{Cfar, CfarKind, Radar};
 /// # Errors
 /// A cube that is not this radar's, bad settings, samples that are not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
-    let transform = Transform::of_cube(cube, radar)?;
-    let spectrum = spectrum(cube, &transform)?;
+    process_by(cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
+}
+
+/// [`process`] by a transform of one's choice.
+///
+/// # Errors
+/// As [`process`].
+pub fn process_by<T: Real>(
+    cube: &Cube<T>,
+    transform: &Transform,
+    cfar: &Cfar,
+) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
+    let spectrum = spectrum(cube, transform)?;
     let mut map = power::power(&spectrum);
     if transform.bands > 1 {
         let share = T::of(transform.map_scale);
         map.data.iter_mut().for_each(|p| *p = *p * share);
     }
-    let cfar = &radar.processing.cfar;
     let detection = detect(&map, cfar, spectrum.channels)?;
     let cells = peaks::peaks(&map, &detection.mask);
     let noise = noise(&map, cfar, spectrum.channels, &cells)?;

@@ -6,7 +6,7 @@
 use super::motion::{HIP_HEIGHT, Joint, Turn};
 use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, SHOULDER, shank, thigh, trunk};
-use super::surface::{bar, block, ovoid, tube, turned};
+use super::surface::{bar, limb, ovoid, tube, turned};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -31,6 +31,58 @@ const LEAN_RAD: f64 = 0.55;
 const METAL: u32 = Paint::Aluminium as u32;
 const SKIN: u32 = Paint::Skin as u32;
 
+/// A bar along y about `middle`, `half_m` long to either side, with domed ends: a flat end would mirror to the side.
+fn axle(mesh: &mut Mesh, middle: DVec3, half_m: f64, radius_m: f64) {
+    let end = DVec3::Y * half_m;
+    bar(mesh, middle - end, middle + end, radius_m, 12, METAL);
+    for at in [middle - end, middle + end] {
+        ovoid(mesh, at, DVec3::new(radius_m, 0.4 * radius_m, radius_m), 12, 4, METAL);
+    }
+}
+
+/// A bar with a ball of its radius at either end.
+fn rounded(mesh: &mut Mesh, a: DVec3, b: DVec3, radius_m: f64) {
+    bar(mesh, a, b, radius_m, 12, METAL);
+    for at in [a, b] {
+        ovoid(mesh, at, DVec3::splat(radius_m), 12, 4, METAL);
+    }
+}
+
+/// A pedal about the y axis, 90 x 90 x 24 mm: a barrel with round edges.
+fn pedal() -> Mesh {
+    let rings = [
+        [-0.045, 0.0, 0.0, 0.0],
+        [-0.036, 0.041, 0.0105, 0.0],
+        [0.0, 0.045, 0.012, 0.0],
+        [0.036, 0.041, 0.0105, 0.0],
+        [0.045, 0.0, 0.0, 0.0],
+    ];
+    let (mut upright, mut mesh) = (Mesh::default(), Mesh::default());
+    limb(&mut upright, &rings, 32, 4, METAL);
+    let lie = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    append(&mut mesh, &upright, &Pose::<Target, Target>::new(lie, DVec3::ZERO));
+    mesh
+}
+
+/// Cranks with the chainring, which is a toothed rim on four arms and no disc.
+fn cranks() -> Mesh {
+    let mut mesh = Mesh::default();
+    axle(&mut mesh, DVec3::ZERO, 0.06, 0.01);
+    let y = -0.043;
+    let rim = [(0.066, y), (0.074, y - 0.002), (0.082, y), (0.074, y + 0.002), (0.066, y)];
+    turned(&mut mesh, &rim.map(|(r, y)| DVec2::new(r, y)), 40, METAL);
+    for k in 0..4 {
+        let (sin, cos) = (0.25 * TAU * (f64::from(k) + 0.5)).sin_cos();
+        let out = |r: f64| DVec3::new(r * cos, y, r * sin);
+        bar(&mut mesh, out(0.008), out(0.068), 0.004, 8, METAL);
+    }
+    for side in [1.0, -1.0] {
+        let (a, b) = (DVec3::Y * side * 0.06, DVec3::new(side * CRANK_M, side * 0.07, 0.0));
+        rounded(&mut mesh, a, b, 0.011);
+    }
+    mesh
+}
+
 /// Spoked wheel about the y axis.
 fn wheel() -> Mesh {
     let mut mesh = Mesh::default();
@@ -47,7 +99,7 @@ fn wheel() -> Mesh {
         let out = |r: f64, y: f64| DVec3::new(r * cos, y, r * sin);
         bar(&mut mesh, out(0.022, side), out(0.2855, 0.0), 0.001, 6, Paint::Steel as u32);
     }
-    bar(&mut mesh, DVec3::Y * -0.045, DVec3::Y * 0.045, 0.02, 12, METAL);
+    axle(&mut mesh, DVec3::ZERO, 0.045, 0.02);
     mesh
 }
 
@@ -62,7 +114,6 @@ fn frame() -> Mesh {
     pipe(HEAD[0], HEAD[1], 0.018);
     pipe(top_of_seat, 0.9 * HEAD[0] + 0.1 * HEAD[1], 0.015);
     pipe(BRACKET, 0.1 * HEAD[0] + 0.9 * HEAD[1], 0.018);
-    pipe(BRACKET - DVec3::Y * 0.035, BRACKET + DVec3::Y * 0.035, 0.021);
     for side in [1.0, -1.0] {
         let y = DVec3::Y * side;
         pipe(BRACKET + 0.03 * y, rear + 0.06 * y, 0.009);
@@ -75,6 +126,10 @@ fn frame() -> Mesh {
     pipe(DVec3::new(0.40, -0.20, 1.03), DVec3::new(0.40, 0.20, 1.03), 0.012);
     pipe(HEAD[1] - 0.06 * DVec3::Y - DVec3::Z * 0.02, HEAD[1] + 0.06 * DVec3::Y - DVec3::Z * 0.02, 0.012);
     pipe(HEAD[0], DVec3::new(0.40, 0.0, 1.03), 0.014);
+    axle(&mut mesh, BRACKET, 0.035, 0.021);
+    for side in [1.0, -1.0] {
+        ovoid(&mut mesh, DVec3::new(GRIP.x, side * GRIP.y, GRIP.z), DVec3::splat(0.012), 12, 4, METAL);
+    }
     ovoid(&mut mesh, SADDLE, DVec3::new(0.13, 0.075, 0.03), 16, 4, METAL);
     mesh
 }
@@ -114,23 +169,14 @@ pub(super) fn parts() -> Vec<Part> {
         parts.push(Part::hinged(name, "wheel", weld(wheel()), at, &[roll]));
     }
     let crank = turn(DVec3::ZERO, Turn::Crank { development_m: DEVELOPMENT_M });
-    let mut arms = Mesh::default();
-    bar(&mut arms, DVec3::Y * -0.06, DVec3::Y * 0.06, 0.01, 12, METAL);
-    bar(&mut arms, DVec3::Y * -0.045, DVec3::Y * -0.041, 0.08, 32, METAL);
-    for side in [1.0, -1.0] {
-        let (a, b) = (DVec3::Y * side * 0.06, DVec3::new(side * CRANK_M, side * 0.07, 0.0));
-        bar(&mut arms, a, b, 0.011, 12, METAL);
-    }
-    parts.push(Part::hinged("cranks", "crank", weld(arms), BRACKET, &[crank]));
+    parts.push(Part::hinged("cranks", "crank", weld(cranks()), BRACKET, &[crank]));
     let thigh_m = (HIP_HEIGHT - KNEE) * STATURE_M;
     // From the knee to the pedal's axle.
     let shank_m = 0.272 * STATURE_M;
     for (name, side) in [("left", 1.0), ("right", -1.0)] {
-        let mut pedal = Mesh::default();
-        block(&mut pedal, DVec3::new(-0.045, -0.045, -0.012), DVec3::new(0.045, 0.045, 0.012), METAL);
         let axle = DVec3::new(side * CRANK_M, side * 0.12, 0.0);
         let level = turn(axle, Turn::Level { development_m: DEVELOPMENT_M });
-        parts.push(Part::hinged(format!("pedal {name}"), "crank", pedal, BRACKET, &[crank, level]));
+        parts.push(Part::hinged(format!("pedal {name}"), "crank", weld(pedal()), BRACKET, &[crank, level]));
         let hip = HIP + DVec3::Y * side * HIP_Y * STATURE_M;
         let law = |knee: bool| Turn::Pedal {
             crank_m: BRACKET - HIP,

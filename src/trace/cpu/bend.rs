@@ -1,5 +1,5 @@
-//! How the length of a path bends over a frame (CONVENTIONS eq. 141): it is worked out anew at the frame's start and end, from
-//! the images of the radar in the planes as they stand then.
+//! How the length of a path bends over a frame (CONVENTIONS eq. 141) and how its directions turn (eq. 144): both are worked out
+//! anew at the frame's start and end, from the images of the radar in the planes as they stand then.
 
 use crate::geom::{Body, Geometry, Shift};
 use crate::trace::TraceOptions;
@@ -28,10 +28,35 @@ pub struct Mirror<'a> {
 }
 
 impl Mirror<'_> {
-    fn image(&self, of: DVec3, when: usize) -> DVec3 {
-        let shift = &self.body.shifts[when];
-        let (place, normal) = (shift.place(self.place_m), shift.direction(self.normal));
+    fn normal(&self, when: When) -> DVec3 {
+        when.shift(&self.body.shifts).map_or(self.normal, |s| s.direction(self.normal))
+    }
+
+    fn image(&self, of: DVec3, when: When) -> DVec3 {
+        let (place, normal) = (when.place(&self.body.shifts, self.place_m), self.normal(when));
         of - normal * (2.0 * normal.dot(of - place))
+    }
+}
+
+/// The three times of a frame at which paths are looked at.
+#[derive(Clone, Copy)]
+enum When {
+    Start,
+    Middle,
+    End,
+}
+
+impl When {
+    fn shift(self, shifts: &[Shift; 2]) -> Option<&Shift> {
+        match self {
+            When::Start => Some(&shifts[0]),
+            When::Middle => None,
+            When::End => Some(&shifts[1]),
+        }
+    }
+
+    fn place(self, shifts: &[Shift; 2], place_m: DVec3) -> DVec3 {
+        self.shift(shifts).map_or(place_m, |s| s.place(place_m))
     }
 }
 
@@ -49,10 +74,22 @@ pub struct End<'a> {
     pub keeps: PathEnd,
 }
 
+/// How a path changes over a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathMotion {
+    /// Rate of its length, m/s.
+    pub rate_mps: f64,
+    /// Second and third derivatives of its length.
+    pub acceleration_and_jerk: [f64; 2],
+    /// How its first and its last place move as the radar sees them, m/s: world axes that turn with the radar.
+    pub velocities_mps: [DVec3; 2],
+}
+
 /// The radar over one frame.
 #[derive(Clone, Copy)]
 pub struct Bends {
     reach_s: f64,
+    spin_rad_per_s: DVec3,
     /// Of the radar before, in the middle, and after.
     radar_m: [DVec3; 3],
 }
@@ -69,35 +106,52 @@ impl Bends {
         let reach_s = geometry.reach_s;
         let way = velocity_mps * reach_s;
         let [before, after] = options.radar_sway_m;
-        Bends { reach_s, radar_m: [radar_m - way + before, radar_m, radar_m + way + after] }
+        Bends {
+            reach_s,
+            spin_rad_per_s: options.radar_spin_rad_per_s,
+            radar_m: [radar_m - way + before, radar_m, radar_m + way + after],
+        }
     }
 
-    /// Completes a path of `length_m` from the radar `out` over mirrors to `end` and `back` over mirrors: its rate, m/s, and its second and
-    /// third derivatives. `rate_mps` is that of an end that keeps its place.
-    pub fn of(&self, out: Mirrors, back: Mirrors, end: End, length_m: f64, rate_mps: f64) -> (f64, [f64; 2]) {
+    /// Completes a path of `length_m` from the radar `out` over mirrors to `end` and `back` over mirrors, whose first and last places lie
+    /// at `ranges_m`. `rate_mps` is that of an end that keeps its place.
+    pub fn of(
+        &self,
+        [out, back]: [Mirrors; 2],
+        end: End,
+        length_m: f64,
+        ranges_m: [f64; 2],
+        rate_mps: f64,
+    ) -> PathMotion {
         let at_rest = |m: &Mirror| m.body.shifts.iter().all(Shift::is_none);
-        let radar_rests = self.radar_m[0] == self.radar_m[1] && self.radar_m[2] == self.radar_m[1];
+        let radar_rests = self.radar_m[0] == self.radar_m[1]
+            && self.radar_m[2] == self.radar_m[1]
+            && self.spin_rad_per_s == DVec3::ZERO;
         if self.reach_s == 0.0
             || (radar_rests && end.shifts.iter().all(Shift::is_none) && out.iter().chain(back).all(at_rest))
         {
-            return (rate_mps, [0.0; 2]);
+            return PathMotion {
+                rate_mps,
+                acceleration_and_jerk: [0.0; 2],
+                velocities_mps: [DVec3::ZERO; 2],
+            };
         }
-        let image = |mirrors: Mirrors, when: usize| {
-            mirrors.iter().fold(self.radar_m[2 * when], |p, m| m.image(p, when))
-        };
-        let stations = [0, 1].map(|when| [image(out, when), image(back, when)]);
-        let ends = [0, 1].map(|when| end.shifts[when].place(end.place_m));
-        let (lengths, rate) = match end.keeps {
-            PathEnd::Place => {
-                ([0, 1].map(|w| stations[w].iter().map(|s| s.distance(ends[w])).sum::<f64>()), rate_mps)
-            }
+        let times = [When::Start, When::Middle, When::End];
+        let stations = times.map(|when| {
+            [out, back]
+                .map(|mirrors| mirrors.iter().fold(self.radar_m[when as usize], |p, m| m.image(p, when)))
+        });
+        // Where the straight lines from the two stations lead to, and the rate of the length.
+        let (targets, rate) = match end.keeps {
+            PathEnd::Place => (times.map(|when| [when.place(end.shifts, end.place_m); 2]), rate_mps),
             PathEnd::Plane(normal) => {
-                let lengths = [0, 1].map(|w| {
-                    let n = end.shifts[w].direction(normal);
-                    let [s, r] = stations[w];
-                    s.distance(r - n * (2.0 * n.dot(r - ends[w])))
+                let targets = times.map(|when| {
+                    let place = when.place(end.shifts, end.place_m);
+                    let n = when.shift(end.shifts).map_or(normal, |s| s.direction(normal));
+                    let [s, r] = stations[when as usize];
+                    [r, s].map(|p| p - n * (2.0 * n.dot(p - place)))
                 });
-                (lengths, rate_mps)
+                (targets, rate_mps)
             }
             PathEnd::Side(along) => {
                 // The two stations turned into one plane with the side: the path is shortest where it is straight.
@@ -105,25 +159,41 @@ impl Bends {
                     let ((q, d), (p, e)) = (beside(line, along, s), beside(line, along, r));
                     (if d + e > 0.0 { (q * e + p * d) / (d + e) } else { 0.5 * (p + q) }, [(q, d), (p, e)])
                 };
-                let now = [out, back].map(|mirrors| {
-                    mirrors
-                        .iter()
-                        .fold(self.radar_m[1], |p, m| p - m.normal * (2.0 * m.normal.dot(p - m.place_m)))
-                });
-                let (start, places) = shortest(now, end.place_m, along);
-                let then = [0, 1].map(|w| shortest(stations[w], ends[w], end.shifts[w].direction(along)));
-                let lengths = [0, 1].map(|w| {
-                    let (best, feet) = then[w];
-                    feet.iter().map(|(q, d)| (best - start - q).hypot(*d)).sum::<f64>()
-                });
+                let (start, places) = shortest(stations[1], end.place_m, along);
+                let mut targets = [[end.place_m; 2]; 3];
+                let mut slid = [0.0; 3];
+                for when in [When::Start, When::End] {
+                    let i = when as usize;
+                    let along = when.shift(end.shifts).map_or(along, |s| s.direction(along));
+                    let line = when.place(end.shifts, end.place_m);
+                    slid[i] = shortest(stations[i], line, along).0 - start;
+                    targets[i] = [line + along * slid[i]; 2];
+                }
                 let slope: f64 = places.iter().map(|(q, d)| -q / q.hypot(*d)).sum();
-                (lengths, rate_mps + slope * (then[1].0 - then[0].0) / (2.0 * self.reach_s))
+                (targets, rate_mps + slope * (slid[2] - slid[0]) / (2.0 * self.reach_s))
             }
         };
-        let [before, after] = lengths;
+        let mirrored = matches!(end.keeps, PathEnd::Plane(_));
+        let [before, after] = [0, 2].map(|i| {
+            let [first, last] = [0, 1].map(|leg| stations[i][leg].distance(targets[i][leg]));
+            if mirrored { first } else { first + last }
+        });
         let t = self.reach_s;
         let second = (before + after - 2.0 * length_m) / (t * t);
         let third = 3.0 * (after - before - 2.0 * rate * t) / (t * t * t);
-        (rate, [second, third])
+        let velocity = |leg: usize, mirrors: Mirrors| {
+            // Turned back from the last image to the radar.
+            let seen = times.map(|when| {
+                let d = targets[when as usize][leg] - stations[when as usize][leg];
+                mirrors.iter().rev().map(|m| m.normal(when)).fold(d, |d, n| d - n * (2.0 * n.dot(d)))
+            });
+            let share = ranges_m[leg] / seen[1].length();
+            ((seen[2] - seen[0]) / (2.0 * t) - self.spin_rad_per_s.cross(seen[1])) * share
+        };
+        let first = velocity(0, out);
+        // Straight out and back, as most echoes are.
+        let alike = out.is_empty() && back.is_empty() && !mirrored;
+        let last = if alike { first } else { velocity(1, back) };
+        PathMotion { rate_mps: rate, acceleration_and_jerk: [second, third], velocities_mps: [first, last] }
     }
 }

@@ -311,15 +311,18 @@ impl Scatterer<'_> {
         chain[0] = body.id;
         let rate = 2.0 * dir.dot(body.velocity_at(place) - self.velocity_mps);
         let end = End { shifts: &body.shifts, place_m: place, keeps: PathEnd::Place };
-        let (path_rate_mps, path_acceleration_and_jerk) = self.bends.of(&[], &[], end, 2.0 * r, rate);
+        let motion = self.bends.of([&[], &[]], end, 2.0 * r, [r; 2], rate);
+        let velocity_mps = to_sensor * motion.velocities_mps[0];
         Some(Echo {
             path_length_m: 2.0 * r,
-            path_rate_mps,
-            path_acceleration_and_jerk,
+            path_rate_mps: motion.rate_mps,
+            path_acceleration_and_jerk: motion.acceleration_and_jerk,
             departure: seen,
             first_range_m: r,
+            first_velocity_mps: velocity_mps,
             arrival: seen,
             last_range_m: r,
+            last_velocity_mps: velocity_mps,
             path_gain: spread,
             chain,
             bounces: 1,

@@ -49,6 +49,8 @@ fn is_finite(r: &Echo) -> bool {
     r.path_gain.iter().flatten().all(|z| z.is_finite())
         && r.path_rate_mps.is_finite()
         && r.path_acceleration_and_jerk.iter().all(|b| b.is_finite())
+        && r.first_velocity_mps.is_finite()
+        && r.last_velocity_mps.is_finite()
 }
 
 /// The same way backwards.
@@ -60,8 +62,10 @@ fn reversed(r: &Echo) -> Echo {
     Echo {
         departure: r.arrival,
         first_range_m: r.last_range_m,
+        first_velocity_mps: r.last_velocity_mps,
         arrival: r.departure,
         last_range_m: r.first_range_m,
+        last_velocity_mps: r.first_velocity_mps,
         path_gain: [[vv, hv], [vh, hh]],
         chain,
         ..*r
@@ -508,7 +512,7 @@ impl Station<'_> {
         image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
     }
 
-    /// How the path of an echo changes over the frame.
+    /// How the path of an echo changes over the frame, and its directions.
     fn bend(&self, chain: &[u32], place_m: DVec3, keeps: PathEnd, over: bool, echo: &mut Echo) {
         let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
         let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
@@ -526,8 +530,12 @@ impl Station<'_> {
         let mirrors = &mirrors[..before.len()];
         let back = if over { &mirrors[..1] } else { &[] };
         let end = End { shifts: &body(last).shifts, place_m, keeps };
-        let (rate, bend) = self.bends.of(mirrors, back, end, echo.path_length_m, echo.path_rate_mps);
-        (echo.path_rate_mps, echo.path_acceleration_and_jerk) = (rate, bend);
+        let ranges_m = [echo.first_range_m, echo.last_range_m];
+        let motion = self.bends.of([mirrors, back], end, echo.path_length_m, ranges_m, echo.path_rate_mps);
+        (echo.path_rate_mps, echo.path_acceleration_and_jerk) =
+            (motion.rate_mps, motion.acceleration_and_jerk);
+        let to_sensor = self.pose.rotation.inverse();
+        [echo.first_velocity_mps, echo.last_velocity_mps] = motion.velocities_mps.map(|v| to_sensor * v);
     }
 
     /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, with this unit normal on its lit side, but for
@@ -599,8 +607,10 @@ impl Station<'_> {
             path_acceleration_and_jerk: [0.0; 2],
             departure: to_sensor * departure,
             first_range_m,
+            first_velocity_mps: DVec3::ZERO,
             arrival: to_sensor * arrival,
             last_range_m,
+            last_velocity_mps: DVec3::ZERO,
             path_gain: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
             chain: ids,
             bounces: (count + usize::from(over)) as u8,

@@ -167,21 +167,24 @@ impl Radar<'_> {
                 let lengths = out.length_m * back.length_m;
                 let length_m = out.length_m + back.length_m;
                 let end = End { shifts: target.shifts, place_m: target.place_m, keeps: PathEnd::Place };
-                let (path_rate_mps, path_acceleration_and_jerk) = self.bends.of(
-                    out.by.as_slice(),
-                    back.by.as_slice(),
+                let motion = self.bends.of(
+                    [out.by.as_slice(), back.by.as_slice()],
                     end,
                     length_m,
+                    [out.first_range_m, back.first_range_m],
                     rate(out) + rate(back),
                 );
+                let [first_mps, last_mps] = motion.velocities_mps;
                 list.push(Echo {
                     path_length_m: length_m,
-                    path_rate_mps,
-                    path_acceleration_and_jerk,
+                    path_rate_mps: motion.rate_mps,
+                    path_acceleration_and_jerk: motion.acceleration_and_jerk,
                     departure: to_sensor * out.out,
                     first_range_m: out.first_range_m,
+                    first_velocity_mps: to_sensor * first_mps,
                     arrival: to_sensor * back.out,
                     last_range_m: back.first_range_m,
+                    last_velocity_mps: to_sensor * last_mps,
                     path_gain: scattering(out, back).map(|row| row.map(|z| z / lengths)),
                     chain,
                     bounces,

@@ -41,6 +41,7 @@ pub fn echoes(
     let key = [options.seed as u32, (options.seed >> 32) as u32];
     let step = (farthest - NEAREST_M) / count as f64;
     let to_world = pose.rotation;
+    let to_sensor = to_world.inverse();
     let echo = |i: u64| {
         let draws = |k: u32| {
             let counter = [i as u32, (i >> 32) as u32, options.frame, STREAM ^ k];
@@ -58,14 +59,18 @@ pub fn echoes(
         let s = Complex64::from_polar((-u.ln() * sigma / (4.0 * PI)).sqrt() / (r * r), TAU * v);
         let fall = rain.fall_mps[((size * FALLS as f64) as usize).min(FALLS - 1)];
         let drop_mps = rain.wind_mps - DVec3::Z * fall;
+        let velocity_mps =
+            to_sensor * (drop_mps - velocity_mps - options.radar_spin_rad_per_s.cross(dir * r));
         Some(Echo {
             path_length_m: 2.0 * r,
-            path_rate_mps: 2.0 * dir.dot(drop_mps - velocity_mps),
+            path_rate_mps: 2.0 * seen.dot(velocity_mps),
             path_acceleration_and_jerk: [0.0; 2],
             departure: seen,
             first_range_m: r,
+            first_velocity_mps: velocity_mps,
             arrival: seen,
             last_range_m: r,
+            last_velocity_mps: velocity_mps,
             path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
             chain: [0; MAX_BOUNCES],
             bounces: 1,

@@ -331,7 +331,7 @@ fn folds_beyond_the_cycle_are_decided_by_the_speed_alone() {
                 }
                 false => {
                     assert!(
-                        (rate - stands - cycle_mps).abs() < 0.5 && state == "resolved",
+                        (rate - stands - cycle_mps).abs() < 0.5 && state == "ambiguous",
                         "{file}: {rate} {state}"
                     );
                     assert!((modulo - cycle_mps).abs() < 0.1, "{modulo}");
@@ -339,7 +339,7 @@ fn folds_beyond_the_cycle_are_decided_by_the_speed_alone() {
             }
         }
         let car = points.iter().find(|q| (q.0 - 56.4).abs() < 1.0).unwrap();
-        assert!((car.1 - 5.0).abs() < 0.5 && car.3 == "resolved", "{file}: {car:?}");
+        assert!((car.1 - 5.0).abs() < 0.5 && car.3 == "ambiguous", "{file}: {car:?}");
     };
     check("run/frame_000000/points.csv", true);
     let cube = "run/frame_000000/adc.npy";

@@ -228,6 +228,7 @@ impl Imager {
                 beat_std_hz: p.beat_std_cells * bin_hz,
                 power_db: db_from_power(p.source.power_w),
                 azimuth_rad: Some(p.source.azimuth_rad),
+                row: None,
             }
         };
         let slope = |k: usize, peaks: Vec<SlopePeak>| {
@@ -244,7 +245,7 @@ impl Imager {
                 let two = [slope(0, vec![all[0][i]]), slope(1, vec![all[1][j]])];
                 let (range_m, rate, range_std, rate_std) = meet(&two);
                 (free[0][i], free[1][j]) = (false, false);
-                pairs.push((i, j, range_m, rate, range_std, rate_std, Ambiguity::Resolved));
+                pairs.push((i, j, range_m, rate, range_std, rate_std, Ambiguity::EgoSpeed));
             }
         }
         let left = [0, 1].map(|k| (0..all[k].len()).filter(|i| free[k][*i]).collect::<Vec<usize>>());
@@ -284,6 +285,7 @@ impl Imager {
                 modulo_mps: f64::INFINITY,
                 angle_std_rad: Some([azimuth_std, 0.0]),
                 looks: 1,
+                at_search_edge: false,
             };
             let mut p = point(radar, &d, &accuracies[0]);
             p.rcs_dbsm += db_from_power((range_m / p.range_m).abs().powi(4));

@@ -42,7 +42,7 @@ pub(super) fn run(
     let mut cloud = sheet.stage("angles", || locate::points(engine, radar, &mut found, Some(own_mps)))?;
     sheet.stage("labels", || {
         let bodies = Bodies::new(&frame.scene, frame.time_s, &frame.pose);
-        label::label(radar, &mut cloud, &echoes, &bodies);
+        label::label(radar, &mut cloud, &echoes, &bodies)?;
         Ok(())
     })?;
     sheet.count("points", cloud.len());

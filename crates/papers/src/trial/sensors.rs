@@ -113,6 +113,7 @@ impl KeptPoint {
             bounces: 0,
             ghost: false,
             share: 0.0,
+            at_search_edge: false,
         }
     }
 }

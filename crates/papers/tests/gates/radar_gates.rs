@@ -51,7 +51,7 @@ fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>
     let (cube, front_end) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let mut points = locate::points(engine, radar, &mut [found], None).unwrap();
-    label::label(radar, &mut points, &echoes, &Bodies::new(scene, 0.0, pose));
+    label::label(radar, &mut points, &echoes, &Bodies::new(scene, 0.0, pose)).unwrap();
     let cube = match cube {
         AnyCube::F32(c) => c.to_f64().data,
         AnyCube::F64(c) => c.data,

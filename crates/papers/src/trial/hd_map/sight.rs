@@ -64,7 +64,9 @@ pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
         let range_m = at.length();
         let sound = range_m.is_finite() && range_m > 0.1 && p.range_rate_mps.is_finite();
         let rate = p.range_rate_mps * p.range_m / range_m;
-        let known = p.ambiguity.is_settled();
+        // Or known but for folds of the transmitters' turns.
+        let unfolded = p.modulo_mps.is_finite() && p.modulo_mps > 3.0 * radar.max_velocity_mps();
+        let known = p.ambiguity.is_settled() || unfolded;
         sound.then_some(Mover {
             range_m,
             azimuth_rad: at.to_angle(),
