@@ -141,8 +141,8 @@ fn curved_road(radius_m: f64, facet_m: f64) -> Mesh {
     mesh
 }
 
-/// A point over a road with a vertical curve, the pattern of its two-ray sum: with little curvature the flat road's where one facet mirrors; facets
-/// mirror within their bounds, so in sags two may mirror one point, about seams, and on crests none.
+/// A point over a road with a vertical curve, the pattern of its two-ray sum: with little curvature the flat road's, however many facets
+/// share in its mirror; each facet brings its own share, so that there are no gaps over crests.
 #[test]
 fn vertical_curves() {
     let k = wavenumber(77e9);
@@ -183,16 +183,15 @@ fn vertical_curves() {
                 found.iter().map(|r| r.path_gain[1][1] * Complex64::cis(-k * r.path_length_m)).sum();
             let peak = 4.0 / (d * d * (4.0 * PI).sqrt());
             let want = field * field / (4.0 * PI).sqrt();
-            if ways == 2 {
-                worst = worst.max((got.norm() - want.norm()).abs() / peak);
-            }
+            worst = worst.max((got.norm() - want.norm()).abs() / peak);
         }
         println!(
             "radius {radius_m:.0} m, facets {facet_m} m: no mirror {none}, one {one}, more {more} of {steps}; \
-             with one off the flat road by {worst:.3} of the peak"
+             off the flat road by {worst:.3} of the peak"
         );
+        assert!(none == 0, "{radius_m} {none} {one} {more}");
         if radius_m.abs() > 1e6 {
-            assert!(worst < 0.02 && none + more <= 4, "{radius_m} {worst} {none} {more}");
+            assert!(worst < 0.02, "{radius_m} {worst} {one} {more}");
         }
     }
 }

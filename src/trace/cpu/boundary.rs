@@ -95,7 +95,7 @@ pub(super) const GAUSS: [(f64, f64); 4] = [
 /// do not: their waves come so much later, up to 0.15 m at 77 GHz.
 const FADES: [f64; 2] = [60.0, 240.0];
 /// Shares of a mirror's field below this are none.
-const LEAST_SHARE: f64 = 0.02;
+const LEAST_SHARE: f64 = 0.005;
 /// Rounding of the sum of angles.
 const LEAST_TURN: f64 = 1e-9;
 /// Times a side may be halved.

@@ -10,7 +10,7 @@ use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
 use super::diffuse;
 use super::field::{Bounce, sent};
-use super::points::{LitPlane, point_echoes_over};
+use super::points::{Reflecting, SAME, point_echoes_over};
 use crate::em::aperture::Moments;
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
@@ -24,9 +24,6 @@ use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-
-/// Corners nearer to one another than this share of the scene's radius are one.
-const SAME: f64 = 1e-9;
 
 /// Radians from the place of mirror reflection to a wave up to which the amplitude's change about that place
 /// is looked at.
@@ -453,7 +450,7 @@ impl Station<'_> {
     }
 
     /// The planes that the radar sees at first hand and that are large enough to mirror anything.
-    fn lit_planes(&self, regions: &[Region]) -> Vec<LitPlane> {
+    fn lit_planes(&self, regions: &[Region]) -> Vec<Reflecting> {
         let faces = self.geometry.faces();
         let lit = |r: &Region| {
             let node = &self.clipped.nodes[r.node as usize];
@@ -463,7 +460,7 @@ impl Station<'_> {
                 return None;
             }
             let outline = outline(r.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
-            Some(LitPlane { face: node.face, outline })
+            Some(Reflecting { face: node.face, outline, is_seen: true })
         };
         regions.par_iter().filter_map(lit).collect()
     }

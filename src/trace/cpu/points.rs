@@ -5,23 +5,48 @@ use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::Plane;
 use super::field::{Bounce, CVec, sent};
 use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::geom::faces::NOT_CURVED;
+use crate::geom::outline::outline;
 use crate::geom::{Geometry, Shift};
 use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
 use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// What the radar sees of a plane: it mirrors what stands before it.
-pub struct LitPlane {
+/// A plane that mirrors what stands before it.
+pub struct Reflecting {
     /// A face of it, whose axes the outline is in.
     pub face: u32,
     /// Sides, inside on the left, m.
     pub outline: Vec<[DVec2; 2]>,
+    /// Whether the radar sees all within the outline. Otherwise it has to see the place of mirror reflection.
+    pub is_seen: bool,
+}
+
+/// The planes of a geometry, whether the radar sees them or not.
+fn planes(geometry: &Geometry) -> Vec<Reflecting> {
+    let faces = geometry.faces();
+    let mut of_patch: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, face) in faces.faces.iter().enumerate().filter(|(_, f)| f.curved == NOT_CURVED) {
+        of_patch.entry(face.patch).or_default().push(i as u32);
+    }
+    let plane = |list: Vec<u32>| {
+        let first = &faces.faces[list[0] as usize];
+        let corner = faces.corners[first.first as usize];
+        let on = |p: &DVec3| DVec2::new(first.axis[0].dot(*p - corner), first.axis[1].dot(*p - corner));
+        let polygons: Vec<Vec<DVec2>> =
+            list.iter().map(|i| faces.corners(&faces.faces[*i as usize]).iter().map(on).collect()).collect();
+        let outline = outline(polygons.iter().map(|p| &p[..]), SAME * faces.radius_m);
+        Reflecting { face: list[0], outline, is_seen: false }
+    };
+    of_patch.into_values().map(plane).collect()
 }
 
 /// Echoes of the point targets (S = sqrt(sigma / 4 pi) on both polarisations, whatever the directions) and of the scattering
-/// tables, from their origins, straight. Ways that something blocks are left out; these targets themselves hide nothing. A table knows
+/// tables, from their origins, straight and, with `options.images`, over the planes that mirror them, in all combinations of ways out and
+/// back (CONVENTIONS eq. 65, 65a). Ways that something blocks are left out; these targets themselves hide nothing. A table knows
 /// no scattering from one direction into another: there it is asked for the direction halfway.
 pub fn point_echoes(
     geometry: &Geometry,
@@ -29,12 +54,13 @@ pub fn point_echoes(
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Vec<Echo> {
-    point_echoes_over(&[], geometry, pose, velocity_mps, options)
+    let planes = if options.images { planes(geometry) } else { Vec::new() };
+    point_echoes_over(&planes, geometry, pose, velocity_mps, options)
 }
 
-/// The same with ways over planes, in all combinations of ways out and back (CONVENTIONS eq. 65, 65a).
+/// The same with ways over these planes.
 pub fn point_echoes_over(
-    mirrors: &[LitPlane],
+    mirrors: &[Reflecting],
     geometry: &Geometry,
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
@@ -82,6 +108,8 @@ struct Leg<'a> {
     by: Option<Mirror<'a>>,
 }
 
+/// Corners nearer to one another than this share of the scene's radius are one.
+pub(super) const SAME: f64 = 1e-9;
 /// As the tau of exact beams at an accuracy of 0.05 dB.
 const TAU: f64 = 0.125;
 
@@ -90,7 +118,7 @@ struct Radar<'a> {
     pose: &'a Pose<Sensor, World>,
     velocity_mps: DVec3,
     bends: Bends,
-    mirrors: &'a [LitPlane],
+    mirrors: &'a [Reflecting],
 }
 
 #[derive(Clone, Copy)]
@@ -112,7 +140,7 @@ impl Radar<'_> {
         Some(Leg { out: dir, first_range_m: r, length_m: r, dir, field: sent(self.pose, dir), by: None })
     }
 
-    fn over(&self, mirror: &LitPlane, target: DVec3) -> Option<Leg<'_>> {
+    fn over(&self, mirror: &Reflecting, target: DVec3) -> Option<Leg<'_>> {
         let (radar, geometry) = (self.pose.translation_m, self.geometry);
         let faces = geometry.faces();
         let face = &faces.faces[mirror.face as usize];
@@ -128,7 +156,8 @@ impl Radar<'_> {
             [radar, target].map(|p| p - corner).map(|d| DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d)));
         let plane = Plane::new(k, feet, [from.abs(), to.abs()], TAU, f64::INFINITY);
         let (share, spot) = plane.share(&mirror.outline)?;
-        if !geometry.sees(target, corner + face.axis[0] * spot.x + face.axis[1] * spot.y) {
+        let spot = corner + face.axis[0] * spot.x + face.axis[1] * spot.y;
+        if !geometry.sees(target, spot) || !(mirror.is_seen || geometry.sees(radar, spot)) {
             return None;
         }
         let image = radar - face.normal * (2.0 * from);

@@ -690,7 +690,8 @@ mod tests {
             let (all, part) = (scan(&site), scan(&near));
             let peak = all.iter().fold(0.0f32, |m, v| m.max(v.abs()));
             let apart = all.iter().zip(&part).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
-            assert!(all.len() == part.len() && apart < 2e-4 * peak, "{index}: {apart} of {peak}");
+            // Where a wall ends decides where its long sides are split, each part with the path of its middle.
+            assert!(all.len() == part.len() && apart < 3e-4 * peak, "{index}: {apart} of {peak}");
         }
     }
 
