@@ -309,7 +309,7 @@ fn plates_of_any_size_mirror_by_one_law() {
         point.add_to(&mut scene, &material::by_name, ("point", ""), at, DVec3::ZERO).unwrap();
         let (found, _) = seen(&scene, DVec3::ZERO);
         let all = by_chain(&found);
-        let half = |c: [u32; 2]| all.get(&c.to_vec()).copied().unwrap_or_default();
+        let half = |c: [u32; 2]| all.get(c.as_slice()).copied().unwrap_or_default();
         assert!((half([1, 2]) - half([2, 1])).norm() <= 1e-12 * half([1, 2]).norm());
         (half([1, 2]), corner, sides)
     };
