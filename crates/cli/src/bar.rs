@@ -7,7 +7,7 @@ use std::ops::Deref;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard};
-use std::thread::{JoinHandle, sleep, spawn};
+use std::thread::{Builder, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
 /// Of a program that was interrupted (128 + SIGINT).
@@ -57,7 +57,8 @@ impl Bar {
         made.set_length(length);
         if !quiet && made.bar.is_hidden() {
             let (bar, estimate, ended) = (made.bar.clone(), made.estimate.clone(), made.ended.clone());
-            made.lines = Some(spawn(move || say_lines(&bar, &estimate, &ended)));
+            // Where no thread can begin the work goes on without a word.
+            made.lines = small().spawn(move || say_lines(&bar, &estimate, &ended)).ok();
         } else if !quiet {
             made.bar.enable_steady_tick(TICK);
         }
@@ -227,7 +228,7 @@ pub fn watch() -> Result<()> {
             .and_then(|_| signal_hook::flag::register(signal, flag()))
             .map_err(|e| Error::Failed(format!("signals: {e}")))?;
     }
-    spawn(|| {
+    let watching = small().spawn(|| {
         while !cancel().load(Ordering::Relaxed) {
             sleep(TICK / 4);
         }
@@ -265,7 +266,12 @@ pub fn watch() -> Result<()> {
         )]
         exit(INTERRUPTED);
     });
-    Ok(())
+    watching.map(|_| ()).map_err(|e| Error::Failed(format!("no thread can begin that waits for Ctrl-C: {e}")))
+}
+
+/// A thread that says lines needs little.
+fn small() -> Builder {
+    Builder::new().stack_size(256 << 10)
 }
 
 #[cfg(test)]
