@@ -13,19 +13,24 @@ use catseye::units::db_from_power;
 use glam::DVec3;
 use std::path::Path;
 
-fn radar(bandwidth_hz: f64, period_s: f64, chirps: usize, transmitters: usize, max_mps: f64) -> Radar {
+fn text(bandwidth_hz: f64, period_s: f64, chirps: usize, transmitters: usize, migration: &str) -> String {
     let tx: String = (0..transmitters)
         .map(|i| format!("[[tx]]\nposition_half_wavelengths = [0, {}, 0]\n", 2 * i))
         .collect();
-    let text = format!(
+    format!(
         "name = \"f\"\n[waveform]\ncarrier_hz = 77e9\nbandwidth_hz = {bandwidth_hz}\nramp_time_s = 20e-6\n\
          chirp_period_s = {period_s}\nchirps = {chirps}\n[receiver]\nsampling = \"iq\"\nsample_rate_hz = 12.8e6\n\
          samples = 256\nnoise_figure_db = 10\n[transmitter]\npower_dbm = 10\n{tx}\
          [[rx]]\nposition_half_wavelengths = [0, 0, 0]\n[[rx]]\nposition_half_wavelengths = [0, 1, 0]\n\
-         [processing]\nrange_migration = \"keystone\"\nrange_migration_max_mps = {max_mps}\n\
+         [processing]\n{migration}\
          [processing.cfar]\nkind = \"ca\"\nguard_range_cells = 3\nguard_doppler_cells = 3\n\
          train_range_cells = 8\ntrain_doppler_cells = 4\nfalse_alarm_probability = 1e-6\n"
-    );
+    )
+}
+
+fn radar(bandwidth_hz: f64, period_s: f64, chirps: usize, transmitters: usize, max_mps: f64) -> Radar {
+    let migration = format!("range_migration = \"keystone\"\nrange_migration_max_mps = {max_mps}\n");
+    let text = text(bandwidth_hz, period_s, chirps, transmitters, &migration);
     parse(Path::new("f.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -38,6 +43,38 @@ fn cube(engine: &Engine, radar: &Radar, targets: &[(f64, f64, f64)]) -> AnyCube 
 
 fn strongest(found: &RangeDoppler<f64>) -> Peak {
     place(&found.map, found.cells[0], [None, None])
+}
+
+/// What cannot be compensated is refused, with the line, the key and what is allowed.
+#[test]
+fn folds_that_cannot_be_are_refused() {
+    let refused = |period_s: f64, migration: &str| {
+        let text = text(1e9, period_s, 512, 1, migration);
+        parse(Path::new("f.toml"), &text).unwrap_err().to_string()
+    };
+    let keystone = |max: &str| format!("range_migration = \"keystone\"\nrange_migration_max_mps = {max}\n");
+    let said = [
+        refused(40e-6, "range_migration_max_mps = 30\n"),
+        refused(40e-6, &keystone("-1")),
+        refused(40e-6, &keystone("201")),
+        refused(40e-6, &keystone("nan")),
+        // v_max = lambda / (4 * 0.4 ms) = 2.43 m/s: 31 folds reach to 75.4 m/s.
+        refused(400e-6, &keystone("80")),
+    ];
+    let words = [
+        "add range_migration = \"keystone\"",
+        "0..=200",
+        "0..=200",
+        "0..=200",
+        "up to 75.4 m/s, which are 31 folds",
+    ];
+    for (said, word) in said.iter().zip(words) {
+        assert!(
+            said.contains("range_migration_max_mps") && said.contains("f.toml:") && said.contains(word),
+            "{said}"
+        );
+    }
+    assert!(parse(Path::new("f.toml"), &text(1e9, 400e-6, 512, 1, &keystone("75"))).is_ok());
 }
 
 /// 60 m/s and -45 m/s beyond the unambiguous interval, two waveforms: in their range cells, with less than 1 dB less than at 2 m/s.

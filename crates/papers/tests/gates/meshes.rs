@@ -134,6 +134,7 @@ fn a_wall_is_a_wall_however_it_is_cut_up() {
     let want = by_chain(&found);
     let ghosts: Vec<&Vec<u32>> =
         want.keys().filter(|c| c.contains(&1) && c.iter().any(|id| *id > 1) && c.len() < 4).collect();
+    let strongest = ghosts.iter().map(|c| db(want[*c])).fold(f64::NEG_INFINITY, f64::max);
     println!("ghosts {ghosts:?} {:?}", want.iter().map(|(c, z)| (c, db(*z))).collect::<Vec<_>>());
     assert!(ghosts.iter().filter(|c| c.contains(&2)).count() == 3 && ghosts.len() >= 6);
     let base = Cut { f32: true, ..WHOLE };
@@ -163,9 +164,13 @@ fn a_wall_is_a_wall_however_it_is_cut_up() {
         let (found, geometry) = seen(&walled(cut, seed as u64 + 1), radar);
         let got = by_chain(&found);
         let off = |c: &&Vec<u32>| got.get(*c).map_or(f64::INFINITY, |z| (db(*z) - db(want[*c])).abs());
-        let most = ghosts.iter().map(off).fold(0.0, f64::max);
+        let most = |weak: bool| {
+            let counts = |c: &&&Vec<u32>| weak == (db(want[**c]) < strongest - 60.0);
+            ghosts.iter().filter(counts).map(off).fold(0.0, f64::max)
+        };
+        let (most, most_of_weak) = (most(false), most(true));
         println!(
-            "{:?} bricks {} apart {} yaw {:.1} at {} noise {}: {} faces, {} patches, {most:.3} dB",
+            "{:?} bricks {} apart {} yaw {:.1} at {} noise {}: {} faces, {} patches, {most:.3} dB, {most_of_weak:.3} of weak ones",
             cut.n,
             cut.bricks,
             cut.apart,
@@ -175,8 +180,9 @@ fn a_wall_is_a_wall_however_it_is_cut_up() {
             geometry.faces().faces.len(),
             geometry.faces().patch_area_m2.len()
         );
-        // Of bricks whose corners are noisy slits of 0.1 mm are left, and one of the corner's ghosts is off by 1.3 dB.
-        assert!(most < if cut.bricks { 1.5 } else { 0.5 }, "{most}");
+        assert!(most < 0.5, "{most}");
+        // Noisy bricks leave slits of 0.1 mm, through which ghosts 67 dB under the strongest are off by 1.3 dB.
+        assert!(most_of_weak < if cut.bricks { 1.5 } else { 0.5 }, "{most_of_weak}");
     }
 }
 
@@ -217,9 +223,6 @@ fn a_graded_road_of_many_facets_fades_as_two_rays() {
             let (r, image) = (d.length(), (d + up * 0.3).length());
             let field = Complex64::cis(-k * r) / r - Complex64::cis(-k * image) / image;
             let want = field * field / (4.0 * PI).sqrt();
-            if std::env::var("SHOW").is_ok() {
-                println!("{i} {} {}", db(got), db(want));
-            }
             squares += (db(got) - db(want)).powi(2);
             count += 1;
         }
