@@ -116,6 +116,12 @@ pub fn is_alone(range_rate_mps: f64, modulo_mps: f64) -> bool {
     (range_rate_mps - slowest).abs() < 0.5 * modulo_mps && second > FASTEST_MPS
 }
 
+/// Whether a range rate known but for multiples of `modulo_mps` is known better than one ramp's Doppler map tells, in which it is known
+/// but for twice the `max_velocity_mps` of its edge. Half as much again keeps rounding out: the next modulus is twice as wide.
+pub fn is_unfolded(modulo_mps: f64, max_velocity_mps: f64) -> bool {
+    modulo_mps.is_finite() && modulo_mps > 3.0 * max_velocity_mps
+}
+
 /// Power of the weakest transmitter's band over the mean of all, of one body.
 const ALIKE: f64 = 0.4;
 

@@ -122,9 +122,9 @@ pub struct NearFaces {
 }
 
 impl Faces {
-    /// The faces of a body in its own frame. `curved` says which triangles are curved, and `planes` in which plane they lie, or are
-    /// empty where none does, and `off_m` how far the file's corners were off each plane; `enters` says of each surface whether it is the front of a dielectric volume;
-    /// corners nearer to a plane than `flat_m` lie in it.
+    /// The faces of a body in its own frame. Of each triangle: its curved surface, and the number of the plane that it was found to lie
+    /// in; both lists may be empty. `off_m` tells how far the file's corners were off each plane. `enters` says of each surface
+    /// whether it is the front of a dielectric volume. Corners nearer to a plane than `flat_m` lie in it.
     pub(super) fn build(
         mesh: &Welded,
         (curved, planes, off_m): (&[Option<CurvedFacet>], &[u32], &[f64]),

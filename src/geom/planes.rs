@@ -1,4 +1,4 @@
-//! Which triangles of a mesh lie in one plane, however it is cut up and however roughly its file holds it (CONVENTIONS eq. 58b).
+//! Which triangles of a mesh lie in one plane, however it is cut up and however roughly its file holds it (CONVENTIONS eq. 60a).
 //!
 //! Files hold places in f32, scanners and exporters leave a tenth of a millimetre of noise. Such a wall is one mirror to waves of
 //! 4 mm, and a hundred facets that each look another way are none. Corners of what is one plane are moved into it; what bends is
@@ -6,6 +6,7 @@
 
 use super::hash::FastMap;
 use super::patches::places;
+use super::welded;
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 
@@ -49,11 +50,12 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
     let joints = Joints::new(mesh, NOISE_M + rounding_m, curved);
     let mut found: Vec<Plane> = Vec::new();
     let mut done = vec![false; of.len()];
+    let mut met = [Met::new(mesh.positions_m.len()), Met::new(of.len())];
     for seed in joints.by_area() {
         if std::mem::replace(&mut done[seed as usize], true) {
             continue;
         }
-        let (plane, members) = joints.grow(seed, &of);
+        let (plane, members) = joints.grow(seed, &of, &mut met);
         members.iter().for_each(|t| done[*t as usize] = true);
         if members.len() > 1 && joints.is_flat(&plane, &members) {
             members.iter().for_each(|t| of[*t as usize] = found.len() as u32);
@@ -76,7 +78,7 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
 }
 
 /// Where `normal . r` is `offset_m`.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Plane {
     normal: DVec3,
     offset_m: f64,
@@ -110,28 +112,45 @@ struct Joints {
 }
 
 fn sides(t: [u32; 3]) -> [(u32, u32); 3] {
-    [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)))
+    welded::sides(&t).map(|(a, b)| (a.min(b), a.max(b)))
+}
+
+/// Numbers that were met since the last call of `anew`.
+struct Met {
+    at: Vec<u32>,
+    now: u32,
+}
+
+impl Met {
+    fn new(count: usize) -> Met {
+        Met { at: vec![0; count], now: 0 }
+    }
+
+    fn anew(&mut self) {
+        self.now += 1;
+    }
+
+    fn has(&self, i: u32) -> bool {
+        self.at[i as usize] == self.now
+    }
+
+    /// Whether it was not met before.
+    fn add(&mut self, i: u32) -> bool {
+        std::mem::replace(&mut self.at[i as usize], self.now) != self.now
+    }
 }
 
 impl Joints {
     fn new(mesh: &Mesh, tolerance_m: f64, curved: impl Fn(usize) -> bool) -> Joints {
         let mut place = places(&mesh.positions_m);
         let mut at = mesh.positions_m.clone();
-        let shortest = |place: &[u32]| {
-            let mut shortest = vec![f64::INFINITY; at.len()];
-            for t in &mesh.triangles {
-                for (a, b) in sides(t.map(|v| place[v as usize])) {
-                    let length = at[a as usize].distance(at[b as usize]);
-                    if length > 0.0 {
-                        [a, b]
-                            .into_iter()
-                            .for_each(|v| shortest[v as usize] = shortest[v as usize].min(length));
-                    }
-                }
+        let mut shortest_m = vec![f64::INFINITY; at.len()];
+        for (a, b) in mesh.triangles.iter().flat_map(|t| sides(t.map(|v| place[v as usize]))) {
+            let length = at[a as usize].distance(at[b as usize]);
+            for v in [a, b].into_iter().filter(|_| length > 0.0) {
+                shortest_m[v as usize] = shortest_m[v as usize].min(length);
             }
-            shortest
-        };
-        let shortest_m = shortest(&place);
+        }
         weld(&mut place, &mut at, &shortest_m, 2.0 * tolerance_m);
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
         let cross: Vec<DVec3> = triangles
@@ -214,21 +233,21 @@ impl Joints {
     }
 
     /// What lies in one plane about a triangle: the plane that fits best, and the triangles. Those that are `taken` stay out.
-    fn grow(&self, seed: u32, taken: &[u32]) -> (Plane, Vec<u32>) {
+    fn grow(&self, seed: u32, taken: &[u32], [known, seen]: &mut [Met; 2]) -> (Plane, Vec<u32>) {
         let normal = self.normal[seed as usize];
         let corners = self.triangles[seed as usize].map(|v| self.at[v as usize]);
         let mut fit = Fit::new(corners.iter().sum::<DVec3>() / 3.0, normal);
-        let mut known: FastMap<u32, ()> = FastMap::default();
-        let mut seen: FastMap<u32, ()> = FastMap::default();
+        known.anew();
+        seen.anew();
         let mut add = |fit: &mut Fit, t: u32| {
             for v in self.triangles[t as usize] {
-                if known.insert(v, ()).is_none() {
+                if known.add(v) {
                     fit.add(self.at[v as usize]);
                 }
             }
         };
         add(&mut fit, seed);
-        seen.insert(seed, ());
+        seen.add(seed);
         let mut members = vec![seed];
         let mut round = 0..1;
         while !round.is_empty() {
@@ -237,7 +256,7 @@ impl Joints {
                 for t in self.neighbours(members[i]) {
                     let alike = self.material[t as usize] == self.material[seed as usize]
                         && self.normal[t as usize].dot(normal) > 0.5;
-                    if !alike || taken[t as usize] != NO_PLANE || seen.contains_key(&t) {
+                    if !alike || taken[t as usize] != NO_PLANE || seen.has(t) {
                         continue;
                     }
                     // A small plane says little of what lies far from it.
@@ -247,7 +266,7 @@ impl Joints {
                         (h - slopes.z - slopes.truncate().dot(p)).abs() <= self.tolerance_m * reach
                     });
                     if fits {
-                        seen.insert(t, ());
+                        seen.add(t);
                         members.push(t);
                         add(&mut fit, t);
                     }

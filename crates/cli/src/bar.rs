@@ -266,7 +266,11 @@ pub fn watch() -> Result<()> {
         )]
         exit(INTERRUPTED);
     });
-    watching.map(|_| ()).map_err(|e| Error::Failed(format!("no thread can begin that waits for Ctrl-C: {e}")))
+    watching.map(|_| ()).map_err(|e| {
+        Error::Failed(format!(
+            "no thread can begin that waits for Ctrl-C: {e}; raise the limits of threads (ulimit -u) and of memory (ulimit -v)"
+        ))
+    })
 }
 
 /// A thread that says lines needs little.

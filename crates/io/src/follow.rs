@@ -3,6 +3,7 @@
 
 use super::files::frame_name;
 use catseye::detect::accuracy::PointStd;
+use catseye::detect::ambiguity::is_unfolded;
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
 use catseye::detect::kalman::Station;
@@ -70,7 +71,7 @@ impl SensorPoint {
 
     /// Whether more is known of the rate than its row says: its fold, or that but for folds of the transmitters' turns.
     fn is_unfolded(&self, radar: &Radar) -> bool {
-        self.resolved || self.modulo_mps.is_finite() && self.modulo_mps > 3.0 * radar.max_velocity_mps()
+        self.resolved || is_unfolded(self.modulo_mps, radar.max_velocity_mps())
     }
 }
 

@@ -40,16 +40,17 @@ pub struct Plane {
     /// Feet and heights of source and receiver.
     foot: [DVec2; 2],
     height: [f64; 2],
-    /// Place of mirror reflection, and the path by way of it.
+    /// Place of mirror reflection.
     pub mirror: DVec2,
-    mirror_m: f64,
+    /// The path by way of it, m.
+    pub mirror_m: f64,
     /// Isotropic coordinates about it: y = (p . stretch[0], p . stretch[1]) with L - L* = y^2 / 2 near it.
     stretch: [DVec2; 2],
     determinant: f64,
     tau: f64,
     /// Half the spread of path lengths that one wave may stand for.
     spread_m: f64,
-    /// How far source and receiver go until the end of the frame, in the plane and over it.
+    /// How far source and receiver go while each wave has to stand for the same places, in the plane and over it.
     drift_m: [(DVec2, f64); 2],
 }
 
@@ -130,13 +131,12 @@ impl Plane {
         plane
     }
 
-    /// The same for a source and a receiver that go so far until the end of a frame, in the plane and over it: a wave stands for
-    /// the same places all over the frame.
+    /// The same for a source and a receiver that go so far, in the plane and over it: a wave stands for the same places all the way.
     pub fn drifting(self, drift_m: [(DVec2, f64); 2]) -> Plane {
         Plane { drift_m, ..self }
     }
 
-    /// How much the slope of the path along a direction changes until the end of the frame.
+    /// How much the slope of the path along a direction changes on the way of source and receiver.
     fn sway(&self, p: DVec2, along: DVec2) -> f64 {
         let mut sway = 0.0;
         for i in 0..2 {
@@ -304,7 +304,7 @@ struct Along {
     path: Path,
     slope: f64,
     bend: f64,
-    /// How much the slope changes until the end of the frame.
+    /// How much the slope changes on the way of source and receiver.
     sway: f64,
     /// slope of the length times the vector from the place of mirror reflection, and its derivative.
     radial: f64,

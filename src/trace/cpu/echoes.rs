@@ -305,8 +305,7 @@ impl Station<'_> {
             return is_finite(&whole).then_some(whole).into_iter().collect();
         }
         // Far from the place of mirror reflection the amplitude in a wave's own place says enough.
-        let mirror = plane.path(plane.mirror).length;
-        let near = |w: &Wave| k * (w.length_m - mirror) <= NEAR;
+        let near = |w: &Wave| k * (w.length_m - plane.mirror_m) <= NEAR;
         let about = waves.iter().any(near).then(|| {
             let leads_there = self.leads_to(&chain, place(plane.mirror));
             slopes(&plane, if leads_there { plane.mirror } else { plane.nearest(&sides) }, &at)

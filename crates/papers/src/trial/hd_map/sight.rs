@@ -3,6 +3,7 @@
 use crate::trial::drive::lane_track;
 use crate::trial::hd_map::settings::Settings;
 use crate::trial::kit::*;
+use catseye::detect::ambiguity::is_unfolded;
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
@@ -65,8 +66,7 @@ pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
         let sound = range_m.is_finite() && range_m > 0.1 && p.range_rate_mps.is_finite();
         let rate = p.range_rate_mps * p.range_m / range_m;
         // Or known but for folds of the transmitters' turns.
-        let unfolded = p.modulo_mps.is_finite() && p.modulo_mps > 3.0 * radar.max_velocity_mps();
-        let known = p.ambiguity.is_settled() || unfolded;
+        let known = p.ambiguity.is_settled() || is_unfolded(p.modulo_mps, radar.max_velocity_mps());
         sound.then_some(Mover {
             range_m,
             azimuth_rad: at.to_angle(),
