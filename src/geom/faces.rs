@@ -3,8 +3,7 @@
 
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
-use super::planes::NO_PLANE;
-use super::welded::{Welded, sides};
+use super::welded::{NO_PLANE, Welded, sides};
 use crate::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
 use glam::{DVec2, DVec3, Vec3Swizzles};

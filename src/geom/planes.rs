@@ -6,12 +6,9 @@
 
 use super::hash::FastMap;
 use super::patches::places;
-use super::welded;
+use super::welded::{self, NO_PLANE};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
-
-/// As the plane of a triangle that shares its plane with no other.
-pub(super) const NO_PLANE: u32 = u32::MAX;
 
 /// Noise that corners of a flat surface may have across it, m: 0.1 mm along each axis.
 const NOISE_M: f64 = 2e-4;

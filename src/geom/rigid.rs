@@ -3,9 +3,9 @@
 use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
 use super::patches::coplanar_patches;
-use super::planes::{self, NO_PLANE};
+use super::planes;
 use super::triangle::Triangle;
-use super::welded::{Welded, weld};
+use super::welded::{NO_PLANE, Welded, weld};
 use crate::frames::{Pose, Target, World};
 use crate::scene::Mesh;
 use glam::DVec3;

@@ -1,10 +1,12 @@
 //! A mesh whose triangles share their corners.
 
 use super::hash::FastMap;
-use super::planes::NO_PLANE;
 use super::triangle::Triangle;
 use glam::DVec3;
 use std::collections::hash_map::Entry;
+
+/// As the plane of a triangle that shares its plane with no other.
+pub(super) const NO_PLANE: u32 = u32::MAX;
 
 /// The places of all corners, each once, and each triangle as three of them. Zeros of either sign are one.
 pub(super) fn weld(triangles: &[[DVec3; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
