@@ -77,6 +77,8 @@ pub struct KeptPoint {
     numbers: [f64; 11],
     std: PointStd,
     ambiguity: Ambiguity,
+    /// None: infinite, which JSON does not have.
+    modulo_mps: Option<f64>,
 }
 
 impl KeptPoint {
@@ -87,7 +89,8 @@ impl KeptPoint {
         let stds = [p.std.range_m, p.std.range_rate_mps, p.beat_std_cells];
         let [range, rate, azimuth, elevation, snr, rcs] = told;
         let numbers = [range, rate, azimuth, elevation, x, y, z, p.power_dbm, snr, rcs, p.beat_std_cells];
-        let kept = KeptPoint { numbers, std: p.std, ambiguity: p.ambiguity };
+        let modulo_mps = p.modulo_mps.is_finite().then_some(p.modulo_mps);
+        let kept = KeptPoint { numbers, std: p.std, ambiguity: p.ambiguity, modulo_mps };
         told.iter().chain(&stds).all(|v| v.is_finite()).then_some(kept)
     }
 
@@ -106,8 +109,7 @@ impl KeptPoint {
             std: self.std,
             beat_std_cells,
             ambiguity: self.ambiguity,
-            // Methods do not ask, and what is kept is JSON, which has no infinity.
-            modulo_mps: f64::INFINITY,
+            modulo_mps: self.modulo_mps.unwrap_or(f64::INFINITY),
             object_id: 0,
             class: String::new(),
             bounces: 0,
@@ -242,6 +244,91 @@ impl OwnedInput {
             scans: &self.scans,
             image: self.image.as_ref(),
             place: self.place,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catseye::frames::direction_from_angles;
+    use std::path::Path;
+
+    /// A point of something with a range rate, beside its azimuth and distance.
+    fn point(
+        range_m: f64,
+        azimuth_rad: f64,
+        range_rate_mps: f64,
+        ambiguity: Ambiguity,
+        modulo_mps: f64,
+    ) -> Point {
+        Point {
+            range_m,
+            range_rate_mps,
+            azimuth_rad,
+            elevation_rad: 0.0,
+            position_m: direction_from_angles(azimuth_rad, 0.0) * range_m,
+            power_dbm: -80.0,
+            snr_db: 20.0,
+            rcs_dbsm: 0.0,
+            std: PointStd {
+                range_m: 0.05,
+                range_rate_mps: 0.05,
+                azimuth_rad: Some(0.005),
+                elevation_rad: None,
+            },
+            beat_std_cells: 0.1,
+            ambiguity,
+            modulo_mps,
+            object_id: 0,
+            class: String::new(),
+            bounces: 0,
+            ghost: false,
+            share: 0.0,
+            at_search_edge: false,
+        }
+    }
+
+    /// What a radar whose transmitters take turns knows of a rate, that it is λ/2T_c from the next one, is kept with the point: a car
+    /// that one turn of the Doppler map tells from what stands has a track, with its speed.
+    #[test]
+    fn a_rate_known_but_for_the_transmitters_turns_still_makes_a_track() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/lane/camera_straight.toml");
+        let scenario = Scenario::load(&path).unwrap();
+        let radar = &scenario.radars[0];
+        let span = 2.0 * radar.max_velocity_mps();
+        let turns = span * radar.tx.len() as f64;
+        let own_mps = 12.0;
+        let read = [Measured { value: own_mps, std: 0.1 }, Measured { value: 0.0, std: 1e-3 }];
+        let mut follower = TrackFollower::new().unwrap();
+        let mut tracks = Vec::new();
+        for index in 0..5 {
+            let stands = (-8..=8).filter(|k| *k != 0).map(|k| {
+                let azimuth = f64::from(k) * 0.08;
+                let range_m = 20.0 + f64::from(k);
+                point(range_m, azimuth, -own_mps * azimuth.cos(), Ambiguity::EgoSpeed, turns)
+            });
+            let rate = span - own_mps;
+            let range_m = 40.0 + rate * scenario.frames.time_s(index);
+            let car = point(range_m, 0.0, rate, Ambiguity::Ambiguous, turns);
+            let kept: Vec<KeptPoint> =
+                stands.chain([car]).map(|p| KeptPoint::of(&p).expect("finite numbers")).collect();
+            // As an interrupted run finds them.
+            let kept: Vec<KeptPoint> = serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap();
+            assert!(kept.iter().all(|k| k.point().modulo_mps == turns), "{index}");
+            tracks = follower.step(&scenario, radar, index, &kept, read).unwrap();
+        }
+        let [track] = &*tracks else { panic!("{} tracks", tracks.len()) };
+        let [ahead, left] = track.velocity_mps;
+        assert!((ahead - span).abs() < 0.2 && left.abs() < 1.0, "{ahead} {left}, not {span}");
+    }
+
+    #[test]
+    fn a_point_is_kept_as_it_is() {
+        for modulo_mps in [12.5, f64::INFINITY] {
+            let p = point(17.0, 0.1, -3.0, Ambiguity::Unambiguous, modulo_mps);
+            let kept = serde_json::to_string(&KeptPoint::of(&p).expect("finite numbers")).unwrap();
+            assert_eq!(serde_json::from_str::<KeptPoint>(&kept).unwrap().point(), p);
         }
     }
 }
