@@ -1,8 +1,11 @@
 //! Which echoes of a frame may be left out: the weakest, as long as all of them together cannot show (CONVENTIONS eq. 67).
 
 use super::synthesis::{Levels, passes};
+use crate::geom::hash::FastMap;
 use crate::scene::radar::Radar;
-use crate::trace::{Echo, Echoes, strength};
+use crate::trace::{Echo, Echoes, MAX_BOUNCES, strength};
+use crate::units::wavenumber;
+use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// What may be left out of a frame.
@@ -51,6 +54,26 @@ pub fn trim(radar: &Radar, echoes: &mut Echoes, budget: Budget) {
         }
         _ => true,
     });
+}
+
+/// Power of echoes in a channel, mean over channels, W. Those of one chain of objects in one range cell are added up with their phases
+/// first: waves of the two ends of a narrow strip are each far stronger than what the strip returns.
+pub fn power_w(radar: &Radar, echoes: &[Echo]) -> f64 {
+    let levels = Levels::new(radar);
+    let (k, cell_m) = (wavenumber(radar.carrier_hz), radar.range_bin_m());
+    let one = |r: &Echo| passes(radar, r).then(|| levels.amplitude(r) * Complex64::cis(-k * r.path_length_m));
+    let waves: Vec<Option<Complex64>> = echoes.par_iter().map(one).collect();
+    let mut sums: FastMap<([u32; MAX_BOUNCES], i64), usize> = FastMap::default();
+    let mut of_cells: Vec<Complex64> = Vec::new();
+    for (r, wave) in echoes.iter().zip(waves).filter_map(|(r, w)| Some((r, w?))) {
+        let cell = (r.range_m() / cell_m).round() as i64;
+        let i = *sums.entry((r.chain, cell)).or_insert(of_cells.len());
+        match of_cells.get_mut(i) {
+            Some(sum) => *sum += wave,
+            None => of_cells.push(wave),
+        }
+    }
+    of_cells.iter().map(Complex64::norm_sqr).sum()
 }
 
 /// The power below which all together stay below `sum`.

@@ -104,6 +104,14 @@ pub struct SynthesisStats {
     pub left_out: u64,
     /// Power of the echoes that were left out, W.
     pub left_out_power_w: f64,
+    /// Bounces that were followed; 0 where nobody says.
+    pub bounces: u64,
+    /// Power of the echoes, W: those of one chain in one range cell are added up with their phases.
+    pub power_w: f64,
+    /// Power of what one bounce more would have brought, W: an estimate, seldom 5 dB too low and at most 20 dB too high (CONVENTIONS eq. 68).
+    pub cut_power_w: f64,
+    /// Echoes that were left out because they are not finite.
+    pub broken: u64,
     /// How the echoes were summed.
     pub synthesis: Methods,
 }
@@ -119,6 +127,10 @@ impl SynthesisStats {
             merged: self.merged.max(other.merged),
             left_out: self.left_out.max(other.left_out),
             left_out_power_w: self.left_out_power_w.max(other.left_out_power_w),
+            bounces: self.bounces.max(other.bounces),
+            power_w: self.power_w.max(other.power_w),
+            cut_power_w: self.cut_power_w.max(other.cut_power_w),
+            broken: self.broken.max(other.broken),
             synthesis: self.synthesis,
         }
     }
@@ -227,6 +239,10 @@ impl<'a> Plan<'a> {
             merged: echoes.merged,
             left_out: echoes.left_out,
             left_out_power_w: echoes.left_out_power_w,
+            bounces: echoes.bounces as u64,
+            power_w: echoes.power_w,
+            cut_power_w: echoes.cut_power_w,
+            broken: echoes.broken,
             ..Default::default()
         };
         let echoes = &echoes.list[..];

@@ -1,6 +1,7 @@
 //! From geometry to detected cells.
 
 use super::{AnyCube, Engine, Precision, reach};
+use crate::adc::budget::power_w;
 use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::cpu::synthesis::Control;
@@ -27,7 +28,7 @@ use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
 use crate::trace::windows::windows;
 use crate::trace::{Echoes, TraceOptions, merge};
-use crate::units::wavenumber;
+use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use std::time::Instant;
@@ -97,10 +98,22 @@ impl Engine {
         options: &TraceOptions,
     ) -> Echoes {
         let windows = windows(radar, pose);
-        let rate_mps = reach::fastest_path_mps(geometry, velocity_mps, options.bounces);
-        let reach_m = options.reach_m.min(reach::reach_m(radar, rate_mps));
-        let options = &TraceOptions { reach_m, ..*options };
-        let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
+        let of = |bounces: usize| {
+            let rate_mps = reach::fastest_path_mps(geometry, velocity_mps, bounces);
+            let reach_m = options.reach_m.min(reach::reach_m(radar, rate_mps));
+            let options = &TraceOptions { reach_m, bounces, ..*options };
+            let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
+            if options.least_cut.is_some() {
+                all.power_w = power_w(radar, &all.list);
+                all.cut_power_w = power_w(radar, &all.cut);
+            }
+            all
+        };
+        let mut all = of(options.bounces);
+        let bearable = power_from_db(options.accuracy_db) - 1.0;
+        while all.bounces < options.most_bounces && all.cut_power_w > bearable * all.power_w {
+            all = of(all.bounces + 1);
+        }
         if let Some(air) = &options.air {
             all.list.extend(crate::trace::cpu::volume::echoes(
                 geometry,

@@ -293,8 +293,12 @@ pub enum BounceConvention {
 pub struct TraceTable {
     /// Scatterers on all rough surfaces in a frame, about, and as many of rain.
     pub rays: At<u64>,
-    /// Reflections that are followed; one on a large plane ahead of what it lights comes on top.
-    pub bounces: At<u32>,
+    /// Reflections that are followed, 1 to 8; one on a large plane ahead of what it lights comes on top. Without it there are three, and
+    /// more as `most_bounces` says.
+    pub bounces: Option<At<u32>>,
+    /// Reflections are followed on, up to this, until what one more would bring is below the accuracy; 8 if `bounces` is not given, else
+    /// no more than it says.
+    pub most_bounces: Option<At<u32>>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: At<f64>,
     /// Most triangles that the scene has after facets of curved surfaces were cut where they turn too much; as many as it had it may keep.
@@ -314,7 +318,8 @@ impl Default for TraceTable {
     fn default() -> Self {
         TraceTable {
             rays: 100_000.into(),
-            bounces: 3.into(),
+            bounces: None,
+            most_bounces: None,
             accuracy_db: 0.2.into(),
             facets: 50_000.into(),
             floor_db: None,
@@ -361,6 +366,8 @@ impl Default for Output {
     }
 }
 
+/// Reflections that are followed where a scenario does not say.
+const BOUNCES: u32 = 3;
 /// Most bounces that may be asked for (the length of a return's object chain).
 pub const MAX_BOUNCES: u32 = 8;
 
@@ -554,6 +561,8 @@ pub struct TraceSettings {
     pub rays: u64,
     /// 1 to [`MAX_BOUNCES`].
     pub bounces: u32,
+    /// Followed on to, until what one bounce more would bring is below the accuracy; nothing up to `bounces`.
+    pub most_bounces: u32,
     /// Error that coherent sums may have, dB.
     pub accuracy_db: f64,
     /// Most facets of curved bodies.
@@ -949,7 +958,15 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         },
         trace: TraceSettings {
             rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
-            bounces: doc.in_range(&f.trace.bounces, 1..=MAX_BOUNCES, "reflections that are followed")?,
+            bounces: match &f.trace.bounces {
+                Some(n) => doc.in_range(n, 1..=MAX_BOUNCES, "reflections that are followed")?,
+                None => BOUNCES,
+            },
+            most_bounces: match (&f.trace.most_bounces, &f.trace.bounces) {
+                (Some(n), _) => doc.in_range(n, 1..=MAX_BOUNCES, "reflections that are followed at most")?,
+                (None, Some(_)) => 0,
+                (None, None) => MAX_BOUNCES,
+            },
             accuracy_db: doc.in_range(
                 &f.trace.accuracy_db,
                 1e-4..=3.0,

@@ -132,8 +132,13 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
     };
     Ok(TraceOptions {
         least,
+        least_cut: Some(match budget(scenario, which) {
+            Budget::Each(w) | Budget::Sum(w) => w.sqrt() / Levels::new(radar).full_gain(),
+            _ => 0.0,
+        }),
         merge: !settings.exact,
         bounces: settings.bounces as usize,
+        most_bounces: settings.most_bounces as usize,
         convention: match settings.convention {
             BounceConvention::Every => Convention::Every,
             BounceConvention::Last => Convention::Last,

@@ -33,12 +33,18 @@ pub enum Convention {
 pub struct TraceOptions {
     /// Facets met by one ray, 1..=MAX_BOUNCES.
     pub bounces: usize,
+    /// Engines follow beams further, up to this, until what one bounce more would bring is below the accuracy; up to `bounces` it does
+    /// nothing. Only with `least_cut`.
+    pub most_bounces: usize,
     /// Which bounces of a chain radiate.
     pub convention: Convention,
     /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
     pub amplitude_floor: f64,
     /// Echoes of smooth surfaces below this (1/m) are left out, and mostly not worked out.
     pub least: f64,
+    /// Of beams that the limit of bounces ends, those that could return more than this, 1/m, are asked what one bounce more would
+    /// bring ([`Echoes::cut`], CONVENTIONS eq. 68). None asks none.
+    pub least_cut: Option<f64>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: f64,
     /// Echoes are good over this band around the carrier.
@@ -69,9 +75,11 @@ impl Default for TraceOptions {
     fn default() -> Self {
         TraceOptions {
             bounces: 3,
+            most_bounces: 0,
             convention: Convention::Every,
             amplitude_floor: 1e-8,
             least: 0.0,
+            least_cut: None,
             accuracy_db: 0.2,
             bandwidth_hz: 1e9,
             reach_m: f64::INFINITY,

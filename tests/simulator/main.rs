@@ -5,6 +5,7 @@ mod adc;
 mod ambiguity;
 mod array_motion;
 mod beams;
+mod bounce_limit;
 mod closest;
 mod clutter;
 mod curved;

@@ -8,8 +8,10 @@ use catseye::error::{BadInput, Error, Result};
 use catseye::machine;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::{MAX_BOUNCES, Scenario};
 use catseye::simulate::Prepared;
+use catseye::units::{db_from_power, power_from_db};
+use catseye_io::manifest::FrameRecord;
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -121,6 +123,26 @@ pub fn simulate(
                 f.index, f.front_end.dropped
             ));
         }
+        if f.front_end.broken > 0 {
+            global.say(&format!(
+                "warning: frame {}: {} echoes are not finite numbers and were left out; please report it with the scene",
+                f.index, f.front_end.broken
+            ));
+        }
+    }
+    let bearable = power_from_db(scenario.trace.accuracy_db) - 1.0;
+    let cut = |f: &FrameRecord| f.front_end.cut_power_w > bearable * f.front_end.power_w;
+    if let (Some(first), many) =
+        (report.frames.iter().find(|f| cut(f)), report.frames.iter().filter(|f| cut(f)).count())
+        && first.front_end.bounces < MAX_BOUNCES.into()
+    {
+        global.say(&format!(
+            "warning: {many} frames, the first {}, end after {} bounces, and one more would bring about {:.0} dB of the frame's power; set \
+             trace.bounces, or leave it out to follow until that is below the accuracy",
+            first.index,
+            first.front_end.bounces,
+            db_from_power(first.front_end.cut_power_w / first.front_end.power_w)
+        ));
     }
     Ok(report)
 }
@@ -143,6 +165,14 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
             f.seconds.synthesis_s,
             f.seconds.processing_s
         ))?;
+        let seen = &f.front_end;
+        if seen.bounces > 0 && seen.cut_power_w > 0.0 {
+            print(&format!(
+                "    {} bounces were followed; one more would bring about {:.0} dB of the power",
+                seen.bounces,
+                db_from_power(seen.cut_power_w / seen.power_w)
+            ))?;
+        }
         if let Some(worst) =
             f.convergence.iter().max_by(|a, b| a.change_db.abs().total_cmp(&b.change_db.abs()))
         {

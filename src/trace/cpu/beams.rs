@@ -4,11 +4,13 @@
 //! lines in which two planes cross, never along edges that were computed before: short computed edges have
 //! random directions.
 
+use crate::geom::Surface;
 use crate::geom::faces::{Face, Faces, HalfSpace, MOST_CORNERS};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Polygons with more corners than this are halved before they are cut again.
 const MOST: usize = 8;
@@ -371,6 +373,38 @@ pub struct Node {
     pub frame: Frame,
     /// Unit normal on the lit side.
     pub normal: DVec3,
+    /// Largest share of the amplitude that the surfaces before it have left, where [`Ends`] are asked for; else 1.
+    pub left: f32,
+}
+
+/// What it takes to tell how much the beams would still return that the limit of bounces ends (CONVENTIONS eq. 68).
+#[derive(Debug, Clone, Copy)]
+pub struct Ends<'a> {
+    /// Surfaces of the faces, in the order of `Face::surface`.
+    pub surfaces: &'a [Surface],
+    /// Of the carrier, rad/m.
+    pub wavenumber: f64,
+    /// Beams of which k Ω |R| / 2π, the most that they return however they are turned, is below this are passed over, 1/m.
+    pub least: f64,
+}
+
+/// A beam that ended at the most bounces that are followed, though there is another face ahead of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Ended {
+    /// Index of the last node.
+    pub node: u32,
+    /// Index of the face that the beam's middle would meet next.
+    pub face: u32,
+    /// Where it would meet it, m.
+    pub place: DVec3,
+    /// The radar's image in all faces that the beam has met, m.
+    pub image: DVec3,
+    /// Coordinates of the middle in the beam's frame.
+    pub middle: DVec2,
+    /// Solid angle of the beam, sr.
+    pub solid_angle_sr: f64,
+    /// Largest share of the amplitude that is left after the last bounce.
+    pub left: f64,
 }
 
 /// A lit polygon that radiates to the receiver, along the face's axes.
@@ -393,6 +427,8 @@ pub struct Clipped {
     pub last: Vec<Piece>,
     /// What is lit by chains that begin with a mirror of their last face (`Faces::mirrors`), seen by the receiver or not.
     pub imaged: Vec<Piece>,
+    /// Beams that the limit of bounces ended; only with [`Ends`].
+    pub ended: Vec<Ended>,
 }
 
 /// Walls of a window: inside where positive, in coordinates along (u, v, k).
@@ -410,6 +446,8 @@ pub(super) struct Clipper<'a> {
     /// Within so much of one plane faces of different bodies lie on one another, m; 0 where they never do.
     pub(super) lies_m: f64,
     pub(super) options: &'a BeamOptions,
+    /// None says nothing of the beams that the limit of bounces ends.
+    pub(super) ends: Option<Ends<'a>>,
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
@@ -445,7 +483,7 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
     } else {
         faces.radius_m
     };
-    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options };
+    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options, ends: None };
     let lit = [clipper.seen_from(frame, false)];
     let far_seen = (transmit != receive).then(|| {
         let frame = Frame::new(receive, faces.centre_m);
@@ -454,11 +492,16 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
     clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive)
 }
 
-/// Follows the beams of a radar that may stand amid the faces. Each window is a frame from the radar's
+/// Follows the beams of a radar that may stand amid the faces, up to their `ends`. Each window is a frame from the radar's
 /// place, of which the directions with |u|, |v| <= 1 count.
-pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> Clipped {
+pub fn clip_windows(
+    faces: &Faces,
+    windows: &[Frame],
+    options: &BeamOptions,
+    ends: Option<Ends<'_>>,
+) -> Clipped {
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
-    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options };
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends };
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
     clipper.follow_all(&lit, None, Port::At(at))
 }
@@ -478,6 +521,7 @@ fn joined(parts: Vec<Clipped>) -> Clipped {
         all.every.extend(part.every.into_iter().map(moved));
         all.last.extend(part.last.into_iter().map(moved));
         all.imaged.extend(part.imaged.into_iter().map(moved));
+        all.ended.extend(part.ended.into_iter().map(|e| Ended { node: e.node + base, ..e }));
     }
     all
 }
@@ -904,6 +948,76 @@ impl Clipper<'_> {
         kept < end
     }
 
+    /// The largest share of the amplitude that a beam has left behind its node, by the way through its middle; 1 without [`Ends`].
+    fn left(&self, node: &Node, polygon: &Polygon) -> f64 {
+        let Some(ends) = self.ends else { return 1.0 };
+        let face = &self.faces.faces[node.face as usize];
+        let cos_i = -node.normal.dot(node.frame.direction(middle(polygon)));
+        let (across, along) =
+            ends.surfaces[face.surface as usize].reflection(ends.wavenumber, cos_i.clamp(GRAZING, 1.0));
+        f64::from(node.left) * across.norm().max(along.norm())
+    }
+
+    /// Lists what a beam that ends after it has left `source` would meet next, in cells no wider than the first Fresnel zone.
+    fn end(
+        &self,
+        node: u32,
+        polygon: &Polygon,
+        (frame, source): (&Frame, &Side),
+        left: f64,
+        out: &mut Vec<Ended>,
+    ) {
+        let Some(ends) = self.ends else { return };
+        let nearness = frame.nearness(source.normal, source.offset);
+        let mut cells = vec![*polygon];
+        while let Some(cell) = cells.pop() {
+            let uv = middle(&cell);
+            let solid_angle_sr = solid_angle_sr(&cell);
+            if cell.n < 3 || ends.wavenumber / (2.0 * PI) * solid_angle_sr * left <= ends.least {
+                continue;
+            }
+            let (lo, hi) = cell.bounds();
+            let widest = (hi - lo).max_element();
+            let range_m = frame.origin.distance(frame.lift(uv, nearness));
+            if widest * widest * range_m * ends.wavenumber > 2.0 * PI {
+                let across = if hi.x - lo.x > hi.y - lo.y { DVec2::X } else { DVec2::Y };
+                cells.extend(cell.split(0.5 * (lo + hi), across));
+                continue;
+            }
+            if let Some((face, place)) = self.met_by(frame, source, uv) {
+                let image = frame.origin;
+                out.push(Ended { node, face, place, image, middle: uv, solid_angle_sr, left });
+            }
+        }
+    }
+
+    /// The first face that the ray at `uv` meets after it has left `source`, and where.
+    fn met_by(&self, frame: &Frame, source: &Side, uv: DVec2) -> Option<(u32, DVec3)> {
+        let mut ray = Polygon::EMPTY;
+        ray.push(uv);
+        let around = DVec2::splat(self.eps);
+        let [a, b, c, d] = Self::prism(frame, (uv - around, uv + around));
+        let ahead = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
+        let mut first: Option<(f64, u32, DVec3)> = None;
+        self.faces.within(&[a, b, c, d, ahead], |f| {
+            let target = &self.faces.faces[f as usize];
+            let Some(facing) = self.lit(frame, target) else { return };
+            if self.ahead(self.faces.corners(target), source) == PlaneSide::Behind
+                || self.outline(frame, target, facing, &ray).is_none()
+            {
+                return;
+            }
+            let nearness = frame.nearness(target.normal, target.offset_m);
+            let q = nearness.x * uv.x + nearness.y * uv.y + nearness.z;
+            let place = frame.lift(uv, nearness);
+            let is_ahead = source.normal.dot(place) - source.offset > self.faces.flat_m;
+            if q > 0.0 && is_ahead && first.is_none_or(|(nearest, number, _)| (q, number) > (nearest, f)) {
+                first = Some((q, f, place));
+            }
+        });
+        first.map(|(_, face, place)| (face, place))
+    }
+
     /// Bounces of a chain; the one on a mirror ahead of what it lights comes on top.
     fn most(&self, imaged: bool) -> usize {
         (self.options.bounces + usize::from(imaged)).min(MAX_BOUNCES)
@@ -935,6 +1049,7 @@ impl Clipper<'_> {
             imaged: false,
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
+            left: 1.0,
         });
         let mut lists = std::mem::take(&mut scratch.lists);
         let Lists { stack, targets, parts, exits } = &mut lists;
@@ -948,7 +1063,8 @@ impl Clipper<'_> {
             }
             let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(face.patch);
             let go_on = (node.bounce as usize) < self.most(node.imaged || begins);
-            if !go_on && !self.options.last {
+            let left = self.left(&node, &polygon);
+            if !go_on && !self.options.last && self.ends.is_none() {
                 continue;
             }
             let first_patch = face.patch;
@@ -956,6 +1072,24 @@ impl Clipper<'_> {
             let offset = node.normal.dot(face.normal) * face.offset_m;
             let frame = node.frame.mirrored(node.normal, offset);
             let source = Side { normal: node.normal, offset };
+            if node.bounce as usize >= self.most(node.imaged) && self.ends.is_some() {
+                let is_followed = |target: u32| {
+                    begins && self.faces.mirrors(first_patch, self.faces.faces[target as usize].patch)
+                };
+                let from = out.ended.len();
+                self.end(index, &polygon, (&frame, &source), left, &mut out.ended);
+                let mut at = from;
+                while let Some(e) = out.ended.get(at) {
+                    if is_followed(e.face) {
+                        out.ended.swap_remove(at);
+                    } else {
+                        at += 1;
+                    }
+                }
+                if !go_on && !self.options.last {
+                    continue;
+                }
+            }
             exits.clear();
             if self.options.last {
                 exits.push(polygon);
@@ -1023,6 +1157,7 @@ impl Clipper<'_> {
                     imaged,
                     frame,
                     normal: Side::of(&self.faces.faces[f as usize], facing).normal,
+                    left: left as f32,
                 });
                 stack.extend(parts.iter().map(|p| (child, *p)));
             }
@@ -1096,6 +1231,16 @@ impl Clipper<'_> {
             }
         }
     }
+}
+
+/// The mean of a polygon's corners.
+fn middle(p: &Polygon) -> DVec2 {
+    p.corners().iter().sum::<DVec2>() / p.n as f64
+}
+
+/// Of a narrow beam from a point, in the tangents of angles of its frame.
+fn solid_angle_sr(p: &Polygon) -> f64 {
+    p.area().abs() / (1.0 + middle(p).length_squared()).powf(1.5)
 }
 
 /// Appends a polygon that is more than a sliver, halved when it has many corners.

@@ -4,11 +4,12 @@
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
 //! has corners and places of stationary phase.
 
-use super::beams::{Clipped, Piece, Polygon, clip_windows};
+use super::beams::{Clipped, Ends, Piece, Polygon, clip_windows};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
 use super::diffuse;
+use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, point_echoes_over};
 use crate::em::aperture::Moments;
@@ -39,6 +40,8 @@ const LEAST_MIRROR_M2: f64 = 3e-4;
 const AT_PLACE: f64 = 1e-9;
 /// Share of the time until the frame's end up to which a wave has to stand for the same places: windows leave little of the ends.
 const DRIFT: f64 = 0.5;
+/// An outline encloses what its pieces cover but for this share of it.
+const SAME_AREA: f64 = 5e-10;
 
 type Matrix = [[Complex64; 2]; 2];
 
@@ -81,6 +84,9 @@ pub fn echoes(
     let last = options.convention == Convention::Last;
     let images = options.images && !last;
     let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
+    let wavenumber = wavenumber(geometry.freq_hz);
+    let ends = |least| Ends { surfaces: &geometry.surfaces, wavenumber, least };
+    let ends = options.least_cut.filter(|_| !last).map(ends);
     let faces = geometry.faces();
     let is_rough = |f: &Face| geometry.surfaces[f.surface as usize].is_rough();
     let near = match options.rays > 0 && faces.faces.iter().any(is_rough) {
@@ -89,11 +95,12 @@ pub fn echoes(
         false => faces.near(pose.translation_m, options.reach_m + spread_for(options.bandwidth_hz)),
     };
     let Some(near) = near else {
-        let clipped = clip_windows(faces, windows, &beams);
+        let clipped = clip_windows(faces, windows, &beams, ends);
         return from_clipped(geometry, &clipped, pose, velocity_mps, options);
     };
-    let mut clipped = clip_windows(&near.faces, windows, &beams);
+    let mut clipped = clip_windows(&near.faces, windows, &beams, ends);
     clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
+    clipped.ended.iter_mut().for_each(|e| e.face = near.numbers[e.face as usize]);
     let beyond_reach = (faces.faces.len() - near.numbers.len()) as u64;
     Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) }
 }
@@ -120,8 +127,13 @@ pub fn from_clipped(
         false => radar.echoes(r, false),
     });
     let lists: Vec<Vec<Echo>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
-    let counts = |r: &Echo| strength(r) >= options.least;
-    let mut all: Vec<Echo> = lists.into_iter().flatten().filter(counts).collect();
+    let mut broken = 0;
+    let mut counts = |r: &Echo| {
+        let whole = is_finite(r);
+        broken += u64::from(!whole);
+        whole && strength(r) >= options.least
+    };
+    let mut all: Vec<Echo> = lists.into_iter().flatten().filter(|r| counts(r)).collect();
     let mut rough = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = rough.len() as u64;
     all.append(&mut rough);
@@ -129,7 +141,8 @@ pub fn from_clipped(
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
     all.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
     drop_weak(&mut all, options.amplitude_floor);
-    Echoes { list: all, rays, ..Default::default() }
+    let cut = ended::estimates(geometry, clipped, pose);
+    Echoes { list: all, rays, cut, broken, bounces: options.bounces, ..Default::default() }
 }
 
 /// What of one plane is lit by one chain of planes.
@@ -138,6 +151,58 @@ struct Region {
     node: u32,
     /// On the face of that node.
     pieces: Vec<Polygon>,
+}
+
+impl Region {
+    /// What the pieces cover, m².
+    fn area_m2(&self) -> f64 {
+        self.pieces.iter().map(|p| p.area().abs()).sum()
+    }
+
+    /// Sides of its outline, corners within `near_m` taken for one. Where these do not enclose what the pieces cover (slivers narrower
+    /// than that, corners of which three lie in a row of it) they are the sides of all pieces: those inside cancel in the sum of the waves.
+    fn sides(&self, near_m: f64) -> Vec<[DVec2; 2]> {
+        if let [whole] = &self.pieces[..] {
+            return sides_of(whole).collect();
+        }
+        let sides = outline(self.pieces.iter().map(|p| p.corners()), near_m);
+        match (enclosed_m2(&sides) - self.area_m2()).abs() <= SAME_AREA * self.area_m2() {
+            true => sides,
+            false => self.pieces.iter().flat_map(sides_of).collect(),
+        }
+    }
+}
+
+/// What directed sides enclose, m².
+fn enclosed_m2(sides: &[[DVec2; 2]]) -> f64 {
+    let Some([origin, _]) = sides.first() else { return 0.0 };
+    sides.iter().map(|[a, b]| 0.5 * (*a - *origin).perp_dot(*b - *origin)).sum()
+}
+
+/// Of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline encloses, m².
+pub fn region_areas_m2(geometry: &Geometry, clipped: &Clipped) -> Vec<[f64; 2]> {
+    // Products as two numbers: pieces 10 m long and 1 um wide leave f64 no nine digits of their area.
+    let exactly = |sides: &[[DVec2; 2]]| {
+        let product = |a: f64, b: f64| (a * b, a.mul_add(b, -(a * b)));
+        let (mut sum, mut rest) = (0.0, 0.0);
+        for [a, b] in sides {
+            let ((p, p_rest), (q, q_rest)) = (product(a.x, b.y), product(-a.y, b.x));
+            for term in [p, q] {
+                let next: f64 = sum + term;
+                let virtual_term = next - sum;
+                rest += (sum - (next - virtual_term)) + (term - virtual_term);
+                sum = next;
+            }
+            rest += p_rest + q_rest;
+        }
+        0.5 * (sum + rest)
+    };
+    let near_m = SAME * geometry.faces().radius_m;
+    let areas = |r: &Region| {
+        let pieces: f64 = r.pieces.iter().map(|p| exactly(&sides_of(p).collect::<Vec<_>>())).sum();
+        [pieces, exactly(&r.sides(near_m))]
+    };
+    regions(geometry, clipped, &clipped.every).iter().map(areas).collect()
 }
 
 fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Region> {
@@ -272,15 +337,12 @@ impl Station<'_> {
             let mirrors_per_m = self.mirrors_per_m(&chain);
             let surface = (facet, faces.corners(face), face.axis);
             let facet = Curved::new(surface, sign, stations, mirrors_per_m, (k, self.tau));
-            return self.curved(&chain, &region.pieces, &facet, over);
+            return self.curved(&chain, region, &facet, over);
         }
         let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m)
             .drifting(self.drifts(&chain, over));
         let at = |p: DVec2| self.echo(&chain, place(p), node.normal, over);
-        let sides: Vec<[DVec2; 2]> = match &region.pieces[..] {
-            [whole] => sides_of(whole).collect(),
-            pieces => outline(pieces.iter().map(|p| p.corners()), SAME * faces.radius_m),
-        };
+        let sides = region.sides(SAME * faces.radius_m);
         let mut waves: Vec<Wave> = Vec::new();
         // The waves of the two sides of a corner are one echo.
         let mut numbers: FastMap<[u64; 2], usize> = FastMap::default();
@@ -302,7 +364,7 @@ impl Station<'_> {
             let value = waves.iter().map(turned).sum::<Complex64>() * over_k;
             whole.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= value);
             self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
-            return is_finite(&whole).then_some(whole).into_iter().collect();
+            return vec![whole];
         }
         // Far from the place of mirror reflection the amplitude in a wave's own place says enough.
         let near = |w: &Wave| k * (w.length_m - plane.mirror_m) <= NEAR;
@@ -340,16 +402,16 @@ impl Station<'_> {
                 }
             }
             self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
-            return is_finite(&whole).then_some(whole).into_iter().collect();
+            return vec![whole];
         }
         waves
             .iter()
             .filter(counts)
-            .filter_map(|w| {
+            .map(|w| {
                 let mut echo = radiated(w);
                 let keeps = keeps(face, w.holds, node.normal);
                 self.bend(&chain, place(w.place), keeps, over, &mut echo);
-                is_finite(&echo).then_some(echo)
+                echo
             })
             .collect()
     }
@@ -381,7 +443,7 @@ impl Station<'_> {
     }
 
     /// Echoes of a lit part of a curved surface.
-    fn curved(&self, chain: &[u32], pieces: &[Polygon], facet: &Curved, over: bool) -> Vec<Echo> {
+    fn curved(&self, chain: &[u32], region: &Region, facet: &Curved, over: bool) -> Vec<Echo> {
         let faces = self.geometry.faces();
         let last = chain[chain.len() - 1];
         let (face, flat) = (self.face(last), self.clipped.nodes[last as usize].normal);
@@ -399,11 +461,9 @@ impl Station<'_> {
                 *a *= value * Complex64::new(0.0, -k / (4.0 * PI));
             }
             self.bend(chain, spot.place, keeps(face, holds, normal), over, &mut echo);
-            if is_finite(&echo) {
-                list.push(echo);
-            }
+            list.push(echo);
         };
-        if let Some(inner) = facet.inner(pieces) {
+        if let Some(inner) = facet.inner(&region.pieces) {
             radiate(inner.place, inner.value, inner.holds);
         }
         if facet.has_crease() {
@@ -413,10 +473,7 @@ impl Station<'_> {
                     facet.edge(side, crease, along, |w| radiate(w.place, w.value, w.holds));
                 }
             };
-            match pieces {
-                [whole] => sides_of(whole).for_each(&mut radiate_from),
-                _ => outline(pieces.iter().map(|p| p.corners()), near_m).into_iter().for_each(radiate_from),
-            }
+            region.sides(near_m).into_iter().for_each(&mut radiate_from);
         }
         list
     }
@@ -454,12 +511,10 @@ impl Station<'_> {
         let lit = |r: &Region| {
             let node = &self.clipped.nodes[r.node as usize];
             let face = self.face(r.node);
-            let area: f64 = r.pieces.iter().map(|p| p.area().abs()).sum();
-            if node.bounce > 1 || face.curved != NOT_CURVED || area < LEAST_MIRROR_M2 {
+            if node.bounce > 1 || face.curved != NOT_CURVED || r.area_m2() < LEAST_MIRROR_M2 {
                 return None;
             }
-            let outline = outline(r.pieces.iter().map(|p| p.corners()), SAME * faces.radius_m);
-            Some(Reflecting { face: node.face, outline, is_seen: true })
+            Some(Reflecting { face: node.face, outline: r.sides(SAME * faces.radius_m), is_seen: true })
         };
         regions.par_iter().filter_map(lit).collect()
     }

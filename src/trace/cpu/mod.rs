@@ -8,6 +8,7 @@ pub mod contribute;
 mod curved;
 pub mod diffuse;
 pub mod echoes;
+mod ended;
 pub mod field;
 pub mod points;
 pub mod rays;

@@ -39,7 +39,7 @@ fn quick(frames: u32) -> impl FnOnce(&mut Scenario) {
     move |s| {
         s.frames.count = frames;
         // The corner between a panel and its post takes two.
-        s.trace.bounces = 2;
+        (s.trace.bounces, s.trace.most_bounces) = (2, 0);
         s.trace.floor_db = Some(-10.0);
     }
 }

@@ -667,7 +667,7 @@ mod tests {
         let mut scenario = compared("compare_straight.toml");
         scenario.frames.count = BLOCK;
         scenario.trace.rays = 0;
-        scenario.trace.bounces = 1;
+        (scenario.trace.bounces, scenario.trace.most_bounces) = (1, 0);
         let settings = compared_settings();
         let impulse_radars = impulse_radars(&scenario, &settings).unwrap();
         let site = site(&scenario, &settings).unwrap();

@@ -75,7 +75,7 @@ impl LaneMethod for Settings {
         let mut scenario = given.scenario_of(run);
         scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
         // A radar that looks down at the road sees no reflections between things, and few square metres of it.
-        scenario.trace.bounces = 1;
+        (scenario.trace.bounces, scenario.trace.most_bounces) = (1, 0);
         scenario.trace.rays = scenario.trace.rays.min(MOST_RAYS);
         let settings = Settings { quiet_scans: self.quiet_scans.min(QUIET_SCANS), ..self.clone() };
         let radars = drives::impulse_radars(&scenario, &settings)?;
