@@ -9,6 +9,7 @@ use super::patches::places;
 use super::welded::{self, NO_PLANE};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
+use std::collections::HashSet;
 
 /// Noise that corners of a flat surface may have across it, m: 0.1 mm along each axis.
 const NOISE_M: f64 = 2e-4;
@@ -29,8 +30,12 @@ const BOTH: usize = 2;
 pub(super) struct Planes {
     /// Of each triangle, or [`NO_PLANE`].
     pub(super) of: Vec<u32>,
+    /// Whether each triangle is wound against most of its plane.
+    pub(super) turned: Vec<bool>,
     /// How far the corners of each plane were off it, at most, m.
     pub(super) off_m: Vec<f64>,
+    /// What f32 rounds at the mesh's largest coordinate, m.
+    pub(super) rounding_m: f64,
     /// The mesh's vertices, those of planes in them, m.
     pub(super) positions_m: Vec<DVec3>,
 }
@@ -40,23 +45,34 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
     let mut of = vec![NO_PLANE; mesh.triangles.len()];
     let mut positions_m = mesh.positions_m.clone();
     if positions_m.iter().any(|p| !p.is_finite()) {
-        return Planes { of, off_m: Vec::new(), positions_m };
+        let turned = vec![false; of.len()];
+        return Planes { of, turned, off_m: Vec::new(), rounding_m: 0.0, positions_m };
     }
     let largest = positions_m.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding_m = 3f64.sqrt() * F32 * largest;
     let joints = Joints::new(mesh, NOISE_M + rounding_m, curved);
     let mut found: Vec<Plane> = Vec::new();
     let mut done = vec![false; of.len()];
+    let mut turned = vec![false; of.len()];
     let mut met = [Met::new(mesh.positions_m.len()), Met::new(of.len())];
     for seed in joints.by_area() {
         if std::mem::replace(&mut done[seed as usize], true) {
             continue;
         }
-        let (plane, members) = joints.grow(seed, &of, &mut met);
+        let (mut plane, members, against) = joints.grow(seed, &of, &mut met);
         members.iter().for_each(|t| done[*t as usize] = true);
         if members.len() > 1 && joints.is_flat(&plane, &members) {
             members.iter().for_each(|t| of[*t as usize] = found.len() as u32);
-            let area_m2 = members.iter().map(|t| joints.area_m2[*t as usize]).sum();
+            let area = |t: &u32| joints.area_m2[*t as usize];
+            let area_m2 = members.iter().map(area).sum();
+            // Most of the plane knows its front best.
+            let odd = members.iter().filter(|t| against.contains(t)).map(area).sum::<f64>() > 0.5 * area_m2;
+            if odd {
+                plane = Plane { normal: -plane.normal, offset_m: -plane.offset_m, ..plane };
+            }
+            if !against.is_empty() {
+                members.iter().for_each(|t| turned[*t as usize] = against.contains(t) != odd);
+            }
             found.push(Plane { area_m2, ..plane });
         }
     }
@@ -71,7 +87,7 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
             *p = *to;
         }
     }
-    Planes { of, off_m, positions_m }
+    Planes { of, turned, off_m, rounding_m, positions_m }
 }
 
 /// Where `normal . r` is `offset_m`.
@@ -229,8 +245,30 @@ impl Joints {
         over_sides.chain(self.touching.get(&t).into_iter().flatten()).copied().filter(move |u| *u != t)
     }
 
-    /// What lies in one plane about a triangle: the plane that fits best, and the triangles. Those that are `taken` stay out.
-    fn grow(&self, seed: u32, taken: &[u32], [known, seen]: &mut [Met; 2]) -> (Plane, Vec<u32>) {
+    /// Whether two triangles that share a side lie on either side of it, as in one sheet, and not one on the other, as in a fold.
+    fn goes_on(&self, t: u32, u: u32) -> bool {
+        let [t, u] = [t, u].map(|i| self.triangles[i as usize]);
+        let apex = |of: [u32; 3], other: [u32; 3]| of.into_iter().find(|v| !other.contains(v));
+        let ends: Vec<u32> = t.into_iter().filter(|v| u.contains(v)).collect();
+        let (&[a, b], Some(p), Some(q)) = (&ends[..], apex(t, u), apex(u, t)) else { return false };
+        // Where more meet, two bodies may touch.
+        if self.sides[&(a.min(b), a.max(b))].len() != 2 {
+            return false;
+        }
+        let [a, b, p, q] = [a, b, p, q].map(|v| self.at[v as usize]);
+        let way = b - a;
+        let aside = |p: DVec3| (p - a) - way * ((p - a).dot(way) / way.length_squared());
+        aside(p).dot(aside(q)) < 0.0
+    }
+
+    /// What lies in one plane about a triangle: the plane that fits best, the triangles, and those of them that are wound against it.
+    /// Those that are `taken` stay out.
+    fn grow(
+        &self,
+        seed: u32,
+        taken: &[u32],
+        [known, seen]: &mut [Met; 2],
+    ) -> (Plane, Vec<u32>, HashSet<u32>) {
         let normal = self.normal[seed as usize];
         let corners = self.triangles[seed as usize].map(|v| self.at[v as usize]);
         let mut fit = Fit::new(corners.iter().sum::<DVec3>() / 3.0, normal);
@@ -246,14 +284,21 @@ impl Joints {
         add(&mut fit, seed);
         seen.add(seed);
         let mut members = vec![seed];
+        let mut against = HashSet::new();
         let mut round = 0..1;
         while !round.is_empty() {
             let (slopes, middle, radius) = fit.solve();
             for i in round.clone() {
                 for t in self.neighbours(members[i]) {
-                    let alike = self.material[t as usize] == self.material[seed as usize]
-                        && self.normal[t as usize].dot(normal) > 0.5;
-                    if !alike || taken[t as usize] != NO_PLANE || seen.has(t) {
+                    if self.material[t as usize] != self.material[seed as usize]
+                        || taken[t as usize] != NO_PLANE
+                        || seen.has(t)
+                    {
+                        continue;
+                    }
+                    let alike = self.normal[t as usize].dot(normal);
+                    let is_turned = alike < -0.5 && self.goes_on(members[i], t);
+                    if alike <= 0.5 && !is_turned {
                         continue;
                     }
                     // A small plane says little of what lies far from it.
@@ -266,6 +311,9 @@ impl Joints {
                         seen.add(t);
                         members.push(t);
                         add(&mut fit, t);
+                        if is_turned {
+                            against.insert(t);
+                        }
                     }
                 }
             }
@@ -276,7 +324,7 @@ impl Joints {
             let off = |v: &u32| plane.height(self.at[*v as usize]).abs();
             self.triangles[*t as usize].iter().all(|v| off(v) <= 1.5 * self.tolerance_m)
         });
-        (plane, members)
+        (plane, members, against)
     }
 
     /// Whether what is about a plane is flat but for noise, and no piece of what bends.

@@ -2,6 +2,7 @@
 
 use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
+use super::hash::FastMap;
 use super::patches::coplanar_patches;
 use super::planes;
 use super::triangle::Triangle;
@@ -38,30 +39,74 @@ pub(super) struct RigidMesh {
     planes: Vec<u32>,
     /// How far corners of each plane were off it, at most, m.
     off_m: Vec<f64>,
+    /// What f32 rounds at the largest coordinate, m.
+    rounding_m: f64,
     /// Number of coplanar patches.
     pub(super) patches: u32,
     /// Number of triangles without area, which were left out.
     pub(super) dropped: usize,
+    /// Number of triangles that lie on another of the same corners, which were left out where surfaces count.
+    pub(super) copies: usize,
     /// Whether a vertex is not a finite place.
     is_broken: bool,
     faces: OnceLock<Faces>,
+}
+
+/// Of each triangle, whether it is the first with its corners. What lies on itself scatters once. Of dielectrics only copies that look
+/// the same way count: two that look against each other may be two bodies that touch.
+fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], enters: &[bool]) -> Vec<bool> {
+    let mut known: FastMap<[u32; 3], Vec<u32>> =
+        FastMap::with_capacity_and_hasher(triangles.len(), Default::default());
+    let sorted = |mut t: [u32; 3]| {
+        t.sort_unstable();
+        t
+    };
+    let is_even = |[a, b, c]: [u32; 3]| (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2;
+    let dielectric = |t: u32| enters.get(kinds[t as usize].1 as usize).copied().unwrap_or(false);
+    (0..triangles.len() as u32)
+        .map(|t| {
+            let own = triangles[t as usize];
+            let list = known.entry(sorted(own)).or_default();
+            let same = |u: &u32| {
+                let (metal, alike) =
+                    (!dielectric(t) && !dielectric(*u), kinds[t as usize].1 == kinds[*u as usize].1);
+                metal || (alike && is_even(own) == is_even(triangles[*u as usize]))
+            };
+            let is_first = !list.iter().any(same);
+            if is_first {
+                list.push(t);
+            }
+            is_first
+        })
+        .collect()
+}
+
+fn keep_only<T>(list: &mut Vec<T>, wanted: &[bool]) {
+    let mut wanted = wanted.iter();
+    list.retain(|_| wanted.next().copied().unwrap_or(true));
 }
 
 impl RigidMesh {
     pub(super) fn new(mesh: &Mesh, terms: Arc<Terms>) -> RigidMesh {
         let is_broken = mesh.positions_m.iter().any(|p| !p.is_finite());
         let all_curved = if terms.surfaces { curved_facet::facets(mesh) } else { Vec::new() };
-        let (mut planes_of, mut off_m, mut positions_m) = (Vec::new(), Vec::new(), None);
+        let (mut planes_of, mut off_m, mut rounding_m, mut positions_m) = (Vec::new(), Vec::new(), 0.0, None);
+        let mut turned = Vec::new();
         if terms.surfaces {
             let found = planes::find(mesh, |t| all_curved[t].is_some());
             (planes_of, off_m, positions_m) = (found.of, found.off_m, Some(found.positions_m));
+            (rounding_m, turned) = (found.rounding_m, found.turned);
         }
+        let turned = |i: usize| turned.get(i).copied().unwrap_or(false);
         let positions_m = positions_m.as_ref().unwrap_or(&mesh.positions_m);
         let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles);
         let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
         let mut planes = Vec::new();
         for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {
-            let corners = t.map(|i| positions_m[i as usize]);
+            let mut corners = t.map(|i| positions_m[i as usize]);
+            if turned(i) {
+                corners.swap(1, 2);
+            }
             if Triangle::new(corners, patch, 0, *surface).is_some() {
                 triangles.push(corners);
                 kinds.push((patch, *surface));
@@ -69,11 +114,20 @@ impl RigidMesh {
                 planes.push(planes_of.get(i).copied().unwrap_or(NO_PLANE));
             }
         }
+        let dropped = mesh.triangles.len() - triangles.len();
+        let (points, mut triangles) = weld(&triangles);
+        let mut copies = 0;
+        if terms.surfaces {
+            let first = first_of_copies(&triangles, &kinds, &terms.enters);
+            copies = first.iter().filter(|first| !**first).count();
+            keep_only(&mut triangles, &first);
+            keep_only(&mut kinds, &first);
+            keep_only(&mut curved_of, &first);
+            keep_only(&mut planes, &first);
+        }
         if curved_of.iter().all(Option::is_none) {
             curved_of.clear();
         }
-        let dropped = mesh.triangles.len() - triangles.len();
-        let (points, triangles) = weld(&triangles);
         RigidMesh {
             terms,
             points,
@@ -82,8 +136,10 @@ impl RigidMesh {
             curved: curved_of,
             planes,
             off_m,
+            rounding_m,
             patches,
             dropped,
+            copies,
             is_broken,
             faces: OnceLock::new(),
         }
@@ -92,6 +148,17 @@ impl RigidMesh {
     /// Number of triangles that have an area.
     pub(super) fn len(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// The planes whose corners were moved by more than rounding and more than `worth_m`.
+    pub(super) fn planes_with_moved_corners(&self, worth_m: f64) -> MovedCorners {
+        let least = worth_m.max(self.rounding_m);
+        let far = |plane: u32| self.off_m.get(plane as usize).is_some_and(|off| *off > least);
+        MovedCorners {
+            planes: (0..self.off_m.len() as u32).filter(|p| far(*p)).count(),
+            facets: self.planes.iter().filter(|p| far(**p)).count(),
+            off_m: self.off_m.iter().fold(0.0, |a, b| a.max(*b)),
+        }
     }
 
     /// The triangles with their points at `points`, patches counted from `patch` on.
@@ -113,6 +180,17 @@ impl RigidMesh {
             self.terms.flat_m,
         )
     }
+}
+
+/// Planes of a mesh whose corners were moved into them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MovedCorners {
+    /// Number of such planes.
+    pub(super) planes: usize,
+    /// Triangles that lie in them.
+    pub(super) facets: usize,
+    /// How far corners were off their plane, at most, m.
+    pub(super) off_m: f64,
 }
 
 /// A mesh as it stands in the world.
