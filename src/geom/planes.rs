@@ -19,6 +19,10 @@ const F32: f64 = 6e-8;
 const SMALL_M: f64 = 2e-5;
 /// Facets that lean by less from their plane are too large for a bend to tell, rad.
 const LEAN_RAD: f64 = 1e-3;
+/// Slivers lean by anything: what leans tells of a bend only if it is more than this share of the area.
+const LEANS: f64 = 0.01;
+/// Corners of one place that f32 has parted are no farther apart, m, whatever its step.
+const ONE_PLACE_M: f64 = 1e-4;
 /// So few corners do not tell noise from a bend.
 const FEW: usize = 24;
 /// Corners nearer than this share of their shortest side may be one corner.
@@ -34,6 +38,8 @@ pub(super) struct Planes {
     pub(super) turned: Vec<bool>,
     /// How far the corners of each plane were off it, at most, m.
     pub(super) off_m: Vec<f64>,
+    /// How far corners of each plane were moved into it or onto each other, at most, m.
+    pub(super) moved_m: Vec<f64>,
     /// What f32 rounds at the mesh's largest coordinate, m.
     pub(super) rounding_m: f64,
     /// The mesh's vertices, those of planes in them, m.
@@ -46,11 +52,11 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
     let mut positions_m = mesh.positions_m.clone();
     if positions_m.iter().any(|p| !p.is_finite()) {
         let turned = vec![false; of.len()];
-        return Planes { of, turned, off_m: Vec::new(), rounding_m: 0.0, positions_m };
+        return Planes { of, turned, off_m: Vec::new(), moved_m: Vec::new(), rounding_m: 0.0, positions_m };
     }
     let largest = positions_m.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding_m = 3f64.sqrt() * F32 * largest;
-    let joints = Joints::new(mesh, NOISE_M + rounding_m, curved);
+    let joints = Joints::new(mesh, rounding_m, curved);
     let mut found: Vec<Plane> = Vec::new();
     let mut done = vec![false; of.len()];
     let mut turned = vec![false; of.len()];
@@ -87,7 +93,13 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
             *p = *to;
         }
     }
-    Planes { of, turned, off_m, rounding_m, positions_m }
+    let mut moved_m = vec![0f64; found.len()];
+    for (t, plane) in mesh.triangles.iter().zip(&of).filter(|(_, plane)| **plane != NO_PLANE) {
+        let far = t.map(|v| mesh.positions_m[v as usize].distance(positions_m[v as usize]));
+        let most = &mut moved_m[*plane as usize];
+        *most = far.into_iter().fold(*most, f64::max);
+    }
+    Planes { of, turned, off_m, moved_m, rounding_m, positions_m }
 }
 
 /// Where `normal . r` is `offset_m`.
@@ -154,7 +166,8 @@ impl Met {
 }
 
 impl Joints {
-    fn new(mesh: &Mesh, tolerance_m: f64, curved: impl Fn(usize) -> bool) -> Joints {
+    fn new(mesh: &Mesh, rounding_m: f64, curved: impl Fn(usize) -> bool) -> Joints {
+        let tolerance_m = NOISE_M + rounding_m;
         let mut place = places(&mesh.positions_m);
         let mut at = mesh.positions_m.clone();
         let mut shortest_m = vec![f64::INFINITY; at.len()];
@@ -164,7 +177,8 @@ impl Joints {
                 shortest_m[v as usize] = shortest_m[v as usize].min(length);
             }
         }
-        weld(&mut place, &mut at, &shortest_m, 2.0 * tolerance_m);
+        let one_place_m = (2.0 * rounding_m).min(ONE_PLACE_M);
+        weld(&mut place, &mut at, &shortest_m, [2.0 * tolerance_m, one_place_m]);
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
         let cross: Vec<DVec3> = triangles
             .iter()
@@ -336,8 +350,10 @@ impl Joints {
         if heights.iter().all(|h| h.abs() <= SMALL_M) {
             return true;
         }
-        let leans = |t: &u32| self.normal[*t as usize].cross(plane.normal).length() > LEAN_RAD;
-        if !members.iter().any(leans) {
+        let leans = |t: &&u32| self.normal[**t as usize].cross(plane.normal).length() > LEAN_RAD;
+        let area = |t: &u32| self.area_m2[*t as usize];
+        let leaning: f64 = members.iter().filter(leans).map(area).sum();
+        if leaning <= LEANS * members.iter().map(area).sum::<f64>() {
             return true;
         }
         if corners.len() < FEW {
@@ -391,8 +407,9 @@ impl Joints {
     }
 }
 
-/// Makes one what is nearer than `near_m` and much nearer than its sides are long, in the middle between them.
-fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], near_m: f64) {
+/// Makes one what is nearer than `near_m` and much nearer than its sides are long, or nearer than `one_place_m`, in the middle between
+/// them.
+fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], [near_m, one_place_m]: [f64; 2]) {
     let mut used: Vec<u32> = place.to_vec();
     used.sort_unstable();
     used.dedup();
@@ -408,7 +425,7 @@ fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], near_m: f64) {
             let key = [c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1];
             for &u in grid.get(&key).into_iter().flatten() {
                 let least = shortest_m[v as usize].min(shortest_m[u as usize]);
-                if at[u as usize].distance(p) <= near_m.min(SHARE * least) {
+                if at[u as usize].distance(p) <= near_m.min(SHARE * least).max(one_place_m) {
                     first = Some(u);
                     break 'all;
                 }

@@ -12,8 +12,9 @@ use glam::DVec3;
 
 /// What lies so near to the plane of something larger lies on it, m (CONVENTIONS eq. 65b): as in `trace`.
 const LIES_M: f64 = 2e-4;
-/// Corners that were moved by less into their plane are not worth a word, m: λ/200 at 77 GHz.
-const WORTH_M: f64 = 2e-5;
+
+/// So many objects with corners that were moved are told one by one.
+const TOLD: usize = 3;
 
 /// What the meshes have that may show in a frame: see [`MeshReport::in_frames`](super::validate::MeshReport::in_frames). One line
 /// for each mesh and matter, which begins with the name of the first object that shows the mesh.
@@ -61,7 +62,7 @@ impl Geometry {
     /// What was taken otherwise than the meshes have it, or stands on an edge, for a radar at `radar_m`: corners that were moved into
     /// their plane, and faces that lie in the plane of another object's. One line each, with the names that `scene` gives the bodies.
     pub fn remarks(&self, scene: &Scene, radar_m: DVec3) -> Vec<String> {
-        let mut lines = self.moved_corners(scene);
+        let mut lines = self.taken_otherwise(scene);
         // Objects that show one mesh and lie on one thing are said together.
         let mut together: Vec<(Lying, usize)> = Vec::new();
         let mut known: FastMap<(usize, u32), usize> = FastMap::default();
@@ -104,27 +105,57 @@ impl Geometry {
         scene.object_by_id(self.bodies[body].id).map_or("", |o| o.name.as_str())
     }
 
-    fn moved_corners(&self, scene: &Scene) -> Vec<String> {
+    /// Copies of triangles and corners that were moved, mesh by mesh.
+    fn taken_otherwise(&self, scene: &Scene) -> Vec<String> {
         let mut seen: FastMap<usize, ()> = FastMap::default();
         let mut lines = Vec::new();
+        // Objects beyond those that are told one by one: how many, their facets, and how far corners were moved.
+        let (mut told, mut more, mut facets, mut most_m) = (0, 0, 0, 0f64);
         for (body, placed) in self.placed.iter().enumerate() {
             if seen.insert(std::sync::Arc::as_ptr(&placed.mesh) as usize, ()).is_some() {
                 continue;
             }
-            let moved = placed.mesh.planes_with_moved_corners(WORTH_M);
-            if moved.planes > 0 {
+            let (copies, faced, moved) = (placed.mesh.copies, placed.mesh.faced, placed.mesh.moved);
+            if copies + faced + moved.planes == 0 {
+                continue;
+            }
+            let name = self.name(scene, body);
+            let all = thousands(placed.mesh.len() + copies);
+            if copies > 0 {
                 lines.push(format!(
-                    "object '{}': {} of {} facets lie in {} plane{}, corners up to {:.2} mm off {}, and were moved into {}",
-                    self.name(scene, body),
-                    thousands(moved.facets),
-                    thousands(placed.mesh.len()),
-                    thousands(moved.planes),
-                    if moved.planes == 1 { "" } else { "s" },
-                    1e3 * moved.off_m,
-                    if moved.planes == 1 { "it" } else { "theirs" },
-                    if moved.planes == 1 { "it" } else { "them" }
+                    "object '{name}': {} of {all} triangles have the corners of another one and are left out; remove the copies",
+                    thousands(copies)
                 ));
             }
+            if faced > 0 {
+                lines.push(format!(
+                    "object '{name}': {} of {all} triangles look against another one of the same corners and dielectric; remove them if \
+                     they are copies, which return twice, and leave them if two bodies touch there",
+                    thousands(faced)
+                ));
+            }
+            if moved.planes > 0 && told == TOLD {
+                more += 1;
+                facets += moved.facets;
+                most_m = most_m.max(moved.most_m);
+            } else if moved.planes > 0 {
+                told += 1;
+                let (planes, it) = if moved.planes == 1 { ("plane", "it") } else { ("planes", "them") };
+                lines.push(format!(
+                    "object '{name}': {} of {all} facets lie in {} {planes}, their corners up to {:.2} mm off, and were moved into {it}; write \
+                     the file with more digits, or nearer to its origin, if it is flatter than that",
+                    thousands(moved.facets),
+                    thousands(moved.planes),
+                    1e3 * moved.most_m
+                ));
+            }
+        }
+        if more > 0 {
+            lines.push(format!(
+                "{more} more objects: {} facets lie in planes, their corners up to {:.2} mm off, and were moved into them",
+                thousands(facets),
+                1e3 * most_m
+            ));
         }
         lines
     }
@@ -281,7 +312,7 @@ mod tests {
         let lines = remarks(0.5, 1e-4, 0.5);
         assert!(lines.len() == 1, "{lines:?}");
         assert!(
-            lines[0].starts_with("object 'road': 800 of 800 facets lie in 1 plane, corners up to 0.1"),
+            lines[0].starts_with("object 'road': 800 of 800 facets lie in 1 plane, their corners up to 0.1"),
             "{}",
             lines[0]
         );
@@ -300,7 +331,16 @@ mod tests {
         twice.material.extend_from_within(..);
         scene.add_mesh("sign", "", twice, Pose::IDENTITY);
         scene.add_mesh("clean", "", sheet(2, 1.0, 3.0, 0.0), Pose::IDENTITY);
+        let geometry = Geometry::of_frame(&scene, 0.0, 77e9, 0.0).unwrap();
+        let lines = geometry.remarks(&scene, DVec3::new(0.0, 0.0, 10.0));
+        assert!(lines.len() == 1 && lines[0].starts_with("object 'sign': 8 of 16 triangles"), "{lines:?}");
+        let Shape::Mesh(clean) = scene.objects[1].shape else { panic!("a mesh") };
+        scene.meshes[clean].triangles.push([0, 0, 1]);
+        scene.meshes[clean].material.push(0);
         let lines = of_meshes(&scene, 77e9).unwrap();
-        assert!(lines.len() == 1 && lines[0].starts_with("object 'sign': 8 "), "{lines:?}");
+        assert!(
+            lines.len() == 1 && lines[0].starts_with("object 'clean': 1 triangle has no area"),
+            "{lines:?}"
+        );
     }
 }

@@ -138,12 +138,7 @@ impl MeshReport {
         if let Some(e) = self.error() {
             lines.push(format!("{}; {}", e.problem, e.remedy.as_deref().unwrap_or_default()));
         }
-        if self.duplicates > 0 {
-            lines.push(format!(
-                "{} triangles are there more than once; of metal each counts once, remove the copies of others",
-                self.duplicates
-            ));
-        }
+        // A frame knows its copies itself: those too that f32 has parted.
         let doubled = MeshReport { duplicates: 0, ..self.clone() };
         lines.extend(doubled.warnings());
         lines

@@ -266,6 +266,7 @@ mod tests {
         };
         let kept = manifest(&report.folder);
         assert!(kept["checksums"]["calibration.csv"].is_string());
+        assert_eq!(kept["remarks"], serde_json::json!([]));
         let file = report.folder.join("radar.toml");
         let mut back = radar_toml::parse(&file, kept["radar"].as_str().unwrap()).unwrap();
         let read = back.processing.angle.calibration.take().unwrap();
