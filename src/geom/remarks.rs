@@ -120,7 +120,7 @@ impl Geometry {
                 continue;
             }
             let name = self.name(scene, body);
-            let all = thousands(placed.mesh.len() + copies);
+            let all = thousands(placed.mesh.len() + placed.mesh.dropped + copies);
             if copies > 0 {
                 lines.push(format!(
                     "object '{name}': {} of {all} triangles have the corners of another one and are left out; remove the copies",
@@ -251,7 +251,7 @@ fn thousands(n: usize) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
