@@ -265,8 +265,9 @@ impl Joints {
         let apex = |of: [u32; 3], other: [u32; 3]| of.into_iter().find(|v| !other.contains(v));
         let ends: Vec<u32> = t.into_iter().filter(|v| u.contains(v)).collect();
         let (&[a, b], Some(p), Some(q)) = (&ends[..], apex(t, u), apex(u, t)) else { return false };
-        // Where more meet, two bodies may touch.
-        if self.sides[&(a.min(b), a.max(b))].len() != 2 {
+        // Where more meet than these two and their copies, two bodies may touch.
+        let others = self.sides[&(a.min(b), a.max(b))].iter().map(|i| self.triangles[*i as usize]);
+        if others.filter(|o| !o.contains(&p) && !o.contains(&q)).count() > 0 {
             return false;
         }
         let [a, b, p, q] = [a, b, p, q].map(|v| self.at[v as usize]);
@@ -395,7 +396,8 @@ impl Joints {
                     let free = held.iter().fold(p.normal, |n, e| n - *e * e.dot(p.normal));
                     let square = free.length_squared();
                     let next = to - free * (p.height(to) / square);
-                    if count < 3 && square > 1e-12 && next.distance(from) <= most {
+                    // Along planes that hardly differ a corner would go far to get into both.
+                    if count < 3 && square > LEAN_RAD * LEAN_RAD && next.distance(from) <= most {
                         to = next;
                         held[count] = free / square.sqrt();
                         count += 1;
