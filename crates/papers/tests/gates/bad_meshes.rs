@@ -298,9 +298,10 @@ fn bad_meshes_echo_as_clean_ones() {
     assert!(wrong.is_empty(), "{} cases:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// Several faults at once, drawn by chance: slivers and T-junctions, then flipped triangles, then copies, then vertices apart.
+/// Several faults at once, drawn by chance: slivers and T-junctions, then flipped triangles, then copies, then vertices apart. Where a
+/// frame changes, something is said.
 #[test]
-fn faults_add_up_to_nothing() {
+fn several_faults_at_once_are_said() {
     let mut largest = 0f64;
     for clean in cleans() {
         let mesh = &clean.scene.meshes[clean.mesh];
