@@ -15,7 +15,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Frame as Made, simulate_with};
+use catseye::simulate::{Frame as Made, Prepared, simulate_with};
 use catseye::trace::{Echo, MAX_BOUNCES};
 use catseye::units::dbm_from_w;
 use catseye_io::files::Truth;
@@ -102,6 +102,9 @@ pub struct Frames {
     /// (frame, radar).
     wanted: Vec<(u32, usize)>,
     next: usize,
+    /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
+    #[pyo3(get)]
+    remarks: Vec<String>,
 }
 
 #[pymethods]
@@ -408,7 +411,15 @@ pub fn simulate(
             (Arc::new(site.scenario), Arc::new(site.scene), site.road.map(Arc::new))
         }
     };
+    let remarks = {
+        let (scenario, scene) = (scenario.clone(), scene.clone());
+        work::run(py, None, move |_| Prepared::new(&scenario, &scene)?.remarks())?
+    };
+    let warn = py.import("warnings")?.getattr("warn")?;
+    for line in &remarks {
+        warn.call1((line,))?;
+    }
     let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0 })
+    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, remarks })
 }

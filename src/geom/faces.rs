@@ -351,6 +351,11 @@ impl Faces {
         })
     }
 
+    /// Whether a place is on a face, or over or under it.
+    pub(super) fn is_over(&self, face: &Face, p: DVec3) -> bool {
+        is_over(self.corners(face), face.normal, p)
+    }
+
     /// Whether a face stands between two places, farther than `gap_m` from both.
     pub fn is_between(&self, a: DVec3, b: DVec3, gap_m: f64) -> bool {
         let way = b - a;
@@ -530,7 +535,7 @@ fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
     (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
 }
 
-fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+pub(super) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));
     points.iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
 }

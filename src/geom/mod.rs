@@ -12,6 +12,7 @@ pub mod hash;
 pub mod outline;
 mod patches;
 mod planes;
+pub mod remarks;
 mod rigid;
 mod smooth;
 pub mod surface;

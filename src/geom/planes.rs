@@ -9,6 +9,7 @@ use super::patches::places;
 use super::welded::{self, NO_PLANE};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
+use std::collections::HashSet;
 
 /// Noise that corners of a flat surface may have across it, m: 0.1 mm along each axis.
 const NOISE_M: f64 = 2e-4;
@@ -18,6 +19,10 @@ const F32: f64 = 6e-8;
 const SMALL_M: f64 = 2e-5;
 /// Facets that lean by less from their plane are too large for a bend to tell, rad.
 const LEAN_RAD: f64 = 1e-3;
+/// Slivers lean by anything: what leans tells of a bend only if it is more than this share of the area.
+const LEANS: f64 = 0.01;
+/// Corners of one place that f32 has parted are no farther apart, m, whatever its step.
+const ONE_PLACE_M: f64 = 1e-4;
 /// So few corners do not tell noise from a bend.
 const FEW: usize = 24;
 /// Corners nearer than this share of their shortest side may be one corner.
@@ -29,8 +34,14 @@ const BOTH: usize = 2;
 pub(super) struct Planes {
     /// Of each triangle, or [`NO_PLANE`].
     pub(super) of: Vec<u32>,
+    /// Whether each triangle is wound against most of its plane.
+    pub(super) turned: Vec<bool>,
     /// How far the corners of each plane were off it, at most, m.
     pub(super) off_m: Vec<f64>,
+    /// How far corners of each plane were moved into it or onto each other, at most, m.
+    pub(super) moved_m: Vec<f64>,
+    /// What f32 rounds at the mesh's largest coordinate, m.
+    pub(super) rounding_m: f64,
     /// The mesh's vertices, those of planes in them, m.
     pub(super) positions_m: Vec<DVec3>,
 }
@@ -40,23 +51,34 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
     let mut of = vec![NO_PLANE; mesh.triangles.len()];
     let mut positions_m = mesh.positions_m.clone();
     if positions_m.iter().any(|p| !p.is_finite()) {
-        return Planes { of, off_m: Vec::new(), positions_m };
+        let turned = vec![false; of.len()];
+        return Planes { of, turned, off_m: Vec::new(), moved_m: Vec::new(), rounding_m: 0.0, positions_m };
     }
     let largest = positions_m.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding_m = 3f64.sqrt() * F32 * largest;
-    let joints = Joints::new(mesh, NOISE_M + rounding_m, curved);
+    let joints = Joints::new(mesh, rounding_m, curved);
     let mut found: Vec<Plane> = Vec::new();
     let mut done = vec![false; of.len()];
+    let mut turned = vec![false; of.len()];
     let mut met = [Met::new(mesh.positions_m.len()), Met::new(of.len())];
     for seed in joints.by_area() {
         if std::mem::replace(&mut done[seed as usize], true) {
             continue;
         }
-        let (plane, members) = joints.grow(seed, &of, &mut met);
+        let (mut plane, members, against) = joints.grow(seed, &of, &mut met);
         members.iter().for_each(|t| done[*t as usize] = true);
         if members.len() > 1 && joints.is_flat(&plane, &members) {
             members.iter().for_each(|t| of[*t as usize] = found.len() as u32);
-            let area_m2 = members.iter().map(|t| joints.area_m2[*t as usize]).sum();
+            let area = |t: &u32| joints.area_m2[*t as usize];
+            let area_m2 = members.iter().map(area).sum();
+            // Most of the plane knows its front best.
+            let odd = members.iter().filter(|t| against.contains(t)).map(area).sum::<f64>() > 0.5 * area_m2;
+            if odd {
+                plane = Plane { normal: -plane.normal, offset_m: -plane.offset_m, ..plane };
+            }
+            if !against.is_empty() {
+                members.iter().for_each(|t| turned[*t as usize] = against.contains(t) != odd);
+            }
             found.push(Plane { area_m2, ..plane });
         }
     }
@@ -71,7 +93,13 @@ pub(super) fn find(mesh: &Mesh, curved: impl Fn(usize) -> bool) -> Planes {
             *p = *to;
         }
     }
-    Planes { of, off_m, positions_m }
+    let mut moved_m = vec![0f64; found.len()];
+    for (t, plane) in mesh.triangles.iter().zip(&of).filter(|(_, plane)| **plane != NO_PLANE) {
+        let far = t.map(|v| mesh.positions_m[v as usize].distance(positions_m[v as usize]));
+        let most = &mut moved_m[*plane as usize];
+        *most = far.into_iter().fold(*most, f64::max);
+    }
+    Planes { of, turned, off_m, moved_m, rounding_m, positions_m }
 }
 
 /// Where `normal . r` is `offset_m`.
@@ -138,7 +166,8 @@ impl Met {
 }
 
 impl Joints {
-    fn new(mesh: &Mesh, tolerance_m: f64, curved: impl Fn(usize) -> bool) -> Joints {
+    fn new(mesh: &Mesh, rounding_m: f64, curved: impl Fn(usize) -> bool) -> Joints {
+        let tolerance_m = NOISE_M + rounding_m;
         let mut place = places(&mesh.positions_m);
         let mut at = mesh.positions_m.clone();
         let mut shortest_m = vec![f64::INFINITY; at.len()];
@@ -148,7 +177,8 @@ impl Joints {
                 shortest_m[v as usize] = shortest_m[v as usize].min(length);
             }
         }
-        weld(&mut place, &mut at, &shortest_m, 2.0 * tolerance_m);
+        let one_place_m = (2.0 * rounding_m).min(ONE_PLACE_M);
+        weld(&mut place, &mut at, &shortest_m, [2.0 * tolerance_m, one_place_m]);
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
         let cross: Vec<DVec3> = triangles
             .iter()
@@ -229,8 +259,31 @@ impl Joints {
         over_sides.chain(self.touching.get(&t).into_iter().flatten()).copied().filter(move |u| *u != t)
     }
 
-    /// What lies in one plane about a triangle: the plane that fits best, and the triangles. Those that are `taken` stay out.
-    fn grow(&self, seed: u32, taken: &[u32], [known, seen]: &mut [Met; 2]) -> (Plane, Vec<u32>) {
+    /// Whether two triangles that share a side lie on either side of it, as in one sheet, and not one on the other, as in a fold.
+    fn goes_on(&self, t: u32, u: u32) -> bool {
+        let [t, u] = [t, u].map(|i| self.triangles[i as usize]);
+        let apex = |of: [u32; 3], other: [u32; 3]| of.into_iter().find(|v| !other.contains(v));
+        let ends: Vec<u32> = t.into_iter().filter(|v| u.contains(v)).collect();
+        let (&[a, b], Some(p), Some(q)) = (&ends[..], apex(t, u), apex(u, t)) else { return false };
+        // Where more meet than these two and their copies, two bodies may touch.
+        let others = self.sides[&(a.min(b), a.max(b))].iter().map(|i| self.triangles[*i as usize]);
+        if others.filter(|o| !o.contains(&p) && !o.contains(&q)).count() > 0 {
+            return false;
+        }
+        let [a, b, p, q] = [a, b, p, q].map(|v| self.at[v as usize]);
+        let way = b - a;
+        let aside = |p: DVec3| (p - a) - way * ((p - a).dot(way) / way.length_squared());
+        aside(p).dot(aside(q)) < 0.0
+    }
+
+    /// What lies in one plane about a triangle: the plane that fits best, the triangles, and those of them that are wound against it.
+    /// Those that are `taken` stay out.
+    fn grow(
+        &self,
+        seed: u32,
+        taken: &[u32],
+        [known, seen]: &mut [Met; 2],
+    ) -> (Plane, Vec<u32>, HashSet<u32>) {
         let normal = self.normal[seed as usize];
         let corners = self.triangles[seed as usize].map(|v| self.at[v as usize]);
         let mut fit = Fit::new(corners.iter().sum::<DVec3>() / 3.0, normal);
@@ -246,14 +299,21 @@ impl Joints {
         add(&mut fit, seed);
         seen.add(seed);
         let mut members = vec![seed];
+        let mut against = HashSet::new();
         let mut round = 0..1;
         while !round.is_empty() {
             let (slopes, middle, radius) = fit.solve();
             for i in round.clone() {
                 for t in self.neighbours(members[i]) {
-                    let alike = self.material[t as usize] == self.material[seed as usize]
-                        && self.normal[t as usize].dot(normal) > 0.5;
-                    if !alike || taken[t as usize] != NO_PLANE || seen.has(t) {
+                    if self.material[t as usize] != self.material[seed as usize]
+                        || taken[t as usize] != NO_PLANE
+                        || seen.has(t)
+                    {
+                        continue;
+                    }
+                    let alike = self.normal[t as usize].dot(normal);
+                    let is_turned = alike < -0.5 && self.goes_on(members[i], t);
+                    if alike <= 0.5 && !is_turned {
                         continue;
                     }
                     // A small plane says little of what lies far from it.
@@ -266,6 +326,9 @@ impl Joints {
                         seen.add(t);
                         members.push(t);
                         add(&mut fit, t);
+                        if is_turned {
+                            against.insert(t);
+                        }
                     }
                 }
             }
@@ -276,7 +339,7 @@ impl Joints {
             let off = |v: &u32| plane.height(self.at[*v as usize]).abs();
             self.triangles[*t as usize].iter().all(|v| off(v) <= 1.5 * self.tolerance_m)
         });
-        (plane, members)
+        (plane, members, against)
     }
 
     /// Whether what is about a plane is flat but for noise, and no piece of what bends.
@@ -288,8 +351,10 @@ impl Joints {
         if heights.iter().all(|h| h.abs() <= SMALL_M) {
             return true;
         }
-        let leans = |t: &u32| self.normal[*t as usize].cross(plane.normal).length() > LEAN_RAD;
-        if !members.iter().any(leans) {
+        let leans = |t: &&u32| self.normal[**t as usize].cross(plane.normal).length() > LEAN_RAD;
+        let area = |t: &u32| self.area_m2[*t as usize];
+        let leaning: f64 = members.iter().filter(leans).map(area).sum();
+        if leaning <= LEANS * members.iter().map(area).sum::<f64>() {
             return true;
         }
         if corners.len() < FEW {
@@ -331,7 +396,8 @@ impl Joints {
                     let free = held.iter().fold(p.normal, |n, e| n - *e * e.dot(p.normal));
                     let square = free.length_squared();
                     let next = to - free * (p.height(to) / square);
-                    if count < 3 && square > 1e-12 && next.distance(from) <= most {
+                    // Along planes that hardly differ a corner would go far to get into both.
+                    if count < 3 && square > LEAN_RAD * LEAN_RAD && next.distance(from) <= most {
                         to = next;
                         held[count] = free / square.sqrt();
                         count += 1;
@@ -343,8 +409,9 @@ impl Joints {
     }
 }
 
-/// Makes one what is nearer than `near_m` and much nearer than its sides are long, in the middle between them.
-fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], near_m: f64) {
+/// Makes one what is nearer than `near_m` and much nearer than its sides are long, or nearer than `one_place_m`, in the middle between
+/// them.
+fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], [near_m, one_place_m]: [f64; 2]) {
     let mut used: Vec<u32> = place.to_vec();
     used.sort_unstable();
     used.dedup();
@@ -360,7 +427,7 @@ fn weld(place: &mut [u32], at: &mut [DVec3], shortest_m: &[f64], near_m: f64) {
             let key = [c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1];
             for &u in grid.get(&key).into_iter().flatten() {
                 let least = shortest_m[v as usize].min(shortest_m[u as usize]);
-                if at[u as usize].distance(p) <= near_m.min(SHARE * least) {
+                if at[u as usize].distance(p) <= near_m.min(SHARE * least).max(one_place_m) {
                     first = Some(u);
                     break 'all;
                 }

@@ -2,14 +2,18 @@
 
 use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
+use super::hash::FastMap;
 use super::patches::coplanar_patches;
 use super::planes;
 use super::triangle::Triangle;
-use super::welded::{NO_PLANE, Welded, weld};
+use super::welded::{NO_PLANE, Welded, sides, weld};
 use crate::frames::{Pose, Target, World};
 use crate::scene::Mesh;
 use glam::DVec3;
 use std::sync::{Arc, OnceLock};
+
+/// Corners that were moved by less into their plane are not worth a word, m: λ/200 at 77 GHz.
+const WORTH_M: f64 = 2e-5;
 
 /// What the faces of all meshes of a scene depend on besides the meshes.
 #[derive(Debug)]
@@ -38,6 +42,12 @@ pub(super) struct RigidMesh {
     planes: Vec<u32>,
     /// How far corners of each plane were off it, at most, m.
     off_m: Vec<f64>,
+    /// The planes whose corners were moved by more than rounding.
+    pub(super) moved: MovedCorners,
+    /// Number of triangles that lie on another of the same corners, which were left out.
+    pub(super) copies: usize,
+    /// Number of dielectric triangles that look against another of the same corners and material, which were not.
+    pub(super) faced: usize,
     /// Number of coplanar patches.
     pub(super) patches: u32,
     /// Number of triangles without area, which were left out.
@@ -47,21 +57,102 @@ pub(super) struct RigidMesh {
     faces: OnceLock<Faces>,
 }
 
+/// Of each triangle, whether it is the first with its corners. What lies on itself scatters once. Dielectrics that look against each
+/// other are one sheet where all that hangs together with them is there twice, and else may be two bodies that touch: those stay, and are
+/// counted.
+fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], enters: &[bool]) -> (Vec<bool>, usize) {
+    let mut known: FastMap<[u32; 3], Vec<u32>> = FastMap::default();
+    let sorted = |mut t: [u32; 3]| {
+        t.sort_unstable();
+        t
+    };
+    let mut corners: FastMap<[u32; 3], ()> =
+        FastMap::with_capacity_and_hasher(triangles.len(), Default::default());
+    if triangles.iter().all(|t| corners.insert(sorted(*t), ()).is_none()) {
+        return (vec![true; triangles.len()], 0);
+    }
+    let is_even = |[a, b, c]: [u32; 3]| (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2;
+    let sheets = double_sheets(triangles);
+    let dielectric = |t: u32| enters.get(kinds[t as usize].1 as usize).copied().unwrap_or(false);
+    let mut faced = 0;
+    let mut is_first = |t: u32| {
+        let own = triangles[t as usize];
+        let list = known.entry(sorted(own)).or_default();
+        let alike = |u: &&u32| kinds[t as usize].1 == kinds[**u as usize].1;
+        let same = |u: &u32| {
+            let as_wound = sheets[t as usize] || is_even(own) == is_even(triangles[*u as usize]);
+            !dielectric(t) && !dielectric(*u) || (alike(&u) && as_wound)
+        };
+        if list.iter().any(same) {
+            return false;
+        }
+        faced += usize::from(list.iter().any(|u| alike(&u)));
+        list.push(t);
+        true
+    };
+    ((0..triangles.len() as u32).map(&mut is_first).collect(), faced)
+}
+
+/// Of each triangle, whether it and all that hangs together with it are there more than once.
+fn double_sheets(triangles: &[[u32; 3]]) -> Vec<bool> {
+    let sorted = |mut t: [u32; 3]| {
+        t.sort_unstable();
+        t
+    };
+    let mut count: FastMap<[u32; 3], u32> =
+        FastMap::with_capacity_and_hasher(triangles.len(), Default::default());
+    triangles.iter().for_each(|t| *count.entry(sorted(*t)).or_default() += 1);
+    let mut double: Vec<bool> = triangles.iter().map(|t| count[&sorted(*t)] > 1).collect();
+    if !double.contains(&true) || !double.contains(&false) {
+        return double;
+    }
+    let mut at_side: FastMap<(u32, u32), Vec<u32>> = FastMap::default();
+    for (i, t) in triangles.iter().enumerate() {
+        for (a, b) in sides(t) {
+            at_side.entry((a.min(b), a.max(b))).or_default().push(i as u32);
+        }
+    }
+    let mut single: Vec<u32> = (0..triangles.len() as u32).filter(|t| !double[*t as usize]).collect();
+    while let Some(t) = single.pop() {
+        for (a, b) in sides(&triangles[t as usize]) {
+            for u in &at_side[&(a.min(b), a.max(b))] {
+                if std::mem::replace(&mut double[*u as usize], false) {
+                    single.push(*u);
+                }
+            }
+        }
+    }
+    double
+}
+
+fn keep_only<T>(list: &mut Vec<T>, wanted: &[bool]) {
+    let mut wanted = wanted.iter();
+    list.retain(|_| wanted.next().copied().unwrap_or(true));
+}
+
 impl RigidMesh {
     pub(super) fn new(mesh: &Mesh, terms: Arc<Terms>) -> RigidMesh {
         let is_broken = mesh.positions_m.iter().any(|p| !p.is_finite());
         let all_curved = if terms.surfaces { curved_facet::facets(mesh) } else { Vec::new() };
-        let (mut planes_of, mut off_m, mut positions_m) = (Vec::new(), Vec::new(), None);
+        let (mut planes_of, mut off_m, mut turned, mut positions_m) =
+            (Vec::new(), Vec::new(), Vec::new(), None);
+        let mut moved = MovedCorners::default();
         if terms.surfaces {
             let found = planes::find(mesh, |t| all_curved[t].is_some());
+            moved = MovedCorners::of(&found);
             (planes_of, off_m, positions_m) = (found.of, found.off_m, Some(found.positions_m));
+            turned = found.turned;
         }
+        let turned = |i: usize| turned.get(i).copied().unwrap_or(false);
         let positions_m = positions_m.as_ref().unwrap_or(&mesh.positions_m);
         let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles);
         let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
         let mut planes = Vec::new();
         for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {
-            let corners = t.map(|i| positions_m[i as usize]);
+            let mut corners = t.map(|i| positions_m[i as usize]);
+            if turned(i) {
+                corners.swap(1, 2);
+            }
             if Triangle::new(corners, patch, 0, *surface).is_some() {
                 triangles.push(corners);
                 kinds.push((patch, *surface));
@@ -69,11 +160,21 @@ impl RigidMesh {
                 planes.push(planes_of.get(i).copied().unwrap_or(NO_PLANE));
             }
         }
+        let dropped = mesh.triangles.len() - triangles.len();
+        let (points, mut triangles) = weld(&triangles);
+        let (mut copies, mut faced) = (0, 0);
+        if terms.surfaces {
+            let first;
+            (first, faced) = first_of_copies(&triangles, &kinds, &terms.enters);
+            copies = first.iter().filter(|first| !**first).count();
+            keep_only(&mut triangles, &first);
+            keep_only(&mut kinds, &first);
+            keep_only(&mut curved_of, &first);
+            keep_only(&mut planes, &first);
+        }
         if curved_of.iter().all(Option::is_none) {
             curved_of.clear();
         }
-        let dropped = mesh.triangles.len() - triangles.len();
-        let (points, triangles) = weld(&triangles);
         RigidMesh {
             terms,
             points,
@@ -82,6 +183,9 @@ impl RigidMesh {
             curved: curved_of,
             planes,
             off_m,
+            moved,
+            copies,
+            faced,
             patches,
             dropped,
             is_broken,
@@ -112,6 +216,30 @@ impl RigidMesh {
             &self.terms.enters,
             self.terms.flat_m,
         )
+    }
+}
+
+/// Planes of a mesh whose corners were moved into them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct MovedCorners {
+    /// Number of such planes.
+    pub(super) planes: usize,
+    /// Triangles that lie in them.
+    pub(super) facets: usize,
+    /// How far corners were moved, at most, m.
+    pub(super) most_m: f64,
+}
+
+impl MovedCorners {
+    /// Of planes as they were found. By how much f32 rounds, and by [`WORTH_M`], corners may be moved without a word.
+    fn of(found: &planes::Planes) -> MovedCorners {
+        let least = WORTH_M.max(found.rounding_m);
+        let far = |plane: u32| found.moved_m.get(plane as usize).is_some_and(|moved| *moved > least);
+        MovedCorners {
+            planes: (0..found.moved_m.len() as u32).filter(|p| far(*p)).count(),
+            facets: found.of.iter().filter(|p| far(**p)).count(),
+            most_m: found.moved_m.iter().fold(0.0, |a, b| a.max(*b)),
+        }
     }
 }
 

@@ -125,6 +125,25 @@ impl MeshReport {
         lines
     }
 
+    /// What may show in a frame, or is left out of it; one line each. Metal is the same on both sides, so that neither how it is wound nor
+    /// whether it is closed is worth a line.
+    pub fn in_frames(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.degenerate > 0 {
+            lines.push(match self.degenerate {
+                1 => "1 triangle has no area and is left out".to_string(),
+                n => format!("{n} triangles have no area and are left out"),
+            });
+        }
+        if let Some(e) = self.error() {
+            lines.push(format!("{}; {}", e.problem, e.remedy.as_deref().unwrap_or_default()));
+        }
+        // A frame knows its copies itself: those too that f32 has parted.
+        let doubled = MeshReport { duplicates: 0, ..self.clone() };
+        lines.extend(doubled.warnings());
+        lines
+    }
+
     /// The reason why no result can be right.
     pub fn error(&self) -> Option<BadInput> {
         (self.inside_out_dielectric > 0).then(|| {

@@ -13,7 +13,7 @@ use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Facets, Geometry, RigidScene, curved};
+use crate::geom::{Facets, Geometry, RigidScene, curved, remarks};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
@@ -244,6 +244,21 @@ impl<'a> Prepared<'a> {
     /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
         self.frame_within(engine, which, index, budget(self.scenario, which), control)
+    }
+
+    /// What the scene's meshes have that may show in frames, as they stand in the first one: one line each, with the object's name,
+    /// the number of places and a remedy. None for a scene that is clean.
+    ///
+    /// # Errors
+    /// What the scene cannot be at the frequency of its first radar.
+    pub fn remarks(&self) -> Result<Vec<String>> {
+        let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
+        let radar = &self.scenario.radars[self.first];
+        let time_s = self.scenario.frames.time_s(0);
+        let mut lines = remarks::of_meshes(self.scene, radar.carrier_hz)?;
+        let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);
+        lines.extend(seen.refined.at(time_s, 0.0)?.remarks(self.scene, pose.translation_m));
+        Ok(lines)
     }
 
     /// What the radar hears in frame `index`, before anything is synthesised.

@@ -77,6 +77,7 @@ impl Dataset {
             },
         )?;
         drop(bar);
+        report.remarks.iter().for_each(|r| global.say(&format!("warning: first scene: {r}")));
         if report.cancelled && !report.complete {
             let complete = match report.tally.frames {
                 0 if report.shards_complete == 0 => "no frame is complete".to_string(),

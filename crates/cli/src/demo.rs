@@ -3,7 +3,7 @@
 use super::bar::Kept;
 use super::frames::draw_frame;
 use super::global::{Global, print};
-use super::simulate::summary;
+use super::simulate::{summary, tell};
 use catseye::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
@@ -53,6 +53,7 @@ impl Demo {
             },
         )?;
         drop(bar);
+        tell(&report.remarks, global);
         summary(&report, global)?;
         if !global.json {
             print(&format!(

@@ -97,6 +97,7 @@ impl Process {
             radar: keep_radars(staged.path(), std::slice::from_ref(&radar))?,
             axes: PerRadar::One(Axes::of(&radar)),
             import: None,
+            remarks: Vec::new(),
             frames: Vec::new(),
         }
         .write(staged.path())?;

@@ -107,6 +107,7 @@ pub fn simulate(
         },
     )?;
     drop(bar);
+    tell(&report.remarks, global);
     if report.resumed > 0 {
         global.say(&format!("{} frames were complete from an earlier run", report.resumed));
     }
@@ -145,6 +146,11 @@ pub fn simulate(
         ));
     }
     Ok(report)
+}
+
+/// What the scene's meshes have that may show in its frames.
+pub fn tell(remarks: &[String], global: &Global) {
+    remarks.iter().for_each(|r| global.say(&format!("warning: {r}")));
 }
 
 /// What was written.
@@ -209,6 +215,8 @@ struct DryRun {
     disk_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
+    /// What the scene's meshes have that may show in the frames.
+    remarks: Vec<String>,
 }
 
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
@@ -216,7 +224,9 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let (scenario, scene) = (&site.scenario, &site.scene);
     let (engine, prepared) = (global.engine()?, Prepared::new(scenario, scene)?);
     let available_bytes = machine::available_bytes();
-    let mut d = DryRun { frames: scenario.frames.count, available_bytes, ..Default::default() };
+    let remarks = prepared.remarks()?;
+    tell(&remarks, global);
+    let mut d = DryRun { frames: scenario.frames.count, available_bytes, remarks, ..Default::default() };
     let precision = global.precision;
     let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
     scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;

@@ -235,6 +235,8 @@ pub struct Manifest {
     /// What was found in an imported file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
+    /// What the scene's meshes have that may show in the frames, one line each ([`catseye::simulate::Prepared::remarks`]).
+    pub remarks: Vec<String>,
     /// One record a frame.
     pub frames: Vec<FrameRecord>,
 }

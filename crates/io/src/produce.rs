@@ -87,6 +87,8 @@ pub struct Report {
     pub complete: bool,
     /// Whether the run was interrupted.
     pub cancelled: bool,
+    /// What the meshes of the first scene have that may show in frames, one line each.
+    pub remarks: Vec<String>,
     /// Of complete shards.
     pub tally: Tally,
     /// Bytes of the dataset.
@@ -136,6 +138,9 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             });
         }
     }
+    let first = site(recipe, 0)?;
+    let remarks = Prepared::new(&first.scenario, &first.scene)?.remarks()?;
+    drop(first);
     let basis = recipe.basis()?;
     let layout = layout(engine, recipe, same.then_some(out))?;
     let all = 0..layout.shards();
@@ -248,6 +253,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         frames_made,
         complete: markers.is_some(),
         cancelled,
+        remarks,
         tally,
         bytes,
     })

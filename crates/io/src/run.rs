@@ -48,6 +48,8 @@ pub struct RunReport {
     pub resumed: u32,
     /// Frames of an interrupted run whose files were not as they had been written; they were made again.
     pub repaired: u32,
+    /// What the scene's meshes have that may show in the frames, one line each.
+    pub remarks: Vec<String>,
     /// One record a frame.
     pub frames: Vec<FrameRecord>,
 }
@@ -83,6 +85,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     );
     let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
     let prepared = Prepared::new(scenario, scene)?;
+    let remarks = prepared.remarks()?;
     let mut records = Vec::new();
     let (mut resumed, mut repaired) = (0, 0);
     let mut sums = BTreeMap::new();
@@ -155,12 +158,13 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         radar: keep_radars(staged.path(), &scenario.radars)?,
         axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
         import: Some(scene.import.clone()),
+        remarks: remarks.clone(),
         frames: records.clone(),
     }
     .write(staged.path())?;
     let sums = with_the_rest(staged.path(), sums)?;
     let folder = staged.commit_with(sums)?;
-    Ok(RunReport { folder, resumed, repaired, frames: records })
+    Ok(RunReport { folder, resumed, repaired, remarks, frames: records })
 }
 
 fn read_note(path: &Path) -> Option<Note> {
@@ -262,6 +266,7 @@ mod tests {
         };
         let kept = manifest(&report.folder);
         assert!(kept["checksums"]["calibration.csv"].is_string());
+        assert_eq!(kept["remarks"], serde_json::json!([]));
         let file = report.folder.join("radar.toml");
         let mut back = radar_toml::parse(&file, kept["radar"].as_str().unwrap()).unwrap();
         let read = back.processing.angle.calibration.take().unwrap();

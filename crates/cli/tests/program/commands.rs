@@ -391,6 +391,18 @@ fn the_templates_run() {
     done(d, &["init", "radar"]);
     refused(d, &["init", "scenario"], &["scenario.toml", "--force"]);
     assert!(done(d, &["simulate", "scenario.toml", "--dry-run"]).contains("echoes a frame"));
+    let remarks = |file: &str| -> Vec<String> {
+        let said = done(d, &["simulate", file, "--dry-run", "--json"]);
+        let v: serde_json::Value = serde_json::from_str(&said).unwrap();
+        serde_json::from_value(v["remarks"].clone()).unwrap()
+    };
+    assert!(remarks("scenario.toml").is_empty(), "{:?}", remarks("scenario.toml"));
+    // In the road's plane the marker stands on an edge.
+    let text = std::fs::read_to_string(d.join("scenario.toml")).unwrap();
+    assert!(text.contains("[17.5, 0, 0.002]"));
+    std::fs::write(d.join("low.toml"), text.replace("[17.5, 0, 0.002]", "[17.5, 0, 0]")).unwrap();
+    let said = remarks("low.toml");
+    assert!(said.len() == 1 && said[0].contains("'marker'") && said[0].contains("'road'"), "{said:?}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Figures of the documents and gates of the build.
 
 mod austin;
+mod bad_meshes;
 mod beam_times;
 mod clipping;
 mod echoes;

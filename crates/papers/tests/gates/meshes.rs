@@ -15,30 +15,30 @@ use std::f64::consts::PI;
 
 /// How a rectangle is cut up and held.
 #[derive(Clone, Copy)]
-struct Cut {
+pub(super) struct Cut {
     /// Quadrilaterals along both sides.
-    n: [u32; 2],
+    pub(super) n: [u32; 2],
     /// Every second row is shifted by half of one, so that corners lie on sides.
-    bricks: bool,
+    pub(super) bricks: bool,
     /// Each has corners of its own.
-    apart: bool,
+    pub(super) apart: bool,
     /// In the file's own axes, m and rad.
-    offset_m: DVec3,
-    yaw: f64,
+    pub(super) offset_m: DVec3,
+    pub(super) yaw: f64,
     /// Largest along each axis, m.
-    noise_m: f64,
+    pub(super) noise_m: f64,
     /// Places are rounded to f32.
-    f32: bool,
+    pub(super) f32: bool,
 }
 
-const WHOLE: Cut =
+pub(super) const WHOLE: Cut =
     Cut { n: [1, 1], bricks: false, apart: false, offset_m: DVec3::ZERO, yaw: 0.0, noise_m: 0.0, f32: false };
 
 /// Numbers in -1..1 that look random.
-struct Noise(u64);
+pub(super) struct Noise(pub(super) u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
@@ -82,7 +82,7 @@ fn sheet(corner: DVec3, sides: [DVec3; 2], cut: Cut, seed: u64) -> (Mesh, Pose<T
     (mesh, Pose::new(turn.inverse(), -(turn.inverse() * cut.offset_m)))
 }
 
-fn seen(scene: &Scene, at: DVec3) -> (Echoes, Geometry) {
+pub(super) fn seen(scene: &Scene, at: DVec3) -> (Echoes, Geometry) {
     seen_turned(scene, at, DQuat::IDENTITY)
 }
 
@@ -94,7 +94,7 @@ fn seen_turned(scene: &Scene, at: DVec3, turn: DQuat) -> (Echoes, Geometry) {
 }
 
 /// The sum of all echoes of each chain, for H.
-fn by_chain(found: &Echoes) -> BTreeMap<Vec<u32>, Complex64> {
+pub(super) fn by_chain(found: &Echoes) -> BTreeMap<Vec<u32>, Complex64> {
     let k = wavenumber(77e9);
     let mut sums = BTreeMap::new();
     for r in &found.list {
@@ -104,12 +104,12 @@ fn by_chain(found: &Echoes) -> BTreeMap<Vec<u32>, Complex64> {
     sums
 }
 
-fn db(z: Complex64) -> f64 {
+pub(super) fn db(z: Complex64) -> f64 {
     20.0 * z.norm().log10()
 }
 
 /// A wall beside the road with a point and a corner before it.
-fn walled(cut: Cut, seed: u64) -> Scene {
+pub(super) fn walled(cut: Cut, seed: u64) -> Scene {
     let mut scene = Scene::default();
     scene.material_index(&material::by_name("steel").unwrap());
     let (wall, pose) =
