@@ -18,6 +18,9 @@ pub const MOST_CORNERS: usize = 8;
 /// rounding of positions that a file holds in f32.
 pub const FLAT: f64 = 1e-4;
 
+/// Faces of different bodies within so much of one plane lie on one another in a frame, m: 0.1 mm of noise in the places of each
+/// (CONVENTIONS eq. 65b).
+pub const LIES_M: f64 = 2e-4;
 /// Least area of a plane that mirrors as an endless one does, m², and times what it mirrors. The first Fresnel zone of a road 30 m
 /// long is 0.3 m wide.
 const MIRROR_M2: f64 = 1.0;

@@ -3,15 +3,12 @@
 //! What is taken otherwise than the file has it is said, and so is what can change by a leap when it is moved by a hair's breadth.
 
 use super::Geometry;
-use super::faces::{Face, Faces, HalfSpace, bounds};
+use super::faces::{Face, Faces, HalfSpace, LIES_M, bounds};
 use super::validate::check_mesh;
 use crate::error::{Error, Result};
 use crate::geom::hash::FastMap;
 use crate::scene::{Scene, Shape};
 use glam::DVec3;
-
-/// What lies so near to the plane of something larger lies on it, m (CONVENTIONS eq. 65b): as in `trace`.
-const LIES_M: f64 = 2e-4;
 
 /// So many objects with corners that were moved are told one by one.
 const TOLD: usize = 3;

@@ -209,6 +209,8 @@ pub struct Heard {
 struct RadarView<'a> {
     refined: RigidScene<'a>,
     still: OnceLock<Geometry>,
+    /// Bounces that frame 0 had to follow.
+    bounces: OnceLock<usize>,
 }
 
 impl<'a> Prepared<'a> {
@@ -227,7 +229,7 @@ impl<'a> Prepared<'a> {
                 curved::sized_within(scene, accuracy_db, wavenumber(radar.carrier_hz), most)?
             };
             let refined = RigidScene::new(cut, radar.carrier_hz, Facets::Curved)?;
-            Ok(RadarView { refined, still: OnceLock::new() })
+            Ok(RadarView { refined, still: OnceLock::new(), bounces: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {
@@ -299,8 +301,19 @@ impl<'a> Prepared<'a> {
             then.translation_m - (pose.translation_m + velocity_mps * dt)
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
-        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
+        let mut options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
+        // All frames go as deep as the first has to: echoes that come and go with the depth would flicker.
+        if index > 0 && options.most_bounces > options.bounces {
+            let first = match seen.bounces.get() {
+                Some(n) => *n,
+                None => self.heard(engine, which, 0, budget)?.echoes.bounces,
+            };
+            (options.bounces, options.most_bounces) = (first, 0);
+        }
         let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
+        if index == 0 {
+            seen.bounces.get_or_init(|| echoes.bounces);
+        }
         trim(radar, &mut echoes, budget);
         let seconds = [geometry_s, clock.lap()];
         Ok(Heard { time_s, pose, velocity_mps, triangles: geometry.triangle_count, echoes, seconds })

@@ -5,7 +5,7 @@
 //! random directions.
 
 use crate::geom::Surface;
-use crate::geom::faces::{Face, Faces, HalfSpace, MOST_CORNERS};
+use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
@@ -20,8 +20,6 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
-/// Faces of different bodies within so much of one plane lie on one another in a frame, m: 0.1 mm of noise in the places of each.
-const LIES_M: f64 = 2e-4;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 

@@ -308,7 +308,9 @@ fn several_faults_at_once_are_said() {
         let (want, ..) = sums(&clean, mesh.clone());
         for seed in 1..=25 {
             let mut noise = Noise(seed);
-            (0..4).for_each(|_| drop(noise.next()));
+            for _ in 0..4 {
+                noise.next();
+            }
             let near = 10f64.powf(-6.0 + 3.0 * noise.next());
             let both = noise.next() > 0.0;
             let at = |a: DVec3, b: DVec3, _: DVec3| a + (b - a).normalize() * near;
