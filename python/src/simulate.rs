@@ -15,7 +15,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Frame as Made, Prepared, simulate_with};
+use catseye::simulate::{Depths, Frame as Made, Prepared, simulate_with};
 use catseye::trace::{Echo, MAX_BOUNCES};
 use catseye::units::dbm_from_w;
 use catseye_io::files::Truth;
@@ -102,6 +102,7 @@ pub struct Frames {
     /// (frame, radar).
     wanted: Vec<(u32, usize)>,
     next: usize,
+    depths: Depths,
     /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
     #[pyo3(get)]
     remarks: Vec<String>,
@@ -133,9 +134,10 @@ impl Frames {
                 road,
             )
         };
+        let depths = slf.try_borrow()?.depths.clone();
         let radar = scenario.radars[which].clone();
         let (made, truth) = work::run(py, None, move |watch| {
-            let frame = simulate_with(&engine, &scenario, &scene, which, index, watch.control())?;
+            let frame = simulate_with(&engine, &scenario, &scene, (which, index), &depths, watch.control())?;
             let truth = Truth::new(&scenario, &scene, &frame, labels.as_deref());
             let truth = serde_json::to_string(&truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
             Ok((frame, truth))
@@ -421,5 +423,5 @@ pub fn simulate(
     }
     let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, remarks })
+    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, depths: Depths::default(), remarks })
 }

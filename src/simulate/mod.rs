@@ -22,8 +22,9 @@ use crate::trace::air::Air;
 use crate::trace::{Convention, Echoes, TraceOptions};
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 use thermal_floor::thermal_floor_w;
 
@@ -161,10 +162,11 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
 /// # Errors
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
-    simulate_with(engine, scenario, scene, 0, index, Control::default())
+    simulate_with(engine, scenario, scene, (0, index), &Depths::default(), Control::default())
 }
 
-/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis.
+/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis. `depths` keeps between the frames of one scenario
+/// how many bounces they follow; without it frame 0 is traced again for each.
 ///
 /// # Errors
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
@@ -172,11 +174,12 @@ pub fn simulate_with(
     engine: &Engine,
     scenario: &Scenario,
     scene: &Scene,
-    which: usize,
-    index: u32,
+    (which, index): (usize, u32),
+    depths: &Depths,
     control: Control<'_>,
 ) -> Result<Frame> {
-    Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
+    let prepared = Prepared::of(scenario, scene, which..which + 1)?;
+    Prepared { depths: depths.clone(), ..prepared }.frame(engine, which, index, control)
 }
 
 /// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, what belongs to
@@ -186,6 +189,7 @@ pub struct Prepared<'a> {
     scene: &'a Scene,
     first: usize,
     radars: Vec<RadarView<'a>>,
+    depths: Depths,
 }
 
 /// What a radar hears in a frame.
@@ -209,8 +213,16 @@ pub struct Heard {
 struct RadarView<'a> {
     refined: RigidScene<'a>,
     still: OnceLock<Geometry>,
-    /// Bounces that frame 0 had to follow.
-    bounces: OnceLock<usize>,
+}
+
+/// How many bounces the frames of each radar follow: as many as its frame 0 had to. Clones share what is known.
+#[derive(Debug, Clone, Default)]
+pub struct Depths(Arc<Mutex<BTreeMap<usize, usize>>>);
+
+impl Depths {
+    fn known(&self) -> MutexGuard<'_, BTreeMap<usize, usize>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl<'a> Prepared<'a> {
@@ -229,13 +241,14 @@ impl<'a> Prepared<'a> {
                 curved::sized_within(scene, accuracy_db, wavenumber(radar.carrier_hz), most)?
             };
             let refined = RigidScene::new(cut, radar.carrier_hz, Facets::Curved)?;
-            Ok(RadarView { refined, still: OnceLock::new(), bounces: OnceLock::new() })
+            Ok(RadarView { refined, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {
             scenario,
             scene,
             first,
+            depths: Depths::default(),
             radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
         })
     }
@@ -304,15 +317,16 @@ impl<'a> Prepared<'a> {
         let mut options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
         // All frames go as deep as the first has to: echoes that come and go with the depth would flicker.
         if index > 0 && options.most_bounces > options.bounces {
-            let first = match seen.bounces.get() {
-                Some(n) => *n,
+            let known = self.depths.known().get(&which).copied();
+            let first = match known {
+                Some(n) => n,
                 None => self.heard(engine, which, 0, budget)?.echoes.bounces,
             };
             (options.bounces, options.most_bounces) = (first, 0);
         }
         let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
         if index == 0 {
-            seen.bounces.get_or_init(|| echoes.bounces);
+            self.depths.known().insert(which, echoes.bounces);
         }
         trim(radar, &mut echoes, budget);
         let seconds = [geometry_s, clock.lap()];

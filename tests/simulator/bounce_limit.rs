@@ -1,15 +1,18 @@
 //! What the limit of bounces cuts off is said, and followed where it matters (CONVENTIONS eq. 68).
 
 use catseye::adc::budget::power_w;
+use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
-use catseye::scene::{Scene, material, radar_toml};
+use catseye::scene::{Scene, material, radar_toml, scenario};
+use catseye::simulate::{Depths, Prepared, simulate_with};
 use catseye::trace::{Echoes, TraceOptions};
 use catseye::units::db_from_power;
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::path::Path;
 
 const RANGE_M: f64 = 20.0;
 
@@ -64,4 +67,37 @@ fn a_corner_is_followed_until_what_is_left_is_below_the_accuracy() {
     // Merging what is one place changes nothing but rounding.
     let power = power_w(&radar_toml::preset("front77").unwrap(), &three.list);
     assert!((power / three.power_w - 1.0).abs() < 1e-9, "{power} {}", three.power_w);
+}
+
+/// All frames go as deep as frame 0 has to, whichever are asked for first, here where nothing of the corner shows before the third
+/// bounce; a number that the scenario gives holds.
+#[test]
+fn frames_go_as_deep_as_the_first() {
+    let mut scene = Scene::default();
+    let pose = Pose::from_yaw_pitch_roll(DVec3::new(RANGE_M, 0.0, 0.5), PI + 0.1, 0.6, 0.0);
+    let spec = "trihedral:leg_m=0.1";
+    let body = Reflector::parse(spec).unwrap();
+    body.add_to(&mut scene, &material::by_name, (spec, ""), pose, DVec3::ZERO).unwrap();
+    let engine = Engine::Cpu(Precision::F64);
+    let text = "name = \"deep\"\nradar = \"front77\"\n[frames]\ncount = 3\n[ego]\nspeed_mps = 5\n\
+                [[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n";
+    let parse = |text: &str| scenario::parse(Path::new("s.toml"), text).unwrap();
+    let mut deep = parse(text);
+    assert_eq!((deep.trace.bounces, deep.trace.most_bounces), (3, 8));
+    deep.trace.bounces = 1;
+    let one = Prepared::new(&deep, &scene).unwrap();
+    let later: Vec<Echoes> = [2, 0, 1].map(|i| one.echoes(&engine, 0, i).unwrap().echoes).into();
+    assert!(
+        later.iter().all(|e| e.bounces == 3),
+        "{:?}",
+        later.iter().map(|e| e.bounces).collect::<Vec<_>>()
+    );
+    let other = Prepared::new(&deep, &scene).unwrap();
+    assert_eq!(other.echoes(&engine, 0, 1).unwrap().echoes, later[2]);
+    let depths = Depths::default();
+    let alone = simulate_with(&engine, &deep, &scene, (0, 1), &depths, Control::default()).unwrap();
+    assert_eq!((alone.echoes.list, alone.front_end.bounces), (later[2].list.clone(), 3));
+    let fixed = parse(&format!("{text}[trace]\nbounces = 2\n"));
+    let fixed = Prepared::new(&fixed, &scene).unwrap().echoes(&engine, 0, 0).unwrap().echoes;
+    assert!(fixed.bounces == 2 && fixed.cut_power_w > fixed.power_w);
 }
