@@ -15,7 +15,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Depths, Frame as Made, Prepared, simulate_with};
+use catseye::simulate::{Depths, Frame as Made, remarks, simulate_with};
 use catseye::trace::{Echo, MAX_BOUNCES};
 use catseye::units::dbm_from_w;
 use catseye_io::files::Truth;
@@ -415,7 +415,8 @@ pub fn simulate(
     };
     let remarks = {
         let (scenario, scene) = (scenario.clone(), scene.clone());
-        work::run(py, None, move |_| Prepared::new(&scenario, &scene)?.remarks())?
+        let first = which.first().copied().unwrap_or(0);
+        work::run(py, None, move |_| remarks(&scenario, &scene, first))?
     };
     let warn = py.import("warnings")?.getattr("warn")?;
     for line in &remarks {

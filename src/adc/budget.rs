@@ -60,8 +60,18 @@ pub fn trim(radar: &Radar, echoes: &mut Echoes, budget: Budget) {
 /// first: waves of the two ends of a narrow strip are each far stronger than what the strip returns.
 pub fn power_w(radar: &Radar, echoes: &[Echo]) -> f64 {
     let levels = Levels::new(radar);
+    summed_w(radar, echoes, |r| levels.amplitude(r))
+}
+
+/// The same of echoes of which only the size is known: whatever the radar's polarisation.
+pub fn unpolarised_w(radar: &Radar, echoes: &[Echo]) -> f64 {
+    let levels = Levels::new(radar);
+    summed_w(radar, echoes, |r| levels.unpolarised(r).into())
+}
+
+fn summed_w(radar: &Radar, echoes: &[Echo], amplitude: impl Fn(&Echo) -> Complex64 + Sync) -> f64 {
     let (k, cell_m) = (wavenumber(radar.carrier_hz), radar.range_bin_m());
-    let one = |r: &Echo| passes(radar, r).then(|| levels.amplitude(r) * Complex64::cis(-k * r.path_length_m));
+    let one = |r: &Echo| passes(radar, r).then(|| amplitude(r) * Complex64::cis(-k * r.path_length_m));
     let waves: Vec<Option<Complex64>> = echoes.par_iter().map(one).collect();
     let mut sums: FastMap<([u32; MAX_BOUNCES], i64), usize> = FastMap::default();
     let mut of_cells: Vec<Complex64> = Vec::new();

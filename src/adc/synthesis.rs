@@ -108,7 +108,7 @@ pub struct SynthesisStats {
     pub bounces: u64,
     /// Power of the echoes, W: those of one chain in one range cell are added up with their phases.
     pub power_w: f64,
-    /// Power of what one bounce more would have brought, W: an estimate, seldom 5 dB too low and at most 20 dB too high (CONVENTIONS eq. 68).
+    /// Power of what one bounce more would have brought, W: an estimate, seldom 6 dB too low or 20 dB too high (CONVENTIONS eq. 68).
     pub cut_power_w: f64,
     /// Echoes that were left out because they are not finite.
     pub broken: u64,
@@ -503,6 +503,17 @@ impl<'a> Levels<'a> {
         let power: f64 = self.kind.iter().map(|k| all[*k].norm_sqr()).sum();
         let mean = (power / self.kind.len().max(1) as f64).sqrt();
         self.kind.first().map_or(Complex64::ZERO, |k| Complex64::from_polar(mean, all[*k].arg()))
+    }
+}
+
+impl Levels<'_> {
+    /// The largest entry of path_gain as all antennas would receive it if it were of their polarisation, √W, mean of the powers over
+    /// channels.
+    pub fn unpolarised(&self, r: &Echo) -> f64 {
+        let gain = |(tx, rx): &(&Antenna, &Antenna)| power_gain(tx, r.departure) * power_gain(rx, r.arrival);
+        let all: Vec<f64> = self.pairs.iter().map(gain).collect();
+        let mean = self.kind.iter().map(|k| all[*k]).sum::<f64>() / self.kind.len().max(1) as f64;
+        self.scale * mean.sqrt() * crate::trace::strength(r)
     }
 }
 

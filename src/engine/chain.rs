@@ -1,7 +1,7 @@
 //! From geometry to detected cells.
 
 use super::{AnyCube, Engine, Precision, reach};
-use crate::adc::budget::power_w;
+use crate::adc::budget::{power_w, unpolarised_w};
 use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::cpu::synthesis::Control;
@@ -105,7 +105,7 @@ impl Engine {
             let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
             if options.least_cut.is_some() {
                 all.power_w = power_w(radar, &all.list);
-                all.cut_power_w = power_w(radar, &all.cut);
+                all.cut_power_w = unpolarised_w(radar, &all.cut);
             }
             all
         };

@@ -230,8 +230,11 @@ impl<'a> RigidScene<'a> {
             m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_))
         };
         let enters = scene.materials.iter().zip(&surfaces).map(enters).collect();
+        let bare =
+            |(m, s): (&Material, &Surface)| !m.is_dielectric() && s.stack.layers.is_empty() && !s.is_rough();
+        let bare = scene.materials.iter().zip(&surfaces).map(bare).collect();
         let flat_m = FLAT * wavelength_m(freq_hz);
-        let terms = Arc::new(Terms { enters, flat_m, surfaces: facets == Facets::Curved });
+        let terms = Arc::new(Terms { enters, bare, flat_m, surfaces: facets == Facets::Curved });
         let meshes = scene.meshes.iter().map(|_| OnceLock::new()).collect();
         let last = scene.objects.iter().map(|_| Mutex::new(None)).collect();
         Ok(RigidScene { scene, freq_hz, surfaces, terms, meshes, last, placed: AtomicUsize::new(0) })

@@ -185,7 +185,15 @@ impl Geometry {
         for (body, on) in pairs {
             let (own, other) = (bodies[body], bodies[on]);
             let (mut faces, mut deepest_m) = (0, 0f64);
-            for face in &own.faces {
+            let wall = |normal: DVec3, at: DVec3| HalfSpace { normal, offset: normal.dot(at) };
+            let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
+            let within = |(lo, hi): Bounds| {
+                [wall(x, lo), wall(y, lo), wall(z, lo), wall(-x, hi), wall(-y, hi), wall(-z, hi)]
+            };
+            let mut near = Vec::new();
+            own.within(&within(box_of[&on]), |i| near.push(i));
+            near.sort_unstable();
+            for face in near.iter().map(|i| &own.faces[*i as usize]) {
                 let corners = own.corners(face);
                 // What is never seen from the front hides nothing.
                 if face.one_sided && face.normal.dot(radar_m - corners[0]) <= 0.0 {
@@ -202,11 +210,7 @@ impl Geometry {
                     a < b || (a == b && body < on)
                 };
                 let mut deepest = None;
-                let wall = |normal: DVec3, at: DVec3| HalfSpace { normal, offset: normal.dot(at) };
-                let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
-                let spaces =
-                    [wall(x, lo), wall(y, lo), wall(z, lo), wall(-x, hi), wall(-y, hi), wall(-z, hi)];
-                other.within_until(&spaces, None, |i| {
+                other.within_until(&within((lo, hi)), None, |i| {
                     let under = &other.faces[i as usize];
                     if smaller(under) {
                         deepest = depth_m(corners, (other, under), radar_m);

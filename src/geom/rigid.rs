@@ -20,6 +20,8 @@ const WORTH_M: f64 = 2e-5;
 pub(super) struct Terms {
     /// Of each surface, whether it is the front of a dielectric volume.
     pub(super) enters: Vec<bool>,
+    /// Of each surface, whether it is metal with nothing on it, of which one is as good a mirror as another.
+    pub(super) bare: Vec<bool>,
     /// Corners nearer to a plane than this lie in it, m.
     pub(super) flat_m: f64,
     /// Whether surfaces count and not facets: those of curved surfaces are curved, and those of one plane lie in it.
@@ -57,10 +59,10 @@ pub(super) struct RigidMesh {
     faces: OnceLock<Faces>,
 }
 
-/// Of each triangle, whether it is the first with its corners. What lies on itself scatters once. Dielectrics that look against each
-/// other are one sheet where all that hangs together with them is there twice, and else may be two bodies that touch: those stay, and are
-/// counted.
-fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], enters: &[bool]) -> (Vec<bool>, usize) {
+/// Of each triangle, whether it is the first with its corners. What lies on itself scatters once, one bare metal on another too; sheets of
+/// other surfaces than theirs stay. Dielectrics that look against each other are one sheet where all that hangs together with them is there
+/// twice, and else may be two bodies that touch: those stay, and are counted.
+fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], terms: &Terms) -> (Vec<bool>, usize) {
     let mut known: FastMap<[u32; 3], Vec<u32>> = FastMap::default();
     let sorted = |mut t: [u32; 3]| {
         t.sort_unstable();
@@ -73,7 +75,9 @@ fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], enters: &[bool]
     }
     let is_even = |[a, b, c]: [u32; 3]| (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2;
     let sheets = double_sheets(triangles);
-    let dielectric = |t: u32| enters.get(kinds[t as usize].1 as usize).copied().unwrap_or(false);
+    let is = |list: &[bool], t: u32| list.get(kinds[t as usize].1 as usize).copied().unwrap_or(false);
+    let dielectric = |t: u32| is(&terms.enters, t);
+    let bare = |t: u32| is(&terms.bare, t);
     let mut faced = 0;
     let mut is_first = |t: u32| {
         let own = triangles[t as usize];
@@ -81,7 +85,7 @@ fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], enters: &[bool]
         let alike = |u: &&u32| kinds[t as usize].1 == kinds[**u as usize].1;
         let same = |u: &u32| {
             let as_wound = sheets[t as usize] || is_even(own) == is_even(triangles[*u as usize]);
-            !dielectric(t) && !dielectric(*u) || (alike(&u) && as_wound)
+            bare(t) && bare(*u) || alike(&u) && (!dielectric(t) || as_wound)
         };
         if list.iter().any(same) {
             return false;
@@ -165,7 +169,7 @@ impl RigidMesh {
         let (mut copies, mut faced) = (0, 0);
         if terms.surfaces {
             let first;
-            (first, faced) = first_of_copies(&triangles, &kinds, &terms.enters);
+            (first, faced) = first_of_copies(&triangles, &kinds, &terms);
             copies = first.iter().filter(|first| !**first).count();
             keep_only(&mut triangles, &first);
             keep_only(&mut kinds, &first);
@@ -278,5 +282,31 @@ impl PlacedMesh {
     pub(super) fn faces(&self) -> &Faces {
         let of_mesh = || self.mesh.faces.get_or_init(|| self.mesh.find_faces());
         self.faces.get_or_init(|| of_mesh().placed(&self.pose))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles with the same corners, wound against each other, of two surfaces.
+    fn first(surfaces: [u32; 2]) -> Vec<bool> {
+        let terms = Terms {
+            enters: vec![false, false, false, true],
+            bare: vec![true, true, false, false],
+            flat_m: 0.0,
+            surfaces: true,
+        };
+        first_of_copies(&[[0, 1, 2], [0, 2, 1]], &surfaces.map(|s| (0, s)), &terms).0
+    }
+
+    #[test]
+    fn one_bare_metal_on_another_is_one_sheet_and_a_covered_one_is_not() {
+        assert_eq!(first([0, 0]), [true, false]);
+        assert_eq!(first([0, 1]), [true, false]);
+        assert_eq!(first([2, 2]), [true, false]);
+        // Steel with a covering, or a sheet that air lies behind, before bare steel: neither hides the other from its side.
+        assert_eq!(first([2, 0]), [true, true]);
+        assert_eq!(first([0, 3]), [true, true]);
     }
 }

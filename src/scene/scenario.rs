@@ -960,10 +960,13 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
             bounces: match &f.trace.bounces {
                 Some(n) => doc.in_range(n, 1..=MAX_BOUNCES, "reflections that are followed")?,
-                None => BOUNCES,
+                None => BOUNCES.min(f.trace.most_bounces.as_ref().map_or(BOUNCES, |n| n.value)).max(1),
             },
             most_bounces: match (&f.trace.most_bounces, &f.trace.bounces) {
-                (Some(n), _) => doc.in_range(n, 1..=MAX_BOUNCES, "reflections that are followed at most")?,
+                (Some(n), least) => {
+                    let least = least.as_ref().map_or(1, |n| n.value.clamp(1, MAX_BOUNCES));
+                    doc.in_range(n, least..=MAX_BOUNCES, "reflections at most, no fewer than `bounces`")?
+                }
                 (None, Some(_)) => 0,
                 (None, None) => MAX_BOUNCES,
             },

@@ -13,7 +13,7 @@ use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
-use crate::geom::{Facets, Geometry, RigidScene, curved, remarks};
+use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{BounceConvention, Ego, Scenario};
@@ -178,8 +178,15 @@ pub fn simulate_with(
     depths: &Depths,
     control: Control<'_>,
 ) -> Result<Frame> {
-    let prepared = Prepared::of(scenario, scene, which..which + 1)?;
-    Prepared { depths: depths.clone(), ..prepared }.frame(engine, which, index, control)
+    Prepared::of(scenario, scene, which..which + 1)?.sharing(depths).frame(engine, which, index, control)
+}
+
+/// [`Prepared::remarks`] as radar number `which` sees the scene.
+///
+/// # Errors
+/// What the scene cannot be at the frequency of that radar.
+pub fn remarks(scenario: &Scenario, scene: &Scene, which: usize) -> Result<Vec<String>> {
+    Prepared::of(scenario, scene, which..which + 1)?.remarks()
 }
 
 /// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, what belongs to
@@ -234,6 +241,11 @@ impl<'a> Prepared<'a> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
 
+    /// The same, which shares with others of the scenario how many bounces their frames follow.
+    pub fn sharing(self, depths: &Depths) -> Prepared<'a> {
+        Prepared { depths: depths.clone(), ..self }
+    }
+
     fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
             let cut = {
@@ -270,7 +282,7 @@ impl<'a> Prepared<'a> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
         let time_s = self.scenario.frames.time_s(0);
-        let mut lines = remarks::of_meshes(self.scene, radar.carrier_hz)?;
+        let mut lines = of_scene::of_meshes(self.scene, radar.carrier_hz)?;
         let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);
         lines.extend(seen.refined.at(time_s, 0.0)?.remarks(self.scene, pose.translation_m));
         Ok(lines)
@@ -497,6 +509,8 @@ pub fn convergence(
     };
     // What may be left out is measured by the noise, which the maps that are compared do not have.
     let coarse = run(&quiet, budget(scenario, which))?;
+    // Of one depth: what more bounces bring is another matter.
+    (quiet.trace.bounces, quiet.trace.most_bounces) = (coarse.echoes.bounces as u32, 0);
     quiet.trace.accuracy_db /= 16.0;
     quiet.trace.floor_db = None;
     let fine = run(&quiet, Budget::Nothing)?;

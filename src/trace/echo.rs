@@ -94,7 +94,7 @@ pub struct Echoes {
     /// Power of the echoes in a channel, mean over channels, and of `cut`, W: those of one chain in one range cell are added up
     /// with their phases (`adc::budget::power_w`).
     pub power_w: f64,
-    /// Power of what one bounce more would have returned, W: an estimate, seldom 5 dB too low and at most 20 dB too high (CONVENTIONS eq. 68).
+    /// Power of what one bounce more would have returned, W: an estimate, seldom 6 dB too low or 20 dB too high (CONVENTIONS eq. 68).
     pub cut_power_w: f64,
     /// Echoes that were left out because their amplitude or motion is not a finite number. Each is a fault of the mesh or of
     /// catseye.

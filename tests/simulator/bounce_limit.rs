@@ -6,24 +6,29 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
+use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml, scenario};
 use catseye::simulate::{Depths, Prepared, simulate_with};
 use catseye::trace::{Echoes, TraceOptions};
 use catseye::units::db_from_power;
 use glam::DVec3;
+use num_complex::Complex64;
 use std::f64::consts::PI;
 use std::path::Path;
 
 const RANGE_M: f64 = 20.0;
 
-fn seen(spec: &str, [yaw, pitch]: [f64; 2], options: &TraceOptions) -> Echoes {
+fn seen(spec: &str, turn: [f64; 2], options: &TraceOptions) -> Echoes {
+    seen_by(&radar_toml::preset("front77").unwrap(), spec, turn, options)
+}
+
+fn seen_by(radar: &Radar, spec: &str, [yaw, pitch]: [f64; 2], options: &TraceOptions) -> Echoes {
     let mut scene = Scene::default();
     let pose = Pose::from_yaw_pitch_roll(DVec3::X * RANGE_M, PI + yaw, pitch, 0.0);
     let body = Reflector::parse(spec).unwrap();
     body.add_to(&mut scene, &material::by_name, (spec, ""), pose, DVec3::ZERO).unwrap();
-    let radar = radar_toml::preset("front77").unwrap();
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
-    Engine::Cpu(Precision::F64).echoes(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, options)
+    Engine::Cpu(Precision::F64).echoes(&geometry, radar, &Pose::IDENTITY, DVec3::ZERO, options)
 }
 
 fn within(bounces: usize, most_bounces: usize) -> TraceOptions {
@@ -44,6 +49,27 @@ fn a_corner_cut_after_two_bounces_says_what_is_missing() {
         let chain: Vec<u32> = cut.cut[0].chain[..3].to_vec();
         assert_eq!((cut.cut[0].bounces, chain), (3, vec![1; 3]));
         assert!((cut.cut[0].range_m() - RANGE_M).abs() < 0.2 && cut.cut[0].departure.x > 0.99);
+    }
+}
+
+/// What is missing does not go by what the antennas are blind to: a bounce turns polarisation, and the next one may be the one that
+/// they hear.
+#[test]
+fn blind_antennas_are_told_too() {
+    let copolar = radar_toml::preset("front77").unwrap();
+    let plain = seen_by(&copolar, "trihedral:leg_m=0.1", [0.2, 0.5], &within(2, 0)).cut_power_w;
+    let half = 0.5f64.sqrt();
+    let [zero, one] = [Complex64::ZERO, Complex64::new(1.0, 0.0)];
+    for (tx, rx) in [
+        ([one, zero], [zero, one]),
+        ([half.into(), Complex64::new(0.0, half)], [half.into(), Complex64::new(0.0, half)]),
+    ] {
+        let mut radar = copolar.clone();
+        for (antennas, [v, h]) in [(&mut radar.tx, tx), (&mut radar.rx, rx)] {
+            antennas.iter_mut().for_each(|a| (a.polarisation.v, a.polarisation.h) = (v, h));
+        }
+        let cut = seen_by(&radar, "trihedral:leg_m=0.1", [0.2, 0.5], &within(2, 0)).cut_power_w;
+        assert!((cut / plain - 1.0).abs() < 1e-9, "{cut} {plain}");
     }
 }
 

@@ -136,10 +136,11 @@ pub fn simulate(
     if let (Some(first), many) =
         (report.frames.iter().find(|f| cut(f)), report.frames.iter().filter(|f| cut(f)).count())
         && first.front_end.bounces < MAX_BOUNCES.into()
+        && first.front_end.power_w > 0.0
     {
         global.say(&format!(
-            "warning: {many} frames, the first {}, end after {} bounces, and one more would bring about {:.0} dB of the frame's power; set \
-             trace.bounces, or leave it out to follow until that is below the accuracy",
+            "warning: {many} frames, the first {}, end after {} bounces, and one more would bring about {:.0} dB of the frame's power; follow more with \
+             trace.bounces = N",
             first.index,
             first.front_end.bounces,
             db_from_power(first.front_end.cut_power_w / first.front_end.power_w)
@@ -172,7 +173,7 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
             f.seconds.processing_s
         ))?;
         let seen = &f.front_end;
-        if seen.bounces > 0 && seen.cut_power_w > 0.0 {
+        if seen.bounces > 0 && seen.cut_power_w > 0.0 && seen.power_w > 0.0 {
             print(&format!(
                 "    {} bounces were followed; one more would bring about {:.0} dB of the power",
                 seen.bounces,

@@ -105,7 +105,7 @@ pub struct FrontEndRecord {
     /// Power of the echoes, mean over channels, W: those of one chain in one range cell are added up with their phases.
     #[serde(default)]
     pub power_w: f64,
-    /// Power of what one bounce more would have brought, W: an estimate, seldom 5 dB too low and at most 20 dB too high (CONVENTIONS eq. 68).
+    /// Power of what one bounce more would have brought, W: an estimate, seldom 6 dB too low or 20 dB too high (CONVENTIONS eq. 68).
     #[serde(default)]
     pub cut_power_w: f64,
     /// Echoes that were left out because they are not finite.

@@ -15,15 +15,16 @@ use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::Prepared;
+use catseye::simulate::{Depths, Prepared, remarks};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
 
 /// How to run.
@@ -139,7 +140,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         }
     }
     let first = site(recipe, 0)?;
-    let remarks = Prepared::new(&first.scenario, &first.scene)?.remarks()?;
+    let remarks = remarks(&first.scenario, &first.scene, 0)?;
     drop(first);
     let basis = recipe.basis()?;
     let layout = layout(engine, recipe, same.then_some(out))?;
@@ -213,6 +214,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         frames,
         stop: AtomicBool::new(false),
         failure: Mutex::new(None),
+        depths: Mutex::default(),
     };
     let failure = run.all(&missing)?;
     let frames_made = run.done.load(Ordering::Relaxed);
@@ -496,6 +498,8 @@ struct Run<'a> {
     frames: u64,
     stop: AtomicBool,
     failure: Mutex<Option<Error>>,
+    /// How many bounces the frames of each scene follow, for the stretches of one scene that several workers make.
+    depths: Mutex<BTreeMap<u32, Depths>>,
 }
 
 impl Run<'_> {
@@ -556,7 +560,14 @@ impl Run<'_> {
     /// What was claimed, as long as it is wanted.
     fn frames(&self, claim: &Claim<Item>) -> Result<()> {
         let site = site(self.recipe, claim.scene)?;
-        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let depths = self
+            .depths
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .entry(claim.scene)
+            .or_default()
+            .clone();
+        let prepared = Prepared::new(&site.scenario, &site.scene)?.sharing(&depths);
         let control = Control { progress: None, cancel: Some(self.cancel) };
         for index in claim.frames.clone() {
             let of_scene = u64::from(self.recipe.frames_per_scene);

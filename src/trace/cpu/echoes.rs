@@ -140,6 +140,9 @@ pub fn from_clipped(
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
     all.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
+    let before = all.len();
+    all.retain(is_finite);
+    broken += (before - all.len()) as u64;
     drop_weak(&mut all, options.amplitude_floor);
     let cut = ended::estimates(geometry, clipped, pose);
     Echoes { list: all, rays, cut, broken, bounces: options.bounces, ..Default::default() }

@@ -261,12 +261,20 @@ fn cases(mesh: &Mesh, hidden: &[usize]) -> Vec<(String, Mesh)> {
     }
     for t in hidden {
         let mut open = mesh.clone();
-        (open.triangles.remove(*t), open.material.remove(*t));
+        open.triangles.remove(*t);
+        open.material.remove(*t);
         add(&format!("without triangle {t}"), open.clone());
-        (open.triangles.remove(*t), open.material.remove(*t));
+        open.triangles.remove(*t);
+        open.material.remove(*t);
         add(&format!("without the side of triangle {t}"), open);
     }
     list
+}
+
+/// What a fault may change where it is said: corners 0.05 to 0.1 mm off are another body.
+fn most_db(name: &str) -> f64 {
+    let is_off = ["out of the plane", "1e-4 m apart", "apart by 1e-4 m"].iter().any(|off| name.contains(off));
+    if is_off { 0.6 } else { SAME_DB }
 }
 
 #[test]
@@ -290,7 +298,8 @@ fn bad_meshes_echo_as_clean_ones() {
             if !said.is_empty() {
                 println!("    {}", said.join("\n    "));
             }
-            if off_db > SAME_DB && said.is_empty() {
+            let bearable = off_db <= SAME_DB || off_db <= most_db(&name) && !said.is_empty();
+            if !bearable {
                 wrong.push(format!("{} {name}: {off_db:.3} dB in {chain:?}", clean.name));
             }
         }

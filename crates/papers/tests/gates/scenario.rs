@@ -287,6 +287,14 @@ fn mistakes_are_one_line_with_the_remedy() {
             format!("{BASE}{point}[trace]\nbounces = 9\n"),
             "trace.bounces = 9: is out of range; allowed: 1..=8",
         ),
+        (
+            format!("{BASE}{point}[trace]\nbounces = 5\nmost_bounces = 2\n"),
+            "trace.most_bounces = 2: is out of range; allowed: 5..=8",
+        ),
+        (
+            format!("{BASE}{point}[trace]\nmost_bounces = 9\n"),
+            "trace.most_bounces = 9: is out of range; allowed: 1..=8",
+        ),
         (format!("{BASE}{point}[trace]\nconvention = \"first\"\n"), "allowed: every, last"),
         (
             format!("{BASE}{point}[output]\nadc = 1\n"),
