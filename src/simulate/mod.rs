@@ -97,6 +97,8 @@ const BUDGET_DB: f64 = 10.0;
 const BUDGET_SHARE: f64 = 1e-10;
 /// Single echoes of facets are not worked out this far under `trace.floor_db`, dB.
 const FLOOR_MARGIN_DB: f64 = 30.0;
+/// Beams that the limit of bounces ends are asked for where they could return so much more than what may be left out, dB.
+const CUT_MARGIN_DB: f64 = 30.0;
 
 /// Which echoes of a radar's frames may be left out, as the scenario says.
 pub fn budget(scenario: &Scenario, which: usize) -> Budget {
@@ -133,8 +135,11 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
     };
     Ok(TraceOptions {
         least,
+        // What all together may bring is judged to some decibels, by the beams that could bring most.
         least_cut: Some(match budget(scenario, which) {
-            Budget::Each(w) | Budget::Sum(w) => w.sqrt() / Levels::new(radar).full_gain(),
+            Budget::Each(w) | Budget::Sum(w) => {
+                (w * power_from_db(CUT_MARGIN_DB)).sqrt() / Levels::new(radar).full_gain()
+            }
             _ => 0.0,
         }),
         merge: !settings.exact,

@@ -371,8 +371,6 @@ pub struct Node {
     pub frame: Frame,
     /// Unit normal on the lit side.
     pub normal: DVec3,
-    /// Largest share of the amplitude that the surfaces before it have left, where [`Ends`] are asked for; else 1.
-    pub left: f32,
 }
 
 /// What it takes to tell how much the beams would still return that the limit of bounces ends (CONVENTIONS eq. 68).
@@ -384,6 +382,13 @@ pub struct Ends<'a> {
     pub wavenumber: f64,
     /// Beams of which k Ω |R| / 2π, the most that they return however they are turned, is below this are passed over, 1/m.
     pub least: f64,
+}
+
+impl Ends<'_> {
+    /// The most that a beam of so many steradians returns from as far as it went, however what it meets is turned, 1/m.
+    fn most(&self, solid_angle_sr: f64) -> f64 {
+        self.wavenumber / (2.0 * PI) * solid_angle_sr
+    }
 }
 
 /// A beam that ended at the most bounces that are followed, though there is another face ahead of it.
@@ -946,32 +951,35 @@ impl Clipper<'_> {
         kept < end
     }
 
-    /// The largest share of the amplitude that a beam has left behind its node, by the way through its middle; 1 without [`Ends`].
-    fn left(&self, node: &Node, polygon: &Polygon) -> f64 {
-        let Some(ends) = self.ends else { return 1.0 };
-        let face = &self.faces.faces[node.face as usize];
-        let cos_i = -node.normal.dot(node.frame.direction(middle(polygon)));
-        let (across, along) =
-            ends.surfaces[face.surface as usize].reflection(ends.wavenumber, cos_i.clamp(GRAZING, 1.0));
-        f64::from(node.left) * across.norm().max(along.norm())
+    /// The largest share of the amplitude that a beam has left after its last node, by the way of the ray at `uv`, whose coordinates
+    /// mirrors do not change.
+    fn left(&self, ends: &Ends, nodes: &[Node], last: u32, uv: DVec2) -> f64 {
+        let parent = |i: &u32| Some(nodes[*i as usize].parent).filter(|p| *p != u32::MAX);
+        let share = |i: u32| {
+            let node = &nodes[i as usize];
+            let cos_i = -node.normal.dot(node.frame.direction(uv));
+            let surface = &ends.surfaces[self.faces.faces[node.face as usize].surface as usize];
+            let (across, along) = surface.reflection(ends.wavenumber, cos_i.clamp(GRAZING, 1.0));
+            across.norm().max(along.norm())
+        };
+        std::iter::successors(Some(last), parent).map(share).product()
     }
 
     /// Lists what a beam that ends after it has left `source` would meet next, in cells no wider than the first Fresnel zone.
     fn end(
         &self,
-        node: u32,
+        ends: &Ends,
+        (node, left): (u32, f64),
         polygon: &Polygon,
         (frame, source): (&Frame, &Side),
-        left: f64,
         out: &mut Vec<Ended>,
     ) {
-        let Some(ends) = self.ends else { return };
         let nearness = frame.nearness(source.normal, source.offset);
         let mut cells = vec![*polygon];
         while let Some(cell) = cells.pop() {
             let uv = middle(&cell);
             let solid_angle_sr = solid_angle_sr(&cell);
-            if cell.n < 3 || ends.wavenumber / (2.0 * PI) * solid_angle_sr * left <= ends.least {
+            if cell.n < 3 || ends.most(solid_angle_sr) * left <= ends.least {
                 continue;
             }
             let (lo, hi) = cell.bounds();
@@ -1047,7 +1055,6 @@ impl Clipper<'_> {
             imaged: false,
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
-            left: 1.0,
         });
         let mut lists = std::mem::take(&mut scratch.lists);
         let Lists { stack, targets, parts, exits } = &mut lists;
@@ -1061,8 +1068,11 @@ impl Clipper<'_> {
             }
             let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(face.patch);
             let go_on = (node.bounce as usize) < self.most(node.imaged || begins);
-            let left = self.left(&node, &polygon);
-            if !go_on && !self.options.last && self.ends.is_none() {
+            // What the limit ends here is asked for where it could show at all.
+            let ends = self.ends.filter(|e| {
+                node.bounce as usize >= self.most(node.imaged) && e.most(solid_angle_sr(&polygon)) > e.least
+            });
+            if !go_on && !self.options.last && ends.is_none() {
                 continue;
             }
             let first_patch = face.patch;
@@ -1070,12 +1080,13 @@ impl Clipper<'_> {
             let offset = node.normal.dot(face.normal) * face.offset_m;
             let frame = node.frame.mirrored(node.normal, offset);
             let source = Side { normal: node.normal, offset };
-            if node.bounce as usize >= self.most(node.imaged) && self.ends.is_some() {
+            if let Some(ends) = ends {
+                let left = self.left(&ends, &out.nodes, index, middle(&polygon));
                 let is_followed = |target: u32| {
                     begins && self.faces.mirrors(first_patch, self.faces.faces[target as usize].patch)
                 };
                 let from = out.ended.len();
-                self.end(index, &polygon, (&frame, &source), left, &mut out.ended);
+                self.end(&ends, (index, left), &polygon, (&frame, &source), &mut out.ended);
                 let mut at = from;
                 while let Some(e) = out.ended.get(at) {
                     if is_followed(e.face) {
@@ -1155,7 +1166,6 @@ impl Clipper<'_> {
                     imaged,
                     frame,
                     normal: Side::of(&self.faces.faces[f as usize], facing).normal,
-                    left: left as f32,
                 });
                 stack.extend(parts.iter().map(|p| (child, *p)));
             }
