@@ -140,7 +140,7 @@ pub fn simulate(
     {
         global.say(&format!(
             "warning: {many} frames, the first {}, end after {} bounces, and one more would bring about {:.0} dB of the frame's power; follow more with \
-             trace.bounces = N",
+             trace.bounces, up to {MAX_BOUNCES}",
             first.index,
             first.front_end.bounces,
             db_from_power(first.front_end.cut_power_w / first.front_end.power_w)

@@ -1085,16 +1085,9 @@ impl Clipper<'_> {
                 let is_followed = |target: u32| {
                     begins && self.faces.mirrors(first_patch, self.faces.faces[target as usize].patch)
                 };
-                let from = out.ended.len();
-                self.end(&ends, (index, left), &polygon, (&frame, &source), &mut out.ended);
-                let mut at = from;
-                while let Some(e) = out.ended.get(at) {
-                    if is_followed(e.face) {
-                        out.ended.swap_remove(at);
-                    } else {
-                        at += 1;
-                    }
-                }
+                let mut met = Vec::new();
+                self.end(&ends, (index, left), &polygon, (&frame, &source), &mut met);
+                out.ended.extend(met.into_iter().filter(|e| !is_followed(e.face)));
                 if !go_on && !self.options.last {
                     continue;
                 }

@@ -311,7 +311,7 @@ fn bad_meshes_echo_as_clean_ones() {
 /// frame changes, something is said.
 #[test]
 fn several_faults_at_once_are_said() {
-    let mut largest = 0f64;
+    let (mut largest, mut changed) = (0f64, 0);
     for clean in cleans() {
         let mesh = &clean.scene.meshes[clean.mesh];
         let (want, ..) = sums(&clean, mesh.clone());
@@ -338,12 +338,15 @@ fn several_faults_at_once_are_said() {
                 "{} {seed}: {off_db:.3} dB in {chain:?}",
                 clean.name
             );
+            changed += usize::from(off_db > SAME_DB);
             if !said.iter().any(|l| l.contains("look against")) {
                 largest = largest.max(off_db);
             }
         }
     }
-    println!("at most {largest:.3} dB");
+    println!("{changed} changed, at most {largest:.3} dB");
+    // Every one of them has copies, of which something is said in any case: what holds the treatment is how many come out right. 31 do not.
+    assert!(changed <= 31, "{changed} of 100 change by more than {SAME_DB} dB");
 }
 
 /// What is said of a scene of 200,000 triangles costs less than half a second: a flat wall and a noisy one.
