@@ -6,6 +6,7 @@ use crate::geom::{Geometry, curved};
 use crate::rcs::{self, Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use crate::scene::Scene;
 use crate::trace::MAX_BOUNCES;
+use glam::DVec3;
 
 /// Most directions of one sweep, all frequencies together.
 pub const MAX_LOOKS: usize = 10_000_000;
@@ -77,6 +78,9 @@ impl RcsOptions {
         if !(1e-4..=3.0).contains(&self.accuracy_db) {
             return ranged("accuracy_db", self.accuracy_db.to_string(), "1e-4..=3");
         }
+        if !(-1e6..=1e6).contains(&self.height_m) {
+            return ranged("height_m", self.height_m.to_string(), "-1e6..1e6");
+        }
         match self.distance {
             Distance::At(r) if r.is_nan() || r <= 0.0 => {
                 ranged("range_m", r.to_string(), "a positive number, or inf")
@@ -123,6 +127,7 @@ impl Sweep {
         };
         let geometry = Geometry::build(scene, 0.0, *frequency_hz)?;
         let (centre, radius) = geometry.bounding_sphere_m();
+        let centre = centre + DVec3::Z * self.options.height_m;
         let least = 1.05 * (centre.length() + radius);
         if !geometry.triangles.is_empty() && range_m <= least {
             return Err(BadInput::new("the radar would stand inside the target's bounding sphere")

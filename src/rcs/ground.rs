@@ -265,7 +265,7 @@ pub fn warning(scene: &Scene, freq_hz: f64, aspect: Aspect, options: &RcsOptions
         return None;
     }
     let (lo, hi) = scene.bounds_m(0.0)?;
-    let height = 0.5 * (lo.z + hi.z);
+    let height = 0.5 * (lo.z + hi.z) + options.height_m;
     let radius = 0.5 * (hi - lo).truncate().length();
     let lambda = wavelength_m(freq_hz);
     let u = direction_from_angles(aspect.azimuth, aspect.elevation);

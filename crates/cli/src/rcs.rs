@@ -25,7 +25,9 @@ use std::path::{Path, PathBuf};
 /// Radar cross section of a glTF file or of a reflector: table, CSV, plot
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up. \
+    after_help = "Angles are those of the radar seen from the target's origin: azimuth positive left, elevation positive up. Under \
+                  a target that --height-m raises, angles and range are seen from the point of the ground below its origin; levels \
+                  stay those of the target, for the distance of its origin. \
                   All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
 )]
 pub struct Rcs {
@@ -34,13 +36,13 @@ pub struct Rcs {
     /// Frequencies: a value, START:STOP:STEP (both included) or several with commas, as for every LIST
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]
     pub frequency_hz: String,
-    /// Azimuths of the radar seen from the target, positive left
+    /// Azimuths of the radar seen from the target's origin, positive left
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub azimuth_deg: String,
-    /// Elevations of the radar seen from the target, positive up
+    /// Elevations of the radar seen from the target's origin, with --height-m from the point of the ground below it; positive up
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub elevation_deg: String,
-    /// Distance of the radar from the target's origin; inf is a plane wave
+    /// Distance of the radar from the target's origin, with --height-m from the point of the ground below it; inf is a plane wave
     #[arg(long, default_value_t = f64::INFINITY, value_name = "R|inf")]
     pub range_m: f64,
     /// Receive somewhere else than where the transmitter stands: azimuths of the receiver
@@ -61,10 +63,10 @@ pub struct Rcs {
     /// Edges of metal: none, or first-order physical theory of diffraction
     #[arg(long, default_value = "none", value_parser = choice(&[("none", Diffraction::None), ("ptd", Diffraction::Ptd)]))]
     pub diffraction: Diffraction,
-    /// Endless ground, the plane z = 0 of the target frame: none, pec, or a material
+    /// Endless ground, the plane z = 0: none, pec, or a material
     #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
-    /// Raises the target along z, above the ground
+    /// Height of the target's origin over the plane z = 0, which is the ground. Angles and range stay those seen from that plane
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "H")]
     pub height_m: f64,
     /// More polarisations, after VV, VH, HV and HH (several with commas)
@@ -141,6 +143,7 @@ impl Rcs {
             accuracy_db: self.accuracy_db,
             diffraction: self.diffraction,
             ground: self.ground()?,
+            height_m: self.height_m,
             last: self.convention == Convention::Last,
         };
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
@@ -160,10 +163,7 @@ impl Rcs {
         {
             return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
         }
-        let mut target = target::load(&self.target, &self.import.options()?)?;
-        for o in &mut target.scene.objects {
-            o.pose.translation_m.z += self.height_m;
-        }
+        let target = target::load(&self.target, &self.import.options()?)?;
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
@@ -271,13 +271,6 @@ impl Rcs {
             return Err(BadInput::new("is asked for twice")
                 .key("--polarisation")
                 .value(format!("{p:?} at place {}", i + 1).to_lowercase())
-                .into());
-        }
-        if !(-1e6..=1e6).contains(&self.height_m) {
-            return Err(BadInput::new("out of range")
-                .key("--height-m")
-                .value(self.height_m)
-                .allowed("-1e6..1e6")
                 .into());
         }
         Ok(())
@@ -393,13 +386,14 @@ fn as_option(e: Error) -> Error {
 }
 
 fn option_name(word: &str) -> String {
-    const OPTIONS: [&str; 9] = [
+    const OPTIONS: [&str; 10] = [
         "frequency_hz",
         "azimuth_deg",
         "elevation_deg",
         "bistatic_azimuth_deg",
         "bistatic_elevation_deg",
         "range_m",
+        "height_m",
         "bounces",
         "accuracy_db",
         "bistatic_...",

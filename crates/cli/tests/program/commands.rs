@@ -483,6 +483,42 @@ fn ground_and_polarisations_on_the_command_line() {
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
 
+/// `study` on a road and `rcs` with angles from the target's foot give the same numbers for a raised target.
+#[test]
+fn a_raised_target_is_the_same_in_a_study_and_in_rcs() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    std::fs::write(
+        d.join("p.toml"),
+        "name = \"p\"\ntitle = \"p\"\n[set]\ntarget = \"plate:width_m=0.05,height_m=0.04\"\nradar_height_m = 0.5\n\
+         ground = \"pec\"\nmarker_height_m = 0.3\n[[sweep]]\nparameter = \"longitudinal_m\"\nvalues = [20, 40]\n",
+    )
+    .unwrap();
+    done(d, &["--device", "cpu", "--precision", "f64", "study", "p.toml", "-o", "out"]);
+    let csv = std::fs::read_to_string(d.join("out/p.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().filter(|l| l.starts_with("20,") || l.starts_with("40,")).collect();
+    for (row, x) in rows.iter().zip([20.0f64, 40.0]) {
+        let study: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
+        let (e, r) = (0.5f64.atan2(x).to_degrees().to_string(), x.hypot(0.5).to_string());
+        let args =
+            ["--device", "cpu", "--precision", "f64", "--json", "rcs", "plate:width_m=0.05,height_m=0.04"];
+        let more = ["--ground", "pec", "--height-m", "0.3", "--elevation-deg", &e, "--range-m", &r];
+        let text = done(d, &[&args[..], &more[..]].concat());
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let rcs = json["rows"][0]["vv_dbsm"].as_f64().unwrap();
+        // `rcs` makes the cells at finite range smaller until 0.1 dB is reached, a study asks for the same 0.1 dB.
+        assert!((study - rcs).abs() < 0.02, "{x} m: {study} {rcs}");
+    }
+    assert_eq!(rows.len(), 2, "{csv}");
+    // However high, a point has its cross section.
+    let high = done(d, &["--json", "rcs", "point:rcs_dbsm=0", "--height-m", "5", "--range-m", "10"]);
+    let high: serde_json::Value = serde_json::from_str(&high).unwrap();
+    assert!(high["rows"][0]["vv_dbsm"].as_f64().unwrap().abs() < 1e-9, "{high}");
+    let help = done(d, &["rcs", "--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("from the point of the ground below"), "{help}");
+    refused(d, &["rcs", "point", "--height-m", "2e6"], &["--height-m", "-1e6..1e6"]);
+}
+
 /// The accuracy that is asked for at finite range is reached or said to be missed, and edges and a receiver
 /// elsewhere change the answer.
 #[test]

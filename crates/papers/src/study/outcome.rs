@@ -104,7 +104,7 @@ impl Work {
     pub fn collect(study: &Study, count: usize, values: &dyn Fn(usize) -> Values) -> Result<Work> {
         let mut sources = Sources::new(&study.file, &study.import);
         let mut cases: Vec<Case> = Vec::new();
-        let mut known: HashMap<(usize, u64, String, [u64; 3]), usize> = HashMap::new();
+        let mut known: HashMap<(usize, u64, String, [u64; 4]), usize> = HashMap::new();
         let mut points = Vec::with_capacity(count);
         for i in 0..count {
             let values = values(i);
@@ -118,7 +118,8 @@ impl Work {
                 views.push(v);
                 seen.push(match &source {
                     Some(Source::Scene(scene)) => {
-                        let bits = [v.azimuth.to_bits(), v.elevation.to_bits(), v.range_m.to_bits()];
+                        let bits =
+                            [v.foot_azimuth, v.foot_elevation, v.foot_range_m, v.height_m].map(f64::to_bits);
                         let key = (*scene, frequency_hz.to_bits(), ground.to_string(), bits);
                         PointCase::Case(*known.entry(key).or_insert_with(|| {
                             cases.push(Case::new(*scene, frequency_hz, ground, &v));
@@ -159,7 +160,7 @@ impl Work {
             &self.sources,
             &self.cases,
             study.convention,
-            &|ground, range| study.options(ground, range),
+            &|c| study.options(&c.ground, c.range_m, c.height_m),
             cache,
             &|n| progress(n, total),
         )?;

@@ -214,7 +214,7 @@ fn one(
                     "{prefix}|{:?}|{:?}|{:?}|{i}|{:x}",
                     study.fixed,
                     study.sweeps,
-                    (search, study.options("none", 1.0)?, &study.detection, &study.mounts),
+                    (search, study.options("none", 1.0, 0.0)?, &study.detection, &study.mounts),
                     cost.to_bits()
                 );
                 let file = cache.join(format!("{}.design", sha256_of_bytes(identity.as_bytes())));

@@ -216,12 +216,14 @@ pub struct Case {
     pub frequency_hz: f64,
     /// Material of the ground, or empty.
     pub ground: String,
-    /// Azimuth of the radar, rad.
+    /// Azimuth of the radar seen from the target's foot, rad.
     pub azimuth: f64,
-    /// Elevation of the radar, rad.
+    /// Elevation of the radar seen from the target's foot, rad.
     pub elevation: f64,
-    /// Distance of the radar, m; infinite for plane waves.
+    /// Distance of the radar from the target's foot, m; infinite for plane waves.
     pub range_m: f64,
+    /// Height of the target's origin over its foot, m.
+    pub height_m: f64,
 }
 
 impl Case {
@@ -231,20 +233,22 @@ impl Case {
             scene,
             frequency_hz,
             ground: ground.into(),
-            azimuth: view.azimuth,
-            elevation: view.elevation,
-            range_m: view.range_m,
+            azimuth: view.foot_azimuth,
+            elevation: view.foot_elevation,
+            range_m: view.foot_range_m,
+            height_m: view.height_m,
         }
     }
 
     /// Equal for cases that one call can hold.
     fn batch(&self) -> Key {
-        (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), self.range_m.to_bits())
+        let place = [self.range_m.to_bits(), self.height_m.to_bits()];
+        (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), place)
     }
 }
 
-/// Scene, frequency, ground and range.
-type Key = (usize, u64, String, u64);
+/// Scene, frequency, ground, range and height.
+type Key = (usize, u64, String, [u64; 2]);
 
 /// S[rx][tx] in metres of the chosen convention.
 pub type Matrix = [[Complex64; 2]; 2];
@@ -265,7 +269,7 @@ const LOOKS: usize = 128;
 /// Calls between two writes to disk.
 const CALLS: usize = 128;
 
-/// S of every case, in order. `options` gives the solver's options for a ground and range; `progress` is called with
+/// S of every case, in order. `options` gives the solver's options for a case; `progress` is called with
 /// the number of cases newly done.
 ///
 /// # Errors
@@ -275,7 +279,7 @@ pub fn solve(
     sources: &Sources,
     cases: &[Case],
     convention: Convention,
-    options: &(dyn Fn(&str, f64) -> Result<RcsOptions> + Sync),
+    options: &(dyn Fn(&Case) -> Result<RcsOptions> + Sync),
     cache: Option<&Cache<'_>>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Matrix>> {
@@ -302,10 +306,13 @@ pub fn solve(
                 })
             })
             .collect();
-        let options = options(&first.ground, first.range_m)?;
+        let options = options(first)?;
         let scene = &sources.scenes[first.scene].scene;
         if let Distance::At(r) = options.distance {
-            outside(scene, &sources.scenes[first.scene].spec, r)?;
+            for look in &looks {
+                let range_m = r * options.distance_ratio(look.transmit);
+                outside(scene, &sources.scenes[first.scene].spec, range_m)?;
+            }
         }
         let s: Vec<Scattering> = engine.rcs(scene, &[first.frequency_hz], &looks, &options)?;
         progress(looks.len() as u64);
@@ -360,7 +367,7 @@ fn identity(
     sources: &Sources,
     cases: &[Case],
     group: &[Batch],
-    options: &(dyn Fn(&str, f64) -> Result<RcsOptions> + Sync),
+    options: &(dyn Fn(&Case) -> Result<RcsOptions> + Sync),
 ) -> Result<String> {
     let mut text = cache.prefix.clone();
     for batch in group {
@@ -369,7 +376,7 @@ fn identity(
             "\n{}|{:x}|{:?}",
             sources.scenes[first.scene].identity,
             first.frequency_hz.to_bits(),
-            options(&first.ground, first.range_m)?
+            options(first)?
         );
         for &i in batch {
             text += &format!("|{:x},{:x}", cases[i].azimuth.to_bits(), cases[i].elevation.to_bits());
