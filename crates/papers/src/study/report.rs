@@ -235,7 +235,7 @@ fn with_unit(x: f64, unit: &str) -> String {
 }
 
 /// Three or four digits.
-fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }

@@ -6,7 +6,7 @@
 //! beats in both are left out of the front. The same seed gives the same numbers.
 
 use super::outcome::{Work, detection_range, lines_along};
-use super::parameter::{Value, Values};
+use super::parameter::{Value, Values, rounded_to};
 use super::spec::{Goal, Quantity, SearchTable, Study};
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
@@ -72,8 +72,11 @@ impl Problem<'_> {
             .map(|(u, l)| {
                 let folded = u.rem_euclid(2.0);
                 let inside = if folded > 1.0 { 2.0 - folded } else { folded };
-                // A millionth of the interval is finer than any workshop.
-                l.min.value + (l.max.value - l.min.value) * (inside * 1e6).round() / 1e6
+                let width = l.max.value - l.min.value;
+                // A power of ten between a millionth and a hundred-thousandth of the interval: finer than any workshop, and
+                // tables hold the very design that was tried.
+                let grain = (1e-6 * width).log10().ceil() as i32;
+                rounded_to(l.min.value + width * inside, grain).clamp(l.min.value, l.max.value)
             })
             .collect()
     }
