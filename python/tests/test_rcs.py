@@ -48,6 +48,15 @@ def test_a_raised_target_is_seen_from_its_foot(engine):
     assert abs(alone.vv_dbsm[0, 0, 0] - 10) < 1e-9
 
 
+def test_where_physical_optics_ends_is_a_warning(engine):
+    with pytest.warns(UserWarning, match="size: .*0.26 wavelengths"):
+        found = catseye.rcs("plate:width_m=0.001,height_m=0.001", engine=engine)
+    assert found.warnings[0].startswith("size: ")
+    with pytest.warns(UserWarning, match="ground: at elevation 1.000 deg"):
+        catseye.rcs("plate:width_m=0.1,height_m=0.002", elevation_deg=1, ground="pec", height_m=0.0015, engine=engine)
+    assert catseye.rcs("plate:width_m=0.1,height_m=0.1", engine=engine).warnings == []
+
+
 def test_bistatic_axes_and_reciprocity(engine):
     target = catseye.reflector("dihedral")
     there = catseye.rcs(target, azimuth_deg=[5.0], bistatic_azimuth_deg=[12.0, 20.0], bistatic_elevation_deg=[3.0], engine=engine)

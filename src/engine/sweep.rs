@@ -3,7 +3,8 @@
 use super::Engine;
 use crate::error::{BadInput, Result};
 use crate::geom::{Geometry, curved};
-use crate::rcs::{self, Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
+use crate::rcs::validity::Faces;
+use crate::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use crate::scene::Scene;
 use crate::trace::MAX_BOUNCES;
 use glam::DVec3;
@@ -149,13 +150,6 @@ impl Sweep {
                 .collect(),
         }
     }
-
-    /// Where the ground's images do not hold: the lowest aspect has the longest zone.
-    fn ground_warnings(&self, scene: &Scene) -> Vec<String> {
-        let lowest = self.transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
-        let warning = |f: &f64| lowest.and_then(|a| rcs::ground::warning(scene, *f, a, &self.options));
-        self.frequencies_hz.iter().filter_map(warning).collect()
-    }
 }
 
 /// Checks the size of a product of so many values.
@@ -212,7 +206,8 @@ impl Engine {
             return Ok(Swept { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
         }
         sweep.check_for(scene)?;
-        sweep.ground_warnings(scene).iter().for_each(|w| warn(w));
+        let validity = Faces::of(scene).validity(frequencies, &sweep.transmit, &sweep.options);
+        validity.lines().iter().for_each(|w| warn(w));
         let (options, accuracy) = self.accurate(scene, sweep, &aspects, warn)?;
         let scattering = self.rcs_watched(scene, frequencies, &aspects, &options, watch)?;
         Ok(Swept { aspects, scattering, accuracy })

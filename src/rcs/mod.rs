@@ -8,6 +8,7 @@ pub mod ground;
 pub mod po_sum;
 pub mod polarisation;
 pub mod table;
+pub mod validity;
 
 use crate::error::{BadInput, Result};
 use crate::frames::{direction_from_angles, polarisation_basis};

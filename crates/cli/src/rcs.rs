@@ -69,6 +69,18 @@ pub struct Rcs {
     /// Height of the target's origin over the plane z = 0, which is the ground. Angles and range stay those seen from that plane
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "H")]
     pub height_m: f64,
+    /// Turns the target about its z axis, positive left
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub yaw_deg: f64,
+    /// Then turns it about its new y axis, positive front down
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub pitch_deg: f64,
+    /// Then turns it about its new x axis, positive right side down
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub roll_deg: f64,
+    /// Radar material of all objects of the target that have this name, whatever the file says of them (may be given several times)
+    #[arg(long, value_name = "PART=MATERIAL")]
+    pub part_material: Vec<String>,
     /// More polarisations, after VV, VH, HV and HH (several with commas)
     #[arg(long, value_delimiter = ',', value_name = "linear45,circular")]
     pub polarisation: Vec<PolarisationName>,
@@ -163,10 +175,20 @@ impl Rcs {
         {
             return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
         }
-        let target = target::load(&self.target, &self.import.options()?)?;
+        let mut target = target::load(&self.target, &self.import.options()?)?;
+        for given in &self.part_material {
+            let pair = given
+                .rsplit_once('=')
+                .ok_or_else(|| BadInput::new("expected PART=MATERIAL").key("--part-material").value(given))?;
+            target.cover(pair.0, pair.1).map_err(as_option)?;
+        }
+        let [yaw, pitch, roll] = [self.yaw_deg, self.pitch_deg, self.roll_deg].map(f64::to_radians);
+        target.turn(yaw, pitch, roll);
+        let target = target;
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
+        let mut warnings: Vec<String> = Vec::new();
         let (reports, bad) = (check_scene(&target.scene, frequencies[0])?, |name: &str, e: BadInput| {
             let key = format!("object '{name}'");
             catseye::error::Error::from(e.key(key))
@@ -177,6 +199,7 @@ impl Rcs {
             }
             for w in report.warnings() {
                 global.say(&format!("warning: {name}: {w}"));
+                warnings.push(format!("{name}: {w}"));
             }
         }
         sweep.check_for(&target.scene).map_err(as_option)?;
@@ -190,9 +213,13 @@ impl Rcs {
             elevation: target.boresight_deg.1.to_radians(),
         };
         let both = RcsOptions { last: true, ..options.clone() };
-        let on_boresight =
-            engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?;
-        let mut warnings: Vec<String> = Vec::new();
+        // No radar looks from below the ground.
+        let on_boresight = match options.ground != Ground::None && boresight.elevation < 0.0 {
+            true => Vec::new(),
+            false => {
+                engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?
+            }
+        };
         let mut warn = |w: &str| {
             bar.suspend(|| global.say(&format!("warning: {w}")));
             warnings.push(w.into());
@@ -212,7 +239,7 @@ impl Rcs {
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
         table.comments = self.comments(&target.name, &engine, &target, frequencies, &on_boresight);
         table.comments.push(match swept.accuracy {
-            Accuracy::Exact => "convergence: flat facets are exact in the far field".into(),
+            Accuracy::Exact => "convergence: flat facets are integrated exactly in the far field; what is left is the error of physical optics".into(),
             Accuracy::Measured(db) => format!(
                 "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
             ),
@@ -238,6 +265,13 @@ impl Rcs {
                 "target": target.name,
                 "convention": format!("{convention:?}").to_lowercase(),
                 "bounces": self.bounces,
+                // JSON has no infinity: null is a plane wave.
+                "range_m": self.range_m.is_finite().then_some(self.range_m),
+                "ground": self.ground,
+                "height_m": self.height_m,
+                "turned_deg": [self.yaw_deg, self.pitch_deg, self.roll_deg],
+                "warnings": warnings,
+                "version": env!("CARGO_PKG_VERSION"),
                 "accuracy_db": self.accuracy_db,
                 "convergence_db": swept.accuracy.db(),
                 "diffraction": format!("{:?}", self.diffraction).to_lowercase(),
@@ -273,6 +307,17 @@ impl Rcs {
                 .value(format!("{p:?} at place {}", i + 1).to_lowercase())
                 .into());
         }
+        for (key, degrees) in
+            [("--yaw-deg", self.yaw_deg), ("--pitch-deg", self.pitch_deg), ("--roll-deg", self.roll_deg)]
+        {
+            if !(-360.0..=360.0).contains(&degrees) {
+                return Err(BadInput::new("out of range")
+                    .key(key)
+                    .value(degrees)
+                    .allowed("-360..360")
+                    .into());
+            }
+        }
         Ok(())
     }
 
@@ -298,6 +343,12 @@ impl Rcs {
             format!("engine: {}", engine.describe()),
             format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
         ];
+        if [self.yaw_deg, self.pitch_deg, self.roll_deg] != [0.0; 3] {
+            lines.push(format!(
+                "turned: yaw {} deg, pitch {} deg, roll {} deg",
+                self.yaw_deg, self.pitch_deg, self.roll_deg
+            ));
+        }
         for (f, s) in frequencies.iter().zip(on_boresight) {
             let (az, el) = target.boresight_deg;
             let db = |m: &[[num_complex::Complex64; 2]; 2]| {
@@ -386,7 +437,7 @@ fn as_option(e: Error) -> Error {
 }
 
 fn option_name(word: &str) -> String {
-    const OPTIONS: [&str; 10] = [
+    const OPTIONS: [&str; 11] = [
         "frequency_hz",
         "azimuth_deg",
         "elevation_deg",
@@ -394,6 +445,7 @@ fn option_name(word: &str) -> String {
         "bistatic_elevation_deg",
         "range_m",
         "height_m",
+        "part_material",
         "bounces",
         "accuracy_db",
         "bistatic_...",

@@ -66,6 +66,9 @@ impl RunStudy {
                     None => print(&format!("{}: {}", s.name, s.title))?,
                     Some(e) => print(&format!("{}: did not run: {e}", s.name))?,
                 }
+                for r in &s.remarks {
+                    print(&format!("    remark: {r}"))?;
+                }
                 for f in &s.facts {
                     let ours = match f.ours {
                         x if x.is_nan() => "none".to_string(),

@@ -7,6 +7,7 @@ use catseye::engine::Engine;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use catseye::frames::{Pose, Target};
+use catseye::rcs::validity::Faces;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::road::target::is_file;
@@ -86,8 +87,13 @@ pub struct SceneSource {
     /// Decides on the scene: the spec, or the checksum of a file.
     identity: String,
     scene: Scene,
-    /// Height of the kind's parameter height_m, if it has one.
-    pub height_m: Option<f64>,
+}
+
+impl SceneSource {
+    /// Its plane and curved parts.
+    pub fn faces(&self) -> Faces {
+        Faces::of(&self.scene)
+    }
 }
 
 /// The scenes of a study, each built once.
@@ -147,7 +153,7 @@ impl Sources {
     }
 
     fn build(&self, target: &str, own: Vec<(&str, &Value)>, raise_rad: f64) -> Result<SceneSource> {
-        let (mut scene, spec, identity, height_m) = if is_file(target) {
+        let (mut scene, spec, identity) = if is_file(target) {
             if let Some((n, _)) = own.first() {
                 let bad = BadInput::new("a file has no parameters").key(format!("{TARGET_PREFIX}{n}"));
                 return Err(bad.remedy("take the sweep out, or name a kind of reflector").into());
@@ -158,18 +164,14 @@ impl Sources {
             if self.import != ImportOptions::default() {
                 identity += &format!("|{:?}", self.import);
             }
-            (scene, target.to_string(), identity, None)
+            (scene, target.to_string(), identity)
         } else {
             let reflector = with_parameters(target, &own)?;
-            let height = match reflector.value("height_m") {
-                Some(catseye::road::reflector::Value::Number(h)) => Some(h),
-                _ => None,
-            };
-            (reflector.to_scene(&material::parse_spec)?, reflector.spec(), reflector.spec(), height)
+            (reflector.to_scene(&material::parse_spec)?, reflector.spec(), reflector.spec())
         };
         raise(&mut scene, raise_rad);
         let identity = format!("{identity}|{:x}", raise_rad.to_bits());
-        Ok(SceneSource { spec, raise_rad, identity, scene, height_m })
+        Ok(SceneSource { spec, raise_rad, identity, scene })
     }
 }
 
