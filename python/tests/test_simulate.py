@@ -110,6 +110,16 @@ def test_own_scene_with_truth_of_the_road(scenario, engine):
     assert any(frame.points["object_id"] == scene.objects[-1]["id"])
 
 
+def test_frames_remark_on_meshes(scenario, engine):
+    scene = catseye.Scene()
+    for name, width in [("wall", 0.5), ("sign", 0.2)]:
+        scene.add(catseye.reflector("plate", width_m=width, height_m=width), position_m=[15, 0, 1], yaw_deg=180, name=name)
+    with pytest.warns(UserWarning, match="sign"):
+        frames = catseye.simulate(scenario, scene=scene, frames=1, engine=engine)
+    assert any("sign" in line and "wall" in line for line in frames.remarks)
+    assert catseye.simulate(scenario, frames=1, engine=engine).remarks == []
+
+
 def test_arrays_outlive_their_frame(scenario, engine):
     frame = next(catseye.simulate(scenario, engine=engine))
     adc, expected = frame.adc, frame.adc.copy()

@@ -21,11 +21,12 @@ pub const FLAT: f64 = 1e-4;
 /// Faces of different bodies within so much of one plane lie on one another in a frame, m: 0.1 mm of noise in the places of each
 /// (CONVENTIONS eq. 65b).
 pub const LIES_M: f64 = 2e-4;
-/// Least area of a plane that mirrors as an endless one does, m², and times what it mirrors. The first Fresnel zone of a road 30 m
-/// long is 0.3 m wide.
-const MIRROR_M2: f64 = 1.0;
-
-const MIRROR_RATIO: f64 = 100.0;
+/// Least area of a plane that mirrors another body's faces, m², and times such a face.
+const MIRROR_M2: f64 = 0.05;
+const MIRROR_RATIO: f64 = 10.0;
+/// The same of a plane that mirrors as an endless one does. The first Fresnel zone of a road 30 m long is 0.3 m wide.
+const ENDLESS_M2: f64 = 1.0;
+const ENDLESS_RATIO: f64 = 100.0;
 
 /// Most faces of a leaf.
 const LEAF_FACES: u32 = 8;
@@ -103,6 +104,8 @@ pub struct Faces {
     pub curved: Vec<CurvedFacet>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
+    /// Body of each patch, as `Face::body`.
+    patch_body: Vec<u32>,
     /// Each patch that mirrors points with each of its faces, both rising.
     mirrors: Vec<(u32, u32)>,
     /// Distance from a plane below which a corner lies in it.
@@ -152,6 +155,7 @@ impl Faces {
             let one_sided = closed[patch[0] as usize];
             let area = |t: &u32| triangles[*t as usize].area_m2();
             faces.patch_area_m2.push(patch.iter().map(area).sum());
+            faces.patch_body.push(lead.body);
             // Outlines matter to first order, depths only to the phase. A file's noise is as large along the plane as across it.
             let noise_m = off_m.get(planes.get(patch[0] as usize).map_or(usize::MAX, |p| *p as usize));
             let straight_m = (0.1 * flat_m).max(noise_m.map_or(0.0, |off| 2.0 * off));
@@ -197,6 +201,7 @@ impl Faces {
             nodes: self.nodes.clone(),
             cells: self.cells.clone(),
             patch_area_m2: self.patch_area_m2.clone(),
+            patch_body: self.patch_body.clone(),
             curved: self.curved.iter().map(|b| b.turned(|d| pose.direction(d))).collect(),
             mirrors: self.mirrors.clone(),
             flat_m: self.flat_m,
@@ -238,6 +243,7 @@ impl Faces {
             all.curved.extend(&body.curved);
             all.corners.extend(&body.corners);
             all.patch_area_m2.extend(&body.patch_area_m2);
+            all.patch_body.extend(body.patch_body.iter().map(|_| number as u32));
             all.cells.extend(&body.cells);
             all.mirrors.extend(body.mirrors.iter().map(|(patch, face)| (patch + patches, face + faces)));
         }
@@ -292,6 +298,7 @@ impl Faces {
         let mut faces = Faces {
             cells: self.cells.clone(),
             patch_area_m2: self.patch_area_m2.clone(),
+            patch_body: self.patch_body.clone(),
             flat_m: self.flat_m,
             centre_m: self.centre_m,
             radius_m: self.radius_m,
@@ -334,10 +341,27 @@ impl Faces {
         Some(NearFaces { faces, numbers })
     }
 
-    /// Whether a patch mirrors another as an endless plane does.
+    /// Whether a patch mirrors another: as an endless plane, or one of another body, where it is so much larger that the other radiates
+    /// to it from all over.
     pub fn mirrors(&self, patch: u32, other: u32) -> bool {
+        let body = |p: u32| self.patch_body[p as usize];
+        body(patch) != body(other) && self.is_larger(patch, other, MIRROR_M2, MIRROR_RATIO)
+            || self.is_endless(patch, other)
+    }
+
+    /// Whether it does so as an endless plane.
+    pub fn is_endless(&self, patch: u32, other: u32) -> bool {
+        self.is_larger(patch, other, ENDLESS_M2, ENDLESS_RATIO)
+    }
+
+    /// Whether it is so large that its outline seldom matters.
+    pub fn is_large(&self, patch: u32) -> bool {
+        self.patch_area_m2[patch as usize] >= ENDLESS_M2
+    }
+
+    fn is_larger(&self, patch: u32, other: u32, least_m2: f64, ratio: f64) -> bool {
         let area = |p: u32| self.patch_area_m2[p as usize];
-        area(patch) >= MIRROR_M2.max(MIRROR_RATIO * area(other))
+        area(patch) >= least_m2.max(ratio * area(other))
     }
 
     /// Whether it mirrors what has no extent.

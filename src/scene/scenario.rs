@@ -214,7 +214,7 @@ pub struct ObjectTable {
     pub unit: Option<At<String>>,
     /// Which axis of the file points up.
     pub up: Option<At<String>>,
-    /// What is made of animations.
+    /// How animations in the file are used.
     pub animation: Option<At<String>>,
     /// Material of what has none.
     pub default_material: Option<At<String>>,

@@ -71,8 +71,10 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
         .map(|(r, why)| Unmarked { at: [range_m[r], power[r]], why: why.text() })
         .collect();
     range_profile(&RangeProfile {
-        title: &format!("{title}: range profile at {:.2} m/s range rate", range_rate_mps[row])
-            .replace('-', "−"),
+        title: &format!(
+            "{title}: range profile at {} m/s range rate",
+            format!("{:.2}", range_rate_mps[row]).replace('-', "−")
+        ),
         range_m: &range_m,
         power_dbm: &power,
         threshold_dbm: &threshold,

@@ -31,7 +31,7 @@ pub struct Process {
     /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Speed of the vehicle forward, m/s: range rates of what stands are then known beyond the radar's own limits
+    /// Forward speed of the vehicle, m/s: the range rates of stationary objects are then known beyond the radar's own unambiguous interval
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub ego_speed_mps: Option<f64>,
     #[command(flatten)]
@@ -42,6 +42,8 @@ pub struct Process {
 struct Report {
     folder: PathBuf,
     /// Whether levels are those at the receiver's input; counts of a converter have none.
+    absolute_levels: bool,
+    /// Whether directions are found with a calibration of the array (`processing.angle.calibration_file`).
     calibrated: bool,
     /// Read by blocks of channels, because the cube is large.
     streamed: bool,
@@ -60,8 +62,8 @@ impl Process {
         let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
         let engine = global.engine()?;
-        let calibrated = source.is_calibrated();
-        if !calibrated {
+        let absolute_levels = source.has_levels();
+        if !absolute_levels {
             global.say(match source.ti_radar() {
                 Some(_) => {
                     "the recording has no full scale: levels are relative (--full-scale-dbm gives one)"
@@ -102,7 +104,8 @@ impl Process {
         }
         .write(staged.path())?;
         let report = Report {
-            calibrated,
+            absolute_levels,
+            calibrated: radar.processing.angle.calibration.is_some(),
             streamed,
             cells_over_threshold: maps.iter().map(|m| m.detection.mask.iter().filter(|m| **m).count()).sum(),
             points: points.len(),

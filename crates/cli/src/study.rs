@@ -109,7 +109,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
                 title: study.title.clone(),
                 x_label: parameter::label(&search.front.value),
                 y_label: search.goal.label().into(),
-                curves: vec![curve("front", true), curve("best found", false)],
+                curves: vec![curve("best found", false), curve("front", true)],
                 limits: study.picture.limits(),
                 decibels: false,
             };

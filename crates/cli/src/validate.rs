@@ -77,7 +77,7 @@ impl Validate {
         } else {
             let gated = rows.len() - shown;
             print(&format!(
-                "{} of {gated} gates passed, {shown} rows shown, {seconds:.1} s",
+                "{} of {gated} gates passed, {shown} more figures without a gate, {seconds:.1} s",
                 gated - failed
             ))?;
         }

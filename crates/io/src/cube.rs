@@ -312,7 +312,7 @@ mod tests {
             assert_eq!((written.clipped_words, written.files[0].as_path()), (0, path.as_path()));
             assert!(written.files.iter().all(|f| f.is_file()));
             let mut s = open_cube(&path, &CubeOptions::default(), Some(SHAPE)).unwrap();
-            assert_eq!((s.frames(), s.shape(), s.is_complex(), s.is_calibrated()), (1, SHAPE, true, true));
+            assert_eq!((s.frames(), s.shape(), s.is_complex(), s.has_levels()), (1, SHAPE, true, true));
             assert_eq!(s.ti_radar().is_some(), name == "a.bin");
             // A recording is rounded to counts: half of one, of a full scale at most 1 dB over the peak.
             let peak = 95.0 / 64.0;
@@ -368,7 +368,7 @@ mod tests {
             ..Default::default()
         };
         let mut s = open_cube(&path, &options, Some([3, 1, 2])).unwrap();
-        assert!(!s.is_calibrated());
+        assert!(!s.has_levels());
         let z: Vec<Complex32> = s.frame(0).unwrap();
         for (i, z) in z.iter().enumerate() {
             let told = (i / 2 * 10 + i % 2) as f32 - 50.0;
@@ -377,7 +377,7 @@ mod tests {
         // Real, then several frames.
         npy::write(&path, &[1, 2, 3], &[1.5f32; 6]).unwrap();
         let mut s = open_cube(&path, &CubeOptions::default(), None).unwrap();
-        assert!(s.is_calibrated());
+        assert!(s.has_levels());
         assert!(!s.is_complex() && s.frame::<f64>(0).unwrap()[5] == Complex64::new(1.5, 0.0));
         let data: Vec<Complex64> = (0..24).map(|i| Complex64::new(f64::from(i), 0.0)).collect();
         npy::write(&path, &[4, 1, 2, 3], &data).unwrap();
@@ -454,7 +454,7 @@ mod tests {
         assert!(message(&at("b.bin"), &plain(), None).contains("needs the .cfg"));
         // Without the sidecar the samples are counts, and half a recording is refused.
         let s = open_cube(at("b.bin"), &cfg, None).unwrap();
-        assert!(!s.is_calibrated());
+        assert!(!s.has_levels());
         let bytes = std::fs::read(at("b.bin")).unwrap();
         std::fs::write(at("b.bin"), &bytes[..bytes.len() / 2]).unwrap();
         assert!(message(&at("b.bin"), &cfg, None).contains("truncated"));

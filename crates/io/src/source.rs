@@ -63,7 +63,7 @@ impl Source {
     }
 
     /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are counts.
-    pub fn is_calibrated(&self) -> bool {
+    pub fn has_levels(&self) -> bool {
         !self.arrays.iter().any(|(layout, _)| layout.is_counts())
     }
 

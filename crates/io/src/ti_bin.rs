@@ -410,7 +410,7 @@ mod tests {
             lvds.push(Complex64::new(q[1].into(), q[3].into()));
         }
         let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
-        assert_eq!((r.frames(), r.shape(), r.is_calibrated()), (2, [2, 4, 4], false));
+        assert_eq!((r.frames(), r.shape(), r.has_levels()), (2, [2, 4, 4], false));
         for frame in 0..2 {
             // Chirps of a frame, receivers in a chirp, samples: already the cube's own order.
             assert_eq!(all::<f64>(&mut r, frame), lvds[frame * 32..(frame + 1) * 32]);
@@ -484,7 +484,7 @@ mod tests {
         assert_eq!(read, [1, 32767, -2, -32768, 32767, 0, -32768, 7]);
         // Read back with the sidecar: each within half a count, but where it was cut.
         let mut r = open(&path, &radar, &BinOptions::default()).unwrap();
-        assert!(r.is_calibrated());
+        assert!(r.has_levels());
         assert!((all::<f64>(&mut r, 0)[0] - z(1.4, -1.6)).norm() < 0.6 * lsb);
         // An existing recording stays, and nothing half-written is left.
         assert!(Writer::create(&path, &radar, 0.0, false).is_err());

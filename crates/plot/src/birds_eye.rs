@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::canvas::{Pen, Picture, Rgb};
 use super::chart::{Chart, ColourMap, Layer, Mark, Paint, Scale, Symbol, finite_range};
-use super::classes::{class_colour, class_name, is_ground};
+use super::classes::{class_colour, class_name, is_ground, whole};
 use catseye::error::Result;
 
 /// A true object seen from above.
@@ -111,16 +111,16 @@ pub(super) fn birds_eye_turned(input: &BirdsEye) -> (Chart, impl Fn([f64; 2]) ->
             let (fill, stroke) = area_style(&o.class, colour, o.piece);
             let polygon = if o.piece { o.polygon.clone() } else { visible(&o.polygon, metres_per_pixel) };
             if polygon != o.polygon {
-                enlarged.push(&o.class);
+                enlarged.push(whole(&o.class));
             }
             let polygon = polygon.into_iter().map(turned).collect();
             let edge = (!o.piece).then_some(stroke);
             chart.layers.push(Layer::Area { polygon, fill: Some(fill), stroke: edge });
             Symbol::Area { fill, stroke }
         };
-        let point = matches!(symbol, Symbol::Mark(..));
-        if !named.iter().any(|n| (n.0, n.1) == (&o.class, point)) {
-            named.push((&o.class, point, symbol));
+        let (class, point) = (whole(&o.class), matches!(symbol, Symbol::Mark(..)));
+        if !named.iter().any(|n| (n.0, n.1) == (class, point)) {
+            named.push((class, point, symbol));
         }
     }
     for (class, point, symbol) in &named {

@@ -65,7 +65,7 @@ const OTHER: [Rgb; 8] = [
 ];
 
 /// A class without the suffix of a part: `car` of `car.wheel`.
-fn whole(class: &str) -> &str {
+pub(super) fn whole(class: &str) -> &str {
     class.split_once('.').map_or(class, |(whole, _)| whole)
 }
 

@@ -4,7 +4,7 @@ use super::Axis;
 use super::birds_eye::{BirdsEye, birds_eye_turned};
 use super::canvas::{Pen, Picture, Rgb};
 use super::chart::{Chart, Layer, Mark, Symbol};
-use super::classes::{class_colour, class_name};
+use super::classes::{class_colour, class_name, whole};
 use catseye::error::{Error, Result};
 
 /// A line on the road, (x forward, y left) in m.
@@ -76,11 +76,12 @@ pub fn labels(input: &Labels) -> Result<Picture> {
 }
 
 fn add_points(chart: &mut Chart, points: &[LabelledPoint], place: &dyn Fn([f64; 2]) -> [f64; 2]) {
-    let mut classes: Vec<&str> = points.iter().map(|p| p.class.as_str()).collect();
+    let mut classes: Vec<&str> = points.iter().map(|p| whole(&p.class)).collect();
     classes.sort_unstable();
     classes.dedup();
     for class in classes {
-        let list: Vec<[f64; 2]> = points.iter().filter(|p| p.class == class).map(|p| place(p.at_m)).collect();
+        let list: Vec<[f64; 2]> =
+            points.iter().filter(|p| whole(&p.class) == class).map(|p| place(p.at_m)).collect();
         let label = format!("points: {} ({})", class_name(class), list.len());
         chart.marks(label, list, Mark::Dot { radius: 3.0 }, class_colour(class));
     }
@@ -149,4 +150,19 @@ pub fn mask_picture(input: &MaskPicture) -> Result<Picture> {
     }
     add_points(&mut chart, input.points, &|p| [p[1], p[0]]);
     chart.draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_share_the_entry_of_their_whole() {
+        let axis = || Axis::new("m", 0.0, 1.0);
+        let mut chart = Chart::new("", axis(), axis());
+        let point = |class: &str| LabelledPoint { class: class.into(), ..Default::default() };
+        add_points(&mut chart, &["car", "car.wheel", "pedestrian.arm", ""].map(point), &|p| p);
+        let labels: Vec<&str> = chart.keys.iter().map(|k| k.label.as_str()).collect();
+        assert_eq!(labels, ["points: no object (1)", "points: car (2)", "points: pedestrian (1)"]);
+    }
 }

@@ -46,7 +46,7 @@ pub(super) fn add_unmarked(chart: &mut Chart, unmarked: &[Unmarked]) {
     }
 }
 
-/// Power in dBm as colours over range and range rate; the scale runs from 3 dB over the noise (the median of the map) to
+/// Power in dBm as colours over range and range rate; the scale runs from 2 dB under the noise (the median of the map) to
 /// the maximum, at most 90 dB. Detections are open circles, peaks over the threshold that are none are crosses.
 ///
 /// # Errors
@@ -114,10 +114,10 @@ pub(super) fn ends(v: &[f64]) -> (f64, f64) {
     (v[0], v[v.len() - 1])
 }
 
-/// The scale of a map of powers with noise: from 3 dB over the median, which the label says, to the maximum; at least 10
+/// The scale of a map of powers with noise: from 2 dB under the median, which the label says, to the maximum; at least 10
 /// and at most 90 dB.
 pub fn noise_scale(dbm: &[f64]) -> Scale {
-    const OVER_DB: f64 = 3.0;
+    const OVER_DB: f64 = -2.0;
     let Some((median, max)) = median_and_max(dbm) else {
         return Scale::new(ColourMap::Viridis, "power (dBm)", -100.0, -80.0);
     };
@@ -157,8 +157,8 @@ mod tests {
         let mut db = vec![-120.0; 1000];
         db[7] = -61.0;
         let s = noise_scale(&db);
-        assert_eq!((s.axis.lo, s.axis.hi), (-117.0, -60.0));
-        assert_eq!(s.axis.label, "power (dBm), from 3 dB over the median");
+        assert_eq!((s.axis.lo, s.axis.hi), (-122.0, -60.0));
+        assert_eq!(s.axis.label, "power (dBm), from 2 dB under the median");
         // Nothing but noise, and more than 90 dB of it.
         let s = noise_scale(&[-100.0; 4]);
         assert_eq!((s.axis.lo, s.axis.hi), (-110.0, -100.0));

@@ -62,7 +62,7 @@ pub struct ImportOptions {
     pub default_material: Option<String>,
     /// (material of the file, table name).
     pub material_map: Vec<(String, String)>,
-    /// What is made of animations.
+    /// How animations in the file are used.
     pub animations: Animations,
 }
 

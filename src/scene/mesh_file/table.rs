@@ -15,7 +15,7 @@ pub struct ImportTable<'a> {
     pub unit: &'a Option<At<String>>,
     /// Which axis of the file points up.
     pub up: &'a Option<At<String>>,
-    /// What is made of animations.
+    /// How animations in the file are used.
     pub animation: &'a Option<At<String>>,
     /// Material of what has none.
     pub default_material: &'a Option<At<String>>,

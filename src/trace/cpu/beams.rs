@@ -367,6 +367,8 @@ pub struct Node {
     pub bounce: u8,
     /// The chain begins with a mirror of its second face (`Faces::mirrors`).
     pub imaged: bool,
+    /// That mirror is as good as endless (`Faces::is_endless`).
+    pub endless: bool,
     /// Of the wave that arrives.
     pub frame: Frame,
     /// Unit normal on the lit side.
@@ -1024,9 +1026,9 @@ impl Clipper<'_> {
         first.map(|(_, face, place)| (face, place))
     }
 
-    /// Bounces of a chain; the one on a mirror ahead of what it lights comes on top.
-    fn most(&self, imaged: bool) -> usize {
-        (self.options.bounces + usize::from(imaged)).min(MAX_BOUNCES)
+    /// Bounces of a chain; the one on an endless mirror ahead of what it lights comes on top.
+    fn most(&self, endless: bool) -> usize {
+        (self.options.bounces + usize::from(endless)).min(MAX_BOUNCES)
     }
 
     /// Follows what lights `first` through its bounces.
@@ -1053,6 +1055,7 @@ impl Clipper<'_> {
             face: first,
             bounce: 1,
             imaged: false,
+            endless: false,
             frame: lit.frame,
             normal: Side::of(face, facing).normal,
         });
@@ -1067,10 +1070,10 @@ impl Clipper<'_> {
                 self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
             }
             let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(face.patch);
-            let go_on = (node.bounce as usize) < self.most(node.imaged || begins);
+            let go_on = (node.bounce as usize) < self.most(node.endless || begins);
             // What the limit ends here is asked for where it could show at all.
             let ends = self.ends.filter(|e| {
-                node.bounce as usize >= self.most(node.imaged) && e.most(solid_angle_sr(&polygon)) > e.least
+                node.bounce as usize >= self.most(node.endless) && e.most(solid_angle_sr(&polygon)) > e.least
             });
             if !go_on && !self.options.last && ends.is_none() {
                 continue;
@@ -1083,7 +1086,7 @@ impl Clipper<'_> {
             if let Some(ends) = ends {
                 let left = self.left(&ends, &out.nodes, index, middle(&polygon));
                 let is_followed = |target: u32| {
-                    begins && self.faces.mirrors(first_patch, self.faces.faces[target as usize].patch)
+                    begins && self.faces.is_endless(first_patch, self.faces.faces[target as usize].patch)
                 };
                 let mut met = Vec::new();
                 self.end(&ends, (index, left), &polygon, (&frame, &source), &mut met);
@@ -1139,7 +1142,8 @@ impl Clipper<'_> {
                 let (f, facing) = (*f, *facing);
                 let patch = self.faces.faces[f as usize].patch;
                 let imaged = node.imaged || begins && self.faces.mirrors(first_patch, patch);
-                if node.bounce as usize >= self.most(imaged) {
+                let endless = node.endless || begins && self.faces.is_endless(first_patch, patch);
+                if node.bounce as usize >= self.most(endless) {
                     continue;
                 }
                 parts.clear();
@@ -1157,6 +1161,7 @@ impl Clipper<'_> {
                     face: f,
                     bounce: node.bounce + 1,
                     imaged,
+                    endless,
                     frame,
                     normal: Side::of(&self.faces.faces[f as usize], facing).normal,
                 });

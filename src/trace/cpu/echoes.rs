@@ -4,14 +4,14 @@
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
 //! has corners and places of stationary phase.
 
-use super::beams::{Clipped, Ends, Piece, Polygon, clip_windows};
+use super::beams::{Clipped, Ends, Node, Piece, Polygon, clip_windows};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
 use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
-use super::points::{Reflecting, SAME, point_echoes_over};
+use super::points::{Reflecting, SAME, TAU, point_echoes_over};
 use crate::em::aperture::Moments;
 use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
@@ -36,6 +36,8 @@ const STEP: f64 = 1e-3;
 
 /// Planes of which the radar sees less mirror no point, m²: at 3 m such a plane brings 4 % of the field, farther away less.
 const LEAST_MIRROR_M2: f64 = 3e-4;
+/// What stands so near to a plane lies on it, m.
+const LEAST_HEIGHT_M: f64 = 1e-6;
 /// Share of a way by which rounding may put a place in a corner behind the plane before it.
 const AT_PLACE: f64 = 1e-9;
 /// Share of the time until the frame's end up to which a wave has to stand for the same places: windows leave little of the ends.
@@ -120,8 +122,9 @@ pub fn from_clipped(
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let spread_m = spread_for(options.bandwidth_hz);
     let least = options.least;
-    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m, least };
     let images = options.images && !last;
+    let lit = if images { lit(geometry, clipped, &direct) } else { FastMap::default() };
+    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m, least, lit };
     let all = direct.par_iter().map(|r| match images {
         true => radar.with_reciprocals(r),
         false => radar.echoes(r, false),
@@ -237,6 +240,29 @@ fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Regi
     regions
 }
 
+/// What the radar sees at first hand of each small plane that mirrors what follows it in a chain, by its patch. The outlines of large
+/// ones are those of shadows, too: of what stands on them, and is not lit by half for that.
+fn lit(geometry: &Geometry, clipped: &Clipped, regions: &[Region]) -> FastMap<u32, Reflecting> {
+    let faces = geometry.faces();
+    let patch = |node: u32| faces.faces[clipped.nodes[node as usize].face as usize].patch;
+    let begins = |n: &&Node| n.bounce == 2 && n.imaged;
+    let mut mirrors: Vec<u32> = clipped.nodes.iter().filter(begins).map(|n| patch(n.parent)).collect();
+    mirrors.retain(|p| !faces.is_large(*p));
+    mirrors.sort_unstable();
+    mirrors.dedup();
+    let is_lit = |r: &&Region| {
+        let node = &clipped.nodes[r.node as usize];
+        node.bounce == 1 && mirrors.binary_search(&patch(r.node)).is_ok()
+    };
+    let found: Vec<&Region> = regions.iter().filter(is_lit).collect();
+    let of = |r: &&Region| {
+        let face = clipped.nodes[r.node as usize].face;
+        let outline = r.sides(SAME * faces.radius_m);
+        (patch(r.node), Reflecting { face, outline, is_seen: true })
+    };
+    found.par_iter().map(of).collect::<Vec<_>>().into_iter().collect()
+}
+
 fn on_axes(face: &Face, d: DVec3) -> DVec2 {
     DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
 }
@@ -285,6 +311,8 @@ struct Station<'a> {
     spread_m: f64,
     /// As `TraceOptions::least`.
     least: f64,
+    /// What the radar sees at first hand of small planes that mirror, by their patches.
+    lit: FastMap<u32, Reflecting>,
 }
 
 impl Station<'_> {
@@ -559,6 +587,44 @@ impl Station<'_> {
         })
     }
 
+    /// What the first plane of a chain that begins with a mirror of the next brings of an endless mirror, out and, if `over` it, back.
+    fn share(&self, chain: &[u32], place: DVec3, over: bool) -> Complex64 {
+        let node = |i: u32| &self.clipped.nodes[i as usize];
+        let last = node(chain[chain.len() - 1]);
+        let (&[first, second, ..], true) = (chain, last.imaged) else {
+            return Complex64::ONE;
+        };
+        let faces = self.geometry.faces();
+        let Some(lit) = self.lit.get(&self.face(first).patch) else { return Complex64::ONE };
+        let (k, radar) = (wavenumber(self.geometry.freq_hz), self.pose.translation_m);
+        let face = &faces.faces[lit.face as usize];
+        let corner = faces.corners[face.first as usize];
+        let of = |target: DVec3| {
+            let height = [radar, target].map(|p| (face.normal.dot(p) - face.offset_m).abs());
+            let feet = [radar, target].map(|p| on_axes(face, p - corner));
+            if height[1] < LEAST_HEIGHT_M {
+                return Complex64::ONE;
+            }
+            let plane = Plane::new(k, feet, height, TAU, f64::INFINITY);
+            plane.share(&lit.outline).map_or(Complex64::ZERO, |(share, _)| share)
+        };
+        let image = node(second).frame.origin;
+        // The way behind the second place goes on straight.
+        let mut met = place;
+        for pair in chain[1..].windows(2).rev() {
+            let from = node(pair[1]).frame.origin;
+            let (d, f) = (met - from, self.face(pair[0]));
+            met = from + d * ((f.offset_m - f.normal.dot(from)) / f.normal.dot(d));
+        }
+        let length_m = place.distance(last.frame.origin);
+        let out = of(image + (met - image).normalize() * length_m);
+        match (over, chain.len()) {
+            (false, _) => out,
+            (true, 2) => out * out,
+            (true, _) => out * of(place),
+        }
+    }
+
     /// Where the line from `place` to the radar's image crosses the chain's first plane.
     fn foot(&self, chain: &[u32], place: DVec3) -> DVec3 {
         let image = self.clipped.nodes[chain[1] as usize].frame.origin;
@@ -566,7 +632,8 @@ impl Station<'_> {
         image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
     }
 
-    /// How the path of an echo changes over the frame, and its directions.
+    /// Completes an echo of a place: what the chain's first plane brings of an endless mirror (CONVENTIONS eq. 65a) if it mirrors what
+    /// follows, and how the path changes over the frame, and its directions.
     fn bend(&self, chain: &[u32], place_m: DVec3, keeps: PathEnd, over: bool, echo: &mut Echo) {
         let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
         let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
@@ -581,6 +648,8 @@ impl Station<'_> {
                 normal: self.clipped.nodes[i as usize].normal,
             };
         }
+        let share = self.share(chain, place_m, over);
+        echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= share);
         let mirrors = &mirrors[..before.len()];
         let back = if over { &mirrors[..1] } else { &[] };
         let end = End { shifts: &body(last).shifts, place_m, keeps };

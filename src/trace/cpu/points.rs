@@ -111,7 +111,7 @@ struct Leg<'a> {
 /// Corners nearer to one another than this share of the scene's radius are one.
 pub(super) const SAME: f64 = 1e-9;
 /// As the tau of exact beams at an accuracy of 0.05 dB.
-const TAU: f64 = 0.125;
+pub(super) const TAU: f64 = 0.125;
 
 struct Radar<'a> {
     geometry: &'a Geometry,

@@ -63,7 +63,8 @@ fn cubes_go_round() {
         assert_eq!(made["clipped_words"], 0);
         let back = done(d, &["process", name, "--radar", "r.toml", "-o", &format!("{name}.d")]);
         assert_eq!(back["points"], first["points"], "{name}");
-        assert_eq!(back["calibrated"], true, "{name}");
+        assert_eq!(back["absolute_levels"], true, "{name}");
+        assert_eq!(back["calibrated"], false, "{name}");
         let a = Table::read(d.join("p0/points.csv")).unwrap().numbers("power_dbm").unwrap();
         let b = Table::read(d.join(format!("{name}.d/points.csv"))).unwrap().numbers("power_dbm").unwrap();
         for (a, b) in a.iter().zip(&b) {
@@ -243,6 +244,8 @@ fn calibration_makes_a_spoilt_array_right() {
     // Errors of 40 deg in each antenna move a beam of 12 channels by some tenths of a degree (0.41 with this seed).
     assert!(without.iter().all(|e| (0.2..2.0).contains(e)), "{without:?}");
     assert!(calibrated.iter().all(|e| *e < 0.05), "{calibrated:?}");
+    let again = done(d, &["process", "with/frame_000000/adc.npy", "--radar", "r.toml", "-o", "again"]);
+    assert_eq!((&again["calibrated"], &again["absolute_levels"]), (&true.into(), &true.into()));
     // The run's folder holds what its radar reads: beside the copy, the manifest's radar is the same.
     let run = d.join("with");
     let manifest: serde_json::Value =

@@ -165,7 +165,7 @@ pub enum DiffractionName {
 pub struct DetectionTable {
     /// Preset or radar file: antenna patterns, and for the radar equation everything else.
     pub radar: At<String>,
-    /// How magnitudes are had.
+    /// How magnitudes at the receiver are obtained.
     pub method: MethodName,
     /// Cross section of the reference.
     pub reference_rcs_dbsm: At<f64>,

@@ -347,3 +347,45 @@ fn plates_of_any_size_mirror_by_one_law() {
     println!("0.2 % of size changes the level by {largest:.3} dB at most");
     assert!(largest < 0.25, "{largest}");
 }
+
+/// Plates mirror a sphere's mesh as they mirror a point, out, back and both ways: within 1 dB where they are no endless mirrors to it
+/// (CONVENTIONS eq. 65), and within what the transition of a finite plate is where they are.
+#[test]
+fn plates_mirror_meshes_as_points() {
+    let ghosts = |target: DVec3, wall_m: f64, (width, shift): (f64, f64), spec: &str| {
+        let share = wall_m / (2.0 * wall_m - target.y);
+        let corner =
+            DVec3::new(target.x * share - 0.5 * width + shift, wall_m, target.z * share - 0.5 * width);
+        let (mesh, pose) = sheet(corner, [DVec3::X * width, DVec3::Z * width], WHOLE, 0);
+        let mut scene = Scene::default();
+        scene.material_index(&material::by_name("pec").unwrap());
+        scene.add_mesh("plate", "", mesh, pose);
+        let at = Pose::from_yaw_pitch_roll(target, PI, 0.0, 0.0);
+        let body = Reflector::parse(spec).unwrap();
+        body.add_to(&mut scene, &material::by_name, ("target", ""), at, DVec3::ZERO).unwrap();
+        let all = by_chain(&seen(&scene, DVec3::ZERO).0);
+        let level = |chain: &[u32]| all.get(chain).map_or(f64::NEG_INFINITY, |z| db(*z));
+        [&[1, 2][..], &[2, 1], &[1, 2, 1]].map(|chain| level(chain) - level(&[2]))
+    };
+    for (target, wall_m) in [(DVec3::new(9.0, -1.0, 0.4), 2.0), (DVec3::new(25.0, -2.0, 0.6), 3.0)] {
+        for plate in [
+            (0.3, 0.0),
+            (0.45, 0.1),
+            (0.6, 0.0),
+            (0.9, 0.0),
+            (0.9, 0.4),
+            (0.99, 0.0),
+            (1.01, 0.0),
+            (1.5, 0.3),
+            (3.0, 0.0),
+        ] {
+            let want = ghosts(target, wall_m, plate, "point:rcs_dbsm=-20");
+            let got = ghosts(target, wall_m, plate, "sphere:radius_m=0.0564");
+            println!("{} m, plate {plate:?}: {got:.2?} dB, the point's {want:.2?}", target.x);
+            let bound = if plate.0 < 1.0 { [1.0, 1.0, 1.0] } else { [2.5, 2.5, 5.1] };
+            for ((got, want), bound) in got.into_iter().zip(want).zip(bound) {
+                assert!((got - want).abs() < bound, "{target} {plate:?}: {got} {want}");
+            }
+        }
+    }
+}
