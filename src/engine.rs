@@ -281,6 +281,16 @@ impl Engine {
         finer: f64,
         watch: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Scattering>> {
+        if options.height_m != 0.0 {
+            let (raised, below) = options.raised(scene);
+            let mut found = self.swept(&raised, frequencies_hz, aspects, &below, finer, watch)?;
+            for (s, aspect) in found.iter_mut().zip(aspects.iter().cycle()) {
+                s.scale(
+                    [aspect.transmit, aspect.receive].map(|a| options.distance_ratio(a)).iter().product(),
+                );
+            }
+            return Ok(found);
+        }
         if options.ground != Ground::None {
             return rcs::ground::scattering(scene, frequencies_hz, aspects, options, |s, f, l, o| {
                 // Each aspect is taken several times with its images.

@@ -1,7 +1,7 @@
 //! Cross sections.
 
 use crate::arrays::{array, values};
-use crate::errors::{OrRaise, refuse};
+use crate::errors::OrRaise;
 use crate::{engine, scene, work};
 use catseye::engine::sweep::{Sweep, check_size};
 use catseye::error::{BadInput, Error};
@@ -137,11 +137,12 @@ fn ground(name: &str) -> catseye::Result<Ground> {
 /// Scattering matrix and radar cross section of a target over frequency and direction.
 ///
 /// target: a Scene, a glTF file, or a reflector as in "type1:width_m=0.16". Angles are those of the radar seen from
-/// the target, azimuth positive left, elevation positive up. frequency_hz, azimuth_deg, elevation_deg: a number or a
+/// the target's origin, azimuth positive left, elevation positive up; with height_m they and range_m are seen from the point of the
+/// ground below it, while levels stay those for the distance of the origin. frequency_hz, azimuth_deg, elevation_deg: a number or a
 /// sequence, taken as a product. range_m: distance of the radar from the target's origin, inf for a plane wave. bistatic_azimuth_deg,
 /// bistatic_elevation_deg: receive there and not where the transmitter stands. bounces: reflections of one beam, 1 to 8. convention: "every"
 /// or "last", which bounces radiate. accuracy_db: error that curved surfaces and finite range may bring. diffraction: "none" or
-/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m raises the target above it. engine: an Engine or the name of a
+/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m is the height of the target's origin over it. engine: an Engine or the name of a
 /// device. progress: called with the number of directions done and of all.
 ///
 /// Raises BadInput as `catseye rcs`; Ctrl-C ends it within a batch of 1024 directions.
@@ -193,12 +194,9 @@ pub fn rcs(
             other => return Err(unknown("diffraction", other, "none, ptd")).or_raise(py),
         },
         ground: self::ground(ground).or_raise(py)?,
+        height_m,
         last: convention == Convention::Last,
     };
-    if !(-1e6..=1e6).contains(&height_m) {
-        let e = BadInput::new("out of range").key("height_m").value(height_m).allowed("-1e6..1e6");
-        return refuse(py, e);
-    }
     let mut shape = vec![frequencies_hz.len(), elevations.len(), azimuths.len()];
     shape.extend(receivers.iter().flat_map(|(az, el)| [el.len(), az.len()]));
     // A product that memory cannot hold is refused before it is laid out.
@@ -215,12 +213,7 @@ pub fn rcs(
     let target = scene::resolve(target)?;
     let engine = engine::resolve(py, engine)?;
     let (frequencies_hz, target_name) = (sweep.frequencies_hz.clone(), target.name);
-    let mut contents = target.contents;
-    if height_m != 0.0 {
-        for o in &mut std::sync::Arc::make_mut(&mut contents).objects {
-            o.pose.translation_m.z += height_m;
-        }
-    }
+    let contents = target.contents;
     let (swept, told) = work::run(py, progress, move |watch| {
         watch.expect(looks);
         let mut told = scene::warnings(&contents, sweep.frequencies_hz[0])?;

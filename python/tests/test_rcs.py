@@ -35,6 +35,28 @@ def test_axes_and_their_order(engine):
             np.testing.assert_array_equal(alone.s[0, 0, 0], found.s[0, i, j])
 
 
+def test_a_raised_target_is_seen_from_its_foot(engine):
+    """As in `catseye rcs` and in studies: two rays over a conductor, and without one the level of the point itself."""
+    distance = 40.0
+    elevation, range_m = np.degrees(np.arctan2(0.5, distance)), np.hypot(0.5, distance)
+    place = dict(elevation_deg=elevation, range_m=range_m, height_m=0.3, engine=engine)
+    found = catseye.rcs("point:rcs_dbsm=10", ground="pec", **place)
+    straight, reflected = np.hypot(distance, 0.2), np.hypot(distance, 0.8)
+    two = 1 + straight / reflected * np.exp(-2j * np.pi * 77e9 / C0 * (reflected - straight))
+    assert abs(found.vv_dbsm[0, 0, 0] - 10 - 40 * np.log10(abs(two))) < 0.05
+    alone = catseye.rcs("point:rcs_dbsm=10", range_m=10.0, height_m=5.0, engine=engine)
+    assert abs(alone.vv_dbsm[0, 0, 0] - 10) < 1e-9
+
+
+def test_where_physical_optics_ends_is_a_warning(engine):
+    with pytest.warns(UserWarning, match="size: .*0.26 wavelengths"):
+        found = catseye.rcs("plate:width_m=0.001,height_m=0.001", engine=engine)
+    assert found.warnings[0].startswith("size: ")
+    with pytest.warns(UserWarning, match="ground: at elevation 1.000 deg"):
+        catseye.rcs("plate:width_m=0.1,height_m=0.002", elevation_deg=1, ground="pec", height_m=0.0015, engine=engine)
+    assert catseye.rcs("plate:width_m=0.1,height_m=0.1", engine=engine).warnings == []
+
+
 def test_bistatic_axes_and_reciprocity(engine):
     target = catseye.reflector("dihedral")
     there = catseye.rcs(target, azimuth_deg=[5.0], bistatic_azimuth_deg=[12.0, 20.0], bistatic_elevation_deg=[3.0], engine=engine)

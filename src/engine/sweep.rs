@@ -3,9 +3,11 @@
 use super::Engine;
 use crate::error::{BadInput, Result};
 use crate::geom::{Geometry, curved};
-use crate::rcs::{self, Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
+use crate::rcs::validity::Faces;
+use crate::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use crate::scene::Scene;
 use crate::trace::MAX_BOUNCES;
+use glam::DVec3;
 
 /// Most directions of one sweep, all frequencies together.
 pub const MAX_LOOKS: usize = 10_000_000;
@@ -77,6 +79,9 @@ impl RcsOptions {
         if !(1e-4..=3.0).contains(&self.accuracy_db) {
             return ranged("accuracy_db", self.accuracy_db.to_string(), "1e-4..=3");
         }
+        if !(-1e6..=1e6).contains(&self.height_m) {
+            return ranged("height_m", self.height_m.to_string(), "-1e6..1e6");
+        }
         match self.distance {
             Distance::At(r) if r.is_nan() || r <= 0.0 => {
                 ranged("range_m", r.to_string(), "a positive number, or inf")
@@ -123,6 +128,7 @@ impl Sweep {
         };
         let geometry = Geometry::build(scene, 0.0, *frequency_hz)?;
         let (centre, radius) = geometry.bounding_sphere_m();
+        let centre = centre + DVec3::Z * self.options.height_m;
         let least = 1.05 * (centre.length() + radius);
         if !geometry.triangles.is_empty() && range_m <= least {
             return Err(BadInput::new("the radar would stand inside the target's bounding sphere")
@@ -143,13 +149,6 @@ impl Sweep {
                 .flat_map(|t| list.iter().map(|r| BistaticAspect { transmit: *t, receive: *r }))
                 .collect(),
         }
-    }
-
-    /// Where the ground's images do not hold: the lowest aspect has the longest zone.
-    fn ground_warnings(&self, scene: &Scene) -> Vec<String> {
-        let lowest = self.transmit.iter().copied().min_by(|a, b| a.elevation.total_cmp(&b.elevation));
-        let warning = |f: &f64| lowest.and_then(|a| rcs::ground::warning(scene, *f, a, &self.options));
-        self.frequencies_hz.iter().filter_map(warning).collect()
     }
 }
 
@@ -207,7 +206,8 @@ impl Engine {
             return Ok(Swept { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
         }
         sweep.check_for(scene)?;
-        sweep.ground_warnings(scene).iter().for_each(|w| warn(w));
+        let validity = Faces::of(scene).validity(frequencies, &sweep.transmit, &sweep.options);
+        validity.lines().iter().for_each(|w| warn(w));
         let (options, accuracy) = self.accurate(scene, sweep, &aspects, warn)?;
         let scattering = self.rcs_watched(scene, frequencies, &aspects, &options, watch)?;
         Ok(Swept { aspects, scattering, accuracy })

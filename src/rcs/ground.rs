@@ -14,7 +14,7 @@
 //!
 //! Both hold for a plane without end. Where the first Fresnel zone reaches under the target, or is much longer
 //! than what is known to be plane, take the target alone, on the conducting plane and on the material, and give all three:
-//! [`warning`] says when.
+//! [`remark`] says when.
 
 use super::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use crate::error::{BadInput, Result};
@@ -258,31 +258,60 @@ impl FresnelZone {
     }
 }
 
-/// Says where reflection by a plane is not to be trusted for this aspect: the first Fresnel zone reaches the ground on
-/// which the target stands, which the target covers or which is not the plane's (CONVENTIONS eq. 48).
+/// Where reflection by a plane is not to be trusted: the first Fresnel zone reaches the ground on which the target stands,
+/// which the target covers or which is not the plane's (CONVENTIONS eq. 48).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroundRemark {
+    /// The zone that reflects.
+    pub zone: FresnelZone,
+    /// How far the target reaches out from its middle, m.
+    pub radius_m: f64,
+    /// Elevation of the radar, rad.
+    pub elevation: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+}
+
+/// [`remark`] for a scene, in words.
 pub fn warning(scene: &Scene, freq_hz: f64, aspect: Aspect, options: &RcsOptions) -> Option<String> {
+    remark(scene.bounds_m(0.0)?, freq_hz, aspect, options).map(|r| r.to_string())
+}
+
+/// What is to be said of the ground for a target with these bounds, seen from `aspect`; None where a plane's reflection holds.
+pub fn remark(
+    bounds_m: (DVec3, DVec3),
+    freq_hz: f64,
+    aspect: Aspect,
+    options: &RcsOptions,
+) -> Option<GroundRemark> {
     if options.ground == Ground::None {
         return None;
     }
-    let (lo, hi) = scene.bounds_m(0.0)?;
-    let height = 0.5 * (lo.z + hi.z);
-    let radius = 0.5 * (hi - lo).truncate().length();
+    let (lo, hi) = bounds_m;
+    let height = 0.5 * (lo.z + hi.z) + options.height_m;
+    let radius_m = 0.5 * (hi - lo).truncate().length();
     let lambda = wavelength_m(freq_hz);
     let u = direction_from_angles(aspect.azimuth, aspect.elevation);
     let zone = match options.distance {
         Distance::Infinite => FresnelZone::far_field(aspect.elevation, height, lambda),
         Distance::At(r0) => FresnelZone::at_range(r0 * u.truncate().length(), r0 * u.z, height, lambda),
     };
-    (zone.near_m < radius).then(|| {
-        format!(
+    let remark = GroundRemark { zone, radius_m, elevation: aspect.elevation, frequency_hz: freq_hz };
+    (zone.near_m < radius_m).then_some(remark)
+}
+
+impl std::fmt::Display for GroundRemark {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
             "ground: at elevation {:.3} deg and {:.4} GHz the ground that reflects is {:.3} m long and begins {:.3} m before \
-             the middle of the target, which reaches out {:.3} m: a plane's reflection is not valid there; compare with \
-             --ground none and --ground pec",
-            aspect.elevation.to_degrees(),
-            freq_hz / 1e9,
-            zone.length_m(),
-            zone.near_m,
-            radius
+             the middle of the target, which reaches out {:.3} m: a plane's reflection is not valid there; compare with the target \
+             alone and with a conducting ground (--ground none, --ground pec)",
+            self.elevation.to_degrees(),
+            self.frequency_hz / 1e9,
+            self.zone.length_m(),
+            self.zone.near_m,
+            self.radius_m
         )
-    })
+    }
 }

@@ -8,10 +8,12 @@ pub mod ground;
 pub mod po_sum;
 pub mod polarisation;
 pub mod table;
+pub mod validity;
 
 use crate::error::{BadInput, Result};
 use crate::frames::{direction_from_angles, polarisation_basis};
 use crate::geom::Geometry;
+use crate::scene::Scene;
 use crate::trace::beams::Port;
 use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
@@ -22,7 +24,9 @@ use num_complex::Complex64;
 pub enum Distance {
     /// Plane wave.
     Infinite,
-    /// Radar at this distance from the target's origin; S is normalised with it (CONVENTIONS eq. 3).
+    /// Radar at this distance from the origin of directions, which is the target's own unless
+    /// [`RcsOptions::height_m`] raises it; S is normalised with the distance of the target's origin
+    /// (CONVENTIONS eq. 3).
     At(f64),
 }
 
@@ -102,6 +106,9 @@ pub struct RcsOptions {
     pub diffraction: Diffraction,
     /// What lies under the target.
     pub ground: Ground,
+    /// Height of the target's origin over the plane z = 0, m. Directions and the distance of the radar are those seen from the
+    /// point of that plane below the target's origin, to which phases are referred too.
+    pub height_m: f64,
     /// Also take the convention "last", which costs about half as much again. Without it `Scattering::last`
     /// is NaN.
     pub last: bool,
@@ -115,7 +122,31 @@ impl Default for RcsOptions {
             accuracy_db: 0.1,
             diffraction: Diffraction::None,
             ground: Ground::None,
+            height_m: 0.0,
             last: true,
+        }
+    }
+}
+
+impl RcsOptions {
+    /// The scene with its origin raised by `height_m`, and the options with which S is taken of it.
+    pub fn raised(&self, scene: &Scene) -> (Scene, RcsOptions) {
+        let mut scene = scene.clone();
+        for o in &mut scene.objects {
+            o.pose.translation_m.z += self.height_m;
+        }
+        (scene, RcsOptions { height_m: 0.0, ..self.clone() })
+    }
+
+    /// Distance of the raised origin from a radar in the direction `aspect`, over the distance of the point
+    /// below it; 1 for a plane wave.
+    pub fn distance_ratio(&self, aspect: Aspect) -> f64 {
+        match self.distance {
+            Distance::Infinite => 1.0,
+            Distance::At(r) => {
+                let radar = direction_from_angles(aspect.azimuth, aspect.elevation) * r;
+                (radar - DVec3::Z * self.height_m).length() / r
+            }
         }
     }
 }

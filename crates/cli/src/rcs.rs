@@ -25,7 +25,9 @@ use std::path::{Path, PathBuf};
 /// Radar cross section of a glTF file or of a reflector: table, CSV, plot
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Angles are those of the radar seen from the target: azimuth positive left, elevation positive up. \
+    after_help = "Angles are those of the radar seen from the target's origin: azimuth positive left, elevation positive up. Under \
+                  a target that --height-m raises, angles and range are seen from the point of the ground below its origin; levels \
+                  stay those of the target, for the distance of its origin. \
                   All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
 )]
 pub struct Rcs {
@@ -34,13 +36,13 @@ pub struct Rcs {
     /// Frequencies: a value, START:STOP:STEP (both included) or several with commas, as for every LIST
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]
     pub frequency_hz: String,
-    /// Azimuths of the radar seen from the target, positive left
+    /// Azimuths of the radar seen from the target's origin, positive left
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub azimuth_deg: String,
-    /// Elevations of the radar seen from the target, positive up
+    /// Elevations of the radar seen from the target's origin, with --height-m from the point of the ground below it; positive up
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub elevation_deg: String,
-    /// Distance of the radar from the target's origin; inf is a plane wave
+    /// Distance of the radar from the target's origin, with --height-m from the point of the ground below it; inf is a plane wave
     #[arg(long, default_value_t = f64::INFINITY, value_name = "R|inf")]
     pub range_m: f64,
     /// Receive somewhere else than where the transmitter stands: azimuths of the receiver
@@ -61,12 +63,24 @@ pub struct Rcs {
     /// Edges of metal: none, or first-order physical theory of diffraction
     #[arg(long, default_value = "none", value_parser = choice(&[("none", Diffraction::None), ("ptd", Diffraction::Ptd)]))]
     pub diffraction: Diffraction,
-    /// Endless ground, the plane z = 0 of the target frame: none, pec, or a material
+    /// Endless ground, the plane z = 0: none, pec, or a material
     #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
-    /// Raises the target along z, above the ground
+    /// Height of the target's origin over the plane z = 0, which is the ground. Angles and range stay those seen from that plane
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "H")]
     pub height_m: f64,
+    /// Turns the target about its z axis, positive left
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub yaw_deg: f64,
+    /// Then turns it about its new y axis, positive front down
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub pitch_deg: f64,
+    /// Then turns it about its new x axis, positive right side down
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
+    pub roll_deg: f64,
+    /// Radar material of all objects of the target that have this name, whatever the file says of them (may be given several times)
+    #[arg(long, value_name = "PART=MATERIAL")]
+    pub part_material: Vec<String>,
     /// More polarisations, after VV, VH, HV and HH (several with commas)
     #[arg(long, value_delimiter = ',', value_name = "linear45,circular")]
     pub polarisation: Vec<PolarisationName>,
@@ -141,6 +155,7 @@ impl Rcs {
             accuracy_db: self.accuracy_db,
             diffraction: self.diffraction,
             ground: self.ground()?,
+            height_m: self.height_m,
             last: self.convention == Convention::Last,
         };
         let sweep = Sweep { frequencies_hz: frequencies, transmit, receive, options };
@@ -161,12 +176,19 @@ impl Rcs {
             return Err(BadInput::new("the file exists").file(p).remedy("add --force to replace it").into());
         }
         let mut target = target::load(&self.target, &self.import.options()?)?;
-        for o in &mut target.scene.objects {
-            o.pose.translation_m.z += self.height_m;
+        for given in &self.part_material {
+            let pair = given
+                .rsplit_once('=')
+                .ok_or_else(|| BadInput::new("expected PART=MATERIAL").key("--part-material").value(given))?;
+            target.cover(pair.0, pair.1).map_err(as_option)?;
         }
+        let [yaw, pitch, roll] = [self.yaw_deg, self.pitch_deg, self.roll_deg].map(f64::to_radians);
+        target.turn(yaw, pitch, roll);
+        let target = target;
         for note in &target.scene.import.notes {
             global.say(&format!("note: {note}"));
         }
+        let mut warnings: Vec<String> = Vec::new();
         let (reports, bad) = (check_scene(&target.scene, frequencies[0])?, |name: &str, e: BadInput| {
             let key = format!("object '{name}'");
             catseye::error::Error::from(e.key(key))
@@ -177,6 +199,7 @@ impl Rcs {
             }
             for w in report.warnings() {
                 global.say(&format!("warning: {name}: {w}"));
+                warnings.push(format!("{name}: {w}"));
             }
         }
         sweep.check_for(&target.scene).map_err(as_option)?;
@@ -190,9 +213,13 @@ impl Rcs {
             elevation: target.boresight_deg.1.to_radians(),
         };
         let both = RcsOptions { last: true, ..options.clone() };
-        let on_boresight =
-            engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?;
-        let mut warnings: Vec<String> = Vec::new();
+        // No radar looks from below the ground.
+        let on_boresight = match options.ground != Ground::None && boresight.elevation < 0.0 {
+            true => Vec::new(),
+            false => {
+                engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?
+            }
+        };
         let mut warn = |w: &str| {
             bar.suspend(|| global.say(&format!("warning: {w}")));
             warnings.push(w.into());
@@ -212,7 +239,7 @@ impl Rcs {
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
         table.comments = self.comments(&target.name, &engine, &target, frequencies, &on_boresight);
         table.comments.push(match swept.accuracy {
-            Accuracy::Exact => "convergence: flat facets are exact in the far field".into(),
+            Accuracy::Exact => "convergence: flat facets are integrated exactly in the far field; what is left is the error of physical optics".into(),
             Accuracy::Measured(db) => format!(
                 "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
             ),
@@ -238,6 +265,13 @@ impl Rcs {
                 "target": target.name,
                 "convention": format!("{convention:?}").to_lowercase(),
                 "bounces": self.bounces,
+                // JSON has no infinity: null is a plane wave.
+                "range_m": self.range_m.is_finite().then_some(self.range_m),
+                "ground": self.ground,
+                "height_m": self.height_m,
+                "turned_deg": [self.yaw_deg, self.pitch_deg, self.roll_deg],
+                "warnings": warnings,
+                "version": env!("CARGO_PKG_VERSION"),
                 "accuracy_db": self.accuracy_db,
                 "convergence_db": swept.accuracy.db(),
                 "diffraction": format!("{:?}", self.diffraction).to_lowercase(),
@@ -273,12 +307,16 @@ impl Rcs {
                 .value(format!("{p:?} at place {}", i + 1).to_lowercase())
                 .into());
         }
-        if !(-1e6..=1e6).contains(&self.height_m) {
-            return Err(BadInput::new("out of range")
-                .key("--height-m")
-                .value(self.height_m)
-                .allowed("-1e6..1e6")
-                .into());
+        for (key, degrees) in
+            [("--yaw-deg", self.yaw_deg), ("--pitch-deg", self.pitch_deg), ("--roll-deg", self.roll_deg)]
+        {
+            if !(-360.0..=360.0).contains(&degrees) {
+                return Err(BadInput::new("out of range")
+                    .key(key)
+                    .value(degrees)
+                    .allowed("-360..360")
+                    .into());
+            }
         }
         Ok(())
     }
@@ -305,6 +343,12 @@ impl Rcs {
             format!("engine: {}", engine.describe()),
             format!("version: catseye {}", env!("CARGO_PKG_VERSION")),
         ];
+        if [self.yaw_deg, self.pitch_deg, self.roll_deg] != [0.0; 3] {
+            lines.push(format!(
+                "turned: yaw {} deg, pitch {} deg, roll {} deg",
+                self.yaw_deg, self.pitch_deg, self.roll_deg
+            ));
+        }
         for (f, s) in frequencies.iter().zip(on_boresight) {
             let (az, el) = target.boresight_deg;
             let db = |m: &[[num_complex::Complex64; 2]; 2]| {
@@ -393,13 +437,15 @@ fn as_option(e: Error) -> Error {
 }
 
 fn option_name(word: &str) -> String {
-    const OPTIONS: [&str; 9] = [
+    const OPTIONS: [&str; 11] = [
         "frequency_hz",
         "azimuth_deg",
         "elevation_deg",
         "bistatic_azimuth_deg",
         "bistatic_elevation_deg",
         "range_m",
+        "height_m",
+        "part_material",
         "bounces",
         "accuracy_db",
         "bistatic_...",

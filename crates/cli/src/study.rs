@@ -5,7 +5,7 @@ use super::global::{Global, print, print_json};
 use catseye::error::Result;
 use catseye::units::level_text;
 use catseye_papers::study::parameter;
-use catseye_papers::study::report::{StudyResult, searched};
+use catseye_papers::study::report::{StudyResult, searched, short};
 use catseye_papers::study::run::{self, RunOptions};
 use catseye_papers::study::spec::{PictureKind, Study};
 use catseye_plot::{Panel, study_picture};
@@ -66,17 +66,21 @@ impl RunStudy {
                     None => print(&format!("{}: {}", s.name, s.title))?,
                     Some(e) => print(&format!("{}: did not run: {e}", s.name))?,
                 }
+                for r in &s.remarks {
+                    print(&format!("    remark: {r}"))?;
+                }
                 for f in &s.facts {
                     let ours = match f.ours {
                         x if x.is_nan() => "none".to_string(),
                         x if f.unit.starts_with("dB") => level_text(x, 2),
-                        x => format!("{x:.2}"),
+                        x => short(x).replace('−', "-"),
                     };
                     let document = f.expected.as_ref().map_or("not given".to_string(), |d| d.to_string());
                     print(&format!("    {}: {ours} {} (document: {document})", f.name, f.unit))?;
                 }
                 for d in s.front.iter().flatten() {
-                    print(&format!("    {:.6}: {:.4} at {:?}", d.cost, d.worth, d.parameters))?;
+                    let worth = level_text(d.worth, 2);
+                    print(&format!("    {}: {worth} at {:?}", d.cost, d.parameters))?;
                 }
             }
             print(&format!("wrote {}", report.folder.display()))?;
@@ -126,8 +130,8 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
                 let title = parts.iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(": ");
                 panels.push(Panel::Map {
                     title: if outcome.fields.len() > 1 { format!("{title}, {}", field.label) } else { title },
-                    x: (axes[0].label.clone(), axes[0].places()),
-                    y: (axes[1].label.clone(), axes[1].places()),
+                    x: parameter::axis_in_si(&axes[0].label, &axes[0].places()),
+                    y: parameter::axis_in_si(&axes[1].label, &axes[1].places()),
                     // Rows are the upward axis.
                     values: (0..n(1))
                         .flat_map(|b| (0..n(0)).map(move |a| (a, b)))
@@ -141,7 +145,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
         }
         return study_picture(&panels, study.picture.columns.value)?.png();
     }
-    let x = axes[0].places();
+    let (x_label, x) = parameter::axis_in_si(&axes[0].label, &axes[0].places());
     for c in 0..n(2) {
         // Quantities of one unit share a panel.
         let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
@@ -175,7 +179,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
             let parts = [study.title.clone(), named(2, c)];
             panels.push(Panel::Curves {
                 title: parts.iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(": "),
-                x_label: axes[0].label.clone(),
+                x_label: x_label.clone(),
                 y_label: match (fields.len(), unit.as_str()) {
                     (1, _) => outcome.fields[fields[0]].label.clone(),
                     (_, "dBsm") => "RCS (dBsm)".into(),
@@ -191,14 +195,13 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
     study_picture(&panels, study.picture.columns.value)?.png()
 }
 
-/// "H = 4 mm" from the names that the study gives, else the parameter's label with its value.
+/// "H = 4 mm" from the names that the study gives, else the parameter's label with its value and unit.
 fn value_name(axis: &catseye_papers::study::Sweep, k: usize) -> String {
     let own = axis.values[k].to_string() != axis.names[k];
-    let words = axis.numbers().is_none();
-    if own || words {
-        return axis.names[k].clone();
+    match axis.numbers() {
+        Some(numbers) if !own => parameter::value_in_si(&axis.label, &numbers, k),
+        _ => axis.names[k].clone(),
     }
-    format!("{} = {}", axis.label.split(" (").next().unwrap_or(&axis.label), axis.names[k])
 }
 
 fn unit_of(field: &str) -> &'static str {
@@ -208,5 +211,27 @@ fn unit_of(field: &str) -> &'static str {
         Some("deg") => "deg",
         Some("m") => "m",
         _ => "1",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catseye_papers::study::Sweep;
+    use catseye_papers::study::parameter::Value;
+
+    #[test]
+    fn legends_have_units() {
+        let axis = |label: &str, values: &[f64], names: Option<&[&str]>| Sweep {
+            parameter: "frequency_hz".into(),
+            label: label.into(),
+            values: values.iter().map(|x| Value::Number(*x)).collect(),
+            names: names.map_or(values.iter().map(f64::to_string).collect(), |n| {
+                n.iter().map(|n| n.to_string()).collect()
+            }),
+            reduce: None,
+        };
+        assert_eq!(value_name(&axis("frequency (Hz)", &[24e9, 77e9], None), 0), "frequency = 24 GHz");
+        assert_eq!(value_name(&axis("frequency (Hz)", &[24e9], Some(&["low"])), 0), "low");
     }
 }

@@ -483,6 +483,204 @@ fn ground_and_polarisations_on_the_command_line() {
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
 
+/// `study` on a road and `rcs` with angles from the target's foot give the same numbers for a raised target.
+#[test]
+fn a_raised_target_is_the_same_in_a_study_and_in_rcs() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    std::fs::write(
+        d.join("p.toml"),
+        "name = \"p\"\ntitle = \"p\"\n[set]\ntarget = \"plate:width_m=0.05,height_m=0.04\"\nradar_height_m = 0.5\n\
+         ground = \"pec\"\nmarker_height_m = 0.3\n[[sweep]]\nparameter = \"longitudinal_m\"\nvalues = [20, 40]\n",
+    )
+    .unwrap();
+    done(d, &["--device", "cpu", "--precision", "f64", "study", "p.toml", "-o", "out"]);
+    let csv = std::fs::read_to_string(d.join("out/p.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().filter(|l| l.starts_with("20,") || l.starts_with("40,")).collect();
+    for (row, x) in rows.iter().zip([20.0f64, 40.0]) {
+        let study: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
+        let (e, r) = (0.5f64.atan2(x).to_degrees().to_string(), x.hypot(0.5).to_string());
+        let args =
+            ["--device", "cpu", "--precision", "f64", "--json", "rcs", "plate:width_m=0.05,height_m=0.04"];
+        let more = ["--ground", "pec", "--height-m", "0.3", "--elevation-deg", &e, "--range-m", &r];
+        let text = done(d, &[&args[..], &more[..]].concat());
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let rcs = json["rows"][0]["vv_dbsm"].as_f64().unwrap();
+        // `rcs` makes the cells at finite range smaller until 0.1 dB is reached, a study asks for the same 0.1 dB.
+        assert!((study - rcs).abs() < 0.02, "{x} m: {study} {rcs}");
+    }
+    assert_eq!(rows.len(), 2, "{csv}");
+    // However high, a point has its cross section.
+    let high = done(d, &["--json", "rcs", "point:rcs_dbsm=0", "--height-m", "5", "--range-m", "10"]);
+    let high: serde_json::Value = serde_json::from_str(&high).unwrap();
+    assert!(high["rows"][0]["vv_dbsm"].as_f64().unwrap().abs() < 1e-9, "{high}");
+    let help = done(d, &["rcs", "--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("from the point of the ground below"), "{help}");
+    refused(d, &["rcs", "point", "--height-m", "2e6"], &["--height-m", "-1e6..1e6"]);
+}
+
+/// A file's target is turned by options, its header's boresight with it, and its parts take materials by their names.
+#[test]
+fn files_are_turned_and_their_parts_have_materials() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let square = |name: &str, y: f64, first: usize| {
+        let corners = [(-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)];
+        let lines: String = corners.iter().map(|(a, b)| format!("v 0 {} {b}\n", a + y)).collect();
+        format!("o {name}\nusemtl pec\n{lines}f {} {} {} {}\n", first, first + 1, first + 2, first + 3)
+    };
+    std::fs::write(d.join("two.obj"), square("left", 0.1, 1) + &square("right", -0.1, 5)).unwrap();
+    let read = ["--unit", "m", "--up", "z", "--device", "cpu", "--json"];
+    let rcs = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&done(d, &[&["rcs", "two.obj"], &read[..], more].concat())).unwrap()
+    };
+    let level = |v: &serde_json::Value| v["rows"][0]["vv_dbsm"].as_f64().unwrap();
+    let ahead = level(&rcs(&[]));
+    let turned = rcs(&[
+        "--yaw-deg",
+        "30",
+        "--pitch-deg",
+        "-10",
+        "--roll-deg",
+        "25",
+        "--azimuth-deg",
+        "30",
+        "--elevation-deg",
+        "10",
+    ]);
+    assert!((level(&turned) - ahead).abs() < 1e-6, "{turned} {ahead}");
+    // The front looks up at a negative pitch; the roll about it moves no boresight.
+    assert_eq!(turned["boresight"][0]["azimuth_deg"].as_f64(), Some(30.0), "{turned}");
+    assert_eq!(turned["boresight"][0]["elevation_deg"].as_f64(), Some(10.0), "{turned}");
+    assert!((turned["boresight"][0]["every"]["vv_dbsm"].as_f64().unwrap() - ahead).abs() < 1e-6, "{turned}");
+    assert!(level(&rcs(&["--yaw-deg", "30"])) < ahead - 20.0);
+    // One of two equal parts that reflects like asphalt: less than both of metal, more than one alone.
+    let covered = level(&rcs(&["--part-material", "left=asphalt"]));
+    assert!(covered < ahead - 1.0 && covered > ahead - 6.1, "{covered} {ahead}");
+    let both = level(&rcs(&["--part-material", "left=asphalt", "--part-material", "right=asphalt"]));
+    assert!((both - level(&rcs(&["--material", "pec=asphalt"]))).abs() < 1e-9);
+    let files = ["rcs", "two.obj", "--unit", "m", "--up", "z"];
+    refused(
+        d,
+        &[&files[..], &["--part-material", "lift=steel"]].concat(),
+        &["--part-material = lift", "did you mean 'left'"],
+    );
+    refused(d, &[&files[..], &["--yaw-deg", "400"]].concat(), &["--yaw-deg = 400", "-360..360"]);
+    let text = done(d, &["rcs", "trihedral:leg_m=0.1", "--pitch-deg", "35.26438968", "--azimuth-deg", "0"]);
+    assert!(text.contains("# turned: yaw 0 deg, pitch 35.26438968 deg, roll 0 deg"), "{text}");
+    assert!(
+        text.contains("boresight (azimuth 0 deg, elevation 0.0000 deg)")
+            || text.contains("elevation -0.0000 deg"),
+        "{text}"
+    );
+}
+
+/// Every output of a cross section says where physical optics ends, in one wording.
+#[test]
+fn where_physical_optics_ends_is_said_in_every_output() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    for (spec, frequency, size) in [
+        ("type1:height_m=0.003", "24e9", "3.00 mm, 0.24 wavelengths"),
+        ("plate:width_m=0.001,height_m=0.001", "77e9", "1.00 mm, 0.26 wavelengths"),
+        ("trihedral:leg_m=0.005", "77e9", "wavelengths"),
+    ] {
+        let args =
+            ["rcs", spec, "--frequency-hz", frequency, "--elevation-deg", "3", "-o", "t.csv", "--force"];
+        let text = done(d, &args);
+        let remark = text
+            .lines()
+            .find(|l| l.starts_with("# warning: size: "))
+            .unwrap_or_else(|| panic!("{spec}: {text}"));
+        assert!(remark.contains(size) && remark.contains("not a prediction"), "{remark}");
+        assert!(std::fs::read_to_string(d.join("t.csv")).unwrap().contains(remark), "{spec}");
+        let json: serde_json::Value =
+            serde_json::from_str(&done(d, &[&["--json"], &args[..6]].concat())).unwrap();
+        assert!(json["warnings"][0].as_str().unwrap().starts_with("size: "), "{json}");
+    }
+    let args = [
+        "--json",
+        "rcs",
+        "plate",
+        "--azimuth-deg",
+        "86",
+        "--ground",
+        "pec",
+        "--height-m",
+        "0.06",
+        "--range-m",
+        "50",
+    ];
+    let json: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
+    assert!(json["warnings"].to_string().contains("grazing: faces are seen 4.0 deg"), "{json}");
+    let low = ["--json", "rcs", "type1:height_m=0.005", "--elevation-deg", "0.9", "--ground", "pec"];
+    let low: serde_json::Value = serde_json::from_str(&done(d, &low)).unwrap();
+    assert!(low["warnings"].to_string().contains("ground: at elevation 0.900 deg"), "{low}");
+    assert_eq!((json["range_m"].as_f64(), json["height_m"].as_f64()), (Some(50.0), Some(0.06)));
+    assert_eq!(
+        (json["ground"].as_str(), json["version"].as_str()),
+        (Some("pec"), Some(env!("CARGO_PKG_VERSION")))
+    );
+    let large = done(d, &["--json", "rcs", "plate:width_m=0.1,height_m=0.1"]);
+    let large: serde_json::Value = serde_json::from_str(&large).unwrap();
+    assert!(large["warnings"].as_array().unwrap().is_empty() && large["range_m"].is_null(), "{large}");
+}
+
+/// The same remarks stand in a study's table, report, manifest and on the terminal; a search says at which limits it ends.
+#[test]
+fn a_study_says_where_physical_optics_ends_and_where_its_range_did() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let set = "[set]\ntarget = \"plate:height_m=0.002\"\nground = \"pec\"\nmarker_height_m = 0.0015\n";
+    std::fs::write(
+        d.join("s.toml"),
+        format!(
+            "name = \"s\"\ntitle = \"s\"\n{set}[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 2]\n\
+             [search]\ngoal = \"least-rcs\"\nfront = \"elevation_deg\"\nfront_values = [1.5]\nstarts = 2\nsteps = 40\n\
+             [[search.parameter]]\nname = \"target.width_m\"\nmin = 0.003\nmax = 0.0123456789\n"
+        ),
+    )
+    .unwrap();
+    std::fs::write(
+        d.join("t.toml"),
+        format!(
+            "name = \"t\"\ntitle = \"t\"\n{}[[sweep]]\nparameter = \"elevation_deg\"\nvalues = [1, 2]\n",
+            set.replace("height_m=0.002", "height_m=0.002,width_m=0.05")
+        ),
+    )
+    .unwrap();
+    for (name, expected) in [
+        (
+            "t",
+            &[
+                "size: the narrowest faces that the radar sees measure 2.00 mm",
+                "ground: at elevation 1.000 deg",
+            ][..],
+        ),
+        (
+            "s",
+            &[
+                "size: ",
+                "ground: at elevation 1.500 deg",
+                "the search ends at target.width_m = 0.0123",
+                "the largest value of its range",
+            ],
+        ),
+    ] {
+        let terminal = done(d, &["--device", "cpu", "study", &format!("{name}.toml"), "-o", name]);
+        let file = |f: &str| std::fs::read_to_string(d.join(name).join(f)).unwrap();
+        for text in [terminal, file(&format!("{name}.csv")), file("REPORT.md"), file("manifest.json")] {
+            for e in expected {
+                assert!(text.contains(e), "{name}: no {e} in {text}");
+            }
+        }
+    }
+    // What was found has the digits of the search's grain.
+    let csv = std::fs::read_to_string(d.join("s/s.csv")).unwrap();
+    let width = csv.lines().last().unwrap().split(',').nth(1).unwrap();
+    assert!(width.len() <= "0.01234568".len(), "{width}");
+}
+
 /// The accuracy that is asked for at finite range is reached or said to be missed, and edges and a receiver
 /// elsewhere change the answer.
 #[test]

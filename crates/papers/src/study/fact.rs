@@ -169,7 +169,7 @@ mod tests {
                 values: vec![0.0, -8.0, 4.0, -4.0, 10.0, -2.0, 4.0, -4.0, 0.0, -8.0],
             }],
             solved: 0,
-            heights_m: None,
+            remarks: vec![],
             targets: vec![],
         }
     }

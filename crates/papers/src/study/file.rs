@@ -255,7 +255,8 @@ fn thinned(values: Vec<f64>) -> Vec<f64> {
         return values;
     }
     let (first, last, n) = (values[0], values[steps], steps.div_ceil(LESS));
-    (0..=n).map(|i| first + (last - first) * i as f64 / n as f64).collect()
+    let step = (last - first) / n as f64;
+    (0..=n).map(|i| on_grain(first + step * i as f64, step)).collect()
 }
 
 /// The study of a TOML file. With `quick`, grids are four times as coarse.
@@ -784,9 +785,12 @@ fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
             .allowed(format!("at most {MOST_POINTS}"))
             .remedy("take a larger step"));
     }
-    // Rounded to a billionth of the step: 0.30000000000000004 would end up in files.
-    let grain = 10f64.powf(step.abs().log10().floor() - 9.0);
-    Ok((0..=steps as usize).map(|i| ((start + i as f64 * step) / grain).round() * grain).collect())
+    Ok((0..=steps as usize).map(|i| on_grain(start + i as f64 * step, step)).collect())
+}
+
+/// Rounded to a billionth of the step: 0.30000000000000004 would end up in files.
+fn on_grain(x: f64, step: f64) -> f64 {
+    parameter::rounded_to(x, step.abs().log10().floor() as i32 - 9)
 }
 
 /// JSON schema of the study TOML.

@@ -7,6 +7,8 @@ use super::spec::{Quantity, Reduce, Study, Sweep};
 use super::view::{View, view};
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
+use catseye::rcs::Aspect;
+use catseye::rcs::validity::{Faces, Validity};
 use catseye::units::{db_from_power, power_from_db};
 use std::collections::HashMap;
 
@@ -30,8 +32,8 @@ pub struct Outcome {
     pub fields: Vec<Field>,
     /// Different cross sections that were solved.
     pub solved: usize,
-    /// Heights of the targets' standing parts, where their kind has one: (least, greatest).
-    pub heights_m: Option<(f64, f64)>,
+    /// Where physical optics ends among them.
+    pub remarks: Vec<String>,
     /// The targets as text.
     pub targets: Vec<String>,
 }
@@ -48,9 +50,6 @@ pub fn compute(
 ) -> Result<Outcome> {
     let mut work = Work::collect(study, study.points(), &|i| study.values_at(i))?;
     let fields = work.fields(engine, study, &study.quantities, cache, progress)?;
-    let heights = work.sources.scenes.iter().filter_map(|s| s.height_m);
-    let heights_m = heights
-        .fold(None, |r: Option<(f64, f64)>, h| Some(r.map_or((h, h), |(lo, hi)| (lo.min(h), hi.max(h)))));
     let field = |(q, values): (&Quantity, Vec<f64>)| {
         let (name, label) = (q.name().into(), q.label().into());
         Field { name, label, values }
@@ -59,7 +58,7 @@ pub fn compute(
         axes: study.sweeps.clone(),
         fields: study.quantities.iter().zip(fields).map(field).collect(),
         solved: work.cases.len(),
-        heights_m,
+        remarks: work.remarks(study)?,
         targets: work.sources.scenes.iter().map(|s| s.spec.clone()).collect(),
     };
     // From the last, so that the indices of the others stay.
@@ -104,7 +103,7 @@ impl Work {
     pub fn collect(study: &Study, count: usize, values: &dyn Fn(usize) -> Values) -> Result<Work> {
         let mut sources = Sources::new(&study.file, &study.import);
         let mut cases: Vec<Case> = Vec::new();
-        let mut known: HashMap<(usize, u64, String, [u64; 3]), usize> = HashMap::new();
+        let mut known: HashMap<(usize, u64, String, [u64; 4]), usize> = HashMap::new();
         let mut points = Vec::with_capacity(count);
         for i in 0..count {
             let values = values(i);
@@ -118,7 +117,8 @@ impl Work {
                 views.push(v);
                 seen.push(match &source {
                     Some(Source::Scene(scene)) => {
-                        let bits = [v.azimuth.to_bits(), v.elevation.to_bits(), v.range_m.to_bits()];
+                        let bits =
+                            [v.foot_azimuth, v.foot_elevation, v.foot_range_m, v.height_m].map(f64::to_bits);
                         let key = (*scene, frequency_hz.to_bits(), ground.to_string(), bits);
                         PointCase::Case(*known.entry(key).or_insert_with(|| {
                             cases.push(Case::new(*scene, frequency_hz, ground, &v));
@@ -140,6 +140,21 @@ impl Work {
         Ok(Work { points, cases, sources })
     }
 
+    /// What is to be said of physical optics for these cases, the worst of each kind.
+    ///
+    /// # Errors
+    /// A ground that no material is named after.
+    pub fn remarks(&self, study: &Study) -> Result<Vec<String>> {
+        let mut all = Validity::default();
+        let faces: Vec<Faces> = self.sources.scenes.iter().map(|s| s.faces()).collect();
+        for c in &self.cases {
+            let options = study.options(&c.ground, c.range_m, c.height_m)?;
+            let aspect = Aspect { azimuth: c.azimuth, elevation: c.elevation };
+            all.add(&faces[c.scene].validity(&[c.frequency_hz], &[aspect], &options));
+        }
+        Ok(all.lines())
+    }
+
     /// Each quantity at each point.
     ///
     /// # Errors
@@ -159,7 +174,7 @@ impl Work {
             &self.sources,
             &self.cases,
             study.convention,
-            &|ground, range| study.options(ground, range),
+            &|c| study.options(&c.ground, c.range_m, c.height_m),
             cache,
             &|n| progress(n, total),
         )?;
@@ -340,7 +355,7 @@ mod tests {
                 values: (0..12).map(f64::from).collect(),
             }],
             solved: 0,
-            heights_m: None,
+            remarks: vec![],
             targets: vec![],
         };
         o.reduce(1, Reduce::MeanDb);

@@ -80,6 +80,72 @@ impl schemars::JsonSchema for Value {
     }
 }
 
+/// `x` to a power of ten, as the number that has the fewest digits: 0.3 and not 0.30000000000000004.
+pub fn rounded_to(x: f64, exponent: i32) -> f64 {
+    // Powers of ten with a positive exponent are exact, so what is divided by one is written shortly.
+    let rounded = match exponent < 0 {
+        true => (x * 10f64.powi(-exponent)).round() / 10f64.powi(-exponent),
+        false => (x / 10f64.powi(exponent)).round() * 10f64.powi(exponent),
+    };
+    // A grain beyond what f64 holds rounds nothing.
+    if rounded.is_finite() { rounded } else { x }
+}
+
+/// Name of a label's unit, and the label without it: "frequency (Hz)" is ("frequency", "Hz").
+fn parted(label: &str) -> (&str, &str) {
+    match label.split_once(" (") {
+        Some((what, rest)) => (what, rest.split(')').next().unwrap_or("")),
+        None => (label, ""),
+    }
+}
+
+/// The SI prefix in which the largest of `largest` hertz or metres is short, with its factor: ("G", 1e-9).
+fn prefix(unit: &str, largest: f64) -> (&'static str, f64) {
+    match unit {
+        "Hz" if largest >= 1e9 => ("G", 1e-9),
+        "Hz" if largest >= 1e6 => ("M", 1e-6),
+        "Hz" if largest >= 1e3 => ("k", 1e-3),
+        "m" if largest > 0.0 && largest < 0.1 => ("m", 1e3),
+        _ => ("", 1.0),
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max)
+}
+
+/// `x` times the factor of a prefix, without what the product adds behind its twelfth digit.
+fn scaled(x: f64, factor: f64) -> f64 {
+    let y = x * factor;
+    match y == 0.0 || !y.is_finite() {
+        true => y,
+        false => rounded_to(y, y.abs().log10().floor() as i32 - 11),
+    }
+}
+
+/// An axis of frequencies in GHz, MHz or kHz: its label and the values; any other as it is.
+pub fn axis_in_si(label: &str, values: &[f64]) -> (String, Vec<f64>) {
+    let (_, unit) = parted(label);
+    match (unit, prefix(unit, largest(values))) {
+        ("Hz", (name, factor)) => (
+            label.replacen("(Hz)", &format!("({name}Hz)"), 1),
+            values.iter().map(|x| scaled(*x, factor)).collect(),
+        ),
+        _ => (label.to_string(), values.to_vec()),
+    }
+}
+
+/// "frequency = 24 GHz": value `k` of `values` with the label's words and unit, in one prefix for all of them.
+pub fn value_in_si(label: &str, values: &[f64], k: usize) -> String {
+    let (what, unit) = parted(label);
+    let (name, factor) = prefix(unit, largest(values));
+    let text = format!("{what} = {} {name}{unit}", scaled(values[k], factor));
+    match unit {
+        "percent" => text.replace(" percent", " %"),
+        _ => text.trim_end().to_string(),
+    }
+}
+
 /// One row of [`PARAMETERS`].
 pub struct Parameter {
     /// Name, with the unit at its end.
@@ -202,7 +268,8 @@ pub fn label(name: &str) -> String {
         Some(p) => p.label.to_string(),
         None => match name.strip_prefix(TARGET_PREFIX) {
             Some(n) => match n.rsplit_once('_') {
-                Some((what, unit @ ("m" | "deg" | "hz"))) => format!("{} ({unit})", what.replace('_', " ")),
+                Some((what, "hz")) => format!("{} (Hz)", what.replace('_', " ")),
+                Some((what, unit @ ("m" | "deg"))) => format!("{} ({unit})", what.replace('_', " ")),
                 _ => n.replace('_', " "),
             },
             None => name.to_string(),
@@ -223,5 +290,36 @@ pub fn word_of<'a>(values: &'a Values, name: &str) -> Option<&'a str> {
     match values.get(name) {
         Some(Value::Word(w)) => Some(w),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_they_deserve() {
+        assert_eq!(rounded_to(0.14564892000000002, -6).to_string(), "0.145649");
+        assert_eq!(rounded_to(3.0 * 0.1, -11).to_string(), "0.3");
+        assert_eq!(rounded_to(77.123_456_789e9, 4), 77.12346e9);
+        assert_eq!(rounded_to(-1234.5, 0), -1235.0);
+        assert_eq!(rounded_to(0.5, -320), 0.5);
+    }
+
+    #[test]
+    fn values_have_units_and_one_prefix() {
+        let f = [24e9, 76.5e9];
+        assert_eq!(value_in_si("frequency (Hz)", &f, 0), "frequency = 24 GHz");
+        assert_eq!(value_in_si("frequency (Hz)", &f, 1), "frequency = 76.5 GHz");
+        assert_eq!(value_in_si("height (m)", &[0.001, 0.0345], 1), "height = 34.5 mm");
+        assert_eq!(value_in_si("height (m)", &[0.001, 0.5], 0), "height = 0.001 m");
+        assert_eq!(value_in_si("azimuth (deg), positive left", &[-7.0], 0), "azimuth = -7 deg");
+        assert_eq!(
+            value_in_si("grade before the curve (percent)", &[5.0], 0),
+            "grade before the curve = 5 %"
+        );
+        assert_eq!(value_in_si("plates", &[2.0], 0), "plates = 2");
+        assert_eq!(axis_in_si("frequency (Hz)", &f), ("frequency (GHz)".to_string(), vec![24.0, 76.5]));
+        assert_eq!(axis_in_si("height (m)", &[0.001]), ("height (m)".to_string(), vec![0.001]));
     }
 }

@@ -7,7 +7,7 @@ use super::spec::{Fact, SearchTable, Study};
 use crate::comparison::{Comparison, Tolerance};
 use catseye::error::{Error, Result};
 use catseye::formats::csv::Writer;
-use catseye::units::{level_text, wavelength_m};
+use catseye::units::level_text;
 use std::fmt::{Display, Write};
 
 /// What one study gave.
@@ -17,6 +17,24 @@ pub enum StudyResult {
     Table(Outcome),
     /// The best designs over what costs.
     Front(Vec<Design>),
+}
+
+impl StudyResult {
+    /// Where physical optics ends, and which searches ended at a limit of their range: a line each.
+    pub fn remarks(&self, study: &Study) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        let designs = match self {
+            StudyResult::Table(outcome) => return outcome.remarks.clone(),
+            StudyResult::Front(designs) => designs,
+        };
+        for d in designs {
+            for remark in d.remarks.iter().map(String::as_str).chain(d.limits.iter().map(String::as_str)) {
+                let front = study.search.as_ref().map_or("", |s| s.front.value.as_str());
+                out.push(format!("{front} = {}: {remark}", d.cost));
+            }
+        }
+        out
+    }
 }
 
 /// Our number of each fact of a study.
@@ -64,7 +82,8 @@ pub fn header(study: &Study, engine: &str) -> Vec<String> {
 /// Only when memory cannot be written.
 pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> {
     let failed = |e: std::io::Error| Error::Failed(format!("the table cannot be written: {e}"));
-    let comments = header(study, engine);
+    let mut comments = header(study, engine);
+    comments.extend(given.remarks(study).iter().map(|r| format!("remark: {r}")));
     let mut rows: Vec<Vec<String>> = Vec::new();
     let columns: Vec<String> = match given {
         StudyResult::Table(o) => {
@@ -120,35 +139,6 @@ fn rounded(x: f64) -> String {
     if x.is_nan() { String::new() } else { ((x * 1e6).round() / 1e6 + 0.0).to_string() }
 }
 
-/// The remark about what physical optics can and cannot say of the heights that were swept.
-fn height_remark(outcome: &Outcome, study: &Study) -> Option<String> {
-    let (lo, hi) = outcome.heights_m?;
-    let flat = |t: &str| ["type1", "type2", "type3", "type4"].iter().any(|k| t.starts_with(k));
-    if !outcome.targets.iter().any(|t| flat(t)) {
-        return None;
-    }
-    let Some(Value::Number(f)) = study.fixed.get("frequency_hz") else { return None };
-    let waves = |h: f64| h / wavelength_m(*f);
-    if waves(lo) >= 2.0 {
-        return None;
-    }
-    let range = match lo == hi {
-        true => format!("{:.1} mm is {:.2} wavelengths", 1e3 * lo, waves(lo)),
-        false => format!(
-            "{:.1} to {:.1} mm are {:.2} to {:.2} wavelengths",
-            1e3 * lo,
-            1e3 * hi,
-            waves(lo),
-            waves(hi)
-        ),
-    };
-    Some(format!(
-        "Standing parts of {range}. Physical optics is within about 2 dB at two wavelengths of height and 3 to 4 dB at \
-         one; at half a wavelength and below its level is not a prediction, and HH near grazing is some 14 dB too high. \
-         The shape over azimuth survives."
-    ))
-}
-
 /// One section of the report.
 ///
 /// # Errors
@@ -164,7 +154,7 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Resu
     }
     let _ = writeln!(t, "![{}]({}.png)\n", study.title.replace(['[', ']'], ""), study.name);
     match given {
-        StudyResult::Table(outcome) => {
+        StudyResult::Table(_) => {
             if !facts.is_empty() {
                 let _ =
                     writeln!(t, "| fact | document | here | difference | remark |\n|---|---|---|---|---|");
@@ -188,9 +178,6 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Resu
                 }
                 t.push('\n');
             }
-            if let Some(remark) = height_remark(outcome, study) {
-                let _ = writeln!(t, "{remark}\n");
-            }
         }
         StudyResult::Front(designs) => {
             let search = searched(study)?;
@@ -212,6 +199,9 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Resu
             }
             t.push('\n');
         }
+    }
+    for remark in given.remarks(study) {
+        let _ = writeln!(t, "{remark}.\n");
     }
     if study.convention == catseye::trace::Convention::Last {
         t.push_str("Only the bounce from which a ray leaves radiates here.\n\n");
@@ -235,7 +225,7 @@ fn with_unit(x: f64, unit: &str) -> String {
 }
 
 /// Three or four digits.
-fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }

@@ -41,6 +41,8 @@ pub struct StudyReport {
     pub files: Vec<String>,
     /// Its facts with our numbers.
     pub facts: Vec<Comparison>,
+    /// Where physical optics ends, and which searches ended at a limit of their range.
+    pub remarks: Vec<String>,
     /// The front of a design search.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Vec<Design>>,
@@ -214,7 +216,7 @@ fn one(
                     "{prefix}|{:?}|{:?}|{:?}|{i}|{:x}",
                     study.fixed,
                     study.sweeps,
-                    (search, study.options("none", 1.0)?, &study.detection, &study.mounts),
+                    (search, study.options("none", 1.0, 0.0)?, &study.detection, &study.mounts),
                     cost.to_bits()
                 );
                 let file = cache.join(format!("{}.design", sha256_of_bytes(identity.as_bytes())));
@@ -246,10 +248,23 @@ fn one(
         "<details><summary>settings</summary>\n\n{}\n\n</details>\n\n",
         header(study, &described).join("  \n")
     );
+    let remarks = given.remarks(study);
     let front = match given {
         StudyResult::Front(d) => Some(d),
         StudyResult::Table(_) => None,
     };
     let Study { name, title, reference, .. } = study.clone();
-    Ok((StudyReport { name, title, reference, files: vec![table, picture], facts, front, error: None }, part))
+    Ok((
+        StudyReport {
+            name,
+            title,
+            reference,
+            files: vec![table, picture],
+            facts,
+            remarks,
+            front,
+            error: None,
+        },
+        part,
+    ))
 }

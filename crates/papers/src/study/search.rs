@@ -6,8 +6,8 @@
 //! beats in both are left out of the front. The same seed gives the same numbers.
 
 use super::outcome::{Work, detection_range, lines_along};
-use super::parameter::{Value, Values};
-use super::spec::{Goal, Quantity, SearchTable, Study};
+use super::parameter::{Value, Values, rounded_to};
+use super::spec::{Goal, LimitTable, Quantity, SearchTable, Study};
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
@@ -28,6 +28,12 @@ pub struct Design {
     pub worth: f64,
     /// Designs tried.
     pub tried: u64,
+    /// Where physical optics ends for this design.
+    #[serde(default)]
+    pub remarks: Vec<String>,
+    /// Parameters that end at a limit of their range, in words.
+    #[serde(default)]
+    pub limits: Vec<String>,
 }
 
 impl Design {
@@ -72,19 +78,44 @@ impl Problem<'_> {
             .map(|(u, l)| {
                 let folded = u.rem_euclid(2.0);
                 let inside = if folded > 1.0 { 2.0 - folded } else { folded };
-                // A millionth of the interval is finer than any workshop.
-                l.min.value + (l.max.value - l.min.value) * (inside * 1e6).round() / 1e6
+                let width = l.max.value - l.min.value;
+                // A power of ten between a millionth and a hundred-thousandth of the interval: finer than any workshop, and
+                // tables hold the very design that was tried.
+                let grain = (1e-6 * width).log10().ceil() as i32;
+                rounded_to(l.min.value + width * inside, grain).clamp(l.min.value, l.max.value)
             })
             .collect()
     }
 
-    fn score(&self, parameters: &[f64]) -> Result<Score> {
+    /// The study of one design.
+    fn study(&self, parameters: &[f64]) -> Study {
         let mut fixed: Values = self.study.fixed.clone();
         fixed.insert(self.search.front.value.clone(), Value::Number(self.cost));
         for (l, x) in self.search.parameter.iter().zip(parameters) {
             fixed.insert(l.name.value.clone(), Value::Number(*x));
         }
-        let study = Study { fixed, ..self.study.clone() };
+        Study { fixed, ..self.study.clone() }
+    }
+
+    /// The parameters that end at a limit: within a hundredth of the interval.
+    fn limits(&self, parameters: &[f64]) -> Vec<String> {
+        let at = |l: &LimitTable, x: f64| {
+            let near = 1e-2 * (l.max.value - l.min.value);
+            let (side, way) = match x {
+                x if x - l.min.value <= near => ("least", "smaller"),
+                x if l.max.value - x <= near => ("largest", "larger"),
+                _ => return None,
+            };
+            let name = &l.name.value;
+            Some(format!(
+                "the search ends at {name} = {x}, the {side} value of its range; a {way} one may be better"
+            ))
+        };
+        self.search.parameter.iter().zip(parameters).filter_map(|(l, x)| at(l, *x)).collect()
+    }
+
+    fn score(&self, parameters: &[f64]) -> Result<Score> {
+        let study = self.study(parameters);
         let quantity = match self.search.goal {
             Goal::LeastRcs => Quantity::Rcs,
             _ => Quantity::Margin,
@@ -196,14 +227,17 @@ pub fn best(engine: &Engine, study: &Study, search: &SearchTable, cost: f64, ind
         }
         run.map(|r| r.state.get_iter()).map_err(|e| Error::Failed(format!("the search failed: {e}")))?;
     }
-    let Found { best, tried } = problem.found.into_inner();
+    let Found { best, tried } = problem.found.take();
     let (parameters, score) = best.ok_or_else(|| {
         Error::Failed(format!(
             "no design with {} = {cost} within the limits can be built",
             search.front.value
         ))
     })?;
-    Ok(Design { cost, parameters, worth: score.worth, tried })
+    let study = problem.study(&parameters);
+    let remarks = Work::collect(&study, study.points(), &|i| study.values_at(i))?.remarks(&study)?;
+    let limits = problem.limits(&parameters);
+    Ok(Design { cost, parameters, worth: score.worth, tried, remarks, limits })
 }
 
 /// In 0..1, the same for the same seed and place.
@@ -218,7 +252,14 @@ mod tests {
 
     #[test]
     fn designs_that_another_one_beats_are_left_out() {
-        let d = |cost: f64, worth: f64| Design { cost, worth, parameters: vec![], tried: 1 };
+        let d = |cost: f64, worth: f64| Design {
+            cost,
+            worth,
+            parameters: vec![],
+            tried: 1,
+            remarks: vec![],
+            limits: vec![],
+        };
         let all = [d(1.0, 10.0), d(2.0, 9.0), d(3.0, 30.0), d(4.0, 30.0), d(5.0, f64::NAN), d(6.0, 31.0)];
         let front: Vec<f64> = all.iter().filter(|x| x.is_on_front(&all)).map(|x| x.cost).collect();
         assert_eq!(front, [1.0, 3.0, 6.0]);

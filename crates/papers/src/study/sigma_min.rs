@@ -167,7 +167,17 @@ mod tests {
     use catseye::scene::radar_toml::preset;
 
     fn on_axis(range_m: f64) -> View {
-        View { azimuth: 0.0, elevation: 0.0, range_m, sensor_azimuth: 0.0, sensor_elevation: 0.0 }
+        View {
+            azimuth: 0.0,
+            elevation: 0.0,
+            range_m,
+            foot_azimuth: 0.0,
+            foot_elevation: 0.0,
+            foot_range_m: range_m,
+            height_m: 0.0,
+            sensor_azimuth: 0.0,
+            sensor_elevation: 0.0,
+        }
     }
 
     #[test]

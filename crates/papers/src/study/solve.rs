@@ -7,6 +7,7 @@ use catseye::engine::Engine;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use catseye::frames::{Pose, Target};
+use catseye::rcs::validity::Faces;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::road::target::is_file;
@@ -86,8 +87,13 @@ pub struct SceneSource {
     /// Decides on the scene: the spec, or the checksum of a file.
     identity: String,
     scene: Scene,
-    /// Height of the kind's parameter height_m, if it has one.
-    pub height_m: Option<f64>,
+}
+
+impl SceneSource {
+    /// Its plane and curved parts.
+    pub fn faces(&self) -> Faces {
+        Faces::of(&self.scene)
+    }
 }
 
 /// The scenes of a study, each built once.
@@ -147,7 +153,7 @@ impl Sources {
     }
 
     fn build(&self, target: &str, own: Vec<(&str, &Value)>, raise_rad: f64) -> Result<SceneSource> {
-        let (mut scene, spec, identity, height_m) = if is_file(target) {
+        let (mut scene, spec, identity) = if is_file(target) {
             if let Some((n, _)) = own.first() {
                 let bad = BadInput::new("a file has no parameters").key(format!("{TARGET_PREFIX}{n}"));
                 return Err(bad.remedy("take the sweep out, or name a kind of reflector").into());
@@ -158,18 +164,14 @@ impl Sources {
             if self.import != ImportOptions::default() {
                 identity += &format!("|{:?}", self.import);
             }
-            (scene, target.to_string(), identity, None)
+            (scene, target.to_string(), identity)
         } else {
             let reflector = with_parameters(target, &own)?;
-            let height = match reflector.value("height_m") {
-                Some(catseye::road::reflector::Value::Number(h)) => Some(h),
-                _ => None,
-            };
-            (reflector.to_scene(&material::parse_spec)?, reflector.spec(), reflector.spec(), height)
+            (reflector.to_scene(&material::parse_spec)?, reflector.spec(), reflector.spec())
         };
         raise(&mut scene, raise_rad);
         let identity = format!("{identity}|{:x}", raise_rad.to_bits());
-        Ok(SceneSource { spec, raise_rad, identity, scene, height_m })
+        Ok(SceneSource { spec, raise_rad, identity, scene })
     }
 }
 
@@ -216,12 +218,14 @@ pub struct Case {
     pub frequency_hz: f64,
     /// Material of the ground, or empty.
     pub ground: String,
-    /// Azimuth of the radar, rad.
+    /// Azimuth of the radar seen from the target's foot, rad.
     pub azimuth: f64,
-    /// Elevation of the radar, rad.
+    /// Elevation of the radar seen from the target's foot, rad.
     pub elevation: f64,
-    /// Distance of the radar, m; infinite for plane waves.
+    /// Distance of the radar from the target's foot, m; infinite for plane waves.
     pub range_m: f64,
+    /// Height of the target's origin over its foot, m.
+    pub height_m: f64,
 }
 
 impl Case {
@@ -231,20 +235,22 @@ impl Case {
             scene,
             frequency_hz,
             ground: ground.into(),
-            azimuth: view.azimuth,
-            elevation: view.elevation,
-            range_m: view.range_m,
+            azimuth: view.foot_azimuth,
+            elevation: view.foot_elevation,
+            range_m: view.foot_range_m,
+            height_m: view.height_m,
         }
     }
 
     /// Equal for cases that one call can hold.
     fn batch(&self) -> Key {
-        (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), self.range_m.to_bits())
+        let place = [self.range_m.to_bits(), self.height_m.to_bits()];
+        (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), place)
     }
 }
 
-/// Scene, frequency, ground and range.
-type Key = (usize, u64, String, u64);
+/// Scene, frequency, ground, range and height.
+type Key = (usize, u64, String, [u64; 2]);
 
 /// S[rx][tx] in metres of the chosen convention.
 pub type Matrix = [[Complex64; 2]; 2];
@@ -265,7 +271,7 @@ const LOOKS: usize = 128;
 /// Calls between two writes to disk.
 const CALLS: usize = 128;
 
-/// S of every case, in order. `options` gives the solver's options for a ground and range; `progress` is called with
+/// S of every case, in order. `options` gives the solver's options for a case; `progress` is called with
 /// the number of cases newly done.
 ///
 /// # Errors
@@ -275,7 +281,7 @@ pub fn solve(
     sources: &Sources,
     cases: &[Case],
     convention: Convention,
-    options: &(dyn Fn(&str, f64) -> Result<RcsOptions> + Sync),
+    options: &(dyn Fn(&Case) -> Result<RcsOptions> + Sync),
     cache: Option<&Cache<'_>>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Matrix>> {
@@ -302,10 +308,13 @@ pub fn solve(
                 })
             })
             .collect();
-        let options = options(&first.ground, first.range_m)?;
+        let options = options(first)?;
         let scene = &sources.scenes[first.scene].scene;
         if let Distance::At(r) = options.distance {
-            outside(scene, &sources.scenes[first.scene].spec, r)?;
+            for look in &looks {
+                let range_m = r * options.distance_ratio(look.transmit);
+                outside(scene, &sources.scenes[first.scene].spec, range_m)?;
+            }
         }
         let s: Vec<Scattering> = engine.rcs(scene, &[first.frequency_hz], &looks, &options)?;
         progress(looks.len() as u64);
@@ -360,7 +369,7 @@ fn identity(
     sources: &Sources,
     cases: &[Case],
     group: &[Batch],
-    options: &(dyn Fn(&str, f64) -> Result<RcsOptions> + Sync),
+    options: &(dyn Fn(&Case) -> Result<RcsOptions> + Sync),
 ) -> Result<String> {
     let mut text = cache.prefix.clone();
     for batch in group {
@@ -369,7 +378,7 @@ fn identity(
             "\n{}|{:x}|{:?}",
             sources.scenes[first.scene].identity,
             first.frequency_hz.to_bits(),
-            options(&first.ground, first.range_m)?
+            options(first)?
         );
         for &i in batch {
             text += &format!("|{:x},{:x}", cases[i].azimuth.to_bits(), cases[i].elevation.to_bits());

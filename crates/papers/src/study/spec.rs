@@ -170,11 +170,11 @@ impl Study {
         self.sweeps.iter().map(|s| s.values.len()).product()
     }
 
-    /// Options of the solver for a ground and a distance.
+    /// Options of the solver for a ground, a distance from the marker's foot and its height.
     ///
     /// # Errors
     /// A ground that no material is named after.
-    pub fn options(&self, ground: &str, range_m: f64) -> Result<RcsOptions> {
+    pub fn options(&self, ground: &str, range_m: f64, height_m: f64) -> Result<RcsOptions> {
         let ground = match ground {
             "none" => Ground::None,
             name => Ground::Plane(material::parse_spec(name)?),
@@ -185,6 +185,7 @@ impl Study {
             accuracy_db: self.accuracy_db,
             diffraction: self.diffraction,
             ground,
+            height_m,
             last: self.convention == Convention::Last,
         })
     }
@@ -217,7 +218,7 @@ impl Study {
             }
             if self.needs_rcs() {
                 sources.of(&values)?;
-                self.options(parameter::word_of(&values, "ground").unwrap_or("none"), f64::INFINITY)?;
+                self.options(parameter::word_of(&values, "ground").unwrap_or("none"), f64::INFINITY, 0.0)?;
             }
         }
         Ok(())

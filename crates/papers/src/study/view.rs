@@ -1,14 +1,14 @@
 //! Where the radar stands when a marker is looked at, and what each sees of the other.
 //!
 //! Four kinds of place. *Direct*: direction and range in the marker's frame are given, as in
-//! `catseye rcs`. *Flat*: the marker lies `longitudinal_m` ahead of the radar and `lateral_m` to its left.
+//! `catseye rcs`: from the marker's foot, the point of the road below its origin. *Flat*: the marker lies `longitudinal_m` ahead of the radar and `lateral_m` to its left.
 //! *Vertical curve*: radar and marker stand on the parabola of [`VerticalCurve`]. *Horizontal curve*: both
 //! stand on a circle. On a road the marker's boresight looks back along the road, and the radar looks
 //! forward along it.
 
 use super::parameter::{Values, number_of};
 use catseye::error::BadInput;
-use catseye::frames::{Pose, Sensor, Target, World, angles_from_direction};
+use catseye::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -107,6 +107,15 @@ pub struct View {
     pub elevation: f64,
     /// Infinite for a plane wave.
     pub range_m: f64,
+    /// Of the radar seen from the foot of the marker: the point of the road below its origin. Cross sections are taken of this
+    /// direction, as those of `catseye rcs` are.
+    pub foot_azimuth: f64,
+    /// Elevation of the radar seen from the marker's foot, rad.
+    pub foot_elevation: f64,
+    /// Distance of the radar from the marker's foot; infinite for a plane wave.
+    pub foot_range_m: f64,
+    /// Height of the marker's origin over its foot, m.
+    pub height_m: f64,
     /// Of the marker seen by the radar, radians.
     pub sensor_azimuth: f64,
     /// Elevation of the marker seen from the radar's boresight, rad.
@@ -166,17 +175,33 @@ pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, Bad
             .ok_or_else(|| BadInput::new(format!("{name} is missing")).remedy("set or sweep it"))
     };
     let marker_yaw = get("marker_yaw_deg", 0.0).to_radians();
+    let marker_height = get("marker_height_m", 0.0);
     if place == ViewKind::Direct {
+        let foot_azimuth = get("azimuth_deg", 0.0).to_radians() - marker_yaw;
+        let foot_elevation = get("elevation_deg", 0.0).to_radians();
+        let foot_range_m = get("range_m", f64::INFINITY);
+        let (azimuth, elevation, range_m) = match marker_height == 0.0 || foot_range_m.is_infinite() {
+            true => (foot_azimuth, foot_elevation, foot_range_m),
+            false => {
+                let to_radar = direction_from_angles(foot_azimuth, foot_elevation) * foot_range_m
+                    - DVec3::Z * marker_height;
+                let (azimuth, elevation) = angles_from_direction(to_radar);
+                (azimuth, elevation, to_radar.length())
+            }
+        };
         return Ok(View {
-            azimuth: get("azimuth_deg", 0.0).to_radians() - marker_yaw,
-            elevation: get("elevation_deg", 0.0).to_radians(),
-            range_m: get("range_m", f64::INFINITY),
+            azimuth,
+            elevation,
+            range_m,
+            foot_azimuth,
+            foot_elevation,
+            foot_range_m,
+            height_m: marker_height,
             sensor_azimuth: -mount.azimuth_rad,
             sensor_elevation: -mount.elevation_rad,
         });
     }
     let height = need("radar_height_m")?;
-    let marker_height = get("marker_height_m", 0.0);
     let turn = get("radar_azimuth_deg", 0.0).to_radians() + mount.azimuth_rad;
     let tilt = get("radar_elevation_deg", 0.0).to_radians() + mount.elevation_rad;
     let in_vehicle = Pose::<Sensor, Target>::from_yaw_pitch_roll(
@@ -233,7 +258,8 @@ pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, Bad
             (vehicle, curve.frame(0.5 * (near + far), back))
         }
     };
-    let (sensor, marker) = (in_vehicle.then(&vehicle), raise(marker));
+    let (sensor, foot, marker) = (in_vehicle.then(&vehicle), marker, raise(marker));
+    let from_foot = foot.inverse().point(sensor.translation_m);
     let to_radar = marker.inverse().point(sensor.translation_m);
     let to_marker = sensor.inverse().point(marker.translation_m);
     let range_m = to_radar.length();
@@ -241,8 +267,19 @@ pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, Bad
         return Err(BadInput::new("the radar stands on the marker").remedy("move one of them"));
     }
     let (azimuth, elevation) = angles_from_direction(to_radar);
+    let (foot_azimuth, foot_elevation) = angles_from_direction(from_foot);
     let (sensor_azimuth, sensor_elevation) = angles_from_direction(to_marker);
-    Ok(View { azimuth, elevation, range_m, sensor_azimuth, sensor_elevation })
+    Ok(View {
+        azimuth,
+        elevation,
+        range_m,
+        foot_azimuth,
+        foot_elevation,
+        foot_range_m: from_foot.length(),
+        height_m: marker_height,
+        sensor_azimuth,
+        sensor_elevation,
+    })
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
 //! Studies from file to report: closed forms, mistakes in files, resuming, the ready studies.
 
 use catseye::engine::{Engine, Precision};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
+use catseye::road::reflector::Reflector;
+use catseye::scene::material;
+use catseye::units::dbsm_from_amplitude;
 use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
 use catseye_papers::study::report::StudyResult;
 use catseye_papers::study::run::{self, RunOptions};
 use catseye_papers::study::search::best;
 use catseye_papers::study::spec::{Goal, Study};
+use num_complex::Complex64;
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -77,6 +82,64 @@ fn a_point_on_the_road_is_detected_where_hand_calculation_says() {
     // A tighter ratio by 10 dB shortens the range by a quarter decade.
     let strict = outcome(&text.replace("snr_db = 10", "snr_db = 20"));
     assert!((strict.fields[0].values[0] - 10f64.powf(15.6 / 40.0)).abs() < 1e-3);
+}
+
+/// The ground stays at the road: a point over a conductor has the two rays of its own height and the radar's, and the very
+/// numbers of a cross section whose angles are seen from the point's foot.
+#[test]
+fn a_marker_stands_over_the_ground_and_not_with_it() {
+    let study = |longitudinal: &str, height: &str, ground: &str, polarisation: &str| {
+        outcome(&format!(
+            "name = \"p\"\ntitle = \"\"\n[set]\ntarget = \"point:rcs_dbsm=10\"\nradar_height_m = 0.5\n\
+             ground = \"{ground}\"\npolarisation = \"{polarisation}\"\n\
+             [[sweep]]\nparameter = \"longitudinal_m\"\nvalues = [{longitudinal}]\n\
+             [[sweep]]\nparameter = \"marker_height_m\"\nvalues = [{height}]\n"
+        ))
+        .fields[0]
+            .values
+            .clone()
+    };
+    let engine = Engine::open("cpu", Precision::F32).unwrap();
+    let point = Reflector::parse("point:rcs_dbsm=10").unwrap().to_scene(&material::by_name).unwrap();
+    for (i, polarisation) in ["vv", "hh"].into_iter().enumerate() {
+        let found = study("20, 40, 77", "0.3", "pec", polarisation);
+        for (d, ours) in [20.0f64, 40.0, 77.0].into_iter().zip(found) {
+            // The reflected way against the straight one, and the image turns H about.
+            let ways = [d.hypot(0.5 - 0.3), d.hypot(0.5 + 0.3)];
+            let turned = if i == 0 { 1.0 } else { -1.0 };
+            let two = Complex64::ONE
+                + turned * ways[0] / ways[1]
+                    * Complex64::from_polar(1.0, -2.0 * PI / LAMBDA * (ways[1] - ways[0]));
+            let expected = 10.0 + 40.0 * two.norm().log10();
+            // Near a null the amplitudes of the two ways count to their last digit.
+            assert!(
+                (ours - expected).abs() < 0.05 || (ours < -40.0 && expected < -40.0),
+                "{d}: {ours} {expected}"
+            );
+            let options = RcsOptions {
+                distance: Distance::At(d.hypot(0.5)),
+                ground: Ground::Plane(material::by_name("pec").unwrap()),
+                height_m: 0.3,
+                last: false,
+                ..Default::default()
+            };
+            let aspect = Aspect { azimuth: 0.0, elevation: 0.5f64.atan2(d) };
+            let s = engine.rcs(&point, &[77e9], &[BistaticAspect::monostatic(aspect)], &options).unwrap()[0];
+            let level = dbsm_from_amplitude(s.every[i][i].norm());
+            assert!((level - ours).abs() < 1e-6 || level < -90.0, "{d}: {level} {ours}");
+        }
+    }
+    // As high as the radar and higher; without a ground a point is as strong as it is, however high.
+    assert!(study("10", "0.5, 0.6, 3", "pec", "vv").iter().all(|x| x.is_finite()));
+    for level in study("10", "0.5, 0.6, 5", "none", "vv") {
+        assert!((level - 10.0).abs() < 1e-9, "{level}");
+    }
+    // Without a road, angles and range are seen from the foot as well, and the plane stays under the marker.
+    let direct = outcome(
+        "name = \"p\"\ntitle = \"\"\n[set]\ntarget = \"point:rcs_dbsm=10\"\nground = \"pec\"\nmarker_height_m = 0.3\n\
+         elevation_deg = 0.7161599454704085\n[[sweep]]\nparameter = \"range_m\"\nvalues = [40.00312487793922]\n",
+    );
+    assert!((direct.fields[0].values[0] - study("40", "0.3", "pec", "vv")[0]).abs() < 1e-6);
 }
 
 #[test]
