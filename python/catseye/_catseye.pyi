@@ -21,6 +21,7 @@ __all__ = [
     "__version__",
     "dataset",
     "devices",
+    "diff",
     "lane",
     "lane_compare",
     "lane_methods",
@@ -403,3 +404,19 @@ def dataset(
 ) -> dict[str, Any]: ...
 def recipe_facts(path: _Path, *, seed: int | None = None) -> dict[str, Any]: ...
 def verify(folder: _Path, *, progress: _Progress | None = None) -> dict[str, Any]: ...
+def diff(
+    a: _Path,
+    b: _Path,
+    *,
+    tolerance_db: float | None = None,
+    above_db: float | None = None,
+    phase_deg: float | None = None,
+    relative: float | None = None,
+    tolerance_m: float | None = None,
+    tolerance_mps: float | None = None,
+    tolerance_deg: float | None = None,
+    match_m: float | None = None,
+    match_mps: float | None = None,
+    match_deg: float | None = None,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...

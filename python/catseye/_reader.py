@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import operator
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -79,9 +80,39 @@ class Dataset(Sequence[Sample]):
             raise KeyError(f"no split {name!r}; splits are {', '.join(splits)}")
         return self._of(self._frames[np.isin(self._frames, splits[name])])
 
-    def torch(self, *, transform: Callable[[Sample], Any] | None = None) -> TorchDataset:
-        """The same for ``torch.utils.data.DataLoader``, with arrays as tensors. transform: called with the dictionary before that."""
-        return TorchDataset(self, transform=transform)
+    @property
+    def tables(self) -> list[str]:
+        """Names of the tables that the frames are read with."""
+        return [t["name"] for t in self.layout["tables"]] if self._tables is None else list(self._tables)
+
+    def torch(
+        self, *, rows: Mapping[str, int] | None = None, transform: Callable[[Sample], Any] | None = None
+    ) -> TorchDataset:
+        """The same for ``torch.utils.data.DataLoader`` and its own collation: arrays as tensors, tables as dictionaries of
+        tensors that are filled up to one length (:class:`TorchDataset` says shapes and types).
+
+        rows: lengths of tables by name. transform: called with the dictionary of a frame before that.
+        """
+        return TorchDataset(self, rows=rows, transform=transform)
+
+    def _rows_and_classes(self) -> tuple[dict[str, int], tuple[str, ...]]:
+        """The greatest number of rows in any frame of the whole dataset by table, and the classes of all tables in the order of their names."""
+        try:
+            with open(os.path.join(self._folder, "statistics.json"), encoding="utf-8") as file:
+                statistics = json.load(file)
+            return dict(statistics["rows_a_frame_most"]), tuple(sorted(statistics["classes"]))
+        except (OSError, KeyError):
+            pass
+        # A dataset that is not complete, or was made before statistics told it: every frame is asked.
+        most = dict.fromkeys(self.tables, 0)
+        classes: set[str] = set()
+        for frame in range(len(self._store)):
+            for name, table in self._store.read(frame, arrays=[], tables=self.tables).items():
+                if name != "frame":
+                    most[name] = max(most[name], len(table))
+                    if "class" in table.dtype.names:
+                        classes.update(table["class"])
+        return most, tuple(sorted(classes))
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -113,16 +144,38 @@ class Dataset(Sequence[Sample]):
 
 
 class TorchDataset:
-    """A map-style dataset for ``torch.utils.data.DataLoader``, with any number of workers.
+    """A map-style dataset for ``torch.utils.data.DataLoader`` and its own collation, with any number of workers.
 
-    An item is the dictionary of :class:`Dataset` with its arrays as tensors; tables stay structured arrays, which
-    PyTorch's own collation cannot put into a batch: leave them out with ``tables=[]``, or make of them what the network
-    takes in ``transform``, whose result is returned as it is, but for arrays in a dictionary.
+    An item is a dictionary. ``"frame"`` is the number of the frame; arrays are tensors of the shape and type of :class:`Dataset`.
+    Each table is a dictionary of tensors [row], one a column, all of one length for all frames, so that a batch has them as
+    [frame, row]: floating-point columns are float32, whole numbers int64, flags bool. ``"valid"``: bool [row] is True for
+    the frame's own rows, which come first; the rows after them hold NaN, 0 and False. The column ``class`` is int64, the place
+    of the class in ``classes``, -1 in the rows that fill up. Other columns of text are left out.
+
+    rows: lengths of tables by name, in place of the greatest number of rows in any frame of the whole dataset; a frame with more is a
+    ValueError. transform: called with the dictionary of :class:`Dataset`. Of a dictionary that it returns, arrays and tables become
+    tensors as above; anything else is returned as it is.
     """
 
-    def __init__(self, dataset: Dataset, *, transform: Callable[[Sample], Any] | None = None) -> None:
+    def __init__(
+        self,
+        dataset: Dataset,
+        *,
+        rows: Mapping[str, int] | None = None,
+        transform: Callable[[Sample], Any] | None = None,
+    ) -> None:
         self.dataset = dataset
         self.transform = transform
+        rows = dict(rows or {})
+        tables = dataset.tables
+        for name in rows:
+            if name not in tables:
+                raise KeyError(f"the items have no table {name!r}; they have {', '.join(tables) or 'none'}")
+        self.rows: dict[str, int] = {}
+        self.classes: tuple[str, ...] = ()
+        if tables:
+            most, self.classes = dataset._rows_and_classes()
+            self.rows = {name: rows.get(name, most[name]) for name in tables}
 
     def __len__(self) -> int:
         return len(self.dataset)
@@ -131,12 +184,44 @@ class TorchDataset:
         import torch
 
         sample: Any = self.dataset[index]
+        frame = sample["frame"]
         if self.transform is not None:
             sample = self.transform(sample)
         if not isinstance(sample, dict):
             return sample
-        return {name: torch.from_numpy(value) if _is_numbers(value) else value for name, value in sample.items()}
+        item = {}
+        for name, value in sample.items():
+            if isinstance(value, np.ndarray) and value.dtype.names is not None and name in self.rows:
+                columns = self._columns(frame, name, value)
+                item[name] = {key: torch.from_numpy(column) for key, column in columns.items()}
+            elif isinstance(value, np.ndarray) and value.dtype.kind in "biufc":
+                item[name] = torch.from_numpy(value)
+            else:
+                item[name] = value
+        return item
 
-
-def _is_numbers(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype.kind in "?iufc"
+    def _columns(self, frame: int, name: str, table: NDArray[Any]) -> dict[str, NDArray[Any]]:
+        """The columns of a table that are numbers, filled up to the length of the table."""
+        count, length = len(table), self.rows[name]
+        if count > length:
+            raise ValueError(f"frame {frame} has {count} rows in table {name!r}, and {length} have room: give rows={{{name!r}: ...}}")
+        numbers = {class_: i for i, class_ in enumerate(self.classes)}
+        columns: dict[str, NDArray[Any]] = {"valid": np.arange(length) < count}
+        for key in table.dtype.names or ():
+            kind = table.dtype[key].kind
+            if kind == "f":
+                column = np.full(length, np.nan, np.float32)
+            elif kind in "iu":
+                column = np.zeros(length, np.int64)
+            elif kind == "b":
+                column = np.zeros(length, bool)
+            elif key == "class":
+                column = np.full(length, -1, np.int64)
+                column[:count] = [numbers[class_] for class_ in table[key]]
+                columns[key] = column
+                continue
+            else:
+                continue
+            column[:count] = table[key]
+            columns[key] = column
+        return columns

@@ -4,6 +4,7 @@
 
 mod arrays;
 mod dataset;
+mod diff;
 mod engine;
 mod errors;
 mod lane;
@@ -38,6 +39,7 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(dataset::dataset, m)?)?;
     m.add_function(wrap_pyfunction!(dataset::recipe_facts, m)?)?;
     m.add_function(wrap_pyfunction!(dataset::verify, m)?)?;
+    m.add_function(wrap_pyfunction!(diff::diff, m)?)?;
     m.add_function(wrap_pyfunction!(engine::devices, m)?)?;
     m.add_function(wrap_pyfunction!(scene::reflector, m)?)?;
     m.add_function(wrap_pyfunction!(scene::reflector_kinds, m)?)?;

@@ -5,7 +5,6 @@ import shutil
 import signal
 import sys
 import threading
-import types
 
 import numpy as np
 import pytest
@@ -77,21 +76,65 @@ def test_processes_read_as_a_loader_does(data, start):
             np.testing.assert_array_equal(got["adc"], wanted)
 
 
-def test_torch_tensors(data, monkeypatch):
-    """With PyTorch its own, else a stand-in for the one function that is used."""
-    try:
-        import torch
-    except ImportError:
-        torch = types.ModuleType("torch")
-        torch.from_numpy = lambda a: ("tensor", a)
-        monkeypatch.setitem(sys.modules, "torch", torch)
-    dataset = catseye.Dataset(data, tables=["points"]).torch()
-    sample = dataset[0]
-    assert len(dataset) == len(catseye.Dataset(data))
-    assert type(sample["adc"]) is type(torch.from_numpy(np.zeros(1, np.float32)))
-    assert isinstance(sample["points"], np.ndarray) and sample["frame"] == 0
+@pytest.mark.parametrize("workers", [0, 2])
+def test_torch_batches(data, torch, workers):
+    """PyTorch's own collation takes what README shows: all arrays, and all tables filled up to one length."""
+    plain = catseye.Dataset(data)
+    dataset = plain.torch()
+    assert len(dataset) == len(plain)
+    most = {t: max(len(s[t]) for s in plain) for t in plain.tables}
+    assert dataset.rows == most
+    assert len({len(s["points"]) for s in plain}) > 1
+    seen = 0
+    for batch in torch.utils.data.DataLoader(dataset, batch_size=5, num_workers=workers):
+        frames = np.asarray(batch["frame"])
+        for i, frame in enumerate(frames):
+            sample = plain[int(frame)]
+            for name in ("adc", "range_doppler"):
+                got = np.asarray(batch[name][i])
+                assert got.dtype == sample[name].dtype
+                np.testing.assert_array_equal(got, sample[name])
+            for table in plain.tables:
+                rows, columns = sample[table], batch[table]
+                n = len(rows)
+                valid = np.asarray(columns["valid"])
+                assert valid.shape == (len(frames), most[table]) and valid.dtype == bool
+                assert valid[i, :n].all() and not valid[i, n:].any()
+                for key in rows.dtype.names:
+                    kind = rows.dtype[key].kind
+                    if key == "class":
+                        got = np.asarray(columns[key][i])
+                        assert got.dtype == np.int64 and (got[n:] == -1).all()
+                        assert [dataset.classes[c] for c in got[:n]] == list(rows[key])
+                    elif kind == "O":
+                        assert key not in columns
+                    else:
+                        got = np.asarray(columns[key][i])
+                        assert got.dtype == {"f": np.float32, "i": np.int64, "u": np.int64, "b": bool}[kind]
+                        np.testing.assert_array_equal(got[:n], rows[key].astype(got.dtype))
+                        assert np.isnan(got[n:]).all() if kind == "f" else not got[n:].any()
+        seen += len(frames)
+    assert seen == len(plain)
+
+
+def test_torch_lengths_and_transforms(data, torch, tmp_path):
+    plain = catseye.Dataset(data, tables=["points"])
+    longer = plain.torch(rows={"points": 100})
+    assert longer[0]["points"]["range_m"].shape == (100,)
+    with pytest.raises(ValueError, match="rows in table 'points'"):
+        [plain.torch(rows={"points": 0})[i] for i in range(len(plain))]
+    with pytest.raises(KeyError, match="boxes"):
+        plain.torch(rows={"boxes": 3})
     made = catseye.Dataset(data).torch(transform=lambda s: s["frame"] + 1)
     assert [made[i] for i in range(3)] == [1, 2, 3]
+    item = plain.torch(transform=lambda s: {"points": s["points"][:2], "x": s["adc"].real})[0]
+    assert np.asarray(item["points"]["valid"]).sum() == min(2, len(plain[0]["points"])) and "adc" not in item
+    # Without the statistics every frame is asked, to the same end.
+    copy = tmp_path / "copy"
+    shutil.copytree(data, copy)
+    (copy / "statistics.json").unlink()
+    again = catseye.Dataset(copy).torch()
+    assert again.rows == catseye.Dataset(data).torch().rows and set(again.classes) <= set(made.classes)
 
 
 def test_shards_apart_give_the_same_bytes(data, recipe, engine, tmp_path):

@@ -1,6 +1,7 @@
 //! The tables of a road scene file, as they stand in TOML.
 
 use crate::road::layout::{Driven, InLane, LaneKind, LineKind, Side};
+use crate::road::traffic::VEHICLES;
 use crate::scene::drive::DriveTable;
 use crate::scene::toml_file::At;
 use schemars::JsonSchema;
@@ -367,6 +368,8 @@ pub struct ObjectTable {
 #[serde(deny_unknown_fields)]
 pub struct VehicleTable {
     pub name: Option<String>,
+    /// What goes there: a vehicle or a person of the library.
+    #[schemars(extend("enum" = VEHICLES))]
     pub kind: At<String>,
     /// Of its middle.
     pub s_m: At<f64>,

@@ -5,7 +5,7 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage;
-use catseye_io::produce::{Options, Phase, Progress, Report, produce};
+use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
 use catseye_io::recipe::Recipe;
 use clap::Args;
 use std::ops::Range;
@@ -18,11 +18,14 @@ pub struct Dataset {
     /// Recipe TOML (`catseye init recipe` writes one)
     pub recipe: PathBuf,
     /// Folder to write; an interrupted run goes on when the same command is given again
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
+    pub output: Option<PathBuf>,
     /// Write one drawn scene as files for `catseye simulate` and make no frames
     #[arg(long, value_name = "N", conflicts_with_all = ["shards", "jobs"])]
     pub scene: Option<u32>,
+    /// Make one frame of up to eight scenes, say what the dataset will take in time and on disk, and keep nothing
+    #[arg(long, conflicts_with_all = ["scene", "shards", "jobs"])]
+    pub dry_run: bool,
     /// Shards to make, first:end without the end; others are left to other runs
     #[arg(long, value_name = "A:B")]
     pub shards: Option<String>,
@@ -37,8 +40,15 @@ pub struct Dataset {
 impl Dataset {
     pub fn run(&self, global: &Global) -> Result<()> {
         let recipe = Recipe::load(&self.recipe, global.seed)?;
+        if self.dry_run {
+            return foretell(&estimate(&global.engine()?, &recipe)?, global);
+        }
+        let output = self
+            .output
+            .as_deref()
+            .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
         if let Some(scene) = self.scene {
-            return write_scene(&recipe, scene, &self.output, global);
+            return write_scene(&recipe, scene, output, global);
         }
         if self.jobs == Some(0) {
             return Err(BadInput::new("nobody would work")
@@ -65,7 +75,7 @@ impl Dataset {
         let report = produce(
             &engine,
             &recipe,
-            &self.output,
+            output,
             &Options {
                 jobs: self.jobs,
                 shards,
@@ -123,6 +133,25 @@ fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Resu
         ));
     }
     Ok(())
+}
+
+fn foretell(e: &Estimate, global: &Global) -> Result<()> {
+    let mib = |b: u64| b as f64 / (1 << 20) as f64;
+    global.answer(e, || {
+        format!(
+            "{} frames of {} scenes in {} shards\n\
+             {:.2} MiB a frame with its tables ({:.2} MiB of arrays before compression), {:.1} MiB in all with the datasheet's pictures\n\
+             {:.2} s a frame on this machine, {:.0} s in all",
+            e.frames,
+            e.scenes,
+            e.shards,
+            mib(e.bytes_a_frame),
+            mib(e.array_bytes_a_frame),
+            mib(e.bytes),
+            e.seconds_a_frame,
+            e.seconds_a_frame * e.frames as f64
+        )
+    })
 }
 
 fn summary(report: &Report, global: &Global) -> Result<()> {

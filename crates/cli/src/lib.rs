@@ -9,6 +9,7 @@ mod cube_args;
 mod dataset;
 mod demo;
 mod devices;
+mod diff;
 mod examples;
 mod export;
 mod footprint;
@@ -63,7 +64,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 20] = [
+const ACTING: [(&str, &[&str]); 21] = [
     ("demo", &["device", "precision", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -76,6 +77,7 @@ const ACTING: [(&str, &[&str]); 20] = [
     ("dataset", &["device", "precision", "json", "quiet", "seed", "force"]),
     ("lane", &["device", "precision", "json", "quiet", "seed", "force"]),
     ("verify", &["json", "quiet"]),
+    ("diff", &["json", "quiet"]),
     ("process", &["device", "precision", "json", "quiet", "force"]),
     ("convert", &["json", "quiet", "force"]),
     ("export", &["json", "quiet", "force"]),
@@ -139,6 +141,7 @@ enum Command {
     Dataset(dataset::Dataset),
     Lane(lane::Lane),
     Verify(verify::Verify),
+    Diff(diff::Diff),
     Process(process::Process),
     Convert(convert::Convert),
     Export(export::Export),
@@ -179,6 +182,7 @@ pub fn run() -> ExitCode {
         Command::Dataset(c) => c.run(g),
         Command::Lane(c) => c.run(g),
         Command::Verify(c) => c.run(g),
+        Command::Diff(c) => c.run(g),
         Command::Process(c) => c.run(g),
         Command::Convert(c) => c.run(g),
         Command::Export(c) => c.run(g),

@@ -11,6 +11,7 @@ use catseye::scene::radar::Radar;
 use catseye::scene::scenario::{MAX_BOUNCES, Scenario};
 use catseye::simulate::Prepared;
 use catseye::units::{db_from_power, power_from_db};
+use catseye_io::files::expected_bytes;
 use catseye_io::manifest::FrameRecord;
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
@@ -213,7 +214,11 @@ struct DryRun {
     peak_bytes: u64,
     /// What the machine has, where that is known.
     available_bytes: Option<u64>,
+    /// With arrays, tables and pictures.
     disk_bytes_per_frame: u64,
+    /// Points, echoes and truth.
+    table_bytes_per_frame: u64,
+    picture_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
     /// What the scene's meshes have that may show in the frames.
@@ -236,18 +241,17 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
         let echoes = heard.echoes.list.len();
         let needs = memory(radar, echoes);
         needs.check(radar)?;
-        let samples = (radar.rows() * radar.channels() * radar.samples) as u64;
-        let map = (radar.waveform.parts() * radar.doppler_rows() * radar.range_bins()) as u64;
-        let o = &scenario.output;
         d.triangles = heard.triangles;
         d.echoes += echoes;
         d.cube_bytes += needs.cube_bytes as u64;
         d.spectrum_bytes = d.spectrum_bytes.max(needs.spectrum_bytes as u64);
         d.map_bytes += needs.map_bytes as u64;
         d.peak_bytes = d.peak_bytes.max(needs.peak_bytes as u64);
-        d.disk_bytes_per_frame +=
-            if o.adc { 8 * samples } else { 0 } + if o.range_doppler { 4 * map } else { 0 };
         d.echo_bytes += needs.echo_bytes as u64;
+        let expected = expected_bytes(scenario, scene, which, heard, site.road.as_ref())?;
+        d.table_bytes_per_frame += expected.tables;
+        d.picture_bytes_per_frame += expected.pictures;
+        d.disk_bytes_per_frame += expected.arrays + expected.tables + expected.pictures;
     }
     d.disk_bytes = d.disk_bytes_per_frame * u64::from(scenario.frames.count);
     if global.json {
@@ -265,8 +269,10 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let there = d.available_bytes.map_or(String::new(), |b| format!(" of {:.1} MiB that are free", mib(b)));
     print(&format!("memory {:.1} MiB at most at one time{there}", mib(d.peak_bytes)))?;
     print(&format!(
-        "disk {:.1} MiB a frame without tables and pictures, {:.1} MiB in all",
+        "disk about {:.1} MiB a frame, of it tables {:.1} MiB and pictures {:.1} MiB; {:.1} MiB in all",
         mib(d.disk_bytes_per_frame),
+        mib(d.table_bytes_per_frame),
+        mib(d.picture_bytes_per_frame),
         mib(d.disk_bytes)
     ))
 }

@@ -2,7 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::Result;
+use catseye::error::{Error, Result};
 use catseye::units::level_text;
 use catseye_papers::study::parameter;
 use catseye_papers::study::report::{StudyResult, searched, short};
@@ -24,6 +24,10 @@ pub struct RunStudy {
     /// Grids four times as coarse
     #[arg(long)]
     pub quick: bool,
+    /// End with 1 where a fact does not agree with its document: levels by more than 1 dB, other numbers by more than a tenth.
+    /// Without it facts are shown and not judged
+    #[arg(long)]
+    pub strict: bool,
 }
 
 fn help() -> String {
@@ -85,9 +89,15 @@ impl RunStudy {
             }
             print(&format!("wrote {}", report.folder.display()))?;
         }
+        let (judged, off) = report.disagreeing();
         match report.failed {
-            None => Ok(()),
             Some(e) => Err(e),
+            None if self.strict && !off.is_empty() => Err(Error::Failed(format!(
+                "{} of {judged} facts do not agree with their documents: {}",
+                off.len(),
+                off.join("; ")
+            ))),
+            None => Ok(()),
         }
     }
 }

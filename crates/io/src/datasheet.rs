@@ -2,7 +2,7 @@
 //! checksum of every file.
 
 use super::dataset::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
-use super::files::Truth;
+use super::files::{PICTURES_BYTES, Truth};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
 use super::run::Pictures;
@@ -28,7 +28,7 @@ pub const STATISTICS: &str = "statistics.json";
 /// Folder of the pictures.
 pub const PREVIEWS: &str = "previews";
 /// Frames of which there are pictures.
-const PICTURED: u32 = 4;
+pub const PICTURED: u32 = 4;
 
 /// A dataset all of whose shards stand.
 pub struct Made<'a> {
@@ -197,6 +197,12 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
     (0..n).into_par_iter().map(draw).collect()
 }
 
+/// What the datasheet's pictures, markers and checksums take beside the shards, bytes, about: a file of a shard has two lines of some
+/// 100 bytes.
+pub fn expected_bytes(recipe: &Recipe, radars: usize, files: u64) -> u64 {
+    u64::from(PICTURED.min(recipe.scenes)) * PICTURES_BYTES * radars as u64 + 300 * files
+}
+
 /// `statistics.json`.
 fn statistics(made: &Made<'_>) -> serde_json::Value {
     let t = made.tally;
@@ -211,6 +217,7 @@ fn statistics(made: &Made<'_>) -> serde_json::Value {
         "points": t.points,
         "points_a_frame": { "mean": mean(t.points), "least_and_greatest": t.points_a_frame },
         "echoes_a_frame_mean": mean(t.echoes),
+        "rows_a_frame_most": t.rows_a_frame_most,
         "points_by_snr_db": { "bin_db": super::tally::SNR_BIN_DB, "counts": t.snr_db },
         "points_by_range_m": { "bin_m": super::tally::RANGE_BIN_M, "counts": t.range_m },
         "classes": t.classes,

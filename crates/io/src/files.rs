@@ -7,14 +7,16 @@ use catseye::dsp::{PowerMap, RangeDoppler};
 use catseye::engine::AnyCube;
 use catseye::error::{Error, Result};
 use catseye::formats::npy;
+use catseye::road::labels::RoadTruth;
 use catseye::road::mask::{self, Grid};
 use catseye::scene::Scene;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Output;
-use catseye::simulate::Frame;
+use catseye::scene::scenario::Scenario;
 pub use catseye::simulate::truth::{PoseRecord, Truth};
+use catseye::simulate::{Frame, Heard, Stages};
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Folder of a frame.
@@ -113,4 +115,96 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
         std::fs::write(&path, text).map_err(|e| Error::io(&path, e))?;
     }
     Ok(())
+}
+
+/// Bytes that the files of one radar's frame come to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FrameBytes {
+    /// Samples, maps and masks.
+    pub arrays: u64,
+    /// `points.csv`, `returns.csv` and `truth.json`.
+    pub tables: u64,
+    /// The pictures.
+    pub pictures: u64,
+}
+
+/// Header of a NumPy file.
+const HEADER_BYTES: u64 = 128;
+/// A row of `points.csv`, and points of a frame: as frames of roads have them. Without samples nobody knows how many.
+const POINTS_BYTES: u64 = 280 * 64;
+/// The four pictures of a radar's frame of a road; each is 150 to 260 kB.
+pub const PICTURES_BYTES: u64 = 740_000;
+
+/// Counts what is written and keeps nothing.
+struct Counter(u64);
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What the files of a frame will take on disk, from its echoes alone: arrays and echoes to the byte, truth nearly so, points and
+/// pictures as frames of roads have them.
+///
+/// # Errors
+/// None that a counter gives; the text of the truth.
+pub fn expected_bytes(
+    scenario: &Scenario,
+    scene: &Scene,
+    which: usize,
+    heard: Heard,
+    road: Option<&RoadTruth>,
+) -> Result<FrameBytes> {
+    let (radar, o) = (&scenario.radars[which], &scenario.output);
+    let mut bytes = FrameBytes::default();
+    if o.adc {
+        bytes.arrays += HEADER_BYTES + 8 * (radar.rows() * radar.channels() * radar.samples) as u64;
+    }
+    if o.range_doppler {
+        let parts = radar.waveform.parts() as u64;
+        bytes.arrays += parts * (HEADER_BYTES + 4 * (radar.doppler_rows() * radar.range_bins()) as u64);
+    }
+    if o.masks {
+        // A byte of the mask and four planes of f32.
+        let cells = |g: &Grid| 2 * HEADER_BYTES + 17 * (g.rows * g.columns) as u64;
+        bytes.arrays += cells(&Grid::ROAD) + cells(&Grid::MARKERS);
+    }
+    if o.points {
+        bytes.tables += POINTS_BYTES;
+    }
+    if o.returns {
+        let counter = write_echoes(Counter(0), radar, &heard.echoes);
+        bytes.tables += counter.map_err(|e| Error::Failed(format!("returns: {e}")))?.0;
+    }
+    if o.truth {
+        let none = catseye::adc::Cube { chirps: 0, channels: 0, samples: 0, data: Vec::new() };
+        let frame = Frame {
+            index: 0,
+            radar: which,
+            time_s: heard.time_s,
+            pose: heard.pose,
+            velocity_mps: heard.velocity_mps,
+            triangles: heard.triangles,
+            echoes: heard.echoes,
+            front_end: Default::default(),
+            cube: AnyCube::F32(none),
+            maps: Vec::new(),
+            points: Vec::new(),
+            stages: Stages::default(),
+        };
+        let mut counter = Counter(0);
+        serde_json::to_writer_pretty(&mut counter, &Truth::new(scenario, scene, &frame, road))
+            .map_err(|e| Error::Failed(format!("truth: {e}")))?;
+        bytes.tables += counter.0;
+    }
+    if o.plots {
+        bytes.pictures = PICTURES_BYTES;
+    }
+    Ok(bytes)
 }

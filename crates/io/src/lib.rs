@@ -7,6 +7,7 @@ pub mod cube;
 pub mod cube_layout;
 pub mod dataset;
 pub mod datasheet;
+pub mod diff;
 pub mod draw;
 pub mod files;
 pub mod follow;

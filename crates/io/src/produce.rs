@@ -9,7 +9,7 @@ use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
 use super::run::Pictures;
-use super::store::{LAYOUT, Layout, Record};
+use super::store::{Format, LAYOUT, Layout, Record};
 use super::tally::Tally;
 use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
+use std::time::Instant;
 
 /// How to run.
 pub struct Options<'a> {
@@ -108,6 +109,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             .remedy("leave it out with --shards")
             .into());
     }
+    recipe.check_built()?;
     let identity = recipe.identity()?;
     let file = DatasetFile {
         catseye: env!("CARGO_PKG_VERSION").into(),
@@ -258,6 +260,95 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         remarks,
         tally,
         bytes,
+    })
+}
+
+/// What a dataset will take, reckoned from some of its frames.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Scenes of the recipe.
+    pub scenes: u32,
+    /// Frames of the dataset.
+    pub frames: u64,
+    /// Shards of the dataset.
+    pub shards: u64,
+    /// Frames that were made for this, the first of scenes spread over the recipe.
+    pub frames_tried: u32,
+    /// Seconds on all cores that one frame took, with the building of its scene.
+    pub seconds_a_frame: f64,
+    /// Bytes of a frame's arrays before compression.
+    pub array_bytes_a_frame: u64,
+    /// Bytes of a frame as it is stored, with its tables and their files.
+    pub bytes_a_frame: u64,
+    /// Of the datasheet with its pictures, and of the checksums, about.
+    pub datasheet_bytes: u64,
+    /// Of all of it.
+    pub bytes: u64,
+}
+
+/// Frames that an estimate makes at most.
+const TRIED: u32 = 8;
+
+/// A folder that goes when this does.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Makes the first frame of some scenes, writes them as the dataset would to the folder for temporary files, and measures.
+///
+/// # Errors
+/// A scene that cannot be drawn or built; what the simulation of a frame or the disk reports.
+pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
+    recipe.check_built()?;
+    let tried = TRIED.min(recipe.scenes);
+    let begun = Instant::now();
+    let radars = AtomicU64::new(0);
+    let make = |k: u32| -> Result<Record> {
+        let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
+        let site = site(recipe, scene)?;
+        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
+        radars.store(frames.len() as u64, Ordering::Relaxed);
+        rows::record(recipe, &site, u64::from(k), frames)
+    };
+    let records: Vec<Record> = (0..tried).into_par_iter().map(make).collect::<Result<_>>()?;
+    let seconds_a_frame = begun.elapsed().as_secs_f64() / f64::from(tried);
+    let layout = Layout {
+        frames: u64::from(tried),
+        frames_per_shard: recipe.frames_per_shard.min(u64::from(tried)),
+        ..layout_of(recipe, &records[0])
+    };
+    let scratch = Scratch(std::env::temp_dir().join(format!("catseye-dry-run-{}", std::process::id())));
+    layout.create(&scratch.0)?;
+    let mut left = records.into_iter();
+    let (mut bytes, mut files) = (0, 0);
+    for shard in 0..layout.shards() {
+        let mut next = |_| left.next().ok_or_else(|| Error::Failed("a frame is missing".into()));
+        let written = layout.write_shard(&scratch.0, shard, &mut next)?;
+        bytes += written.iter().map(|f| f.bytes).sum::<u64>();
+        files += written.len() as u64;
+    }
+    let files = match recipe.format {
+        Format::Frames => files * recipe.frames() / u64::from(tried),
+        Format::Zarr | Format::Hdf5 => files * recipe.frames().div_ceil(recipe.frames_per_shard),
+    };
+    let radars = radars.load(Ordering::Relaxed) as usize;
+    let datasheet_bytes = datasheet::expected_bytes(recipe, radars, files);
+    let bytes_a_frame = bytes / u64::from(tried);
+    Ok(Estimate {
+        scenes: recipe.scenes,
+        frames: recipe.frames(),
+        shards: recipe.frames().div_ceil(recipe.frames_per_shard),
+        frames_tried: tried,
+        seconds_a_frame,
+        array_bytes_a_frame: layout.array_bytes() as u64,
+        bytes_a_frame,
+        datasheet_bytes,
+        bytes: bytes_a_frame * recipe.frames() + datasheet_bytes,
     })
 }
 
@@ -462,7 +553,12 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
     let site = site(recipe, 0)?;
     let prepared = Prepared::new(&site.scenario, &site.scene)?;
     let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
-    Ok(Layout {
+    Ok(layout_of(recipe, &record))
+}
+
+/// The layout of a dataset whose frames hold what this one does.
+fn layout_of(recipe: &Recipe, record: &Record) -> Layout {
+    Layout {
         format: recipe.format,
         compression: recipe.compression,
         frames: recipe.frames(),
@@ -470,7 +566,7 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
         arrays: record.arrays.iter().map(rows::array_spec).collect(),
         tables: record.tables.iter().map(rows::table_spec).collect(),
         attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
-    })
+    }
 }
 
 fn remove(path: &Path) -> Result<()> {
@@ -588,7 +684,8 @@ impl Run<'_> {
         let mut tally = Tally::default();
         let files = self.layout.write_shard(self.out, shard, &mut |_| {
             let frame = queue.take(&self.board);
-            let (record, counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
+            let (record, mut counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
+            counts.note_rows(&record.tables);
             tally.add(&counts);
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.progress)(Progress { phase: Phase::Frames, done, all: self.frames });

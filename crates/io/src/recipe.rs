@@ -165,6 +165,8 @@ pub struct Recipe {
     pub licence: Option<String>,
     /// Format of the shards.
     pub format: Format,
+    /// What is said where this build cannot write that format.
+    unbuilt: Option<BadInput>,
     /// Compression of arrays.
     pub compression: Compression,
     /// Frames of a shard.
@@ -220,7 +222,7 @@ impl Recipe {
             Some(n) => u64::from(doc.in_range(n, 1..=1_000_000, "frames of one shard")?),
             None => whole_scenes,
         };
-        let (format, compression) = stored(&doc, &file.store)?;
+        let (format, compression, unbuilt) = stored(&doc, &file.store)?;
         if !(file.keep.adc
             || file.keep.range_doppler
             || file.keep.points
@@ -243,6 +245,7 @@ impl Recipe {
             frames_per_scene,
             licence: file.licence,
             format,
+            unbuilt,
             compression,
             frames_per_shard,
             keep: file.keep,
@@ -283,6 +286,14 @@ impl Recipe {
 
     fn folder(&self) -> &Path {
         self.path().parent().unwrap_or(Path::new(""))
+    }
+
+    /// Refuses to make frames where this build cannot write the recipe's format; its scenes can be drawn all the same.
+    ///
+    /// # Errors
+    /// `BadInput` with the line of the format and the feature to build with.
+    pub fn check_built(&self) -> Result<()> {
+        self.unbuilt.clone().map_or(Ok(()), |b| Err(b.into()))
     }
 
     /// Frames of the dataset.
@@ -587,7 +598,7 @@ impl Recipe {
 }
 
 /// Format and compression that go together in this build.
-fn stored(doc: &Document<'_>, t: &StoreTable) -> Result<(Format, Compression)> {
+fn stored(doc: &Document<'_>, t: &StoreTable) -> Result<(Format, Compression, Option<BadInput>)> {
     let format = t.format.value;
     let compression = match (&t.compression, format) {
         (Some(c), _) => c.value,
@@ -609,20 +620,26 @@ fn stored(doc: &Document<'_>, t: &StoreTable) -> Result<(Format, Compression)> {
         }],
         attributes: serde_json::Map::new(),
     };
-    match (trial.check(), &t.compression) {
-        (Err(Error::Input(b)), at) => {
-            let span = match at {
-                Some(c) if b.key.as_deref() == Some("compression") => &c.span,
-                _ => &t.format.span,
-            };
-            let mut here = doc.bad(span, b.problem);
-            here.file = Some(doc.file().to_path_buf());
-            here.key = here.key.or(b.key);
-            (here.allowed, here.remedy) = (b.allowed, b.remedy);
-            Err(here.into())
-        }
-        (Err(e), _) => Err(e),
-        (Ok(()), _) => Ok((format, compression)),
+    let here = |b: Box<BadInput>| {
+        let span = match &t.compression {
+            Some(c) if b.key.as_deref() == Some("compression") => &c.span,
+            _ => &t.format.span,
+        };
+        let mut here = doc.bad(span, b.problem);
+        here.file = Some(doc.file().to_path_buf());
+        here.key = here.key.or(b.key);
+        (here.allowed, here.remedy) = (b.allowed, b.remedy);
+        here
+    };
+    match trial.check() {
+        Err(Error::Input(b)) => return Err(here(b).into()),
+        Err(e) => return Err(e),
+        Ok(()) => {}
+    }
+    match trial.check_built() {
+        Err(Error::Input(b)) => Ok((format, compression, Some(here(b)))),
+        Err(e) => Err(e),
+        Ok(()) => Ok((format, compression, None)),
     }
 }
 

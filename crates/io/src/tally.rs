@@ -1,6 +1,7 @@
 //! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
 
 use super::site::Site;
+use super::store::Table;
 use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -36,6 +37,9 @@ pub struct Tally {
     pub redrawn: u64,
     /// Objects that were left out because others stand in their place.
     pub dropped: u64,
+    /// Greatest number of rows in a frame, by table.
+    #[serde(default)]
+    pub rows_a_frame_most: BTreeMap<String, u64>,
 }
 
 /// Of one class, "" for none.
@@ -81,6 +85,14 @@ impl Tally {
         t
     }
 
+    /// Notes how many rows the tables of a frame have.
+    pub fn note_rows(&mut self, tables: &[Table]) {
+        for t in tables {
+            let most = self.rows_a_frame_most.entry(t.name.clone()).or_default();
+            *most = (*most).max(t.rows() as u64);
+        }
+    }
+
     /// Adds the counts of another.
     pub fn add(&mut self, o: &Tally) {
         fn maps<K: Ord + Clone>(a: &mut BTreeMap<K, u64>, b: &BTreeMap<K, u64>) {
@@ -96,6 +108,10 @@ impl Tally {
             (Some([a, b]), Some([c, d])) => Some([a.min(c), b.max(d)]),
             (a, b) => a.or(b),
         };
+        for (table, rows) in &o.rows_a_frame_most {
+            let most = self.rows_a_frame_most.entry(table.clone()).or_default();
+            *most = (*most).max(*rows);
+        }
         maps(&mut self.splits, &o.splits);
         maps(&mut self.snr_db, &o.snr_db);
         maps(&mut self.range_m, &o.range_m);
@@ -122,6 +138,7 @@ mod tests {
             let mut t = Tally { frames: 1, points, points_a_frame: Some([points; 2]), ..Default::default() };
             t.classes.insert(class.into(), ClassTally { objects: 1, points });
             t.snr_db.insert(10, points);
+            t.rows_a_frame_most.insert("points".into(), points);
             t
         };
         let parts = [one(3, "car"), one(7, "marker"), one(5, "car")];
@@ -133,6 +150,7 @@ mod tests {
         let t = sum([0, 1, 2]);
         assert_eq!(t, sum([2, 0, 1]));
         assert_eq!((t.points, t.points_a_frame, t.snr_db[&10]), (15, Some([3, 7]), 15));
+        assert_eq!(t.rows_a_frame_most["points"], 7);
         assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8 });
         let text = serde_json::to_string(&t).unwrap();
         assert_eq!(serde_json::from_str::<Tally>(&text).unwrap(), t);

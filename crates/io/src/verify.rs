@@ -184,7 +184,7 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     const AGAIN: &str = "the same `catseye dataset` command makes it again";
     const DELETE: &str = "delete it, then the same `catseye dataset` command makes it again";
 
-    let layout = Layout::open(dir)?;
+    let layout = Layout::describe(dir)?;
     let shards = layout.shards();
     let present: BTreeSet<String> = files_of(dir)?.into_iter().collect();
 

@@ -70,6 +70,14 @@ impl Comparison {
         })
     }
 
+    /// Whether a fact of a document agrees: levels within 1 dB, other numbers within a tenth of what the document says. None where
+    /// the document gives no number; a number that we do not have agrees with none.
+    pub fn agrees(&self) -> Option<bool> {
+        let expected = self.expected_number()?;
+        let limit = if self.unit.starts_with("dB") { 1.0 } else { 0.1 * expected.abs() };
+        Some((self.ours - expected).abs() <= limit)
+    }
+
     /// None for a row that is only shown. What is not a number fails.
     pub fn passes(&self) -> Option<bool> {
         match self.tolerance {

@@ -869,3 +869,29 @@ fn examples_run_where_they_are_written() {
     let settled = state.iter().filter(|s| ["resolved", "ego_speed", "unambiguous"].contains(&&***s)).count();
     assert!(10 * settled >= 9 * state.len() && state.len() > 10, "{settled} of {}: {run}", state.len());
 }
+
+/// Facts that do not agree with their document end `study` with 1 where that is asked for, and with 0 where not; results are written.
+#[test]
+fn strict_studies_end_with_1_where_facts_disagree() {
+    let dir = tempfile::tempdir().unwrap();
+    let study = |document: f64| {
+        format!(
+            "name = \"s\"\ntitle = \"s\"\nquantities = [\"rcs_dbsm\"]\n[set]\ntarget = \"sphere:radius_m=0.1\"\nelevation_deg = 0\n\
+             [[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 10]\n\
+             [[fact]]\ntext = \"a sphere\"\ndocument = {document}\nunit = \"dBsm\"\nof = \"maximum\"\nwhy = \"\"\n"
+        )
+    };
+    let run = |document: f64, more: &[&str]| {
+        std::fs::write(dir.path().join("s.toml"), study(document)).unwrap();
+        let args = [&["study", "s.toml", "-o", "out", "--force", "--device", "cpu"], more].concat();
+        let done = catseye(dir.path(), &args);
+        assert!(dir.path().join("out/REPORT.md").is_file(), "{}", text(&done.stderr));
+        (done.status.code(), text(&done.stderr))
+    };
+    // 10 lg(pi 0.1^2) = -15.03.
+    assert_eq!(run(-15.0, &["--strict"]).0, Some(0));
+    assert_eq!(run(-20.0, &[]).0, Some(0));
+    let (code, said) = run(-20.0, &["--strict"]);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("1 of 1 facts do not agree with their documents: s: a sphere"), "{said}");
+}

@@ -479,3 +479,96 @@ fn every_frame_is_described() {
     let manifest = json("manifest.json");
     assert_eq!(manifest["checksums"].as_object().unwrap().len() + 1, files(&d).len());
 }
+
+/// Bytes of all files below a folder.
+fn bytes(dir: &Path) -> f64 {
+    files(dir).values().map(Vec::len).sum::<usize>() as f64
+}
+
+fn number(json: &str, key: &str) -> f64 {
+    let at = json.find(&format!("\"{key}\":")).unwrap_or_else(|| panic!("{key} in {json}")) + key.len() + 3;
+    json[at..].split([',', '}', '\n']).next().unwrap().trim().parse().unwrap()
+}
+
+/// What a dataset will take is told beforehand, with its tables: of the recipe that `init` writes and of an unlike one, which keeps
+/// samples and echoes and has other sizes of frames.
+#[test]
+fn a_dry_run_tells_the_bytes_of_a_dataset() {
+    let dir = place();
+    let recipe = catseye(dir.path(), &["init", "recipe"]);
+    assert_eq!(recipe.status.code(), Some(0), "{}", text(&recipe.stderr));
+    let recipe = fs::read_to_string(dir.path().join("recipe.toml")).unwrap();
+    let few =
+        recipe.replace("scenes = 100", "scenes = 5").replace("frames_per_scene = 4", "frames_per_scene = 2");
+    assert_ne!(few, recipe);
+    fs::write(dir.path().join("recipe.toml"), few).unwrap();
+    for file in ["recipe.toml", "r.toml"] {
+        let run = |more: &[&str]| {
+            let done = catseye(dir.path(), &[&["dataset", file, "--device", "cpu"], more].concat());
+            assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+            text(&done.stdout)
+        };
+        let told = run(&["--dry-run", "--json"]);
+        assert!(run(&["--dry-run"]).contains("MiB a frame with its tables"));
+        run(&["-o", "made"]);
+        let (told_bytes, made) = (number(&told, "bytes"), bytes(&dir.path().join("made")));
+        assert!((told_bytes / made - 1.0).abs() < 0.3, "{file}: told {told_bytes}, made {made}");
+        let frames = fs::read_dir(dir.path().join("made")).unwrap().filter_map(|e| {
+            let e = e.unwrap();
+            e.file_name().to_string_lossy().starts_with("frame_").then(|| bytes(&e.path()))
+        });
+        let (n, sum) = frames.fold((0, 0.0), |(n, sum), b| (n + 1, sum + b));
+        let (told_frame, frame) = (number(&told, "bytes_a_frame"), sum / f64::from(n));
+        assert!((told_frame / frame - 1.0).abs() < 0.3, "{file}: told {told_frame}, a frame has {frame}");
+        fs::remove_dir_all(dir.path().join("made")).unwrap();
+    }
+    refused(dir.path(), &["dataset", "r.toml"], &["--output"]);
+}
+
+/// A run's bytes are told with its tables: where samples and pictures are the most, and where the echoes are.
+#[test]
+fn a_dry_run_tells_the_bytes_of_a_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let done = catseye(dir.path(), &[args, &["--device", "cpu"]].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        text(&done.stdout)
+    };
+    run(&["init", "scenario"]);
+    let scenario = fs::read_to_string(dir.path().join("scenario.toml")).unwrap();
+    let bare: String =
+        scenario.lines().take_while(|l| !l.starts_with("[output]")).map(|l| format!("{l}\n")).collect();
+    fs::write(dir.path().join("bare.toml"), bare + "[output]\nadc = false\nplots = false\n").unwrap();
+    for file in ["scenario.toml", "bare.toml"] {
+        let told = number(&run(&["simulate", file, "--dry-run", "--json"]), "disk_bytes_per_frame");
+        run(&["simulate", file, "-o", "run", "--force"]);
+        let made = bytes(&dir.path().join("run/frame_000000"));
+        assert!((told / made - 1.0).abs() < 0.3, "{file}: told {told}, made {made}");
+    }
+}
+
+/// A recipe of a format that this build does not write can be looked at, and a dataset in it can be checked.
+#[test]
+fn formats_of_other_builds_can_be_drawn_and_verified() {
+    let dir = place();
+    make(dir.path(), "d", &[]);
+    let recipe = fs::read_to_string(dir.path().join("r.toml")).unwrap();
+    fs::write(dir.path().join("z.toml"), recipe.replace("format = \"frames\"", "format = \"zarr\"")).unwrap();
+    let drawn = catseye(dir.path(), &["dataset", "z.toml", "--scene", "2", "-o", "s2"]);
+    assert_eq!(drawn.status.code(), Some(0), "{}", text(&drawn.stderr));
+    assert!(dir.path().join("s2/scenario.toml").is_file());
+    if !cfg!(feature = "zarr") {
+        refused(
+            dir.path(),
+            &["dataset", "z.toml", "-o", "z"],
+            &["z.toml:", "store.format", "--features zarr"],
+        );
+    }
+    // A layout of Zarr is none that is refused; here it is only not the one that was written.
+    let layout = dir.path().join("d/layout.json");
+    let text_of = fs::read_to_string(&layout).unwrap();
+    fs::write(&layout, text_of.replace("\"frames\",", "\"zarr\",")).unwrap();
+    let found = catseye(dir.path(), &["verify", "d"]);
+    let said = text(&found.stdout);
+    assert!(said.starts_with("wrong checksums: 1: layout.json"), "{said} {}", text(&found.stderr));
+}

@@ -3,6 +3,7 @@
 mod commands;
 mod common;
 mod dataset;
+mod diff;
 mod export;
 mod hostile_values;
 mod lane;

@@ -296,7 +296,7 @@ pub(super) fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str
 }
 
 impl Layout {
-    /// Refuses a layout that cannot be stored, or not by this build.
+    /// Refuses a layout that cannot be stored by any build.
     ///
     /// # Errors
     /// The first thing that cannot be stored, with what can.
@@ -376,9 +376,17 @@ impl Layout {
                 .allowed(allowed)
                 .into());
         }
+        Ok(())
+    }
+
+    /// Refuses a format that this build neither writes nor reads.
+    ///
+    /// # Errors
+    /// `BadInput` with the formats that it has and the feature to build with.
+    pub fn check_built(&self) -> Result<()> {
         if !self.format.is_built() {
             let feature = self.format.name();
-            return Err(bad("this build does not have the format")
+            return Err(BadInput::new("this build does not have the format")
                 .key("format")
                 .value(feature)
                 .allowed(
@@ -441,8 +449,18 @@ impl Layout {
     /// Reads `layout.json` of `dir`.
     ///
     /// # Errors
-    /// `BadInput` where there is none, for one that is damaged, of a later version, or that this build cannot read.
+    /// As [`describe`](Layout::describe); a format that this build cannot read.
     pub fn open(dir: &Path) -> Result<Layout> {
+        let layout = Layout::describe(dir)?;
+        layout.check_built()?;
+        Ok(layout)
+    }
+
+    /// The same, also of a format that this build cannot read.
+    ///
+    /// # Errors
+    /// `BadInput` where there is none, for one that is damaged or of a later version.
+    pub fn describe(dir: &Path) -> Result<Layout> {
         let layout = Layout::find(dir)?.ok_or_else(|| {
             BadInput::new("is no dataset: it has no layout.json")
                 .file(dir)

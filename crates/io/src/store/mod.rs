@@ -46,6 +46,7 @@ impl Layout {
     /// `BadInput` for a layout that cannot be stored and for a folder that holds another.
     pub fn create(&self, dir: &Path) -> Result<()> {
         self.check()?;
+        self.check_built()?;
         std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, e))?;
         self.keep(dir)?;
         #[cfg(feature = "zarr")]
@@ -69,6 +70,7 @@ impl Layout {
         frames: &mut dyn FnMut(u64) -> Result<Record>,
     ) -> Result<Vec<ShardFile>> {
         self.check()?;
+        self.check_built()?;
         self.check_shard(shard)?;
         let mut writer: Box<dyn ShardWriter + '_> = match self.format {
             #[cfg(feature = "zarr")]

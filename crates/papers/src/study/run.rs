@@ -63,6 +63,16 @@ pub struct RunReport {
     pub failed: Option<Error>,
 }
 
+impl RunReport {
+    /// Facts with a number of the document, and those of them whose number here does not agree, as `study: fact`.
+    pub fn disagreeing(&self) -> (usize, Vec<String>) {
+        let facts = self.studies.iter().flat_map(|s| s.facts.iter().map(move |f| (s, f)));
+        let judged: Vec<_> = facts.filter_map(|(s, f)| Some((s, f, f.agrees()?))).collect();
+        let off = judged.iter().filter(|(.., agrees)| !agrees);
+        (judged.len(), off.map(|(s, f, _)| format!("{}: {}", s.name, f.name)).collect())
+    }
+}
+
 #[derive(serde::Serialize)]
 struct Manifest<'a> {
     catseye: &'static str,

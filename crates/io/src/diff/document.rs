@@ -1,0 +1,146 @@
+//! JSON documents: truth of frames, manifests, reports.
+
+use super::found::{Difference, Found, Tolerances};
+use super::measure::Measure;
+use catseye::error::{BadInput, Result, json_in_words};
+use catseye::formats::input;
+use serde_json::{Map, Value};
+use std::path::Path;
+
+/// Keys of manifests and reports that say what made a result, when and where, and not what it is.
+const OF_THE_MAKING: [&str; 15] = [
+    "catseye",
+    "checksums",
+    "device",
+    "driver",
+    "engine",
+    "folder",
+    "kind",
+    "radar",
+    "repaired",
+    "resumed",
+    "scenario",
+    "scenario_name",
+    "seconds",
+    "sources",
+    "synthesis",
+];
+
+/// Reads a JSON file.
+///
+/// # Errors
+/// `BadInput` with the line for a file that is no JSON.
+pub fn read(path: &Path) -> Result<Value> {
+    let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
+    serde_json::from_slice(&bytes).map_err(|e| {
+        BadInput::new(format!("damaged: {}", json_in_words(&e)))
+            .file(path)
+            .line(e.line())
+            .remedy("bring back the file that was written")
+            .into()
+    })
+}
+
+/// A key with the place of its value.
+struct At<'a> {
+    file: &'a str,
+    /// The last key, whose end is the unit.
+    name: &'a str,
+    /// With the numbers of elements.
+    path: String,
+    /// Without them.
+    what: String,
+    /// Numbers are levels in dB, as a unit beside them says.
+    is_level: bool,
+    /// What is beside: the size of a vector's longest part.
+    scale: f64,
+}
+
+impl<'a> At<'a> {
+    fn key(&self, name: &'a str) -> At<'a> {
+        let dot = if self.path.is_empty() { "" } else { "." };
+        At {
+            name,
+            path: format!("{}{dot}{name}", self.path),
+            what: format!("{}{dot}{name}", self.what),
+            scale: 0.0,
+            ..*self
+        }
+    }
+
+    fn element(&self, i: usize, scale: f64) -> At<'a> {
+        At { path: format!("{}[{i}]", self.path), what: format!("{}[]", self.what), scale, ..*self }
+    }
+
+    fn unequal(&self, a: &Value, b: &Value) -> Difference {
+        // Of tables and lists the beginning says enough.
+        let short = |v: &Value| match v {
+            Value::Array(list) => Value::String(format!("{} elements", list.len())),
+            Value::Object(keys) => Value::String(format!("{} keys", keys.len())),
+            v => v.clone(),
+        };
+        let what = if self.what.is_empty() { "document" } else { &self.what };
+        Difference::unequal(self.file, what, &*self.path, short(a), short(b))
+    }
+}
+
+fn longest(list: &[Value]) -> f64 {
+    list.iter().filter_map(Value::as_f64).fold(0.0, |most, x| most.max(x.abs()))
+}
+
+fn is_level(keys: &Map<String, Value>) -> bool {
+    keys.get("unit").and_then(Value::as_str).is_some_and(|u| u.starts_with("dB"))
+}
+
+fn walk(at: &At<'_>, a: &Value, b: &Value, skip: &[&str], t: &Tolerances, found: &mut Found) {
+    match (a, b) {
+        (Value::Object(x), Value::Object(y)) => {
+            let level = is_level(x) && is_level(y);
+            for (key, value) in x.iter().filter(|(k, _)| !skip.contains(&k.as_str())) {
+                let at = At { is_level: level, ..at.key(key) };
+                match y.get(key) {
+                    Some(other) => walk(&at, value, other, skip, t, found),
+                    None => found.note(at.unequal(value, &Value::Null)),
+                }
+            }
+            for (key, value) in y.iter().filter(|(k, _)| !x.contains_key(*k) && !skip.contains(&k.as_str())) {
+                found.note(at.key(key).unequal(&Value::Null, value));
+            }
+        }
+        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
+            let scale = longest(x).max(longest(y));
+            for (i, (value, other)) in x.iter().zip(y).enumerate() {
+                walk(&at.element(i, scale), value, other, skip, t, found);
+            }
+        }
+        (Value::Number(x), Value::Number(y)) => {
+            found.values += 1;
+            let measure = if at.is_level { Measure::level(t) } else { Measure::of(at.name, t) };
+            let number = |n: &serde_json::Number| n.as_f64().unwrap_or(f64::NAN);
+            let d = measure.apart(number(x), number(y), at.scale);
+            if d.is_too_far() {
+                found.note(at.unequal(a, b).by(d.apart, d.allowed, d.unit));
+            }
+        }
+        (a, b) => {
+            found.values += 1;
+            if a != b {
+                found.note(at.unequal(a, b));
+            }
+        }
+    }
+}
+
+/// Compares two documents key by key.
+pub fn compare(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
+    walk(&top(file), a, b, &[], t, found);
+}
+
+/// Compares the figures of two manifests or reports: not what made them, when and where.
+pub fn compare_figures(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
+    walk(&top(file), a, b, &OF_THE_MAKING, t, found);
+}
+
+fn top(file: &str) -> At<'_> {
+    At { file, name: "", path: String::new(), what: String::new(), is_level: false, scale: 0.0 }
+}

@@ -1,0 +1,209 @@
+//! Tolerances, and the differences that are found.
+
+use catseye::error::{BadInput, Result};
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::PathBuf;
+
+/// How far two results may be apart. Each may be infinite, which lets anything pass, but those that match points.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tolerances {
+    /// Levels (columns and keys that end in `_db`, `_dbm`, `_dbsm`), dB, and powers in W by their ratio, dB.
+    pub tolerance_db: f64,
+    /// Cross sections count only where one of the two is above the greatest of both tables less this, dB.
+    pub above_db: f64,
+    /// Phases of the amplitudes in RCS tables where their levels count, degrees; none: they are not compared.
+    pub phase_deg: Option<f64>,
+    /// Arrays: the norm of the difference over the norm, and the largest difference over the largest value. Other numbers:
+    /// the difference over the larger of the two.
+    pub relative: f64,
+    /// Lengths (`_m`), m.
+    pub tolerance_m: f64,
+    /// Velocities (`_mps`), m/s.
+    pub tolerance_mps: f64,
+    /// Angles (`_deg`), degrees.
+    pub tolerance_deg: f64,
+    /// Points match within this of range, m; none: the range cell of the manifest beside them, else 0.5 m.
+    pub match_m: Option<f64>,
+    /// Points match within this of range rate, m/s; none: the cell of the manifest beside them, else 0.5 m/s.
+    pub match_mps: Option<f64>,
+    /// Points match within this of azimuth, degrees.
+    pub match_deg: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Tolerances {
+            tolerance_db: 0.1,
+            above_db: 40.0,
+            phase_deg: None,
+            relative: 1e-3,
+            tolerance_m: 0.01,
+            tolerance_mps: 0.01,
+            tolerance_deg: 0.1,
+            match_m: None,
+            match_mps: None,
+            match_deg: 2.0,
+        }
+    }
+}
+
+impl Tolerances {
+    /// Refuses what is no tolerance.
+    ///
+    /// # Errors
+    /// `BadInput` with the name of a value that is negative or not a number, or not finite where points are matched.
+    pub fn check(&self) -> Result<()> {
+        let any = [
+            ("tolerance_db", Some(self.tolerance_db)),
+            ("above_db", Some(self.above_db)),
+            ("phase_deg", self.phase_deg),
+            ("relative", Some(self.relative)),
+            ("tolerance_m", Some(self.tolerance_m)),
+            ("tolerance_mps", Some(self.tolerance_mps)),
+            ("tolerance_deg", Some(self.tolerance_deg)),
+        ];
+        let finite =
+            [("match_m", self.match_m), ("match_mps", self.match_mps), ("match_deg", Some(self.match_deg))];
+        let refuse = |name: &str, value: f64, allowed: &str| {
+            BadInput::new("is no tolerance").key(name).value(value).allowed(allowed)
+        };
+        for (name, value) in any {
+            if let Some(x) = value.filter(|x| x.is_nan() || *x < 0.0) {
+                return Err(refuse(name, x, "0 or more, or inf").into());
+            }
+        }
+        for (name, value) in finite {
+            if let Some(x) = value.filter(|x| !x.is_finite() || *x < 0.0) {
+                return Err(refuse(name, x, "0 or more, finite").into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What differs in one file or array: of all places, the one where the two are farthest apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Difference {
+    /// Path of the file below the folders, or the frame and name in a dataset.
+    pub file: String,
+    /// The column, key or measure that differs.
+    pub what: String,
+    /// Number of places where it differs.
+    pub places: u64,
+    /// The place where the two are farthest apart: line, index, key or point.
+    pub place: String,
+    /// What the first has there; null where it has nothing.
+    pub a: Value,
+    /// What the second has there; null where it has nothing.
+    pub b: Value,
+    /// How far they are apart, in `unit`; null where no number says it.
+    pub apart: Option<f64>,
+    /// How far they may be apart, in `unit`; null where they have to be equal.
+    pub allowed: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+}
+
+impl Difference {
+    /// Two values that should be equal.
+    pub fn unequal(file: &str, what: &str, place: impl Into<String>, a: Value, b: Value) -> Self {
+        Difference {
+            file: file.into(),
+            what: what.into(),
+            places: 1,
+            place: place.into(),
+            a,
+            b,
+            apart: None,
+            allowed: None,
+            unit: String::new(),
+        }
+    }
+
+    /// The same with how far they are apart, and may be.
+    pub fn by(self, apart: f64, allowed: f64, unit: &str) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        Difference { apart: finite(apart), allowed: finite(allowed), unit: unit.into(), ..self }
+    }
+
+    /// No number is farther than all numbers.
+    fn rank(&self) -> f64 {
+        self.apart.unwrap_or(f64::INFINITY)
+    }
+}
+
+/// A number as JSON; as text where JSON has no word for it.
+pub fn number(x: f64) -> Value {
+    match serde_json::Number::from_f64(x) {
+        Some(n) => Value::Number(n),
+        None => Value::String(x.to_string()),
+    }
+}
+
+/// What was compared, and what was found.
+#[derive(Debug, Default)]
+pub struct Found {
+    differences: BTreeMap<(String, String), Difference>,
+    /// Number of files and arrays that were compared.
+    pub files: u64,
+    /// Number of values that were compared.
+    pub values: u64,
+}
+
+impl Found {
+    /// Whether nothing differs.
+    pub fn is_alike(&self) -> bool {
+        self.differences.is_empty()
+    }
+
+    /// Adds a difference to those of its file and column.
+    pub fn note(&mut self, d: Difference) {
+        match self.differences.entry((d.file.clone(), d.what.clone())) {
+            Entry::Vacant(e) => _ = e.insert(d),
+            Entry::Occupied(mut e) => {
+                let here = e.get_mut();
+                let places = here.places + d.places;
+                if d.rank() > here.rank() {
+                    *here = d;
+                }
+                here.places = places;
+            }
+        }
+    }
+
+    /// Adds what another found.
+    pub fn add(&mut self, other: Found) {
+        self.files += other.files;
+        self.values += other.values;
+        other.differences.into_values().for_each(|d| self.note(d));
+    }
+
+    /// By file, then by what differs.
+    pub fn list(self) -> Vec<Difference> {
+        self.differences.into_values().collect()
+    }
+}
+
+/// What a comparison gives.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The first result.
+    pub a: PathBuf,
+    /// The second result.
+    pub b: PathBuf,
+    /// What both are.
+    pub kind: String,
+    /// Whether nothing differs.
+    pub alike: bool,
+    /// Number of files and arrays that were compared.
+    pub files: u64,
+    /// Number of values that were compared.
+    pub values: u64,
+    /// What was allowed.
+    pub tolerances: Tolerances,
+    /// What differs, by file.
+    pub differences: Vec<Difference>,
+}

@@ -1,0 +1,168 @@
+//! What a file or folder is, as far as results are compared.
+
+use super::document;
+use crate::dataset::DATASET;
+use crate::store::LAYOUT;
+use catseye::error::{BadInput, Error, Result};
+use catseye::formats::stage::MANIFEST;
+use catseye::formats::{input, rcs_csv};
+use serde_json::Value;
+use std::fmt;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Comments and header of a table are at most so long.
+const HEADER_BYTES: u64 = 1 << 20;
+
+/// What can be compared with its like.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Kind {
+    /// Cross sections, as `catseye rcs` writes them.
+    Rcs,
+    /// Points, as in `points.csv`.
+    Points,
+    /// Echoes, as in `returns.csv`.
+    Echoes,
+    /// The table of a study.
+    Study,
+    /// Another CSV table.
+    Table,
+    /// A NumPy array.
+    Array,
+    /// Samples in another format.
+    Cube,
+    /// What `catseye study --json` prints.
+    Report,
+    /// Another JSON document.
+    Document,
+    /// A folder with a layout.
+    Dataset,
+    /// A folder of a frame.
+    Frame,
+    /// A folder with a manifest, and the kind that it names.
+    Folder(String),
+    /// A picture or a page, which is not looked at.
+    Shown,
+    /// A file of which only the bytes are known.
+    Other,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kind::Rcs => "RCS table",
+            Kind::Points => "table of points",
+            Kind::Echoes => "table of echoes",
+            Kind::Study => "study table",
+            Kind::Table => "table",
+            Kind::Array => "array",
+            Kind::Cube => "cube of samples",
+            Kind::Report => "study report",
+            Kind::Document => "JSON document",
+            Kind::Dataset => "dataset",
+            Kind::Frame => "frame",
+            Kind::Folder(kind) => kind,
+            Kind::Shown => "picture",
+            Kind::Other => "file",
+        })
+    }
+}
+
+fn of_table(path: &Path) -> Result<Kind> {
+    let file = input::open(path, "a CSV table")?;
+    let mut lines = BufReader::new(file.take(HEADER_BYTES));
+    let mut line = Vec::new();
+    let mut is_study = false;
+    loop {
+        line.clear();
+        let n = lines.read_until(b'\n', &mut line).map_err(|e| Error::io(path, e))?;
+        let text = String::from_utf8_lossy(&line);
+        let text = text.trim_start_matches('\u{feff}').trim();
+        if let Some(comment) = text.strip_prefix('#') {
+            is_study |= comment.trim().starts_with("study:");
+        }
+        if n == 0 {
+            return Err(BadInput::new("no header line").file(path).into());
+        }
+        if text.is_empty() || text.starts_with('#') {
+            continue;
+        }
+        let names: Vec<&str> = text.split(',').map(|c| c.trim().trim_matches('"')).collect();
+        let has = |list: &[&str]| list.iter().all(|c| names.contains(c));
+        return Ok(match () {
+            () if is_study => Kind::Study,
+            () if has(&rcs_csv::COLUMNS) => Kind::Rcs,
+            () if has(&super::points::PLACE) && has(&["chain"]) => Kind::Echoes,
+            () if has(&super::points::PLACE) => Kind::Points,
+            () => Kind::Table,
+        });
+    }
+}
+
+fn of_folder(path: &Path) -> Result<Kind> {
+    if path.join(DATASET).is_file() || path.join(LAYOUT).is_file() {
+        return Ok(Kind::Dataset);
+    }
+    let manifest = path.join(MANIFEST);
+    if manifest.is_file() {
+        return match document::read(&manifest)?.get("kind") {
+            Some(Value::String(kind)) => Ok(Kind::Folder(kind.clone())),
+            _ => Err(BadInput::new("does not say what kind of result it describes")
+                .file(manifest)
+                .key("kind")
+                .remedy("bring back the file that was written")
+                .into()),
+        };
+    }
+    if ["adc.npy", "range_doppler.npy", "points.csv", "returns.csv", "truth.json"]
+        .iter()
+        .any(|f| path.join(f).is_file())
+    {
+        return Ok(Kind::Frame);
+    }
+    Err(BadInput::new("is no result: it has no manifest.json, no dataset.json and no files of a frame")
+        .file(path)
+        .remedy("name a file or a folder that catseye wrote")
+        .into())
+}
+
+impl Kind {
+    /// Of a file or folder that a user names.
+    ///
+    /// # Errors
+    /// `BadInput` for what is no result of catseye, or is damaged.
+    pub fn of(path: &Path) -> Result<Kind> {
+        if path.is_dir() {
+            return of_folder(path);
+        }
+        input::regular(path, "a result of catseye")?;
+        match Kind::of_file(path)? {
+            Kind::Shown | Kind::Other => Err(BadInput::new("is no file that can be compared")
+                .file(path)
+                .allowed("a folder that catseye wrote, .csv, .npy, .json, .h5, .bin (with a .cfg), .parquet")
+                .into()),
+            kind => Ok(kind),
+        }
+    }
+
+    /// Of a file in a folder.
+    ///
+    /// # Errors
+    /// `BadInput` for a table or document that is damaged.
+    pub fn of_file(path: &Path) -> Result<Kind> {
+        let extension =
+            path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        Ok(match extension.as_str() {
+            "csv" => of_table(path)?,
+            "npy" => Kind::Array,
+            "h5" | "hdf5" | "bin" => Kind::Cube,
+            "parquet" => Kind::Rcs,
+            "json" => match document::read(path)?.get("studies") {
+                Some(_) => Kind::Report,
+                None => Kind::Document,
+            },
+            "png" | "jpg" | "svg" | "html" | "md" => Kind::Shown,
+            _ => Kind::Other,
+        })
+    }
+}
