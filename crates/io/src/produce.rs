@@ -612,10 +612,17 @@ impl Run<'_> {
         let pools: Vec<ThreadPool> = (0..jobs).map(|_| pool()).collect::<Result<_>>()?;
         std::thread::scope(|scope| {
             for pool in &pools {
-                scope.spawn(move || pool.install(|| self.compute(scope)));
+                self.begin(scope, move || pool.install(|| self.compute(scope)));
             }
         });
         Ok(self.failure().take())
+    }
+
+    /// Begins a thread of the run. Where the system has none left, the run fails.
+    fn begin<'scope>(&self, scope: &'scope Scope<'scope, '_>, work: impl FnOnce() + Send + 'scope) {
+        if let Err(e) = std::thread::Builder::new().spawn_scoped(scope, work) {
+            self.fail(Error::Failed(format!("threads: {e}")));
+        }
     }
 
     fn failure(&self) -> MutexGuard<'_, Option<Error>> {
@@ -641,7 +648,7 @@ impl Run<'_> {
         while let Some((claim, begun)) = self.board.claim(own, &|| self.stopped()) {
             own = Some(claim.shard);
             if let Some(queue) = begun {
-                scope.spawn(move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
+                self.begin(scope, move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
             }
             if let Err(e) = self.frames(&claim) {
                 // A writer that is gone has said why.
