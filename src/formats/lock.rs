@@ -48,7 +48,8 @@ impl Lock {
                 continue;
             }
             file.set_len(0).and_then(|()| file.rewind()).map_err(io)?;
-            let command: Vec<String> = std::env::args().take(4).collect();
+            let command: Vec<String> =
+                std::env::args_os().take(4).map(|a| a.to_string_lossy().into_owned()).collect();
             write!(file, "process {} ({})", std::process::id(), command.join(" ")).map_err(io)?;
             return Ok(Lock { path, _file: file });
         }

@@ -572,3 +572,19 @@ fn formats_of_other_builds_can_be_drawn_and_verified() {
     let said = text(&found.stdout);
     assert!(said.starts_with("wrong checksums: 1: layout.json"), "{said} {}", text(&found.stderr));
 }
+
+/// A folder whose name is no text is one like any other.
+#[cfg(unix)]
+#[test]
+fn a_folder_may_have_any_name() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let dir = place();
+    let name = OsStr::from_bytes(b"\xff\xfedata");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_catseye"));
+    let done =
+        run.current_dir(dir.path()).args(["dataset", "r.toml", "--device", "cpu", "-o"]).arg(name).output();
+    let done = done.unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    assert!(dir.path().join(name).join("dataset.json").exists());
+}
