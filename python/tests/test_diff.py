@@ -35,3 +35,19 @@ def test_bad_input(tmp_path):
     with pytest.raises(catseye.BadInput) as e:
         catseye.diff(tmp_path / "t.csv", tmp_path / "t.csv", tolerance_db=-1.0)
     assert e.value.key == "tolerance_db"
+
+
+def test_datasets_of_other_formats(data, recipe, engine, tmp_path):
+    text = recipe.read_text()
+    assert 'format = "frames"' in text
+    (tmp_path / "tiny_radar.toml").write_bytes((recipe.parent / "tiny_radar.toml").read_bytes())
+    for name in ("zarr", "hdf5"):
+        other = tmp_path / f"{name}.toml"
+        other.write_text(text.replace('format = "frames"', f'format = "{name}"'))
+        catseye.dataset(other, tmp_path / name, engine=engine)
+        found = catseye.diff(data, tmp_path / name, tolerance_db=0, relative=0, tolerance_m=0)
+        assert found["alike"] and found["kind"] == "dataset" and found["values"] > 1e5
+    # Another seed, other scenes.
+    catseye.dataset(recipe, tmp_path / "seed", engine=engine, seed=4)
+    found = catseye.diff(data, tmp_path / "seed")
+    assert not found["alike"] and {"frame_000000/adc"} <= {d["file"] for d in found["differences"]}

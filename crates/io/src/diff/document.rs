@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use std::path::Path;
 
 /// Keys of manifests and reports that say what made a result, when and where, and not what it is.
-const OF_THE_MAKING: [&str; 15] = [
+const OF_THE_MAKING: [&str; 14] = [
     "catseye",
     "checksums",
     "device",
@@ -21,18 +21,26 @@ const OF_THE_MAKING: [&str; 15] = [
     "resumed",
     "scenario",
     "scenario_name",
-    "seconds",
     "sources",
     "synthesis",
 ];
 
-/// Reads a JSON file.
+fn is_of_the_making(key: &str) -> bool {
+    OF_THE_MAKING.contains(&key) || key.starts_with("seconds")
+}
+
+/// Reads a JSON file; of a file with one document a line, the list of them.
 ///
 /// # Errors
 /// `BadInput` with the line for a file that is no JSON.
 pub fn read(path: &Path) -> Result<Value> {
     let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
-    serde_json::from_slice(&bytes).map_err(|e| {
+    let several = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("jsonl"));
+    let read: serde_json::Result<Value> = match several {
+        true => serde_json::Deserializer::from_slice(&bytes).into_iter::<Value>().collect(),
+        false => serde_json::from_slice(&bytes),
+    };
+    read.map_err(|e| {
         BadInput::new(format!("damaged: {}", json_in_words(&e)))
             .file(path)
             .line(e.line())
@@ -92,18 +100,18 @@ fn is_level(keys: &Map<String, Value>) -> bool {
     keys.get("unit").and_then(Value::as_str).is_some_and(|u| u.starts_with("dB"))
 }
 
-fn walk(at: &At<'_>, a: &Value, b: &Value, skip: &[&str], t: &Tolerances, found: &mut Found) {
+fn walk(at: &At<'_>, a: &Value, b: &Value, skip: fn(&str) -> bool, t: &Tolerances, found: &mut Found) {
     match (a, b) {
         (Value::Object(x), Value::Object(y)) => {
             let level = is_level(x) && is_level(y);
-            for (key, value) in x.iter().filter(|(k, _)| !skip.contains(&k.as_str())) {
+            for (key, value) in x.iter().filter(|(k, _)| !skip(k)) {
                 let at = At { is_level: level, ..at.key(key) };
                 match y.get(key) {
                     Some(other) => walk(&at, value, other, skip, t, found),
                     None => found.note(at.unequal(value, &Value::Null)),
                 }
             }
-            for (key, value) in y.iter().filter(|(k, _)| !x.contains_key(*k) && !skip.contains(&k.as_str())) {
+            for (key, value) in y.iter().filter(|(k, _)| !x.contains_key(*k) && !skip(k)) {
                 found.note(at.key(key).unequal(&Value::Null, value));
             }
         }
@@ -133,12 +141,12 @@ fn walk(at: &At<'_>, a: &Value, b: &Value, skip: &[&str], t: &Tolerances, found:
 
 /// Compares two documents key by key.
 pub fn compare(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
-    walk(&top(file), a, b, &[], t, found);
+    walk(&top(file), a, b, |_| false, t, found);
 }
 
 /// Compares the figures of two manifests or reports: not what made them, when and where.
 pub fn compare_figures(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
-    walk(&top(file), a, b, &OF_THE_MAKING, t, found);
+    walk(&top(file), a, b, is_of_the_making, t, found);
 }
 
 fn top(file: &str) -> At<'_> {

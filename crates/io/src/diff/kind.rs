@@ -139,7 +139,7 @@ impl Kind {
         match Kind::of_file(path)? {
             Kind::Shown | Kind::Other => Err(BadInput::new("is no file that can be compared")
                 .file(path)
-                .allowed("a folder that catseye wrote, .csv, .npy, .json, .h5, .bin (with a .cfg), .parquet")
+                .allowed("a folder that catseye wrote, .csv, .npy, .json, .jsonl, .h5, .bin (with a .cfg), .parquet")
                 .into()),
             kind => Ok(kind),
         }
@@ -157,7 +157,7 @@ impl Kind {
             "npy" => Kind::Array,
             "h5" | "hdf5" | "bin" => Kind::Cube,
             "parquet" => Kind::Rcs,
-            "json" => match document::read(path)?.get("studies") {
+            "json" | "jsonl" => match document::read(path)?.get("studies") {
                 Some(_) => Kind::Report,
                 None => Kind::Document,
             },
