@@ -15,7 +15,7 @@ use crate::dsp::multiplex::decode;
 use crate::dsp::peaks::group;
 use crate::dsp::{RangeDoppler, Snapshots, window};
 use crate::engine::Engine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::formats::csv::Table;
 use crate::frames::direction_from_angles;
 use crate::scene::radar::{AngleMethod, AngleSettings, Radar, Sources};
@@ -87,8 +87,13 @@ pub fn manifold(radar: &Radar) -> Result<Manifold> {
     let ideal = Manifold::of_radar(radar)?;
     match &radar.processing.angle.calibration {
         None => Ok(ideal),
-        Some(c) => ideal
-            .with_calibration(&Calibration::from_table(&Table::parse(&c.path, c.text.clone())?, &c.path)?),
+        Some(c) => {
+            let table = Table::parse(&c.path, c.text.clone())?;
+            ideal.with_calibration(&Calibration::from_table(&table, &c.path)?).map_err(|e| match e {
+                Error::Input(e) => e.file(&c.path).into(),
+                e => e,
+            })
+        }
     }
 }
 

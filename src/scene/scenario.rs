@@ -663,7 +663,9 @@ impl Scenario {
         if scene.objects.is_empty() {
             return Err(BadInput::new("the scenario has nothing in it")
                 .key("scene")
-                .remedy("give scene.builtin, scene.file, a [[point]] or an [[object]]")
+                .remedy(
+                    "give a [[point]], an [[object]], scene.file, or a scene.builtin other than \"empty\"",
+                )
                 .into());
         }
         self.weather.wet(&mut scene)?;

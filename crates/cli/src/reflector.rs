@@ -130,6 +130,8 @@ impl MakeReflector {
             return Err(e.key(reflector.spec()).into());
         }
         let written = mesh_file::write(&scene, output, self.unit.as_deref())?;
+        // A picture of that name may be that of the same body in another format.
+        let mut kept = None;
         // Both or neither: the picture is made before the first file is written.
         let picture = match (&mesh, preview) {
             (Some(_), Some(p)) if p.as_os_str() == "none" => None,
@@ -137,15 +139,24 @@ impl MakeReflector {
                 let lines = lines(&reflector, mesh.triangles.len(), report.as_ref());
                 let title = format!("{}: {}", reflector.kind().name, reflector.kind().summary);
                 let path = preview.clone().unwrap_or_else(|| output.with_extension("png"));
+                let is_taken = !global.force && path.exists();
+                if is_taken && preview.is_some() {
+                    return Err(BadInput::new("exists already")
+                        .file(path)
+                        .remedy("give --force to replace it, or another name")
+                        .into());
+                }
+                kept = is_taken.then(|| path.clone());
                 Some((path, solid_picture(&SolidView::new(&title, &lines, mesh))?))
             }
             (None, _) => None,
         };
         let file = stage::write_file(output, global.force, &written.bytes)?;
         let preview = match picture {
-            Some((path, picture)) => Some(picture.write(path, global.force)?),
-            None => None,
+            Some((path, picture)) if kept.is_none() => Some(picture.write(path, global.force)?),
+            _ => None,
         };
+        let kept = kept.map(|p| format!("{} exists and is kept; --force draws it anew", p.display()));
         let made = Made {
             file,
             preview,
@@ -153,7 +164,12 @@ impl MakeReflector {
             triangles: scene.triangle_count(),
             sagitta_m: reflector.sagitta_m(),
             sagitta_in_wavelengths_at_77_ghz: reflector.sagitta_m().map(|s| s * DEFAULT_FREQUENCY_HZ / C0),
-            notes: [report.as_ref().map_or_else(Vec::new, MeshReport::notes), written.notes].concat(),
+            notes: [
+                report.as_ref().map_or_else(Vec::new, MeshReport::notes),
+                written.notes,
+                kept.into_iter().collect(),
+            ]
+            .concat(),
             warnings: report.as_ref().map_or_else(Vec::new, MeshReport::warnings),
             mesh: report,
         };

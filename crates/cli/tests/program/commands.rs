@@ -164,6 +164,29 @@ fn a_reflector_comes_back_from_stl_and_obj() {
     refused(d, &["rcs", "r.obj", "--up", "z"], &["r.obj: states no unit; add --unit mm (m, cm, in, ft)"]);
 }
 
+/// The picture of the same body in another format is kept, and nothing is half written where one that was asked for is in the way.
+#[test]
+fn a_reflector_in_two_formats_has_one_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let made = |args: &[&str]| {
+        let done = catseye(d, args);
+        assert_eq!(done.status.code(), Some(0), "{args:?}: {}", text(&done.stderr));
+        text(&done.stderr)
+    };
+    made(&["reflector", "trihedral:leg_m=0.1", "-o", "c.stl"]);
+    let picture = std::fs::read(d.join("c.png")).unwrap();
+    let said = made(&["reflector", "trihedral:leg_m=0.2", "-o", "c.glb"]);
+    assert!(said.contains("c.png exists and is kept"), "{said}");
+    assert_eq!(std::fs::read(d.join("c.png")).unwrap(), picture);
+    refused(
+        d,
+        &["reflector", "trihedral", "-o", "other.glb", "--preview", "c.png"],
+        &["c.png", "exists already", "--force"],
+    );
+    assert!(!d.join("other.glb").exists());
+}
+
 #[test]
 fn a_file_name_is_no_kind_of_reflector() {
     let t = tempfile::tempdir().unwrap();

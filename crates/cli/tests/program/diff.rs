@@ -265,7 +265,7 @@ fn studies() {
     alike(d, &["a", "b", "--tolerance-db", "0.11"]);
     edited(d, table, table, "5,H 4 mm,-2.2", "5,H 4 mm,-2.5");
     edited(d, "b/manifest.json", "b/manifest.json", "\"ours\": 5.7", "\"ours\": 5.9");
-    let report = differs(d, &["a", "b"], &["rcs_dbsm", "line 7", "studies[0].facts[0].ours"]);
+    let report = differs(d, &["a", "b"], &["rcs_dbsm", "line 8", "studies[0].facts[0].ours"]);
     assert_eq!(report["kind"], "study");
     assert_eq!(what(&report), ["studies[].facts[].ours", "rcs_dbsm"]);
     refused(d, &["diff", "a/my-study.csv", "a/manifest.json"], &["'study table'", "one kind"]);

@@ -244,6 +244,15 @@ fn calibration_makes_a_spoilt_array_right() {
     // Errors of 40 deg in each antenna move a beam of 12 channels by some tenths of a degree (0.41 with this seed).
     assert!(without.iter().all(|e| (0.2..2.0).contains(e)), "{without:?}");
     assert!(calibrated.iter().all(|e| *e < 0.05), "{calibrated:?}");
+    // That of another array is named.
+    let all = std::fs::read_to_string(d.join("cal.csv")).unwrap();
+    let fewer = |line: &&str| line.split(',').nth(2).and_then(|c| c.parse().ok()).is_none_or(|c: u32| c < 8);
+    let other: Vec<&str> = all.lines().filter(fewer).collect();
+    std::fs::write(d.join("other.csv"), other.join("\n") + "\n").unwrap();
+    let radar = std::fs::read_to_string(d.join("r.toml")).unwrap();
+    std::fs::write(d.join("r2.toml"), radar.replace("cal.csv", "other.csv")).unwrap();
+    let args = ["process", "with/frame_000000/adc.npy", "--radar", "r2.toml", "-o", "no"];
+    refused(d, &args, &["other.csv", "another array", "channels"], "no");
     let again = done(d, &["process", "with/frame_000000/adc.npy", "--radar", "r.toml", "-o", "again"]);
     assert_eq!((&again["calibrated"], &again["absolute_levels"]), (&true.into(), &true.into()));
     // The run's folder holds what its radar reads: beside the copy, the manifest's radar is the same.

@@ -302,7 +302,7 @@ fn by_distance(seen: &[MarkerLook], view: &View) -> Chart {
     let mut chart = Chart::new(
         "Markers over distance",
         Axis::new("distance (m)", 0.0, view.reach_m[1]),
-        Axis::new("share (%)", 0.0, 105.0),
+        Axis::new("share (%)", 0.0, 100.0),
     );
     let names = ["with a point within 0.3 m", "in a line (recall)", "members that are markers (precision)"];
     for ((c, name), colour) in curves.into_iter().zip(names).zip([TRUE, SEEN, FOUND]) {
