@@ -258,7 +258,8 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
         return print_json(&d);
     }
     let mib = |b: u64| b as f64 / (1 << 20) as f64;
-    print(&format!("{} frames, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
+    let frames = if d.frames == 1 { "frame" } else { "frames" };
+    print(&format!("{} {frames}, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
     print(&format!(
         "cube {:.1} MiB, spectrum {:.1} MiB, maps {:.1} MiB, echoes {:.1} MiB",
         mib(d.cube_bytes),
