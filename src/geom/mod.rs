@@ -10,7 +10,7 @@ pub mod edges;
 pub mod faces;
 pub mod hash;
 pub mod outline;
-mod patches;
+pub(crate) mod patches;
 mod planes;
 pub mod remarks;
 mod rigid;

@@ -3,13 +3,14 @@
 use crate::geom::hash::FastMap;
 use glam::DVec3;
 
-/// Sine of the largest angle between normals that still counts as one plane. Far below the angle that
+/// Sine of the largest angle between normals that still counts as one plane where beams are concerned. Far below the angle that
 /// matters to a phase (a metre-wide facet tilted by it moves by a nanometre), far above rounding in f32
 /// files would be wrong: those keep their patches apart and are only traced, not merged.
-const COPLANAR: f64 = 1e-9;
+pub(super) const COPLANAR: f64 = 1e-9;
 
-/// Patch number of each triangle (0-based) and the number of patches.
-pub(super) fn coplanar_patches(positions_m: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<u32>, u32) {
+/// Patch number of each triangle (0-based) and the number of patches; `sine` of the largest angle between normals that counts as one
+/// plane.
+pub(crate) fn coplanar_patches(positions_m: &[DVec3], triangles: &[[u32; 3]], sine: f64) -> (Vec<u32>, u32) {
     let n = triangles.len();
     let normal: Vec<DVec3> = triangles
         .iter()
@@ -27,7 +28,7 @@ pub(super) fn coplanar_patches(positions_m: &[DVec3], triangles: &[[u32; 3]]) ->
             let (a, b) = (place[a as usize], place[b as usize]);
             let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
             let j = *edge_owner.entry(edge).or_insert(i);
-            if j != i && normal[i as usize].cross(normal[j as usize]).length() < COPLANAR {
+            if j != i && normal[i as usize].cross(normal[j as usize]).length() < sine {
                 let (ri, rj) = (root(&mut parent, i), root(&mut parent, j));
                 parent[ri.max(rj) as usize] = ri.min(rj);
             }
@@ -93,7 +94,7 @@ mod tests {
             material: vec![0; 4],
             ..Mesh::default()
         };
-        let (patch, count) = coplanar_patches(&mesh.positions_m, &mesh.triangles);
+        let (patch, count) = coplanar_patches(&mesh.positions_m, &mesh.triangles, COPLANAR);
         assert_eq!((patch, count), (vec![0, 0, 1, 1], 2));
     }
 }

@@ -3,7 +3,7 @@
 use super::curved_facet::{self, CurvedFacet};
 use super::faces::Faces;
 use super::hash::FastMap;
-use super::patches::coplanar_patches;
+use super::patches::{COPLANAR, coplanar_patches};
 use super::planes;
 use super::triangle::Triangle;
 use super::welded::{NO_PLANE, Welded, sides, weld};
@@ -149,7 +149,7 @@ impl RigidMesh {
         }
         let turned = |i: usize| turned.get(i).copied().unwrap_or(false);
         let positions_m = positions_m.as_ref().unwrap_or(&mesh.positions_m);
-        let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles);
+        let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles, COPLANAR);
         let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
         let mut planes = Vec::new();
         for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {

@@ -272,11 +272,6 @@ pub struct GroundRemark {
     pub frequency_hz: f64,
 }
 
-/// [`remark`] for a scene, in words.
-pub fn warning(scene: &Scene, freq_hz: f64, aspect: Aspect, options: &RcsOptions) -> Option<String> {
-    remark(scene.bounds_m(0.0)?, freq_hz, aspect, options).map(|r| r.to_string())
-}
-
 /// What is to be said of the ground for a target with these bounds, seen from `aspect`; None where a plane's reflection holds.
 pub fn remark(
     bounds_m: (DVec3, DVec3),

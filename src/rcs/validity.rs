@@ -8,10 +8,10 @@
 use super::ground::{self, GroundRemark};
 use super::{Aspect, RcsOptions};
 use crate::frames::direction_from_angles;
+use crate::geom::patches::coplanar_patches;
 use crate::scene::{Mesh, Scene, Shape};
 use crate::units::wavelength_m;
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// Faces of so many wavelengths and more are large.
 const LARGE: f64 = 2.0;
@@ -21,7 +21,7 @@ const GRAZING_DEG: f64 = 15.0;
 const COUNTS: f64 = 0.05;
 /// Most directions of one sweep that are looked at.
 const MOST_DIRECTIONS: usize = 181;
-/// Facets whose normals differ by less are in one plane.
+/// Facets whose normals differ by less are in one plane: files hold places in f32.
 const COPLANAR_RAD: f64 = 1e-5;
 /// Most directions of edges in which the width of one face is measured.
 const MOST_EDGES: usize = 64;
@@ -162,78 +162,39 @@ fn millimetres(metres: f64) -> String {
 
 /// The plane parts of a mesh whose corners are `world`.
 fn faces(mesh: &Mesh, world: &[DVec3]) -> Vec<Face> {
-    // Corners at one place are one, however often the file has them.
-    let mut places: HashMap<[u64; 3], usize> = HashMap::new();
-    let place: Vec<usize> = world
-        .iter()
-        .map(|p| {
-            let next = places.len();
-            // Adding zero makes one of the two zeros.
-            *places.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
-        })
-        .collect();
-    let corner = |i: u32| world[i as usize];
-    let flat: Vec<(usize, DVec3)> = (0..mesh.triangles.len())
+    let doubled = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+    let corners = |t: &[u32; 3]| t.map(|v| world[v as usize]);
+    let flat: Vec<[u32; 3]> = (0..mesh.triangles.len())
         .filter(|t| mesh.corner_normals(*t).is_none())
-        .filter_map(|t| {
-            let [a, b, c] = mesh.triangles[t].map(corner);
-            let doubled = (b - a).cross(c - a);
-            (doubled.length() > 0.0).then_some((t, doubled))
-        })
+        .map(|t| mesh.triangles[t])
+        .filter(|t| doubled(corners(t)).length() > 0.0)
         .collect();
-    let mut root: Vec<usize> = (0..flat.len()).collect();
-    fn find(root: &mut [usize], mut i: usize) -> usize {
-        while root[i] != i {
-            root[i] = root[root[i]];
-            i = root[i];
-        }
-        i
+    let (patch, count) = coplanar_patches(world, &flat, COPLANAR_RAD);
+    let mut parts: Vec<Vec<[DVec3; 3]>> = vec![Vec::new(); count as usize];
+    for (t, patch) in flat.iter().zip(patch) {
+        parts[patch as usize].push(corners(t));
     }
-    let mut edges: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
-    for (i, (t, _)) in flat.iter().enumerate() {
-        let v = mesh.triangles[*t].map(|v| place[v as usize]);
-        for (a, b) in [(v[0], v[1]), (v[1], v[2]), (v[2], v[0])] {
-            edges.entry([a.min(b), a.max(b)]).or_default().push(i);
-        }
-    }
-    for beside in edges.values() {
-        for (i, a) in beside.iter().enumerate() {
-            for b in &beside[i + 1..] {
-                let (n, m) = (flat[*a].1.normalize(), flat[*b].1.normalize());
-                if n.cross(m).length() < COPLANAR_RAD {
-                    let (ra, rb) = (find(&mut root, *a), find(&mut root, *b));
-                    root[ra.max(rb)] = ra.min(rb);
-                }
-            }
-        }
-    }
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); flat.len()];
-    for i in 0..flat.len() {
-        members[find(&mut root, i)].push(i);
-    }
-    let face = |part: &Vec<usize>| {
-        let normal = flat[part[0]].1.normalize();
-        let triangles = || part.iter().map(|i| mesh.triangles[flat[*i].0].map(corner));
-        let across = triangles()
-            .flat_map(|[a, b, c]| [b - a, c - b, a - c])
+    let face = |part: &Vec<[DVec3; 3]>| {
+        let normal = doubled(part[0]).normalize();
+        let across = part
+            .iter()
+            .flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c])
             .filter_map(|e| e.try_normalize())
             .take(MOST_EDGES)
             .map(|e| normal.cross(e));
         // The least distance of two parallel lines that hold the face lies along one of its edges.
         let width = |d: DVec3| {
-            let ends = triangles().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| {
-                let x = d.dot(p);
-                (f64::min(lo, x), f64::max(hi, x))
-            });
+            let along = part.iter().flatten().map(|p| d.dot(*p));
+            let ends = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
             ends.1 - ends.0
         };
         Face {
             normal,
-            area_m2: part.iter().map(|i| 0.5 * flat[*i].1.length()).sum(),
+            area_m2: part.iter().map(|t| 0.5 * doubled(*t).length()).sum(),
             width_m: across.map(width).fold(f64::INFINITY, f64::min),
         }
     };
-    members.iter().filter(|m| !m.is_empty()).map(face).collect()
+    parts.iter().map(face).collect()
 }
 
 /// The second of the extents of the curved facets, if there are any.

@@ -4,7 +4,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::error::Result;
 use catseye::frames::Pose;
 use catseye::rcs::closed_form::sinc;
-use catseye::rcs::ground::{FresnelZone, coefficients, warning};
+use catseye::rcs::ground::{FresnelZone, coefficients, remark};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Scene, material};
@@ -251,11 +251,14 @@ fn warnings_where_the_zone_reaches_the_target() {
     let marker = target("type1", 0.0);
     let corner = target("trihedral:leg_m=0.1", 0.35);
     let low = look(0.0, 0.86).transmit;
-    let w = warning(&marker, F, low, &over(pec(), Distance::Infinite)).unwrap();
+    let warning = |scene: &Scene, aspect, options: &RcsOptions| {
+        remark(scene.bounds_m(0.0).unwrap(), F, aspect, options).map(|r| r.to_string())
+    };
+    let w = warning(&marker, low, &over(pec(), Distance::Infinite)).unwrap();
     assert!(w.contains("is not valid there") && w.contains("--ground none"), "{w}");
-    assert_eq!(warning(&marker, F, low, &over(Ground::None, Distance::Infinite)), None);
+    assert_eq!(warning(&marker, low, &over(Ground::None, Distance::Infinite)), None);
     let (l, distance) = place(10.0, 0.15);
-    assert_eq!(warning(&corner, F, l.transmit, &over(pec(), distance)), None);
+    assert_eq!(warning(&corner, l.transmit, &over(pec(), distance)), None);
 }
 
 #[test]

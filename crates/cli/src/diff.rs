@@ -124,7 +124,9 @@ fn summary(r: &Report) -> String {
         0 => String::new(),
         n => format!(" and {n} more"),
     };
-    format!("the results differ (kind '{}') in {} ways: {first}{more}", r.kind, r.differences.len())
+    let (count, kind) = (r.differences.len(), &r.kind);
+    let ways = if count == 1 { "way" } else { "ways" };
+    format!("the results differ (kind '{kind}') in {count} {ways}: {first}{more}")
 }
 
 impl Diff {

@@ -177,9 +177,12 @@ impl Rcs {
         }
         let mut target = target::load(&self.target, &self.import.options()?)?;
         for given in &self.part_material {
-            let pair = given
-                .rsplit_once('=')
-                .ok_or_else(|| BadInput::new("expected PART=MATERIAL").key("--part-material").value(given))?;
+            let pair = given.rsplit_once('=').ok_or_else(|| {
+                BadInput::new("expected PART=MATERIAL")
+                    .key("--part-material")
+                    .value(given)
+                    .remedy("write for example --part-material hood=steel")
+            })?;
             target.cover(pair.0, pair.1).map_err(as_option)?;
         }
         let [yaw, pitch, roll] = [self.yaw_deg, self.pitch_deg, self.roll_deg].map(f64::to_radians);

@@ -130,33 +130,28 @@ impl MakeReflector {
             return Err(e.key(reflector.spec()).into());
         }
         let written = mesh_file::write(&scene, output, self.unit.as_deref())?;
-        // A picture of that name may be that of the same body in another format.
-        let mut kept = None;
-        // Both or neither: the picture is made before the first file is written.
-        let picture = match (&mesh, preview) {
-            (Some(_), Some(p)) if p.as_os_str() == "none" => None,
-            (Some(mesh), _) => {
-                let lines = lines(&reflector, mesh.triangles.len(), report.as_ref());
-                let title = format!("{}: {}", reflector.kind().name, reflector.kind().summary);
-                let path = preview.clone().unwrap_or_else(|| output.with_extension("png"));
-                let is_taken = !global.force && path.exists();
-                if is_taken && preview.is_some() {
+        let path = preview.clone().unwrap_or_else(|| output.with_extension("png"));
+        // Nobody asked for a picture of that name, which may be that of the same body in another format.
+        let is_kept = preview.is_none() && !global.force && path.exists();
+        // Both or neither: the picture is made, and its name is free, before the first file is written.
+        let picture = match &mesh {
+            Some(mesh) if !is_kept && path.as_os_str() != "none" => {
+                if !global.force && path.exists() {
                     return Err(BadInput::new("exists already")
                         .file(path)
                         .remedy("give --force to replace it, or another name")
                         .into());
                 }
-                kept = is_taken.then(|| path.clone());
-                Some((path, solid_picture(&SolidView::new(&title, &lines, mesh))?))
+                let lines = lines(&reflector, mesh.triangles.len(), report.as_ref());
+                let title = format!("{}: {}", reflector.kind().name, reflector.kind().summary);
+                Some(solid_picture(&SolidView::new(&title, &lines, mesh))?)
             }
-            (None, _) => None,
-        };
-        let file = stage::write_file(output, global.force, &written.bytes)?;
-        let preview = match picture {
-            Some((path, picture)) if kept.is_none() => Some(picture.write(path, global.force)?),
             _ => None,
         };
-        let kept = kept.map(|p| format!("{} exists and is kept; --force draws it anew", p.display()));
+        let kept = (is_kept && mesh.is_some())
+            .then(|| format!("{} exists and is kept; --force draws it anew", path.display()));
+        let file = stage::write_file(output, global.force, &written.bytes)?;
+        let preview = picture.map(|p| p.write(path, global.force)).transpose()?;
         let made = Made {
             file,
             preview,

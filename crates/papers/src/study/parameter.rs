@@ -87,7 +87,7 @@ pub fn rounded_to(x: f64, exponent: i32) -> f64 {
         true => (x * 10f64.powi(-exponent)).round() / 10f64.powi(-exponent),
         false => (x / 10f64.powi(exponent)).round() * 10f64.powi(exponent),
     };
-    // A grain beyond what f64 holds rounds nothing.
+    // A grain that f64 does not hold rounds nothing.
     if rounded.is_finite() { rounded } else { x }
 }
 

@@ -99,8 +99,8 @@ fn histogram_chart(title: &str, bare: &Histogram, marked: &Histogram, level: f64
         h.counts.iter().map(|c| 100.0 * *c as f64 / all).collect()
     };
     let (a, b) = (share(bare), share(marked));
-    let top = a.iter().chain(&b).fold(0.0, |m: f64, v| m.max(*v)) * 1.08;
-    let top = top.min(100.0);
+    let top = a.iter().chain(&b).fold(0.0, |m: f64, v| m.max(*v));
+    let top = (1.08 * top).min(100.0);
     let margin = 0.02 * (high - low);
     let x = Axis::new(ENERGY, low - margin, high + margin);
     let mut chart = Chart::new(title, x, Axis::new("share of scans (%)", 0.0, top));
