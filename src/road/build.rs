@@ -167,9 +167,14 @@ impl Builder<'_> {
                 Some(drive) => {
                     let (s_m, lateral, against) = (t.s_m, &t.lateral, t.against);
                     let on = OnRoad { road, s_m, lateral, against, drive };
+                    let way_m = on.way_m(-1.0..self.duration_s)?.map(Arc::new);
                     Going {
-                        speed_mps: t.first_speed_mps(),
-                        way_m: on.way_m(-1.0..self.duration_s)?.map(Arc::new),
+                        // The stride of limbs, where they keep to the way.
+                        speed_mps: match way_m {
+                            Some(_) => on.mean_speed_mps(-1.0..self.duration_s),
+                            None => t.first_speed_mps(),
+                        },
+                        way_m,
                         joints: Some(on.motion(-1.0..self.duration_s)?.joints),
                         ..Going::default()
                     }

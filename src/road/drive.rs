@@ -16,6 +16,9 @@ const STEP_S: f64 = 1e-4;
 /// A way that leaves a straight line by less is one, m.
 const STRAIGHT_M: f64 = 1e-9;
 
+/// What goes more slowly stands, m/s.
+const STANDING_MPS: f64 = 0.1;
+
 /// A vehicle on a road.
 pub struct OnRoad<'a> {
     /// The road.
@@ -104,6 +107,15 @@ impl OnRoad<'_> {
         let rotation = Channel::new(times, rotations, slopes.iter().map(|s| (s.1, s.1)).collect(), kind)?;
         let joint = Joint::Track { position_m: Some(Arc::new(position)), rotation: Some(Arc::new(rotation)) };
         Ok(Motion { joints: vec![joint] })
+    }
+
+    /// Mean speed over that stretch of time while it moves, m/s; negative where it goes backwards.
+    pub fn mean_speed_mps(&self, window_s: Range<f64>) -> f64 {
+        let speeds = keys(window_s).into_iter().map(|t| self.drive.speed_mps(t));
+        let (sum, count) = speeds
+            .filter(|v| v.abs() > STANDING_MPS)
+            .fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+        if count == 0.0 { 0.0 } else { sum / count }
     }
 
     /// Way since time zero over that stretch of time; None at a steady speed.

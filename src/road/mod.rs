@@ -35,11 +35,13 @@ pub mod w3;
 pub mod w8;
 
 use crate::error::Result;
+use crate::scene::motion::{Channel, Joint};
 use crate::scene::scenario::{self, Builtin};
 use crate::scene::{Scene, material};
 use labels::RoadTruth;
 use plan::ScenePlan;
 use std::path::Path;
+use std::sync::Arc;
 
 pub use materials::MaterialLookup;
 pub use truth::{TruthBox, actor_truth, truth_boxes};
@@ -64,6 +66,14 @@ impl scenario::Builder for Library {
 
     fn reflector(&self, spec: &str) -> Result<Scene> {
         reflector::Reflector::parse(spec)?.to_scene(&material::parse_spec)
+    }
+
+    fn vehicle(&self, kind: &str) -> Result<Scene> {
+        traffic::vehicle(kind, &material::parse_spec)
+    }
+
+    fn driven(&self, joints: Vec<Joint>, speed_mps: f64, way_m: Option<Arc<Channel<f64>>>) -> Vec<Joint> {
+        traffic::driven(joints, speed_mps, &way_m, 0.0)
     }
 }
 

@@ -18,7 +18,7 @@ pub fn check(scenario: &Scenario, scene: &Scene) -> Result<()> {
     for frame in if last == 0 { vec![0] } else { vec![0, last] } {
         let time_s = scenario.frames.time_s(frame);
         for radar in &scenario.radars {
-            let at = scenario.ego.pose(time_s).point(radar.mounting.translation_m);
+            let at = scenario.ego.pose(time_s).point(radar.on_vehicle(time_s).translation_m);
             let velocity_mps = scenario.ego.at(time_s).velocity_mps;
             let Some(problem) = wrong(scene, at, velocity_mps, time_s) else { continue };
             return Err(BadInput::new(format!("radar '{}' stands {problem} in frame {frame}", radar.name))

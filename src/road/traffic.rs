@@ -1,11 +1,12 @@
 //! The vehicles of road scenes, by kind.
 
-use crate::error::Result;
+use crate::error::{BadInput, Result, nearest};
 use crate::frames::Pose;
 use crate::road::materials::MaterialLookup;
 use crate::road::objects::{CarMaterials, passenger_car};
 use crate::scene::Scene;
 use crate::scene::motion::{Channel, Joint};
+use crate::scene::toml_file::clip;
 use crate::scene::turn::Turn;
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
@@ -26,7 +27,8 @@ pub const VEHICLES: [&str; 11] = [
 ];
 
 /// The joints of a part of a vehicle that goes at `speed_mps`, its limbs' clock ahead by `clock_s`: wheels and limbs turn
-/// accordingly. Where the speed changes, `way_m` is what it has gone over time: wheels keep to it, limbs to the speed.
+/// accordingly. Where the speed changes, `way_m` is what it has gone over time, and wheels and limbs keep to it: limbs at the stride
+/// of `speed_mps`, so that they stand still when their owner does.
 pub fn driven(
     joints: Vec<Joint>,
     speed_mps: f64,
@@ -44,7 +46,7 @@ pub fn driven(
                 out.push(Joint::Fixed(DQuat::IDENTITY, at_m));
             }
             (Joint::Hinge { at_m, axis, turn, .. }, _) => {
-                out.push(Joint::Hinge { at_m, axis, turn, speed_mps, clock_s });
+                out.push(Joint::Hinge { at_m, axis, turn, speed_mps, clock_s, way_m: way_m.clone() });
             }
             (other, _) => out.push(other),
         }
@@ -58,7 +60,16 @@ pub fn driven(
 /// A kind that is not in [`VEHICLES`], an unknown material.
 pub fn vehicle(kind: &str, materials: MaterialLookup) -> Result<Scene> {
     if kind != VEHICLES[0] {
-        let body = super::vehicle::vehicle(kind.parse()?, materials)?;
+        let known = kind.parse().map_err(|_| {
+            let b = BadInput::new("is no kind of vehicle or person")
+                .value(clip(kind))
+                .allowed(VEHICLES.join(", "));
+            match nearest(kind, VEHICLES) {
+                Some(near) => b.remedy(format!("did you mean '{near}'?")),
+                None => b.remedy("choose one of them"),
+            }
+        })?;
+        let body = super::vehicle::vehicle(known, materials)?;
         let mut scene = Scene::default();
         body.add_to(&mut scene, "body", Pose::IDENTITY, 0.0, 0.0);
         return Ok(scene);

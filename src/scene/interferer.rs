@@ -1,12 +1,16 @@
 //! Other FMCW radars in the scene: what the TOML says, checked.
 
+use super::course::Courses;
+use super::motion::{Joint, Motion};
 use super::radar::{Antenna, Pattern, Polarisation, Radar};
-use super::toml_file::{Above, At, Document};
+use super::toml_file::{Above, At};
+use super::trajectory::TrajectoryTable;
 use crate::error::Result;
 use crate::frames::{Pose, Sensor, World};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A radar that only sends: ramps without an end.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,9 +37,25 @@ pub struct Interferer {
     pub pose: Pose<Sensor, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
+    /// How it moves when not straight on at that velocity.
+    pub motion: Option<Arc<Motion>>,
 }
 
 impl Interferer {
+    /// Its pose, and its velocity in m/s, at a time from the middle of frame 0.
+    pub fn at(&self, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
+        match &self.motion {
+            None => {
+                let at = self.pose.translation_m + self.velocity_mps * time_s;
+                (Pose::new(self.pose.rotation, at), self.velocity_mps)
+            }
+            Some(motion) => {
+                let now = motion.at(time_s);
+                (Pose::new(now.rotation, now.translation_m), now.velocity_mps)
+            }
+        }
+    }
+
     /// What a radar's first transmitter sends, or None when it sends no linear ramps.
     pub fn of_radar(radar: &Radar, pose: Pose<Sensor, World>, velocity_mps: DVec3) -> Option<Interferer> {
         let ramp = radar.waveform.ramp()?;
@@ -53,6 +73,7 @@ impl Interferer {
             antenna: Antenna { position_m: DVec3::ZERO, ..antenna.clone() },
             pose: shifted,
             velocity_mps,
+            motion: None,
         })
     }
 }
@@ -92,8 +113,9 @@ pub struct InterfererTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
     /// In the world at time zero.
-    pub position_m: At<[f64; 3]>,
-    /// 180 looks back along the road.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<At<[f64; 3]>>,
+    /// 180 looks back along the road. On a trajectory it counts from the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Pitch, degrees.
@@ -105,13 +127,17 @@ pub struct InterfererTable {
     /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
+    /// In place of position and velocity: where it is when, and where it heads.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<TrajectoryTable>,
 }
 
-/// Checks an interferer that was read as part of `doc`.
+/// Checks an interferer that was read as part of a document; `key` is that of its table.
 ///
 /// # Errors
 /// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
-pub fn build(doc: &Document<'_>, t: &InterfererTable) -> Result<Interferer> {
+pub(super) fn build(courses: &mut Courses<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
+    let doc = courses.doc;
     let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;
     let bandwidth_hz = doc.in_range(
         &t.bandwidth_hz,
@@ -152,6 +178,14 @@ pub fn build(doc: &Document<'_>, t: &InterfererTable) -> Result<Interferer> {
         None => None,
         Some(s) => Some(doc.in_range(s, -1.0..=1.0, "seconds after the middle of the frame")?),
     };
+    let (position_m, velocity_mps, trajectory) =
+        courses.of(key, &t.name, (&t.position_m, &t.velocity_mps, &t.trajectory), &t.carrier_hz.span)?;
+    let pose =
+        Pose::from_yaw_pitch_roll(position_m, angle(&t.yaw_deg)?, angle(&t.pitch_deg)?, angle(&t.roll_deg)?);
+    let motion = trajectory.map(|t| {
+        let own = std::iter::once(Joint::Fixed(pose.rotation, DVec3::ZERO));
+        Arc::new(Motion { joints: own.chain(t.motion.joints.iter().cloned()).collect() })
+    });
     Ok(Interferer {
         name: t.name.clone(),
         start_hz: carrier_hz - 0.5 * bandwidth_hz,
@@ -167,19 +201,16 @@ pub fn build(doc: &Document<'_>, t: &InterfererTable) -> Result<Interferer> {
             gain_dbi: doc.in_range(&t.gain_dbi, -100.0..=100.0, "peak gain in dBi, as in 11")?,
             pattern,
         },
-        pose: Pose::from_yaw_pitch_roll(
-            doc.vector(&t.position_m)?,
-            angle(&t.yaw_deg)?,
-            angle(&t.pitch_deg)?,
-            angle(&t.roll_deg)?,
-        ),
-        velocity_mps: doc.vector(&t.velocity_mps)?,
+        pose,
+        velocity_mps,
+        motion,
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::toml_file::Document;
 
     const TEXT: &str = r#"name = "oncoming"
 carrier_hz = 77e9
@@ -197,7 +228,7 @@ velocity_mps = [-20, 0, 0]
 
     fn read(text: &str) -> Result<Interferer> {
         let doc = Document::parse("i.toml", text)?;
-        build(&doc, &doc.read()?)
+        build(&mut Courses::new(&doc, 0.0), "interferer[0]", &doc.read()?)
     }
 
     #[test]

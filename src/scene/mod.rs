@@ -2,6 +2,7 @@
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
 pub mod backscatter;
+mod course;
 pub mod drive;
 pub mod front_end;
 pub mod gltf;
@@ -15,6 +16,7 @@ pub mod scatterer;
 pub mod scenario;
 pub mod toml_file;
 mod toml_value;
+pub mod trajectory;
 pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;

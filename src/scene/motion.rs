@@ -296,6 +296,8 @@ pub enum Joint {
         speed_mps: f64,
         /// How far its clock is ahead, s.
         clock_s: f64,
+        /// Way that the owner has gone, m, where its speed changes: the limb then keeps to the way, at the stride of `speed_mps`.
+        way_m: Option<Arc<Channel<f64>>>,
     },
     /// About an axis by the distance that was travelled over the radius: a wheel.
     Roll {
@@ -334,9 +336,17 @@ impl Joint {
                 let (s, c) = (rate_rad_per_s * time_s + phase_rad).sin_cos();
                 turned(*axis, amplitude_rad * s, amplitude_rad * rate_rad_per_s * c)
             }
-            Joint::Hinge { at_m, axis, turn, speed_mps, clock_s } => {
-                let (angle, rate) = turn.at(*speed_mps, time_s + clock_s);
-                Moving { translation_m: *at_m, ..turned(*axis, angle, rate) }
+            Joint::Hinge { at_m, axis, turn, speed_mps, clock_s, way_m } => {
+                let (gone_s, pace) = match way_m {
+                    None => (time_s, 1.0),
+                    Some(_) if *speed_mps == 0.0 => (0.0, 0.0),
+                    Some(way) => {
+                        let (way_m, rate_mps) = way.at(time_s);
+                        (way_m / speed_mps, rate_mps / speed_mps)
+                    }
+                };
+                let (angle, rate) = turn.at(*speed_mps, gone_s + clock_s);
+                Moving { translation_m: *at_m, ..turned(*axis, angle, rate * pace) }
             }
             Joint::Roll { axis, radius_m, distance_m } => {
                 let (s, rate) = distance_m.at(time_s);
@@ -355,7 +365,9 @@ impl Joint {
     /// When it changes how it moves.
     fn times_s(&self) -> Vec<f64> {
         match self {
-            Joint::Roll { distance_m, .. } => distance_m.times_s.clone(),
+            Joint::Roll { distance_m, .. } | Joint::Hinge { way_m: Some(distance_m), .. } => {
+                distance_m.times_s.clone()
+            }
             Joint::Track { position_m, rotation } => {
                 let p = position_m.iter().flat_map(|c| c.times_s.iter().copied());
                 p.chain(rotation.iter().flat_map(|c| c.times_s.iter().copied())).collect()

@@ -1,10 +1,12 @@
 //! The radar description: what the TOML says, checked, in SI.
 
 use super::front_end::FrontEndSettings;
+use super::motion::{Motion, Moving};
 use super::waveform::{FrequencySamples, Multiplex, Waveform};
 use crate::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
 use num_complex::Complex64;
+use std::sync::Arc;
 
 /// Whether samples are real or complex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -295,13 +297,27 @@ pub struct Radar {
     pub thermal_noise: bool,
     /// What else the receiver does to the samples.
     pub front_end: FrontEndSettings,
-    /// Pose of the radar on its vehicle.
+    /// Pose of the radar on its vehicle, at time zero.
     pub mounting: Pose<Sensor, Vehicle>,
+    /// How it moves on its vehicle, where it is not fixed to it.
+    pub motion: Option<Arc<Motion>>,
     /// What is made of the samples.
     pub processing: Processing,
 }
 
 impl Radar {
+    /// Gives it a motion on its vehicle; its mounting becomes that of time zero.
+    pub fn move_by(&mut self, motion: Arc<Motion>) {
+        let now = motion.at(0.0);
+        self.mounting = Pose::new(now.rotation, now.translation_m);
+        self.motion = Some(motion);
+    }
+
+    /// Its pose on the vehicle, and how that changes, at a time from the middle of frame 0.
+    pub fn on_vehicle(&self, time_s: f64) -> Moving {
+        self.motion.as_ref().map_or_else(|| Moving::at_rest(&self.mounting), |motion| motion.at(time_s))
+    }
+
     /// Channels of a cube.
     pub fn channels(&self) -> usize {
         self.slots() * self.rx.len()

@@ -473,6 +473,7 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
         thermal_noise: r.thermal_noise,
         front_end,
         mounting: mounting(doc, &f.mounting)?,
+        motion: None,
         processing: Processing {
             range_window: Window::Hann,
             doppler_window: Window::Hann,

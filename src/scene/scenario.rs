@@ -1,15 +1,17 @@
 //! The scenario TOML: what stands in the scene, who drives, which radar looks, for how many frames.
 //! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
 
+use super::course::Courses;
 use super::drive::{Drive, DriveTable};
 use super::gltf::ImportOptions;
 use super::interferer::{self, Interferer, InterfererTable};
 use super::mesh_file::{self, ImportTable};
-use super::motion::{Joint, Motion, Moving};
+use super::motion::{Channel, Joint, Motion, Moving};
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
 use super::toml_file::{At, Document, clip, read_text};
+use super::trajectory::{Trajectory, TrajectoryTable};
 use super::waveform::{Multiplex, Waveform};
 use super::weather::{self, Weather, WeatherTable};
 use super::{Mesh, Scene, Shape};
@@ -83,6 +85,9 @@ pub struct MountedRadar {
     pub radar: At<String>,
     /// In place of the mounting that the radar file gives.
     pub mounting: Option<MountingTable>,
+    /// In place of a mounting: how the radar moves on the vehicle, whose rear-axle centre is the origin; in the world, where the
+    /// vehicle stands at the origin.
+    pub trajectory: Option<TrajectoryTable>,
 }
 
 /// A name or a whole radar.
@@ -171,15 +176,17 @@ pub struct PointTable {
     #[serde(default)]
     pub class: String,
     /// At the middle of frame 0: [forward, left, up] in the world.
-    pub position_m: At<[f64; 3]>,
+    pub position_m: Option<At<[f64; 3]>>,
     /// In the world; default at rest.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
+    /// In place of position and velocity: where it is when.
+    pub trajectory: Option<TrajectoryTable>,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: At<f64>,
 }
 
-/// A file of a mesh, a reflector or a scattering table, placed in the world.
+/// A file of a mesh, a reflector, a vehicle or a scattering table, placed in the world.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
@@ -193,12 +200,15 @@ pub struct ObjectTable {
     pub file: Option<At<String>>,
     /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
+    /// A vehicle or a person of the library, as roads have them: passenger-car, sedan, hatchback, suv, van, truck, semi-trailer,
+    /// motorcycle, cyclist, pedestrian or child. Its origin lies on the road below its middle; wheels and limbs move as it goes.
+    pub vehicle: Option<At<String>>,
     /// An RCS table (CSV, as `catseye rcs` writes it), relative to this file: the object scatters as it says.
     pub rcs_table: Option<At<String>>,
     /// Of the object's origin in the world.
-    pub position_m: At<[f64; 3]>,
+    pub position_m: Option<At<[f64; 3]>>,
     /// Of the object's x axis (a reflector's boresight), positive to the left; 180 faces a radar that
-    /// looks along +x.
+    /// looks along +x. On a trajectory it counts from the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Positive nose down.
@@ -210,6 +220,8 @@ pub struct ObjectTable {
     /// In the world; added to what the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
+    /// In place of position and velocity: where its origin is when, and where it heads.
+    pub trajectory: Option<TrajectoryTable>,
     /// Unit of the file's lengths.
     pub unit: Option<At<String>>,
     /// Which axis of the file points up.
@@ -241,6 +253,8 @@ pub struct EgoTable {
     pub on_road: Option<OnRoadTable>,
     /// How it goes along that road.
     pub drive: Option<DriveTable>,
+    /// In place of all these: where its rear axle's centre is when, and where it heads.
+    pub trajectory: Option<TrajectoryTable>,
 }
 
 /// A place on a road of the scene.
@@ -400,6 +414,8 @@ pub struct Scenario {
     pub trace: TraceSettings,
     /// What is kept of each frame.
     pub output: Output,
+    /// What the reader should be told: frames that last longer than a trajectory.
+    pub notes: Vec<String>,
 }
 
 /// Where the scene comes from.
@@ -432,6 +448,8 @@ pub struct PointTarget {
     pub position_m: DVec3,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
+    /// How it moves, in place of position and velocity.
+    pub trajectory: Option<Trajectory>,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
 }
@@ -451,6 +469,13 @@ pub enum ObjectSource {
         /// The file.
         path: PathBuf,
     },
+    /// A vehicle of the library, and the place to name when the builder refuses it.
+    Vehicle {
+        /// Its kind.
+        kind: String,
+        /// The place in the scenario.
+        at: BadInput,
+    },
     /// As given, and the place to name when the builder refuses it.
     Reflector {
         /// The reflector with its parameters.
@@ -465,6 +490,7 @@ impl ObjectSource {
     fn same(&self, other: &Self) -> bool {
         match (self, other) {
             (ObjectSource::Reflector { spec: a, .. }, ObjectSource::Reflector { spec: b, .. }) => a == b,
+            (ObjectSource::Vehicle { kind: a, .. }, ObjectSource::Vehicle { kind: b, .. }) => a == b,
             (a, b) => a == b,
         }
     }
@@ -479,10 +505,12 @@ pub struct Placed {
     pub class: String,
     /// What it is made from.
     pub source: ObjectSource,
-    /// Its pose in the world.
+    /// Its pose in the world; with a trajectory its rotation against the heading.
     pub pose: Pose<Target, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
+    /// How it moves, in place of position and velocity.
+    pub trajectory: Option<Trajectory>,
 }
 
 /// The vehicle that carries the radar: straight on at constant speed, or as its motion says.
@@ -592,6 +620,13 @@ pub trait Builder {
     /// # Errors
     /// What the builder refuses.
     fn reflector(&self, spec: &str) -> Result<Scene>;
+    /// A vehicle of the library at rest, its origin on the road below its middle.
+    ///
+    /// # Errors
+    /// A kind that is not in the library.
+    fn vehicle(&self, kind: &str) -> Result<Scene>;
+    /// The joints of a part of a vehicle that goes at a speed, in m/s, or as far as a way says over time.
+    fn driven(&self, joints: Vec<Joint>, speed_mps: f64, way_m: Option<Arc<Channel<f64>>>) -> Vec<Joint>;
 }
 
 impl Scenario {
@@ -632,7 +667,10 @@ impl Scenario {
         for p in &self.points {
             let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);
             let shape = Shape::Point { rcs_dbsm: p.rcs_dbsm };
-            scene.add_object(&p.name, &p.class, shape, pose, p.velocity_mps);
+            let id = scene.add_object(&p.name, &p.class, shape, pose, p.velocity_mps);
+            if let Some(t) = &p.trajectory {
+                scene.move_by(id, Motion::clone(&t.motion));
+            }
         }
         // Files and specs that occur again share their meshes.
         let mut known: Vec<(&ObjectSource, Scene, usize)> = Vec::new();
@@ -648,6 +686,9 @@ impl Scenario {
                         ObjectSource::Reflector { spec, at } => {
                             builder.reflector(spec).map_err(|e| in_file(e, at))?
                         }
+                        ObjectSource::Vehicle { kind, at } => {
+                            builder.vehicle(kind).map_err(|e| in_file(e, at))?
+                        }
                     };
                     let first = scene.add_meshes(&built);
                     scene.import.degenerate_triangles_dropped += built.import.degenerate_triangles_dropped;
@@ -658,7 +699,15 @@ impl Scenario {
             };
             let (_, built, first) = &known[k];
             let label = Label { name: &o.name, class: &o.class };
-            scene.place(built, *first, label, o.pose, o.velocity_mps);
+            let ahead_mps = o.velocity_mps.dot(o.pose.direction(DVec3::X));
+            let inner = |joints: Vec<Joint>| match (&o.source, &o.trajectory) {
+                (ObjectSource::Vehicle { .. }, Some(t)) => {
+                    builder.driven(joints, t.mean_speed_mps, Some(t.way_m.clone()))
+                }
+                (ObjectSource::Vehicle { .. }, None) => builder.driven(joints, ahead_mps, None),
+                _ => joints,
+            };
+            scene.place(built, *first, label, &o.course(), &inner);
         }
         if scene.objects.is_empty() {
             return Err(BadInput::new("the scenario has nothing in it")
@@ -668,6 +717,7 @@ impl Scenario {
                 )
                 .into());
         }
+        scene.import.notes.extend(self.notes.iter().cloned());
         self.weather.wet(&mut scene)?;
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
@@ -708,17 +758,40 @@ pub struct Label<'a> {
     pub class: &'a str,
 }
 
+/// How what is placed goes through the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// Its pose at time zero.
+    pub pose: Pose<Target, World>,
+    /// Its velocity in the world, m/s.
+    pub velocity_mps: DVec3,
+    /// From its own frame to the world, when it does not go straight on.
+    pub joints: Option<Vec<Joint>>,
+}
+
+impl Placed {
+    fn course(&self) -> Course {
+        let joints = self.trajectory.as_ref().map(|t| {
+            let own = (self.pose.rotation != glam::DQuat::IDENTITY)
+                .then(|| Joint::Fixed(self.pose.rotation, DVec3::ZERO));
+            own.into_iter().chain(t.motion.joints.iter().cloned()).collect()
+        });
+        Course { pose: self.pose, velocity_mps: self.velocity_mps, joints }
+    }
+}
+
 impl Scene {
-    /// Adds the objects of another scene, moved as one body; `first` is what [`Scene::add_meshes`] gave for it. `velocity_mps`
-    /// (world) is added to what the parts have. Returns their ids.
+    /// Adds the objects of another scene, moved as one body; `first` is what [`Scene::add_meshes`] gave for it. What the parts
+    /// move of themselves, as `inner` has it, comes on top. Returns their ids.
     pub fn place(
         &mut self,
         built: &Scene,
         first: usize,
         label: Label<'_>,
-        pose: Pose<Target, World>,
-        velocity_mps: DVec3,
+        course: &Course,
+        inner: &dyn Fn(Vec<Joint>) -> Vec<Joint>,
     ) -> Vec<u32> {
+        let Course { pose, velocity_mps, .. } = *course;
         let mut ids = Vec::with_capacity(built.objects.len());
         for part in &built.objects {
             let shape = match part.shape {
@@ -735,10 +808,15 @@ impl Scene {
             let at = Pose::new(pose.rotation * part.pose.rotation, pose.point(part.pose.translation_m));
             let id =
                 self.add_object(&name, class, shape, at, velocity_mps + pose.direction(part.velocity_mps));
-            if part.motion.is_some() {
-                let mut joints = part.joints();
-                joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
-                joints.push(Joint::Line(velocity_mps));
+            if part.motion.is_some() || course.joints.is_some() {
+                let mut joints = inner(part.joints());
+                match &course.joints {
+                    Some(outer) => joints.extend(outer.iter().cloned()),
+                    None => {
+                        joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
+                        joints.push(Joint::Line(velocity_mps));
+                    }
+                }
                 self.move_by(id, Motion { joints });
             }
             ids.push(id);
@@ -759,7 +837,8 @@ impl Scene {
 }
 
 /// The radars of a scenario. Errors: none or both ways of naming them; a name that is no folder's or comes twice.
-fn radars(doc: &Document<'_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
+fn radars(courses: &mut Courses<'_, '_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
+    let doc = courses.doc;
     match (&f.radar, f.radars.is_empty()) {
         (Some(At { value: RadarRef::Inline(r), .. }), true) => Ok(vec![radar_toml::build(doc, r)?]),
         (Some(At { value: RadarRef::Name(n), span }), true) => Ok(vec![radar_toml::named(doc, n, span)?]),
@@ -791,6 +870,14 @@ fn radars(doc: &Document<'_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
                 if let Some(m) = &r.mounting {
                     radar.mounting = radar_toml::mounting(doc, m)?;
                 }
+                if let Some(t) = &r.trajectory {
+                    if r.mounting.is_some() {
+                        let e = doc.bad(&r.name.span, "the radar has a mounting and a trajectory");
+                        return Err(e.remedy("keep one of the two").into());
+                    }
+                    let key = format!("radars[{}].trajectory", list.len());
+                    radar.move_by(courses.along(&key, &format!("radar '{name}'"), t)?.motion);
+                }
                 list.push(radar);
             }
             Ok(list)
@@ -813,7 +900,9 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
 pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
-    let radars = radars(&doc, &f)?;
+    let frames = frames(&doc, &f.frames)?;
+    let mut courses = Courses::new(&doc, frames.time_s(frames.count.saturating_sub(1)));
+    let radars = radars(&mut courses, &f)?;
     let options = |o: ImportTable<'_>, file: &At<String>| o.options_of(&doc, file);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
@@ -850,39 +939,52 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     };
     let mut points = Vec::with_capacity(f.point.len());
     for (i, p) in f.point.iter().enumerate() {
+        let name = if p.name.is_empty() { format!("point {}", i + 1) } else { p.name.clone() };
+        let key = format!("point[{i}]");
+        let (position_m, velocity_mps, trajectory) =
+            courses.of(&key, &name, (&p.position_m, &p.velocity_mps, &p.trajectory), &p.rcs_dbsm.span)?;
         points.push(PointTarget {
-            name: if p.name.is_empty() { format!("point {}", i + 1) } else { p.name.clone() },
+            name,
             class: p.class.clone(),
-            position_m: doc.vector(&p.position_m)?,
-            velocity_mps: speed(&doc, &p.velocity_mps)?,
+            position_m,
+            velocity_mps,
+            trajectory,
             rcs_dbsm: doc.in_range(&p.rcs_dbsm, -200.0..=200.0, "give dBsm, as in 10")?,
         });
     }
     let mut objects = Vec::with_capacity(f.object.len());
-    for o in &f.object {
+    for (i, o) in f.object.iter().enumerate() {
         let import = ImportTable::from(o);
-        let source = match (&o.file, &o.reflector, &o.rcs_table) {
-            (Some(path), None, None) => {
+        let no_import = || match import.first_span() {
+            Some(span) => Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out")),
+            None => Ok(()),
+        };
+        let source = match (&o.file, &o.reflector, &o.vehicle, &o.rcs_table) {
+            (Some(path), None, None, None) => {
                 ObjectSource::File { options: options(import, path)?, path: doc.beside(path)? }
             }
-            (None, None, Some(path)) => {
-                if let Some(span) = import.first_span() {
-                    return Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
-                }
+            (None, None, None, Some(path)) => {
+                no_import()?;
                 ObjectSource::Table { path: doc.beside(path)? }
             }
-            (None, Some(spec), None) => {
-                if let Some(span) = import.first_span() {
-                    return Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into());
-                }
+            (None, Some(spec), None, None) => {
+                no_import()?;
                 ObjectSource::Reflector { spec: spec.value.clone(), at: doc.bad(&spec.span, "") }
             }
-            (file, reflector, table) => {
-                let given = file.is_some() || reflector.is_some() || table.is_some();
-                let problem = if given { "the object is given twice" } else { "the object is missing" };
-                return Err(doc
-                    .bad(&o.position_m.span, problem)
-                    .remedy("give one of file = \"x.glb\", reflector = \"type1:width_m=0.16\" and rcs_table = \"x.csv\"")
+            (None, None, Some(kind), None) => {
+                no_import()?;
+                ObjectSource::Vehicle { kind: kind.value.clone(), at: doc.bad(&kind.span, "") }
+            }
+            (file, reflector, vehicle, table) => {
+                let given = [file, reflector, vehicle, table].into_iter().flatten().next();
+                let problem = match given {
+                    Some(first) => doc.bad(&first.span, "the object is given twice"),
+                    None => {
+                        BadInput::new("the object is missing").file(doc.file()).key(format!("object[{i}]"))
+                    }
+                };
+                return Err(problem
+                    .remedy("give one of file = \"x.glb\", reflector = \"type1:width_m=0.16\", vehicle = \"sedan\" and rcs_table = \"x.csv\"")
                     .into());
             }
         };
@@ -890,20 +992,33 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             (ObjectSource::Reflector { .. }, true) => "reflector".into(),
             _ => o.class.clone(),
         };
+        let name = match &o.vehicle {
+            Some(kind) if o.name.is_empty() => format!("{} {}", kind.value, i + 1),
+            _ => o.name.clone(),
+        };
+        let given = [&o.file, &o.reflector, &o.vehicle, &o.rcs_table];
+        let span = given.into_iter().flatten().next().map_or(0..0, |g| g.span.clone());
+        let called = if name.is_empty() { format!("object {}", i + 1) } else { name.clone() };
+        let (position_m, velocity_mps, trajectory) = courses.of(
+            &format!("object[{i}]"),
+            &called,
+            (&o.position_m, &o.velocity_mps, &o.trajectory),
+            &span,
+        )?;
+        let turns = (angle(&o.yaw_deg)?, angle(&o.pitch_deg)?, angle(&o.roll_deg)?);
         objects.push(Placed {
-            name: o.name.clone(),
+            name,
             class,
             source,
-            pose: Pose::from_yaw_pitch_roll(
-                doc.vector(&o.position_m)?,
-                angle(&o.yaw_deg)?,
-                angle(&o.pitch_deg)?,
-                angle(&o.roll_deg)?,
-            ),
-            velocity_mps: speed(&doc, &o.velocity_mps)?,
+            pose: Pose::from_yaw_pitch_roll(position_m, turns.0, turns.1, turns.2),
+            velocity_mps,
+            trajectory,
         });
     }
-    let interferers = f.interferer.iter().map(|t| interferer::build(&doc, t)).collect::<Result<Vec<_>>>()?;
+    let mut interferers = Vec::with_capacity(f.interferer.len());
+    for (i, t) in f.interferer.iter().enumerate() {
+        interferers.push(interferer::build(&mut courses, &format!("interferer[{i}]"), t)?);
+    }
     let ramps = radars.iter().all(|r| matches!(r.waveform, Waveform::Fmcw(_)));
     if let (Some(t), false) = (f.interferer.first(), ramps) {
         return Err(doc
@@ -933,6 +1048,14 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         .into());
     }
     let on_road = on_road(&doc, &f)?;
+    let motion = match &f.ego.trajectory {
+        None => None,
+        Some(t) => {
+            check_ego_once(&doc, &f.ego)?;
+            Some(courses.along("ego.trajectory", "ego", t)?.motion)
+        }
+    };
+    let notes = courses.notes;
     Ok(Scenario {
         name: f.name,
         seed: f.seed,
@@ -948,16 +1071,9 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             yaw_rad: angle(&f.ego.yaw_deg)?,
             speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
             on_road,
-            motion: None,
+            motion,
         },
-        frames: Frames {
-            count: doc.in_range(&f.frames.count, 1..=10_000_000, "frames to simulate")?,
-            interval_s: doc.in_range(
-                &f.frames.interval_s,
-                0.0..=1e6,
-                "seconds between frames, as in 0.05",
-            )?,
-        },
+        frames,
         trace: TraceSettings {
             rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
             bounces: match &f.trace.bounces {
@@ -988,7 +1104,32 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             convention: f.trace.convention,
         },
         output: f.output,
+        notes,
     })
+}
+
+fn frames(doc: &Document<'_>, t: &FramesTable) -> Result<Frames> {
+    Ok(Frames {
+        count: doc.in_range(&t.count, 1..=10_000_000, "frames to simulate")?,
+        interval_s: doc.in_range(&t.interval_s, 0.0..=1e6, "seconds between frames, as in 0.05")?,
+    })
+}
+
+/// Errors: the vehicle has a trajectory and a place, heading, speed or road as well.
+fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
+    let place = (ego.position_m.value != [0.0; 3]).then_some(("ego.position_m", &ego.position_m.span));
+    let yaw = (ego.yaw_deg.value != 0.0).then_some(("ego.yaw_deg", &ego.yaw_deg.span));
+    let speed = (ego.speed_mps.value != 0.0).then_some(("ego.speed_mps", &ego.speed_mps.span));
+    let on_road = ego.on_road.as_ref().map(|t| ("ego.on_road", &t.s_m.span));
+    let drive = ego.drive.as_ref().map(|t| ("ego.drive", &t.speed_mps.span));
+    match place.or(yaw).or(speed).or(on_road).or(drive) {
+        None => Ok(()),
+        Some((key, span)) => Err(doc
+            .bad(span, "the vehicle's way is given twice")
+            .key(key)
+            .remedy("keep it, or ego.trajectory")
+            .into()),
+    }
 }
 
 /// Whether every echo is kept. Errors: a floor beside it.
@@ -1044,14 +1185,6 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
         drive,
         at: doc.bad(t.lane.as_ref().map_or(s_span, |l| &l.span), ""),
     }))
-}
-
-fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {
-    let v = doc.vector(at)?;
-    if v.length() < 1e5 {
-        return Ok(v);
-    }
-    Err(doc.bad(&at.span, "is too fast").allowed("below 1e5 m/s").remedy("give metres per second").into())
 }
 
 impl<'a> From<&'a SceneTable> for ImportTable<'a> {

@@ -82,6 +82,10 @@ pub struct Frame {
 /// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
 pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
     let now = ego.at(time_s);
+    if radar.motion.is_some() {
+        let all = radar.on_vehicle(time_s).then(&now);
+        return (Pose::new(all.rotation, all.translation_m), all.velocity_mps);
+    }
     let pose = radar.mounting.then(&ego.pose(time_s));
     (pose, now.velocity_at(pose.translation_m))
 }
@@ -155,7 +159,10 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
         // All radars see the same ground.
         seed: scenario.seed,
         frame,
-        radar_spin_rad_per_s: scenario.ego.at(scenario.frames.time_s(frame)).spin_rad_per_s,
+        radar_spin_rad_per_s: {
+            let time_s = scenario.frames.time_s(frame);
+            radar.on_vehicle(time_s).then(&scenario.ego.at(time_s)).spin_rad_per_s
+        },
         air: Air::of(&scenario.weather, scenario.radars[which].carrier_hz)?,
         ..Default::default()
     })
@@ -410,8 +417,8 @@ fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Re
         .interferers
         .iter()
         .map(|i| {
-            let at = i.pose.translation_m + i.velocity_mps * time_s;
-            (i.clone(), RadarState { pose: Pose::new(i.pose.rotation, at), velocity_mps: i.velocity_mps })
+            let (pose, velocity_mps) = i.at(time_s);
+            (i.clone(), RadarState { pose, velocity_mps })
         })
         .collect();
     if scenario.mutual_interference {

@@ -48,6 +48,7 @@ fn radar(window: Window, sampling: Sampling) -> Radar {
         thermal_noise: true,
         front_end: Default::default(),
         mounting: Pose::IDENTITY,
+        motion: None,
         processing: Processing {
             range_window: window,
             doppler_window: window,

@@ -49,6 +49,7 @@ fn radar() -> Radar {
         thermal_noise: true,
         front_end: Default::default(),
         mounting: Pose::IDENTITY,
+        motion: None,
         processing: Processing {
             range_window: Window::Rectangle,
             doppler_window: Window::Rectangle,

@@ -47,6 +47,7 @@ fn radar() -> Radar {
         thermal_noise: true,
         front_end: Default::default(),
         mounting: Pose::IDENTITY,
+        motion: None,
         processing: Processing {
             range_window: Window::Hann,
             doppler_window: Window::Hann,

@@ -74,6 +74,7 @@ fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
         thermal_noise: false,
         front_end: Default::default(),
         mounting: Pose::IDENTITY,
+        motion: None,
         processing: Processing {
             range_window: Window::Hann,
             doppler_window: Window::Hamming,

@@ -519,6 +519,7 @@ fn sender() -> Interferer {
         },
         pose: Pose::from_yaw_pitch_roll(DVec3::new(60.0, 0.0, 0.5), PI, 0.0, 0.0),
         velocity_mps: DVec3::ZERO,
+        motion: None,
     }
 }
 

@@ -28,5 +28,6 @@ mod motion;
 mod refraction;
 mod road;
 mod scattering_table;
+mod trajectories;
 mod vehicles;
 mod waveforms;

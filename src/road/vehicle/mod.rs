@@ -182,6 +182,7 @@ impl Body {
                     turn: j.turn,
                     speed_mps,
                     clock_s: time_s,
+                    way_m: None,
                 };
                 let fixed = |rotation, place| scene_motion::Joint::Fixed(rotation, place);
                 let mut joints: Vec<_> = part.joints.iter().rev().map(hinge).collect();

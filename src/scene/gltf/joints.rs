@@ -42,6 +42,8 @@ enum JointText {
         turn: TurnText,
         speed_mps: f64,
         clock_s: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        distance: Option<usize>,
     },
     Roll {
         axis: [f64; 3],
@@ -235,12 +237,16 @@ impl JointText {
             JointText::Swing { axis, amplitude_rad, rate_rad_per_s, phase_rad } => {
                 Joint::Swing { axis: direction(axis)?, amplitude_rad, rate_rad_per_s, phase_rad }
             }
-            JointText::Hinge { at_m, axis, turn, speed_mps, clock_s } => Joint::Hinge {
+            JointText::Hinge { at_m, axis, turn, speed_mps, clock_s, distance } => Joint::Hinge {
                 at_m: at_m.into(),
                 axis: direction(axis)?,
                 turn: turn.turn()?,
                 speed_mps,
                 clock_s,
+                way_m: match distance {
+                    Some(c) => Some(channels.distances_m.get(c).ok_or(MISSING)?.clone()),
+                    None => None,
+                },
             },
             JointText::Roll { axis, radius_m, distance } => {
                 if radius_m <= 0.0 {
@@ -373,12 +379,15 @@ impl Writer {
                 rate_rad_per_s: *rate_rad_per_s,
                 phase_rad: *phase_rad,
             },
-            Joint::Hinge { at_m, axis, turn, speed_mps, clock_s } => JointText::Hinge {
+            Joint::Hinge { at_m, axis, turn, speed_mps, clock_s, way_m } => JointText::Hinge {
                 at_m: at_m.to_array(),
                 axis: axis.to_array(),
                 turn: TurnText::new(*turn),
                 speed_mps: *speed_mps,
                 clock_s: *clock_s,
+                distance: way_m
+                    .as_ref()
+                    .map(|c| shared(&mut self.known, &mut self.text.distances_m, c, |v| v)),
             },
             Joint::Roll { axis, radius_m, distance_m } => {
                 let list = &mut self.text.distances_m;

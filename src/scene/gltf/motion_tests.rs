@@ -775,8 +775,14 @@ fn moving() -> Scene {
         Channel::new(vec![-1.0, 0.5, 2.5], vec![0.0, 7.7, 31.0], vec![], Interpolation::Linear).unwrap(),
     );
     let hub = Joint::Fixed(q(0.02, 0.4), p(1.3, 0.8, 1.0 / 3.0));
-    let hinge =
-        |turn| Joint::Hinge { at_m: p(0.1, 0.2, 0.9), axis: DVec3::Y, turn, speed_mps: 1.4, clock_s: 0.21 };
+    let hinge = |turn| Joint::Hinge {
+        at_m: p(0.1, 0.2, 0.9),
+        axis: DVec3::Y,
+        turn,
+        speed_mps: 1.4,
+        clock_s: 0.21,
+        way_m: None,
+    };
     let crank_m = p(0.1, 0.0, -0.7);
     let pedal = |half, knee| Turn::Pedal {
         crank_m,

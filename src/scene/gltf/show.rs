@@ -196,8 +196,14 @@ mod tests {
     #[test]
     fn sampled_motions_are_near() {
         let mut scene = Scene::default();
-        let hinge =
-            |turn| Joint::Hinge { at_m: DVec3::Z, axis: DVec3::Y, turn, speed_mps: 1.4, clock_s: 0.2 };
+        let hinge = |turn| Joint::Hinge {
+            at_m: DVec3::Z,
+            axis: DVec3::Y,
+            turn,
+            speed_mps: 1.4,
+            clock_s: 0.2,
+            way_m: None,
+        };
         let forth = Joint::Line(DVec3::new(1.4, 0.3, 0.0));
         for joints in [
             vec![

@@ -2,11 +2,13 @@
 
 use catseye::error::{BadInput, Result};
 use catseye::frames::Pose;
+use catseye::scene::motion::{Channel, Joint};
 use catseye::scene::scenario::{self, Builder, Builtin, Scenario, SceneSource};
 use catseye::scene::{Mesh, Scene, Shape, gltf, material, radar_toml};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A stand-in for the rooms that build roads and reflectors.
 struct Stub;
@@ -43,6 +45,12 @@ impl Builder for Stub {
         } else {
             Err(BadInput::new("is not a reflector").into())
         }
+    }
+    fn vehicle(&self, _: &str) -> Result<Scene> {
+        Ok(triangle())
+    }
+    fn driven(&self, joints: Vec<Joint>, _: f64, _: Option<Arc<Channel<f64>>>) -> Vec<Joint> {
+        joints
     }
 }
 
@@ -280,7 +288,7 @@ fn mistakes_are_one_line_with_the_remedy() {
         ),
         (
             format!("{BASE}{point}[ego]\nspeed_kmh = 30\n"),
-            "allowed: position_m, yaw_deg, speed_mps, on_road, drive; did you mean 'speed_mps'?",
+            "allowed: position_m, yaw_deg, speed_mps, on_road, drive, trajectory; did you mean 'speed_mps'?",
         ),
         (format!("{BASE}{point}[frames]\ncount = 0\n"), "frames.count = 0: is out of range; allowed: 1..="),
         (
