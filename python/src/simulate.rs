@@ -343,6 +343,7 @@ pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
         .numbers(py, "share", f8(&|p| p.share), "f8")
         .numbers(py, "range_rate_modulo_mps", f8(&|p| p.modulo_mps), "f8")
         .numbers(py, "at_search_edge", list.iter().map(|p| p.at_search_edge).collect::<Vec<bool>>(), "?")
+        .numbers(py, "side_lobe", list.iter().map(|p| p.side_lobe).collect::<Vec<bool>>(), "?")
         .build(py)?;
     Ok(table.unbind())
 }

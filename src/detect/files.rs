@@ -9,9 +9,9 @@ use crate::trace::Echoes;
 use crate::units::dbm_from_w;
 use std::io::Write;
 
-/// Standard deviations are empty where the array cannot tell the angle, and `range_rate_modulo_mps` is where nothing folds. `ghost` and
-/// `at_search_edge` are 0 or 1; `share` is a share of power (CONVENTIONS eq. 160).
-pub const POINT_COLUMNS: [&str; 22] = [
+/// Standard deviations are empty where the array cannot tell the angle, and `range_rate_modulo_mps` is where nothing folds. `ghost`,
+/// `at_search_edge` and `side_lobe` are 0 or 1; `share` is a share of power (CONVENTIONS eq. 160).
+pub const POINT_COLUMNS: [&str; 23] = [
     "range_m",
     "range_rate_mps",
     "azimuth_deg",
@@ -34,6 +34,7 @@ pub const POINT_COLUMNS: [&str; 22] = [
     "share",
     "range_rate_modulo_mps",
     "at_search_edge",
+    "side_lobe",
 ];
 
 /// `chain` is the ids of the objects met, in order, with blanks between. Angles are those of arrival;
@@ -72,6 +73,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
             &p.share,
             &if p.modulo_mps.is_finite() { p.modulo_mps.to_string() } else { String::new() },
             &u8::from(p.at_search_edge),
+            &u8::from(p.side_lobe),
         ])?;
     }
     table.finish()

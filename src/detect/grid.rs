@@ -90,6 +90,7 @@ mod tests {
             class: String::new(),
             bounces: 0,
             ghost: false,
+            side_lobe: false,
             share: 0.0,
             at_search_edge: false,
         }

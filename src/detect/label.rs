@@ -209,8 +209,10 @@ pub struct Label {
     pub object_id: u32,
     /// Reflections of that object's echo that contributes most.
     pub bounces: u8,
-    /// Whether that echo touched several actors and the point stands off all of them (eq. 160).
+    /// Whether that echo touched several actors and the point stands off all of them, in the echo's main lobe (eq. 160).
     pub ghost: bool,
+    /// Whether the point lies in a side lobe of that echo: in range, range rate or direction it is not where the echo is.
+    pub side_lobe: bool,
     /// The object's share of the point's power, 0 to 1 (eq. 160).
     pub share: f64,
 }
@@ -308,11 +310,14 @@ impl<'a> Labeller<'a> {
         }
         let Some((object_id, part)) = best else { return Label::default() };
         let Some(echo) = part.echo else { return Label::default() };
+        let side_lobe = response.is_side_lobe(&echo.place);
+        let off = || self.bodies.is_ghost(point, &echo.chain, 0.5 * self.response.range_cell_m());
         Label {
             cause: if object_id == 0 { Cause::Weather } else { Cause::Object },
             object_id,
             bounces: echo.bounces,
-            ghost: self.bodies.is_ghost(point, &echo.chain, 0.5 * self.response.range_cell_m()),
+            ghost: !side_lobe && off(),
+            side_lobe,
             share: part.sum.norm_sqr() / total,
         }
     }
@@ -339,7 +344,8 @@ pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodi
             other => other.class(),
         }
         .to_string();
-        (p.bounces, p.ghost, p.share) = (label.bounces, label.ghost, label.share);
+        (p.bounces, p.ghost, p.side_lobe, p.share) =
+            (label.bounces, label.ghost, label.side_lobe, label.share);
     });
     Ok(())
 }

@@ -79,8 +79,10 @@ pub struct Point {
     pub class: String,
     /// Reflections of the echo that contributes most; 0 for none.
     pub bounces: u8,
-    /// Whether it stands where nothing is (eq. 160).
+    /// Whether it stands where nothing is, because its echo went over a mirror (eq. 160).
     pub ghost: bool,
+    /// Whether it is a side lobe of the object's echo, which is elsewhere in range, range rate or direction (eq. 160).
+    pub side_lobe: bool,
     /// Of the power that echoes bring to the point, what the object's bring (eq. 160), 0 to 1.
     pub share: f64,
     /// Whether the angular spectrum is largest on the edge of the directions that are searched: the azimuth or the
@@ -145,6 +147,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         class: String::new(),
         bounces: 0,
         ghost: false,
+        side_lobe: false,
         share: 0.0,
         at_search_edge: d.at_search_edge,
     }

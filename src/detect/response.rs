@@ -14,6 +14,9 @@ use std::f64::consts::TAU;
 
 /// Samples of a window's transform per resolution cell; between them it is interpolated linearly, to 1 %.
 const STEPS: usize = 8;
+/// Of the power that the array hears of an echo in the echo's own direction, what it hears in the main lobe at least: the
+/// first side lobe of equal weights is 13 dB down.
+const LEAST_OF_MAIN_LOBE: f64 = 0.1;
 /// Cells to each side that are tabulated. Side lobes of a Hann window lie 100 dB below there.
 const REACH: usize = 32;
 
@@ -23,6 +26,8 @@ struct WindowResponse {
     table: Vec<Complex64>,
     /// Cells after which the transform repeats itself.
     period: f64,
+    /// Half the width of the main lobe: cells to the first minimum beside it; infinite where there is none.
+    main_lobe_cells: f64,
 }
 
 impl WindowResponse {
@@ -34,12 +39,26 @@ impl WindowResponse {
             let tone = |(m, w): (usize, &f64)| w * Complex64::cis(TAU * turns * (m as f64 - 0.5 * (n - 1.0)));
             weights.iter().enumerate().map(tone).sum::<Complex64>() / sum
         };
-        WindowResponse { table: (0..=REACH * STEPS).map(at).collect(), period: n }
+        let table: Vec<Complex64> = (0..=REACH * STEPS).map(at).collect();
+        let level = |i: usize| table[i].norm();
+        let null = (1..REACH * STEPS).find(|&i| level(i) < 0.5 && level(i) < level(i + 1));
+        let main_lobe_cells = null.map_or(f64::INFINITY, |i| i as f64 / STEPS as f64);
+        WindowResponse { table, period: n, main_lobe_cells }
+    }
+
+    /// The distance from the tone or from its nearest repetition, cells.
+    fn wrapped(&self, cells: f64) -> f64 {
+        cells - self.period * (cells / self.period).round()
+    }
+
+    /// Whether a place `cells` away from the tone lies in its side lobes.
+    fn is_side_lobe(&self, cells: f64) -> bool {
+        self.wrapped(cells).abs() > self.main_lobe_cells
     }
 
     /// The response `cells` away from the tone; 0 beyond the table.
     fn at(&self, cells: f64) -> Complex64 {
-        let cells = cells - self.period * (cells / self.period).round();
+        let cells = self.wrapped(cells);
         let place = cells.abs() * STEPS as f64;
         let i = place as usize;
         let Some([low, high]) = self.table.get(i..).and_then(<[Complex64]>::first_chunk) else {
@@ -117,6 +136,11 @@ impl Response {
         })
     }
 
+    /// Resolution cells of a difference of range rates, wrapped as the map wraps.
+    fn rate_cells(&self, mps: f64) -> f64 {
+        (mps - self.fold_mps * (mps / self.fold_mps).round()) / self.rate_cell_mps
+    }
+
     /// Width of a resolution cell in range, m.
     pub fn range_cell_m(&self) -> f64 {
         self.range_cell_m
@@ -124,17 +148,19 @@ impl Response {
 
     /// The response to one point.
     pub fn to<'r>(&'r self, point: &Point) -> PointResponse<'r> {
-        let steer = |list: &[DVec3]| {
-            let u = direction_from_angles(point.azimuth_rad, point.elevation_rad);
-            list.iter().map(|p| Complex64::cis(self.wavenumber * u.dot(*p))).collect::<Vec<_>>()
-        };
         PointResponse {
             of: self,
             range_m: point.range_m,
             range_rate_mps: point.range_rate_mps,
-            tx: steer(&self.tx_m),
-            rx: steer(&self.rx_m),
+            steering: self.steering(direction_from_angles(point.azimuth_rad, point.elevation_rad)),
         }
+    }
+
+    fn steering(&self, towards: DVec3) -> Steering {
+        let steer = |list: &[DVec3]| {
+            list.iter().map(|p| Complex64::cis(self.wavenumber * towards.dot(*p))).collect::<Vec<_>>()
+        };
+        Steering { tx: steer(&self.tx_m), rx: steer(&self.rx_m) }
     }
 }
 
@@ -143,25 +169,54 @@ pub(super) struct PointResponse<'r> {
     of: &'r Response,
     range_m: f64,
     range_rate_mps: f64,
-    /// e^{+jk u·p} of each antenna towards the point.
+    /// Towards the point.
+    steering: Steering,
+}
+
+/// e^{+jk u·p} of each antenna in a direction u.
+struct Steering {
     tx: Vec<Complex64>,
     rx: Vec<Complex64>,
 }
 
 impl PointResponse<'_> {
+    /// Cells of range and of range rate from the point to an echo, coupled as the waveform couples them.
+    fn cells_to(&self, range_m: f64, range_rate_mps: f64) -> [f64; 2] {
+        let of = self.of;
+        let faster = range_rate_mps - self.range_rate_mps;
+        let range_cells = (range_m - self.range_m + faster * of.coupling_s) / of.range_cell_m;
+        [range_cells, of.rate_cells(faster)]
+    }
+
+    /// Whether the point lies in a side lobe of an echo: past the first minimum of the range or the Doppler window, or in a
+    /// direction in which the array hears the echo with less than a tenth of the power that it has in the echo's own.
+    pub fn is_side_lobe(&self, echo: &EchoPlace) -> bool {
+        let of = self.of;
+        let [range, rate] = self.cells_to(echo.range_m, echo.range_rate_mps);
+        if of.range.is_side_lobe(range) || of.doppler.is_side_lobe(rate) {
+            return true;
+        }
+        // An echo over a mirror may leave in one direction and come back from another.
+        let between = (echo.departure + echo.arrival).normalize_or(echo.arrival);
+        let own = [echo.arrival, echo.departure, between]
+            .into_iter()
+            .map(|u| self.array_towards(&of.steering(u), echo).norm_sqr())
+            .fold(0.0, f64::max);
+        self.array(echo).norm_sqr() < LEAST_OF_MAIN_LOBE * own
+    }
+
     /// The factor of the windows on an echo of unit amplitude. Range and Doppler are coupled as the waveform couples
     /// them, and both wrap as the transforms do.
     pub fn cell(&self, range_m: f64, range_rate_mps: f64) -> Complex64 {
         let of = self.of;
-        let faster = range_rate_mps - self.range_rate_mps;
-        let range = of.range.at((range_m - self.range_m + faster * of.coupling_s) / of.range_cell_m);
+        let [range_cells, rate_cells] = self.cells_to(range_m, range_rate_mps);
+        let range = of.range.at(range_cells);
         if range == Complex64::ZERO {
             return range;
         }
-        let cells = |mps: f64| (mps - of.fold_mps * (mps / of.fold_mps).round()) / of.rate_cell_mps;
-        let doppler = of.doppler.at(cells(faster));
+        let doppler = of.doppler.at(rate_cells);
         let removed = of.mean.as_ref().map_or(Complex64::ZERO, |mean| {
-            mean.at(cells(range_rate_mps)) * of.doppler.at(cells(-self.range_rate_mps))
+            mean.at(of.rate_cells(range_rate_mps)) * of.doppler.at(of.rate_cells(-self.range_rate_mps))
         });
         range * (doppler - removed)
     }
@@ -171,28 +226,32 @@ impl PointResponse<'_> {
     /// too. A point's rate may have been unfolded after its direction was measured, so that the stronger of the two
     /// responses, with the folds and without, counts.
     pub fn array(&self, echo: &EchoPlace) -> Complex64 {
+        self.array_towards(&self.steering, echo)
+    }
+
+    fn array_towards(&self, steering: &Steering, echo: &EchoPlace) -> Complex64 {
         let of = self.of;
         let faster = echo.range_rate_mps - self.range_rate_mps;
         let folded = of.fold_mps * (faster / of.fold_mps).round();
-        let with = self.beam(echo, faster);
+        let with = self.beam(steering, echo, faster);
         if folded == 0.0 || of.slot_phase == 0.0 {
             return with;
         }
-        let without = self.beam(echo, faster - folded);
+        let without = self.beam(steering, echo, faster - folded);
         if without.norm_sqr() > with.norm_sqr() { without } else { with }
     }
 
-    fn beam(&self, echo: &EchoPlace, faster_mps: f64) -> Complex64 {
+    fn beam(&self, steering: &Steering, echo: &EchoPlace, faster_mps: f64) -> Complex64 {
         let of = self.of;
         let rx: Vec<Complex64> = of
             .rx_m
             .iter()
-            .zip(&self.rx)
+            .zip(&steering.rx)
             .map(|(p, steer)| steer * Complex64::cis(-of.wavenumber * echo.arrival.dot(*p)))
             .collect();
         of.tx_m
             .iter()
-            .zip(&self.tx)
+            .zip(&steering.tx)
             .zip(of.weights.chunks(rx.len().max(1)))
             .enumerate()
             .map(|(slot, ((p, steer), weights))| {
@@ -209,8 +268,9 @@ impl PointResponse<'_> {
         if spill.channels.len() != of.weights.len() {
             return Complex64::ZERO;
         }
-        let steer = self.tx.iter().flat_map(|t| self.rx.iter().map(move |r| t * r));
-        let slots = (0..self.tx.len()).flat_map(|slot| std::iter::repeat_n(slot as f64, self.rx.len()));
+        let Steering { tx, rx } = &self.steering;
+        let steer = tx.iter().flat_map(|t| rx.iter().map(move |r| t * r));
+        let slots = (0..tx.len()).flat_map(|slot| std::iter::repeat_n(slot as f64, rx.len()));
         spill
             .channels
             .iter()
@@ -245,5 +305,12 @@ mod tests {
         assert!((hann.at(1.0).norm() - 0.5).abs() < 1e-3 && hann.at(2.0).norm() < 1e-3);
         assert!((20.0 * hann.at(2.375).norm().log10() + 31.5).abs() < 0.3);
         assert_eq!(hann.at(100.0), Complex64::ZERO);
+        // Main lobes end at the first nulls, and so do those of the repetitions; a single chirp has no side lobes.
+        assert_eq!((flat.main_lobe_cells, hann.main_lobe_cells), (1.0, 2.0));
+        let blackman = window::coefficients(crate::scene::radar::Window::Blackman, 256).unwrap();
+        assert!((WindowResponse::new(&blackman).main_lobe_cells - 3.0).abs() < 0.2);
+        assert!(hann.is_side_lobe(2.4) && hann.is_side_lobe(-2.4) && hann.is_side_lobe(253.0));
+        assert!(!hann.is_side_lobe(1.9) && !hann.is_side_lobe(255.0) && !hann.is_side_lobe(-257.0));
+        assert!(!WindowResponse::new(&[1.0]).is_side_lobe(0.5));
     }
 }

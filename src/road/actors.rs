@@ -16,6 +16,14 @@ pub fn base_class(class: &str) -> &str {
     class.split_once('.').map_or(class, |(base, _)| base)
 }
 
+/// What an object is called as a part of a whole: `wheel` where its class is `car.wheel`, else what stands behind the last
+/// `/` of its name; never empty.
+pub fn part_name(object: &Object) -> &str {
+    let suffix = object.class.split_once('.').map(|(_, part)| part);
+    let name = object.name.rsplit('/').next();
+    suffix.into_iter().chain(name).find(|n| !n.is_empty()).unwrap_or("part")
+}
+
 /// Whether a class is that of the ground or of paint on it.
 pub fn is_ground(class: &str) -> bool {
     GROUND.contains(&class)
@@ -176,6 +184,7 @@ mod tests {
         ]);
         let want: [&[usize]; 8] = [&[0], &[1], &[2, 3], &[4, 5], &[6, 7], &[8, 9], &[10], &[11]];
         assert_eq!(actors(&objects), want);
+        assert_eq!([3, 7].map(|i| part_name(&objects[i])), ["wheel", "limb"]);
         // A class given to all parts, as scenarios do, and surfaces of one road.
         let objects = named(&[
             ("t/cab", "truck"),
@@ -184,6 +193,8 @@ mod tests {
             ("r/surface 2", "road"),
         ]);
         assert_eq!(actors(&objects), [vec![0, 1], vec![2], vec![3]]);
+        assert_eq!(part_name(&objects[1]), "box");
+        assert_eq!(part_name(&named(&[("t/", "truck")])[0]), "part");
     }
 
     #[test]

@@ -58,10 +58,27 @@ pub struct Visibility {
     /// Power of the coherent sum of its echoes in the cell of range and range rate where it is largest, mean over channels; None
     /// without echoes.
     pub power_dbm: Option<f64>,
-    /// Points that are labelled with one of its objects, ghosts left out.
+    /// Points that are labelled with one of its objects, ghosts and side lobes left out.
     pub points: usize,
     /// Points that are ghosts of it.
     pub ghosts: usize,
+    /// Points in the side lobes of its echoes.
+    #[serde(default)]
+    pub side_lobes: usize,
+}
+
+impl Visibility {
+    /// What two radars see: each counts, and the stronger power.
+    pub fn and(self, other: Visibility) -> Visibility {
+        Visibility {
+            visible: self.visible || other.visible,
+            returns: self.returns + other.returns,
+            power_dbm: [self.power_dbm, other.power_dbm].into_iter().flatten().reduce(f64::max),
+            points: self.points + other.points,
+            ghosts: self.ghosts + other.ghosts,
+            side_lobes: self.side_lobes + other.side_lobes,
+        }
+    }
 }
 
 /// An object of class `marker`.
@@ -90,7 +107,7 @@ pub struct Truth {
     pub ego: PoseRecord,
     /// Pose of the radar.
     pub radar: PoseRecord,
-    /// Of all objects, in the order of the scene, in the world.
+    /// Of all objects, in the order of the scene, in the world; those without `part` are wholes.
     pub boxes: Vec<TruthBox>,
     /// Of all actors but the ground.
     pub actors: Vec<ActorTruth>,
@@ -117,7 +134,7 @@ impl Truth {
             let x = rotation * DVec3::X;
             x.y.atan2(x.x)
         };
-        let seen = seen(&scenario.radars[frame.radar], frame, scene);
+        let seen = visibility(&scenario.radars[frame.radar], frame, scene);
         let actors = actor_truth(scene, frame.time_s)
             .into_iter()
             .filter(|(_, whole)| !is_ground(&whole.class))
@@ -170,8 +187,9 @@ fn markers(scene: &Scene, time_s: f64, road: Option<&RoadTruth>) -> Vec<MarkerTr
     scene.objects.iter().filter(|o| o.class == "marker").map(of).collect()
 }
 
-/// By the id of an actor's first part.
-fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Visibility> {
+/// What came back from each object, by its id: from a whole with all of its parts, from any other part alone. Objects
+/// without echoes and points are left out.
+pub fn visibility(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Visibility> {
     let (mut head, mut class) = (HashMap::new(), HashMap::new());
     for parts in crate::road::actors::actors(&scene.objects) {
         for i in &parts {
@@ -184,16 +202,23 @@ fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Visibility
     let levels = Levels::new(radar);
     let (range_m, rate_mps) = (radar.range_bin_m(), radar.velocity_bin_mps());
     let cell = |x: f64, bin: f64| if bin.is_finite() && bin > 0.0 { (x / bin).round() as i64 } else { 0 };
-    // (actor, range cell, rate cell) and the amplitude of each echo.
+    // An echo counts for its whole, and for the part that it came from.
+    let counts = |object: u32| {
+        let whole = head.get(&object).copied();
+        let part = Some(object).filter(|id| whole.is_some_and(|whole| whole != *id));
+        whole.into_iter().chain(part)
+    };
+    // (object, range cell, rate cell) and the amplitude of each echo.
     let mut echoes: Vec<((u32, i64, i64), Complex64)> = frame
         .echoes
         .list
         .par_iter()
         .filter(|r| passes(radar, r))
-        .filter_map(|r| {
-            let actor = *head.get(&object_of(r, |id| class.get(&id).copied().unwrap_or("")))?;
-            let key = (actor, cell(r.range_m(), range_m), cell(r.range_rate_mps(), rate_mps));
-            Some((key, levels.amplitude(r) * Complex64::cis(-k * r.path_length_m)))
+        .flat_map_iter(|r| {
+            let place = (cell(r.range_m(), range_m), cell(r.range_rate_mps(), rate_mps));
+            let amplitude = levels.amplitude(r) * Complex64::cis(-k * r.path_length_m);
+            counts(object_of(r, |id| class.get(&id).copied().unwrap_or("")))
+                .map(move |id| ((id, place.0, place.1), amplitude))
         })
         .collect();
     // Stable, so that sums repeat.
@@ -211,9 +236,13 @@ fn seen(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, Visibility
         }
     }
     for p in &frame.points {
-        if let Some(actor) = head.get(&p.object_id) {
-            let seen = out.entry(*actor).or_default();
-            if p.ghost { seen.ghosts += 1 } else { seen.points += 1 }
+        for id in counts(p.object_id) {
+            let seen = out.entry(id).or_default();
+            match (p.ghost, p.side_lobe) {
+                (true, _) => seen.ghosts += 1,
+                (_, true) => seen.side_lobes += 1,
+                (false, false) => seen.points += 1,
+            }
         }
     }
     out

@@ -297,6 +297,7 @@ fn sample_point() -> Point {
         class: "car, small".into(),
         bounces: 2,
         ghost: true,
+        side_lobe: true,
         share: 0.75,
         at_search_edge: true,
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
@@ -314,7 +315,7 @@ fn tables_hold_what_the_contract_says() {
         table.header.join(","),
         "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
          range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,\
-         range_rate_modulo_mps,at_search_edge"
+         range_rate_modulo_mps,at_search_edge,side_lobe"
     );
     let p = sample_point();
     for (column, value) in [
@@ -333,6 +334,7 @@ fn tables_hold_what_the_contract_says() {
         ("ghost", 1.0),
         ("share", 0.75),
         ("at_search_edge", 1.0),
+        ("side_lobe", 1.0),
     ] {
         assert_eq!(table.numbers(column).unwrap(), [value], "{column}");
     }

@@ -89,7 +89,7 @@ fn a_car_beside_a_wall_has_a_ghost_behind_it() {
     let truth = Truth::new(&s, &scene, &frame, None);
     let car = truth.actors.iter().find(|a| a.whole.class == "car").unwrap();
     assert!(car.seen.visible && car.seen.returns > 0);
-    assert_eq!(car.seen.points + car.seen.ghosts, mine.len());
+    assert_eq!(car.seen.points + car.seen.ghosts + car.seen.side_lobes, mine.len());
     assert_eq!(car.seen.ghosts, mine.iter().filter(|p| p.ghost).count());
     assert!(truth.free_space.is_none() && truth.lanes.is_empty());
 }
@@ -182,7 +182,13 @@ fn leakage_and_noise_are_no_objects() {
             assert!(bin > 0.49 && p.rcs_dbsm > -150.0, "{p:?}");
             assert!(p.object_id != 0 || (p.share, p.ghost, p.bounces) == (0.0, false, 0), "{p:?}");
             match p.class.as_str() {
-                "post" => assert!(turned(30.0 / cell_m) < 12.0 && p.object_id != 0, "{p:?}"),
+                "post" => {
+                    assert!(turned(30.0 / cell_m) < 12.0 && p.object_id != 0, "{p:?}");
+                    // The main lobe of Hann windows ends two cells from the post.
+                    let off = turned(30.0 / cell_m).max(p.range_rate_mps.abs() / rate_mps);
+                    assert!(!p.side_lobe || off > 1.9 || p.azimuth_rad.abs() > 0.1, "{p:?}");
+                    assert!(p.side_lobe || (off < 2.1 && p.azimuth_rad.abs() < 0.5), "{p:?}");
+                }
                 "leakage" => {
                     leaked += 1;
                     wrapped += usize::from(bin > 0.9 * bins as f64);
@@ -213,6 +219,77 @@ fn leakage_and_noise_are_no_objects() {
         );
         assert!(noise > 5 && leaked > 0 && (leak > 0.5 || wrapped > 0));
     }
+}
+
+/// A strong target over a rectangle's window, whose side lobes stand over the noise: each point of it but one is a side lobe,
+/// of the target and of no ghost, and the truth counts them apart.
+#[test]
+fn side_lobes_are_labelled_and_counted() {
+    let text = "name = \"n\"\nradar = \"demo77\"\n[[point]]\nname = \"post\"\nclass = \"post\"\n\
+                position_m = [33.6, 0, 0.5]\nrcs_dbsm = 30\n";
+    let mut s = scenario(text);
+    let radar = &mut s.radars[0];
+    radar.processing.range_window = catseye::scene::radar::Window::Rectangle;
+    radar.processing.group = [0, 0];
+    let (cell_m, rate_mps) = (radar.range_bin_m(), radar.velocity_bin_mps());
+    let scene = s.build(&Library).unwrap();
+    let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
+    let mine: Vec<&Point> = frame.points.iter().filter(|p| p.class == "post").collect();
+    let range_m = (DVec3::new(33.6, 0.0, 0.5) - frame.pose.translation_m).length();
+    let off = |p: &Point| ((p.range_m - range_m).abs() / cell_m).max(p.range_rate_mps.abs() / rate_mps);
+    // A rectangle's main lobe ends one cell from the target.
+    let (lobes, own): (Vec<&Point>, Vec<&Point>) = mine.iter().partition(|p| p.side_lobe);
+    println!("{} own, {} side lobes", own.len(), lobes.len());
+    assert!(lobes.len() > 5 && own.len() == 1, "{} {}", lobes.len(), own.len());
+    assert!(off(own[0]) < 0.5 && lobes.iter().all(|p| off(p) > 0.9), "{lobes:?}");
+    assert!(mine.iter().all(|p| !p.ghost && p.object_id == 1 && p.bounces == 1));
+    // Their envelope is 1/πx: what is labelled has the level of a lobe.
+    for p in &lobes {
+        let lobe_db = p.power_dbm - own[0].power_dbm + 20.0 * (std::f64::consts::PI * off(p)).log10();
+        assert!((-30.0..1.0).contains(&lobe_db), "{lobe_db}: {p:?}");
+    }
+    let truth = Truth::new(&s, &scene, &frame, None);
+    let seen = truth.actors[0].seen;
+    assert_eq!((seen.points, seen.ghosts, seen.side_lobes), (1, 0, lobes.len()));
+}
+
+/// Where a part's echo counts: for the part and for its whole.
+#[test]
+fn a_whole_has_the_echoes_and_points_of_its_parts() {
+    let scene = street();
+    let (car, wheel) = (2, 3);
+    let mut s =
+        scenario("name = \"t\"\nradar = \"front77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n");
+    s.ego.position_m = sensor().translation_m - s.radars[0].mounting.translation_m;
+    // Any frame: its echoes and points are those of this test.
+    let far = s.build(&Library).unwrap();
+    let mut frame = simulate(&Engine::Cpu(Precision::F32), &s, &far, 0).unwrap();
+    let (on_body, body) = seen(DVec3::new(28.0, 0.2, 0.7), &[car], true);
+    let (on_wheel, of_wheel) = seen(DVec3::new(35.0, 0.9, 0.3), &[wheel], true);
+    frame.echoes = Echoes { list: vec![body, of_wheel], ..Default::default() };
+    frame.points = vec![
+        Point { object_id: car, ..on_body },
+        Point { object_id: wheel, ..on_wheel.clone() },
+        Point { object_id: wheel, side_lobe: true, ..on_wheel },
+    ];
+    let seen = catseye::simulate::truth::visibility(&s.radars[0], &frame, &scene);
+    let counts = |id: u32| (seen[&id].returns, seen[&id].points, seen[&id].ghosts, seen[&id].side_lobes);
+    assert_eq!((counts(car), counts(wheel)), ((2, 2, 0, 1), (1, 1, 0, 1)));
+    assert!(!seen.contains_key(&4) && seen[&wheel].visible);
+    // The wheel is farther by a quarter: its own power is 40 lg(35.01/28) dB less than the whole's strongest cell.
+    let apart = seen[&car].power_dbm.unwrap() - seen[&wheel].power_dbm.unwrap();
+    assert!((apart - 40.0 * (35.01f64 / 28.0).log10()).abs() < 0.1, "{apart}");
+    // Two radars together.
+    let none = catseye::simulate::truth::Visibility::default();
+    assert_eq!((seen[&car].and(none), none.and(seen[&car])), (seen[&car], seen[&car]));
+    assert_eq!(seen[&car].and(seen[&wheel]).returns, 3);
+    assert_eq!(seen[&wheel].and(seen[&car]).power_dbm, seen[&car].power_dbm);
+    // The boxes say what belongs to what.
+    let truth = Truth::new(&s, &scene, &frame, None);
+    let told: Vec<_> = truth.boxes.iter().map(|b| (b.id, b.parent_id, b.part.as_str())).collect();
+    assert_eq!(told, [(1, 1, ""), (car, car, ""), (wheel, car, "wheel"), (4, 4, "")]);
+    let whole = truth.actors.iter().find(|a| a.whole.id == car).unwrap();
+    assert_eq!((whole.whole.clone(), whole.seen), (truth.boxes[1].clone(), seen[&car]));
 }
 
 /// A road, a car of two parts on it, a lamp over it.
@@ -256,6 +333,7 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
         class: String::new(),
         bounces: 0,
         ghost: false,
+        side_lobe: false,
         share: 0.0,
         at_search_edge: false,
         std: PointStd {
@@ -322,12 +400,14 @@ fn truth_of_the_marked_road() {
     assert_eq!((truth.lanes.len(), truth.lane_lines.len(), truth.markers.len()), (4, 3, 60));
     assert!(truth.markers.iter().all(|m| m.row.is_some() && m.word.is_none()));
     assert_eq!(truth.markers[0].position_m, [5.0, 3.5, 0.002]);
+    // Nothing here has parts.
+    assert!(truth.boxes.iter().all(|b| b.parent_id == b.id && b.part.is_empty()));
     // No ground among the actors; posts, markers, cars are.
     assert_eq!(truth.actors.len(), scene.objects.len() - 3);
     assert!(truth.actors.iter().all(|a| a.whole.class != "road" && a.parts == [a.whole.id]));
     let cars: Vec<_> = truth.actors.iter().filter(|a| a.whole.class == "car").collect();
     assert!(cars.iter().all(|c| c.seen.visible && c.seen.returns > 0), "{cars:?}");
-    let points: usize = truth.actors.iter().map(|a| a.seen.points + a.seen.ghosts).sum();
+    let points: usize = truth.actors.iter().map(|a| a.seen.points + a.seen.ghosts + a.seen.side_lobes).sum();
     let labelled =
         frame.points.iter().filter(|p| p.object_id != 0 && !["road", "verge"].contains(&p.class.as_str()));
     assert_eq!(points, labelled.count());

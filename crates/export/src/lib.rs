@@ -83,7 +83,7 @@ pub struct SweepPoint {
     pub object_id: u32,
     /// That object's class, "" for none.
     pub class: String,
-    /// A mirror image of an object.
+    /// Not where its object is: a mirror image, or a side lobe.
     pub ghost: bool,
     /// Whether the object moves over the ground; unknown where no object is known.
     pub moving: Option<bool>,

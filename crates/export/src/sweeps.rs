@@ -302,8 +302,12 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
     let (range_std, rate_std) = (numbers("range_std_m")?, numbers("range_rate_std_mps")?);
     let (azimuth_std, elevation_std) = (numbers("azimuth_std_deg")?, numbers("elevation_std_deg")?);
     let (id, class) = (numbers("object_id")?, table.text("class")?);
-    // Runs of older versions do not say it.
-    let ghost = if table.has("ghost") { Some(table.text("ghost")?) } else { None };
+    // Runs of older versions do not say either.
+    let flag = |name: &str| match table.has(name) {
+        true => Ok(table.text(name)?.iter().map(|cell| matches!(&**cell, "1" | "true")).collect()),
+        false => Ok::<_, Error>(vec![false; table.len()]),
+    };
+    let (ghost, side_lobe) = (flag("ghost")?, flag("side_lobe")?);
     // An empty cell: the array does not tell the angle.
     let known = |deg: f64| Some(deg.to_radians()).filter(|s| s.is_finite());
     (0..table.len())
@@ -335,7 +339,7 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
                 range_rate_std_mps: rate_std[i],
                 object_id: owner.map_or(object, |b| b.id),
                 class: owner.map_or_else(|| class[i].to_string(), |b| b.class.clone()),
-                ghost: ghost.as_ref().is_some_and(|g| g[i] == "true"),
+                ghost: ghost[i] || side_lobe[i],
                 moving: owner.map(|b| b.velocity_mps != [0.0; 3]),
             })
         })
@@ -348,9 +352,10 @@ mod tests {
     use std::fs;
 
     const POINTS: &str = "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
-        range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share\n\
-        20,-3,30,0,17.3,10,0,-80,25,10,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,false,0.9\n\
-        25,1,-10,2,24.6,-4.3,0.9,-90,15,0,0,,0.01,0.02,,,unambiguous,2,true,0.5\n";
+        range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,side_lobe\n\
+        20,-3,30,0,17.3,10,0,-80,25,10,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,0,0.9,0\n\
+        25,1,-10,2,24.6,-4.3,0.9,-90,15,0,0,,0.01,0.02,,,unambiguous,2,1,0.5,0\n\
+        22,-3,30,0,19.1,11,0,-120,12,-30,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,0,0.9,1\n";
 
     fn truth(x: f64, heading: f64, more: &str) -> String {
         let (s, c) = (0.5 * heading).sin_cos();
@@ -397,7 +402,14 @@ mod tests {
         );
         // No actors here: object 4 is in no box.
         assert_eq!((s.points[0].object_id, s.points[0].moving), (4, None));
-        assert_eq!((s.points[1].ghost, s.points[1].azimuth_std_rad), (true, None));
+        assert_eq!(s.points[1].azimuth_std_rad, None);
+        // As `catseye simulate` writes it: a mirror image and a side lobe are not where their object is.
+        assert_eq!(s.points.iter().map(|p| p.ghost).collect::<Vec<_>>(), [false, true, true]);
+        // An older run knows no side lobes.
+        let before: String = POINTS.lines().map(|l| format!("{}\n", l.rsplit_once(',').unwrap().0)).collect();
+        fs::write(t.path().join("frame_000001/points.csv"), before).unwrap();
+        let old = r.sweep(1, false).unwrap();
+        assert_eq!(old.points.iter().map(|p| p.ghost).collect::<Vec<_>>(), [false, true, false]);
         assert_eq!(s.range_doppler.unwrap().range_columns, 3);
         assert!((r.highest_dbm().unwrap().unwrap() + 60.0).abs() < 1e-4);
         // A run that knows wholes and turning.

@@ -288,7 +288,7 @@ fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
     let tables: String = l.tables.iter().map(|t| format!("| `{}` | {} |\n", t.name, t.about)).collect();
     let class = |(class, n): (&String, &ClassTally)| {
         let name = if class.is_empty() { "(none)" } else { class };
-        format!("| {name} | {} | {} |\n", n.objects, n.points)
+        format!("| {name} | {} | {} | {} | {} |\n", n.objects, n.points, n.ghosts, n.side_lobes)
     };
     let classes: String = t.classes.iter().map(class).collect();
     let mut limits = String::new();
@@ -336,14 +336,14 @@ Format {format}, compression {compression}, {of_shard} frames a shard, {bytes:.0
 {arrays}| table | rows |
 |---|---|
 {tables}
-Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of their radar, truth and poses in the world; a rotation (x, y, z, w) turns from the one to the other. Range rates are positive when the target recedes. Lanes, lines and markers reach {TRUTH_RANGE_M} m around the vehicle. `object_id` of points is `id` of `boxes` in the same frame, 0 for none.
+Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of their radar, truth and poses in the world; a rotation (x, y, z, w) turns from the one to the other. Range rates are positive when the target recedes. Lanes, lines and markers reach {TRUTH_RANGE_M} m around the vehicle. `object_id` of points is `id` of `boxes` in the same frame, 0 for none. Rows of `boxes` with an empty `part` are wholes, one for each car, around all of its parts; `parent_id` of any row is the `id` of its whole.
 
 ## Statistics
 
 {points:.1} points a frame ({least} to {greatest}), {echoes:.0} echoes a frame. More in `{STATISTICS}`.
 
-| class | objects in all scenes | points |
-|---|---|---|
+| class | objects in all scenes | points | ghosts among them | side lobes among them |
+|---|---|---|---|---|
 {classes}
 ## Licence of the data
 
@@ -352,7 +352,7 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
 ## Limits
 
 * Simulated echoes: what the simulator leaves out, the data leave out (README of catseye).
-* Labels of points name the object whose echoes made them; points of noise have none.
+* Labels of points name the object whose echoes made them; `ghost` and `side_lobe` mark those that do not stand on it. Points that no object made have `object_id` 0 and the class leakage, noise or weather.
 {limits}
 ## Pictures
 

@@ -12,9 +12,11 @@ use catseye::road::labels::Polyline;
 use catseye::road::truth_boxes;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
+use catseye::simulate::truth::{Visibility, visibility};
 use catseye::trace::Echo;
 use catseye::units::dbm_from_w;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Lanes, lines and markers are kept up to this distance from the ego vehicle.
 pub const TRUTH_RANGE_M: f64 = 150.0;
@@ -189,6 +191,7 @@ fn point_table(site: &Site, radars: &[Frame]) -> Table {
         .f64("share", |(_, p)| p.share)
         .f64("range_rate_modulo_mps", |(_, p)| p.modulo_mps)
         .bool("at_search_edge", |(_, p)| p.at_search_edge)
+        .bool("side_lobe", |(_, p)| p.side_lobe)
         .table()
 }
 
@@ -238,15 +241,32 @@ fn truth_tables(site: &Site, radars: &[Frame]) -> [Table; 4] {
     let numbered = |line: &Polyline| -> Vec<(u32, [f64; 3])> {
         line.iter().enumerate().filter(|(_, p)| near(p)).map(|(i, p)| (i as u32, *p)).collect()
     };
-    let boxes = Rows::new("boxes", truth_boxes(&site.scene, time_s))
-        .u32("id", |b| b.id)
-        .text("name", |b| b.name.clone())
-        .text("class", |b| b.class.clone())
-        .vector(PLACE, |b| b.centre_m)
-        .vector(["length_m", "width_m", "height_m"], |b| b.size_m)
-        .rotation(|b| b.rotation_xyzw)
-        .vector(VELOCITY, |b| b.velocity_mps)
-        .vector(["spin_x_rad_per_s", "spin_y_rad_per_s", "spin_z_rad_per_s"], |b| b.spin_rad_per_s)
+    let mut seen: BTreeMap<u32, Visibility> = BTreeMap::new();
+    for f in radars {
+        for (id, more) in visibility(&site.scenario.radars[f.radar], f, &site.scene) {
+            let all = seen.entry(id).or_default();
+            *all = all.and(more);
+        }
+    }
+    let seen = |id: u32| seen.get(&id).copied().unwrap_or_default();
+    let boxes = truth_boxes(&site.scene, time_s).into_iter().map(|b| (seen(b.id), b));
+    let boxes = Rows::new("boxes", boxes)
+        .u32("id", |(_, b)| b.id)
+        .text("name", |(_, b)| b.name.clone())
+        .text("class", |(_, b)| b.class.clone())
+        .vector(PLACE, |(_, b)| b.centre_m)
+        .vector(["length_m", "width_m", "height_m"], |(_, b)| b.size_m)
+        .rotation(|(_, b)| b.rotation_xyzw)
+        .vector(VELOCITY, |(_, b)| b.velocity_mps)
+        .vector(["spin_x_rad_per_s", "spin_y_rad_per_s", "spin_z_rad_per_s"], |(_, b)| b.spin_rad_per_s)
+        .u32("parent_id", |(_, b)| b.parent_id)
+        .text("part", |(_, b)| b.part.clone())
+        .bool("visible", |(s, _)| s.visible)
+        .u32("returns", |(s, _)| s.returns as u32)
+        .f64("power_dbm", |(s, _)| s.power_dbm.unwrap_or(f64::NAN))
+        .u32("points", |(s, _)| s.points as u32)
+        .u32("ghosts", |(s, _)| s.ghosts as u32)
+        .u32("side_lobes", |(s, _)| s.side_lobes as u32)
         .table();
 
     let roads = site.road.as_ref().map_or(&[][..], |r| &r.roads);
@@ -319,12 +339,15 @@ const TABLES: [(&str, &str); 8] = [
     ("radars", "one a radar: where it is, in the world, and the axes of its map"),
     ("points", "one a detected point of a radar, in its frame of reference"),
     ("returns", "one an echo as the tracer found it"),
-    ("boxes", "one an object: its smallest box along its own axes, in the world"),
+    (
+        "boxes",
+        "one an object, in the world: wholes (empty `part`) with a box around all of their parts, and parts with their own",
+    ),
     ("lanes", "one a station of a lane, in the world"),
     ("lines", "one a vertex of a painted line, in the world"),
     ("markers", "one a marker of the road, in the world"),
 ];
-const COLUMNS: [(&str, &str); 50] = [
+const COLUMNS: [(&str, &str); 58] = [
     ("scene", "number of the scene"),
     ("frame_in_scene", "number of the frame in its scene"),
     ("split", "train, validation or test"),
@@ -349,11 +372,17 @@ const COLUMNS: [(&str, &str); 50] = [
     ("range_rate_mps", "positive receding"),
     ("azimuth_deg", "positive left"),
     ("elevation_deg", "positive up"),
-    ("power_dbm", "points: after beamforming at the peak; echoes: of this one alone, mean over channels"),
+    (
+        "power_dbm",
+        "points: after beamforming at the peak; echoes: of this one alone, mean over channels; boxes: of the coherent sum of the object's echoes in the cell where it is largest, of the radar that hears most, NaN without echoes",
+    ),
     ("snr_db", "after beamforming, over the noise of one channel's cell"),
     ("rcs_dbsm", "as the antennas' polarisation sees it"),
     ("object_id", "of the object whose echoes made the point, 0 for none"),
-    ("class", "of the object; of a point without one leakage, noise or weather"),
+    (
+        "class",
+        "of the object; of a point that no object made leakage (inside the radar), noise (also other radars) or weather",
+    ),
     ("range_std_m", "standard deviation"),
     ("range_rate_std_mps", "standard deviation"),
     ("azimuth_std_deg", "standard deviation; NaN where the array cannot tell"),
@@ -361,7 +390,14 @@ const COLUMNS: [(&str, &str); 50] = [
     ("ambiguity", "of the range rate: unambiguous, resolved, ego_speed, ambiguous or unresolved"),
     ("chain", "ids of the objects met, in order"),
     ("bounces", "reflections; of a point, those of its strongest echo"),
-    ("ghost", "the point stands where none of the objects is that its strongest echo met"),
+    (
+        "ghost",
+        "the point stands where none of the objects is that its strongest echo met, and in that echo's main lobe",
+    ),
+    (
+        "side_lobe",
+        "the point lies in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
+    ),
     ("share", "of the cell's echoes, that the object gave, 0 to 1"),
     (
         "range_rate_modulo_mps",
@@ -369,6 +405,16 @@ const COLUMNS: [(&str, &str); 50] = [
     ),
     ("at_search_edge", "the direction is the edge of the angles that are searched, no measured one"),
     ("id", "of the object"),
+    ("parent_id", "id of the whole that the object is a part of; of a whole its own"),
+    ("part", "what the object is called as a part of its whole, as wheel; empty for a whole"),
+    ("visible", "the object's strongest cell exceeds the thermal noise of a cell, for any radar"),
+    ("returns", "echoes of the object in the receivers' bands; of a whole, with those of its parts"),
+    (
+        "points",
+        "points that stand on the object, ghosts and side lobes left out; of a whole, with those of its parts",
+    ),
+    ("ghosts", "points that are ghosts of the object; of a whole, with those of its parts"),
+    ("side_lobes", "points in side lobes of the object's echoes; of a whole, with those of its parts"),
     ("lane", "number of the lane"),
     ("driven", "which way the lane is driven, seen along the axis"),
     ("station", "number of the station along the lane"),

@@ -50,6 +50,12 @@ pub struct ClassTally {
     pub objects: u64,
     /// Points that are labelled with it.
     pub points: u64,
+    /// Those of them that are ghosts. Datasets made before November 2026 count none here, nor side lobes.
+    #[serde(default)]
+    pub ghosts: u64,
+    /// Those of them that lie in side lobes.
+    #[serde(default)]
+    pub side_lobes: u64,
 }
 
 fn bin(x: f64, width: f64) -> i32 {
@@ -71,7 +77,10 @@ impl Tally {
                     *t.snr_db.entry(bin(p.snr_db, SNR_BIN_DB)).or_default() += 1;
                 }
                 *t.range_m.entry(bin(p.range_m, RANGE_BIN_M)).or_default() += 1;
-                t.classes.entry(p.class.clone()).or_default().points += 1;
+                let class = t.classes.entry(p.class.clone()).or_default();
+                class.points += 1;
+                class.ghosts += u64::from(p.ghost);
+                class.side_lobes += u64::from(p.side_lobe);
             }
         }
         t.points_a_frame = Some([t.points; 2]);
@@ -119,6 +128,8 @@ impl Tally {
             let here = self.classes.entry(class.clone()).or_default();
             here.objects += n.objects;
             here.points += n.points;
+            here.ghosts += n.ghosts;
+            here.side_lobes += n.side_lobes;
         }
     }
 }
@@ -136,7 +147,7 @@ mod tests {
     fn sums_do_not_depend_on_the_order() {
         let one = |points: u64, class: &str| {
             let mut t = Tally { frames: 1, points, points_a_frame: Some([points; 2]), ..Default::default() };
-            t.classes.insert(class.into(), ClassTally { objects: 1, points });
+            t.classes.insert(class.into(), ClassTally { objects: 1, points, ghosts: 1, side_lobes: 2 });
             t.snr_db.insert(10, points);
             t.rows_a_frame_most.insert("points".into(), points);
             t
@@ -151,8 +162,13 @@ mod tests {
         assert_eq!(t, sum([2, 0, 1]));
         assert_eq!((t.points, t.points_a_frame, t.snr_db[&10]), (15, Some([3, 7]), 15));
         assert_eq!(t.rows_a_frame_most["points"], 7);
-        assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8 });
+        assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8, ghosts: 2, side_lobes: 4 });
         let text = serde_json::to_string(&t).unwrap();
         assert_eq!(serde_json::from_str::<Tally>(&text).unwrap(), t);
+        // Shards that were made before these were counted.
+        let before = text.replace(",\"ghosts\":2,\"side_lobes\":4", "");
+        assert!(before.len() < text.len());
+        let read = serde_json::from_str::<Tally>(&before).unwrap();
+        assert_eq!(read.classes["car"], ClassTally { objects: 2, points: 8, ghosts: 0, side_lobes: 0 });
     }
 }

@@ -312,6 +312,7 @@ impl Layout {
                 return Err(bad(format!("table {}", table.name), "has not the columns of the layout")
                     .value(join(text(here.collect())))
                     .allowed(join(text(spec.columns.iter().map(|c| (c.name.as_str(), c.kind)).collect())))
+                    .remedy("a dataset that another build of catseye began is completed by that build, or made again with --force")
                     .into());
             }
             let rows = table.rows();

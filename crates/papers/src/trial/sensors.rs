@@ -114,6 +114,7 @@ impl KeptPoint {
             class: String::new(),
             bounces: 0,
             ghost: false,
+            side_lobe: false,
             share: 0.0,
             at_search_edge: false,
         }
@@ -284,6 +285,7 @@ mod tests {
             class: String::new(),
             bounces: 0,
             ghost: false,
+            side_lobe: false,
             share: 0.0,
             at_search_edge: false,
         }
