@@ -117,6 +117,26 @@ def test_torch_batches(data, torch, workers):
     assert seen == len(plain)
 
 
+def test_tensors_hold_the_labels(data, torch):
+    """Wholes by numbers alone, and classes of points that no object made."""
+    dataset = catseye.Dataset(data).torch()
+    nothing = {"leakage", "noise", "weather"}
+    seen = 0
+    for i, sample in enumerate(catseye.Dataset(data)):
+        boxes, points = ({k: np.asarray(v) for k, v in dataset[i][t].items()} for t in ("boxes", "points"))
+        wholes = boxes["valid"] & (boxes["id"] == boxes["parent_id"])
+        assert wholes.sum() == (sample["boxes"]["part"] == "").sum() > 0
+        assert {"visible", "returns", "power_dbm", "points", "ghosts", "side_lobes"} <= boxes.keys()
+        assert points["side_lobe"].dtype == points["ghost"].dtype == bool and not (points["side_lobe"] & points["ghost"]).any()
+        for valid, class_, object_ in zip(points["valid"], points["class"], points["object_id"]):
+            if valid:
+                assert (dataset.classes[class_] in nothing) == (object_ == 0)
+                seen += dataset.classes[class_] in nothing
+        stands = ~(sample["points"]["ghost"] | sample["points"]["side_lobe"]) & (sample["points"]["object_id"] > 0)
+        assert boxes["points"][wholes].sum() == stands.sum()
+    assert seen > 0
+
+
 def test_torch_lengths_and_transforms(data, torch, tmp_path):
     plain = catseye.Dataset(data, tables=["points"])
     longer = plain.torch(rows={"points": 100})

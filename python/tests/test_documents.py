@@ -30,7 +30,7 @@ SHOWN = {page.relative_to(ROOT).as_posix(): blocks(page) for page in PAGES if bl
 
 
 def test_the_blocks_are_found():
-    assert {"README.md", "python/README.md", "docs/datasets.md", "docs/guides/libraries.md", "docs/tutorial/points.md"} <= set(SHOWN)
+    assert {"README.md", "python/README.md", "docs/datasets.md", "docs/guides/labels.md", "docs/guides/libraries.md", "docs/tutorial/points.md"} <= set(SHOWN)
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +54,19 @@ def place(tmp_path_factory, scenario, engine):
     shutil.copy(ROOT / "scenes/recipes/tiny_radar.toml", at)
     recipe = (ROOT / "scenes/recipes/tiny.toml").read_text(encoding="utf-8")
     recipe = recipe.replace("scenes = 4", "scenes = 12").replace("frames_per_shard = 2", "frames_per_shard = 12")
+    # A car with wheels.
+    assert "passenger-car" in recipe
+    recipe = recipe.replace("passenger-car", "sedan")
     recipe = recipe.replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", "train = 0.75\ntest = 0.25")
     for name, kind, out in [("recipe.toml", "zarr", "data"), ("recipe-h5.toml", "hdf5", "data-h5")]:
         (at / name).write_text(recipe.replace('"frames"', f'"{kind}"'), encoding="utf-8")
         catseye.dataset(at / name, at / out)
     return at
+
+
+def pandas_parts(names):
+    """What the parts of all frames are called."""
+    return names["pd"].read_parquet("data/tables/boxes")["part"]
 
 
 @pytest.mark.parametrize("page", sorted(SHOWN))
@@ -69,6 +77,13 @@ def test_the_blocks_run(page, place, monkeypatch, torch):
     exec(BEFORE.get(page, ""), names)
     for number, block in enumerate(SHOWN[page]):
         exec(compile(block, f"{page}, block {number + 1}", "exec"), names)
+    # One row for each car, with its points; parts lead to it, and so they do without pandas.
+    if page == "docs/guides/labels.md":
+        cars, on_car, boxes, wholes = (names[n] for n in ("cars", "on_car", "boxes", "wholes"))
+        assert len(cars) > 3 and len(on_car) > 0 and cars["length_m"].between(3.5, 5.5).all()
+        assert on_car["class"].str.startswith("car").all() and (on_car["class_box"] == "car").all()
+        assert (wholes["id"] == wholes["parent_id"]).all() and {"wheel"} <= set(pandas_parts(names))
+        assert set(names["owner"]) <= {0, *wholes["id"]} and len(names["owner"]) == len(names["points"])
     # What README shows is what a loader takes, with workers too.
     if page == "README.md":
         batch = next(iter(names["loader"]))

@@ -588,3 +588,163 @@ fn a_folder_may_have_any_name() {
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     assert!(dir.path().join(name).join("dataset.json").exists());
 }
+
+/// A CSV table by its columns.
+fn columns(path: &Path) -> BTreeMap<String, Vec<String>> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<String> = lines.next().unwrap().split(',').map(String::from).collect();
+    let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
+    let column = |i: usize| rows.iter().map(|r| r[i].to_string()).collect();
+    names.into_iter().enumerate().map(|(i, name)| (name, column(i))).collect()
+}
+
+/// Cars of many parts in place of the recipe's plain ones.
+fn with_parts(dir: &Path) {
+    let recipe = fs::read_to_string(dir.join("r.toml")).unwrap();
+    let mended = recipe.replace("passenger-car", "sedan").replace("scenes = 12", "scenes = 4");
+    assert_ne!(recipe, mended);
+    fs::write(dir.join("r.toml"), mended).unwrap();
+}
+
+/// One filter leaves one row for each car; counts of points are those of the table of points.
+#[test]
+fn boxes_name_their_whole_and_count_its_points() {
+    let dir = place();
+    with_parts(dir.path());
+    make(dir.path(), "d", &[]);
+    let (mut cars, mut parts, mut on, mut lobes) = (0, 0, 0, 0);
+    for f in 0..12 {
+        let frame = dir.path().join(format!("d/frame_{f:06}"));
+        let (boxes, points) = (columns(&frame.join("boxes.csv")), columns(&frame.join("points.csv")));
+        let (ids, parents) = (&boxes["id"], &boxes["parent_id"]);
+        let row: BTreeMap<&str, usize> = ids.iter().enumerate().map(|(i, id)| (id.as_str(), i)).collect();
+        assert_eq!(row.len(), ids.len());
+        let number = |name: &str, i: usize| boxes[name][i].parse::<f64>().unwrap_or(f64::NAN);
+        for i in 0..ids.len() {
+            let whole = row[parents[i].as_str()];
+            assert_eq!(parents[whole], ids[whole]);
+            assert_eq!(whole == i, boxes["part"][i].is_empty());
+            let class = boxes["class"][i].split('.').next().unwrap();
+            assert_eq!(class, boxes["class"][whole].split('.').next().unwrap());
+            // What it is called as a part is the end of its class.
+            if whole != i {
+                parts += 1;
+                assert!(
+                    boxes["class"][i].ends_with(&format!(".{}", boxes["part"][i])),
+                    "{}",
+                    boxes["class"][i]
+                );
+                assert!(number("length_m", i) <= number("length_m", whole));
+                assert!(number("returns", i) <= number("returns", whole));
+            } else if boxes["class"][i] == "car" {
+                cars += 1;
+                assert!((3.5..5.5).contains(&number("length_m", i)), "{}", number("length_m", i));
+            }
+            assert_eq!(number("power_dbm", i).is_nan(), boxes["returns"][i] == "0");
+            // Counted again from the points: of a whole with its parts, of a part alone.
+            let mine = |k: &usize| {
+                let object = &points["object_id"][*k];
+                row.get(object.as_str()).is_some_and(|o| *o == i || (whole == i && parents[*o] == ids[i]))
+            };
+            let count = |ghost: &str, side_lobe: &str| {
+                let all = (0..points["ghost"].len()).filter(mine);
+                let flags = |k: &usize| points["ghost"][*k] == ghost && points["side_lobe"][*k] == side_lobe;
+                all.filter(flags).count() as f64
+            };
+            let told = [number("points", i), number("ghosts", i), number("side_lobes", i)];
+            assert_eq!(told, [count("false", "false"), count("true", "false"), count("false", "true")]);
+            if whole == i {
+                (on, lobes) = (on + told[0] as usize, lobes + told[2] as usize);
+            }
+        }
+        for (class, object) in points["class"].iter().zip(&points["object_id"]) {
+            // There is no point without a label.
+            assert_eq!(object == "0", ["leakage", "noise", "weather"].contains(&class.as_str()), "{class}");
+        }
+    }
+    println!("{cars} cars, {parts} parts, {on} points on objects, {lobes} in side lobes");
+    assert!(cars > 3 && parts > cars && on > 12, "{cars} {parts} {on}");
+    // The datasheet counts the same side lobes.
+    let read = fs::read(dir.path().join("d/statistics.json")).unwrap();
+    let statistics: serde_json::Value = serde_json::from_slice(&read).unwrap();
+    let told = statistics["classes"].as_object().unwrap().values().map(|c| c["side_lobes"].as_u64().unwrap());
+    assert_eq!(told.sum::<u64>(), lobes as u64);
+}
+
+/// A dataset from before the newest columns is whole, and is compared with a new one by the columns that both have.
+#[test]
+fn datasets_without_the_newest_columns_are_read() {
+    const NEW: [&str; 9] = [
+        "parent_id",
+        "part",
+        "visible",
+        "returns",
+        "power_dbm",
+        "points",
+        "ghosts",
+        "side_lobes",
+        "side_lobe",
+    ];
+    let dir = place();
+    with_parts(dir.path());
+    make(dir.path(), "new", &[]);
+    make(dir.path(), "old", &[]);
+    let d = dir.path().join("old");
+    let is_new = |table: &str, column: &str| {
+        NEW.contains(&column) && (table == "boxes" || (table == "points" && column == "side_lobe"))
+    };
+    let edit = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
+        let mut v: serde_json::Value = serde_json::from_slice(&fs::read(d.join(name)).unwrap()).unwrap();
+        change(&mut v);
+        fs::write(d.join(name), serde_json::to_string_pretty(&v).unwrap()).unwrap();
+    };
+    edit("layout.json", &|v| {
+        for table in v["layout"]["tables"].as_array_mut().unwrap() {
+            let name = table["name"].as_str().unwrap().to_string();
+            let list = table["columns"].as_array_mut().unwrap();
+            list.retain(|c| !is_new(&name, c["name"].as_str().unwrap()));
+        }
+    });
+    for f in 0..12 {
+        for table in ["boxes", "points"] {
+            let path = d.join(format!("frame_{f:06}/{table}.csv"));
+            let text = fs::read_to_string(&path).unwrap();
+            let keep: Vec<bool> =
+                text.lines().next().unwrap().split(',').map(|c| !is_new(table, c)).collect();
+            assert!(keep.contains(&false));
+            let line = |l: &str| {
+                let cells: Vec<&str> = l.split(',').zip(&keep).filter(|(_, k)| **k).map(|(c, _)| c).collect();
+                cells.join(",") + "\n"
+            };
+            fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
+        }
+    }
+    // As the one that made it would have noted it.
+    let sum = |name: &str| catseye::formats::stage::sha256_of_file(d.join(name)).unwrap();
+    for shard in 0..6 {
+        edit(&format!("shards/{shard:06}.json"), &|v| {
+            for file in v["files"].as_array_mut().unwrap() {
+                let name = file["path"].as_str().unwrap().to_string();
+                file["bytes"] = fs::metadata(d.join(&name)).unwrap().len().into();
+                file["sha256"] = sum(&name).into();
+            }
+            for class in v["tally"]["classes"].as_object_mut().unwrap().values_mut() {
+                class.as_object_mut().unwrap().retain(|key, _| key == "objects" || key == "points");
+            }
+        });
+    }
+    edit("manifest.json", &|v| {
+        for (name, old) in v["checksums"].as_object_mut().unwrap() {
+            *old = sum(name).into();
+        }
+    });
+    let verified = catseye(dir.path(), &["verify", "old"]);
+    assert_eq!(verified.status.code(), Some(0), "{}", text(&verified.stdout));
+    let apart = catseye(dir.path(), &["diff", "old", "new", "--json"]);
+    assert_eq!(apart.status.code(), Some(1), "{}", text(&apart.stderr));
+    let found: serde_json::Value = serde_json::from_str(&text(&apart.stdout)).unwrap();
+    let list = found["differences"].as_array().unwrap();
+    let header = |d: &serde_json::Value| d["place"] == "header" && d["a"].is_null();
+    assert!(!list.is_empty() && list.iter().all(header), "{}", text(&apart.stdout));
+}
