@@ -773,7 +773,7 @@ impl Placed {
     fn course(&self) -> Course {
         let joints = self.trajectory.as_ref().map(|t| {
             let own = (self.pose.rotation != glam::DQuat::IDENTITY)
-                .then(|| Joint::Fixed(self.pose.rotation, DVec3::ZERO));
+                .then_some(Joint::Fixed(self.pose.rotation, DVec3::ZERO));
             own.into_iter().chain(t.motion.joints.iter().cloned()).collect()
         });
         Course { pose: self.pose, velocity_mps: self.velocity_mps, joints }
@@ -955,9 +955,11 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let mut objects = Vec::with_capacity(f.object.len());
     for (i, o) in f.object.iter().enumerate() {
         let import = ImportTable::from(o);
-        let no_import = || match import.first_span() {
-            Some(span) => Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out")),
-            None => Ok(()),
+        let no_import = || -> Result<()> {
+            match import.first_span() {
+                Some(span) => Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into()),
+                None => Ok(()),
+            }
         };
         let source = match (&o.file, &o.reflector, &o.vehicle, &o.rcs_table) {
             (Some(path), None, None, None) => {
