@@ -2,6 +2,7 @@
 
 use super::meshes::{Cut, Noise, WHOLE, by_chain, db, seen, walled};
 use catseye::frames::Pose;
+use catseye::geom::Geometry;
 use catseye::geom::remarks::of_meshes;
 use catseye::road::reflector::Reflector;
 use catseye::road::site::Site;
@@ -349,26 +350,27 @@ fn several_faults_at_once_are_said() {
     assert!(changed <= 31, "{changed} of 100 change by more than {SAME_DB} dB");
 }
 
-/// What is said of a scene of 200,000 triangles costs less than half a second: a flat wall and a noisy one.
+/// What is said of a scene of 200,000 triangles, a flat wall and a noisy one, costs about as much as making the geometry in which its frame
+/// is traced, never twice as much: both are timed in turn, so that a busy machine slows both.
 #[test]
 fn remarks_are_cheap() {
     for noise_m in [0.0, 1e-4] {
         let cut = Cut { n: [316, 316], noise_m, f32: true, ..WHOLE };
         let scene = walled(cut, 3);
         let radar = DVec3::new(0.0, 0.0, 0.5);
-        let (_, geometry) = seen(&scene, radar);
-        let seconds = (0..3)
-            .map(|_| {
-                let start = Instant::now();
-                let meshes = of_meshes(&scene, 77e9).unwrap();
-                let between = start.elapsed().as_secs_f64();
-                let lines = geometry.remarks(&scene, radar);
-                let all = start.elapsed().as_secs_f64();
-                println!("noise {noise_m}: meshes {between:.3} s, all {all:.3} s, {meshes:?} {lines:?}");
-                all
-            })
-            .fold(f64::INFINITY, f64::min);
-        assert!(seconds < 0.5, "{seconds} s");
+        let mut least = [f64::INFINITY; 2];
+        for _ in 0..5 {
+            let start = Instant::now();
+            let geometry = Geometry::of_frame(&scene, 0.0, 77e9, 0.0).unwrap();
+            let made_s = start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            let meshes = of_meshes(&scene, 77e9).unwrap();
+            let lines = geometry.remarks(&scene, radar);
+            let said_s = start.elapsed().as_secs_f64();
+            println!("noise {noise_m}: geometry {made_s:.3} s, remarks {said_s:.3} s, {meshes:?} {lines:?}");
+            least = [least[0].min(made_s), least[1].min(said_s)];
+        }
+        assert!(least[1] < 2.0 * least[0], "{least:?} s");
     }
 }
 
