@@ -11,7 +11,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::reflector::Reflector;
 use catseye::road::{build, glb, reflector as library, scene_toml, target, truth_boxes};
 use catseye::scene::gltf::{self, ImportOptions};
-use catseye::scene::scenario::{Course, Label};
+use catseye::scene::scenario::{Label, Placement};
 use catseye::scene::{Scene as Contents, Shape, material, mesh_file};
 use catseye::units::DEFAULT_FREQUENCY_HZ;
 use numpy::IntoPyArray;
@@ -284,8 +284,8 @@ impl Scene {
         let contents = Arc::make_mut(&mut this.contents);
         let first = contents.add_meshes(&added);
         contents.import.notes.extend(added.import.notes.iter().cloned());
-        let course = Course { pose, velocity_mps: velocity, joints: None };
-        Ok(contents.place(&added, first, Label { name, class: class_name }, &course, &|joints| joints))
+        let placement = Placement { pose, velocity_mps: velocity, joints: None };
+        Ok(contents.place(&added, first, Label { name, class: class_name }, &placement, &|joints| joints))
     }
 
     /// The scene as the bytes of a .glb file, which `from_glb` reads back to the same scene (positions are rounded to

@@ -5,6 +5,7 @@ use crate::road::axis::RoadPoint;
 use crate::road::layout::{Lateral, Road};
 use crate::scene::drive::Drive;
 use crate::scene::motion::{Channel, Interpolation, Joint, Motion};
+use crate::scene::trajectory::STANDING_MPS;
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,9 +16,6 @@ const KEY_S: f64 = 0.05;
 const STEP_S: f64 = 1e-4;
 /// A way that leaves a straight line by less is one, m.
 const STRAIGHT_M: f64 = 1e-9;
-
-/// What goes more slowly stands, m/s.
-const STANDING_MPS: f64 = 0.1;
 
 /// A vehicle on a road.
 pub struct OnRoad<'a> {

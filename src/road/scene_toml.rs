@@ -1,7 +1,7 @@
 //! The TOML description of a road scene, for `catseye scene FILE.toml`: from its tables to a checked plan. Complaints
 //! name the place in the file.
 
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::error::{BadInput, Error, Result};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
 use crate::road::build::{MAX_ROW, places};
 use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};
@@ -16,7 +16,7 @@ use crate::road::scene_tables::{
     ElementKind, ElementTable, LateralTable, ObjectTable, PaintTable, RoadTable, RowTable, SceneFile, Series,
     VehicleTable,
 };
-use crate::road::traffic::VEHICLES;
+use crate::road::traffic::{VEHICLES, unknown};
 use crate::scene::drive::{self, Drive};
 use crate::scene::material;
 use crate::scene::mesh_file::{self, ImportTable};
@@ -693,12 +693,7 @@ impl Reader<'_> {
 
     fn vehicle(&self, road: &Road, v: &VehicleTable, i: usize) -> Result<ThingPlan> {
         if !VEHICLES.contains(&v.kind.value.as_str()) {
-            let e = self.doc.bad(&v.kind.span, "is not a kind of vehicle").allowed(VEHICLES.join(", "));
-            return Err(match nearest(&v.kind.value, VEHICLES) {
-                Some(n) => e.remedy(format!("did you mean '{n}'?")),
-                None => e,
-            }
-            .into());
+            return Err(unknown(self.doc.bad(&v.kind.span, ""), &v.kind.value).into());
         }
         let lateral = self.lateral(road, &v.lateral)?;
         let back = match lateral.base {

@@ -54,21 +54,22 @@ pub fn driven(
     out
 }
 
+/// A complaint about a kind that is not in [`VEHICLES`].
+pub(super) fn unknown(at: BadInput, kind: &str) -> BadInput {
+    let b = BadInput { problem: "is not a kind of vehicle".into(), ..at }.allowed(VEHICLES.join(", "));
+    match nearest(kind, VEHICLES) {
+        Some(near) => b.remedy(format!("did you mean '{near}'?")),
+        None => b.remedy("choose one of them"),
+    }
+}
+
 /// The parts of a vehicle at rest, heading +x, the origin on the road below its middle; one object for each part.
 ///
 /// # Errors
 /// A kind that is not in [`VEHICLES`], an unknown material.
 pub fn vehicle(kind: &str, materials: MaterialLookup) -> Result<Scene> {
     if kind != VEHICLES[0] {
-        let known = kind.parse().map_err(|_| {
-            let b = BadInput::new("is no kind of vehicle or person")
-                .value(clip(kind))
-                .allowed(VEHICLES.join(", "));
-            match nearest(kind, VEHICLES) {
-                Some(near) => b.remedy(format!("did you mean '{near}'?")),
-                None => b.remedy("choose one of them"),
-            }
-        })?;
+        let known = kind.parse().map_err(|_| unknown(BadInput::new("").value(clip(kind)), kind))?;
         let body = super::vehicle::vehicle(known, materials)?;
         let mut scene = Scene::default();
         body.add_to(&mut scene, "body", Pose::IDENTITY, 0.0, 0.0);

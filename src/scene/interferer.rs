@@ -1,7 +1,7 @@
 //! Other FMCW radars in the scene: what the TOML says, checked.
 
-use super::course::Courses;
 use super::motion::{Joint, Motion};
+use super::place_reader::PlaceReader;
 use super::radar::{Antenna, Pattern, Polarisation, Radar};
 use super::toml_file::{Above, At};
 use super::trajectory::TrajectoryTable;
@@ -136,8 +136,8 @@ pub struct InterfererTable {
 ///
 /// # Errors
 /// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
-pub(super) fn build(courses: &mut Courses<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
-    let doc = courses.doc;
+pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
+    let doc = places.doc;
     let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;
     let bandwidth_hz = doc.in_range(
         &t.bandwidth_hz,
@@ -179,7 +179,7 @@ pub(super) fn build(courses: &mut Courses<'_, '_>, key: &str, t: &InterfererTabl
         Some(s) => Some(doc.in_range(s, -1.0..=1.0, "seconds after the middle of the frame")?),
     };
     let (position_m, velocity_mps, trajectory) =
-        courses.of(key, &t.name, (&t.position_m, &t.velocity_mps, &t.trajectory), &t.carrier_hz.span)?;
+        places.of(key, &t.name, (&t.position_m, &t.velocity_mps, &t.trajectory), &t.carrier_hz.span)?;
     let pose =
         Pose::from_yaw_pitch_roll(position_m, angle(&t.yaw_deg)?, angle(&t.pitch_deg)?, angle(&t.roll_deg)?);
     let motion = trajectory.map(|t| {
@@ -228,7 +228,7 @@ velocity_mps = [-20, 0, 0]
 
     fn read(text: &str) -> Result<Interferer> {
         let doc = Document::parse("i.toml", text)?;
-        build(&mut Courses::new(&doc, 0.0), "interferer[0]", &doc.read()?)
+        build(&mut PlaceReader::new(&doc), "interferer[0]", &doc.read()?)
     }
 
     #[test]

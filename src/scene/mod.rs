@@ -2,7 +2,6 @@
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
 pub mod backscatter;
-mod course;
 pub mod drive;
 pub mod front_end;
 pub mod gltf;
@@ -10,6 +9,7 @@ pub mod interferer;
 pub mod material;
 pub mod mesh_file;
 pub mod motion;
+mod place_reader;
 pub mod radar;
 pub mod radar_toml;
 pub mod scatterer;

@@ -4,6 +4,7 @@ use super::turn::Turn;
 use crate::error::{BadInput, Result};
 use crate::frames::{Pose, Target, World};
 use glam::{DQuat, DVec3};
+use std::ops::{Add, Div, Mul, Sub};
 use std::sync::Arc;
 
 /// A frame that moves, seen from another one at one instant.
@@ -69,8 +70,8 @@ pub enum Interpolation {
     Cubic,
 }
 
-/// Values over time; before the first and after the last they stand still. One that repeats is at any time what it is at
-/// that time modulo its period.
+/// Values over time; before the first and after the last they stand still, or go on at the rate that they have there. One that
+/// repeats is at any time what it is at that time modulo its period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel<T> {
     times_s: Vec<f64>,
@@ -79,6 +80,7 @@ pub struct Channel<T> {
     tangents: Vec<(T, T)>,
     interpolation: Interpolation,
     repeat_s: Option<f64>,
+    goes_on: bool,
 }
 
 /// Where a time lies: the interval's first value, the share of it that has passed, and its length.
@@ -119,7 +121,7 @@ impl<T: Copy> Channel<T> {
                 "a pair for each value of a cubic, else none",
             ));
         }
-        Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None })
+        Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None, goes_on: false })
     }
 
     /// The same over and over.
@@ -135,6 +137,16 @@ impl<T: Copy> Channel<T> {
                 .into());
         }
         Ok(Channel { repeat_s: Some(period_s), ..self })
+    }
+
+    /// The same, which goes on beyond its ends at the rate that it has there. Rotations stand still all the same.
+    pub fn going_on(self) -> Channel<T> {
+        Channel { goes_on: true, ..self }
+    }
+
+    /// Whether it goes on beyond its ends.
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
     }
 
     /// Times, s.
@@ -187,11 +199,30 @@ fn hermite(u: f64) -> ([f64; 4], [f64; 4]) {
     )
 }
 
-impl Channel<DVec3> {
+/// What can be added and multiplied by numbers.
+pub trait Linear:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + Div<f64, Output = Self>
+{
+    /// Nothing.
+    const ZERO: Self;
+}
+
+impl Linear for f64 {
+    const ZERO: f64 = 0.0;
+}
+
+impl Linear for DVec3 {
+    const ZERO: DVec3 = DVec3::ZERO;
+}
+
+impl<T: Linear> Channel<T> {
     /// Value and rate.
-    pub fn at(&self, time_s: f64) -> (DVec3, DVec3) {
+    pub fn at(&self, time_s: f64) -> (T, T) {
+        if let Some(end) = self.beyond(time_s) {
+            return end;
+        }
         match self.place(time_s) {
-            TimeInterval::At(i) => (self.values[i], DVec3::ZERO),
+            TimeInterval::At(i) => (self.values[i], T::ZERO),
             TimeInterval::Between(i, u, length) => {
                 let (a, b) = (self.values[i], self.values[i + 1]);
                 if self.interpolation == Interpolation::Linear {
@@ -206,26 +237,26 @@ impl Channel<DVec3> {
             }
         }
     }
-}
 
-impl Channel<f64> {
-    /// Value and rate.
-    pub fn at(&self, time_s: f64) -> (f64, f64) {
-        match self.place(time_s) {
-            TimeInterval::At(i) => (self.values[i], 0.0),
-            TimeInterval::Between(i, u, length) => {
-                let (a, b) = (self.values[i], self.values[i + 1]);
-                if self.interpolation == Interpolation::Linear {
-                    return (a + (b - a) * u, (b - a) / length);
-                }
-                let (out, into) = (self.tangents[i].1 * length, self.tangents[i + 1].0 * length);
-                let (w, d) = hermite(u);
-                (
-                    a * w[0] + out * w[1] + into * w[2] + b * w[3],
-                    (a * d[0] + out * d[1] + into * d[2] + b * d[3]) / length,
-                )
+    /// Value and rate at a time beyond the ends of one that goes on; the last key itself counts as beyond.
+    fn beyond(&self, time_s: f64) -> Option<(T, T)> {
+        let last = self.times_s.len() - 1;
+        let i = match time_s {
+            _ if !self.goes_on || self.repeat_s.is_some() => return None,
+            t if t < self.times_s[0] => 0,
+            t if t >= self.times_s[last] => last,
+            _ => return None,
+        };
+        let rate = match self.interpolation {
+            Interpolation::Cubic if i == 0 => self.tangents[0].0,
+            Interpolation::Cubic => self.tangents[last].1,
+            Interpolation::Linear if last > 0 => {
+                let k = i.min(last - 1);
+                (self.values[k + 1] - self.values[k]) / (self.times_s[k + 1] - self.times_s[k])
             }
-        }
+            Interpolation::Linear | Interpolation::Step => T::ZERO,
+        };
+        Some((self.values[i] + rate * (time_s - self.times_s[i]), rate))
     }
 }
 

@@ -1,12 +1,13 @@
 //! The scenario TOML: what stands in the scene, who drives, which radar looks, for how many frames.
 //! Builders of roads and reflectors stand below this room, so they come in through [`Builder`].
 
-use super::course::Courses;
 use super::drive::{Drive, DriveTable};
 use super::gltf::ImportOptions;
 use super::interferer::{self, Interferer, InterfererTable};
 use super::mesh_file::{self, ImportTable};
 use super::motion::{Channel, Joint, Motion, Moving};
+pub use super::place_reader::Lasting;
+use super::place_reader::PlaceReader;
 use super::radar::Radar;
 use super::radar_toml::{self, MountingTable, RadarFile};
 use super::scatterer::ScatteringTable;
@@ -414,8 +415,8 @@ pub struct Scenario {
     pub trace: TraceSettings,
     /// What is kept of each frame.
     pub output: Output,
-    /// What the reader should be told: frames that last longer than a trajectory.
-    pub notes: Vec<String>,
+    /// How long its trajectories last; frames may last longer.
+    pub trajectories: Vec<Lasting>,
 }
 
 /// Where the scene comes from.
@@ -707,7 +708,7 @@ impl Scenario {
                 (ObjectSource::Vehicle { .. }, None) => builder.driven(joints, ahead_mps, None),
                 _ => joints,
             };
-            scene.place(built, *first, label, &o.course(), &inner);
+            scene.place(built, *first, label, &o.placement(), &inner);
         }
         if scene.objects.is_empty() {
             return Err(BadInput::new("the scenario has nothing in it")
@@ -717,7 +718,8 @@ impl Scenario {
                 )
                 .into());
         }
-        scene.import.notes.extend(self.notes.iter().cloned());
+        let last_s = self.frames.time_s(self.frames.count.saturating_sub(1));
+        scene.import.notes.extend(self.trajectories.iter().filter_map(|t| t.note(last_s)));
         self.weather.wet(&mut scene)?;
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
@@ -760,7 +762,7 @@ pub struct Label<'a> {
 
 /// How what is placed goes through the world.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct Placement {
     /// Its pose at time zero.
     pub pose: Pose<Target, World>,
     /// Its velocity in the world, m/s.
@@ -770,13 +772,13 @@ pub struct Course {
 }
 
 impl Placed {
-    fn course(&self) -> Course {
+    fn placement(&self) -> Placement {
         let joints = self.trajectory.as_ref().map(|t| {
             let own = (self.pose.rotation != glam::DQuat::IDENTITY)
                 .then_some(Joint::Fixed(self.pose.rotation, DVec3::ZERO));
             own.into_iter().chain(t.motion.joints.iter().cloned()).collect()
         });
-        Course { pose: self.pose, velocity_mps: self.velocity_mps, joints }
+        Placement { pose: self.pose, velocity_mps: self.velocity_mps, joints }
     }
 }
 
@@ -788,10 +790,10 @@ impl Scene {
         built: &Scene,
         first: usize,
         label: Label<'_>,
-        course: &Course,
+        placement: &Placement,
         inner: &dyn Fn(Vec<Joint>) -> Vec<Joint>,
     ) -> Vec<u32> {
-        let Course { pose, velocity_mps, .. } = *course;
+        let Placement { pose, velocity_mps, .. } = *placement;
         let mut ids = Vec::with_capacity(built.objects.len());
         for part in &built.objects {
             let shape = match part.shape {
@@ -808,9 +810,9 @@ impl Scene {
             let at = Pose::new(pose.rotation * part.pose.rotation, pose.point(part.pose.translation_m));
             let id =
                 self.add_object(&name, class, shape, at, velocity_mps + pose.direction(part.velocity_mps));
-            if part.motion.is_some() || course.joints.is_some() {
+            if part.motion.is_some() || placement.joints.is_some() {
                 let mut joints = inner(part.joints());
-                match &course.joints {
+                match &placement.joints {
                     Some(outer) => joints.extend(outer.iter().cloned()),
                     None => {
                         joints.push(Joint::Fixed(pose.rotation, pose.translation_m));
@@ -837,8 +839,8 @@ impl Scene {
 }
 
 /// The radars of a scenario. Errors: none or both ways of naming them; a name that is no folder's or comes twice.
-fn radars(courses: &mut Courses<'_, '_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
-    let doc = courses.doc;
+fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Radar>> {
+    let doc = places.doc;
     match (&f.radar, f.radars.is_empty()) {
         (Some(At { value: RadarRef::Inline(r), .. }), true) => Ok(vec![radar_toml::build(doc, r)?]),
         (Some(At { value: RadarRef::Name(n), span }), true) => Ok(vec![radar_toml::named(doc, n, span)?]),
@@ -876,7 +878,7 @@ fn radars(courses: &mut Courses<'_, '_>, f: &ScenarioFile) -> Result<Vec<Radar>>
                         return Err(e.remedy("keep one of the two").into());
                     }
                     let key = format!("radars[{}].trajectory", list.len());
-                    radar.move_by(courses.along(&key, &format!("radar '{name}'"), t)?.motion);
+                    radar.move_by(places.along(&key, &format!("radar '{name}'"), t)?.motion);
                 }
                 list.push(radar);
             }
@@ -901,8 +903,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
     let frames = frames(&doc, &f.frames)?;
-    let mut courses = Courses::new(&doc, frames.time_s(frames.count.saturating_sub(1)));
-    let radars = radars(&mut courses, &f)?;
+    let mut places = PlaceReader::new(&doc);
+    let radars = radars(&mut places, &f)?;
     let options = |o: ImportTable<'_>, file: &At<String>| o.options_of(&doc, file);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
@@ -942,7 +944,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         let name = if p.name.is_empty() { format!("point {}", i + 1) } else { p.name.clone() };
         let key = format!("point[{i}]");
         let (position_m, velocity_mps, trajectory) =
-            courses.of(&key, &name, (&p.position_m, &p.velocity_mps, &p.trajectory), &p.rcs_dbsm.span)?;
+            places.of(&key, &name, (&p.position_m, &p.velocity_mps, &p.trajectory), &p.rcs_dbsm.span)?;
         points.push(PointTarget {
             name,
             class: p.class.clone(),
@@ -1001,7 +1003,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         let given = [&o.file, &o.reflector, &o.vehicle, &o.rcs_table];
         let span = given.into_iter().flatten().next().map_or(0..0, |g| g.span.clone());
         let called = if name.is_empty() { format!("object {}", i + 1) } else { name.clone() };
-        let (position_m, velocity_mps, trajectory) = courses.of(
+        let (position_m, velocity_mps, trajectory) = places.of(
             &format!("object[{i}]"),
             &called,
             (&o.position_m, &o.velocity_mps, &o.trajectory),
@@ -1019,7 +1021,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     }
     let mut interferers = Vec::with_capacity(f.interferer.len());
     for (i, t) in f.interferer.iter().enumerate() {
-        interferers.push(interferer::build(&mut courses, &format!("interferer[{i}]"), t)?);
+        interferers.push(interferer::build(&mut places, &format!("interferer[{i}]"), t)?);
     }
     let ramps = radars.iter().all(|r| matches!(r.waveform, Waveform::Fmcw(_)));
     if let (Some(t), false) = (f.interferer.first(), ramps) {
@@ -1054,10 +1056,10 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         None => None,
         Some(t) => {
             check_ego_once(&doc, &f.ego)?;
-            Some(courses.along("ego.trajectory", "ego", t)?.motion)
+            Some(places.along("ego.trajectory", "ego", t)?.motion)
         }
     };
-    let notes = courses.notes;
+    let trajectories = places.lasting;
     Ok(Scenario {
         name: f.name,
         seed: f.seed,
@@ -1106,7 +1108,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             convention: f.trace.convention,
         },
         output: f.output,
-        notes,
+        trajectories,
     })
 }
 

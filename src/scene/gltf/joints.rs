@@ -112,6 +112,9 @@ struct ChannelText<V> {
     tangents: Vec<[V; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     repeat_s: Option<f64>,
+    /// Beyond its ends at the rate that it has there.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    goes_on: bool,
 }
 
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -133,6 +136,7 @@ fn text_of<T: Copy, V>(channel: &Channel<T>, plain: impl Fn(T) -> V) -> ChannelT
         values: channel.values().iter().map(|v| plain(*v)).collect(),
         tangents: channel.tangents().iter().map(|(a, b)| [plain(*a), plain(*b)]).collect(),
         repeat_s: channel.repeat_s(),
+        goes_on: channel.goes_on(),
     }
 }
 
@@ -145,6 +149,7 @@ fn channel_of<V: Copy, T: Copy>(text: &ChannelText<V>, made: impl Fn(V) -> T) ->
     let values = text.values.iter().map(|v| made(*v)).collect();
     let tangents = text.tangents.iter().map(|[a, b]| (made(*a), made(*b))).collect();
     let channel = Channel::new(text.times_s.clone(), values, tangents, between)?;
+    let channel = if text.goes_on { channel.going_on() } else { channel };
     Ok(Arc::new(match text.repeat_s {
         Some(period) => channel.repeated(period)?,
         None => channel,

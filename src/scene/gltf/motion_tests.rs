@@ -772,7 +772,9 @@ fn moving() -> Scene {
         Arc::new(Channel::new(vec![0.0, 1.2, 2.5], turns.clone(), tangents, between).unwrap())
     };
     let way = Arc::new(
-        Channel::new(vec![-1.0, 0.5, 2.5], vec![0.0, 7.7, 31.0], vec![], Interpolation::Linear).unwrap(),
+        Channel::new(vec![-1.0, 0.5, 2.5], vec![0.0, 7.7, 31.0], vec![], Interpolation::Linear)
+            .unwrap()
+            .going_on(),
     );
     let hub = Joint::Fixed(q(0.02, 0.4), p(1.3, 0.8, 1.0 / 3.0));
     let hinge = |turn| Joint::Hinge {
@@ -828,7 +830,18 @@ fn moving() -> Scene {
             hinge(Turn::Shoulder { leg_m: 0.9, phase: 0.8 }),
             hub.clone(),
         ],
-        vec![hinge(pedal(true, true)), hinge(pedal(false, false)), hub, Joint::Line(DVec3::X)],
+        vec![hinge(pedal(true, true)), hinge(pedal(false, false)), hub.clone(), Joint::Line(DVec3::X)],
+        vec![
+            Joint::Hinge {
+                at_m: p(0.1, 0.2, 0.9),
+                axis: DVec3::Y,
+                turn: Turn::Crank { development_m: 5.0 },
+                speed_mps: 10.0,
+                clock_s: 0.21,
+                way_m: Some(way),
+            },
+            hub,
+        ],
     ];
     for (k, joints) in chains.into_iter().enumerate() {
         let shape = if k == 4 { Shape::Point { rcs_dbsm: 3.0 } } else { Shape::Mesh(0) };

@@ -65,7 +65,11 @@ fn single_track(o: &Object) -> Option<Track<'_>> {
         let times: Vec<f32> = c.times_s().iter().map(|t| *t as f32).collect();
         // The format wants two keys of a cubic.
         let enough = c.interpolation() != Interpolation::Cubic || times.len() > 1;
-        c.repeat_s().is_none() && times[0] >= 0.0 && times.windows(2).all(|w| w[0] < w[1]) && enough
+        c.repeat_s().is_none()
+            && !c.goes_on()
+            && times[0] >= 0.0
+            && times.windows(2).all(|w| w[0] < w[1])
+            && enough
     }
     let (p, r) = (position_m.as_deref(), rotation.as_deref());
     (p.is_none_or(holds) && r.is_none_or(holds)).then_some((p, r))

@@ -6,38 +6,50 @@ use crate::error::Result;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Reads where things are and how they go, and remembers what the reader should be told of it.
-pub(super) struct Courses<'a, 'b> {
+/// How long a trajectory of a scenario lasts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lasting {
+    /// What follows it.
+    pub name: String,
+    /// First and last waypoint, s.
+    pub span_s: (f64, f64),
+    /// What happens outside of them.
+    pub outside: Outside,
+}
+
+impl Lasting {
+    /// What the reader should be told when frames last from 0 to `last_s` and the trajectory does not.
+    pub(super) fn note(&self, last_s: f64) -> Option<String> {
+        let (from, to) = self.span_s;
+        let then = match self.outside {
+            Outside::GoOn => "goes straight on",
+            Outside::Stay => "stands still",
+        };
+        (from > 0.0 || to < last_s).then(|| {
+            let name = &self.name;
+            format!("the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: outside of its times it {then}")
+        })
+    }
+}
+
+/// Reads where things are and how they go, and remembers how long trajectories last.
+pub(super) struct PlaceReader<'a, 'b> {
     pub(super) doc: &'a Document<'b>,
-    /// Time of the middle of the last frame, s.
-    last_s: f64,
-    /// What the reader should be told.
-    pub(super) notes: Vec<String>,
+    pub(super) lasting: Vec<Lasting>,
 }
 
 /// Keys of a place: position, velocity, and the trajectory that takes the place of both.
 pub(super) type PlaceKeys<'t> = (&'t Option<At<[f64; 3]>>, &'t At<[f64; 3]>, &'t Option<TrajectoryTable>);
 
-impl<'a, 'b> Courses<'a, 'b> {
-    /// Of a document whose last frame has its middle at `last_s`.
-    pub(super) fn new(doc: &'a Document<'b>, last_s: f64) -> Courses<'a, 'b> {
-        Courses { doc, last_s, notes: Vec::new() }
+impl<'a, 'b> PlaceReader<'a, 'b> {
+    pub(super) fn new(doc: &'a Document<'b>) -> PlaceReader<'a, 'b> {
+        PlaceReader { doc, lasting: Vec::new() }
     }
 
-    /// A trajectory, known from a second before the first to a second after the last frame.
+    /// The trajectory of what has that name.
     pub(super) fn along(&mut self, key: &str, name: &str, t: &TrajectoryTable) -> Result<Trajectory> {
-        let last_s = self.last_s;
-        let made = trajectory::build(self.doc, key, t, -1.0..last_s + 1.0)?;
-        let (from, to) = made.span_s;
-        if from > 0.0 || to < last_s {
-            let then = match t.outside {
-                Outside::GoOn => "outside of its times it goes straight on",
-                Outside::Stay => "outside of its times it stands still",
-            };
-            self.notes.push(format!(
-                "the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: {then}"
-            ));
-        }
+        let made = trajectory::build(self.doc, key, t)?;
+        self.lasting.push(Lasting { name: name.into(), span_s: made.span_s, outside: t.outside });
         Ok(made)
     }
 
