@@ -94,7 +94,7 @@ impl Scenario {
 #[pyclass(module = "catseye")]
 pub struct Frames {
     engine: Arc<Engine>,
-    scenario: Arc<scenario::Scenario>,
+    scenario: Arc<scenario::SitedScenario>,
     scene: Arc<catseye::scene::Scene>,
     labels: Option<Arc<RoadTruth>>,
     /// The same as Python sees it.
@@ -401,13 +401,16 @@ pub fn simulate(
     };
     let engine = engine::resolve(py, engine)?;
     let (scenario, scene, labels) = match scene {
-        Some(_) if scenario.ego.on_road.is_some() => {
-            let e = BadInput::new("the ego vehicle follows the scenario's own road");
-            return refuse(py, e.key("scene").remedy("leave scene out, or give ego a position and a speed"));
-        }
         Some(s) => {
+            let Ok(scenario) = scenario::Scenario::clone(&scenario).without_roads() else {
+                let e = BadInput::new("the ego vehicle follows the scenario's own road");
+                return refuse(
+                    py,
+                    e.key("scene").remedy("leave scene out, or give ego a position and a speed"),
+                );
+            };
             let s = s.try_borrow()?;
-            (scenario, s.contents.clone(), s.truth.clone())
+            (Arc::new(scenario), s.contents.clone(), s.truth.clone())
         }
         None => {
             let site = work::run(py, None, move |_| Site::new(&scenario))?;

@@ -1,7 +1,7 @@
 //! Whether a radar stands where one can stand: not under the road, not inside a body.
 
 use crate::error::{BadInput, Result};
-use crate::scene::scenario::Scenario;
+use crate::scene::scenario::SitedScenario;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ const LONGEST_BODY_M: f64 = 25.0;
 
 /// Errors: in the first or the last frame a radar is inside a body that does not move with its vehicle, or right under a
 /// surface that faces up with nothing beneath.
-pub fn check(scenario: &Scenario, scene: &Scene) -> Result<()> {
+pub fn check(scenario: &SitedScenario, scene: &Scene) -> Result<()> {
     let last = scenario.frames.count.saturating_sub(1);
     for frame in if last == 0 { vec![0] } else { vec![0, last] } {
         let time_s = scenario.frames.time_s(frame);

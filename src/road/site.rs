@@ -6,7 +6,7 @@ use super::plan::ScenePlan;
 use super::profile::Profile;
 use super::{Library, build, builtin_truth, drive, glb, place, scene_toml};
 use crate::error::{BadInput, Error, Result};
-use crate::scene::scenario::{Ego, OnRoad, Scenario, SceneSource};
+use crate::scene::scenario::{Ego, EgoPlan, OnRoad, Scenario, SceneSource, SitedScenario};
 use crate::scene::{Scene, gltf, material};
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
     /// With the ego vehicle's motion.
-    pub scenario: Scenario,
+    pub scenario: SitedScenario,
     /// What stands there.
     pub scene: Scene,
     /// Lanes, lines, free space and markers, where they are known.
@@ -40,8 +40,9 @@ impl Site {
                     }
                     _ => None,
                 };
-                place::check(scenario, &scene)?;
-                Ok(Site { scenario: scenario.clone(), scene, road })
+                let scenario = scenario.clone().without_roads()?;
+                place::check(&scenario, &scene)?;
+                Ok(Site { scenario, scene, road })
             }
         }
     }
@@ -54,7 +55,7 @@ impl Site {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
         let scene = scenario.furnish(scene, &Library)?;
-        let scenario = Scenario { ego: ego_on(scenario, &plan)?, ..scenario.clone() };
+        let scenario = scenario.clone().with_ego(ego_on(scenario, &plan)?);
         place::check(&scenario, &scene)?;
         Ok(Site { scenario, scene, road: Some(truth) })
     }
@@ -65,11 +66,20 @@ impl Site {
 /// # Errors
 /// A road or lane that is not there.
 pub fn ego_on(scenario: &Scenario, plan: &ScenePlan) -> Result<Ego> {
-    let mut ego = scenario.ego.clone();
-    if let Some(on) = &scenario.ego.on_road {
-        ego.motion = Some(Arc::new(follower(on, plan)?.motion(-1.0..scenario.duration_s())?));
+    match &scenario.ego {
+        EgoPlan::Free(ego) => Ok(ego.clone()),
+        EgoPlan::OnRoad(on) => {
+            let motion = follower(on, plan)?.motion(-1.0..scenario.duration_s())?;
+            let start = motion.at(0.0);
+            let ahead = start.rotation * glam::DVec3::X;
+            Ok(Ego {
+                position_m: start.translation_m,
+                yaw_rad: ahead.y.atan2(ahead.x),
+                speed_mps: start.velocity_mps.dot(ahead),
+                motion: Some(Arc::new(motion)),
+            })
+        }
     }
-    Ok(ego)
 }
 
 fn is_glb(path: &Path) -> bool {

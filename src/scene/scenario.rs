@@ -388,7 +388,7 @@ pub const MAX_BOUNCES: u32 = 8;
 
 /// A scenario that has been read and checked. Paths are resolved against the scenario's folder.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scenario {
+pub struct Scenario<E = EgoPlan> {
     /// Name of the scenario.
     pub name: String,
     /// Seed of all draws.
@@ -408,7 +408,7 @@ pub struct Scenario {
     /// Rain, fog and water on the road.
     pub weather: Weather,
     /// The vehicle that carries the radar.
-    pub ego: Ego,
+    pub ego: E,
     /// How many frames, and when.
     pub frames: Frames,
     /// How waves are followed.
@@ -514,7 +514,46 @@ pub struct Placed {
     pub trajectory: Option<Trajectory>,
 }
 
-/// The vehicle that carries the radar: straight on at constant speed, or as its motion says.
+/// A scenario whose ego vehicle has a known motion, from which frames can be made. `road::site::Site` makes it from a scenario that was
+/// read; where no road is followed, [`Scenario::without_roads`] does so too.
+pub type SitedScenario = Scenario<Ego>;
+
+/// How the vehicle that carries the radar goes, as a file says it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EgoPlan {
+    /// Its motion is known.
+    Free(Ego),
+    /// It follows a road of the scene, which has to be built first.
+    OnRoad(OnRoad),
+}
+
+impl EgoPlan {
+    /// The place on a road, where there is one.
+    pub fn on_road(&self) -> Option<&OnRoad> {
+        match self {
+            EgoPlan::OnRoad(on) => Some(on),
+            EgoPlan::Free(_) => None,
+        }
+    }
+
+    /// The place on a road to change, where there is one.
+    pub fn on_road_mut(&mut self) -> Option<&mut OnRoad> {
+        match self {
+            EgoPlan::OnRoad(on) => Some(on),
+            EgoPlan::Free(_) => None,
+        }
+    }
+
+    /// Its motion, where no road has to be built for it.
+    pub fn free(&self) -> Option<&Ego> {
+        match self {
+            EgoPlan::Free(ego) => Some(ego),
+            EgoPlan::OnRoad(_) => None,
+        }
+    }
+}
+
+/// The vehicle that carries the radar: it goes straight on at constant speed, or as its motion says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ego {
     /// Position at time zero, m.
@@ -523,8 +562,6 @@ pub struct Ego {
     pub yaw_rad: f64,
     /// Speed, m/s.
     pub speed_mps: f64,
-    /// The road that it follows; `road::site` makes its motion.
-    pub on_road: Option<OnRoad>,
     /// How it moves when not straight on at that speed.
     pub motion: Option<Arc<Motion>>,
 }
@@ -637,6 +674,51 @@ impl Scenario {
     /// One line with file, line, key, value and remedy.
     pub fn load(path: &Path) -> Result<Scenario> {
         parse(path, &read_text(path)?)
+    }
+
+    /// The scenario with the motion of its ego vehicle, which follows no road.
+    ///
+    /// # Errors
+    /// An ego vehicle on a road: the road has to be built, by `road::site::Site`.
+    pub fn without_roads(self) -> Result<SitedScenario> {
+        match &self.ego {
+            EgoPlan::Free(ego) => {
+                let ego = ego.clone();
+                Ok(self.with_ego(ego))
+            }
+            EgoPlan::OnRoad(on) => Err(BadInput {
+                problem: "the ego vehicle follows a road, which is not built".into(),
+                ..on.at.clone()
+            }
+            .key("ego.on_road")
+            .remedy("make a road::site::Site of the scenario, and take the scenario from there")
+            .into()),
+        }
+    }
+}
+
+impl<E> Scenario<E> {
+    /// The same scenario with another ego vehicle.
+    pub fn with_ego<F>(self, ego: F) -> Scenario<F> {
+        let Scenario { name, seed, radars, scene, points, objects, interferers, mutual_interference, .. } =
+            self;
+        let Scenario { weather, ego: _, frames, trace, output, trajectories, .. } = self;
+        Scenario {
+            name,
+            seed,
+            radars,
+            scene,
+            points,
+            objects,
+            interferers,
+            mutual_interference,
+            weather,
+            ego,
+            frames,
+            trace,
+            output,
+            trajectories,
+        }
     }
 
     /// The scene with all points and objects in it.
@@ -1051,12 +1133,22 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         .remedy("take it out, or give what the others send as [[interferer]]")
         .into());
     }
-    let on_road = on_road(&doc, &f)?;
-    let motion = match &f.ego.trajectory {
-        None => None,
-        Some(t) => {
-            check_ego_once(&doc, &f.ego)?;
-            Some(places.along("ego.trajectory", "ego", t)?.motion)
+    let ego = match (on_road(&doc, &f)?, &f.ego.trajectory) {
+        (Some(on), None) => EgoPlan::OnRoad(on),
+        (_, trajectory) => {
+            let motion = match trajectory {
+                None => None,
+                Some(t) => {
+                    check_ego_once(&doc, &f.ego)?;
+                    Some(places.along("ego.trajectory", "ego", t)?.motion)
+                }
+            };
+            EgoPlan::Free(Ego {
+                position_m: doc.vector(&f.ego.position_m)?,
+                yaw_rad: angle(&f.ego.yaw_deg)?,
+                speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
+                motion,
+            })
         }
     };
     let trajectories = places.lasting;
@@ -1070,13 +1162,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         interferers,
         mutual_interference: f.mutual_interference,
         weather: weather::build(&doc, &f.weather)?,
-        ego: Ego {
-            position_m: doc.vector(&f.ego.position_m)?,
-            yaw_rad: angle(&f.ego.yaw_deg)?,
-            speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
-            on_road,
-            motion,
-        },
+        ego,
         frames,
         trace: TraceSettings {
             rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,

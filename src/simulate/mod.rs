@@ -16,7 +16,7 @@ use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
-use crate::scene::scenario::{BounceConvention, Ego, Scenario};
+use crate::scene::scenario::{BounceConvention, Ego, SitedScenario};
 use crate::scene::{Object, Scene, Shape};
 use crate::trace::air::Air;
 use crate::trace::{Convention, Echoes, TraceOptions};
@@ -91,7 +91,7 @@ pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>
 }
 
 /// Each radar has noise of its own.
-fn radar_seed(scenario: &Scenario, which: usize) -> u64 {
+fn radar_seed(scenario: &SitedScenario, which: usize) -> u64 {
     scenario.seed ^ ((which as u64) << 48)
 }
 
@@ -105,7 +105,7 @@ const FLOOR_MARGIN_DB: f64 = 30.0;
 const CUT_MARGIN_DB: f64 = 30.0;
 
 /// Which echoes of a radar's frames may be left out, as the scenario says.
-pub fn budget(scenario: &Scenario, which: usize) -> Budget {
+pub fn budget(scenario: &SitedScenario, which: usize) -> Budget {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
     // In one cell of the map, and of the angles from all channels.
@@ -128,7 +128,7 @@ pub fn noise_budget(radar: &Radar) -> Budget {
 ///
 /// # Errors
 /// Weather at a frequency for which it is not known.
-pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<TraceOptions> {
+pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
     // Facets share a corner whose sum may be far below what each of them returns, but seldom as far above: what is much weaker than
@@ -173,7 +173,7 @@ pub fn trace_options(scenario: &Scenario, which: usize, frame: u32) -> Result<Tr
 ///
 /// # Errors
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
-pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32) -> Result<Frame> {
+pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index: u32) -> Result<Frame> {
     simulate_with(engine, scenario, scene, (0, index), &Depths::default(), Control::default())
 }
 
@@ -184,7 +184,7 @@ pub fn simulate(engine: &Engine, scenario: &Scenario, scene: &Scene, index: u32)
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn simulate_with(
     engine: &Engine,
-    scenario: &Scenario,
+    scenario: &SitedScenario,
     scene: &Scene,
     (which, index): (usize, u32),
     depths: &Depths,
@@ -197,14 +197,14 @@ pub fn simulate_with(
 ///
 /// # Errors
 /// What the scene cannot be at the frequency of that radar.
-pub fn remarks(scenario: &Scenario, scene: &Scene, which: usize) -> Result<Vec<String>> {
+pub fn remarks(scenario: &SitedScenario, scene: &Scene, which: usize) -> Result<Vec<String>> {
     Prepared::of(scenario, scene, which..which + 1)?.remarks()
 }
 
 /// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, what belongs to
 /// each mesh, bodies that stand still, and the geometry where nothing moves.
 pub struct Prepared<'a> {
-    scenario: &'a Scenario,
+    scenario: &'a SitedScenario,
     scene: &'a Scene,
     first: usize,
     radars: Vec<RadarView<'a>>,
@@ -249,7 +249,7 @@ impl<'a> Prepared<'a> {
     ///
     /// # Errors
     /// Surfaces that cannot be cut.
-    pub fn new(scenario: &'a Scenario, scene: &'a Scene) -> Result<Prepared<'a>> {
+    pub fn new(scenario: &'a SitedScenario, scene: &'a Scene) -> Result<Prepared<'a>> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
 
@@ -258,7 +258,7 @@ impl<'a> Prepared<'a> {
         Prepared { depths: depths.clone(), ..self }
     }
 
-    fn of(scenario: &'a Scenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
+    fn of(scenario: &'a SitedScenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
             let cut = {
                 let (accuracy_db, most) = (scenario.trace.accuracy_db, scenario.trace.facets as usize);
@@ -407,7 +407,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// What other radars send to radar number `which`: straight, and by way of the scene's point targets.
-fn arrivals(scenario: &Scenario, scene: &Scene, which: usize, time_s: f64) -> Result<Vec<Arrival>> {
+fn arrivals(scenario: &SitedScenario, scene: &Scene, which: usize, time_s: f64) -> Result<Vec<Arrival>> {
     let radar = &scenario.radars[which];
     let place = |r: &Radar| {
         let (pose, velocity_mps) = radar_pose(r, &scenario.ego, time_s);
@@ -508,14 +508,14 @@ pub struct Convergence {
 /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
 pub fn convergence(
     engine: &Engine,
-    scenario: &Scenario,
+    scenario: &SitedScenario,
     scene: &Scene,
     which: usize,
     index: u32,
 ) -> Result<Vec<Convergence>> {
     let mut quiet = scenario.clone();
     quiet.radars[which].thermal_noise = false;
-    let run = |s: &Scenario, budget: Budget| {
+    let run = |s: &SitedScenario, budget: Budget| {
         let prepared = Prepared::of(s, scene, which..which + 1)?;
         prepared.frame_within(engine, which, index, budget, Control::default())
     };

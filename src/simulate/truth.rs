@@ -11,7 +11,7 @@ use crate::road::near::{LaneLine, LanePlace, LaneTruth, lane_at, lanes_near, lin
 use crate::road::{TruthBox, actor_truth, truth_boxes};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
-use crate::scene::scenario::Scenario;
+use crate::scene::scenario::SitedScenario;
 use crate::units::{dbm_from_w, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -125,7 +125,7 @@ pub struct Truth {
 
 impl Truth {
     /// `scene` is what the frame was made from; `road` its labels, where there are any.
-    pub fn new(scenario: &Scenario, scene: &Scene, frame: &Frame, road: Option<&RoadTruth>) -> Truth {
+    pub fn new(scenario: &SitedScenario, scene: &Scene, frame: &Frame, road: Option<&RoadTruth>) -> Truth {
         let ego = scenario.ego.pose(frame.time_s);
         let moving = scenario.ego.at(frame.time_s);
         let spin_rad_per_s = moving.spin_rad_per_s.to_array();

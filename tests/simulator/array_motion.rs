@@ -6,7 +6,7 @@ use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::frames::Pose;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::scene::{Scene, Shape, material};
 use catseye::simulate::{radar_pose, simulate};
 use catseye::trace::{Echo, Echoes};
@@ -18,9 +18,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// 12 virtual channels of half a wavelength, 20 ms.
-fn scenario(ego: &str) -> Scenario {
+fn scenario(ego: &str) -> SitedScenario {
     let text = format!("name = \"s\"\nradar = \"front77\"\n[ego]\n{ego}\n");
-    let mut s = scenario::parse(Path::new("s.toml"), &text).unwrap();
+    let mut s = scenario::parse(Path::new("s.toml"), &text).unwrap().without_roads().unwrap();
     let radar = &mut s.radars[0];
     radar.thermal_noise = false;
     let half = 0.5 * radar.wavelength_m();
@@ -68,7 +68,7 @@ struct Off {
     between: f64,
 }
 
-fn off(radar: &Radar, s: &Scenario, target: &dyn Fn(f64) -> DVec3, cube: &[Complex64]) -> Off {
+fn off(radar: &Radar, s: &SitedScenario, target: &dyn Fn(f64) -> DVec3, cube: &[Complex64]) -> Off {
     let slope = radar.slope_hz_per_s();
     let lines = radar.lines();
     let mut errors = Vec::with_capacity(cube.len());
@@ -115,7 +115,7 @@ fn unturned(list: &[Echo]) -> Echoes {
     Echoes { list: list.iter().map(fixed).collect(), ..Default::default() }
 }
 
-fn compare(name: &str, s: &Scenario, at: DVec3, velocity_mps: DVec3) -> [Off; 3] {
+fn compare(name: &str, s: &SitedScenario, at: DVec3, velocity_mps: DVec3) -> [Off; 3] {
     let scene = scene(at, velocity_mps);
     let radar = &s.radars[0];
     let target = |t: f64| at + velocity_mps * t;

@@ -107,7 +107,7 @@ fn frames_go_as_deep_as_the_first() {
     let engine = Engine::Cpu(Precision::F64);
     let text = "name = \"deep\"\nradar = \"front77\"\n[frames]\ncount = 3\n[ego]\nspeed_mps = 5\n\
                 [[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n";
-    let parse = |text: &str| scenario::parse(Path::new("s.toml"), text).unwrap();
+    let parse = |text: &str| scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap();
     let mut deep = parse(text);
     assert_eq!((deep.trace.bounces, deep.trace.most_bounces), (3, 8));
     deep.trace.bounces = 1;

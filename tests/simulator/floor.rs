@@ -4,12 +4,12 @@ use catseye::adc::budget::Budget;
 use catseye::adc::noise::Noise;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::road::site;
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::simulate::{Frame, budget, simulate, trace_options};
 use num_complex::Complex64;
 use std::path::Path;
 
-fn frame(floor: &str) -> (Scenario, Frame) {
+fn frame(floor: &str) -> (SitedScenario, Frame) {
     let text = format!(
         "name = \"floor\"\nseed = 3\nradar = \"recipes/small_radar.toml\"\n[scene]\nroad = \"road/road_model_straight.toml\"\n\
          [ego]\nposition_m = [2, -1.75, 0]\nspeed_mps = 12\n[trace]\nbounces = 2\nfacets = 0\n{floor}"
@@ -18,7 +18,7 @@ fn frame(floor: &str) -> (Scenario, Frame) {
     let s = scenario::parse(&place, &text).unwrap();
     let built = site::Site::new(&s).unwrap();
     let frame = simulate(&Engine::Cpu(Precision::F64), &built.scenario, &built.scene, 0).unwrap();
-    (s, frame)
+    (built.scenario, frame)
 }
 
 /// Largest power in a cell of the map of one channel without windows.
@@ -38,7 +38,7 @@ fn most_in_a_cell(chirps: &[&[Complex64]]) -> f64 {
 
 /// What the echoes of a frame that lack in another add up to in the worst cell of one channel's map, dB over the noise of a cell; both
 /// with the same noise. Points have to be the same within `share` of what noise moves them by.
-fn worst_cell_db(s: &Scenario, all: &Frame, some: &Frame, share: f64) -> f64 {
+fn worst_cell_db(s: &SitedScenario, all: &Frame, some: &Frame, share: f64) -> f64 {
     let (AnyCube::F64(all_cube), AnyCube::F64(some_cube)) = (&all.cube, &some.cube) else { unreachable!() };
     let radar = &s.radars[0];
     let rest: Vec<Complex64> = all_cube.data.iter().zip(&some_cube.data).map(|(a, b)| a - b).collect();

@@ -10,7 +10,7 @@ use catseye::road::shape::cuboid;
 use catseye::road::{Library, site::Site};
 use catseye::scene::front_end::Leakage;
 use catseye::scene::radar::Antenna;
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::scene::{Scene, Shape, material, radar_toml};
 use catseye::simulate::simulate;
 use catseye::simulate::truth::Truth;
@@ -21,8 +21,8 @@ use std::path::Path;
 
 const RADAR_HEIGHT_M: f64 = 0.5;
 
-fn scenario(text: &str) -> Scenario {
-    scenario::parse(Path::new("s.toml"), text).unwrap()
+fn scenario(text: &str) -> SitedScenario {
+    scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap()
 }
 
 /// The shortest way to a box along its own axes.
@@ -388,9 +388,9 @@ fn ghosts_by_chain_and_place() {
 fn truth_of_the_marked_road() {
     let text = "name = \"m\"\nradar = \"demo77\"\n[scene]\nbuiltin = \"marked-road\"\n\
                 [ego]\nposition_m = [2, -1.5, 0]\nyaw_deg = 2\nspeed_mps = 10\n";
-    let s = scenario(text);
-    let scene = s.build(&Library).unwrap();
-    let road = Site::new(&s).unwrap().road.unwrap();
+    let plan = scenario::parse(Path::new("s.toml"), text).unwrap();
+    let Site { scenario: s, scene, road } = Site::new(&plan).unwrap();
+    let road = road.unwrap();
     let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
     let truth = Truth::new(&s, &scene, &frame, Some(&road));
     let place = truth.ego_lane.as_ref().unwrap();

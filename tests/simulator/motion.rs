@@ -9,7 +9,7 @@ use catseye::geom::{Facets, Geometry, RigidScene};
 use catseye::road::objects::ground;
 use catseye::road::shape::cuboid;
 use catseye::scene::motion::{Joint, Motion};
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::scene::{Scene, Shape, material};
 use catseye::simulate::{Prepared, radar_pose, simulate, trace_options};
 use catseye::trace::cpu::echoes;
@@ -24,21 +24,21 @@ use std::sync::Arc;
 /// A quarter of a frame of 42 ms.
 const REACH_S: f64 = 0.021;
 
-fn scenario(ego: &str) -> Scenario {
+fn scenario(ego: &str) -> SitedScenario {
     let text = format!("name = \"s\"\nradar = \"front77\"\n[ego]\n{ego}\n");
-    scenario::parse(Path::new("s.toml"), &text).unwrap()
+    scenario::parse(Path::new("s.toml"), &text).unwrap().without_roads().unwrap()
 }
 
-fn traced(scene: &Scene, s: &Scenario, time_s: f64) -> Vec<Echo> {
+fn traced(scene: &Scene, s: &SitedScenario, time_s: f64) -> Vec<Echo> {
     traced_within(scene, s, time_s, REACH_S)
 }
 
-fn traced_within(scene: &Scene, s: &Scenario, time_s: f64, reach_s: f64) -> Vec<Echo> {
+fn traced_within(scene: &Scene, s: &SitedScenario, time_s: f64, reach_s: f64) -> Vec<Echo> {
     let geometry = Geometry::of_frame(scene, time_s, s.radars[0].carrier_hz, reach_s).unwrap();
     traced_in(&geometry, s, time_s)
 }
 
-fn traced_in(geometry: &Geometry, s: &Scenario, time_s: f64) -> Vec<Echo> {
+fn traced_in(geometry: &Geometry, s: &SitedScenario, time_s: f64) -> Vec<Echo> {
     let radar = &s.radars[0];
     let (pose, velocity) = radar_pose(radar, &s.ego, time_s);
     let sway = |dt: f64| {
@@ -81,7 +81,7 @@ fn turned(r: &Echo, other: &Echo, dt: f64) -> f64 {
 
 /// Largest error of the paths of the strongest echo of each chain at some times of the frame, m, and how far they would be off
 /// were they straight. Directions follow too: what they turn by is less than a hundredth off.
-fn worst(scene: &Scene, s: &Scenario) -> (f64, f64) {
+fn worst(scene: &Scene, s: &SitedScenario) -> (f64, f64) {
     let now = strongest(&traced(scene, s, 0.5));
     assert!(!now.is_empty());
     let (mut worst, mut straight) = (0.0f64, 0.0f64);

@@ -4,13 +4,13 @@
 use catseye::engine::{Engine, Precision};
 use catseye::road::Library;
 use catseye::road::site::Site;
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::simulate::{radar_pose, simulate};
 use glam::DVec3;
 use std::path::Path;
 
-fn parsed(text: &str) -> Scenario {
-    scenario::parse(Path::new("s.toml"), text).unwrap()
+fn parsed(text: &str) -> SitedScenario {
+    scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap()
 }
 
 fn complaint(text: &str) -> String {
@@ -20,7 +20,7 @@ fn complaint(text: &str) -> String {
 }
 
 /// The points of frame `index`: range, range rate, azimuth in degrees, of the strongest first.
-fn points(s: &Scenario, index: u32) -> Vec<[f64; 3]> {
+fn points(s: &SitedScenario, index: u32) -> Vec<[f64; 3]> {
     let scene = s.build(&Library).unwrap();
     let engine = Engine::Cpu(Precision::F32);
     let frame = simulate(&engine, s, &scene, index).unwrap();
@@ -150,7 +150,7 @@ fn a_straight_one_is_a_velocity() {
     };
     // It heads back along the way, so half a turn more looks at where it came from.
     let b = scenario(&line([0.0; 3], [24.0, 0.0, 0.0]), &line([20.0, 1.0, 0.3], [14.0, 1.0, 0.3]));
-    let b = Scenario {
+    let b = SitedScenario {
         objects: b
             .objects
             .iter()

@@ -7,7 +7,7 @@ use catseye::geom::validate::check_scene;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions};
 use catseye::road::vehicle::{Kind, vehicle};
 use catseye::scene::gltf::{ImportOptions, import_bytes, to_glb};
-use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::scenario::{self, SitedScenario};
 use catseye::scene::{Scene, material};
 use catseye::simulate::{Prepared, simulate};
 use glam::DVec3;
@@ -108,9 +108,9 @@ fn levels_beside_published_ones() {
 }
 
 /// The radar front77 half a metre over the origin.
-fn watching() -> Scenario {
+fn watching() -> SitedScenario {
     let text = "name = \"it\"\nradar = \"front77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n";
-    let mut s = scenario::parse(Path::new("s.toml"), text).unwrap();
+    let mut s = scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap();
     s.ego.position_m = DVec3::Z * 0.5 - s.radars[0].mounting.translation_m;
     s
 }

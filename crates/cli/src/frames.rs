@@ -8,7 +8,7 @@ use catseye::road::TruthBox;
 use catseye::road::actors::{actor_boxes, is_ground};
 use catseye::road::mask::{self, CellClass, Grid, Level};
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 use catseye::scene::{Object, Scene, Shape};
 use catseye::simulate::Frame;
 use catseye::simulate::thermal_floor::thermal_floor_w;
@@ -91,7 +91,7 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
 /// # Errors
 /// A picture that cannot be drawn or written.
 pub fn draw_frame(
-    scenario: &Scenario,
+    scenario: &SitedScenario,
     scene: &Scene,
     frame: &Frame,
     truth: &Truth,
@@ -151,7 +151,7 @@ pub fn draw_frame(
 /// The truth of a frame with its labelled points, and the masks where they are asked for.
 fn draw_labels(
     title: &str,
-    scenario: &Scenario,
+    scenario: &SitedScenario,
     scene: &Scene,
     frame: &Frame,
     truth: &Truth,
@@ -300,7 +300,7 @@ speed_mps = 12
         let (scene, road) = build::build(&plan, &material::parse_spec).unwrap();
         let text = "name = \"bend\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
                     [ego]\nposition_m = [3, -1.5, 0]\nspeed_mps = 10\n[output]\nmasks = true\n[trace]\nfacets = 0\n";
-        let s = scenario::parse(Path::new("s.toml"), text).unwrap();
+        let s = scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap();
         let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
         let start = Instant::now();
         let truth = Truth::new(&s, &scene, &frame, Some(&road));

@@ -12,7 +12,7 @@ use catseye::road::mask::{self, Grid};
 use catseye::scene::Scene;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Output;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 pub use catseye::simulate::truth::{PoseRecord, Truth};
 use catseye::simulate::{Frame, Heard, Stages};
 use std::fs::File;
@@ -155,7 +155,7 @@ impl Write for Counter {
 /// # Errors
 /// None that a counter gives; the text of the truth.
 pub fn expected_bytes(
-    scenario: &Scenario,
+    scenario: &SitedScenario,
     scene: &Scene,
     which: usize,
     heard: Heard,

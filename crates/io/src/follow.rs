@@ -15,7 +15,7 @@ use catseye::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
 use catseye::error::{Error, Result};
 use catseye::formats::csv::{Table, Writer};
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 use catseye::scene::waveform::Multiplex;
 use catseye::simulate::radar_pose;
 use glam::{DVec2, DVec3};
@@ -94,7 +94,13 @@ impl Follower {
     ///
     /// # Errors
     /// Points that the tracker refuses: values that are not finite.
-    pub fn points(&mut self, scenario: &Scenario, radar: &Radar, index: u32, points: &[Point]) -> Result<()> {
+    pub fn points(
+        &mut self,
+        scenario: &SitedScenario,
+        radar: &Radar,
+        index: u32,
+        points: &[Point],
+    ) -> Result<()> {
         let all: Vec<SensorPoint> = points.iter().map(SensorPoint::of).collect();
         let (moving, _) = without_standing(radar, &all, scenario.seed, index);
         self.step(scenario, radar, scenario.frames.time_s(index), &moving)
@@ -102,7 +108,7 @@ impl Follower {
 
     fn step(
         &mut self,
-        scenario: &Scenario,
+        scenario: &SitedScenario,
         radar: &Radar,
         time_s: f64,
         moving: &[SensorPoint],
@@ -161,7 +167,7 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
 ///
 /// # Errors
 /// Points that cannot be read.
-pub fn write(dir: &Path, scenario: &Scenario) -> Result<()> {
+pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
     let mut follower = Follower::new()?;
     let mut rows: Vec<TrackRow> = Vec::new();
     let path = dir.join("ego_motion.csv");

@@ -14,14 +14,14 @@ use catseye::formats::stage::{
 use catseye::road::site::Site;
 use catseye::scene::Scene;
 use catseye::scene::radar_toml::to_toml;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::{Scenario, SitedScenario};
 use catseye::simulate::{Frame, Prepared, convergence};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Draws the pictures of a frame into a folder.
-pub type Pictures<'a> = &'a (dyn Fn(&Scenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
+pub type Pictures<'a> = &'a (dyn Fn(&SitedScenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
 
 /// How to run.
 pub struct RunOptions<'a> {

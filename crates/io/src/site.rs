@@ -5,7 +5,7 @@ use catseye::error::Result;
 use catseye::road::labels::RoadTruth;
 use catseye::road::site;
 use catseye::scene::Scene;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 
 /// Scene and scenario together.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Site {
     /// Number of the scene in its dataset.
     pub number: u32,
     /// The scenario.
-    pub scenario: Scenario,
+    pub scenario: SitedScenario,
     /// The scene with its objects.
     pub scene: Scene,
     /// Of a road scene.

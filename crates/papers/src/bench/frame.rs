@@ -7,7 +7,7 @@ use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::{Geometry, curved};
 use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::simulate::{budget, noise_budget, radar_pose, trace_options};
 use catseye::trace::{Echoes, TraceOptions};
@@ -63,7 +63,7 @@ impl Frame {
     ///
     /// # Errors
     /// Weather at a frequency for which it is not known.
-    pub fn of(scenario: &Scenario, scene: Scene) -> Result<Frame> {
+    pub fn of(scenario: &SitedScenario, scene: Scene) -> Result<Frame> {
         let radar = scenario.radars[0].clone();
         let time_s = scenario.frames.time_s(0);
         let (pose, ego_mps) = radar_pose(&radar, &scenario.ego, time_s);

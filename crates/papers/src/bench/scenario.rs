@@ -91,7 +91,7 @@ fn imaging_frame(quick: bool) -> Result<Frame> {
 
 /// The frame of W8 with its terrain cut into 2 x `quads`² triangles.
 pub(super) fn terrain(quads: u32) -> Result<Frame> {
-    let mut scenario = scenario::parse(Path::new("scenario.toml"), ON_TERRAIN)?;
+    let mut scenario = scenario::parse(Path::new("scenario.toml"), ON_TERRAIN)?.without_roads()?;
     scenario.radars[0].mounting = Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, RADAR_HEIGHT_M));
     Frame::of(&scenario, w8::w8_cut(quads, &material::by_name)?)
 }

@@ -6,7 +6,7 @@ use catseye::adc::cpu::synthesis::Control;
 use catseye::engine::Engine;
 use catseye::error::{Error, Result};
 use catseye::frames::Pose;
-use catseye::road::Library;
+use catseye::road::site::Site;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::simulate::{Frame, Prepared};
@@ -52,8 +52,7 @@ fn record(number: u64, frame: Frame) -> Record {
 
 pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> Result<Outcome> {
     let frames: u32 = if settings.quick { 20 } else { 100 };
-    let scenario = scenario(settings.seed)?;
-    let scene = scenario.build(&Library)?;
+    let Site { scenario, scene, .. } = Site::new(&scenario(settings.seed)?)?;
     let prepared = Prepared::new(&scenario, &scene)?;
     let of = |index| prepared.frame(engine, 0, index, Control::default());
     let first = record(0, sheet.part("steady_frame", || of(0))?);
@@ -110,7 +109,7 @@ mod tests {
 
     #[test]
     fn the_ego_drives_a_tenth_of_a_metre_a_frame() {
-        let s = scenario(1).unwrap();
+        let s = scenario(1).unwrap().without_roads().unwrap();
         let at = |k| s.ego.pose(s.frames.time_s(k)).translation_m;
         assert!((at(1) - at(0) - DVec3::X * 0.1).length() < 1e-12);
         assert_eq!(s.frames.count, 100);

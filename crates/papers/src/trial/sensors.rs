@@ -10,7 +10,7 @@ use catseye::error::Result;
 use catseye::rng::Draws;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::SitedScenario;
 use catseye::simulate::Frame;
 use catseye_io::follow::Follower;
 use catseye_lane::camera_fusion::Image;
@@ -155,7 +155,7 @@ impl Odometer {
     }
 
     /// The scenario with the vehicle there and moving so, and with no other motion: for the tracker.
-    pub fn told(&self, scenario: &Scenario) -> Scenario {
+    pub fn told(&self, scenario: &SitedScenario) -> SitedScenario {
         let l = &self.now;
         let velocity = (DVec2::from_angle(l.heading_rad) * l.speed_mps).extend(0.0);
         let joints = vec![
@@ -191,7 +191,7 @@ impl TrackFollower {
     /// The tracks that this frame's points went to, in the vehicle's level frame.
     pub fn step(
         &mut self,
-        scenario: &Scenario,
+        scenario: &SitedScenario,
         radar: &Radar,
         index: u32,
         seen: &[KeptPoint],
@@ -253,6 +253,8 @@ impl OwnedInput {
 mod tests {
     use super::*;
     use catseye::frames::direction_from_angles;
+    use catseye::road::site::Site;
+    use catseye::scene::scenario::Scenario;
     use std::path::Path;
 
     /// A point of something with a range rate, beside its azimuth and distance.
@@ -296,7 +298,7 @@ mod tests {
     #[test]
     fn a_rate_known_but_for_the_transmitters_turns_still_makes_a_track() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/lane/camera_straight.toml");
-        let scenario = Scenario::load(&path).unwrap();
+        let scenario = Scenario::load(&path).and_then(|s| Site::new(&s)).unwrap().scenario;
         let radar = &scenario.radars[0];
         let span = 2.0 * radar.max_velocity_mps();
         let turns = span * radar.tx.len() as f64;

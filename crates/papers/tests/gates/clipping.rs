@@ -31,7 +31,7 @@ struct Look {
 }
 
 impl Look {
-    fn of_frame(name: &'static str, s: &scenario::Scenario, scene: &Scene) -> Look {
+    fn of_frame(name: &'static str, s: &scenario::SitedScenario, scene: &Scene) -> Look {
         let radar = s.radars[0].clone();
         let refined = curved::sized_within(
             scene,

@@ -110,9 +110,22 @@ fn objects_are_placed_turned_and_labelled() {
     let point = scene.objects.iter().find(|o| o.name == "point 1").unwrap();
     assert_eq!(point.shape, Shape::Point { rcs_dbsm: -7.5 });
     // Heading +y: after 0.2 s the vehicle has gone 2 m to the left.
-    let ego = s.ego.pose(s.frames.time_s(2));
+    let ego = s.ego.free().unwrap().pose(s.frames.time_s(2));
     assert!((ego.translation_m - DVec3::new(1.0, 2.0, 0.0)).length() < 1e-12);
     assert!((ego.direction(DVec3::X) - DVec3::Y).length() < 1e-12);
+}
+
+/// An ego vehicle on a road has no motion until the road is built: nothing drives straight on instead.
+#[test]
+fn an_ego_on_a_road_needs_the_road() {
+    let text = "name = \"t\"\nradar = \"demo77\"\n[scene]\nroad = \"road.toml\"\n\
+                [ego]\nspeed_mps = 20\n[ego.on_road]\ns_m = 10\n";
+    let s = scenario::parse_with_road(Path::new("s.toml"), text, Some("road.toml")).unwrap();
+    assert!(s.ego.free().is_none() && s.ego.on_road().unwrap().s_m == 10.0);
+    let e = s.without_roads().unwrap_err();
+    assert_eq!(e.exit_code(), 2);
+    let e = e.to_string();
+    assert!(e.contains("s.toml:") && e.contains("ego.on_road") && e.contains("Site"), "{e}");
 }
 
 #[test]
@@ -362,7 +375,8 @@ proptest! {
     #[test]
     fn ego_moves_straight(yaw in -360.0f64..360.0, speed in -50.0f64..50.0, t in 0.0f64..10.0) {
         let s = parse(&format!("{BASE}[ego]\nyaw_deg = {yaw}\nspeed_mps = {speed}\n")).unwrap();
-        let (p, d) = (s.ego.pose(t).translation_m, s.ego.pose(t).direction(DVec3::X));
+        let pose = s.ego.free().unwrap().pose(t);
+        let (p, d) = (pose.translation_m, pose.direction(DVec3::X));
         prop_assert!((p - d * speed * t).length() < 1e-9);
     }
 }

@@ -4,7 +4,7 @@
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
 use catseye::road::site::Site;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::{Ego, EgoPlan, Scenario};
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{
     Camera, CameraFusion, FusionOptions, Image, NearSettings, Trapezoid, edges, find_near_lane, hough_lines,
@@ -13,6 +13,7 @@ use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
 use catseye_papers::trial::camera_fusion::{CameraTable, Settings};
 use catseye_papers::trial::{Drive, LaneMethod, TrialContext};
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -196,8 +197,8 @@ fn settings_and_scenarios_that_cannot_be() {
         Settings { camera: CameraTable { pitch_deg: -30.0, ..Default::default() }, ..Settings::default() };
     assert!(run_on(&s, &path, &up).contains("trapezoid"));
     // A vehicle beside the road.
-    s.ego.on_road = None;
-    s.ego.position_m.y = 60.0;
+    let at = DVec3::new(0.0, 60.0, 0.0);
+    s.ego = EgoPlan::Free(Ego { position_m: at, yaw_rad: 0.0, speed_mps: 0.0, motion: None });
     s.frames.count = 1;
     let e = run_on(&s, &path, &Settings { first_s: 0.0, ..Settings::default() });
     assert!(e.contains("on_road"), "{e}");

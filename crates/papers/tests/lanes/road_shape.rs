@@ -90,7 +90,7 @@ fn of_the_bend_only_the_right_edge_is_there() {
     let settings = Settings { c1_walk: 2e-5, max_range_m: 80.0, confirm_scans: 1, ..Settings::default() };
     let t = trial("road_shape_bend.toml", &settings, 1, None, |s| {
         quick(3)(s);
-        if let Some(on) = &mut s.ego.on_road {
+        if let Some(on) = s.ego.on_road_mut() {
             on.s_m = 95.0;
         }
     })

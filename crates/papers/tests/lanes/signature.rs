@@ -2,7 +2,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::rng::Draws;
-use catseye::scene::scenario::Scenario;
+use catseye::scene::scenario::{Ego, EgoPlan, Scenario};
 use catseye_lane::curve::Clothoid;
 use catseye_lane::signature::codewords::{Alphabet, Code, Zone};
 use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureOptions, scan_point};
@@ -11,7 +11,7 @@ use catseye_lane::signature::row::{RowOptions, RowReader};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::signature::{CodeName, GapsTable, RowTable, Settings};
 use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::path::PathBuf;
 
 const ROAD: &str = r#"
@@ -128,7 +128,8 @@ fn scenarios_that_cannot_be_mapped_are_refused() {
         Err(e) => e.to_string(),
         Ok(_) => panic!("is no error"),
     };
-    assert!(with(&|s| s.ego.on_road = None).contains("ego.on_road"));
+    let standing = Ego { position_m: DVec3::ZERO, yaw_rad: 0.0, speed_mps: 0.0, motion: None };
+    assert!(with(&|s| s.ego = EgoPlan::Free(standing.clone())).contains("ego.on_road"));
     let nothing = catseye::scene::scenario::SceneSource::Builtin(catseye::scene::scenario::Builtin::Empty);
     assert!(with(&|s| s.scene = nothing.clone()).contains("scene.road"));
     let row = RowTable {

@@ -56,7 +56,7 @@ pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage
         for road in &mut plan.roads {
             road.things.retain(|t| !matches!(t.source, catseye::road::plan::Source::Vehicle(_)));
         }
-        if let (Some(on), Some(s_m)) = (&mut scenario.ego.on_road, table.radar_s_m) {
+        if let (Some(on), Some(s_m)) = (scenario.ego.on_road_mut(), table.radar_s_m) {
             on.s_m = s_m;
         }
         let lanes: Vec<Stripes> =

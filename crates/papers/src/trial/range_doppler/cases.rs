@@ -3,7 +3,7 @@
 use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
 use crate::trial::range_doppler::settings::{Case, Settings};
-use catseye::scene::scenario::Ego;
+use catseye::scene::scenario::{Ego, EgoPlan};
 use catseye_lane::range_doppler::LaneFromMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -83,16 +83,18 @@ impl Case {
         let yaw_rad = self.heading_deg.to_radians();
         let lever = scenario.radars[which].mounting.translation_m.truncate();
         let at = DVec2::new(x_m, self.offset_m) - DVec2::from_angle(yaw_rad).rotate(lever);
-        let ego =
-            Ego { position_m: DVec3::new(at.x, at.y, 0.0), yaw_rad, speed_mps, on_road: None, motion: None };
-        Site::on(&Scenario { ego, ..scenario.clone() }, plan)
+        let ego = Ego { position_m: DVec3::new(at.x, at.y, 0.0), yaw_rad, speed_mps, motion: None };
+        Site::on(&scenario.clone().with_ego(EgoPlan::Free(ego)), plan)
     }
 }
 
 /// Each case once in each run.
 pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let ego = &given.scenario.ego;
-    let speed_mps = ego.on_road.as_ref().map_or(ego.speed_mps, |on| on.drive.speed_mps(0.0));
+    let speed_mps = match ego {
+        EgoPlan::Free(ego) => ego.speed_mps,
+        EgoPlan::OnRoad(on) => on.drive.speed_mps(0.0),
+    };
     if !(0.5..=150.0).contains(&speed_mps) {
         let bad = BadInput::new("is out of range").key("ego.speed_mps").value(speed_mps);
         return Err(bad.allowed("0.5..=150").remedy("give a speed in that range").into());

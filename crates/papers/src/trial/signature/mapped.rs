@@ -40,7 +40,7 @@ fn mapping(scenario: &Scenario, plan: &ScenePlan, s: &Settings) -> (Scenario, Sc
     scenario.seed = scenario.seed.wrapping_add(0x5160_0000);
     scenario.frames.count = s.map_frames;
     scenario.frames.interval_s = s.map_interval_s;
-    if let Some(on) = &mut scenario.ego.on_road {
+    if let Some(on) = scenario.ego.on_road_mut() {
         on.s_m = s.map_s_m.unwrap_or(on.s_m);
         on.offset_m = s.map_offset_m;
     }
@@ -155,7 +155,7 @@ pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     let SceneSource::Road { path } = &scenario.scene else {
         return Err(needs("needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));
     };
-    match &scenario.ego.on_road {
+    match scenario.ego.on_road() {
         Some(on) => Ok((path, on)),
         None => Err(needs("needs a vehicle on the road", "ego.on_road", "give [ego] on_road = { s_m = 10 }")),
     }

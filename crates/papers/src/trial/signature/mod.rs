@@ -88,7 +88,7 @@ impl LaneMethod for Settings {
             let mut scenario = given.scenario_of(run);
             let mut draws = Draws::new(scenario.seed as u32, 0x57a7);
             let further_m = self.vary_start_m * draws.uniform();
-            if let Some(on) = &mut scenario.ego.on_road {
+            if let Some(on) = scenario.ego.on_road_mut() {
                 on.s_m += further_m;
                 on.offset_m += self.vary_offset_m * (2.0 * draws.uniform() - 1.0);
             }

@@ -160,11 +160,11 @@ pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
 /// Two scans are farther apart than a plate is long.
 fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     let interval_s = scenario.frames.interval_s;
-    let own = scenario.ego.on_road.iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
+    let own = scenario.ego.on_road().into_iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
     let ranges = settings.speed_range_kmh.iter().map(|r| r[1] / 3.6);
     let fastest = match settings.speed_range_kmh {
         Some(_) => ranges.fold(0.0, f64::max),
-        None => own.fold(scenario.ego.speed_mps.abs(), |m, v| m.max(v.abs())),
+        None => own.fold(scenario.ego.free().map_or(0.0, |ego| ego.speed_mps.abs()), |m, v| m.max(v.abs())),
     };
     let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
     if step_m.is_nan() || step_m >= settings.plate_length_m {
@@ -180,7 +180,7 @@ fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
 pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) -> Scenario {
     let mut scenario = given.scenario_of(run);
     let duration_s = scenario.duration_s();
-    let Some(on) = &mut scenario.ego.on_road else { return scenario };
+    let Some(on) = scenario.ego.on_road_mut() else { return scenario };
     let mut draws = draws(scenario.seed, SPEEDS);
     if let Some(range) = settings.speed_range_kmh {
         let [low, high] = range.map(|v| v / 3.6);
@@ -231,7 +231,7 @@ impl<'a> Drives<'a> {
         frames: u64,
     ) -> Result<Drives<'a>> {
         let radars = impulse_radars(given.scenario, settings)?;
-        if given.scenario.ego.on_road.is_none() {
+        if given.scenario.ego.on_road().is_none() {
             return Err(missing("a vehicle on a road").into());
         }
         check_speed(given.scenario, settings)?;
@@ -312,7 +312,7 @@ impl<'a> Drives<'a> {
         }
         let whole = site(scenario, settings)?;
         let (drives, against) = slow_drives(&whole, scenario, settings, settings.histogram_scans, 1)?;
-        let offset_m = scenario.ego.on_road.as_ref().map_or(0.0, |on| on.offset_m);
+        let offset_m = scenario.ego.on_road().map_or(0.0, |on| on.offset_m);
         let one = |(k, slow): (usize, &Slow)| {
             let mut one = slowly(scenario, settings, &Slow { offset_m, ..*slow }, against);
             one.seed = one.seed.wrapping_add(1_000_000 + k as u64);
@@ -326,7 +326,7 @@ impl<'a> Drives<'a> {
     /// One scan of the first radar at the middle of a marker for each lateral distance: (m, scan).
     pub fn sweep(&self, distances_m: &[f64]) -> Result<Vec<(f64, Vec<f32>)>> {
         let (scenario, settings, radar) = (self.given.scenario, self.settings, &self.radars[0]);
-        let Some(on) = &scenario.ego.on_road else { return Ok(Vec::new()) };
+        let Some(on) = scenario.ego.on_road() else { return Ok(Vec::new()) };
         let against = goes_against(&site(scenario, settings)?, scenario)?;
         let at = |s_m: f64, offset_m: f64| {
             site(&slowly(scenario, settings, &Slow { s_m, offset_m, scans: 1 }, against), settings)
@@ -448,7 +448,7 @@ fn missing(what: &str) -> BadInput {
 
 /// The vehicle's place on its road, and the road.
 fn road_of<'a>(site: &'a Site, scenario: &'a Scenario) -> Result<(&'a OnRoad, &'a RoadLabel)> {
-    let on = scenario.ego.on_road.as_ref().ok_or_else(|| missing("a vehicle on a road"))?;
+    let on = scenario.ego.on_road().ok_or_else(|| missing("a vehicle on a road"))?;
     let truth = site.road.as_ref().ok_or_else(|| missing("a road"))?;
     let named = |name: &str| truth.roads.iter().find(|r| r.name == name);
     let road = on.road.as_deref().map_or_else(|| truth.roads.first(), named);
@@ -486,7 +486,7 @@ pub fn run_up(site: &Site, scenario: &Scenario, settings: &Settings) -> Result<O
     early.frames.count = count;
     // Noise and asphalt of its own: frames count from its beginning.
     early.seed = early.seed.wrapping_add(2_000_000);
-    if let Some(to) = &mut early.ego.on_road {
+    if let Some(to) = early.ego.on_road_mut() {
         to.s_m = if against { on.s_m + way_m(count) } else { on.s_m - way_m(count) };
         to.against = Some(against);
         to.drive.speed.iter_mut().for_each(|p| p[0] += later_s);
@@ -540,7 +540,7 @@ fn slow_drives(
 fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) -> Scenario {
     let mut s = scenario.clone();
     s.frames.count = slow.scans;
-    if let Some(on) = &mut s.ego.on_road {
+    if let Some(on) = s.ego.on_road_mut() {
         (on.s_m, on.offset_m, on.against) = (slow.s_m, slow.offset_m, Some(against));
         on.drive = catseye::scene::drive::Drive::steady(settings.quiet_speed_kmh / 3.6);
     }
@@ -637,7 +637,7 @@ mod tests {
         let mut scenario = compared("compare_bend.toml");
         let settings = Settings { run_up_m: Some(30.0), ..Settings::default() };
         for (s_m, against, way_m) in [(60.0, false, 30.0), (20.0, false, 20.0), (240.0, true, 20.0)] {
-            let on = scenario.ego.on_road.as_mut().unwrap();
+            let on = scenario.ego.on_road_mut().unwrap();
             (on.s_m, on.against) = (s_m, Some(against));
             on.drive.speed = vec![[0.0, 15.0], [0.5, 12.0]];
             on.drive.lane_changes =
@@ -657,7 +657,7 @@ mod tests {
         }
         let standing = Settings { run_up_m: Some(0.0), ..settings.clone() };
         assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &standing).unwrap().is_none());
-        scenario.ego.on_road.as_mut().unwrap().drive = catseye::scene::drive::Drive::steady(0.0);
+        scenario.ego.on_road_mut().unwrap().drive = catseye::scene::drive::Drive::steady(0.0);
         assert!(run_up(&Site::new(&scenario).unwrap(), &scenario, &settings).unwrap().is_none());
     }
 
