@@ -248,6 +248,13 @@ pub enum Error {
 impl Error {
     /// An error of reading or writing the file at `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
+        let source = match source.kind() {
+            kind @ std::io::ErrorKind::FileTooLarge => {
+                let remedy = "raise the limit of file sizes (ulimit -f)";
+                std::io::Error::new(kind, format!("{source}; {remedy}"))
+            }
+            _ => source,
+        };
         Error::Io { path: final_name(path.as_ref()), source }
     }
     /// The exit code of the program: 2 for bad input, 1 for all else.

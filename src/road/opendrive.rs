@@ -11,6 +11,7 @@ use crate::error::{BadInput, Result};
 use crate::road::axis::{Course, RoadAxis, Start};
 use crate::road::layout::{Driven, Lane, LaneKind, LineKind, Paint, Road};
 use crate::road::profile::{Piece, Profile};
+use crate::scene::toml_file::read_text_of;
 use glam::DVec2;
 use roxmltree::{Document, Node};
 use std::path::Path;
@@ -78,6 +79,17 @@ fn children<'a>(node: Node<'a, 'a>, path: &[&'static str]) -> Vec<Node<'a, 'a>> 
         nodes = nodes.into_iter().flat_map(|n| n.children()).filter(|n| n.has_tag_name(*name)).collect();
     }
     nodes
+}
+
+/// Largest file, in bytes.
+pub const MAX_BYTES: u64 = 16 << 20;
+
+/// The roads of the file at `file`; see [`parse`].
+///
+/// # Errors
+/// A file that cannot be read, of more than [`MAX_BYTES`]; those of [`parse`].
+pub fn read(file: &Path) -> Result<Vec<Road>> {
+    parse(file, &read_text_of(file, "an OpenDRIVE file", MAX_BYTES)?)
 }
 
 /// The roads of a file, named by their ids. Their lanes have OpenDRIVE's numbers, positive on the left; lanes of
@@ -240,10 +252,11 @@ fn mark(lane: Node<'_, '_>) -> LineKind {
 
 fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
     let mut elements: Vec<(Start, Course)> = Vec::new();
+    // Where the next geometry begins: the sum of the lengths so far.
+    let mut s_m = 0.0;
     let mut ahead: Option<RoadAxis> = None;
     for g in children(road, &["planView", "geometry"]) {
         let length_m = xml.number(g, "length")?;
-        let s_m: f64 = elements.iter().map(|(_, c)| c.length_m()).sum();
         let given_m = xml.number_or(g, "s", Some(s_m))?;
         if (given_m - s_m).abs() > joint(s_m) {
             let e = xml.bad(g, "s is not where the geometry before it ends").value(given_m);
@@ -292,11 +305,12 @@ fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
         }
         ahead = Some(alone);
         elements.push((start, course));
+        s_m += length_m;
     }
     if elements.is_empty() {
         return Err(xml.bad(road, "has no planView with a geometry").into());
     }
-    let plan_m: f64 = elements.iter().map(|(_, c)| c.length_m()).sum();
+    let plan_m = s_m;
     let length_m = xml.number_or(road, "length", Some(plan_m))?;
     if (length_m - plan_m).abs() > joint(plan_m) {
         return Err(xml

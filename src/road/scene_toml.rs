@@ -178,7 +178,7 @@ impl Reader<'_> {
             return self.refuse(span, "is given by the OpenDRIVE file as well", "take it out, or opendrive");
         }
         let path = self.beside(name)?;
-        let mut roads = opendrive::parse(&path, &read_text(&path)?)?;
+        let mut roads = opendrive::read(&path)?;
         let Some(id) = &t.opendrive_road else { return Ok(Some(roads.swap_remove(0))) };
         let ids: Vec<String> = roads.iter().map(|r| r.name.clone()).collect();
         roads.into_iter().find(|r| r.name == id.value).map(Some).ok_or_else(|| {

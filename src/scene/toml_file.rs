@@ -91,8 +91,16 @@ pub struct Document<'a> {
 /// # Errors
 /// What is no regular file, more than 16 MiB, not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
+    read_text_of(path, "a TOML file", MAX_BYTES)
+}
+
+/// The text of a file of another kind, `what` in errors, of `most` bytes.
+///
+/// # Errors
+/// What is no regular file, more than `most` bytes, not UTF-8.
+pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
-    let bytes = input::read(path, "a TOML file", MAX_BYTES)?;
+    let bytes = input::read(path, what, most)?;
     String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()

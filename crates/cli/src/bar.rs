@@ -220,7 +220,8 @@ pub fn cancel() -> &'static AtomicBool {
     &ASKED
 }
 
-/// From now on Ctrl-C and SIGTERM say what is kept and end the program; given twice, at once. Errors: the system refuses.
+/// From now on Ctrl-C and SIGTERM say what is kept and end the program; given twice, at once. A file over the limit of file sizes is an
+/// error of writing like a full disk. Errors: the system refuses.
 pub fn watch() -> Result<()> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         let flag = || ASKED.clone();
@@ -228,6 +229,11 @@ pub fn watch() -> Result<()> {
             .and_then(|_| signal_hook::flag::register(signal, flag()))
             .map_err(|e| Error::Failed(format!("signals: {e}")))?;
     }
+    // Without somebody who takes it, the signal of a file that outgrows `ulimit -f` ends the program without a word. When it is taken, the
+    // write fails, and whoever wrote says which file it was.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)))
+        .map_err(|e| Error::Failed(format!("signals: {e}")))?;
     let watching = small().spawn(|| {
         while !cancel().load(Ordering::Relaxed) {
             sleep(TICK / 4);

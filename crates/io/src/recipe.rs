@@ -116,7 +116,7 @@ pub enum Scenes {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StoreTable {
-    /// zarr (default), hdf5 or frames.
+    /// frames (default; every build has it), zarr or hdf5 (builds with that feature).
     pub format: At<Format>,
     /// Default zstd:1 for zarr, deflate:3 for hdf5, none for frames.
     pub compression: Option<At<Compression>>,

@@ -918,3 +918,26 @@ fn strict_studies_end_with_1_where_facts_disagree() {
     assert_eq!(code, Some(1));
     assert!(said.contains("1 of 1 facts do not agree with their documents: s: a sphere"), "{said}");
 }
+
+/// A file that outgrows the limit of file sizes is an error that names it, and nothing of it is left; the signal does not end the program.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_file_sizes_is_told_and_leaves_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    for (file, command) in [
+        ("recipe.toml", "init recipe"),
+        ("rcs.csv", "rcs plate:width_m=0.1,height_m=0.1 --azimuth-deg=-30:30:0.5 --device cpu -o rcs.csv"),
+    ] {
+        let line = format!("ulimit -f 1; exec '{}' {command} --quiet", env!("CARGO_BIN_EXE_catseye"));
+        let out =
+            std::process::Command::new("sh").current_dir(dir.path()).args(["-c", &line]).output().unwrap();
+        let err = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{command}: {:?} {err}", out.status);
+        for part in ["error: ", file, "File too large", "ulimit -f"] {
+            assert!(err.contains(part), "{command}: '{part}' is not in: {err}");
+        }
+        assert_eq!(err.lines().count(), 1, "{err}");
+        let left: Vec<_> = std::fs::read_dir(dir.path()).unwrap().map(|f| f.unwrap().path()).collect();
+        assert!(left.is_empty(), "{command}: {left:?}");
+    }
+}

@@ -547,6 +547,20 @@ fn a_dry_run_tells_the_bytes_of_a_run() {
     }
 }
 
+/// A recipe that names no format is made by every build, and in the same format.
+#[test]
+fn a_recipe_without_a_format_works_in_every_build() {
+    let dir = place();
+    let path = dir.path().join("r.toml");
+    let recipe = fs::read_to_string(&path).unwrap();
+    assert!(recipe.contains("format = \"frames\"\n"));
+    fs::write(&path, recipe.replace("format = \"frames\"\n", "")).unwrap();
+    make(dir.path(), "d", &[]);
+    let layout = fs::read_to_string(dir.path().join("d/layout.json")).unwrap();
+    assert!(layout.contains("\"frames\","), "{layout}");
+    assert_eq!(catseye(dir.path(), &["verify", "d"]).status.code(), Some(0));
+}
+
 /// A recipe of a format that this build does not write can be looked at, and a dataset in it can be checked.
 #[test]
 fn formats_of_other_builds_can_be_drawn_and_verified() {

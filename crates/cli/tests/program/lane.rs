@@ -75,10 +75,60 @@ fn bad_calls_are_one_line() {
         o,
     ]);
     assert!(e.contains("lane.markers.spacing_m") && e.contains("-2"), "{e}");
-    // A radar that the method cannot take.
-    let e = refused(&["lane", "uwb", scenario(dir.path(), "").to_str().unwrap(), "-o", o]);
-    assert!(e.contains("impulse") || e.contains("uwb9"), "{e}");
     assert!(!out.exists());
+}
+
+/// A method that finds no radar it can take: the line names the scenario's file, the method, the radars there are, which it takes and what to
+/// do; and each cell of a comparison says the same without the file.
+#[test]
+fn a_missing_radar_is_told_with_file_method_and_remedy() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let o = out.to_str().unwrap();
+    let chirps = scenario(dir.path(), "");
+    let pulses = dir.path().join("pulses.toml");
+    let text = fs::read_to_string(&chirps).unwrap().replace("\"radar.toml\"", "\"uwb9\"");
+    fs::write(&pulses, text).unwrap();
+    for (method, path) in [
+        ("uwb", &chirps),
+        ("markers", &pulses),
+        ("range-doppler", &pulses),
+        ("signature", &pulses),
+        ("road-shape", &pulses),
+        ("hd-map", &pulses),
+        ("camera-fusion", &pulses),
+    ] {
+        let path = path.to_str().unwrap();
+        let e = refused(&["lane", method, path, "-o", o]);
+        let problem = format!("the method {method} can take no radar of the scenario; allowed: a");
+        for part in [path, ": radar = ", " channel", &problem, "; take radar = \""] {
+            assert!(e.contains(part), "{method}: '{part}' is not in: {e}");
+        }
+    }
+    assert!(!out.exists());
+    let made = catseye(&["lane", "compare", pulses.to_str().unwrap(), "-o", o, "--frames", "1", "--json"]);
+    assert!(made.status.success(), "{}", self::text(&made.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
+    let table = report["notes"][0].as_str().unwrap();
+    for method in ["markers", "range-doppler", "signature", "hd-map", "camera-fusion"] {
+        let said = format!("cannot: radar = uwb9 (pulse, 1 channel): the method {method} can take no radar");
+        assert!(table.contains(&said), "{method}: {table}");
+    }
+}
+
+/// A scenario that is not what a method takes in another way than by its radars has its file in the line, too.
+#[test]
+fn what_a_scenario_lacks_is_told_with_its_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bare.toml");
+    let text = "name = \"bare\"\nradar = \"demo77\"\n[[point]]\nposition_m = [20, 3, 0.5]\nrcs_dbsm = 10\n\
+                [ego]\nspeed_mps = 10\n[frames]\ncount = 2\ninterval_s = 0.05\n";
+    fs::write(&path, text).unwrap();
+    let (path, out) = (path.to_str().unwrap(), dir.path().join("out"));
+    for method in ["markers", "signature", "hd-map", "camera-fusion"] {
+        let e = refused(&["lane", method, path, "-o", out.to_str().unwrap()]);
+        assert!(e.contains(path), "{method}: {e}");
+    }
 }
 
 /// The same bytes again, also when it was interrupted; other files are there as promised.

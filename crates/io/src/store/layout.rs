@@ -155,11 +155,11 @@ pub struct TableSpec {
 #[serde(rename_all = "lowercase")]
 pub enum Format {
     /// A Zarr v3 group: an array is a folder with one file a shard, a table a folder with one Parquet file a shard.
-    #[default]
     Zarr,
     /// One HDF5 file a shard.
     Hdf5,
-    /// A folder a frame, with NumPy arrays and CSV tables.
+    /// A folder a frame, with NumPy arrays and CSV tables. Every build has it.
+    #[default]
     Frames,
 }
 

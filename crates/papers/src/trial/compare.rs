@@ -62,7 +62,8 @@ fn markdown(standings: &[Standing]) -> String {
         match &s.cannot {
             None => out += &format!("| {} |\n", cells(s).join(" | ")),
             Some(why) => {
-                let (name, rest) = (s.variant.name(), " |".repeat(10));
+                // What a user wrote must not end a cell.
+                let (name, rest, why) = (s.variant.name(), " |".repeat(10), why.replace('|', "\\|"));
                 out += &format!("| {} | {name} | cannot: {why} |{rest}\n", s.scenario);
             }
         }
@@ -154,7 +155,8 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                         done += 1;
                         (o.watch)(done, all);
                     };
-                    let made = drive_once(&inner, table, run, false, &mut told)?;
+                    let made =
+                        drive_once(&inner, table, run, false, &mut told).map_err(|e| e.in_file(path))?;
                     let cannot = made.cannot.into_iter().map(|(variant, why)| (variant, Err(why)));
                     Ok(made.driven.into_iter().map(|d| (d.variant, Ok(d.steps))).chain(cannot).collect())
                 })?;

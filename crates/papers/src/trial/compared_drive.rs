@@ -8,7 +8,7 @@ use crate::trial::sensors::{Bus, KeptPoint, TrackFollower, kept_points, lane_poi
 use crate::trial::stats::{draws, timed};
 use crate::trial::{Drive, LaneTable, Method, OwnedInput, ReadyMethod, Step, TrialContext};
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
+use catseye::error::{BadInput, Error, Result};
 use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Frame;
@@ -89,8 +89,9 @@ impl ComparedDrive {
                 })),
                 // What a scenario lacks for a method is a result; what is wrong with a file or a device is not.
                 Err(Error::Input(why)) => {
-                    let remedy = why.remedy.map_or(String::new(), |r| format!(" ({r})"));
-                    out.cannot.push((named(String::new()), why.problem + &remedy));
+                    // The table names the scenario itself.
+                    let why = BadInput { file: why.file.filter(|f| f != given.path), ..*why };
+                    out.cannot.push((named(String::new()), why.to_string()));
                 }
                 Err(e) => return Err(e),
             }

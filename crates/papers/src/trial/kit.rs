@@ -5,7 +5,7 @@ pub use crate::trial::drive::{Drive, Level, lane_point, mount, own_alone, point_
 pub(super) use crate::trial::limits;
 pub use crate::trial::limits::LEAVE_OUT;
 pub use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
-pub use crate::trial::ready::{LaneMethod, ReadyMethod, chirp_radar, needed};
+pub use crate::trial::ready::{LaneMethod, ReadyMethod, chirp_radar, needed, no_radar};
 pub use crate::trial::report::{Row, Rows, Sheet, Step, Trial, common_rows, fixed};
 pub use crate::trial::runner::{Looks, Now, drive_through, one_look};
 pub use crate::trial::sensors::{Bus, BusSensor, OwnedInput, look_of};

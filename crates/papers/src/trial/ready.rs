@@ -5,6 +5,7 @@ use crate::trial::drive::Drive;
 use crate::trial::report::Trial;
 use crate::trial::sensors::OwnedInput;
 use catseye::error::{BadInput, Result};
+use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::LaneEstimator;
@@ -89,22 +90,46 @@ impl ReadyMethod {
     }
 }
 
-/// The radar that was found, or what the scenario lacks and what to do about it.
+/// Says that a method finds no radar that it can take among those of a scenario, which it lists. `method` is the method's name on the
+/// command line, `allowed` the kind of radar that it takes.
+pub fn no_radar(radars: &[Radar], method: &str, allowed: &str, remedy: &str) -> BadInput {
+    let kind = |r: &Radar| match &r.waveform {
+        Waveform::Fmcw(_) => "fmcw",
+        Waveform::Stepped { .. } => "stepped",
+        Waveform::Pulse { .. } => "pulse",
+        Waveform::Coded { .. } => "coded",
+    };
+    let told = |r: &Radar| match r.virtual_channels() {
+        1 => format!("{} ({}, 1 channel)", r.name, kind(r)),
+        n => format!("{} ({}, {n} channels)", r.name, kind(r)),
+    };
+    let value = radars.iter().map(told).collect::<Vec<_>>().join(", ");
+    let bad = BadInput::new(format!("the method {method} can take no radar of the scenario"));
+    bad.key("radar").value(value).allowed(allowed).remedy(remedy)
+}
+
+/// The radar that was found, or what the method `method` takes and what to do about it.
 ///
 /// # Errors
 /// There is none.
-pub fn needed(found: Option<usize>, given: &TrialContext<'_>, problem: &str, remedy: &str) -> Result<usize> {
-    let bad = || BadInput::new(problem).file(given.path).key("radar").remedy(remedy).into();
+pub fn needed(
+    found: Option<usize>,
+    given: &TrialContext<'_>,
+    method: &str,
+    allowed: &str,
+    remedy: &str,
+) -> Result<usize> {
+    let bad = || no_radar(&given.scenario.radars, method, allowed, remedy).file(given.path).into();
     found.ok_or_else(bad)
 }
 
-/// The first radar with chirps and directions.
+/// The first radar with chirps and directions, for a comparison of `method`.
 ///
 /// # Errors
 /// There is none.
-pub fn chirp_radar(given: &TrialContext<'_>) -> Result<usize> {
+pub fn chirp_radar(given: &TrialContext<'_>, method: &str) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
     let found = given.scenario.radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1);
-    let problem = "no radar of the scenario has chirps and several channels";
-    needed(found, given, problem, "add one, as in radar = \"feng77\"")
+    let allowed = "an FMCW radar with one ramp and two channels or more";
+    needed(found, given, method, allowed, "add one, as in radar = \"feng77\"")
 }

@@ -27,7 +27,7 @@ pub fn run(
     let results = ResultFolder::open(&command, &paths, engine, out, o)?;
     let keep = Some(results.keep.clone());
     let given = TrialContext { scenario: &scenario, path, engine, runs, keep, watch: o.watch };
-    let trial = table.method(method).trial(&given)?;
+    let trial = table.method(method).trial(&given).map_err(|e| e.in_file(path))?;
     let seconds = trial.steps.iter().map(|s| s.seconds).collect();
     results.finish((scenario.seed, runs), trial, [(method.name().to_string(), seconds)].into())
 }

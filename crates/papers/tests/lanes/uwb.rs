@@ -444,7 +444,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
     let on = |rest: &str| format!("name = \"s\"\nradar = \"uwb9\"\n{rest}\n[scene]\nroad = \"{road}\"\n");
     assert!(
         refusal("name = \"s\"\nradar = \"front77\"\n[scene]\nbuiltin = \"marked-road\"\n", &s)
-            .contains("no impulse radar")
+            .contains("front77 (fmcw, 12 channels): the method uwb can take no radar of the scenario; allowed: an impulse radar")
     );
     let none =
         refusal("name = \"s\"\nradar = \"uwb9\"\n[[point]]\nposition_m = [3, 0, 0]\nrcs_dbsm = 0\n", &s);

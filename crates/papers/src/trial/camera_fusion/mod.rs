@@ -28,9 +28,9 @@ impl LaneMethod for Settings {
         self.check()?;
         self.estimator()?;
         let scenario = given.scenario;
-        let problem = "tracks of cars need range rates, and impulse radars give none";
         let found = point_radar(&scenario.radars);
-        let which = needed(found, given, problem, "take front77, or another FMCW radar")?;
+        let allowed = "a radar that tells range rates of cars: fmcw, stepped or coded";
+        let which = needed(found, given, "camera-fusion", allowed, "take radar = \"front77\"")?;
         let looks = looks(scenario, self);
         let Some(last) = looks.last() else {
             let last = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
@@ -86,7 +86,7 @@ impl LaneMethod for Settings {
         drive: &Drive<'_>,
         run: u32,
     ) -> Result<Vec<(String, ReadyMethod)>> {
-        let which = chirp_radar(given)?;
+        let which = chirp_radar(given, "camera-fusion")?;
         let radar = drive.radar(which);
         let camera = VehicleCamera::new(self, radar.carrier_hz, given.scenario_of(run).seed);
         let camera = Rc::new(RefCell::new(camera));

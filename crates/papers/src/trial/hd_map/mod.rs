@@ -84,7 +84,7 @@ impl LaneMethod for Settings {
         drive: &Drive<'_>,
         run: u32,
     ) -> Result<Vec<(String, ReadyMethod)>> {
-        let which = chirp_radar(given)?;
+        let which = chirp_radar(given, "hd-map")?;
         let settings = Settings { scene: Vec::new(), ..self.clone() };
         let mut draws = draws(given.scenario_of(run).seed, SURVEY);
         let map = match stages(given, &settings)?.first() {

@@ -22,9 +22,9 @@ impl LaneMethod for Settings {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
         self.check()?;
         let scenario = given.scenario;
-        let remedy = "take a radar with chirps and several channels, as in radar = \"feng77\"";
         let found = point_radar(&scenario.radars);
-        let which = needed(found, given, "has impulse radars only, which give no points", remedy)?;
+        let allowed = "a radar that gives points: fmcw, stepped or coded, with two channels or more";
+        let which = needed(found, given, "markers", allowed, "take radar = \"feng77\"")?;
         let radar = &scenario.radars[which];
         if radar.virtual_channels() < 2 {
             let bad =
@@ -81,7 +81,7 @@ impl LaneMethod for Settings {
         drive: &Drive<'_>,
         _: u32,
     ) -> Result<Vec<(String, ReadyMethod)>> {
-        let which = chirp_radar(given)?;
+        let which = chirp_radar(given, "markers")?;
         let radar = drive.radar(which);
         let patterns = self.patterns(radar, drive.site.road.as_ref())?;
         let rcs = if self.levels { level::of_first_row(given, drive.site, radar)? } else { None };

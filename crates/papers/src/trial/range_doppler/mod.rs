@@ -19,10 +19,9 @@ const LEAST_ROWS: usize = 16;
 fn radar_of(scenario: &Scenario) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(_));
     let found = scenario.radars.iter().position(|r| suits(&r.waveform));
-    let bad = BadInput::new("the scenario has no radar whose map tells range rates").key("radar");
-    let bad = bad.allowed(format!("an FMCW radar with {LEAST_ROWS} or more rows of Doppler"));
     let enough = found.filter(|i| scenario.radars[*i].doppler_rows() >= LEAST_ROWS);
-    enough.ok_or_else(|| bad.remedy("take radar = \"feng77\"").into())
+    let allowed = format!("an FMCW radar with {LEAST_ROWS} or more rows of Doppler");
+    enough.ok_or_else(|| no_radar(&scenario.radars, METHOD, &allowed, "take radar = \"feng77\"").into())
 }
 
 impl LaneMethod for Settings {
@@ -45,7 +44,7 @@ impl LaneMethod for Settings {
         drive: &Drive<'_>,
         _: u32,
     ) -> Result<Vec<(String, ReadyMethod)>> {
-        let which = chirp_radar(given)?;
+        let which = chirp_radar(given, METHOD)?;
         let equal = self.left_spacing_m == self.right_spacing_m;
         Ok(ReadyMethod::of_points(self.estimator(drive.radar(which), equal)?, which).alone())
     }

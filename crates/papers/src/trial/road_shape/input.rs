@@ -42,21 +42,19 @@ pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
     let image = radars.iter().position(suits);
     let points =
         radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }) && r.virtual_channels() > 1);
-    let none = |what: &str, remedy: &str| {
-        BadInput::new(format!("no radar of the scenario has {what}"))
-            .key("radar")
-            .value(radars.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "))
-            .remedy(remedy.to_string())
-    };
+    let none = |allowed: &str, remedy: &str| no_radar(radars, "road-shape", allowed, remedy).into();
     match settings.source {
         Source::Image | Source::Auto if image.is_some() => Ok((image.unwrap_or(0), true)),
-        Source::Image => {
-            Err(none("two slopes and three channels in one line", "take fmcw76, or source = \"points\"")
-                .into())
-        }
+        Source::Image => Err(none(
+            "an FMCW radar with two slopes and three channels in one line",
+            "take radar = \"fmcw76\", or source = \"points\"",
+        )),
         _ => match points {
             Some(k) => Ok((k, false)),
-            None => Err(none("two channels", "take fmcw76 or front77").into()),
+            None => Err(none(
+                "an fmcw, stepped or coded radar with two channels or more",
+                "take radar = \"fmcw76\" or \"front77\"",
+            )),
         },
     }
 }

@@ -74,8 +74,9 @@ impl LaneMethod for Settings {
         self.check()?;
         let scenario = given.scenario;
         let (path, _) = on_road(scenario)?;
-        let (found, remedy) = (point_radar(&scenario.radars), "take radar = \"front77\"");
-        let which = needed(found, given, "needs a radar that gives angles", remedy)?;
+        let found = point_radar(&scenario.radars);
+        let allowed = "a radar that gives points: fmcw, stepped or coded";
+        let which = needed(found, given, "signature", allowed, "take radar = \"front77\"")?;
         let plan = scene_toml::load(path)?;
         // The frames of the map come before those of the runs.
         let before = u64::from(self.map_frames);
@@ -136,7 +137,7 @@ impl LaneMethod for Settings {
         drive: &Drive<'_>,
         _: u32,
     ) -> Result<Vec<(String, ReadyMethod)>> {
-        let which = chirp_radar(given)?;
+        let which = chirp_radar(given, "signature")?;
         let plan = scene_toml::load(on_road(given.scenario)?.0)?;
         let mapped = map_drive(given, self, which, &plan, &mut |_| {})?;
         Ok(ReadyMethod::of_points(estimator_on(self, drive, which, &mapped)?, which).alone())

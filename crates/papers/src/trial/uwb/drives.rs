@@ -76,9 +76,9 @@ pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<Im
     }
     found.sort_by_key(|e| e.side == Side::Right);
     if found.is_empty() {
-        let bad = BadInput::new("the scenario has no impulse radar").key("radar");
-        let bad = bad.allowed("a radar with waveform.kind = \"pulse\"");
-        return Err(bad.remedy("radar = \"uwb9\", or a file of your own").into());
+        let allowed = "an impulse radar: one with waveform.kind = \"pulse\"";
+        let remedy = "take radar = \"uwb9\", or a file of your own";
+        return Err(no_radar(&scenario.radars, "uwb", allowed, remedy).into());
     }
     Ok(found)
 }
