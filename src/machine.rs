@@ -96,8 +96,8 @@ pub fn check_limits() -> Result<(), Box<BadInput>> {
     match limits().into_iter().find(|(_, limit, _)| (*limit as f64) < least) {
         Some((name, limit, _)) => Err(BadInput::new("leaves too little memory to work in")
             .key(name)
-            .value(sized(limit as f64))
-            .allowed(format!("from {}", sized(least)))
+            .value(format!("{} KiB", limit / 1024))
+            .allowed(format!("from {} KiB", (least / 1024.0).ceil()))
             .remedy("raise the limit, or use fewer threads with RAYON_NUM_THREADS=1")
             .into()),
         None => Ok(()),

@@ -129,11 +129,16 @@ impl Table {
         self.header.iter().position(|h| h == column).ok_or_else(|| {
             let known = self.header.iter().map(String::as_str);
             let hint = nearest(column, known).map_or(String::new(), |n| format!(" (nearest: {n})"));
-            let b = BadInput::new(format!("no such column{hint}")).file(&self.path).key(column);
+            let b = BadInput::new("no such column").file(&self.path).key(column);
             // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
             match self.is_csv() {
-                true => b.allowed(self.header.join(", ")),
-                false => BadInput { problem: "no such column".into(), ..b },
+                true => BadInput {
+                    problem: format!("no such column{hint}; the header has {}", self.header.join(", ")),
+                    ..b
+                }
+                .line(1)
+                .remedy("name a column so, and separate columns by commas"),
+                false => b,
             }
             .into()
         })
@@ -333,6 +338,16 @@ mod tests {
         assert!(e.contains("nearest: range_m"), "{e}");
         let e = t.numbers("class").unwrap_err().to_string();
         assert_eq!(e, "a.csv:3: class = car: not a number");
+    }
+
+    #[test]
+    fn a_missing_column_is_told_beside_the_header() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("w.csv");
+        std::fs::write(&path, "time_ms;x_m\n1;2\n").unwrap();
+        let e = Table::read(&path).unwrap().numbers("time_s").unwrap_err().to_string();
+        assert!(e.contains("w.csv:1: time_s: no such column") && e.contains("time_ms;x_m"), "{e}");
+        assert!(e.contains("commas") && !e.contains("allowed"), "{e}");
     }
 
     #[test]

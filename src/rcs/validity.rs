@@ -145,8 +145,8 @@ impl Validity {
         }
         if let Some(deg) = self.grazing_deg {
             out.push(format!(
-                "grazing: faces are seen {deg:.1} deg from their own plane and none is seen at {GRAZING_DEG} deg or more: physical optics \
-                 does not tell what their edges send back, nor VV from HH; --diffraction ptd adds the edges of metal to first order"
+                "grazing: there are directions in which no face is seen at {GRAZING_DEG} deg or more from its own plane; the least is {deg:.1} deg. Physical optics \
+                 does not tell there what edges send back, nor VV from HH; --diffraction ptd is what adds the edges of metal, to first order"
             ));
         }
         out.extend(self.ground.map(|g| g.to_string()));

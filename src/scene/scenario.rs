@@ -770,7 +770,14 @@ impl<E> Scenario<E> {
                             builder.reflector(spec).map_err(|e| in_file(e, at))?
                         }
                         ObjectSource::Vehicle { kind, at } => {
-                            builder.vehicle(kind).map_err(|e| in_file(e, at))?
+                            let mut vehicle = builder.vehicle(kind).map_err(|e| in_file(e, at))?;
+                            // The body bears the object's own name, its parts that name and theirs.
+                            for part in &mut vehicle.objects {
+                                if let Some(rest) = part.name.strip_prefix("body") {
+                                    part.name = rest.to_string();
+                                }
+                            }
+                            vehicle
                         }
                     };
                     let first = scene.add_meshes(&built);
@@ -886,6 +893,10 @@ impl Scene {
             let name = match (label.name.is_empty(), built.objects.len()) {
                 (true, _) => part.name.clone(),
                 (false, 1) => label.name.to_string(),
+                // The parts of a vehicle, "" and " wheel 1 left".
+                (false, _) if part.name.is_empty() || part.name.starts_with(' ') => {
+                    format!("{}{}", label.name, part.name)
+                }
                 (false, _) => format!("{}/{}", label.name, part.name),
             };
             let class = if label.class.is_empty() { &part.class } else { label.class };

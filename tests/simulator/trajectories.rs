@@ -110,6 +110,9 @@ fn vehicles_of_the_library_follow() {
     let actors = catseye::road::actors::actors(&scene.objects);
     assert_eq!(actors.len(), 2, "{:?}", scene.objects.iter().map(|o| &o.name).collect::<Vec<_>>());
     assert_eq!(scene.objects[0].class, "car");
+    let names: Vec<&str> = scene.objects.iter().map(|o| &*o.name).collect();
+    assert!(names.contains(&"child") && names.contains(&"child thigh left"), "{names:?}");
+    assert!(names[0] == "sedan 1" && names.contains(&"sedan 1 wheel 1 left"), "{names:?}");
     let body = &scene.objects[0];
     for t in [0.2, 1.0, 1.7] {
         let now = body.at(t);

@@ -50,6 +50,7 @@ pub struct Calibrate {
 
 #[derive(serde::Serialize)]
 struct Report {
+    #[serde(serialize_with = "catseye::formats::path_text")]
     file: PathBuf,
     angles: usize,
     channels: usize,

@@ -31,7 +31,7 @@ pub struct Convert {
 
 #[derive(serde::Serialize)]
 struct Report {
-    files: Vec<PathBuf>,
+    files: Vec<String>,
     shape: [usize; 3],
     clipped_words: u64,
 }
@@ -58,13 +58,19 @@ impl Convert {
         let bar = global.bar("converting", 0, Kept::Nothing);
         let data = source.frame::<f32>(self.input.frame)?;
         let written = write_cube(&self.output, shape, &data, &about, global.force)?;
-        let report = Report { files: written.files, shape, clipped_words: written.clipped_words };
+        let files = written.files.iter().map(|f| f.display().to_string()).collect();
+        let report = Report { files, shape, clipped_words: written.clipped_words };
         drop(bar);
         if global.json {
             return print_json(&report);
         }
-        let names: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();
-        print(&format!("{} x {} x {} samples; wrote {}", shape[0], shape[1], shape[2], names.join(", ")))?;
+        print(&format!(
+            "{} x {} x {} samples; wrote {}",
+            shape[0],
+            shape[1],
+            shape[2],
+            report.files.join(", ")
+        ))?;
         match report.clipped_words {
             0 => Ok(()),
             n => print(&format!("{n} words were cut to the converter's range")),

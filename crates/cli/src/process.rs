@@ -40,6 +40,7 @@ pub struct Process {
 
 #[derive(serde::Serialize)]
 struct Report {
+    #[serde(serialize_with = "catseye::formats::path_text")]
     folder: PathBuf,
     /// Whether levels are those at the receiver's input; counts of a converter have none.
     absolute_levels: bool,

@@ -76,9 +76,10 @@ impl FromArgMatches for Parameters {
 
 #[derive(serde::Serialize)]
 struct Made {
+    #[serde(serialize_with = "catseye::formats::path_text")]
     file: PathBuf,
     /// The picture.
-    preview: Option<PathBuf>,
+    preview: Option<String>,
     target: String,
     triangles: usize,
     /// Greatest depth of a facet below the curved surface that it stands for.
@@ -151,7 +152,8 @@ impl MakeReflector {
         let kept = (is_kept && mesh.is_some())
             .then(|| format!("{} exists and is kept; --force draws it anew", path.display()));
         let file = stage::write_file(output, global.force, &written.bytes)?;
-        let preview = picture.map(|p| p.write(path, global.force)).transpose()?;
+        let preview =
+            picture.map(|p| p.write(path, global.force)).transpose()?.map(|p| p.display().to_string());
         let made = Made {
             file,
             preview,
@@ -176,7 +178,7 @@ impl MakeReflector {
             text += &format!("; {}", sagitta_text(s));
         }
         if let Some(p) = &made.preview {
-            text += &format!("; picture {}", p.display());
+            text += &format!("; picture {p}");
         }
         if !global.quiet {
             for note in &made.notes {

@@ -24,6 +24,7 @@ pub struct MakeScene {
 
 #[derive(serde::Serialize)]
 struct Made {
+    #[serde(serialize_with = "catseye::formats::path_text")]
     file: PathBuf,
     name: String,
     objects: usize,

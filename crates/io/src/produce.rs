@@ -70,6 +70,7 @@ pub struct Progress {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Folder of the dataset.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
     /// Frames of the dataset.
     pub frames: u64,

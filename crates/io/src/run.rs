@@ -43,6 +43,7 @@ pub struct RunOptions<'a> {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RunReport {
     /// Folder of the result.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
     /// Frames that an interrupted run had left complete.
     pub resumed: u32,

@@ -43,6 +43,7 @@ impl Problem {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Findings {
     /// Folder of the dataset.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
     /// Name of the dataset.
     pub name: String,

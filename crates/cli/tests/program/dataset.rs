@@ -601,6 +601,11 @@ fn a_folder_may_have_any_name() {
     let done = done.unwrap();
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     assert!(dir.path().join(name).join("dataset.json").exists());
+    // JSON cannot hold the name as it is, and that is no failure.
+    let mut verify = Command::new(env!("CARGO_BIN_EXE_catseye"));
+    let done = verify.current_dir(dir.path()).arg("verify").arg(name).arg("--json").output().unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    assert!(text(&done.stdout).contains("\u{fffd}data"), "{}", text(&done.stdout));
 }
 
 /// A CSV table by its columns.

@@ -191,8 +191,10 @@ impl Found {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// The first result.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub a: PathBuf,
     /// The second result.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub b: PathBuf,
     /// What both are.
     pub kind: String,

@@ -124,6 +124,10 @@ fn files(
         }
         Kind::Study | Kind::Table => table::rows(name, &Grid::read(a)?, &Grid::read(b)?, t, found),
         Kind::Report => document::compare_figures(name, &document::read(a)?, &document::read(b)?, t, found),
+        // Times and versions, which no two runs share, are left out as they are within folders.
+        Kind::Document if [a, b].iter().all(|p| p.ends_with(MANIFEST)) => {
+            document::compare_figures(name, &document::read(a)?, &document::read(b)?, t, found);
+        }
         Kind::Document => document::compare(name, &document::read(a)?, &document::read(b)?, t, found),
         Kind::Shown => return Ok(()),
         Kind::Other | Kind::Dataset | Kind::Frame | Kind::Folder(_) => {

@@ -168,3 +168,20 @@ fn datasets_by_frames() {
     assert_eq!(e.exit_code(), 2, "{e}");
     assert!(e.to_string().contains("rows.csv: broken"), "{e}");
 }
+
+/// Of two manifests given as files, as of two folders, times and versions do not count, and figures do.
+#[test]
+fn manifests_are_compared_by_their_figures() {
+    let dir = tempfile::tempdir().unwrap();
+    let place = |name: &str, seconds: f64, points: u32| {
+        let folder = dir.path().join(name);
+        std::fs::create_dir(&folder).unwrap();
+        let path = folder.join("manifest.json");
+        std::fs::write(&path, format!("{{\"seconds\": {{ \"trace\": {seconds} }}, \"points\": {points}}}")).unwrap();
+        path
+    };
+    let (a, later, other) = (place("a", 1.0, 7), place("b", 2.0, 7), place("c", 1.0, 8));
+    let t = Tolerances::default();
+    assert!(both(&a, &later, &t).alike);
+    assert!(!both(&a, &other, &t).alike);
+}

@@ -55,6 +55,7 @@ pub struct StudyReport {
 #[derive(Debug, serde::Serialize)]
 pub struct RunReport {
     /// Folder of the results.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
     /// One report a study.
     pub studies: Vec<StudyReport>,

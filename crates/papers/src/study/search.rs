@@ -141,6 +141,18 @@ impl Problem<'_> {
     }
 }
 
+/// In words, where the design is detected up to the end of the sweep, so that its range may be longer.
+fn sweep_end(study: &Study, goal: Goal, range_m: f64) -> Option<String> {
+    let sweep = study.sweeps.iter().find(|s| s.parameter == "longitudinal_m")?;
+    let last_m = sweep.values.iter().filter_map(|v| v.number()).fold(f64::NEG_INFINITY, f64::max);
+    (goal == Goal::DetectionRange && range_m >= last_m).then(|| {
+        format!(
+            "the design is detected up to {last_m} m, the end of the sweep of longitudinal_m: its range is at least that, \
+             and designs that reach it cannot be told apart; a longer sweep may tell them"
+        )
+    })
+}
+
 /// Detection range along `longitudinal_m` in the worst of the other sweeps; 0 where nothing is detected.
 fn worst_range(study: &Study, margin: &[f64]) -> f64 {
     let Some(axis) = study.sweeps.iter().position(|s| s.parameter == "longitudinal_m") else {
@@ -236,7 +248,8 @@ pub fn best(engine: &Engine, study: &Study, search: &SearchTable, cost: f64, ind
     })?;
     let study = problem.study(&parameters);
     let remarks = Work::collect(&study, study.points(), &|i| study.values_at(i))?.remarks(&study)?;
-    let limits = problem.limits(&parameters);
+    let mut limits = problem.limits(&parameters);
+    limits.extend(sweep_end(&study, search.goal, score.worth));
     Ok(Design { cost, parameters, worth: score.worth, tried, remarks, limits })
 }
 

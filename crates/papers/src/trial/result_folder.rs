@@ -29,6 +29,7 @@ pub struct RunOptions<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
     /// Folder of the result.
+    #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
     /// Name of the method.
     pub method: String,
