@@ -53,13 +53,11 @@ fn a_gltf_brings_them_back() {
     }
 }
 
-/// Cross sections in VV, dBsm, sorted, from a radar 0.5 m over the road.
-fn levels_dbsm(scene: &Scene, range_m: f64, step_deg: f64) -> Vec<f64> {
+/// Cross sections in VV, dBsm, at azimuths, from a radar 0.5 m over the road.
+fn levels_dbsm(scene: &Scene, range_m: f64, azimuths_deg: impl Iterator<Item = f64>) -> Vec<f64> {
     let elevation = (0.5 / range_m).asin();
-    let looks: Vec<BistaticAspect> = (0..(360.0 / step_deg) as usize)
-        .map(|i| {
-            BistaticAspect::monostatic(Aspect { azimuth: (i as f64 * step_deg).to_radians(), elevation })
-        })
+    let looks: Vec<BistaticAspect> = azimuths_deg
+        .map(|a| BistaticAspect::monostatic(Aspect { azimuth: a.to_radians(), elevation }))
         .collect();
     let options = RcsOptions {
         distance: Distance::At(range_m),
@@ -69,10 +67,13 @@ fn levels_dbsm(scene: &Scene, range_m: f64, step_deg: f64) -> Vec<f64> {
     };
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let found = engine.rcs(scene, &[77e9], &looks, &options).unwrap();
-    let mut levels: Vec<f64> =
-        found.iter().map(|s| 10.0 * (4.0 * PI * s.every[0][0].norm_sqr()).log10()).collect();
+    found.iter().map(|s| 10.0 * (4.0 * PI * s.every[0][0].norm_sqr()).log10()).collect()
+}
+
+/// Level that a share of the list does not exceed.
+fn quantile(levels: &mut [f64], share: f64) -> f64 {
     levels.sort_by(f64::total_cmp);
-    levels
+    levels[(share * (levels.len() - 1) as f64) as usize]
 }
 
 /// 3GPP TR 38.901 V19.4.0, clause 7.9.2: the cross section is log-normal about its mean with the standard
@@ -92,8 +93,9 @@ fn levels_beside_published_ones() {
         (Kind::Suv, 30.0, 0.0, 0.0, 7.07, 3.41),
         (Kind::Pedestrian, 15.0, 1.4, 0.27, -1.37, 3.94),
     ] {
-        let levels = levels_dbsm(&scene(kind, speed, time), range_m, 7.3);
-        let at = |share: f64| levels[(share * (levels.len() - 1) as f64) as usize];
+        let around = (0..49).map(|i| 7.3 * f64::from(i));
+        let mut levels = levels_dbsm(&scene(kind, speed, time), range_m, around);
+        let mut at = |share: f64| quantile(&mut levels, share);
         let expected = median_dbsm(mean, sigma);
         println!(
             "{:12} 10 % {:6.1}  median {:6.1} (published {expected:.1})  90 % {:6.1}  greatest {:6.1} dBsm",
@@ -104,6 +106,30 @@ fn levels_beside_published_ones() {
             at(1.0)
         );
         assert!((at(0.5) - expected).abs() < 2.0 * sigma, "{kind:?}: {}", at(0.5));
+    }
+}
+
+/// The table of docs/trust.md: what comes back from the rear and the side of a body, by distance.
+#[test]
+#[ignore = "minutes of computing: cargo test --release -p catseye --test simulator vehicles::levels_by -- --ignored --nocapture"]
+fn levels_by_distance() {
+    for kind in [Kind::Sedan, Kind::Hatchback, Kind::Cyclist, Kind::Pedestrian] {
+        for middle_deg in [180.0, 90.0, 135.0] {
+            for range_m in [5.0, 7.0, 10.0, 20.0, 40.0, 60.0, 80.0, 150.0] {
+                let fan = (-12..=12).map(|i| middle_deg + 0.25 * f64::from(i));
+                let mut levels = levels_dbsm(&scene(kind, 0.0, 0.27), range_m, fan);
+                let mean = levels.iter().map(|l| 10f64.powf(0.1 * l)).sum::<f64>() / levels.len() as f64;
+                let mut at = |share: f64| quantile(&mut levels, share);
+                println!(
+                    "{:12} {middle_deg:4} deg {range_m:4} m: mean {:5.1} dBsm, median {:5.1}, 10 % {:5.1}, greatest {:5.1}",
+                    kind.name(),
+                    10.0 * mean.log10(),
+                    at(0.5),
+                    at(0.1),
+                    at(1.0)
+                );
+            }
+        }
     }
 }
 
@@ -158,8 +184,7 @@ fn cyclists_are_more_than_their_cranks() {
         by_part.entry("all".into()).or_default().push(dbsm(all));
     }
     for (part, mut levels) in by_part {
-        levels.sort_by(f64::total_cmp);
-        let at = |share: f64| levels[(share * (levels.len() - 1) as f64) as usize];
+        let mut at = |share: f64| quantile(&mut levels, share);
         println!(
             "{part:16} 10 % {:6.1}  median {:6.1}  90 % {:6.1}  max {:6.1}",
             at(0.1),

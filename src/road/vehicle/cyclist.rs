@@ -6,7 +6,7 @@
 use super::motion::{HIP_HEIGHT, Joint, Turn};
 use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, SHOULDER, shank, thigh, trunk};
-use super::surface::{bar, limb, ovoid, tube, turned};
+use super::surface::{bar, hoop, limb, ovoid, tube};
 use crate::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
@@ -31,21 +31,10 @@ const LEAN_RAD: f64 = 0.55;
 const METAL: u32 = Paint::Aluminium as u32;
 const SKIN: u32 = Paint::Skin as u32;
 
-/// A bar along y about `middle`, `half_m` long to either side, with domed ends: a flat end would mirror to the side.
+/// A bar along y about `middle`, `half_m` long to either side.
 fn axle(mesh: &mut Mesh, middle: DVec3, half_m: f64, radius_m: f64) {
     let end = DVec3::Y * half_m;
     bar(mesh, middle - end, middle + end, radius_m, 12, METAL);
-    for at in [middle - end, middle + end] {
-        ovoid(mesh, at, DVec3::new(radius_m, 0.4 * radius_m, radius_m), 12, 4, METAL);
-    }
-}
-
-/// A bar with a ball of its radius at either end.
-fn rounded(mesh: &mut Mesh, a: DVec3, b: DVec3, radius_m: f64) {
-    bar(mesh, a, b, radius_m, 12, METAL);
-    for at in [a, b] {
-        ovoid(mesh, at, DVec3::splat(radius_m), 12, 4, METAL);
-    }
 }
 
 /// A pedal about the y axis, 90 x 90 x 24 mm: a barrel with round edges.
@@ -69,8 +58,9 @@ fn cranks() -> Mesh {
     let mut mesh = Mesh::default();
     axle(&mut mesh, DVec3::ZERO, 0.06, 0.01);
     let y = -0.043;
-    let rim = [(0.066, y), (0.074, y - 0.002), (0.082, y), (0.074, y + 0.002), (0.066, y)];
-    turned(&mut mesh, &rim.map(|(r, y)| DVec2::new(r, y)), 40, METAL);
+    let mut rim = Mesh::default();
+    hoop(&mut rim, 0.074, DVec2::new(0.008, 0.002), (40, 8), METAL);
+    append(&mut mesh, &rim, &Pose::<Target, Target>::new(DQuat::IDENTITY, DVec3::Y * y));
     for k in 0..4 {
         let (sin, cos) = (0.25 * TAU * (f64::from(k) + 0.5)).sin_cos();
         let out = |r: f64| DVec3::new(r * cos, y, r * sin);
@@ -78,7 +68,7 @@ fn cranks() -> Mesh {
     }
     for side in [1.0, -1.0] {
         let (a, b) = (DVec3::Y * side * 0.06, DVec3::new(side * CRANK_M, side * 0.07, 0.0));
-        rounded(&mut mesh, a, b, 0.011);
+        bar(&mut mesh, a, b, 0.011, 12, METAL);
     }
     mesh
 }
@@ -86,18 +76,14 @@ fn cranks() -> Mesh {
 /// Spoked wheel about the y axis.
 fn wheel() -> Mesh {
     let mut mesh = Mesh::default();
-    let section = |points: &[(f64, f64)]| points.iter().map(|&(r, y)| DVec2::new(r, y)).collect::<Vec<_>>();
-    // Tyre and rim, each a closed ring.
-    let tyre =
-        [(0.305, -0.012), (0.325, -0.018), (0.340, 0.0), (0.325, 0.018), (0.305, 0.012), (0.305, -0.012)];
-    turned(&mut mesh, &section(&tyre), 40, Paint::Tyre as u32);
-    let rim = [(0.286, 0.0), (0.292, -0.010), (0.303, -0.012), (0.303, 0.012), (0.292, 0.010), (0.286, 0.0)];
-    turned(&mut mesh, &section(&rim), 40, METAL);
+    // Tyre and rim. Their sections bulge: the flat flanks of a polygon's would be cones, each a mirror to the side of its own angle.
+    hoop(&mut mesh, 0.3215, DVec2::new(0.0185, 0.0185), (40, 8), Paint::Tyre as u32);
+    hoop(&mut mesh, 0.2945, DVec2::new(0.0085, 0.012), (40, 8), METAL);
     for k in 0..SPOKES {
         let (sin, cos) = (TAU * k as f64 / SPOKES as f64).sin_cos();
         let side = if k % 2 == 0 { 0.03 } else { -0.03 };
         let out = |r: f64, y: f64| DVec3::new(r * cos, y, r * sin);
-        bar(&mut mesh, out(0.022, side), out(0.2855, 0.0), 0.001, 6, Paint::Steel as u32);
+        tube(&mut mesh, (out(0.022, side), 0.001), (out(0.288, 0.0), 0.001), 6, Paint::Steel as u32);
     }
     axle(&mut mesh, DVec3::ZERO, 0.045, 0.02);
     mesh
@@ -119,17 +105,14 @@ fn frame() -> Mesh {
         pipe(BRACKET + 0.03 * y, rear + 0.06 * y, 0.009);
         pipe(top_of_seat + 0.02 * y, rear + 0.06 * y, 0.008);
         pipe(HEAD[1] + 0.05 * y - DVec3::Z * 0.02, front + 0.055 * y, 0.011);
-        // The ends of the handlebar, back to the grips.
-        let bend = DVec3::new(0.40, side * 0.20, 1.03);
+        // The handlebar, swept back by 7 degrees from the stem, and its ends, back to the grips.
+        let bend = DVec3::new(0.375, side * 0.20, 1.035);
+        pipe(DVec3::new(0.40, 0.0, 1.03), bend, 0.012);
         pipe(bend, DVec3::new(GRIP.x, side * GRIP.y, GRIP.z), 0.012);
     }
-    pipe(DVec3::new(0.40, -0.20, 1.03), DVec3::new(0.40, 0.20, 1.03), 0.012);
     pipe(HEAD[1] - 0.06 * DVec3::Y - DVec3::Z * 0.02, HEAD[1] + 0.06 * DVec3::Y - DVec3::Z * 0.02, 0.012);
     pipe(HEAD[0], DVec3::new(0.40, 0.0, 1.03), 0.014);
     axle(&mut mesh, BRACKET, 0.035, 0.021);
-    for side in [1.0, -1.0] {
-        ovoid(&mut mesh, DVec3::new(GRIP.x, side * GRIP.y, GRIP.z), DVec3::splat(0.012), 12, 4, METAL);
-    }
     ovoid(&mut mesh, SADDLE, DVec3::new(0.13, 0.075, 0.03), 16, 4, METAL);
     mesh
 }

@@ -168,12 +168,70 @@ fn limb_of_two_caps(mesh: &mut Mesh, rings: &[Ring; 3], segments: usize, rows: u
     grid(mesh, (&us, &steps(-1.0, 1.0, 2 * rows)), &place, true, &|_, _| Some(material));
 }
 
-/// A closed round bar from `a` to `b` with flat ends.
+/// Height of a bar's domed ends over its radius.
+const DOME: f64 = 0.4;
+/// Rows of facets of a dome.
+const DOME_ROWS: usize = 2;
+
+/// A closed round bar from `a` to `b` whose ends bulge beyond them by 0.4 of its radius: flat ends would be mirrors that return more
+/// than anything else wherever they face the radar.
 pub fn bar(mesh: &mut Mesh, a: DVec3, b: DVec3, radius_m: f64, segments: usize, material: u32) {
+    let first = mesh.triangles.len();
     tube(mesh, (a, radius_m), (b, radius_m), segments, material);
+    // The flat ends come last.
+    let side = first + 2 * segments;
+    mesh.triangles.truncate(side);
+    mesh.material.truncate(side);
+    let axis = (b - a).normalize();
+    let x = axis.any_orthonormal_vector();
+    let y = axis.cross(x);
+    for (end, away) in [(a, -axis), (b, axis)] {
+        // Place and normal on an ellipsoid's half, from its rim (row 0) to its tip.
+        let at = |i: usize, row: usize| {
+            let (sin, cos) = (TAU * (i % segments) as f64 / segments as f64).sin_cos();
+            let out = x * cos + y * sin;
+            if row == DOME_ROWS {
+                return (end + away * (DOME * radius_m), away);
+            }
+            let (up, across) = (FRAC_PI_2 * row as f64 / DOME_ROWS as f64).sin_cos();
+            (
+                end + radius_m * across * out + away * (DOME * radius_m * up),
+                (out * across + away * (up / DOME)).normalize(),
+            )
+        };
+        for i in 0..segments {
+            let (i, j) = if away == axis { (i, i + 1) } else { (i + 1, i) };
+            for row in 0..DOME_ROWS {
+                let mut corners = vec![at(i, row), at(j, row), at(j, row + 1)];
+                if row + 1 < DOME_ROWS {
+                    corners.push(at(i, row + 1));
+                }
+                let (p, n): (Vec<DVec3>, Vec<DVec3>) = corners.into_iter().unzip();
+                curved_polygon(mesh, &p, &n, material);
+            }
+        }
+    }
 }
 
-/// A closed cone's part from radius to radius, with flat ends.
+/// A closed ring about the y axis whose section is an ellipse: its middle's radius, and the section's half widths along the radius
+/// and along y.
+pub fn hoop(mesh: &mut Mesh, radius_m: f64, half: DVec2, (segments, rows): (usize, usize), material: u32) {
+    let at = |i: usize, j: usize| {
+        let (sin, cos) = (TAU * (i % segments) as f64 / segments as f64).sin_cos();
+        let out = DVec3::new(cos, 0.0, sin);
+        let (up, across) = (TAU * (j % rows) as f64 / rows as f64).sin_cos();
+        let place = out * (radius_m + half.x * across) + DVec3::Y * half.y * up;
+        (place, (out * (across / half.x) + DVec3::Y * (up / half.y)).normalize())
+    };
+    for i in 0..segments {
+        for j in 0..rows {
+            let corners = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+            curved_polygon(mesh, &corners.map(|c| c.0), &corners.map(|c| c.1), material);
+        }
+    }
+}
+
+/// A closed cone's part from radius to radius, with flat ends, which belong inside of other bodies.
 pub fn tube(mesh: &mut Mesh, (a, ra): (DVec3, f64), (b, rb): (DVec3, f64), segments: usize, material: u32) {
     let axis = (b - a).normalize();
     let x = axis.any_orthonormal_vector();
@@ -253,6 +311,22 @@ mod tests {
         assert!(is_watertight(&tapered));
         let v = PI * 0.5 / 3.0 * (0.04 + 0.02 + 0.01);
         assert!((volume_m3(&tapered) / v - 1.0).abs() < 0.01);
+        let (from, to) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.4, 0.6, 0.3));
+        let mut rod = Mesh::default();
+        bar(&mut rod, from, to, 0.05, 96, 0);
+        assert!(is_watertight(&rod));
+        // A cylinder and two halves of an ellipsoid.
+        let v = PI * 0.0025 * (0.5 + 4.0 / 3.0 * 0.4 * 0.05);
+        assert!((volume_m3(&rod) / v - 1.0).abs() < 0.01, "{} {v}", volume_m3(&rod));
+        // No facet mirrors along the rod but the tips' own.
+        let axis = (to - from).normalize();
+        let steep = |t: usize| rod.corner_normals(t).unwrap().iter().any(|n| n.dot(axis).abs() < 0.97);
+        assert!((0..rod.triangles.len()).all(steep));
+        let mut ring = Mesh::default();
+        hoop(&mut ring, 0.3, DVec2::new(0.02, 0.01), (64, 24), 0);
+        assert!(is_watertight(&ring));
+        let v = TAU * 0.3 * PI * 0.02 * 0.01;
+        assert!((volume_m3(&ring) / v - 1.0).abs() < 0.02, "{} {v}", volume_m3(&ring));
         let mut leg = Mesh::default();
         let rings =
             [[-0.5, 0.0, 0.0, 0.0], [-0.45, 0.04, 0.05, 0.0], [0.0, 0.07, 0.08, 0.02], [0.06, 0.0, 0.0, 0.0]];
