@@ -177,7 +177,8 @@ fn manifests_are_compared_by_their_figures() {
         let folder = dir.path().join(name);
         std::fs::create_dir(&folder).unwrap();
         let path = folder.join("manifest.json");
-        std::fs::write(&path, format!("{{\"seconds\": {{ \"trace\": {seconds} }}, \"points\": {points}}}")).unwrap();
+        std::fs::write(&path, format!("{{\"seconds\": {{ \"trace\": {seconds} }}, \"points\": {points}}}"))
+            .unwrap();
         path
     };
     let (a, later, other) = (place("a", 1.0, 7), place("b", 2.0, 7), place("c", 1.0, 8));
