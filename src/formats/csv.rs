@@ -7,6 +7,14 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// The complaint about a file that holds no line but comments.
+pub fn no_header(path: &Path) -> BadInput {
+    BadInput::new("no header line")
+        .file(path)
+        .line(1)
+        .remedy("begin the table with the names of its columns, separated by commas")
+}
+
 /// A table in memory. Cells stay text until a column is asked for.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -85,7 +93,7 @@ impl Table {
                 table.cells.append(&mut row);
                 table.lines.push(first_line);
             } else {
-                return Err(BadInput::new("wrong number of values")
+                return Err(BadInput::new("the row has a wrong number of values")
                     .file(path)
                     .line(first_line)
                     .value(row.len())
@@ -94,7 +102,7 @@ impl Table {
             }
         }
         if table.header.is_empty() {
-            return Err(BadInput::new("no header line").file(path).into());
+            return Err(no_header(path).into());
         }
         table.text = text;
         Ok(table)

@@ -17,9 +17,9 @@ impl Lock {
     /// Takes the lock in the file `path`, for the output `of`.
     ///
     /// # Errors
-    /// `BadInput` with the holder's process and command while another process has it.
+    /// `BadInput` with the holder's process and command while another process has it, and where the folder cannot be written to.
     pub fn take(of: &Path, path: PathBuf) -> Result<Lock> {
-        let io = |e| Error::io(&path, e);
+        let io = |e| Error::io(of, e);
         loop {
             let mut file = File::options()
                 .read(true)
@@ -27,7 +27,7 @@ impl Lock {
                 .create(true)
                 .truncate(false)
                 .open(&path)
-                .map_err(io)?;
+                .map_err(|e| no_place(of, e))?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
@@ -53,6 +53,20 @@ impl Lock {
             write!(file, "process {} ({})", std::process::id(), command.join(" ")).map_err(io)?;
             return Ok(Lock { path, _file: file });
         }
+    }
+}
+
+/// The complaint about an output beside which nothing can be written.
+fn no_place(of: &Path, e: std::io::Error) -> Error {
+    use std::io::ErrorKind::{NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem};
+    match e.kind() {
+        PermissionDenied | ReadOnlyFilesystem | NotFound | NotADirectory => {
+            BadInput::new(format!("cannot be written there: {e}"))
+                .file(of)
+                .remedy("give an output in a folder that you may write to")
+                .into()
+        }
+        _ => Error::io(of, e),
     }
 }
 
@@ -100,5 +114,22 @@ mod tests {
         );
         drop(held);
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn an_output_without_a_folder_is_bad_input() {
+        let t = tempfile::tempdir().unwrap();
+        let file = t.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        for parent in [&file, &t.path().join("none")] {
+            let of = parent.join("out");
+            let e = Lock::take(&of, parent.join(".out.lock")).unwrap_err();
+            let text = e.to_string();
+            assert!(
+                e.exit_code() == 2 && text.contains(of.to_str().unwrap()) && text.contains("may write to"),
+                "{text}"
+            );
+            assert!(!text.contains(".lock"), "{text}");
+        }
     }
 }

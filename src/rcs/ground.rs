@@ -149,9 +149,9 @@ fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
         };
         let lowest = points.fold(f64::INFINITY, f64::min);
         if lowest < -IN_PLANE_M {
-            return Err(BadInput::new("reaches below the ground, which is the plane z = 0")
+            return Err(BadInput::new("lies partly below the ground, which is the plane z = 0")
                 .key(format!("object '{}'", o.name))
-                .value(format!("z = {lowest:.6} m"))
+                .value(format!("lowest point at z = {lowest:.6} m"))
                 .remedy("raise the target, as with --height-m")
                 .into());
         }

@@ -316,10 +316,12 @@ pub struct TraceTable {
     pub most_bounces: Option<At<u32>>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: At<f64>,
-    /// Most triangles that the scene has after facets of curved surfaces were cut where they turn too much; as many as it had it may keep.
+    /// Largest number of triangles that the scene may have after the facets of curved surfaces were cut where they turn too much. A scene that has more to
+    /// begin with keeps them.
     pub facets: At<u64>,
-    /// Each echo weaker than this over (negative: under) the thermal noise of a cell of the map after all channels is left out, as if
-    /// in the antennas' main direction, in place of the budget that `exact` tells of; without noise all are kept.
+    /// An echo is left out where it is weaker than the thermal noise of a cell of the map, after all channels, by more than this says
+    /// (dB over the noise; a negative value lies under it). Each counts as if it stood in the antennas' main direction. This replaces the budget
+    /// that `exact` tells of. Without noise all echoes are kept.
     pub floor_db: Option<At<f64>>,
     /// Keeps every single echo. Otherwise echoes of one place by one way are added up, and the weakest are left out as long as
     /// the sum of their powers stays 10 dB under the noise of a cell after all channels (without noise: 100 dB under the sum of
@@ -524,7 +526,7 @@ pub enum EgoPlan {
     /// Its motion is known.
     Free(Ego),
     /// It follows a road of the scene, which has to be built first.
-    OnRoad(OnRoad),
+    OnRoad(Box<OnRoad>),
 }
 
 impl EgoPlan {
@@ -1145,7 +1147,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         .into());
     }
     let ego = match (on_road(&doc, &f)?, &f.ego.trajectory) {
-        (Some(on), None) => EgoPlan::OnRoad(on),
+        (Some(on), None) => EgoPlan::OnRoad(Box::new(on)),
         (_, trajectory) => {
             let motion = match trajectory {
                 None => None,

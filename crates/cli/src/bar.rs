@@ -135,7 +135,12 @@ fn say_lines(bar: &ProgressBar, estimate: &Mutex<Estimate>, ended: &(Mutex<bool>
             continue;
         }
         next += 1;
-        let left = left.map_or(String::new(), |s| format!(", {} left", words(s.round())));
+        // What comes after the last part has no estimate, and one that has run out says nothing.
+        let left = match left.map(f64::round) {
+            _ if all > 0 && pos >= all => ", finishing".into(),
+            Some(s) if s >= 1.0 => format!(", {} left", words(s)),
+            _ => String::new(),
+        };
         let after = words(now.duration_since(start).as_secs_f64().round());
         eprintln!(
             "{}",

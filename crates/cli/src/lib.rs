@@ -35,6 +35,7 @@ use catseye::error::{BadInput, Error};
 use clap::parser::ValueSource;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use global::{Global, PRINTED, print_json};
+use std::io::Write as _;
 use std::process::ExitCode;
 use std::sync::LazyLock;
 use std::sync::atomic::Ordering::Relaxed;
@@ -192,6 +193,11 @@ pub fn run() -> ExitCode {
         Command::Bench(c) => c.run(g),
         Command::Help(c) => c.run(command()),
     };
+    ended(result)
+}
+
+/// Who reads stdout may stop to do so at any time.
+fn ended(result: catseye::error::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
@@ -250,8 +256,8 @@ fn unreadable(e: &clap::Error) -> Option<BadInput> {
 /// Help and version go to stdout; a wrong command line is one line on stderr.
 fn usage(e: &clap::Error) -> ExitCode {
     if !e.use_stderr() {
-        let _ = e.print();
-        return ExitCode::SUCCESS;
+        let printed = e.print().and_then(|()| std::io::stdout().flush());
+        return ended(printed.map_err(|e| Error::io("stdout", e)));
     }
     if e.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         let _ = e.print();

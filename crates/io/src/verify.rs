@@ -126,7 +126,7 @@ struct RunFrame {
 
 /// A folder with a manifest that is no dataset: every file that it names is there as it was written, and no other.
 fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
-    const AGAIN: &str = "bring it back, or run the command again with --force";
+    const AGAIN: &str = "copy the file back, or run the command again with --force";
     let path = dir.join(MANIFEST);
     let text = fs::read(&path).map_err(|e| match e.kind() {
         ErrorKind::NotFound | ErrorKind::NotADirectory => {

@@ -20,7 +20,7 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
-/// Pieces below this share of the polygon that they were cut from are dropped.
+/// Remainder below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
 /// A convex polygon of few corners, on the stack.
@@ -174,8 +174,118 @@ enum Cut {
 pub(super) struct Scratch {
     pub(super) halves: [Polygon; 2],
     part: Polygon,
-    pieces: Vec<Polygon>,
+    new: Vec<Polygon>,
+    seen: Remainder,
     lists: Lists,
+}
+
+/// What is left of a polygon from which parts are taken away, in an order that depends on these parts alone.
+pub(super) struct Remainder {
+    whole: Polygon,
+    pub(super) polygons: Vec<Polygon>,
+    /// Of each polygon: a road behind a bicycle is seen in thousands of pieces, and most parts that are taken away meet few of them.
+    bounds: Vec<(DVec2, DVec2)>,
+}
+
+impl Default for Remainder {
+    fn default() -> Self {
+        Remainder { whole: Polygon::EMPTY, polygons: Vec::new(), bounds: Vec::new() }
+    }
+}
+
+impl Remainder {
+    /// So many pieces are looked at one by one.
+    const FEW: usize = 8;
+
+    /// All of `whole`.
+    pub(super) fn of(whole: &Polygon) -> Remainder {
+        let mut pieces = Remainder::default();
+        pieces.begin(whole);
+        pieces
+    }
+
+    /// What is left of `whole` already.
+    pub(super) fn left(whole: &Polygon, polygons: Vec<Polygon>) -> Remainder {
+        let bounds = polygons.iter().map(Polygon::bounds).collect();
+        Remainder { whole: *whole, polygons, bounds }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.polygons.clear();
+        self.bounds.clear();
+    }
+
+    fn begin(&mut self, whole: &Polygon) {
+        self.clear();
+        self.whole = *whole;
+        keep(whole, 0.0, &mut self.polygons);
+        self.bounds.extend(self.polygons.iter().map(Polygon::bounds));
+    }
+
+    /// Takes away the inside of `lines` where it is more than `least`; true where something was.
+    pub(super) fn subtract(
+        &mut self,
+        lines: &Lines,
+        least: f64,
+        eps: f64,
+        halves: &mut [Polygon; 2],
+        (part, new): (&mut Polygon, &mut Vec<Polygon>),
+    ) -> bool {
+        let everywhere = (DVec2::NEG_INFINITY, DVec2::INFINITY);
+        let (lo, hi) = if self.polygons.len() <= Self::FEW {
+            everywhere
+        } else {
+            match cut_by(&self.whole, lines.all(), eps, halves).map(Polygon::bounds) {
+                // What is on a line counts as either side of it.
+                Some((lo, hi)) => (lo - 2.0 * eps, hi + 2.0 * eps),
+                None => return false,
+            }
+        };
+        let end = self.polygons.len();
+        let mut kept = 0;
+        for i in 0..end {
+            let (low, high) = self.bounds[i];
+            let apart = low.x > hi.x || high.x < lo.x || low.y > hi.y || high.y < lo.y;
+            // A piece that is only touched stays whole.
+            let stays = apart
+                || cut_by(&self.polygons[i], lines.all(), eps, halves)
+                    .is_none_or(|p| p.area().abs() <= least);
+            if stays {
+                if kept < i {
+                    self.polygons[kept] = self.polygons[i];
+                    self.bounds[kept] = self.bounds[i];
+                }
+                kept += 1;
+                continue;
+            }
+            let [mut rest, mut next] = halves.each_mut();
+            *rest = self.polygons[i];
+            for l in lines.all() {
+                match rest.cut_apart(l, eps, next, part) {
+                    Cut::All => {}
+                    Cut::Nothing => {
+                        keep(rest, least, new);
+                        break;
+                    }
+                    Cut::Part => {
+                        keep(part, least, new);
+                        if next.n < 3 {
+                            break;
+                        }
+                        std::mem::swap(&mut rest, &mut next);
+                    }
+                }
+            }
+        }
+        if kept == end {
+            return false;
+        }
+        self.polygons.truncate(kept);
+        self.bounds.truncate(kept);
+        self.bounds.extend(new.iter().map(Polygon::bounds));
+        self.polygons.append(new);
+        true
+    }
 }
 
 /// Faces ahead of a beam that its rays can meet, hidden by others or not.
@@ -206,17 +316,8 @@ struct Sight<'a> {
     start: &'a Polygon,
     /// Area of the largest piece that is dropped.
     least: f64,
-    /// Number of the first of its pieces.
-    from: usize,
     /// Something was cut away.
     cut: bool,
-}
-
-impl Sight<'_> {
-    /// Whether something of the target is still seen.
-    fn is_open(&self, pieces: &[Polygon]) -> bool {
-        pieces.len() > self.from
-    }
 }
 
 /// What a beam is followed with, kept between first faces.
@@ -225,7 +326,7 @@ struct Lists {
     stack: Vec<(u32, Polygon)>,
     targets: Targets,
     parts: Vec<Polygon>,
-    exits: Vec<Polygon>,
+    exits: Remainder,
 }
 
 impl Scratch {
@@ -233,7 +334,8 @@ impl Scratch {
         Scratch {
             halves: [Polygon::EMPTY; 2],
             part: Polygon::EMPTY,
-            pieces: Vec::new(),
+            new: Vec::new(),
+            seen: Remainder::default(),
             lists: Lists::default(),
         }
     }
@@ -426,7 +528,7 @@ pub struct Piece {
 pub struct Clipped {
     /// Faces met, each after the one before it in its chain.
     pub nodes: Vec<Node>,
-    /// Pieces of every bounce.
+    /// Remainder of every bounce.
     pub every: Vec<Piece>,
     /// Only where the beam leaves the target.
     pub last: Vec<Piece>,
@@ -794,7 +896,7 @@ impl Clipper<'_> {
         scratch: &mut Scratch,
     ) -> bool {
         let faces = self.faces;
-        let mut sight = self.sight(frame, source, target, facing, start, pieces);
+        let mut sight = self.sight(frame, source, target, facing, start, scratch);
         let side = sight.side;
         let [a, b, c, d] = Self::prism(frame, start.bounds());
         // What lies on the target may stand a little behind its plane.
@@ -808,10 +910,11 @@ impl Clipper<'_> {
             if g != target
                 && let Some(facing) = lit(&faces.faces[g as usize])
             {
-                self.hide(&mut sight, g, facing, pieces, scratch);
+                self.hide(&mut sight, g, facing, scratch);
             }
-            !sight.is_open(pieces)
+            !scratch.seen.polygons.is_empty()
         });
+        pieces.append(&mut scratch.seen.polygons);
         sight.cut
     }
 
@@ -828,22 +931,23 @@ impl Clipper<'_> {
         pieces: &mut Vec<Polygon>,
         scratch: &mut Scratch,
     ) -> bool {
-        let mut sight = self.sight(frame, Some(source), target, facing, start, pieces);
+        let mut sight = self.sight(frame, Some(source), target, facing, start, scratch);
         let (lo, hi) = start.bounds();
         for (&(g, facing, _), (low, high)) in others.list.iter().zip(&others.bounds) {
             let apart = low.x > hi.x || high.x < lo.x || low.y > hi.y || high.y < lo.y;
             if apart || g == target {
                 continue;
             }
-            self.hide(&mut sight, g, facing, pieces, scratch);
-            if !sight.is_open(pieces) {
+            self.hide(&mut sight, g, facing, scratch);
+            if scratch.seen.polygons.is_empty() {
                 break;
             }
         }
+        pieces.append(&mut scratch.seen.polygons);
         sight.cut
     }
 
-    /// The sight of a target that nothing hides yet: appends all of `start`.
+    /// The sight of a target that nothing hides yet: all of `start`.
     fn sight<'a>(
         &self,
         frame: &'a Frame,
@@ -851,24 +955,16 @@ impl Clipper<'_> {
         target: u32,
         facing: f64,
         start: &'a Polygon,
-        pieces: &mut Vec<Polygon>,
+        scratch: &mut Scratch,
     ) -> Sight<'a> {
-        let from = pieces.len();
-        keep(start, 0.0, pieces);
+        scratch.seen.begin(start);
         let side = Side::of(&self.faces.faces[target as usize], facing);
-        Sight { frame, source, target, side, start, least: SLIVER * start.area().abs(), from, cut: false }
+        Sight { frame, source, target, side, start, least: SLIVER * start.area().abs(), cut: false }
     }
 
     /// Takes away what the face `other`, which the rays can meet, hides of a target.
     #[inline]
-    fn hide(
-        &self,
-        sight: &mut Sight<'_>,
-        other: u32,
-        other_facing: f64,
-        pieces: &mut Vec<Polygon>,
-        scratch: &mut Scratch,
-    ) {
+    fn hide(&self, sight: &mut Sight<'_>, other: u32, other_facing: f64, scratch: &mut Scratch) {
         let Sight { frame, source, start, .. } = *sight;
         let face = &self.faces.faces[sight.target as usize];
         let other = &self.faces.faces[other as usize];
@@ -897,7 +993,8 @@ impl Clipper<'_> {
         };
         let Some(mut lines) = self.outline(frame, other, other_facing, start) else { return };
         if crossing.into_iter().chain(beyond).all(|l| lines.narrow(l, start, self.eps)) {
-            sight.cut |= self.subtract(&lines, sight.least, pieces, sight.from, scratch);
+            let Scratch { halves, part, new, seen, .. } = scratch;
+            sight.cut |= seen.subtract(&lines, sight.least, self.eps, halves, (part, new));
         }
     }
 
@@ -907,50 +1004,16 @@ impl Clipper<'_> {
         Line::new(q.x, q.y, q.z)
     }
 
-    /// Takes the inside of `lines` out of the pieces from `from` on.
+    /// Takes the inside of `lines` out of what is left of a polygon.
     pub(super) fn subtract(
         &self,
         lines: &Lines,
         least: f64,
-        pieces: &mut Vec<Polygon>,
-        from: usize,
+        pieces: &mut Remainder,
         scratch: &mut Scratch,
     ) -> bool {
-        let end = pieces.len();
-        let mut kept = from;
-        let Scratch { halves, part, pieces: new, .. } = scratch;
-        for i in from..end {
-            // A piece that is only touched stays whole.
-            let inside = cut_by(&pieces[i], lines.all(), self.eps, halves);
-            if inside.is_none_or(|p| p.area().abs() <= least) {
-                if kept < i {
-                    pieces[kept] = pieces[i];
-                }
-                kept += 1;
-                continue;
-            }
-            let [mut rest, mut next] = halves.each_mut();
-            *rest = pieces[i];
-            for l in lines.all() {
-                match rest.cut_apart(l, self.eps, next, part) {
-                    Cut::All => {}
-                    Cut::Nothing => {
-                        keep(rest, least, new);
-                        break;
-                    }
-                    Cut::Part => {
-                        keep(part, least, new);
-                        if next.n < 3 {
-                            break;
-                        }
-                        std::mem::swap(&mut rest, &mut next);
-                    }
-                }
-            }
-        }
-        pieces.truncate(kept);
-        pieces.append(new);
-        kept < end
+        let Scratch { halves, part, new, .. } = scratch;
+        pieces.subtract(lines, least, self.eps, halves, (part, new))
     }
 
     /// The largest share of the amplitude that a beam has left after its last node, by the way of the ray at `uv`, whose coordinates
@@ -1097,7 +1160,7 @@ impl Clipper<'_> {
             }
             exits.clear();
             if self.options.last {
-                exits.push(polygon);
+                exits.begin(&polygon);
             }
             targets.clear();
             let least = SLIVER * polygon.area().abs();
@@ -1121,11 +1184,11 @@ impl Clipper<'_> {
                 }
                 targets.list.push((f, facing, *p));
                 if self.options.last {
-                    self.subtract(&lines, least, exits, 0, scratch);
+                    self.subtract(&lines, least, exits, scratch);
                 }
             });
             if self.options.last {
-                for p in exits.iter() {
+                for p in &exits.polygons {
                     self.radiate(index, &node, p, first_is_seen, seen, receive, &mut out.last);
                 }
             }

@@ -352,18 +352,33 @@ impl<'a> Curved<'a> {
         if least >= 1.0 - LEAST {
             return Cell::Seen(1.0, DVec2::ZERO);
         }
-        let step = 0.05 * corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
-        let change = [DVec2::X, DVec2::Y].map(|axis| {
-            let [a, b] = [step, -step].map(|s| self.weight(&self.glance(middle + axis * s)));
-            (a - b) / (2.0 * step)
+        // Steps as the cell is shaped, so that they stay within it: a piece of a spoke is a thousand times as long as it is wide.
+        let farthest = |off: &dyn Fn(DVec2) -> f64| {
+            let ways = corners.iter().map(|p| *p - middle);
+            ways.fold(DVec2::ZERO, |best, d| if off(d) > off(best) { d } else { best }) * 0.05
+        };
+        let long = farthest(&DVec2::length_squared);
+        let wide = farthest(&|d| long.perp_dot(d).abs());
+        let area = long.perp_dot(wide);
+        if area == 0.0 {
+            return Cell::Seen(weight, DVec2::ZERO);
+        }
+        // The vector whose products with the two steps are these.
+        let solved = |along: f64, across: f64| (wide.perp() * -along + long.perp() * across) / area;
+        let [(by_long, turn_long), (by_wide, turn_wide)] = [long, wide].map(|way| {
+            let [a, b] = [way, -way].map(|w| self.glance(middle + w));
+            (0.5 * (self.weight(&a) - self.weight(&b)), 0.5 * (a.across - b.across))
         });
-        let change = DVec2::from_array(change);
+        let change = solved(by_long, by_wide);
         let (mut farthest, mut across) = (LINEAR, None);
         for (p, w) in corners.iter().zip(weights) {
             let d = *p - middle;
             let off = (w - weight - change.dot(d)).abs();
             if off > farthest {
-                (farthest, across) = (off, Some(d));
+                // Along what the weight goes by, which is how the path changes along the surface.
+                let turned = turn_long * (d.perp_dot(wide) / area) + turn_wide * (long.perp_dot(d) / area);
+                let way = solved(turn_long.dot(turned), turn_wide.dot(turned));
+                (farthest, across) = (off, Some(if way == DVec2::ZERO { d } else { way }));
             }
         }
         match across {

@@ -4,7 +4,9 @@
 //! From the transmitter beams go on by reflection and by transmission; from the receiver by transmission
 //! alone. What a reflecting face radiates reaches the receiver along those.
 
-use super::beams::{Clipper, GRAZING, PlaneSide, Polygon, SLIVER, Scratch, Side, cut_by, in_chunks, overlap};
+use super::beams::{
+    Clipper, GRAZING, PlaneSide, Polygon, Remainder, SLIVER, Scratch, Side, cut_by, in_chunks, overlap,
+};
 use crate::em::layers::Backing;
 use crate::geom::Surface;
 use crate::geom::cells::NO_CELL;
@@ -235,7 +237,7 @@ pub struct Clipped {
     pub nodes: Vec<Node>,
     /// Waves from the receiver.
     pub views: Vec<View>,
-    /// Pieces of every bounce.
+    /// Remainder of every bounce.
     pub every: Vec<Piece>,
     /// Only where the reflected wave leaves the target, through what it may pass.
     pub last: Vec<Piece>,
@@ -262,7 +264,7 @@ struct VisibleFaces {
 struct Ahead {
     /// Face, facing, what of it is lit.
     met: Vec<(u32, f64, Vec<Polygon>)>,
-    exits: Vec<Polygon>,
+    exits: Remainder,
 }
 
 /// Follows plane waves from `transmit` and keeps what radiates to `receive`, both unit vectors towards the
@@ -339,15 +341,16 @@ impl Tracer<'_> {
         broken: &mut bool,
     ) -> Vec<Polygon> {
         let (c, frame) = (&self.clipper, &wave.frame);
-        let mut pieces = Vec::new();
+        let mut seen = Vec::new();
         let least = SLIVER * start.area().abs();
         let mut scratch = Scratch::new();
         let lit = |f: &Face| self.lit(frame, wave.cell, f);
-        c.unhidden_by(lit, frame, source, target, facing, &start, &mut pieces, &mut scratch);
+        c.unhidden_by(lit, frame, source, target, facing, &start, &mut seen, &mut scratch);
         let face = &self.faces.faces[target as usize];
-        if pieces.is_empty() || self.media.kind(face) == Kind::Opaque {
-            return pieces;
+        if seen.is_empty() || self.media.kind(face) == Kind::Opaque {
+            return seen;
         }
+        let mut pieces = Remainder::left(&start, seen);
         // A sheet is one in air, and another body's border is met in air.
         let kind = self.media.kind(face);
         *broken |= wave.cell != NO_CELL && (kind == Kind::Sheet || face.cell != wave.cell);
@@ -364,9 +367,10 @@ impl Tracer<'_> {
             let facing = frame.facing(other.normal, other.offset_m);
             let Some(lines) = c.outline(frame, other, facing, &start) else { return };
             if self.media.kind(other) == Kind::Opaque {
-                c.subtract(&lines, least, &mut pieces, 0, &mut scratch);
+                c.subtract(&lines, least, &mut pieces, &mut scratch);
             } else {
                 let shared: f64 = pieces
+                    .polygons
                     .iter()
                     .filter_map(|p| {
                         cut_by(p, lines.all(), c.eps, &mut scratch.halves).map(|q| q.area().abs())
@@ -375,7 +379,7 @@ impl Tracer<'_> {
                 *broken |= shared > LEAK * start.area().abs();
             }
         });
-        pieces
+        pieces.polygons
     }
 
     /// What of each face is seen along the rays of `frame` in air.
@@ -467,7 +471,7 @@ impl Tracer<'_> {
     /// What `polygon` of a wave meets beyond `source`, and what of it meets nothing.
     fn ahead(&self, wave: &Wave, source: &Side, polygon: &Polygon, broken: &mut bool) -> Ahead {
         let (c, frame) = (&self.clipper, &wave.frame);
-        let mut out = Ahead { exits: vec![*polygon], ..Default::default() };
+        let mut out = Ahead { exits: Remainder::of(polygon), ..Default::default() };
         let least = SLIVER * polygon.area().abs();
         let [a, b, d, e] = Clipper::prism(frame, polygon.bounds());
         let space = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
@@ -488,7 +492,7 @@ impl Tracer<'_> {
             if p.area().abs() <= least {
                 return;
             }
-            c.subtract(&lines, least, &mut out.exits, 0, &mut scratch);
+            c.subtract(&lines, least, &mut out.exits, &mut scratch);
             targets.push((f, facing, p));
         });
         for (f, facing, p) in targets {
@@ -498,7 +502,7 @@ impl Tracer<'_> {
             }
         }
         if let Some(cell) = self.faces.cells.get(wave.cell as usize) {
-            *broken |= area(&out.exits) > LEAK * cell.area_m2;
+            *broken |= area(&out.exits.polygons) > LEAK * cell.area_m2;
             out.exits.clear();
         }
         out
@@ -569,7 +573,7 @@ impl Tracer<'_> {
             let mut go_on = |through: bool, wave: Wave, source: Side, polygon: Polygon| {
                 let ahead = self.ahead(&wave, &source, &polygon, &mut out.broken);
                 if options.last {
-                    for p in &ahead.exits {
+                    for p in &ahead.exits.polygons {
                         if let Some((node, p)) = self.last_reflection(&out.nodes, index, through, &wave, *p) {
                             self.radiate(node, &out.nodes[node as usize], &p, seen, &mut out.last);
                         }

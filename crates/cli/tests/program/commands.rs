@@ -353,6 +353,22 @@ fn two_processes_do_not_write_one_folder() {
     assert!(!d.join(".out.lock").exists());
 }
 
+/// A script that keeps the help in a file learns when it could not be written.
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    let into = |file: &str, args: &[&str]| {
+        let file = std::fs::File::options().write(true).open(file).unwrap();
+        std::process::Command::new(env!("CARGO_BIN_EXE_catseye")).args(args).stdout(file).output().unwrap()
+    };
+    for args in [&["--help"] as &[&str], &["--version"], &["rcs", "--help"]] {
+        let full = into("/dev/full", args);
+        assert_eq!(full.status.code(), Some(1), "{args:?}");
+        assert!(String::from_utf8_lossy(&full.stderr).contains("stdout"), "{args:?}");
+        assert_eq!(into("/dev/null", args).status.code(), Some(0), "{args:?}");
+    }
+}
+
 /// What others made is not ours to replace, whatever is asked.
 #[test]
 fn no_command_replaces_what_others_made() {
@@ -502,7 +518,7 @@ fn ground_and_polarisations_on_the_command_line() {
         &["rcs", "point", "--ground", "pec", "--elevation-deg", "-1"],
         &["elevation", "below the ground"],
     );
-    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["reaches below the ground"]);
+    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["lies partly below the ground"]);
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
 

@@ -51,7 +51,7 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
-    /// Refuses what is no tolerance.
+    /// Refuses a value that cannot serve as a tolerance.
     ///
     /// # Errors
     /// `BadInput` with the name of a value that is negative or not a number, or not finite where points are matched.
@@ -68,7 +68,10 @@ impl Tolerances {
         let finite =
             [("match_m", self.match_m), ("match_mps", self.match_mps), ("match_deg", Some(self.match_deg))];
         let refuse = |name: &str, value: f64, allowed: &str| {
-            BadInput::new("is no tolerance").key(name).value(value).allowed(allowed)
+            BadInput::new("a tolerance must not be negative or endless")
+                .key(name)
+                .value(value)
+                .allowed(allowed)
         };
         for (name, value) in any {
             if let Some(x) = value.filter(|x| x.is_nan() || *x < 0.0) {

@@ -5,7 +5,7 @@ use crate::dataset::DATASET;
 use crate::store::LAYOUT;
 use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::MANIFEST;
-use catseye::formats::{input, rcs_csv};
+use catseye::formats::{csv, input, rcs_csv};
 use serde_json::Value;
 use std::fmt;
 use std::io::{BufRead, BufReader, Read};
@@ -82,7 +82,7 @@ fn of_table(path: &Path) -> Result<Kind> {
             is_study |= comment.trim().starts_with("study:");
         }
         if n == 0 {
-            return Err(BadInput::new("no header line").file(path).into());
+            return Err(csv::no_header(path).into());
         }
         if text.is_empty() || text.starts_with('#') {
             continue;
@@ -137,7 +137,7 @@ impl Kind {
         }
         input::regular(path, "a result of catseye")?;
         match Kind::of_file(path)? {
-            Kind::Shown | Kind::Other => Err(BadInput::new("is no file that can be compared")
+            Kind::Shown | Kind::Other => Err(BadInput::new("diff cannot compare such a file")
                 .file(path)
                 .allowed("a folder that catseye wrote, .csv, .npy, .json, .jsonl, .h5, .bin (with a .cfg), .parquet")
                 .into()),

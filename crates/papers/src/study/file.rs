@@ -224,22 +224,22 @@ pub struct FactTable {
     /// Unit of the number.
     #[serde(default)]
     pub unit: String,
-    /// How ours is had.
+    /// How this study's number is taken from the points that the fact chooses.
     pub of: FactKind,
-    /// Default: the study's first.
+    /// The quantity that the number is taken from; without it the first that the study computes.
     pub quantity: Option<At<String>>,
     /// Where on the axes: a number (interpolated) or a value's name.
     #[serde(default)]
     pub at: BTreeMap<String, At<Value>>,
-    /// The same taken here is subtracted.
+    /// Other places on the axes: the number that is found there is subtracted.
     #[serde(default)]
     pub minus: BTreeMap<String, At<Value>>,
-    /// Only this part of an axis, [lowest, highest].
+    /// Parts of axes, each as [lowest, highest]; points outside are left out.
     #[serde(default)]
     pub within: BTreeMap<String, At<[f64; 2]>>,
-    /// For width (dB below the maximum), crossing and share (the level).
+    /// For `width` the dB below the maximum; for `crossing` and `share` the level.
     pub level: Option<At<f64>>,
-    /// Why the two differ.
+    /// The reason why the two numbers differ, for the report.
     #[serde(default)]
     pub why: String,
 }

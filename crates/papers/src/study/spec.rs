@@ -353,11 +353,11 @@ fn forty() -> At<u64> {
     40.into()
 }
 
-/// What is sought.
+/// A search for the parameters of the marker that serve a goal best.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchTable {
-    /// What is made large.
+    /// The figure that the search makes as large as it can.
     pub goal: Goal,
     /// The parameter that costs; the best of the others is sought for each of its values.
     pub front: At<String>,
@@ -390,17 +390,17 @@ pub enum FactKind {
     Mean,
     /// The median.
     Median,
-    /// Greatest less least.
+    /// The greatest value less the least.
     Spread,
-    /// Place of the maximum along the one axis that is left.
+    /// The place of the maximum along the one axis that is left.
     Location,
-    /// Width of the axis around the maximum until `level` dB below it.
+    /// The width along the axis around the maximum, until `level` dB below it.
     Width,
-    /// Largest place along the one axis where the quantity crosses `level`.
+    /// The largest place along the one axis at which the quantity crosses `level`.
     Crossing,
-    /// Smallest such place.
+    /// The smallest place of that kind.
     FirstCrossing,
-    /// Percentage of the points at or above `level`.
+    /// The percentage of the points that lie at or above `level`.
     Share,
 }
 
