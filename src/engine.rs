@@ -15,7 +15,8 @@ use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
 use crate::rcs::{
-    self, Aspect, BistaticAspect, Diffraction, Distance, Ground, RayGrid, RcsOptions, Scattering, po_sum,
+    self, Aspect, BistaticAspect, Diffraction, Distance, Ground, Impassable, RayGrid, RcsOptions, Scattering,
+    po_sum,
 };
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
@@ -133,11 +134,28 @@ fn passed(geometry: &Geometry, frequencies: &[FrequencyPoint]) -> Option<String>
     })
 }
 
-fn not_a_body(material: &str) -> Error {
-    BadInput::new("waves cannot be followed in it: the body is not closed, it touches or holds another, or a sheet lies on or in it")
-        .key(format!("what is made of '{material}'"))
-        .remedy("weld its corners, leave a gap to the other body, or give one of them a metal")
-        .into()
+/// The complaint about what waves pass through, made of `material`.
+fn impassable(why: Impassable, material: &str, distance: Distance) -> Error {
+    match why {
+        Impassable::NoBody => {
+            BadInput::new("waves cannot be followed in it: the body is not closed, it touches or holds another, or a sheet lies on or in it")
+                .key(format!("what is made of '{material}'"))
+                .remedy("weld its corners, leave a gap to the other body, or give one of them a metal")
+                .into()
+        }
+        Impassable::NearPort => {
+            let range_m = match distance {
+                Distance::At(r) => r,
+                Distance::Infinite => f64::INFINITY,
+            };
+            BadInput::new(format!("waves pass through what is made of '{material}'"))
+                .key("range_m")
+                .value(range_m)
+                .allowed("inf")
+                .remedy("take it as a plane wave, or give the part a metal")
+                .into()
+        }
+    }
 }
 
 impl Engine {
@@ -325,7 +343,10 @@ impl Engine {
         let mut by_aspect = Vec::with_capacity(aspects.len());
         for batch in aspects.chunks(ASPECTS_PER_BATCH) {
             by_aspect.extend(match self {
-                Engine::Cpu(_) => beam_sum::sweep(&geometry, &frequencies, batch, options.distance, &beams),
+                Engine::Cpu(_) => beam_sum::sweep(&geometry, &frequencies, batch, options.distance, &beams)
+                    .map_err(|why| {
+                    impassable(why, passed.as_deref().unwrap_or_default(), options.distance)
+                })?,
                 Engine::Gpu(gpu) => {
                     rcs::beam_sum::sweep(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
                 }
@@ -348,10 +369,7 @@ impl Engine {
                     s.add(&edges[out.len()]);
                 }
                 if !s.every.iter().flatten().all(|z| z.is_finite()) {
-                    return Err(match &passed {
-                        Some(material) => not_a_body(material),
-                        None => not_a_number(&aspect.transmit),
-                    });
+                    return Err(not_a_number(&aspect.transmit));
                 }
                 if !options.last {
                     s.last = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
@@ -372,11 +390,7 @@ impl Engine {
         }
         match distance {
             Distance::Infinite => Ok(()),
-            Distance::At(r) => Err(bad("range_m")
-                .value(r)
-                .allowed("inf")
-                .remedy("take it as a plane wave, or give the part a metal")
-                .into()),
+            Distance::At(_) => Err(impassable(Impassable::NearPort, material, distance)),
         }
     }
 

@@ -114,6 +114,15 @@ pub struct RcsOptions {
     pub last: bool,
 }
 
+/// Why waves cannot be followed through what stands in their way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Impassable {
+    /// A body that they pass through is not closed, touches or holds another one, or a sheet lies on or in it.
+    NoBody,
+    /// They are followed through bodies as plane waves only, and a port stands at a finite place.
+    NearPort,
+}
+
 impl Default for RcsOptions {
     fn default() -> Self {
         RcsOptions {

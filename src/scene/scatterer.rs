@@ -647,7 +647,7 @@ mod tests {
             ),
             (row(2, ",1,0,1,0", ",1,0,nan,0"), "t.csv:3: vh_re_m = NaN: is not an amplitude"),
             (row(2, ",1,0,1,0", ",1,0,,0"), "t.csv:3: vh_re_m = NaN: is not an amplitude"),
-            (row(3, ",,,,1,0", ",3.5,,,,1,0"), "t.csv:4: 16: wrong number"),
+            (row(3, ",,,,1,0", ",3.5,,,,1,0"), "t.csv:4: 16: the row has a wrong number"),
             (row(3, ",,,,,1,0", ",,,,,1e300,0"), "is not an amplitude"),
             (
                 row(3, ",,,,,1,0", ",30,,,,1,0"),

@@ -30,7 +30,7 @@ fn of_mesh(mesh: Mesh) -> Geometry {
 fn beams(g: &Geometry, looks: &[BistaticAspect], distance: Distance, accuracy_db: f64) -> Vec<Scattering> {
     let options = BeamOptions::new(3, accuracy_db, true);
     let tone = FrequencyPoint { wavenumber: wavenumber(g.freq_hz), surfaces: &g.surfaces };
-    sweep(g, &[tone], looks, distance, &options).into_iter().map(|s| s[0]).collect()
+    sweep(g, &[tone], looks, distance, &options).unwrap().into_iter().map(|s| s[0]).collect()
 }
 
 fn aspect(azimuth_deg: f64, elevation_deg: f64) -> Aspect {
@@ -263,7 +263,7 @@ fn tones_of_one_sweep_are_those_of_single_runs() {
     let tones = k.map(|wavenumber| FrequencyPoint { wavenumber, surfaces: &g.surfaces });
     let options = BeamOptions::new(3, 0.1, true);
     let at = looks(&[(0.0, 1.0), (11.0, 2.0)]);
-    let all = sweep(&g, &tones, &at, Distance::Infinite, &options);
+    let all = sweep(&g, &tones, &at, Distance::Infinite, &options).unwrap();
     for (i, k) in k.into_iter().enumerate() {
         let alone = sweep(
             &g,
@@ -271,7 +271,8 @@ fn tones_of_one_sweep_are_those_of_single_runs() {
             &at,
             Distance::Infinite,
             &options,
-        );
+        )
+        .unwrap();
         for look in 0..2 {
             assert_eq!(all[look][i], alone[look][0]);
         }

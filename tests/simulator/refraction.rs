@@ -6,7 +6,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::frames::{Pose, angles_from_direction, direction_from_angles, polarisation_basis};
 use catseye::geom::Geometry;
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
-use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Impassable, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Mesh, Scene, material};
 use catseye::trace::beams::BeamOptions;
@@ -79,7 +79,7 @@ fn deg(azimuth: f64, elevation: f64) -> DVec3 {
 fn scattered(g: &Geometry, l: BistaticAspect, bounces: usize) -> Scattering {
     let options = BeamOptions::new(bounces, 0.1, true);
     let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
-    sweep(g, &[tone], &[l], Distance::Infinite, &options)[0][0]
+    sweep(g, &[tone], &[l], Distance::Infinite, &options).unwrap()[0][0]
 }
 
 fn db(z: Complex64) -> f64 {
@@ -334,7 +334,8 @@ fn a_flush_filling_is_the_empty_corner_at_snells_angle() {
         let inside = normal * ci + side * si;
         let l = look(inside, inside);
         let tone = FrequencyPoint { wavenumber: n * k, surfaces: &empty.surfaces };
-        let bare = sweep(&empty, &[tone], &[l], Distance::Infinite, &BeamOptions::new(3, 0.1, true))[0][0];
+        let bare =
+            sweep(&empty, &[tone], &[l], Distance::Infinite, &BeamOptions::new(3, 0.1, true)).unwrap()[0][0];
         // Transmission by angles, with E across and in the plane of incidence (outside vectors to inside ones).
         let across = if so > 0.0 { normal.cross(side) } else { u };
         let t = [2.0 * co / (co + n * ci), 2.0 * co / (n * co + ci)];
@@ -594,7 +595,8 @@ fn what_is_not_entered_and_what_is_refused() {
         let g = Geometry::build(&scene, 0.0, F).unwrap();
         let look = look(deg(20.0, 30.0), deg(20.0, 30.0));
         let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
-        let same = sweep(&g, &[tone], &[look], Distance::Infinite, &BeamOptions::new(3, 0.1, true))[0][0];
+        let same =
+            sweep(&g, &[tone], &[look], Distance::Infinite, &BeamOptions::new(3, 0.1, true)).unwrap()[0][0];
         assert_eq!(s.every, same.every);
     }
     // Of plastic, smaller, it is entered: other numbers, and no finite range.
@@ -612,6 +614,15 @@ fn what_is_not_entered_and_what_is_refused() {
         let scene = scene_of(&[(&cube(0.05, 0.0), by("pmma")), (&other, by("polypropylene"))]);
         let e = run(&scene, Distance::Infinite).unwrap_err();
         assert!(e.exit_code() == 2 && e.to_string().contains("touches or holds another"), "{e}");
+        // The sum itself says so, too, and not by a value.
+        let g = Geometry::build(&scene, 0.0, F).unwrap();
+        let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
+        let look = [look(deg(20.0, 30.0), deg(20.0, 30.0))];
+        for (distance, why) in
+            [(Distance::Infinite, Impassable::NoBody), (Distance::At(5.0), Impassable::NearPort)]
+        {
+            assert_eq!(sweep(&g, &[tone], &look, distance, &BeamOptions::new(3, 0.1, true)), Err(why));
+        }
     }
     // The gpu engine does not follow them.
     let gpu = Engine::open(&catseye::gpu::compare::test_device_name(), Precision::F32).unwrap();
@@ -634,9 +645,9 @@ fn tones_are_those_of_single_runs() {
         let tone = |i: usize| FrequencyPoint { wavenumber: wavenumber(f[i]), surfaces: &surfaces[i] };
         let l = look(deg(30.0, 20.0), deg(30.0, 20.0));
         let options = BeamOptions::new(4, 0.1, true);
-        let all = sweep(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options);
+        let all = sweep(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options).unwrap();
         for (i, together) in all[0].iter().enumerate() {
-            let alone = sweep(&g, &[tone(i)], &[l], Distance::Infinite, &options)[0][0];
+            let alone = sweep(&g, &[tone(i)], &[l], Distance::Infinite, &options).unwrap()[0][0];
             assert_eq!(*together, alone, "{name}");
         }
     }

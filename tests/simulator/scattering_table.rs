@@ -24,7 +24,11 @@ fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<[[Complex64; 2]; 2]> {
     let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
     let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = BeamOptions::new(3, 0.1, false);
-    sweep(geometry, &[tone], &looks, Distance::Infinite, &options).iter().map(|s| s[0].every).collect()
+    sweep(geometry, &[tone], &looks, Distance::Infinite, &options)
+        .unwrap()
+        .iter()
+        .map(|s| s[0].every)
+        .collect()
 }
 
 /// The reflector's scattering as a file that went through the CSV, within 24 degrees of its x axis.
@@ -129,7 +133,7 @@ fn the_echo_of_a_table_is_that_of_its_facets_far_away() {
         let tone = FrequencyPoint { wavenumber: k, surfaces: &facets.surfaces };
         let beams = BeamOptions::new(3, 0.02, false);
         let [[vv, vh], [hv, hh]] =
-            between(facets.faces(), &[tone], Port::At(place), Port::At(place), &beams)[0].every;
+            between(facets.faces(), &[tone], Port::At(place), Port::At(place), &beams).unwrap()[0].every;
         let seen = [[vv, -vh], [-hv, hh]].map(|row| row.map(|z| z * place.length_squared()));
         let look = (DVec3::from(p.1) - place).normalize();
         let (v, h) = polarisation_basis(look);

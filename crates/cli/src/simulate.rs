@@ -16,6 +16,7 @@ use catseye_io::manifest::FrameRecord;
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Simulate the frames of a scenario: samples, range-Doppler maps, points, truth, pictures
 #[derive(Debug, Args)]
@@ -221,6 +222,8 @@ struct DryRun {
     picture_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
+    /// Of all radars of frame 0, on this machine, s.
+    trace_s_per_frame: f64,
     /// What the scene's meshes have that may show in the frames.
     remarks: Vec<String>,
 }
@@ -237,7 +240,9 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let memory = |radar: &Radar, echoes| FrameMemory::of(radar, echoes, precision, false);
     scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
     for (which, radar) in scenario.radars.iter().enumerate() {
+        let start = Instant::now();
         let heard = prepared.echoes(&engine, which, 0)?;
+        d.trace_s_per_frame += start.elapsed().as_secs_f64();
         let echoes = heard.echoes.list.len();
         let needs = memory(radar, echoes);
         needs.check(radar)?;
@@ -260,6 +265,11 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let mib = |b: u64| b as f64 / (1 << 20) as f64;
     let frames = if d.frames == 1 { "frame" } else { "frames" };
     print(&format!("{} {frames}, {} triangles, {} echoes a frame", d.frames, d.triangles, d.echoes))?;
+    print(&format!(
+        "tracing {:.2} s for frame 0, {:.0} s in all if every frame is like it; synthesis, processing and writing come on top",
+        d.trace_s_per_frame,
+        d.trace_s_per_frame * f64::from(d.frames)
+    ))?;
     print(&format!(
         "cube {:.1} MiB, spectrum {:.1} MiB, maps {:.1} MiB, echoes {:.1} MiB",
         mib(d.cube_bytes),

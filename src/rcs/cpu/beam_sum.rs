@@ -6,7 +6,7 @@ use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::faces::Faces;
 pub use crate::rcs::beam_sum::FrequencyPoint;
-use crate::rcs::{BistaticAspect, Distance, Scattering};
+use crate::rcs::{BistaticAspect, Distance, Impassable, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use crate::trace::cpu::beams::{Clipped, Piece, clip};
@@ -22,13 +22,16 @@ const CELL_TO_DISTANCE: f64 = 0.01;
 
 /// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`). The clipping is done once a
 /// aspect.
+///
+/// # Errors
+/// `Impassable` as for [`between`].
 pub fn sweep(
     geometry: &Geometry,
     frequencies: &[FrequencyPoint],
     aspects: &[BistaticAspect],
     distance: Distance,
     options: &BeamOptions,
-) -> Vec<Vec<Scattering>> {
+) -> Result<Vec<Vec<Scattering>>, Impassable> {
     aspects
         .par_iter()
         .map(|aspect| one_aspect(geometry.faces(), frequencies, aspect, distance, options))
@@ -41,40 +44,38 @@ fn one_aspect(
     aspect: &BistaticAspect,
     distance: Distance,
     options: &BeamOptions,
-) -> Vec<Scattering> {
+) -> Result<Vec<Scattering>, Impassable> {
     if faces.faces.is_empty() {
-        return vec![Scattering::default(); frequencies.len()];
+        return Ok(vec![Scattering::default(); frequencies.len()]);
     }
     let (transmit, receive) = (distance.port(aspect.transmit), distance.port(aspect.receive));
-    between(faces, frequencies, transmit, receive, options)
-        .into_iter()
-        .map(|mut s| {
-            if let Distance::At(r) = distance {
-                // E_s = S e^{-jk 2r} / r^2, with the phase of the way to the origin and back taken out.
-                s.scale(r * r);
-            }
-            s
-        })
-        .collect()
+    let mut sums = between(faces, frequencies, transmit, receive, options)?;
+    if let Distance::At(r) = distance {
+        // E_s = S e^{-jk 2r} / r^2, with the phase of the way to the origin and back taken out.
+        sums.iter_mut().for_each(|s| s.scale(r * r));
+    }
+    Ok(sums)
 }
 
 /// S between two ports for each frequency. For a port at a finite place it is over the distance to it, and with
-/// the phase of the way to the world's origin taken out. Not a number for a port at a finite place when
-/// waves pass through what stands there.
+/// the phase of the way to the world's origin taken out.
+///
+/// # Errors
+/// `Impassable` where waves pass through something: what is no closed body, or any such thing when a port stands at a finite place.
 pub fn between(
     faces: &Faces,
     frequencies: &[FrequencyPoint],
     transmit: Port,
     receive: Port,
     options: &BeamOptions,
-) -> Vec<Scattering> {
+) -> Result<Vec<Scattering>, Impassable> {
     let media: Vec<Option<Media>> =
         frequencies.iter().map(|t| Media::of(faces, t.surfaces, t.wavenumber)).collect();
     if media.iter().any(Option::is_some) {
         return between_passing(faces, frequencies, &media, transmit, receive, options);
     }
     let clipped = clip(faces, transmit, receive, options);
-    frequencies
+    let sums = frequencies
         .iter()
         .map(|point| {
             let sum = |pieces| match (transmit, receive) {
@@ -83,11 +84,11 @@ pub fn between(
             };
             Scattering { every: sum(&clipped.every), last: sum(&clipped.last) }
         })
-        .collect()
+        .collect();
+    Ok(sums)
 }
 
-/// The same where waves pass through something at some of the frequencies. Not a number for a port at a finite
-/// place.
+/// The same where waves pass through something at some of the frequencies.
 fn between_passing(
     faces: &Faces,
     frequencies: &[FrequencyPoint],
@@ -95,10 +96,9 @@ fn between_passing(
     transmit: Port,
     receive: Port,
     options: &BeamOptions,
-) -> Vec<Scattering> {
-    let nan = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
-    let mut out = vec![Scattering { every: nan, last: nan }; frequencies.len()];
-    let (Port::Far(t), Port::Far(s)) = (transmit, receive) else { return out };
+) -> Result<Vec<Scattering>, Impassable> {
+    let mut out = vec![Scattering::default(); frequencies.len()];
+    let (Port::Far(t), Port::Far(s)) = (transmit, receive) else { return Err(Impassable::NearPort) };
     for i in 0..frequencies.len() {
         if media[..i].contains(&media[i]) {
             continue;
@@ -107,7 +107,7 @@ fn between_passing(
         let found: Vec<Scattering> = match &media[i] {
             Some(m) => {
                 let frequencies: Vec<&FrequencyPoint> = alike.iter().map(|j| &frequencies[*j]).collect();
-                refract_sum::between(faces, m, &frequencies, t, s, options)
+                refract_sum::between(faces, m, &frequencies, t, s, options)?
             }
             None => {
                 let clipped = clip(faces, transmit, receive, options);
@@ -120,7 +120,7 @@ fn between_passing(
         };
         alike.into_iter().zip(found).for_each(|(j, s)| out[j] = s);
     }
-    out
+    Ok(out)
 }
 
 type Matrix = [[Complex64; 2]; 2];

@@ -1,13 +1,13 @@
 //! Scattering matrix of targets that waves pass through, in f64 (CONVENTIONS eq. 70-75).
 
-use super::beam_sum::FrequencyPoint;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack, crossing};
 use crate::frames::polarisation_basis;
 use crate::geom::Surface;
 use crate::geom::faces::{Face, Faces};
-use crate::rcs::Scattering;
+use crate::rcs::beam_sum::FrequencyPoint;
+use crate::rcs::{Impassable, Scattering};
 use crate::trace::beams::BeamOptions;
 use crate::trace::cpu::beams::Polygon;
 use crate::trace::cpu::field::CVec;
@@ -22,8 +22,10 @@ type Pair = (Complex64, Complex64);
 /// Loss across a piece above which it is halved, Np; its mean then stands for it within a 10^4th.
 const EVEN_NP: f64 = 0.04;
 
-/// S between two directions for frequencies with the same media. Not a number where a body turns out to be open
-/// or to touch another.
+/// S between two directions for frequencies with the same media.
+///
+/// # Errors
+/// `Impassable::NoBody` where a body turns out to be open or to touch another.
 pub fn between(
     faces: &Faces,
     media: &Media,
@@ -31,13 +33,12 @@ pub fn between(
     transmit: DVec3,
     receive: DVec3,
     options: &BeamOptions,
-) -> Vec<Scattering> {
+) -> Result<Vec<Scattering>, Impassable> {
     let clipped = clip(faces, media, transmit, receive, options);
     if clipped.broken {
-        let none = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
-        return vec![Scattering { every: none, last: none }; frequencies.len()];
+        return Err(Impassable::NoBody);
     }
-    frequencies
+    let sums = frequencies
         .iter()
         .map(|point| {
             let sum = Sum::new(faces, media, &clipped, point, transmit, receive);
@@ -49,7 +50,8 @@ pub fn between(
             };
             Scattering { every: with(&clipped.every), last: with(&clipped.last) }
         })
-        .collect()
+        .collect();
+    Ok(sums)
 }
 
 /// A wave on a face, for two polarisations.

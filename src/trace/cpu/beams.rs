@@ -20,7 +20,7 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
-/// Remainder below this share of the polygon that they were cut from are dropped.
+/// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
 /// A convex polygon of few corners, on the stack.
@@ -528,7 +528,7 @@ pub struct Piece {
 pub struct Clipped {
     /// Faces met, each after the one before it in its chain.
     pub nodes: Vec<Node>,
-    /// Remainder of every bounce.
+    /// Pieces of every bounce.
     pub every: Vec<Piece>,
     /// Only where the beam leaves the target.
     pub last: Vec<Piece>,
@@ -912,7 +912,7 @@ impl Clipper<'_> {
             {
                 self.hide(&mut sight, g, facing, scratch);
             }
-            !scratch.seen.polygons.is_empty()
+            scratch.seen.polygons.is_empty()
         });
         pieces.append(&mut scratch.seen.polygons);
         sight.cut

@@ -237,7 +237,7 @@ pub struct Clipped {
     pub nodes: Vec<Node>,
     /// Waves from the receiver.
     pub views: Vec<View>,
-    /// Remainder of every bounce.
+    /// Pieces of every bounce.
     pub every: Vec<Piece>,
     /// Only where the reflected wave leaves the target, through what it may pass.
     pub last: Vec<Piece>,

@@ -651,7 +651,7 @@ fn where_physical_optics_ends_is_said_in_every_output() {
         "50",
     ];
     let json: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
-    assert!(json["warnings"].to_string().contains("grazing: faces are seen 4.0 deg"), "{json}");
+    assert!(json["warnings"].to_string().contains("the least is 4.0 deg"), "{json}");
     let low = ["--json", "rcs", "type1:height_m=0.005", "--elevation-deg", "0.9", "--ground", "pec"];
     let low: serde_json::Value = serde_json::from_str(&done(d, &low)).unwrap();
     assert!(low["warnings"].to_string().contains("ground: at elevation 0.900 deg"), "{low}");

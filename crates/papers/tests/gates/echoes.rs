@@ -34,7 +34,7 @@ fn dense(geometry: &Geometry, at: DVec3, bounces: usize) -> Matrix {
     let k = wavenumber(geometry.freq_hz);
     let tones = [FrequencyPoint { wavenumber: k, surfaces: &geometry.surfaces }];
     let options = BeamOptions { tau: 0.001, ..BeamOptions::new(bounces, 0.2, false) };
-    let s = between(geometry.faces(), &tones, Port::At(at), Port::At(at), &options).remove(0);
+    let s = between(geometry.faces(), &tones, Port::At(at), Port::At(at), &options).unwrap().remove(0);
     let z = Complex64::cis(-2.0 * k * at.length());
     // Seen from the object, H points the other way.
     let [[vv, vh], [hv, hh]] = s.every.map(|row| row.map(|x| x * z));

@@ -131,7 +131,8 @@ impl<'a> Case<'a> {
             self.freqs_hz.iter().map(|f| FrequencyPoint { wavenumber: wavenumber(*f), surfaces }).collect();
         let options = BeamOptions::new(self.bounces, self.accuracy_db, true);
         let truth =
-            catseye::rcs::cpu::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options);
+            catseye::rcs::cpu::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options)
+                .unwrap();
         let gpu = compare::test_gpu();
         let found =
             beam_sum::sweep(gpu, self.geometry, &tones, &self.looks, self.distance, &options).unwrap();
@@ -351,7 +352,8 @@ fn times_of_w1_and_w2() {
                     &looks,
                     Distance::Infinite,
                     &options,
-                );
+                )
+                .unwrap();
                 times[1].push(start.elapsed().as_secs_f64());
             }
             println!("{} last {last}: gpu {:.4?} cpu {:.4?}", sweep.spec, times[0], times[1]);

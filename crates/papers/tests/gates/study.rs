@@ -9,7 +9,7 @@ use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
 use catseye_papers::study::report::StudyResult;
 use catseye_papers::study::run::{self, RunOptions};
-use catseye_papers::study::search::best;
+use catseye_papers::study::search::{Design, best};
 use catseye_papers::study::spec::{Goal, Study};
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -347,6 +347,54 @@ fn the_search_finds_the_known_best_plate() {
         assert!((found.worth - known).abs() < 0.1, "{found:?} {known}");
         assert_eq!(found, best(&engine, &study, search, h, i as u32).unwrap());
     }
+}
+
+#[test]
+fn a_search_says_where_its_sweep_ended_before_the_range() {
+    let found = |stop_m: f64| {
+        let text = format!(
+            r#"
+            name = "s"
+            title = ""
+            quantities = ["margin_db"]
+            [set]
+            radar_height_m = 0.15
+            snr_db = 10
+            target = "type1:width_m=0.16,length_m=0.117"
+            [[sweep]]
+            parameter = "longitudinal_m"
+            start = 5
+            stop = {stop_m}
+            step = 0.5
+            [detection]
+            radar = "feng77"
+            method = "measured"
+            reference_rcs_dbsm = 14.4
+            reference_rise_m = 0.2
+            peaks_fit = [1.62, 14.8]
+            troughs_fit = [4.18, 21.06]
+            noise_db = -107.14
+            [search]
+            goal = "detection-range"
+            front = "target.height_m"
+            front_values = [0.005]
+            starts = 1
+            steps = 3
+            [[search.parameter]]
+            name = "target.width_m"
+            min = 0.12
+            max = 0.16
+            "#
+        );
+        let study = parse(&text).unwrap();
+        let engine = Engine::open("cpu", Precision::F32).unwrap();
+        best(&engine, &study, study.search.as_ref().unwrap(), 0.005, 0).unwrap()
+    };
+    let ended =
+        |d: &Design| d.limits.iter().filter(|l| l.contains("the end of the sweep of longitudinal_m")).count();
+    let (short, long) = (found(20.0), found(80.0));
+    assert!(short.worth == 20.0 && ended(&short) == 1, "{short:?}");
+    assert!((20.5..80.0).contains(&long.worth) && ended(&long) == 0, "{long:?}");
 }
 
 #[test]
